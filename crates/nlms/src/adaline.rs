@@ -1,0 +1,233 @@
+//! The Adaline of section 3, with both of its learning rules.
+
+use nalgebra::SVector;
+
+use crate::{Counts, Estimator, Outcome, SettingError, check_within};
+
+/// The paper's α.
+pub const PAPER_ALPHA: f64 = 1.8;
+/// The paper's β.
+pub const PAPER_BETA: f64 = 0.9;
+
+/// Least mean squares with a fixed step, section 3.1.
+///
+/// Assumes rows of a known scale: it diverges where `step · |row|²` reaches 2.
+#[derive(Clone, Debug)]
+pub struct Lms<const N: usize> {
+    weights: SVector<f64, N>,
+    step: f64,
+    counts: Counts,
+}
+
+impl<const N: usize> Lms<N> {
+    /// With weights of one, as the paper starts.
+    ///
+    /// # Errors
+    /// Where `step` (μ) is not positive and finite.
+    pub fn new(step: f64) -> Result<Self, SettingError> {
+        Self::starting_at(step, SVector::repeat(1.0))
+    }
+
+    /// With the given weights.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn starting_at(step: f64, weights: SVector<f64, N>) -> Result<Self, SettingError> {
+        check_within("step", step, (0.0, f64::INFINITY), "(0, inf)")?;
+        Ok(Self {
+            weights,
+            step,
+            counts: Counts::default(),
+        })
+    }
+}
+
+impl<const N: usize> Estimator<N> for Lms<N> {
+    fn update(&mut self, row: &SVector<f64, N>, wanted: f64) -> Outcome {
+        let outcome = self.counts.admit(row, wanted);
+        if outcome == Outcome::Used {
+            let error = wanted - self.weights.dot(row); // (52)
+            self.weights += row * (self.step * error); // (53)
+        }
+        outcome
+    }
+
+    fn parameters(&self) -> SVector<f64, N> {
+        self.weights
+    }
+
+    fn used(&self) -> u64 {
+        self.counts.used
+    }
+
+    fn refused(&self) -> u64 {
+        self.counts.refused
+    }
+}
+
+/// Normalised least mean squares, (53)-(54): the step shrinks with the row's own power.
+///
+/// Assumes exact rows: noise on the wanted value is amplified by the misadjustment `α/(2 - α)`,
+/// which is 9 at the paper's α.
+#[derive(Clone, Debug)]
+pub struct Nlms<const N: usize> {
+    weights: SVector<f64, N>,
+    alpha: f64,
+    beta: f64,
+    counts: Counts,
+}
+
+impl<const N: usize> Nlms<N> {
+    /// With weights of one, as the paper starts.
+    ///
+    /// # Errors
+    /// Where `alpha` is outside (0, 2) or `beta` outside (0, 1): the conditions below (54).
+    pub fn new(alpha: f64, beta: f64) -> Result<Self, SettingError> {
+        Self::starting_at(alpha, beta, SVector::repeat(1.0))
+    }
+
+    /// With the given weights.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn starting_at(
+        alpha: f64,
+        beta: f64,
+        weights: SVector<f64, N>,
+    ) -> Result<Self, SettingError> {
+        check_within("alpha", alpha, (0.0, 2.0), "(0, 2)")?;
+        check_within("beta", beta, (0.0, 1.0), "(0, 1)")?;
+        Ok(Self {
+            weights,
+            alpha,
+            beta,
+            counts: Counts::default(),
+        })
+    }
+
+    /// With the paper's settings: α = 1.8, β = 0.9, weights of one.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            weights: SVector::repeat(1.0),
+            alpha: PAPER_ALPHA,
+            beta: PAPER_BETA,
+            counts: Counts::default(),
+        }
+    }
+}
+
+impl<const N: usize> Estimator<N> for Nlms<N> {
+    fn update(&mut self, row: &SVector<f64, N>, wanted: f64) -> Outcome {
+        let outcome = self.counts.admit(row, wanted);
+        if outcome == Outcome::Used {
+            let error = wanted - self.weights.dot(row); // (52)
+            let step = self.alpha / (self.beta + row.norm_squared()); // (54)
+            self.weights += row * (step * error); // (53)
+        }
+        outcome
+    }
+
+    fn parameters(&self) -> SVector<f64, N> {
+        self.weights
+    }
+
+    fn used(&self) -> u64 {
+        self.counts.used
+    }
+
+    fn refused(&self) -> u64 {
+        self.counts.refused
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Vector2, Vector3};
+
+    use super::*;
+
+    /// One step of (53)-(54), by hand: e = 7 - 4 = 3, μ = 1.8 / (0.9 + 6).
+    #[test]
+    fn one_step_is_the_papers() {
+        let mut filter = Nlms::<3>::paper();
+        filter.update(&Vector3::new(1.0, 2.0, 1.0), 7.0);
+        let step = 1.8 * 3.0 / 6.9;
+        let expected = Vector3::new(1.0 + step, 1.0 + 2.0 * step, 1.0 + step);
+        assert!((filter.parameters() - expected).norm() < 1e-15);
+    }
+
+    /// At β = 0⁺ and α = 1 the last row is fulfilled exactly: the step is a projection.
+    #[test]
+    fn unit_step_projects_onto_the_row() {
+        let mut filter = Nlms::<2>::new(1.0, 1e-300).unwrap();
+        let row = Vector2::new(0.3, -4.0);
+        filter.update(&row, 2.5);
+        assert!((filter.parameters().dot(&row) - 2.5).abs() < 1e-14);
+    }
+
+    /// LMS diverges beyond its stable step and NLMS does not, on the same large rows.
+    #[test]
+    fn normalisation_is_what_keeps_large_rows_stable() {
+        let truth = Vector2::new(2.0, -1.0);
+        let mut lms = Lms::<2>::new(0.1).unwrap();
+        let mut nlms = Nlms::<2>::paper();
+        for k in 0..100 {
+            let row = Vector2::new((f64::from(k)).cos(), (f64::from(k)).sin()) * 30.0;
+            lms.update(&row, row.dot(&truth));
+            nlms.update(&row, row.dot(&truth));
+        }
+        assert!(lms.parameters().norm() > 1e6);
+        assert!((nlms.parameters() - truth).norm() < 1e-3);
+    }
+
+    /// With white noise on the wanted value the mean squared error settles at the misadjustment
+    /// α/(2 - α) times what is inevitable, so a larger α is noisier.
+    #[test]
+    fn misadjustment_grows_with_alpha() {
+        let spread = |alpha: f64| {
+            let mut filter = Nlms::<2>::new(alpha, 1e-6).unwrap();
+            let (mut seed, mut sum) = (1u64, 0.0);
+            let mut uniform = || {
+                seed = seed
+                    .wrapping_mul(6364136223846793005)
+                    .wrapping_add(1442695040888963407);
+                (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+            };
+            for k in 0..40_000 {
+                let row = Vector2::new(uniform(), uniform());
+                let row = row / row.norm();
+                filter.update(&row, row.sum() + 0.1 * uniform());
+                if k > 1000 {
+                    sum += (filter.parameters() - Vector2::repeat(1.0)).norm_squared();
+                }
+            }
+            sum
+        };
+        let ratio = spread(1.8) / spread(0.5);
+        let expected = (1.8 / 0.2) / (0.5 / 1.5);
+        assert!(
+            (ratio / expected - 1.0).abs() < 0.2,
+            "{ratio} against {expected}"
+        );
+    }
+
+    #[test]
+    fn settings_out_of_range_are_refused() {
+        for (alpha, beta) in [
+            (0.0, 0.9),
+            (2.0, 0.9),
+            (-1.0, 0.9),
+            (f64::NAN, 0.9),
+            (1.8, 0.0),
+            (1.8, 1.0),
+            (1.8, f64::INFINITY),
+        ] {
+            assert!(Nlms::<4>::new(alpha, beta).is_err(), "{alpha} {beta}");
+        }
+        assert!(Lms::<4>::new(0.0).is_err());
+        assert!(Lms::<4>::new(f64::INFINITY).is_err());
+        let message = Nlms::<4>::new(2.5, 0.9).unwrap_err().to_string();
+        assert_eq!(message, "alpha is 2.5, but must lie in (0, 2)");
+    }
+}

@@ -1,0 +1,106 @@
+//! Online estimators of the parameters `x` in `A x = b`: rows in, parameters out.
+//!
+//! Section 3 of Hou et al. 2016 (doi 10.3873/j.issn.1000-1328.2016.10.009), equations (49)-(54): a
+//! linear neuron (Adaline) whose weights are the parameters, trained once on each row by least
+//! mean squares ([`Lms`]) or its normalised form ([`Nlms`]). [`Rls`] is plain recursive least
+//! squares, the yardstick that any gradient filter is measured by. None knows of robots.
+//!
+//! ```
+//! use nalgebra::Vector2;
+//! use tactid_nlms::{Estimator, Nlms};
+//!
+//! let truth = Vector2::new(3.0, -0.5);
+//! let mut filter = Nlms::<2>::paper();
+//! for k in 0..100 {
+//!     let row = Vector2::new((f64::from(k) * 0.7).cos(), (f64::from(k) * 0.3).sin());
+//!     filter.update(&row, row.dot(&truth));
+//! }
+//! assert!((filter.parameters() - truth).norm() < 1e-6);
+//! ```
+//!
+//! | estimator | cost a row | choose it when |
+//! |---|---|---|
+//! | [`Lms`] | `N` multiplications, twice | reproducing section 3.1; the step must fit the rows' scale |
+//! | [`Nlms`] | `N` multiplications, three times | reproducing the paper: exact measurements, rows of like scale |
+//! | [`Rls`] | `2 N²` multiplications | anything else: it reaches what the rows contain |
+
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
+mod adaline;
+mod rls;
+
+use nalgebra::SVector;
+use thiserror::Error;
+
+pub use adaline::{Lms, Nlms, PAPER_ALPHA, PAPER_BETA};
+pub use rls::Rls;
+
+/// Estimates `N` parameters from the rows of `A x = b`, one at a time, without allocation.
+pub trait Estimator<const N: usize> {
+    /// Takes the row `A(k)` and the wanted `b(k)`. A row with an entry that is not finite changes
+    /// nothing, is counted, and gives [`Outcome::Refused`].
+    fn update(&mut self, row: &SVector<f64, N>, wanted: f64) -> Outcome;
+
+    /// The parameters as known now, in the units that the rows imply.
+    fn parameters(&self) -> SVector<f64, N>;
+
+    /// How many rows were used.
+    fn used(&self) -> u64;
+
+    /// How many rows were refused.
+    fn refused(&self) -> u64;
+}
+
+/// What became of a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// It was used.
+    Used,
+    /// It was not finite, and changed nothing.
+    Refused,
+}
+
+/// Settings out of the range in which an estimator is stable.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[error("{name} is {given}, but must lie in {range}")]
+pub struct SettingError {
+    /// Which setting.
+    pub name: &'static str,
+    /// What was given.
+    pub given: f64,
+    /// What is possible.
+    pub range: &'static str,
+}
+
+/// That `given` lies strictly between `low` and `high`; NaN does not.
+fn check_within(
+    name: &'static str,
+    given: f64,
+    (low, high): (f64, f64),
+    range: &'static str,
+) -> Result<(), SettingError> {
+    if given > low && given < high {
+        return Ok(());
+    }
+    Err(SettingError { name, given, range })
+}
+
+/// How many rows came, and what became of them.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    used: u64,
+    refused: u64,
+}
+
+impl Counts {
+    /// Counts a row, and says whether it may be used.
+    fn admit<const N: usize>(&mut self, row: &SVector<f64, N>, wanted: f64) -> Outcome {
+        if wanted.is_finite() && row.iter().all(|entry| entry.is_finite()) {
+            self.used += 1;
+            Outcome::Used
+        } else {
+            self.refused += 1;
+            Outcome::Refused
+        }
+    }
+}
