@@ -1,0 +1,141 @@
+//! From a Denavit-Hartenberg table to a [`Manipulator`].
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use crate::manipulator::{BaseKind, Joint, JointKind, Manipulator, check_body};
+use crate::{InertialParameters, ModelError};
+
+/// One row of a standard Denavit-Hartenberg table, with the link it describes.
+///
+/// Frame `i` of the table is `Rz(θ) Tz(d) Tx(a) Rx(α)` away from frame `i - 1`, and joint `i` moves
+/// along or about `z` of frame `i - 1`.
+#[derive(Clone, Debug)]
+pub struct DhLink {
+    /// The joint's name.
+    pub joint: String,
+    /// The link's name, which becomes the name of frame `i`.
+    pub link: String,
+    /// A revolute joint adds to `theta`, a prismatic one to `d`.
+    pub kind: JointKind,
+    /// θ at position zero, rad.
+    pub theta: f64,
+    /// d at position zero, m.
+    pub d: f64,
+    /// a, m.
+    pub a: f64,
+    /// α, rad.
+    pub alpha: f64,
+    /// The link, in frame `i` of the table.
+    pub parameters: InertialParameters,
+}
+
+/// A serial manipulator on its base.
+#[derive(Clone, Debug)]
+pub struct DhRobot {
+    /// Whether the base moves.
+    pub base_kind: BaseKind,
+    /// The base's name, and that of its frame.
+    pub base: String,
+    /// The base, in its frame.
+    pub base_parameters: InertialParameters,
+    /// Frame 0 of the table in the base's frame.
+    pub base_from_table: Isometry3<f64>,
+    /// From the base outwards.
+    pub links: Vec<DhLink>,
+}
+
+impl Manipulator {
+    /// Builds a serial manipulator from its Denavit-Hartenberg table.
+    ///
+    /// ```
+    /// use nalgebra::{Isometry3, Matrix3, Vector3};
+    /// use tactid_dynamics::{
+    ///     BaseKind, DhLink, DhRobot, InertialParameters, JointKind, Manipulator, MassProperties,
+    /// };
+    ///
+    /// let rod = InertialParameters::from(MassProperties {
+    ///     mass_kg: 3.0,
+    ///     center_of_mass: Vector3::new(-0.25, 0.0, 0.0), // back towards the joint
+    ///     inertia: Matrix3::from_diagonal(&Vector3::new(0.001, 0.0625, 0.0625)),
+    /// });
+    /// let robot = Manipulator::from_dh(&DhRobot {
+    ///     base_kind: BaseKind::Fixed,
+    ///     base: "base".into(),
+    ///     base_parameters: InertialParameters::zero(),
+    ///     base_from_table: Isometry3::identity(),
+    ///     links: vec![DhLink {
+    ///         joint: "hinge".into(),
+    ///         link: "rod".into(),
+    ///         kind: JointKind::Revolute,
+    ///         theta: 0.0,
+    ///         d: 0.0,
+    ///         a: 0.5,
+    ///         alpha: 0.0,
+    ///         parameters: rod,
+    ///     }],
+    /// })?;
+    /// assert_eq!(robot.joint_names(), ["hinge"]);
+    /// # Ok::<(), tactid_dynamics::ModelError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// An impossible mass or inertia, a number that is not finite, or a name used twice.
+    pub fn from_dh(robot: &DhRobot) -> Result<Self, ModelError> {
+        let mut model = Self::with_root(robot.base_kind, &robot.base, robot.base_parameters);
+        let massless = robot.base_parameters == InertialParameters::zero();
+        if robot.base_kind == BaseKind::Floating || !massless {
+            check_body(&robot.base, &robot.base_parameters)?;
+        }
+        let base_from_table = robot.base_from_table.to_homogeneous();
+        if !base_from_table.iter().all(|entry| entry.is_finite()) {
+            return Err(ModelError::NotFinite {
+                what: "the pose of the table's frame 0",
+                name: robot.base.clone(),
+            });
+        }
+        let (mut parent, mut frame) = (0, 0);
+        let mut parent_from_table = robot.base_from_table;
+        for link in &robot.links {
+            check_link(&model, link)?;
+            // The joint stands at the table's previous frame; what turns with it is the link.
+            let theta = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), link.theta);
+            let lift = Translation3::new(0.0, 0.0, link.d);
+            let joint = Joint {
+                kind: link.kind,
+                axis: Vector3::z_axis(),
+                parent_from_zero: parent_from_table * theta,
+                coordinate: model.joint_names.len(),
+                ratio: 1.0,
+                offset: 0.0,
+            };
+            let body_from_frame = Isometry3::from_parts(
+                lift * Translation3::new(link.a, 0.0, 0.0),
+                UnitQuaternion::from_axis_angle(&Vector3::x_axis(), link.alpha),
+            );
+            parent = model.add_body(parent, joint);
+            model.joint_names.push(link.joint.clone());
+            frame = model.add_frame(&link.link, frame, parent, body_from_frame, link.parameters);
+            parent_from_table = body_from_frame;
+        }
+        Ok(model)
+    }
+}
+
+fn check_link(model: &Manipulator, link: &DhLink) -> Result<(), ModelError> {
+    if model.frame_names().any(|name| name == link.link) {
+        return Err(ModelError::Duplicate("link", link.link.clone()));
+    }
+    if model.joint_index(&link.joint).is_some() {
+        return Err(ModelError::Duplicate("joint", link.joint.clone()));
+    }
+    if ![link.theta, link.d, link.a, link.alpha]
+        .iter()
+        .all(|value| value.is_finite())
+    {
+        return Err(ModelError::NotFinite {
+            what: "the table's row",
+            name: link.joint.clone(),
+        });
+    }
+    check_body(&link.link, &link.parameters)
+}

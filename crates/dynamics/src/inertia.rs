@@ -1,0 +1,255 @@
+//! Ten inertial parameters of a rigid body, and what a user reads of them.
+
+use std::ops::{Add, Neg, Sub};
+
+use nalgebra::{Isometry3, Matrix3, Matrix4, SVector, SymmetricEigen, Vector3};
+
+use crate::cross;
+
+/// Position of each parameter in [`InertialParameters`], for readers of rows and covariances.
+pub const PARAMETER_NAMES: [&str; 10] = [
+    "m", "m*ax", "m*ay", "m*az", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz",
+];
+
+/// The six distinct entries `[Ixx, Ixy, Ixz, Iyy, Iyz, Izz]` of a symmetric 3x3 matrix, row by row.
+///
+/// Products of inertia are the off-diagonal matrix entries (no sign flip), as in URDF and in
+/// `geometry_msgs/Inertia`.
+#[must_use]
+pub fn symmetric_entries(matrix: &Matrix3<f64>) -> [f64; 6] {
+    [
+        matrix[(0, 0)],
+        matrix[(0, 1)],
+        matrix[(0, 2)],
+        matrix[(1, 1)],
+        matrix[(1, 2)],
+        matrix[(2, 2)],
+    ]
+}
+
+/// The symmetric 3x3 matrix with the entries `[xx, xy, xz, yy, yz, zz]`.
+#[must_use]
+pub fn symmetric_matrix([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> Matrix3<f64> {
+    Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+}
+
+/// What a user reads: mass, centre of mass, and the inertia about the centre of mass, all in one
+/// frame whose name the owner of the value knows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MassProperties {
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// From the frame's origin to the centre of mass, m (`a` in the paper).
+    pub center_of_mass: Vector3<f64>,
+    /// Inertia about the centre of mass, with the frame's axes, kg m² (`I` in the paper).
+    pub inertia: Matrix3<f64>,
+}
+
+/// The ten numbers in which a rigid body's dynamics are linear.
+///
+/// Order: `[m, m·ax, m·ay, m·az, Ixx, Ixy, Ixz, Iyy, Iyz, Izz]`, with the inertia about the
+/// **frame's origin** (not about the centre of mass) and products of inertia without a sign flip.
+/// Units: kg, kg m, kg m². Bodies that share a frame add and subtract entry by entry.
+///
+/// ```
+/// use nalgebra::{Matrix3, Vector3};
+/// use tactid_dynamics::{InertialParameters, MassProperties};
+///
+/// let payload = MassProperties {
+///     mass_kg: 100.0,
+///     center_of_mass: Vector3::new(0.5, 0.0, 0.0),
+///     inertia: Matrix3::from_diagonal(&Vector3::new(10.0, 20.0, 10.0)),
+/// };
+/// let parameters = InertialParameters::from(payload);
+/// assert_eq!(parameters.as_vector()[1], 50.0); // kg m
+/// assert_eq!(parameters.as_vector()[7], 45.0); // 20 + 100 · 0.5²
+/// assert!(parameters.is_physical());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InertialParameters(SVector<f64, 10>);
+
+impl InertialParameters {
+    /// Nothing: the neutral element of addition.
+    #[must_use]
+    pub fn zero() -> Self {
+        Self(SVector::zeros())
+    }
+
+    /// From the ten numbers, in the order of the type.
+    #[must_use]
+    pub fn from_vector(parameters: SVector<f64, 10>) -> Self {
+        Self(parameters)
+    }
+
+    /// The ten numbers, in the order of the type.
+    #[must_use]
+    pub fn as_vector(&self) -> &SVector<f64, 10> {
+        &self.0
+    }
+
+    /// From a mass, its first moment `m·a` and the inertia about the frame's origin.
+    #[must_use]
+    pub fn from_moments(
+        mass_kg: f64,
+        first_moment: &Vector3<f64>,
+        inertia_about_origin: &Matrix3<f64>,
+    ) -> Self {
+        let [xx, xy, xz, yy, yz, zz] = symmetric_entries(inertia_about_origin);
+        let h = first_moment;
+        Self(SVector::from([
+            mass_kg, h.x, h.y, h.z, xx, xy, xz, yy, yz, zz,
+        ]))
+    }
+
+    /// Mass, kg.
+    #[must_use]
+    pub fn mass(&self) -> f64 {
+        self.0[0]
+    }
+
+    /// Mass times the centre of mass, kg m, about the frame's origin.
+    #[must_use]
+    pub fn first_moment(&self) -> Vector3<f64> {
+        Vector3::new(self.0[1], self.0[2], self.0[3])
+    }
+
+    /// Inertia about the frame's origin, kg m².
+    #[must_use]
+    pub fn inertia_about_origin(&self) -> Matrix3<f64> {
+        symmetric_matrix([
+            self.0[4], self.0[5], self.0[6], self.0[7], self.0[8], self.0[9],
+        ])
+    }
+
+    /// Mass, centre of mass and inertia about it; `None` where the mass is zero, which has none.
+    #[must_use]
+    pub fn mass_properties(&self) -> Option<MassProperties> {
+        let mass_kg = self.mass();
+        if mass_kg == 0.0 {
+            return None;
+        }
+        let center_of_mass = self.first_moment() / mass_kg;
+        Some(MassProperties {
+            mass_kg,
+            center_of_mass,
+            inertia: self.inertia_about_origin() - parallel_axis(mass_kg, &center_of_mass),
+        })
+    }
+
+    /// The same body in frame `a`, where `self` is in frame `b`.
+    #[must_use]
+    pub fn expressed_in(&self, a_from_b: &Isometry3<f64>) -> Self {
+        let t = a_from_b.to_homogeneous();
+        Self::from_pseudo_inertia(&(t * self.pseudo_inertia() * t.transpose()))
+    }
+
+    /// The 4x4 pseudo-inertia `[[Σ, h], [hᵀ, m]]` with the second moments `Σ = ½ tr(I) 1 - I`:
+    /// the integral of `[x; 1][x; 1]ᵀ` over the body's mass.
+    #[must_use]
+    pub fn pseudo_inertia(&self) -> Matrix4<f64> {
+        let inertia = self.inertia_about_origin();
+        let second_moments = Matrix3::identity() * (0.5 * inertia.trace()) - inertia;
+        let h = self.first_moment();
+        let mut pseudo = Matrix4::zeros();
+        pseudo
+            .fixed_view_mut::<3, 3>(0, 0)
+            .copy_from(&second_moments);
+        pseudo.fixed_view_mut::<3, 1>(0, 3).copy_from(&h);
+        pseudo
+            .fixed_view_mut::<1, 3>(3, 0)
+            .copy_from(&h.transpose());
+        pseudo[(3, 3)] = self.mass();
+        pseudo
+    }
+
+    /// The inverse of [`Self::pseudo_inertia`]; only the symmetric part is read.
+    #[must_use]
+    pub fn from_pseudo_inertia(pseudo: &Matrix4<f64>) -> Self {
+        let symmetric = (pseudo + pseudo.transpose()) * 0.5;
+        let second_moments: Matrix3<f64> = symmetric.fixed_view::<3, 3>(0, 0).into();
+        let inertia = Matrix3::identity() * second_moments.trace() - second_moments;
+        let h: Vector3<f64> = symmetric.fixed_view::<3, 1>(0, 3).into();
+        Self::from_moments(symmetric[(3, 3)], &h, &inertia)
+    }
+
+    /// Whether some distribution of positive mass has these parameters: the mass is positive and the
+    /// pseudo-inertia has no negative eigenvalue, but for rounding.
+    ///
+    /// Points, rods and plates without thickness lie on the border and count as physical. So does the
+    /// paper's payload, diag(10, 20, 10) kg m²: it is a plate, and half of all good estimates of it
+    /// miss the border by their noise; judge those by [`Self::is_physical_within`].
+    #[must_use]
+    pub fn is_physical(&self) -> bool {
+        self.is_physical_within(1e-9)
+    }
+
+    /// As [`Self::is_physical`], where the largest principal moment about the centre of mass may
+    /// exceed the sum of the two others by `tolerance` times itself.
+    ///
+    /// For a positive mass this triangle inequality says the same as the pseudo-inertia's
+    /// eigenvalues, by its Schur complement about the centre of mass.
+    #[must_use]
+    pub fn is_physical_within(&self, tolerance: f64) -> bool {
+        // What is left of a moment when the parallel-axis term is taken off bears that term's rounding.
+        let rounding = 1e-14 * self.inertia_about_origin().trace();
+        self.mass() > 0.0
+            && self.principal_moments().is_some_and(|moments| {
+                let [least, middle, largest] = moments.into();
+                largest <= least + middle + tolerance * largest + rounding
+            })
+    }
+
+    /// Principal moments of inertia about the centre of mass, ascending, kg m²; `None` where the
+    /// mass is zero or a parameter is not finite.
+    #[must_use]
+    pub fn principal_moments(&self) -> Option<Vector3<f64>> {
+        let finite = self.0.iter().all(|entry| entry.is_finite());
+        let inertia = self.mass_properties().filter(|_| finite)?.inertia;
+        let mut moments = SymmetricEigen::new(inertia).eigenvalues;
+        moments.as_mut_slice().sort_by(f64::total_cmp);
+        Some(moments)
+    }
+}
+
+/// What the parallel-axis theorem adds to an inertia about the centre of mass, `a` away from it.
+fn parallel_axis(mass_kg: f64, a: &Vector3<f64>) -> Matrix3<f64> {
+    -cross(a) * cross(a) * mass_kg
+}
+
+impl From<MassProperties> for InertialParameters {
+    fn from(body: MassProperties) -> Self {
+        let about_origin = body.inertia + parallel_axis(body.mass_kg, &body.center_of_mass);
+        Self::from_moments(
+            body.mass_kg,
+            &(body.center_of_mass * body.mass_kg),
+            &about_origin,
+        )
+    }
+}
+
+impl Add for InertialParameters {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self(self.0 + other.0)
+    }
+}
+
+impl Sub for InertialParameters {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self(self.0 - other.0)
+    }
+}
+
+impl Neg for InertialParameters {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+impl std::iter::Sum for InertialParameters {
+    fn sum<I: Iterator<Item = Self>>(bodies: I) -> Self {
+        bodies.fold(Self::zero(), Add::add)
+    }
+}

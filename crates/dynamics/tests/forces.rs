@@ -1,0 +1,246 @@
+//! Forces (21)-(41), the base's acceleration and momentum, by the laws they must keep.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{RandomTree, State, assert_close, derivative, rng, robots, six, vector};
+use nalgebra::{Isometry3, Vector3, Vector6};
+use tactid_dynamics::{
+    BaseKind, Manipulator, Momentum, Workspace, Wrench, base_acceleration, forces, momentum,
+};
+
+fn loaded(robot: &Manipulator, state: &State, gravity: &Vector3<f64>) -> Workspace {
+    let mut workspace = state.moved(robot);
+    forces(robot, &mut workspace, gravity);
+    workspace
+}
+
+/// Kinetic energy, link by link from the parameters that the tree was made with.
+fn kinetic_energy(tree: &RandomTree, robot: &Manipulator, workspace: &Workspace) -> f64 {
+    let of_link = |index: usize| {
+        let frame = robot.frame(&format!("link_{index}")).unwrap();
+        let motion = workspace.frame_motion(robot, frame);
+        let to_link = motion.pose.rotation.inverse();
+        let (v, w) = (to_link * motion.velocity, to_link * motion.angular_velocity);
+        let link = &tree.0[index].parameters;
+        0.5 * link.mass() * v.norm_squared()
+            + v.dot(&w.cross(&link.first_moment()))
+            + 0.5 * w.dot(&(link.inertia_about_origin() * w))
+    };
+    (0..tree.0.len()).map(of_link).sum()
+}
+
+/// Momentum about the inertial frame's origin, link by link as [`kinetic_energy`].
+fn momentum_of_links(
+    tree: &RandomTree,
+    robot: &Manipulator,
+    workspace: &Workspace,
+) -> Vector6<f64> {
+    let mut total = Wrench::zero();
+    for (index, link) in tree.0.iter().enumerate() {
+        let frame = robot.frame(&format!("link_{index}")).unwrap();
+        let motion = workspace.frame_motion(robot, frame);
+        let to_link = motion.pose.rotation.inverse();
+        let (v, w) = (to_link * motion.velocity, to_link * motion.angular_velocity);
+        let (h, inertia) = (
+            link.parameters.first_moment(),
+            link.parameters.inertia_about_origin(),
+        );
+        let of_link = Wrench {
+            force: v * link.parameters.mass() + w.cross(&h),
+            moment: inertia * w + h.cross(&v),
+        };
+        total = total + of_link.expressed_in(&motion.pose);
+    }
+    six(total)
+}
+
+fn stacked(momentum: Momentum) -> Vector6<f64> {
+    six(Wrench {
+        force: momentum.linear,
+        moment: momentum.angular,
+    })
+}
+
+/// The kinetic energy grows by what the joints, the base's wrench and gravity put in: torque times
+/// rate, for revolute, prismatic and mimic joints alike, so no sign, axis or share is wrong.
+#[test]
+fn power_balance() {
+    let rng = &mut rng(1);
+    for tree in (0..40).map(RandomTree::new) {
+        let robot = tree.robot();
+        let state = State::random(rng, robot.dof());
+        let gravity = vector(rng, 10.0);
+        let workspace = loaded(&robot, &state, &gravity);
+        let torques = workspace.joint_torques().iter();
+        let of_joints: f64 = torques.zip(&state.velocity).map(|(t, v)| t * v).sum();
+        let base = workspace.base_wrench();
+        let of_base =
+            base.force.dot(&state.base.velocity) + base.moment.dot(&state.base.angular_velocity);
+        let of_gravity = gravity.dot(&momentum(&robot, &workspace).linear);
+        let rate = derivative(|t| kinetic_energy(&tree, &robot, &state.at(t).moved(&robot)));
+        let power = of_joints + of_base + of_gravity;
+        let size = 1.0 + of_joints.abs() + of_base.abs() + of_gravity.abs();
+        assert!(
+            (rate - power).abs() < 1e-8 * size,
+            "{rate} W, but {power} W put in"
+        );
+    }
+}
+
+/// Momentum is the sum over the links, about the inertial frame's origin.
+#[test]
+fn momentum_is_the_sum_over_links() {
+    let rng = &mut rng(2);
+    for tree in (0..40).map(RandomTree::new) {
+        let robot = tree.robot();
+        let workspace = State::random(rng, robot.dof()).moved(&robot);
+        let wanted = momentum_of_links(&tree, &robot, &workspace);
+        assert_close(
+            &stacked(momentum(&robot, &workspace)),
+            &wanted,
+            1e-13,
+            "momentum",
+        );
+    }
+}
+
+/// Momentum changes by the base's wrench moved to the inertial frame's origin, however the base is
+/// driven: `Σ f̂` and `Σ (n̂ + r × f̂)` are all that (21)-(41) add up.
+#[test]
+fn momentum_rate_is_the_base_wrench() {
+    let rng = &mut rng(3);
+    for robot in robots() {
+        let state = State::random(rng, robot.dof());
+        let workspace = loaded(&robot, &state, &Vector3::zeros());
+        let to_base = Isometry3::from(state.base.pose.translation);
+        let applied = workspace.base_wrench().expressed_in(&to_base);
+        let rate = derivative(|t| stacked(momentum(&robot, &state.at(t).moved(&robot))));
+        assert_close(&rate, &six(applied), 1e-8, "rate of momentum");
+    }
+}
+
+/// Gravity loads joints and base as the base's acceleration upwards does.
+#[test]
+fn gravity_is_an_upward_acceleration_of_the_base() {
+    let rng = &mut rng(4);
+    for robot in robots() {
+        let state = State::random(rng, robot.dof());
+        let gravity = Vector3::new(0.5, -1.0, -9.81);
+        let under_gravity = loaded(&robot, &state, &gravity);
+        let mut lifted = state.clone();
+        lifted.base.acceleration -= gravity;
+        let lifted = loaded(&robot, &lifted, &Vector3::zeros());
+        let (given, wanted) = (six(under_gravity.base_wrench()), six(lifted.base_wrench()));
+        assert_close(&given, &wanted, 1e-12, "base wrench");
+        for (given, wanted) in under_gravity
+            .joint_torques()
+            .iter()
+            .zip(lifted.joint_torques())
+        {
+            assert!((given - wanted).abs() <= 1e-12 * (1.0 + wanted.abs()));
+        }
+    }
+}
+
+/// A robot held still pushes up with its whole weight, at its centre of mass.
+#[test]
+fn at_rest_the_base_carries_the_weight() {
+    let rng = &mut rng(5);
+    for robot in robots() {
+        let mut state = State::random(rng, robot.dof());
+        state.base = tactid_dynamics::FrameMotion::at_rest(state.base.pose);
+        state.velocity.fill(0.0);
+        state.acceleration.fill(0.0);
+        let workspace = loaded(&robot, &state, &Vector3::new(0.0, 0.0, -9.81));
+        let weight = Vector3::new(0.0, 0.0, 9.81) * robot.mass();
+        assert_close(&workspace.base_wrench().force, &weight, 1e-13, "weight");
+        assert!(workspace.base_wrench().moment.z.abs() < 1e-12 * weight.norm());
+    }
+}
+
+/// With the base's acceleration that it finds, a free-floating robot needs nothing from outside and
+/// keeps its momentum while its joints move.
+#[test]
+fn base_acceleration_conserves_momentum() {
+    let rng = &mut rng(6);
+    for robot in robots() {
+        let mut state = State::random(rng, robot.dof());
+        let mut workspace = Workspace::new(&robot);
+        let found = base_acceleration(&robot, &mut workspace, &state.base, state.joints()).unwrap();
+        let left = workspace.base_wrench();
+
+        let mut held = state.clone();
+        (held.base.acceleration, held.base.angular_acceleration) = Default::default();
+        let needed = six(loaded(&robot, &held, &Vector3::zeros()).base_wrench()).norm();
+        assert!(six(left).norm() < 1e-12 * needed, "{left:?} of {needed}");
+
+        (state.base.acceleration, state.base.angular_acceleration) = (found.linear, found.angular);
+        let again = loaded(&robot, &state, &Vector3::zeros());
+        assert_eq!(
+            again.base_wrench(),
+            left,
+            "the workspace holds the motion that was found"
+        );
+        let rate = derivative(|t| stacked(momentum(&robot, &state.at(t).moved(&robot))));
+        assert!(
+            rate.norm() < 1e-8 * (1.0 + needed),
+            "momentum changes by {rate}"
+        );
+    }
+}
+
+/// The joint that leads bears its own torque and each follower's times that follower's multiplier.
+#[test]
+fn mimic_torques_count_towards_the_leader() {
+    let rng = &mut rng(7);
+    let mut followers = 0;
+    for tree in (0..40).map(RandomTree::new) {
+        let robot = tree.robot();
+        let free = Manipulator::from_urdf(&tree.urdf(false), BaseKind::Floating).unwrap();
+        let state = State::random(rng, robot.dof());
+        let mut spread = state.clone();
+        spread.position = vec![0.0; free.dof()];
+        spread.velocity = spread.position.clone();
+        spread.acceleration = spread.position.clone();
+        // Each free joint with the joint whose coordinate moves it.
+        let mut sources = Vec::new();
+        for (joint, name) in free.joint_names().iter().enumerate() {
+            let link: usize = name.trim_start_matches("joint_").parse().unwrap();
+            let (leader, ratio, offset) = tree.0[link].mimic.unwrap_or((link, 1.0, 0.0));
+            let source = robot.joint_index(&format!("joint_{leader}")).unwrap();
+            spread.position[joint] = ratio * state.position[source] + offset;
+            spread.velocity[joint] = ratio * state.velocity[source];
+            spread.acceleration[joint] = ratio * state.acceleration[source];
+            sources.push((source, ratio));
+            followers += usize::from(leader != link);
+        }
+        let gravity = vector(rng, 10.0);
+        let given = loaded(&robot, &state, &gravity);
+        let free = loaded(&free, &spread, &gravity);
+        let mut wanted = vec![0.0; robot.dof()];
+        for (torque, (source, ratio)) in free.joint_torques().iter().zip(sources) {
+            wanted[source] += ratio * torque;
+        }
+        for (given, wanted) in given.joint_torques().iter().zip(wanted) {
+            assert!((given - wanted).abs() <= 1e-12 * (1.0 + wanted.abs()));
+        }
+    }
+    assert!(followers > 10, "only {followers} mimic joints were tried");
+}
+
+/// Loads do not depend on where the inertial frame's origin is, as far away as a low orbit.
+#[test]
+fn forces_do_not_depend_on_the_origin() {
+    let rng = &mut rng(8);
+    for robot in robots() {
+        let state = State::random(rng, robot.dof());
+        let mut far = state.clone();
+        far.base.pose.translation.vector += Vector3::new(7e6, -3e6, 1e6);
+        let near = loaded(&robot, &state, &Vector3::zeros());
+        let far = loaded(&robot, &far, &Vector3::zeros());
+        let wanted = six(near.base_wrench());
+        assert_close(&six(far.base_wrench()), &wanted, 1e-13, "base wrench");
+    }
+}

@@ -1,0 +1,199 @@
+//! Motion (1)-(20) against differences of poses along a trajectory.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{State, assert_close, derivative, rng, robots, second_derivative};
+use nalgebra::{Isometry3, Matrix3, Vector3};
+use tactid_dynamics::{
+    BaseKind, FrameMotion, JointMotion, Manipulator, StateError, Workspace, base_acceleration,
+    motion,
+};
+
+const TOLERANCE: f64 = 1e-8;
+
+/// The vector of the skew-symmetric part.
+fn vee(m: &Matrix3<f64>) -> Vector3<f64> {
+    Vector3::new(m.m32 - m.m23, m.m13 - m.m31, m.m21 - m.m12) * 0.5
+}
+
+/// Velocity and acceleration of every link are the first and second differences of its pose.
+///
+/// The poses know nothing of (2)-(20), so this fails without the transport term `ω × θ̇ z` of (15),
+/// which the paper leaves out, without the Coriolis term `2 ω × v` of a prismatic joint, without a
+/// centripetal `ω × (ω × a)`, with a multiplier of a mimic joint left out of its velocity, and with
+/// a spatial acceleration in the place of the classical one.
+#[test]
+fn velocities_and_accelerations_are_differences_of_poses() {
+    let rng = &mut rng(1);
+    for robot in robots() {
+        let state = State::random(rng, robot.dof());
+        let workspace = state.moved(&robot);
+        let samples = |t: f64| state.at(t).moved(&robot);
+        for name in robot.frame_names() {
+            let frame = robot.frame(name).unwrap();
+            let position = |t| samples(t).pose(&robot, frame).translation.vector;
+            let rotation = |t| {
+                let pose = samples(t).pose(&robot, frame);
+                pose.rotation.to_rotation_matrix().into_inner()
+            };
+            let given = workspace.frame_motion(&robot, frame);
+            let to_body = rotation(0.0).transpose();
+            // Ṙ Rᵀ = [ω]× and R̈ Rᵀ = [ω̇]× + [ω]×², the last symmetric.
+            let w = vee(&(derivative(rotation) * to_body));
+            let dw = vee(&(second_derivative(rotation) * to_body));
+            assert_eq!(given.pose, workspace.pose(&robot, frame));
+            assert_close(&given.velocity, &derivative(position), TOLERANCE, name);
+            assert_close(&given.angular_velocity, &w, TOLERANCE, name);
+            assert_close(
+                &given.acceleration,
+                &second_derivative(position),
+                TOLERANCE,
+                name,
+            );
+            assert_close(&given.angular_acceleration, &dw, TOLERANCE, name);
+        }
+    }
+}
+
+/// One link on a joint of the given kind along or about x.
+fn on_x(kind: &str) -> Manipulator {
+    let xml = format!(
+        "<robot name='one'><link name='base'/><link name='arm'><inertial><mass value='1'/>\
+         <inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial></link>\
+         <joint name='joint' type='{kind}'><parent link='base'/><child link='arm'/>\
+         <axis xyz='1 0 0'/><limit lower='0' upper='1' effort='1' velocity='1'/></joint></robot>"
+    );
+    Manipulator::from_urdf(&xml, BaseKind::Fixed).unwrap()
+}
+
+/// The arm's motion at position 0.5 and velocity 3, on a base that turns about z at 2 rad/s.
+fn on_turning_base(kind: &str) -> FrameMotion {
+    let robot = on_x(kind);
+    let mut base = FrameMotion::at_rest(Isometry3::identity());
+    base.angular_velocity.z = 2.0;
+    let joints = JointMotion {
+        position: &[0.5],
+        velocity: &[3.0],
+        acceleration: &[0.0],
+    };
+    let mut workspace = Workspace::new(&robot);
+    motion(&robot, &mut workspace, &base, joints).unwrap();
+    workspace.frame_motion(&robot, robot.frame("arm").unwrap())
+}
+
+/// A link that turns steadily about x on a base turning about z has the angular acceleration
+/// `ω × θ̇ x = 6 y`: the transport term of (15), missing in print.
+#[test]
+fn revolute_joint_has_its_transport_term() {
+    let arm = on_turning_base("continuous");
+    assert_close(
+        &arm.angular_velocity,
+        &Vector3::new(3.0, 0.0, 2.0),
+        1e-15,
+        "ω",
+    );
+    assert_close(
+        &arm.angular_acceleration,
+        &Vector3::new(0.0, 6.0, 0.0),
+        1e-15,
+        "ω̇",
+    );
+}
+
+/// A link that slides steadily along x on a base turning about z has the Coriolis acceleration
+/// `2 ω × v = 12 y` beside the centripetal one.
+#[test]
+fn prismatic_joint_has_its_coriolis_term() {
+    let arm = on_turning_base("prismatic");
+    assert_close(&arm.velocity, &Vector3::new(3.0, 1.0, 0.0), 1e-15, "ṗ");
+    assert_close(
+        &arm.acceleration,
+        &Vector3::new(-2.0, 12.0, 0.0),
+        1e-15,
+        "p̈",
+    );
+}
+
+/// A frame fixed to a body moves as the robot's own frames on fixed joints do, and what the rows
+/// read of it is turned into that frame with gravity taken off.
+#[test]
+fn fixed_frames_and_tool_motion() {
+    let rng = &mut rng(2);
+    let robot = common::tactid();
+    let state = State::random(rng, robot.dof());
+    let workspace = state.moved(&robot);
+    let (wrist, tool) = (
+        robot.frame("wrist_3_link").unwrap(),
+        robot.frame("tool0").unwrap(),
+    );
+    let wrist_from_tool = robot.fixed_transform(wrist, tool).unwrap();
+    let by_hand = workspace
+        .frame_motion(&robot, wrist)
+        .of_fixed(&wrist_from_tool);
+    let given = workspace.frame_motion(&robot, tool);
+    assert_close(&by_hand.acceleration, &given.acceleration, 1e-14, "p̈");
+    assert_close(&by_hand.velocity, &given.velocity, 1e-14, "ṗ");
+    assert!(robot.fixed_transform(robot.base_frame(), tool).is_none());
+
+    let gravity = Vector3::new(0.0, 0.0, -9.81);
+    let in_tool = given.in_frame(&gravity);
+    let rotation = given.pose.rotation;
+    assert_close(
+        &(rotation * in_tool.acceleration),
+        &(given.acceleration - gravity),
+        1e-14,
+        "p̈ - g",
+    );
+    assert_close(
+        &(rotation * in_tool.angular_velocity),
+        &given.angular_velocity,
+        1e-14,
+        "ω",
+    );
+    assert_close(
+        &(rotation * in_tool.angular_acceleration),
+        &given.angular_acceleration,
+        1e-14,
+        "ω̇",
+    );
+}
+
+/// A slice of the wrong length is refused with its name, both lengths and the joints.
+#[test]
+fn wrong_lengths_are_refused() {
+    let robot = on_x("prismatic");
+    let mut workspace = Workspace::new(&robot);
+    let base = FrameMotion::at_rest(Isometry3::identity());
+    let cases: [(&str, [&[f64]; 3]); 3] = [
+        ("position", [&[], &[0.0], &[0.0]]),
+        ("velocity", [&[0.0], &[0.0, 1.0], &[0.0]]),
+        ("acceleration", [&[0.0], &[0.0], &[1.0, 2.0, 3.0]]),
+    ];
+    for (what, [position, velocity, acceleration]) in cases {
+        let joints = JointMotion {
+            position,
+            velocity,
+            acceleration,
+        };
+        let given = [position, velocity, acceleration];
+        let wanted = StateError {
+            what,
+            given: given
+                .iter()
+                .map(|slice| slice.len())
+                .find(|&length| length != 1)
+                .unwrap(),
+            expected: 1,
+            joints: "joint".to_owned(),
+        };
+        assert_eq!(motion(&robot, &mut workspace, &base, joints), Err(wanted));
+        let error = base_acceleration(&robot, &mut workspace, &base, joints).unwrap_err();
+        let message = error.to_string();
+        assert!(
+            message.contains(what) && message.contains("1 joints: joint"),
+            "{message}"
+        );
+    }
+}

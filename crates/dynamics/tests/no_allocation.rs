@@ -1,0 +1,45 @@
+//! What runs in a control loop allocates nothing.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use allocation_counter::measure;
+use common::{Cloud, State, rng, robots};
+use nalgebra::Vector3;
+use std::hint::black_box;
+use tactid_dynamics::{
+    Workspace, base_acceleration, forces, inertia_rows, momentum, motion, tactile_mass_rows,
+    wrench_on_end_effector, wrench_regressor,
+};
+
+/// Once a workspace exists, motion, forces, the base's acceleration, momentum, the end-effector's
+/// wrench and all rows allocate nothing.
+#[test]
+fn the_loop_allocates_nothing() {
+    let rng = &mut rng(1);
+    for robot in robots() {
+        let tool = robot.frame(robot.frame_names().last().unwrap()).unwrap();
+        let state = State::random(rng, robot.dof());
+        let payload = Cloud::random(rng).mass_properties();
+        let mut workspace = Workspace::new(&robot);
+        let counted = measure(|| {
+            motion(&robot, &mut workspace, &state.base, state.joints()).unwrap();
+            forces(&robot, &mut workspace, &Vector3::new(0.0, 0.0, -9.81));
+            base_acceleration(&robot, &mut workspace, &state.base, state.joints()).unwrap();
+            black_box(momentum(&robot, &workspace));
+            black_box(robot.subtree_parameters(&workspace, robot.base_frame()));
+            let wrench = wrench_on_end_effector(&robot, &workspace, tool);
+            let seen = workspace
+                .frame_motion(&robot, tool)
+                .in_frame(&Vector3::zeros());
+            let first = tactile_mass_rows(&seen, &wrench.force);
+            black_box(first.iter().map(|(_, wanted)| wanted).sum::<f64>());
+            black_box(inertia_rows(&seen, &wrench, &payload.center_of_mass));
+            black_box(wrench_regressor(&seen));
+        });
+        assert_eq!(counted.count_total, 0, "{counted:?}");
+    }
+    let counted = measure(|| drop(black_box(vec![0_u8; 16])));
+    assert_eq!(counted.count_total, 1, "the counter counts");
+}

@@ -1,0 +1,58 @@
+//! ROS 2 logs: messages in MCAP files, as rosbag2 writes and plays them.
+//!
+//! [`LogWriter`] writes a log that `ros2 bag play`, Foxglove, PlotJuggler and Rerun open.
+//! [`LogReader`] reads an `.mcap` file or the folder of a bag, of any length and in any state, and
+//! gives the messages in the order of their log times.
+//!
+//! ```
+//! use tactid_logs::{Durability, LogError, LogReader, LogWriter};
+//! use tactid_logs::messages::{Header, JointState, Time};
+//!
+//! # let folder = tempfile::tempdir().unwrap();
+//! # let path = folder.path().join("run.mcap");
+//! let mut log = LogWriter::create(&path)?;
+//! let joints = log.channel::<JointState>("/joint_states", Durability::Volatile)?;
+//! for k in 0..100 {
+//!     let time_ns = 1_000_000_000 + k * 1_000_000;
+//!     let header = Header { stamp: Time::from_ns(time_ns), ..Header::default() };
+//!     let state = JointState {
+//!         header,
+//!         name: vec!["elbow_joint".to_owned()],
+//!         position: vec![0.01 * k as f64],
+//!         velocity: vec![10.0],
+//!         effort: vec![],
+//!     };
+//!     log.write(&joints, time_ns, &state)?;
+//! }
+//! log.finish()?;
+//!
+//! let log = LogReader::open(&path)?;
+//! assert_eq!(log.topics()[0].frequency_hz(), Some(1000.0));
+//! let mut last = 0.0;
+//! for message in log.messages_on(["/joint_states"])? {
+//!     last = message?.decode::<JointState>()?.position[0];
+//! }
+//! assert_eq!(last, 0.99);
+//! # Ok::<(), LogError>(())
+//! ```
+//!
+//! A log whose writer was killed, or which is damaged, gives what stands before the damage and
+//! says where that is: [`LogReader::damage`], [`Messages::damage`].
+//!
+//! Times are in ns since the epoch of the log's clock. A message's log time says when it was
+//! logged; its header's stamp says when its data was measured.
+
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
+pub mod cdr;
+mod error;
+pub mod messages;
+mod reader;
+mod rosbag2;
+mod writer;
+
+pub use error::LogError;
+pub use messages::Message;
+pub use reader::{Damage, LogReader, Messages, RawMessage, Topic};
+pub use rosbag2::Durability;
+pub use writer::{Channel, LogWriter};

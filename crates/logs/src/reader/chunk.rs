@@ -1,0 +1,213 @@
+//! What is inside a chunk: its records in one piece, checked.
+
+use std::{io::Read, ops::Range};
+
+use mcap::records::op;
+
+use super::file::{MAX_RECORD, RECORD_HEADER};
+
+/// Channel, sequence, log time and publish time.
+const MESSAGE_HEADER: usize = 22;
+
+/// As much as a chunk usually has at most; memory for more is taken as it comes.
+const USUAL_CHUNK: u64 = 8 << 20;
+
+/// Records one after the other, uncompressed.
+pub(super) struct Records {
+    bytes: Vec<u8>,
+    start: usize,
+}
+
+/// A message within [`Records`].
+#[derive(Clone, Copy)]
+pub(super) struct MessageHead {
+    pub(super) channel: u16,
+    pub(super) sequence: u32,
+    pub(super) log_time_ns: u64,
+    pub(super) publish_time_ns: u64,
+}
+
+/// The header of a chunk, and where its data begins.
+struct ChunkHeader<'a> {
+    uncompressed_size: u64,
+    uncompressed_crc: u32,
+    compression: &'a [u8],
+    compressed_size: u64,
+    data: usize,
+}
+
+impl Records {
+    /// Records that stand in the file as they are, outside of chunks.
+    pub(super) fn plain(bytes: Vec<u8>) -> Self {
+        Self { bytes, start: 0 }
+    }
+
+    /// The records of a chunk. Of one that is cut off, those that are there.
+    pub(super) fn of_chunk(body: Vec<u8>, cut: bool) -> Result<Self, String> {
+        let header = ChunkHeader::parse(&body).ok_or("a chunk without its header")?;
+        if header.uncompressed_size > MAX_RECORD && !cut {
+            return Err("a chunk of impossible size".to_owned());
+        }
+        let (size, crc) = (header.uncompressed_size, header.uncompressed_crc);
+        let compressed_size = usize::try_from(header.compressed_size).unwrap_or(usize::MAX);
+        let end = header.data.saturating_add(compressed_size);
+        if end > body.len() && !cut {
+            return Err("a chunk that is shorter than its header says".to_owned());
+        }
+        let end = end.min(body.len());
+        let data = body.get(header.data..end).unwrap_or_default();
+        let records = match header.compression {
+            b"" => {
+                let start = header.data;
+                let mut bytes = body;
+                bytes.truncate(end);
+                Self { bytes, start }
+            }
+            b"zstd" => {
+                let decoder = zstd::Decoder::with_buffer(data);
+                Self::plain(decompress(decoder.map_err(|e| e.to_string())?, size, cut)?)
+            }
+            b"lz4" => {
+                let decoder = lz4::Decoder::new(data);
+                Self::plain(decompress(decoder.map_err(|e| e.to_string())?, size, cut)?)
+            }
+            other => {
+                let name = String::from_utf8_lossy(other);
+                return Err(format!(
+                    "a chunk compressed as {name:?}, not as zstd or lz4"
+                ));
+            }
+        };
+        records.verified(size, crc, cut)
+    }
+
+    /// Checks size and checksum, which a chunk that is cut off cannot meet.
+    fn verified(self, size: u64, crc: u32, cut: bool) -> Result<Self, String> {
+        let bytes = self.bytes.get(self.start..).unwrap_or_default();
+        if bytes.len() as u64 != size {
+            return if cut {
+                Ok(self)
+            } else {
+                Err(format!(
+                    "a chunk of {} bytes that should have {size}",
+                    bytes.len()
+                ))
+            };
+        }
+        // A writer that calculates no checksum writes zero.
+        if crc != 0 && crc32fast::hash(bytes) != crc {
+            return Err("a chunk whose checksum is wrong".to_owned());
+        }
+        Ok(self)
+    }
+
+    /// The records in order, each its opcode and where its body is. The last may be an error.
+    pub(super) fn iter(&self) -> impl Iterator<Item = Result<(u8, Range<usize>), &'static str>> {
+        let mut next = self.start;
+        std::iter::from_fn(move || {
+            let rest = self.bytes.get(next..).filter(|rest| !rest.is_empty())?;
+            let Some(body) = body_range(rest, next) else {
+                next = self.bytes.len();
+                return Some(Err("a record that goes beyond its chunk"));
+            };
+            next = body.end;
+            Some(Ok((rest[0], body)))
+        })
+    }
+
+    /// The bytes of a body from [`iter`](Self::iter).
+    pub(super) fn body(&self, range: Range<usize>) -> &[u8] {
+        self.bytes.get(range).unwrap_or_default()
+    }
+
+    /// The messages in order, each with where its data is. The last may be an error.
+    pub(super) fn messages(
+        &self,
+    ) -> impl Iterator<Item = Result<(MessageHead, Range<usize>), &'static str>> {
+        self.iter().filter_map(|record| match record {
+            Ok((op::MESSAGE, body)) => Some(
+                MessageHead::parse(self.body(body.clone()))
+                    .map(|head| (head, body.start + MESSAGE_HEADER..body.end))
+                    .ok_or("a message without its header"),
+            ),
+            Ok(_) => None,
+            Err(what) => Some(Err(what)),
+        })
+    }
+}
+
+impl MessageHead {
+    pub(super) fn parse(body: &[u8]) -> Option<Self> {
+        let mut fields = Fields(body);
+        Some(Self {
+            channel: u16::from_le_bytes(fields.take()?),
+            sequence: u32::from_le_bytes(fields.take()?),
+            log_time_ns: fields.u64()?,
+            publish_time_ns: fields.u64()?,
+        })
+    }
+}
+
+impl<'a> ChunkHeader<'a> {
+    fn parse(body: &'a [u8]) -> Option<Self> {
+        let mut fields = Fields(body);
+        let _times = (fields.u64()?, fields.u64()?);
+        let uncompressed_size = fields.u64()?;
+        let uncompressed_crc = fields.u32()?;
+        let length = fields.u32()? as usize;
+        let compression = fields.bytes(length)?;
+        let compressed_size = fields.u64()?;
+        let data = body.len() - fields.0.len();
+        Some(Self {
+            uncompressed_size,
+            uncompressed_crc,
+            compression,
+            compressed_size,
+            data,
+        })
+    }
+}
+
+/// Little-endian fields from the front of bytes.
+struct Fields<'a>(&'a [u8]);
+
+impl<'a> Fields<'a> {
+    fn bytes(&mut self, count: usize) -> Option<&'a [u8]> {
+        let (head, rest) = self.0.split_at_checked(count)?;
+        self.0 = rest;
+        Some(head)
+    }
+
+    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        self.bytes(N)?.try_into().ok()
+    }
+
+    fn u32(&mut self) -> Option<u32> {
+        self.take().map(u32::from_le_bytes)
+    }
+
+    fn u64(&mut self) -> Option<u64> {
+        self.take().map(u64::from_le_bytes)
+    }
+}
+
+/// Where the body is of the record at the front of `rest`, which starts at `offset`.
+fn body_range(rest: &[u8], offset: usize) -> Option<Range<usize>> {
+    let length = rest.get(1..RECORD_HEADER as usize)?.try_into().ok()?;
+    let length = usize::try_from(u64::from_le_bytes(length)).ok()?;
+    let start = offset + RECORD_HEADER as usize;
+    let end = start.checked_add(length)?;
+    (end <= offset + rest.len()).then_some(start..end)
+}
+
+/// Decompresses `size` bytes; of data that is cut off, as many as there are.
+fn decompress(decoder: impl Read, size: u64, cut: bool) -> Result<Vec<u8>, String> {
+    let size = size.min(MAX_RECORD);
+    // Grows with what comes out, so that a damaged size costs nothing. One more byte than there
+    // should be shows that there are too many.
+    let mut bytes = Vec::with_capacity(size.min(USUAL_CHUNK) as usize + 1);
+    match decoder.take(size + 1).read_to_end(&mut bytes) {
+        Err(error) if !cut => Err(format!("a chunk that cannot be decompressed: {error}")),
+        _ => Ok(bytes),
+    }
+}

@@ -1,0 +1,264 @@
+//! What is in a file and where: from its summary, or else by reading through it.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+};
+
+use mcap::records::{Record, op};
+
+use super::{
+    chunk::{MessageHead, Records},
+    file::{Damage, LogFile, RecordHead, Stop},
+    summary::{self, Summary},
+};
+use crate::error::LogError;
+
+/// Messages outside of chunks are read so many bytes at a time.
+const PLAIN_SEGMENT: u64 = 1 << 20;
+
+pub(super) type Metadata = BTreeMap<String, BTreeMap<String, String>>;
+
+/// A part of a file that is read at once: a chunk, or a run of records outside of chunks.
+#[derive(Debug)]
+pub(super) struct Segment {
+    pub(super) at_byte: u64,
+    pub(super) length: u64,
+    pub(super) kind: SegmentKind,
+    /// The earliest log time in it.
+    pub(super) first_ns: u64,
+    pub(super) channels: BTreeSet<u16>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum SegmentKind {
+    Chunk,
+    /// A chunk that the end of the file cuts off.
+    CutChunk,
+    Plain,
+}
+
+/// A channel of a file.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Channel {
+    pub(super) topic: String,
+    pub(super) type_name: String,
+    pub(super) encoding: String,
+    pub(super) count: u64,
+    /// First and last log time.
+    pub(super) times_ns: Option<(u64, u64)>,
+}
+
+/// What is in a file.
+#[derive(Debug)]
+pub(super) struct FileIndex {
+    pub(super) path: PathBuf,
+    pub(super) segments: Vec<Segment>,
+    pub(super) channels: BTreeMap<u16, Channel>,
+    pub(super) metadata: Metadata,
+    pub(super) damage: Option<Damage>,
+}
+
+impl Segment {
+    /// Reads the segment and takes it apart.
+    pub(super) fn read(&self, file: &mut LogFile) -> Result<Records, Stop> {
+        if self.kind == SegmentKind::Plain {
+            return Ok(Records::plain(file.read(self.at_byte, self.length)?));
+        }
+        match file.record_at(self.at_byte)? {
+            Some(record) if record.opcode == op::CHUNK => {
+                let cut = self.kind == SegmentKind::CutChunk;
+                let body = file.body(record)?;
+                Records::of_chunk(body, cut).map_err(|what| file.damage(self.at_byte, what))
+            }
+            _ => Err(file.damage(self.at_byte, "no chunk where the index says one")),
+        }
+    }
+}
+
+impl Channel {
+    pub(super) fn count_message(&mut self, log_time_ns: u64) {
+        self.count += 1;
+        self.extend_times((log_time_ns, log_time_ns));
+    }
+
+    pub(super) fn extend_times(&mut self, (first_ns, last_ns): (u64, u64)) {
+        let (first, last) = self.times_ns.unwrap_or((first_ns, last_ns));
+        self.times_ns = Some((first.min(first_ns), last.max(last_ns)));
+    }
+}
+
+impl FileIndex {
+    /// Opens a file: by its summary where that is whole, else by reading through the file, which
+    /// takes as long as reading every message.
+    pub(super) fn open(path: &Path) -> Result<Self, LogError> {
+        let mut file = LogFile::open(path)?;
+        let why = match summary::read(&mut file)? {
+            Summary::Whole(index) => return Ok(index),
+            Summary::Absent => None,
+            Summary::Broken(damage) => Some(damage),
+        };
+        let mut scan = Scan::new(path);
+        match scan.run(&mut file) {
+            Ok(()) => scan.index.damage = why,
+            Err(Stop::Damage(damage)) => scan.index.damage = Some(damage),
+            Err(Stop::Error(error)) => return Err(error),
+        }
+        scan.close_plain();
+        Ok(scan.index)
+    }
+}
+
+/// Reading through a file to find what is in it.
+struct Scan {
+    index: FileIndex,
+    /// Types by schema.
+    schemas: BTreeMap<u16, String>,
+    /// The run of messages outside of chunks that is being read.
+    plain: Option<Segment>,
+}
+
+impl Scan {
+    fn new(path: &Path) -> Self {
+        let index = FileIndex {
+            path: path.to_owned(),
+            segments: Vec::new(),
+            channels: BTreeMap::new(),
+            metadata: Metadata::new(),
+            damage: None,
+        };
+        Self {
+            index,
+            schemas: BTreeMap::new(),
+            plain: None,
+        }
+    }
+
+    /// Reads to the end of the data, or to what cannot be read.
+    fn run(&mut self, file: &mut LogFile) -> Result<(), Stop> {
+        let mut at_byte = mcap::MAGIC.len() as u64;
+        while let Some(record) = file.record_at(at_byte)? {
+            let cut = record.end() > file.length;
+            match record.opcode {
+                op::CHUNK => self.chunk(file, record, cut)?,
+                _ if cut => {}
+                op::DATA_END => return Ok(()),
+                op::MESSAGE => self.message(file, record)?,
+                op::SCHEMA | op::CHANNEL | op::METADATA => {
+                    let body = file.body(record)?;
+                    self.record(record.opcode, &body)
+                        .map_err(|what| file.damage(at_byte, what))?;
+                }
+                0 => return Err(file.damage(at_byte, "no record")),
+                // Indexes and attachments, and what later versions of MCAP may bring.
+                _ => {}
+            }
+            if cut {
+                return Err(file.damage(at_byte, "the file ends within a record"));
+            }
+            at_byte = record.end();
+        }
+        Err(file.damage(at_byte, "the file ends before the log does"))
+    }
+
+    fn chunk(&mut self, file: &mut LogFile, record: RecordHead, cut: bool) -> Result<(), Stop> {
+        self.close_plain();
+        let mut segment = Segment {
+            at_byte: record.at_byte,
+            length: record.length,
+            kind: if cut {
+                SegmentKind::CutChunk
+            } else {
+                SegmentKind::Chunk
+            },
+            first_ns: u64::MAX,
+            channels: BTreeSet::new(),
+        };
+        let records = segment.read(file)?;
+        let end = self.chunk_records(&records, &mut segment);
+        self.index.segments.push(segment);
+        end.map_err(|what| file.damage(record.at_byte, what))
+    }
+
+    /// Takes in a chunk's records, up to one that is wrong.
+    fn chunk_records(&mut self, records: &Records, segment: &mut Segment) -> Result<(), String> {
+        for record in records.iter() {
+            let (opcode, body) = record?;
+            let body = records.body(body);
+            if opcode == op::MESSAGE {
+                self.count(body, segment)?;
+            } else {
+                self.record(opcode, body)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// A message outside of chunks.
+    fn message(&mut self, file: &mut LogFile, record: RecordHead) -> Result<(), Stop> {
+        let body = file.body(record)?;
+        let mut segment = match self.plain.take() {
+            Some(plain) if record.end() - plain.at_byte <= PLAIN_SEGMENT => plain,
+            full => {
+                self.index.segments.extend(full);
+                Segment {
+                    at_byte: record.at_byte,
+                    length: 0,
+                    kind: SegmentKind::Plain,
+                    first_ns: u64::MAX,
+                    channels: BTreeSet::new(),
+                }
+            }
+        };
+        let counted = self.count(&body, &mut segment);
+        if counted.is_ok() {
+            segment.length = record.end() - segment.at_byte;
+        }
+        self.plain = Some(segment);
+        counted.map_err(|what| file.damage(record.at_byte, what))
+    }
+
+    fn count(&mut self, body: &[u8], segment: &mut Segment) -> Result<(), &'static str> {
+        let head = MessageHead::parse(body).ok_or("a message without its header")?;
+        let channel = self
+            .index
+            .channels
+            .get_mut(&head.channel)
+            .ok_or("a message of an unknown channel")?;
+        channel.count_message(head.log_time_ns);
+        segment.first_ns = segment.first_ns.min(head.log_time_ns);
+        segment.channels.insert(head.channel);
+        Ok(())
+    }
+
+    fn record(&mut self, opcode: u8, body: &[u8]) -> Result<(), String> {
+        if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::METADATA) {
+            return Ok(());
+        }
+        match mcap::parse_record(opcode, body).map_err(|error| error.to_string())? {
+            Record::Schema { header, .. } => {
+                self.schemas.insert(header.id, header.name);
+            }
+            Record::Channel(record) => {
+                let type_name = self
+                    .schemas
+                    .get(&record.schema_id)
+                    .cloned()
+                    .unwrap_or_default();
+                let channel = self.index.channels.entry(record.id).or_default();
+                channel.topic = record.topic;
+                channel.type_name = type_name;
+                channel.encoding = record.message_encoding;
+            }
+            Record::Metadata(record) => {
+                self.index.metadata.insert(record.name, record.metadata);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn close_plain(&mut self) {
+        self.index.segments.extend(self.plain.take());
+    }
+}

@@ -1,0 +1,223 @@
+//! Reading logs of any length and in any state.
+
+mod bag;
+mod chunk;
+mod file;
+mod index;
+mod stream;
+mod summary;
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+pub use file::Damage;
+use index::{Channel, FileIndex, Metadata};
+pub use stream::{Messages, RawMessage};
+
+use crate::{error::LogError, messages::Message};
+
+/// A topic of a log.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Topic {
+    /// Such as `/joint_states`.
+    pub name: String,
+    /// Such as `sensor_msgs/msg/JointState`; empty if the log does not say.
+    pub type_name: String,
+    /// How its messages are encoded: `cdr` in ROS 2.
+    pub encoding: String,
+    /// How many messages it has.
+    pub count: u64,
+    /// First and last log time in ns; none if it has no message.
+    pub times_ns: Option<(u64, u64)>,
+}
+
+impl Topic {
+    /// Whether its messages are of this type. Some writers leave `/msg` out of the name.
+    #[must_use]
+    pub fn is<M: Message>(&self) -> bool {
+        self.type_name == M::TYPE || self.type_name == M::TYPE.replace("/msg/", "/")
+    }
+
+    /// Messages in a second, on average over the time from the first to the last.
+    #[must_use]
+    pub fn frequency_hz(&self) -> Option<f64> {
+        let (first, last) = self.times_ns?;
+        let duration_s = last.checked_sub(first).filter(|ns| *ns > 0)? as f64 * 1e-9;
+        Some((self.count.saturating_sub(1)) as f64 / duration_s)
+    }
+}
+
+/// A log that is open: an `.mcap` file, or the folder of a rosbag2 bag.
+///
+/// A finished log is opened by its index, whatever its length. One that is not, because its writer
+/// was killed, is read through once to find what is in it.
+#[derive(Debug)]
+pub struct LogReader {
+    path: PathBuf,
+    files: Arc<[FileIndex]>,
+    topics: Vec<Arc<Topic>>,
+    metadata: Metadata,
+    damage: Vec<Damage>,
+}
+
+impl LogReader {
+    /// Opens a log.
+    ///
+    /// # Errors
+    /// If there is no log under this path, or none that can be read. A log that is only damaged is
+    /// opened; see [`damage`](Self::damage).
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, LogError> {
+        let path = path.as_ref();
+        let paths = if path.is_dir() {
+            bag::files(path)?
+        } else {
+            vec![path.to_owned()]
+        };
+        let files: Arc<[FileIndex]> = paths
+            .iter()
+            .map(|path| FileIndex::open(path))
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            path: path.to_owned(),
+            topics: topics_of(&files),
+            metadata: files
+                .iter()
+                .flat_map(|file| file.metadata.clone())
+                .collect(),
+            damage: files
+                .iter()
+                .filter_map(|file| file.damage.clone())
+                .collect(),
+            files,
+        })
+    }
+
+    /// The topics, by name.
+    #[must_use]
+    pub fn topics(&self) -> &[Arc<Topic>] {
+        &self.topics
+    }
+
+    /// The topic of this name.
+    #[must_use]
+    pub fn topic(&self, name: &str) -> Option<&Topic> {
+        self.topics
+            .iter()
+            .find(|topic| topic.name == name)
+            .map(AsRef::as_ref)
+    }
+
+    /// The topics of a type, by name.
+    pub fn topics_of<M: Message>(&self) -> impl Iterator<Item = &Topic> {
+        self.topics
+            .iter()
+            .map(AsRef::as_ref)
+            .filter(|topic: &&Topic| topic.is::<M>())
+    }
+
+    /// First and last log time in ns; none if the log is empty.
+    #[must_use]
+    pub fn times_ns(&self) -> Option<(u64, u64)> {
+        let times = || self.topics.iter().filter_map(|topic| topic.times_ns);
+        times().map(|t| t.0).min().zip(times().map(|t| t.1).max())
+    }
+
+    /// The metadata records by name.
+    #[must_use]
+    pub fn metadata(&self) -> &BTreeMap<String, BTreeMap<String, String>> {
+        &self.metadata
+    }
+
+    /// Where files could not be read further when they were opened. Damage within the data of a
+    /// finished log is found when that is read: see [`Messages::damage`].
+    #[must_use]
+    pub fn damage(&self) -> &[Damage] {
+        &self.damage
+    }
+
+    /// All messages in the order of their log times.
+    #[must_use]
+    pub fn messages(&self) -> Messages {
+        self.select(|_| true)
+    }
+
+    /// The messages of some topics in the order of their log times. Chunks that have none of them
+    /// are not read.
+    ///
+    /// # Errors
+    /// If the log does not have one of the topics.
+    pub fn messages_on<S: AsRef<str>>(
+        &self,
+        topics: impl IntoIterator<Item = S>,
+    ) -> Result<Messages, LogError> {
+        let names: Vec<S> = topics.into_iter().collect();
+        if let Some(unknown) = names
+            .iter()
+            .find(|name| self.topic(name.as_ref()).is_none())
+        {
+            let available: Vec<&str> = self.topics.iter().map(|t| t.name.as_str()).collect();
+            let none = "no topic at all".to_owned();
+            return Err(LogError::NoSuchTopic {
+                path: self.path.clone(),
+                topic: unknown.as_ref().to_owned(),
+                available: if available.is_empty() {
+                    none
+                } else {
+                    available.join(", ")
+                },
+            });
+        }
+        Ok(self.select(|topic| names.iter().any(|name| name.as_ref() == topic.name)))
+    }
+
+    fn select(&self, wanted: impl Fn(&Topic) -> bool) -> Messages {
+        let by_channel = |file: &FileIndex| {
+            let topic = |channel: &Channel| {
+                self.topics
+                    .iter()
+                    .find(|topic| channel.is_part_of(topic) && wanted(topic))
+            };
+            let channels = file.channels.iter();
+            channels
+                .filter_map(|(id, channel)| Some((*id, topic(channel)?.clone())))
+                .collect()
+        };
+        let wanted = self.files.iter().map(by_channel).collect();
+        Messages::new(self.files.clone(), wanted, self.damage.clone())
+    }
+}
+
+impl Channel {
+    /// A topic may have several channels, in one file or in several.
+    fn is_part_of(&self, topic: &Topic) -> bool {
+        self.topic == topic.name
+            && self.type_name == topic.type_name
+            && self.encoding == topic.encoding
+    }
+}
+
+/// The channels of all files, put together by topic.
+fn topics_of(files: &[FileIndex]) -> Vec<Arc<Topic>> {
+    let mut topics = BTreeMap::new();
+    for channel in files.iter().flat_map(|file| file.channels.values()) {
+        let key = (&channel.topic, &channel.type_name, &channel.encoding);
+        let whole = topics.entry(key).or_insert_with(Channel::default);
+        whole.count = whole.count.saturating_add(channel.count);
+        if let Some(times_ns) = channel.times_ns {
+            whole.extend_times(times_ns);
+        }
+    }
+    let topic = |((name, type_name, encoding), whole): ((&String, &String, &String), Channel)| {
+        Arc::new(Topic {
+            name: name.clone(),
+            type_name: type_name.clone(),
+            encoding: encoding.clone(),
+            count: whole.count,
+            times_ns: whole.times_ns,
+        })
+    };
+    topics.into_iter().map(topic).collect()
+}

@@ -1,0 +1,292 @@
+//! Messages in the order of their log times, from chunks that are read when they are due.
+
+use std::{
+    cmp::Ordering,
+    collections::{BTreeMap, BinaryHeap, binary_heap::PeekMut},
+    fmt,
+    ops::Range,
+    sync::Arc,
+};
+
+use super::{
+    Topic,
+    chunk::{MessageHead, Records},
+    file::{Damage, LogFile, Stop},
+    index::{Channel, FileIndex},
+};
+use crate::{cdr, error::LogError, messages::Message};
+
+/// A message as the log holds it.
+#[derive(Clone)]
+pub struct RawMessage {
+    /// Its topic.
+    pub topic: Arc<Topic>,
+    /// When it was logged, in ns.
+    pub log_time_ns: u64,
+    /// When it was published, in ns.
+    pub publish_time_ns: u64,
+    /// Its number among the messages of its publisher, where the writer counted them.
+    pub sequence: u32,
+    records: Arc<Records>,
+    data: Range<usize>,
+}
+
+impl RawMessage {
+    /// Its bytes.
+    #[must_use]
+    pub fn data(&self) -> &[u8] {
+        self.records.body(self.data.clone())
+    }
+
+    /// Decodes it.
+    ///
+    /// # Errors
+    /// If the topic has another type or encoding, or if the bytes are not exactly one message.
+    pub fn decode<M: Message>(&self) -> Result<M, LogError> {
+        if !self.topic.is::<M>() {
+            return Err(LogError::WrongType {
+                topic: self.topic.name.clone(),
+                type_name: self.topic.type_name.clone(),
+                wanted: M::TYPE,
+            });
+        }
+        if self.topic.encoding != "cdr" {
+            return Err(LogError::Encoding {
+                topic: self.topic.name.clone(),
+                encoding: self.topic.encoding.clone(),
+            });
+        }
+        cdr::decode(self.data()).map_err(|source| LogError::Decode {
+            topic: self.topic.name.clone(),
+            log_time_ns: self.log_time_ns,
+            source,
+        })
+    }
+}
+
+impl fmt::Debug for RawMessage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("RawMessage")
+            .field("topic", &self.topic.name)
+            .field("log_time_ns", &self.log_time_ns)
+            .field("bytes", &self.data.len())
+            .finish_non_exhaustive()
+    }
+}
+
+/// The messages of a log in the order of their log times, those of one time in the order of the
+/// log.
+///
+/// Only those chunks are in memory whose times overlap. Where a file is damaged, its messages end
+/// and [`damage`](Self::damage) says so; that is not an error of the iteration.
+#[derive(Debug)]
+pub struct Messages {
+    files: Arc<[FileIndex]>,
+    /// The topics that are wanted, by channel, for each file.
+    wanted: Vec<BTreeMap<u16, Arc<Topic>>>,
+    /// File and segment of what is still to be read, the earliest last.
+    due: Vec<(usize, usize)>,
+    open: BinaryHeap<Cursor>,
+    /// The file that was read last.
+    file: Option<(usize, LogFile)>,
+    damage: Vec<Damage>,
+    failed: bool,
+}
+
+impl Messages {
+    pub(super) fn new(
+        files: Arc<[FileIndex]>,
+        wanted: Vec<BTreeMap<u16, Arc<Topic>>>,
+        damage: Vec<Damage>,
+    ) -> Self {
+        let mut due: Vec<(usize, usize)> = Vec::new();
+        for (f, (file, wanted)) in files.iter().zip(&wanted).enumerate() {
+            let has_wanted = |s: &usize| {
+                let channels = &file.segments[*s].channels;
+                channels.iter().any(|channel| wanted.contains_key(channel))
+            };
+            due.extend((0..file.segments.len()).filter(has_wanted).map(|s| (f, s)));
+        }
+        due.sort_by_key(|&(f, s)| std::cmp::Reverse((files[f].segments[s].first_ns, f, s)));
+        Self {
+            files,
+            wanted,
+            due,
+            open: BinaryHeap::new(),
+            file: None,
+            damage,
+            failed: false,
+        }
+    }
+
+    /// Where files could not be read further, as far as it is known by now: all of it when the
+    /// iteration has ended.
+    #[must_use]
+    pub fn damage(&self) -> &[Damage] {
+        &self.damage
+    }
+
+    /// Reads the segments that can hold the next message.
+    fn read_due(&mut self) -> Result<(), LogError> {
+        while let Some(&(f, s)) = self.due.last() {
+            let first_ns = self.files[f].segments[s].first_ns;
+            if self
+                .open
+                .peek()
+                .is_some_and(|cursor| cursor.time_ns() < first_ns)
+            {
+                break;
+            }
+            self.due.pop();
+            match self.read_segment(f, s) {
+                Ok(cursor) => self.open.extend(cursor),
+                Err(Stop::Damage(damage)) => self.stop_at(f, damage),
+                Err(Stop::Error(error)) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+
+    fn read_segment(&mut self, f: usize, s: usize) -> Result<Option<Cursor>, Stop> {
+        if self.file.as_ref().is_none_or(|(open, _)| *open != f) {
+            self.file = Some((f, LogFile::open(&self.files[f].path)?));
+        }
+        let Some((_, file)) = &mut self.file else {
+            return Ok(None);
+        };
+        let segment = &self.files[f].segments[s];
+        let records = segment.read(file)?;
+        let mut entries = Vec::new();
+        let known = &self.files[f].channels;
+        if let Err(what) = select(&records, known, &self.wanted[f], &mut entries) {
+            let damage = file.damage_at(segment.at_byte, what);
+            self.stop_at(f, damage);
+        }
+        if entries.is_empty() {
+            return Ok(None);
+        }
+        // Stable, and almost free where the log is in order already.
+        entries.sort_by_key(|(head, _)| head.log_time_ns);
+        let records = Arc::new(records);
+        Ok(Some(Cursor {
+            file: f,
+            segment: s,
+            next: 0,
+            entries,
+            records,
+        }))
+    }
+
+    /// Reads no more of a file.
+    fn stop_at(&mut self, f: usize, damage: Damage) {
+        let at_byte = damage.at_byte;
+        let files = &self.files;
+        self.due
+            .retain(|&(file, s)| file != f || files[f].segments[s].at_byte < at_byte);
+        if !self.damage.iter().any(|known| known.path == damage.path) {
+            self.damage.push(damage);
+        }
+    }
+
+    fn advance(&mut self) -> Option<RawMessage> {
+        let mut cursor = self.open.peek_mut()?;
+        let (head, data) = cursor.entries.get(cursor.next)?.clone();
+        let message = RawMessage {
+            topic: self.wanted[cursor.file].get(&head.channel)?.clone(),
+            log_time_ns: head.log_time_ns,
+            publish_time_ns: head.publish_time_ns,
+            sequence: head.sequence,
+            records: cursor.records.clone(),
+            data,
+        };
+        if cursor.next + 1 == cursor.entries.len() {
+            PeekMut::pop(cursor);
+        } else {
+            cursor.next += 1;
+        }
+        Some(message)
+    }
+}
+
+impl Iterator for Messages {
+    type Item = Result<RawMessage, LogError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.failed {
+            return None;
+        }
+        if let Err(error) = self.read_due() {
+            self.failed = true;
+            return Some(Err(error));
+        }
+        self.advance().map(Ok)
+    }
+}
+
+/// Finds the wanted messages of a segment, up to a record that is wrong.
+fn select(
+    records: &Records,
+    known: &BTreeMap<u16, Channel>,
+    wanted: &BTreeMap<u16, Arc<Topic>>,
+    entries: &mut Vec<(MessageHead, Range<usize>)>,
+) -> Result<(), &'static str> {
+    for message in records.messages() {
+        let (head, data) = message?;
+        if wanted.contains_key(&head.channel) {
+            entries.push((head, data));
+        } else if !known.contains_key(&head.channel) {
+            return Err("a message of an unknown channel");
+        }
+    }
+    Ok(())
+}
+
+/// The messages of a segment that has been read, of which `next` is the next.
+struct Cursor {
+    file: usize,
+    segment: usize,
+    next: usize,
+    entries: Vec<(MessageHead, Range<usize>)>,
+    records: Arc<Records>,
+}
+
+impl Cursor {
+    fn time_ns(&self) -> u64 {
+        self.entries
+            .get(self.next)
+            .map_or(u64::MAX, |(head, _)| head.log_time_ns)
+    }
+
+    fn key(&self) -> (u64, usize, usize) {
+        (self.time_ns(), self.file, self.segment)
+    }
+}
+
+/// The earliest is the greatest, as a heap wants it.
+impl Ord for Cursor {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.key().cmp(&self.key())
+    }
+}
+
+impl PartialOrd for Cursor {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Cursor {
+    fn eq(&self, other: &Self) -> bool {
+        self.key() == other.key()
+    }
+}
+
+impl Eq for Cursor {}
+
+impl fmt::Debug for Cursor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Cursor")
+            .field("key", &self.key())
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,269 @@
+//! The summary at the end of a finished log: it says where everything is.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use mcap::{
+    MAGIC,
+    records::{ChunkIndex, Footer, MetadataIndex, Record, Statistics, op},
+};
+
+use super::{
+    file::{Damage, LogFile, MAX_RECORD, RECORD_HEADER, Stop},
+    index::{Channel, FileIndex, Metadata, Segment, SegmentKind},
+};
+use crate::error::LogError;
+
+const FOOTER_BODY: u64 = 20;
+
+/// What a file's summary says.
+pub(super) enum Summary {
+    /// Everything that reading needs.
+    Whole(FileIndex),
+    /// Nothing, or not enough, as the writer left it.
+    Absent,
+    /// It should be there and cannot be used.
+    Broken(Damage),
+}
+
+/// The records of a summary.
+#[derive(Default)]
+struct Parts {
+    schemas: BTreeMap<u16, String>,
+    channels: BTreeMap<u16, (u16, Channel)>,
+    chunks: Vec<ChunkIndex>,
+    metadata: Vec<MetadataIndex>,
+    statistics: Option<Statistics>,
+}
+
+/// Reads the summary of a file.
+pub(super) fn read(file: &mut LogFile) -> Result<Summary, LogError> {
+    let footer_at = match footer_position(file)? {
+        Some(at_byte) => at_byte,
+        None => {
+            let stop = file.damage(file.length, "the file ends before the log's index does");
+            return broken_or_error(stop);
+        }
+    };
+    let summary = parse(file, footer_at).and_then(|parts| match parts {
+        Some(parts) if parts.suffice() => parts.index(file).map(Summary::Whole),
+        _ => Ok(Summary::Absent),
+    });
+    summary.or_else(broken_or_error)
+}
+
+fn broken_or_error(stop: Stop) -> Result<Summary, LogError> {
+    match stop {
+        Stop::Damage(damage) => Ok(Summary::Broken(damage)),
+        Stop::Error(error) => Err(error),
+    }
+}
+
+/// Where the footer is, if the file ends as a finished log does.
+fn footer_position(file: &mut LogFile) -> Result<Option<u64>, LogError> {
+    let magic = MAGIC.len() as u64;
+    let tail = RECORD_HEADER + FOOTER_BODY + magic;
+    if file.length < magic + tail {
+        return Ok(None);
+    }
+    let at_byte = file.length - tail;
+    let end = file.read(file.length - magic, magic)?;
+    let footer = file.record_at(at_byte)?;
+    let found = footer.is_some_and(|f| f.opcode == op::FOOTER && f.length == FOOTER_BODY);
+    Ok((found && end == MAGIC).then_some(at_byte))
+}
+
+/// Reads the summary's records; nothing if the file has none.
+fn parse(file: &mut LogFile, footer_at: u64) -> Result<Option<Parts>, Stop> {
+    let broken = |file: &LogFile, at| file.damage(at, "the log's index is damaged");
+    let tail = file.read(footer_at, RECORD_HEADER + FOOTER_BODY)?;
+    let body = tail.get(RECORD_HEADER as usize..).unwrap_or_default();
+    let Ok(Record::Footer(footer)) = mcap::parse_record(op::FOOTER, body) else {
+        return Err(broken(file, footer_at));
+    };
+    let start = footer.summary_start;
+    if start == 0 {
+        return Ok(None);
+    }
+    if start > footer_at || footer_at - start > MAX_RECORD {
+        return Err(broken(file, footer_at));
+    }
+    // The checksum covers the summary and the footer up to the checksum itself.
+    let bytes = file.read(start, footer_at - start + RECORD_HEADER + FOOTER_BODY - 4)?;
+    if footer.summary_crc != 0 && crc32fast::hash(&bytes) != footer.summary_crc {
+        return Err(broken(file, start));
+    }
+    let mut parts = Parts::default();
+    parts.read(file, start, end_of_summary(&footer, footer_at))?;
+    Ok(Some(parts))
+}
+
+fn end_of_summary(footer: &Footer, footer_at: u64) -> u64 {
+    if (footer.summary_start..footer_at).contains(&footer.summary_offset_start) {
+        footer.summary_offset_start
+    } else {
+        footer_at
+    }
+}
+
+impl Parts {
+    fn read(&mut self, file: &mut LogFile, start: u64, end: u64) -> Result<(), Stop> {
+        let mut at_byte = start;
+        while at_byte < end {
+            let broken = |file: &LogFile| file.damage(at_byte, "the log's index is damaged");
+            let Some(record) = file
+                .record_at(at_byte)?
+                .filter(|record| record.end() <= end)
+            else {
+                return Err(broken(file));
+            };
+            let body = file.body(record)?;
+            let parsed = mcap::parse_record(record.opcode, &body).map_err(|_| broken(file))?;
+            self.add(parsed);
+            at_byte = record.end();
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, record: Record<'_>) {
+        match record {
+            Record::Schema { header, .. } => {
+                self.schemas.insert(header.id, header.name);
+            }
+            Record::Channel(record) => {
+                let channel = Channel {
+                    topic: record.topic,
+                    encoding: record.message_encoding,
+                    ..Channel::default()
+                };
+                self.channels.insert(record.id, (record.schema_id, channel));
+            }
+            Record::ChunkIndex(index) => self.chunks.push(index),
+            Record::MetadataIndex(index) => self.metadata.push(index),
+            Record::Statistics(statistics) => self.statistics = Some(statistics),
+            _ => {}
+        }
+    }
+
+    /// Whether the summary alone says what the file holds. It does not if the writer left parts
+    /// out, or wrote messages outside of chunks, which no index lists.
+    fn suffice(&self) -> bool {
+        let Some(statistics) = &self.statistics else {
+            return false;
+        };
+        statistics.metadata_count as usize == self.metadata.len()
+            && statistics.channel_count as usize == self.channels.len()
+            && statistics.chunk_count as usize == self.chunks.len()
+            && statistics
+                .channel_message_counts
+                .values()
+                .fold(0, |sum: u64, n| sum.wrapping_add(*n))
+                == statistics.message_count
+            && (statistics.message_count == 0
+                || self
+                    .chunks
+                    .iter()
+                    .any(|chunk| !chunk.message_index_offsets.is_empty()))
+    }
+
+    fn index(mut self, file: &mut LogFile) -> Result<FileIndex, Stop> {
+        let counts = self
+            .statistics
+            .take()
+            .map(|s| s.channel_message_counts)
+            .unwrap_or_default();
+        let mut channels = BTreeMap::new();
+        for (id, (schema, mut channel)) in std::mem::take(&mut self.channels) {
+            channel.type_name = self.schemas.get(&schema).cloned().unwrap_or_default();
+            channel.count = counts.get(&id).copied().unwrap_or(0);
+            channel.times_ns = self.times(id, file)?;
+            channels.insert(id, channel);
+        }
+        Ok(FileIndex {
+            path: file.path.clone(),
+            segments: self.chunks.iter().map(segment).collect(),
+            channels,
+            metadata: self.read_metadata(file)?,
+            damage: None,
+        })
+    }
+
+    /// First and last log time of a channel. Only those chunks are looked up that can have them.
+    fn times(&mut self, channel: u16, file: &mut LogFile) -> Result<Option<(u64, u64)>, Stop> {
+        let (mut first, mut last) = (None, None);
+        self.chunks.sort_by_key(|chunk| chunk.message_start_time);
+        for chunk in &self.chunks {
+            if first.is_some_and(|first| first <= chunk.message_start_time) {
+                break;
+            }
+            let times = times_in(chunk, channel, file)?;
+            first = times.map(|t| t.0).into_iter().chain(first).min();
+        }
+        self.chunks
+            .sort_by_key(|chunk| std::cmp::Reverse(chunk.message_end_time));
+        for chunk in &self.chunks {
+            if last.is_some_and(|last| last >= chunk.message_end_time) {
+                break;
+            }
+            let times = times_in(chunk, channel, file)?;
+            last = times.map(|t| t.1).into_iter().chain(last).max();
+        }
+        self.chunks.sort_by_key(|chunk| chunk.chunk_start_offset);
+        Ok(first.zip(last))
+    }
+
+    fn read_metadata(&self, file: &mut LogFile) -> Result<Metadata, Stop> {
+        let mut metadata = Metadata::new();
+        for index in &self.metadata {
+            let broken = |file: &LogFile| {
+                file.damage(index.offset, "no metadata record where the index says one")
+            };
+            let record = file.record_at(index.offset)?;
+            let Some(record) = record.filter(|record| record.opcode == op::METADATA) else {
+                return Err(broken(file));
+            };
+            let body = file.body(record)?;
+            match mcap::parse_record(record.opcode, &body) {
+                Ok(Record::Metadata(record)) => metadata.insert(record.name, record.metadata),
+                _ => return Err(broken(file)),
+            };
+        }
+        Ok(metadata)
+    }
+}
+
+fn segment(chunk: &ChunkIndex) -> Segment {
+    Segment {
+        at_byte: chunk.chunk_start_offset,
+        length: chunk.chunk_length,
+        kind: SegmentKind::Chunk,
+        first_ns: chunk.message_start_time,
+        channels: chunk
+            .message_index_offsets
+            .keys()
+            .copied()
+            .collect::<BTreeSet<_>>(),
+    }
+}
+
+/// First and last log time of a channel in a chunk, from the chunk's index.
+fn times_in(
+    chunk: &ChunkIndex,
+    channel: u16,
+    file: &mut LogFile,
+) -> Result<Option<(u64, u64)>, Stop> {
+    let Some(&at_byte) = chunk.message_index_offsets.get(&channel) else {
+        return Ok(None);
+    };
+    let broken =
+        |file: &LogFile| file.damage(at_byte, "no message index where the log's index says one");
+    let record = file.record_at(at_byte)?;
+    let Some(record) = record.filter(|record| record.opcode == op::MESSAGE_INDEX) else {
+        return Err(broken(file));
+    };
+    let body = file.body(record)?;
+    let Ok(Record::MessageIndex(index)) = mcap::parse_record(record.opcode, &body) else {
+        return Err(broken(file));
+    };
+    let times = || index.records.iter().map(|entry| entry.log_time);
+    Ok(times().min().zip(times().max()))
+}

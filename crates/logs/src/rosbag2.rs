@@ -1,0 +1,148 @@
+//! What rosbag2 adds to MCAP: quality of service with each channel, and a description of the bag.
+
+use std::fmt::Write;
+
+/// How a topic's publisher treats subscribers that come late.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Durability {
+    /// They get what is published from then on: measurements.
+    Volatile,
+    /// They get the last message, too: `/robot_description`, `/tf_static`.
+    TransientLocal,
+}
+
+/// What rosbag2 of ROS 2 Jazzy writes and reads; policies are words from this version on.
+const METADATA_VERSION: u32 = 9;
+
+/// `RMW_DURATION_INFINITE`.
+const INFINITE: (u64, u64) = (9_223_372_036, 854_775_807);
+
+impl Durability {
+    fn as_str(self) -> &'static str {
+        match self {
+            Self::Volatile => "volatile",
+            Self::TransientLocal => "transient_local",
+        }
+    }
+
+    /// The `offered_qos_profiles` of a channel: one reliable publisher. Its history is unknown, as
+    /// in every recording, because publishers do not announce it.
+    pub(crate) fn offered_qos_profiles(self) -> String {
+        let (sec, nsec) = INFINITE;
+        let duration = |name: &str| format!("  {name}:\n    sec: {sec}\n    nsec: {nsec}\n");
+        format!(
+            "- history: unknown\n  depth: 0\n  reliability: reliable\n  durability: {}\n{}{}  \
+             liveliness: automatic\n{}  avoid_ros_namespace_conventions: false",
+            self.as_str(),
+            duration("deadline"),
+            duration("lifespan"),
+            duration("liveliness_lease_duration"),
+        )
+    }
+}
+
+/// A topic as the bag's description lists it.
+pub(crate) struct TopicDescription {
+    pub(crate) name: String,
+    pub(crate) type_name: &'static str,
+    pub(crate) durability: Durability,
+    pub(crate) count: u32,
+}
+
+/// A bag of one file.
+pub(crate) struct BagDescription<'a> {
+    pub(crate) file_name: &'a str,
+    /// First and last log time; zero in an empty log.
+    pub(crate) times_ns: (u64, u64),
+    pub(crate) topics: &'a [TopicDescription],
+}
+
+impl BagDescription<'_> {
+    /// The value of `serialized_metadata` in the `rosbag2` record: YAML.
+    pub(crate) fn serialized(&self) -> String {
+        let (start, end) = self.times_ns;
+        let (duration, count) = (end - start, self.message_count());
+        let file = quoted(self.file_name);
+        let topics: String = self.topics.iter().map(describe).collect();
+        let mut yaml = format!("version: {METADATA_VERSION}\nstorage_identifier: mcap\n");
+        // Writing to a string cannot fail.
+        let _ = write!(
+            yaml,
+            "duration:\n  nanoseconds: {duration}\n\
+             starting_time:\n  nanoseconds_since_epoch: {start}\n\
+             message_count: {count}\n\
+             topics_with_message_count:{}\n{topics}\
+             compression_format: \"\"\ncompression_mode: \"\"\n\
+             relative_file_paths:\n  - {file}\n\
+             files:\n  - path: {file}\n    \
+             starting_time:\n      nanoseconds_since_epoch: {start}\n    \
+             duration:\n      nanoseconds: {duration}\n    \
+             message_count: {count}\n\
+             custom_data: ~\nros_distro: jazzy",
+            if topics.is_empty() { " []" } else { "" },
+        );
+        yaml
+    }
+
+    fn message_count(&self) -> u64 {
+        self.topics.iter().map(|topic| u64::from(topic.count)).sum()
+    }
+}
+
+fn describe(topic: &TopicDescription) -> String {
+    let qos = topic
+        .durability
+        .offered_qos_profiles()
+        .replace('\n', "\n        ");
+    format!(
+        "  - topic_metadata:\n      name: {}\n      type: {}\n      \
+         serialization_format: cdr\n      offered_qos_profiles:\n        {qos}\n      \
+         type_description_hash: \"\"\n    message_count: {}\n",
+        topic.name, topic.type_name, topic.count,
+    )
+}
+
+/// A YAML scalar in single quotes, where only the quote itself needs care.
+fn quoted(text: &str) -> String {
+    format!("'{}'", text.replace('\'', "''"))
+}
+
+/// Why ROS 2 would refuse a topic of this name, if it would.
+pub(crate) fn invalid_topic(name: &str) -> Option<&'static str> {
+    let Some(tokens) = name.strip_prefix('/') else {
+        return Some("a topic's full name starts with \"/\"");
+    };
+    let starts_well =
+        |token: &str| token.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
+    let fits = |token: &str| token.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    if tokens
+        .split('/')
+        .all(|token| starts_well(token) && fits(token))
+    {
+        None
+    } else {
+        Some("between \"/\" stand letters, digits and \"_\", not starting with a digit")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn topic_names_follow_ros() {
+        for good in ["/tf", "/finger_left/wrench", "/a/_b/c2"] {
+            assert_eq!(invalid_topic(good), None, "{good}");
+        }
+        for bad in [
+            "", "/", "tf", "/a//b", "/a/", "/2a", "/a b", "/ä", "/a\n- x",
+        ] {
+            assert!(invalid_topic(bad).is_some(), "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn a_file_name_cannot_break_the_yaml() {
+        assert_eq!(quoted("it's: #1.mcap"), "'it''s: #1.mcap'");
+    }
+}

@@ -1,0 +1,146 @@
+//! Logs that are cut off or damaged give what stands before the damage, and say where it is.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use std::fs;
+
+use common::{foreign_log, log, read, read_file};
+use mcap::Compression;
+
+/// A small log of each kind that there is.
+fn kinds() -> Vec<(&'static str, Vec<u8>)> {
+    let steps: Vec<u64> = (0..12).collect();
+    vec![
+        ("ours", log(25)),
+        ("plain chunks", foreign_log(None, true, &steps)),
+        ("zstd", foreign_log(Some(Compression::Zstd), true, &steps)),
+        ("lz4", foreign_log(Some(Compression::Lz4), true, &steps)),
+        ("no chunks", foreign_log(None, false, &steps)),
+    ]
+}
+
+/// Wherever a log is cut off, the first messages of the whole log are read, and the cut is said.
+#[test]
+fn a_cut_log_gives_a_prefix() {
+    for (kind, bytes) in kinds() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.mcap");
+        fs::write(&path, &bytes).unwrap();
+        let (whole, damage) = read_file(&path).unwrap();
+        assert!(damage.is_empty(), "{kind}: {damage:?}");
+
+        let file = fs::File::options().write(true).open(&path).unwrap();
+        let mut shortest = whole.len();
+        for length in (0..bytes.len() as u64).rev() {
+            file.set_len(length).unwrap();
+            match read_file(&path) {
+                Ok((messages, damage)) => {
+                    assert!(whole.starts_with(&messages), "{kind} cut at {length}");
+                    assert!(
+                        messages.len() <= shortest,
+                        "{kind} cut at {length}: more than after"
+                    );
+                    assert_eq!(damage.len(), 1, "{kind} cut at {length}: {damage:?}");
+                    assert!(damage[0].at_byte <= length);
+                    // The index alone was cut.
+                    let lost = length + 1 == bytes.len() as u64 && messages.len() < whole.len();
+                    assert!(!lost, "{kind}: messages are lost with the index");
+                    shortest = messages.len();
+                }
+                Err(error) => {
+                    assert!(length < 8, "{kind} cut at {length}: {error}");
+                    assert!(error.to_string().contains("is not an MCAP log"), "{error}");
+                }
+            }
+        }
+    }
+}
+
+/// Numbers that look random and are the same each time.
+fn random(seed: &mut u64) -> usize {
+    *seed ^= *seed << 13;
+    *seed ^= *seed >> 7;
+    *seed ^= *seed << 17;
+    (*seed >> 11) as usize
+}
+
+/// Bytes that change are no reason to panic; where chunks have checksums, every message that is
+/// read is one of the log.
+#[test]
+fn changed_bytes_never_panic() {
+    let mut seed = 0x9e37_79b9_7f4a_7c15;
+    for (kind, bytes) in kinds() {
+        let (whole, _) = read(&bytes).unwrap();
+        for _ in 0..1000 {
+            let mut damaged = bytes.clone();
+            for _ in 0..1 + random(&mut seed) % 3 {
+                let at = random(&mut seed) % bytes.len();
+                damaged[at] ^= 1 << (random(&mut seed) % 8);
+            }
+            let Ok((messages, _)) = read(&damaged) else {
+                continue;
+            };
+            if kind != "no chunks" {
+                let data = |(_, _, data)| data;
+                let known: Vec<_> = whole.iter().cloned().map(data).collect();
+                assert!(
+                    messages.into_iter().map(data).all(|m| known.contains(&m)),
+                    "{kind}"
+                );
+            }
+        }
+    }
+}
+
+/// One bad chunk in the middle of a finished log: its messages and those after it are not given,
+/// and the damage is said once, where it is.
+#[test]
+fn a_bad_checksum_ends_the_log() {
+    let bytes = log(50);
+    let (whole, _) = read(&bytes).unwrap();
+    // A chunk's header ends with the name of its compression.
+    let name = b"\x04\0\0\0zstd";
+    let mut names = bytes
+        .windows(name.len())
+        .enumerate()
+        .filter(|(_, window)| window == name);
+    let (third, _) = names.nth(2).unwrap();
+    let mut damaged = bytes.clone();
+    damaged[third + 100] ^= 0x40;
+
+    let (messages, damage) = read(&damaged).unwrap();
+    assert!(whole.starts_with(&messages));
+    assert!(
+        (1..whole.len()).contains(&messages.len()),
+        "{}",
+        messages.len()
+    );
+    assert_eq!(damage.len(), 1);
+    assert!(
+        (third as u64 - 60..third as u64).contains(&damage[0].at_byte),
+        "{damage:?}"
+    );
+    assert!(
+        damage[0]
+            .to_string()
+            .contains("log.mcap is damaged at byte"),
+        "{}",
+        damage[0]
+    );
+}
+
+/// An index that is damaged is not used: every message is found without it.
+#[test]
+fn a_bad_index_loses_nothing() {
+    let bytes = log(25);
+    let (whole, _) = read(&bytes).unwrap();
+    let mut damaged = bytes.clone();
+    let in_summary = bytes.len() - 200;
+    damaged[in_summary] ^= 1;
+    let (messages, damage) = read(&damaged).unwrap();
+    assert_eq!(messages, whole);
+    assert_eq!(damage.len(), 1);
+    assert!(damage[0].what.contains("index"), "{}", damage[0]);
+}

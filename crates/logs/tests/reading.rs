@@ -1,0 +1,293 @@
+//! Logs of other writers, in any order, in several files, and things that are no logs.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use std::{fs, io::Cursor, path::Path};
+
+use common::{STEP_NS, foreign_log, golden, joint_state, log, read};
+use mcap::{Compression, WriteOptions, records::MessageHeader};
+use tactid_logs::{
+    LogReader, Message,
+    messages::{JointState, Time, WrenchStamped},
+};
+
+const START_NS: u64 = 1_700_000_000_000_000_000;
+
+/// The bags of `make_golden.py`: 40 joint states and 20 wrenches of another writer.
+fn check_golden_bag(path: &Path) {
+    let log = LogReader::open(path).unwrap();
+    let topics: Vec<_> = log
+        .topics()
+        .iter()
+        .map(|t| (t.name.as_str(), t.count))
+        .collect();
+    assert_eq!(topics, [("/joint_states", 40), ("/wrench", 20)]);
+    assert_eq!(
+        log.topic("/joint_states").unwrap().type_name,
+        JointState::TYPE
+    );
+    assert_eq!(
+        log.topics_of::<WrenchStamped>().next().unwrap().name,
+        "/wrench"
+    );
+    assert!((log.topic("/wrench").unwrap().frequency_hz().unwrap() - 50.0).abs() < 1e-9);
+    assert_eq!(log.times_ns(), Some((START_NS, START_NS + 390_000_000)));
+    assert!(log.metadata().contains_key("rosbag2"));
+
+    for (k, message) in log.messages_on(["/joint_states"]).unwrap().enumerate() {
+        let message = message.unwrap();
+        assert_eq!(message.log_time_ns, START_NS + k as u64 * 10_000_000);
+        let state: JointState = message.decode().unwrap();
+        assert_eq!(state.stamp().unwrap(), Time::from_ns(message.log_time_ns));
+        assert_eq!(state.position, [k as f64, -(k as f64)]);
+        assert!(state.effort.is_empty());
+    }
+    let wrench: WrenchStamped = log
+        .messages_on(["/wrench"])
+        .unwrap()
+        .last()
+        .unwrap()
+        .unwrap()
+        .decode()
+        .unwrap();
+    assert_eq!(wrench.wrench.torque.y, 38.0);
+
+    let mut all = log.messages();
+    let times: Vec<u64> = all
+        .by_ref()
+        .map(|message| message.unwrap().log_time_ns)
+        .collect();
+    assert!(times.is_sorted());
+    assert_eq!((times.len(), all.damage().len()), (60, 0));
+}
+
+#[test]
+fn a_bag_of_another_writer_is_read() {
+    check_golden_bag(&golden("bag"));
+    check_golden_bag(&golden("bag/bag.mcap"));
+}
+
+/// The files of this bag are listed in the wrong order; messages come in the order of their times.
+#[test]
+fn a_split_bag_with_zstd_is_read() {
+    check_golden_bag(&golden("split"));
+}
+
+#[test]
+fn a_killed_recording_without_metadata_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    for part in ["part_0.mcap", "part_1.mcap"] {
+        fs::copy(golden("split").join(part), folder.path().join(part)).unwrap();
+    }
+    check_golden_bag(folder.path());
+    fs::copy(golden("bag/bag.mcap"), folder.path().join("other.mcap")).unwrap();
+    let error = LogReader::open(folder.path()).unwrap_err().to_string();
+    assert!(error.contains("different names"), "{error}");
+}
+
+/// Chunks that overlap, and messages that are out of order within them, come out in order; those
+/// of one time in the order of the log.
+#[test]
+fn out_of_order_is_put_in_order() {
+    let steps: Vec<u64> = (0..60).map(|i| (i * 37) % 53).collect();
+    let mut sorted = steps.clone();
+    sorted.sort_unstable();
+    for chunks in [true, false] {
+        for compression in [None, Some(Compression::Zstd), Some(Compression::Lz4)] {
+            let (messages, damage) = read(&foreign_log(compression, chunks, &steps)).unwrap();
+            let times: Vec<u64> = messages.iter().map(|m| m.1 / STEP_NS).collect();
+            assert_eq!(times, sorted);
+            assert!(damage.is_empty());
+        }
+    }
+}
+
+/// With the index, without it, and without chunks, a log has the same topics.
+#[test]
+fn topics_are_the_same_without_an_index() {
+    let folder = tempfile::tempdir().unwrap();
+    let open = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).unwrap();
+        LogReader::open(path).unwrap()
+    };
+    let whole = log(25);
+    let indexed = open("whole.mcap", &whole);
+    let cut = open("cut.mcap", &whole[..whole.len() - 1]);
+    assert!(indexed.damage().is_empty() && !cut.damage().is_empty());
+    assert_eq!(indexed.topics(), cut.topics());
+    assert_eq!(indexed.metadata(), cut.metadata());
+    assert_eq!(indexed.topics()[0].times_ns, Some((0, 24 * STEP_NS)));
+    assert_eq!(indexed.metadata()["first"]["key"], "value");
+}
+
+#[test]
+fn what_is_no_log_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let cases: [(&str, &[u8], &str); 5] = [
+        ("empty.mcap", b"", "it is empty"),
+        (
+            "text.mcap",
+            b"hello, world, this is text",
+            "does not start with the bytes of one",
+        ),
+        ("old.db3", b"SQLite format 3\0aaaaaaa", "ros2 bag convert"),
+        ("one.bag", b"#ROSBAG V2.0\n1234567", "ROS 1 bag"),
+        ("a.mcap.zstd", b"\x28\xb5\x2f\xfd12345678", "zstd -d"),
+    ];
+    for (name, bytes, expected) in cases {
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).unwrap();
+        let error = LogReader::open(&path).unwrap_err().to_string();
+        assert!(error.contains(name) && error.contains(expected), "{error}");
+    }
+    let missing = folder.path().join("missing.mcap");
+    let error = LogReader::open(&missing).unwrap_err().to_string();
+    assert!(
+        error.contains("cannot open") && error.contains("missing.mcap"),
+        "{error}"
+    );
+}
+
+#[test]
+fn what_is_no_bag_is_said() {
+    let bag = |yaml: Option<&str>| {
+        let folder = tempfile::tempdir().unwrap();
+        if let Some(yaml) = yaml {
+            fs::write(folder.path().join("metadata.yaml"), yaml).unwrap();
+        }
+        let error = LogReader::open(folder.path()).unwrap_err().to_string();
+        assert!(error.contains(folder.path().to_str().unwrap()), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+        error
+    };
+    let info = |fields: &str| format!("rosbag2_bagfile_information:\n{fields}");
+    assert!(bag(None).contains("neither metadata.yaml nor an .mcap file"));
+    assert!(bag(Some("{ not yaml")).contains("metadata.yaml"));
+    assert!(bag(Some("other: 1")).contains("rosbag2_bagfile_information"));
+    let sqlite = info("  storage_identifier: sqlite3\n  relative_file_paths: [a.db3]\n");
+    assert!(bag(Some(&sqlite)).contains("sqlite3"));
+    let packed = "  storage_identifier: mcap\n  relative_file_paths: [a.mcap]\n  \
+                  compression_mode: FILE\n  compression_format: zstd\n";
+    assert!(bag(Some(&info(packed))).contains("each file is compressed (zstd)"));
+    let gone = info("  storage_identifier: mcap\n  relative_file_paths: [gone.mcap]\n");
+    assert!(bag(Some(&gone)).contains("gone.mcap"));
+}
+
+#[test]
+fn wrong_topics_and_types_are_named() {
+    let log = LogReader::open(golden("bag")).unwrap();
+    let error = log.messages_on(["/joints"]).unwrap_err().to_string();
+    assert!(
+        error.contains("/joints") && error.contains("/joint_states, /wrench"),
+        "{error}"
+    );
+    let message = log
+        .messages_on(["/wrench"])
+        .unwrap()
+        .next()
+        .unwrap()
+        .unwrap();
+    let error = message.decode::<JointState>().unwrap_err().to_string();
+    let expected =
+        "topic /wrench holds geometry_msgs/msg/WrenchStamped, not sensor_msgs/msg/JointState";
+    assert_eq!(error, expected);
+}
+
+/// A log with two messages: one in another encoding, and one with too few bytes.
+#[test]
+fn messages_that_cannot_be_decoded_are_named() {
+    let mut log = WriteOptions::new().create(Cursor::new(Vec::new())).unwrap();
+    // The definition may be in IDL: messages are decoded by the name of their type.
+    let schema = log
+        .add_schema("sensor_msgs/msg/JointState", "ros2idl", b"")
+        .unwrap();
+    for (topic, encoding) in [("/json", "json"), ("/short", "cdr")] {
+        let channel_id = log
+            .add_channel(schema, topic, encoding, &[].into())
+            .unwrap();
+        let header = MessageHeader {
+            channel_id,
+            sequence: 0,
+            log_time: 7,
+            publish_time: 7,
+        };
+        log.write_to_known_channel(&header, &[0, 1, 0, 0, 9, 0, 0, 0])
+            .unwrap();
+    }
+    log.finish().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    fs::write(&path, log.into_inner().into_inner()).unwrap();
+
+    let log = LogReader::open(&path).unwrap();
+    let error =
+        |message: tactid_logs::RawMessage| message.decode::<JointState>().unwrap_err().to_string();
+    let errors: Vec<String> = log
+        .messages()
+        .map(|message| error(message.unwrap()))
+        .collect();
+    assert_eq!(
+        errors[0],
+        "topic /json is encoded as \"json\"; only \"cdr\" can be decoded"
+    );
+    assert!(
+        errors[1].starts_with("message on /short at 7 ns: ends within"),
+        "{}",
+        errors[1]
+    );
+}
+
+/// A log that others simulated; beside the project where the project is developed.
+#[test]
+fn the_logs_of_others_are_read() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/utias");
+    if !data.is_dir() {
+        eprintln!("skipped: there is no {}", data.display());
+        return;
+    }
+    for entry in fs::read_dir(data).unwrap() {
+        let path = entry.unwrap().path();
+        if !path.is_dir() {
+            continue;
+        }
+        let log = LogReader::open(&path).unwrap();
+        let expected: u64 = log.topics().iter().map(|topic| topic.count).sum();
+        let mut messages = log.messages();
+        assert_eq!(
+            messages.by_ref().filter(|m| m.is_ok()).count() as u64,
+            expected
+        );
+        assert!(
+            expected > 0 && messages.damage().is_empty(),
+            "{}",
+            path.display()
+        );
+        for topic in log.topics_of::<WrenchStamped>() {
+            for message in log.messages_on([&topic.name]).unwrap() {
+                message.unwrap().decode::<WrenchStamped>().unwrap();
+            }
+        }
+    }
+}
+
+/// The bytes of a message stay, whatever the reader does next.
+#[test]
+fn messages_outlive_the_reader() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    fs::write(&path, log(25)).unwrap();
+    let messages: Vec<_> = LogReader::open(&path)
+        .unwrap()
+        .messages_on(["/joint_states"])
+        .unwrap()
+        .collect();
+    for (k, message) in messages.into_iter().enumerate() {
+        assert_eq!(
+            message.unwrap().decode::<JointState>().unwrap(),
+            joint_state(k as u64)
+        );
+    }
+}

@@ -1,0 +1,207 @@
+//! What the writer leaves on disk, also when it cannot go on.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use std::{fs, io::Cursor, path::Path};
+
+use common::{STEP_NS, joint_state, log};
+use mcap::records::{Record, op};
+use tactid_logs::{
+    Durability, LogError, LogReader, LogWriter,
+    messages::{JointState, StringMsg},
+};
+
+#[test]
+fn the_same_messages_give_the_same_bytes() {
+    assert_eq!(log(30), log(30));
+}
+
+/// What rosbag2 looks for: profile, encodings, quality of service, its own record, and an index of
+/// messages for every chunk.
+#[test]
+fn a_log_is_as_rosbag2_writes_it() {
+    let mut log = LogWriter::new(Cursor::new(Vec::new())).unwrap();
+    let urdf = log
+        .channel("/robot_description", Durability::TransientLocal)
+        .unwrap();
+    let joints = log.channel("/joint_states", Durability::Volatile).unwrap();
+    log.write(
+        &urdf,
+        5,
+        &StringMsg {
+            data: "<robot/>".to_owned(),
+        },
+    )
+    .unwrap();
+    log.write(&joints, 9, &joint_state(0)).unwrap();
+    let bytes = log.finish().unwrap().into_inner();
+
+    let header = mcap::read::LinearReader::new(&bytes)
+        .unwrap()
+        .next()
+        .unwrap()
+        .unwrap();
+    let Record::Header(header) = header else {
+        panic!("no header")
+    };
+    assert_eq!(header.profile, "ros2");
+    assert_eq!(
+        header.library,
+        concat!("tactid ", env!("CARGO_PKG_VERSION"))
+    );
+
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let channel = |topic: &str| {
+        summary
+            .channels
+            .values()
+            .find(|c| c.topic == topic)
+            .unwrap()
+    };
+    let qos = |topic| channel(topic).metadata["offered_qos_profiles"].as_str();
+    assert!(qos("/robot_description").contains("\n  durability: transient_local\n"));
+    assert!(qos("/joint_states").contains("\n  durability: volatile\n"));
+    assert_eq!(channel("/joint_states").message_encoding, "cdr");
+    assert_eq!(
+        channel("/joint_states").schema.as_ref().unwrap().encoding,
+        "ros2msg"
+    );
+    let indexed = |chunk: &mcap::records::ChunkIndex| !chunk.message_index_offsets.is_empty();
+    assert!(summary.chunk_indexes.iter().all(indexed));
+    assert_eq!(summary.stats.unwrap().message_count, 2);
+
+    let index = &summary.metadata_indexes[0];
+    let body = &bytes[index.offset as usize + 9..(index.offset + index.length) as usize];
+    let Record::Metadata(record) = mcap::parse_record(op::METADATA, body).unwrap() else {
+        panic!("no metadata")
+    };
+    let yaml = &record.metadata["serialized_metadata"];
+    assert_eq!(record.name, "rosbag2");
+    for line in [
+        "version: 9",
+        "message_count: 2",
+        "  nanoseconds: 4",
+        "  - 'log.mcap'",
+    ] {
+        assert!(yaml.lines().any(|l| l == line), "{line} is not in\n{yaml}");
+    }
+}
+
+/// A writer that never comes back has written all but the last second.
+#[test]
+fn a_killed_writer_leaves_all_but_the_last_chunk() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    let mut log = LogWriter::create(&path).unwrap();
+    assert!(LogReader::open(&path).unwrap().topics().is_empty());
+    let joints = log.channel("/joint_states", Durability::Volatile).unwrap();
+    for k in 0..35 {
+        log.write(&joints, k * STEP_NS, &joint_state(k)).unwrap();
+        let read = LogReader::open(&path).unwrap();
+        let count = read.topic("/joint_states").map_or(0, |topic| topic.count);
+        assert_eq!(count, k / 10 * 10, "at step {k}");
+    }
+    // As a kill would: nothing of the writer runs any more.
+    std::mem::forget(log);
+    let log = LogReader::open(&path).unwrap();
+    assert_eq!(log.messages().count(), 30);
+    assert_eq!(log.damage().len(), 1);
+}
+
+/// A program that ends by an error of its own drops its writer: the log has its index.
+#[test]
+fn a_dropped_writer_leaves_a_whole_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    let mut log = LogWriter::create(&path).unwrap();
+    let joints = log.channel("/joint_states", Durability::Volatile).unwrap();
+    log.write(&joints, 1, &joint_state(1)).unwrap();
+    drop(log);
+    let log = LogReader::open(&path).unwrap();
+    assert_eq!((log.topics()[0].count, log.damage().len()), (1, 0));
+}
+
+#[test]
+fn an_empty_log_is_a_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    let mut log = LogWriter::create(&path).unwrap();
+    log.channel::<JointState>("/joint_states", Durability::Volatile)
+        .unwrap();
+    log.finish().unwrap();
+    let log = LogReader::open(&path).unwrap();
+    assert_eq!((log.times_ns(), log.messages().count()), (None, 0));
+    assert_eq!(
+        (log.topics()[0].count, log.topics()[0].frequency_hz()),
+        (0, None)
+    );
+}
+
+#[test]
+fn a_path_that_cannot_be_written_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    for path in [
+        folder.path().join("no/such/run.mcap"),
+        folder.path().to_owned(),
+    ] {
+        let error = LogWriter::create(&path).unwrap_err().to_string();
+        assert!(
+            error.starts_with(&format!("cannot create {}: ", path.display())),
+            "{error}"
+        );
+    }
+}
+
+/// A disk that is full is an error of a write, not only of the end.
+#[test]
+fn a_full_disk_is_an_error() {
+    let full = Path::new("/dev/full");
+    if !full.exists() {
+        eprintln!("skipped: there is no /dev/full");
+        return;
+    }
+    let error = LogWriter::create(full).unwrap_err();
+    assert!(
+        error.to_string().starts_with("cannot write /dev/full: "),
+        "{error}"
+    );
+}
+
+#[test]
+fn topics_are_checked() {
+    let mut log = LogWriter::new(Cursor::new(Vec::new())).unwrap();
+    log.channel::<JointState>("/joint_states", Durability::Volatile)
+        .unwrap();
+    for (topic, expected) in [
+        ("/joint_states", "already"),
+        ("joints", "starts with"),
+        ("/a b", "letters, digits"),
+    ] {
+        let error = log
+            .channel::<JointState>(topic, Durability::Volatile)
+            .unwrap_err();
+        assert!(matches!(error, LogError::BadTopic { .. }));
+        assert!(error.to_string().contains(expected), "{error}");
+    }
+}
+
+/// A channel belongs to the log that it was made by.
+#[test]
+fn a_channel_of_another_log_is_refused() {
+    let mut one = LogWriter::new(Cursor::new(Vec::new())).unwrap();
+    let mut other = LogWriter::new(Cursor::new(Vec::new())).unwrap();
+    let joints = one.channel("/joint_states", Durability::Volatile).unwrap();
+    assert!(other.write(&joints, 0, &joint_state(0)).is_err());
+}
+
+/// A file that is there is replaced, and the log may be read while it is written.
+#[test]
+fn a_file_that_is_there_is_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    fs::write(&path, "something else that is longer than a header").unwrap();
+    LogWriter::create(&path).unwrap().finish().unwrap();
+    assert_eq!(LogReader::open(&path).unwrap().damage().len(), 0);
+}

@@ -1,0 +1,185 @@
+//! What the joints are commanded: each from rest with the acceleration `amplitude · cos(2π · frequency · t)` plus noise.
+
+use std::f64::consts::TAU;
+
+use rand::SeedableRng;
+use rand::rngs::StdRng;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::experiment::{Excitation, ExcitationMode};
+use crate::{Experiment, SimError};
+
+/// One driven joint and when it is driven.
+struct Driven {
+    /// Index into the commands.
+    joint: usize,
+    amplitude: f64,
+    frequency_hz: f64,
+    start_s: f64,
+    end_s: f64,
+}
+
+/// The commanded velocities, step by step.
+pub(crate) struct Commands {
+    driven: Vec<Driven>,
+    noise: f64,
+    random: StdRng,
+    dt: f64,
+    velocity: Vec<f64>,
+}
+
+impl Commands {
+    /// For an arm with these joints, in the order of the commands.
+    pub(crate) fn new(experiment: &Experiment, joints: &[&str]) -> Result<Self, SimError> {
+        let Excitation {
+            mode,
+            joints: wanted,
+            command_noise,
+        } = &experiment.excitation;
+        let part = experiment.duration_s / wanted.len() as f64;
+        let mut driven = Vec::new();
+        for (i, one) in wanted.iter().enumerate() {
+            let joint = joints
+                .iter()
+                .position(|name| *name == one.name)
+                .ok_or_else(|| {
+                    SimError::Robot(format!(
+                        "there is no joint `{}` to drive; the arm has {}",
+                        one.name,
+                        joints.join(", ")
+                    ))
+                })?;
+            let (start_s, end_s) = match mode {
+                ExcitationMode::Sequence => (part * i as f64, part * (i + 1) as f64),
+                ExcitationMode::Together => (0.0, experiment.duration_s),
+            };
+            driven.push(Driven {
+                joint,
+                amplitude: one.amplitude_rad_s2,
+                frequency_hz: one.frequency_hz,
+                start_s,
+                end_s,
+            });
+        }
+        Ok(Self {
+            driven,
+            noise: *command_noise,
+            random: StdRng::seed_from_u64(experiment.seed),
+            dt: experiment.step_s,
+            velocity: vec![0.0; joints.len()],
+        })
+    }
+
+    /// The velocities at the end of the step that begins at `time_s`, rad/s.
+    pub(crate) fn step(&mut self, time_s: f64) -> &[f64] {
+        for one in &self.driven {
+            let velocity = &mut self.velocity[one.joint];
+            let tolerance = 1e-6 * self.dt; // times are multiples of the step, up to rounding
+            if time_s < one.start_s - tolerance {
+                continue;
+            }
+            let acceleration = if time_s < one.end_s - tolerance {
+                let noise: f64 = StandardNormal.sample(&mut self.random);
+                let phase = TAU * one.frequency_hz * (time_s - one.start_s);
+                one.amplitude * (phase.cos() + self.noise * noise)
+            } else {
+                // A joint whose turn is over is brought to rest, no harder than it was driven.
+                (-*velocity / self.dt).clamp(-one.amplitude, one.amplitude)
+            };
+            *velocity += acceleration * self.dt;
+        }
+        &self.velocity
+    }
+
+    /// Adds these accelerations to the velocities, in place of the experiment's excitation.
+    pub(crate) fn accelerate(&mut self, accelerations: &[f64]) -> Result<&[f64], SimError> {
+        if accelerations.len() != self.velocity.len() {
+            return Err(SimError::Command {
+                given: accelerations.len(),
+                expected: self.velocity.len(),
+            });
+        }
+        for (velocity, acceleration) in self.velocity.iter_mut().zip(accelerations) {
+            *velocity += acceleration * self.dt;
+        }
+        Ok(&self.velocity)
+    }
+
+    /// The velocities last commanded, rad/s.
+    pub(crate) fn velocity(&self) -> &[f64] {
+        &self.velocity
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const JOINTS: [&str; 6] = [
+        "joint_1", "joint_2", "joint_3", "joint_4", "joint_5", "joint_6",
+    ];
+
+    fn run(experiment: &Experiment) -> Vec<Vec<f64>> {
+        let mut commands = Commands::new(experiment, &JOINTS).unwrap();
+        let steps = (experiment.duration_s / experiment.step_s).round() as usize;
+        (0..steps)
+            .map(|k| commands.step(k as f64 * experiment.step_s).to_vec())
+            .collect()
+    }
+
+    /// Without noise the velocity is the integral of the cosine, and each joint has its own third of the time.
+    #[test]
+    fn joints_are_driven_one_after_another_from_rest() {
+        let mut experiment = Experiment::paper();
+        experiment.duration_s = 30.0;
+        experiment.excitation.command_noise = 0.0;
+        let velocities = run(&experiment);
+        let integral = |t: f64| (TAU * 0.2 * t).sin() / (TAU * 0.2);
+        for (k, v) in velocities.iter().enumerate() {
+            let t = (k as f64 + 0.5) * 1e-3; // a velocity belongs to the middle of its step
+            for (joint, start) in [(2, 0.0), (4, 10.0), (5, 20.0)] {
+                let wanted = if (start..start + 10.0).contains(&t) {
+                    integral(t - start)
+                } else {
+                    0.0
+                };
+                assert!(
+                    (v[joint] - wanted).abs() < 6e-4,
+                    "joint {joint} at {t}: {}",
+                    v[joint]
+                );
+            }
+            assert_eq!([v[0], v[1], v[3]], [0.0; 3]);
+        }
+    }
+
+    /// The noise has the size that was asked for, and is the seed's.
+    #[test]
+    fn command_noise_is_white_and_seeded() {
+        let mut experiment = Experiment::paper();
+        experiment.duration_s = 30.0;
+        let noisy = run(&experiment);
+        assert_eq!(noisy, run(&experiment));
+        experiment.seed = 1;
+        assert_ne!(noisy, run(&experiment));
+        experiment.excitation.command_noise = 0.0;
+        let clean = run(&experiment);
+        let error = |k: usize| (noisy[k + 1][2] - noisy[k][2]) - (clean[k + 1][2] - clean[k][2]);
+        let variance = (0..9000).map(|k| error(k).powi(2)).sum::<f64>() / 9000.0;
+        assert!((variance.sqrt() / 1e-3 - 0.01).abs() < 5e-4);
+    }
+
+    /// A joint that is not at rest when its turn ends is stopped no harder than it was driven.
+    #[test]
+    fn a_joint_is_brought_to_rest() {
+        let mut experiment = Experiment::paper();
+        experiment.duration_s = 6.0; // 2 s each: 0.4 of a period
+        let velocities = run(&experiment);
+        assert!(velocities[1999][2] > 0.4);
+        assert_eq!(velocities[3500][2], 0.0);
+        let hardest = velocities[2000..]
+            .windows(2)
+            .map(|w| (w[1][2] - w[0][2]).abs());
+        assert!(hardest.fold(0.0, f64::max) < 1.0001e-3);
+    }
+}

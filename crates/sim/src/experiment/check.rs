@@ -1,0 +1,298 @@
+//! Values that no experiment can have, and the line that has them.
+
+use nalgebra::SymmetricEigen;
+use tactid_dynamics::symmetric_matrix;
+use toml::de::{DeTable, DeValue};
+
+use super::{Experiment, JointExcitation, Noise, Posture};
+use crate::SimError;
+
+/// Refuses with the field, its value and what would be right.
+fn refuse(field: impl Into<String>, value: impl std::fmt::Debug, why: &str) -> SimError {
+    SimError::Value {
+        line: None,
+        field: field.into(),
+        value: format!("{value:?}"),
+        why: why.to_owned(),
+    }
+}
+
+fn positive(field: impl Into<String>, value: f64) -> Result<(), SimError> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(refuse(field, value, "must be positive and finite"))
+}
+
+fn not_negative(field: impl Into<String>, value: f64) -> Result<(), SimError> {
+    if value.is_finite() && value >= 0.0 {
+        return Ok(());
+    }
+    Err(refuse(field, value, "must be finite and not negative"))
+}
+
+fn finite(field: &str, values: &[f64]) -> Result<(), SimError> {
+    if values.iter().all(|x| x.is_finite()) {
+        return Ok(());
+    }
+    Err(refuse(field, values, "must be finite"))
+}
+
+/// No principal moment is negative or exceeds the sum of the other two.
+fn inertia(field: &str, entries: [f64; 6]) -> Result<(), SimError> {
+    finite(field, &entries)?;
+    let moments = SymmetricEigen::new(symmetric_matrix(entries)).eigenvalues;
+    let slack = 1e-9 * moments.amax();
+    if moments.min() > 0.0 && 2.0 * moments.max() <= moments.sum() + slack {
+        return Ok(());
+    }
+    let why = "is no inertia of a rigid body: every principal moment must be positive and at most the sum of the other two";
+    Err(refuse(field, entries, why))
+}
+
+pub(super) fn experiment(e: &Experiment) -> Result<(), SimError> {
+    positive("step_s", e.step_s)?;
+    if !(1e-5..=0.005).contains(&e.step_s) {
+        let why = "must be between 0.00001 and 0.005: the contact forces need short steps";
+        return Err(refuse("step_s", e.step_s, why));
+    }
+    positive("duration_s", e.duration_s)?;
+    if e.duration_s < 2.0 * e.step_s || e.duration_s > 1e6 {
+        let why = "must be two steps or more and at most 1e6 s";
+        return Err(refuse("duration_s", e.duration_s, why));
+    }
+    if let Posture::Joints(positions) = &e.posture {
+        finite("posture", positions)?;
+    }
+    if let Some(base) = &e.base {
+        positive("base.mass_kg", base.mass_kg)?;
+        finite("base.center_of_mass_m", &base.center_of_mass_m)?;
+        inertia("base.inertia_kg_m2", base.inertia_kg_m2)?;
+    }
+    payload(e)?;
+    excitation(e)?;
+    noise(&e.noise)?;
+    let b = &e.bounds;
+    positive("bounds.momentum_drift", b.momentum_drift)?;
+    positive("bounds.grasp_drift_m", b.grasp_drift_m)?;
+    positive("bounds.grasp_drift_rad", b.grasp_drift_rad)?;
+    positive("bounds.newton_euler_residual", b.newton_euler_residual)
+}
+
+fn payload(e: &Experiment) -> Result<(), SimError> {
+    let p = &e.payload;
+    positive("payload.mass_kg", p.mass_kg)?;
+    finite("payload.center_of_mass_m", &p.center_of_mass_m)?;
+    inertia("payload.inertia_kg_m2", p.inertia_kg_m2)?;
+    finite("payload.handle.center_m", &p.handle.center_m)?;
+    for size in p.handle.size_m {
+        if !(size.is_finite() && size > 0.0) {
+            let why = "every side must be positive and finite";
+            return Err(refuse("payload.handle.size_m", p.handle.size_m, why));
+        }
+    }
+    let g = &e.gripper;
+    positive("gripper.grip_force_n", g.grip_force_n)?;
+    positive("gripper.friction", g.friction)?;
+    positive("gripper.closing_speed_m_s", g.closing_speed_m_s)?;
+    if g.closing_speed_m_s > 0.01 {
+        let why = "must be at most 0.01: a fast finger throws the payload";
+        return Err(refuse(
+            "gripper.closing_speed_m_s",
+            g.closing_speed_m_s,
+            why,
+        ));
+    }
+    if e.robot.fingers[0] == e.robot.fingers[1] {
+        return Err(refuse(
+            "robot.fingers",
+            &e.robot.fingers,
+            "must be two joints",
+        ));
+    }
+    Ok(())
+}
+
+fn excitation(e: &Experiment) -> Result<(), SimError> {
+    let joints = &e.excitation.joints;
+    not_negative("excitation.command_noise", e.excitation.command_noise)?;
+    if joints.is_empty() {
+        let names: [&str; 0] = [];
+        return Err(refuse(
+            "excitation.joints",
+            names,
+            "at least one joint must move",
+        ));
+    }
+    for (i, joint) in joints.iter().enumerate() {
+        let JointExcitation {
+            name,
+            amplitude_rad_s2,
+            frequency_hz,
+        } = joint;
+        not_negative(
+            format!("excitation.joints[{i}].amplitude_rad_s2"),
+            *amplitude_rad_s2,
+        )?;
+        let field = format!("excitation.joints[{i}].frequency_hz");
+        positive(&field, *frequency_hz)?;
+        if *frequency_hz * e.step_s > 0.05 {
+            let why = "must leave 20 steps or more to a period; make step_s shorter";
+            return Err(refuse(field, frequency_hz, why));
+        }
+        if joints[..i].iter().any(|other| other.name == *name) {
+            let why = "is driven twice";
+            return Err(refuse(format!("excitation.joints[{i}].name"), name, why));
+        }
+        if e.robot.fingers.contains(name) {
+            let why = "is a finger, which the grasp locks";
+            return Err(refuse(format!("excitation.joints[{i}].name"), name, why));
+        }
+    }
+    Ok(())
+}
+
+fn noise(n: &Noise) -> Result<(), SimError> {
+    for (field, value) in [
+        ("joint_position_rad", n.joint_position_rad),
+        ("joint_velocity_rad_s", n.joint_velocity_rad_s),
+        ("joint_torque_nm", n.joint_torque_nm),
+        ("base_position_m", n.base_position_m),
+        ("base_orientation_rad", n.base_orientation_rad),
+        ("base_velocity_m_s", n.base_velocity_m_s),
+        ("base_angular_velocity_rad_s", n.base_angular_velocity_rad_s),
+        ("imu_angular_velocity_rad_s", n.imu_angular_velocity_rad_s),
+        ("imu_acceleration_m_s2", n.imu_acceleration_m_s2),
+        ("finger_force_n", n.finger_force_n),
+        ("finger_moment_nm", n.finger_moment_nm),
+        ("contact_force_n", n.contact_force_n),
+    ] {
+        not_negative(format!("noise.{field}"), value)?;
+    }
+    Ok(())
+}
+
+/// Adds to a refused value the line of `text` that has it.
+pub(super) fn with_line(error: SimError, text: &str) -> SimError {
+    match error {
+        SimError::Value {
+            field, value, why, ..
+        } => SimError::Value {
+            line: line_of(&field, text),
+            field,
+            value,
+            why,
+        },
+        other => other,
+    }
+}
+
+/// The line, from 1, of `table.field` or `table.list[2].field`; of the innermost part that the file has.
+fn line_of(field: &str, text: &str) -> Option<usize> {
+    let document = DeTable::parse(text).ok()?;
+    let mut span = None;
+    let mut value: Option<&DeValue<'_>> = None;
+    let parts = field
+        .split(['.', '['])
+        .map(|part| part.trim_end_matches(']'));
+    for part in parts {
+        let table = match value {
+            None => Some(document.get_ref()),
+            Some(value) => value.as_table(),
+        };
+        let next = match (
+            table,
+            value.and_then(DeValue::as_array),
+            part.parse::<usize>(),
+        ) {
+            (Some(table), _, _) => table
+                .get_key_value(part)
+                .map(|(key, value)| (key.span(), value)),
+            (None, Some(list), Ok(index)) => list.get(index).map(|value| (value.span(), value)),
+            _ => None,
+        };
+        let Some((at, inner)) = next else { break };
+        (span, value) = (Some(at), Some(inner.get_ref()));
+    }
+    let start = span?.start;
+    Some(1 + text.get(..start)?.matches('\n').count())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(text: &str) -> String {
+        Experiment::from_toml(text).unwrap_err().to_string()
+    }
+
+    /// Whatever is refused is refused with its line.
+    #[test]
+    fn impossible_values_say_their_line() {
+        for (text, start) in [
+            ("step_s = 0.5", "line 1: step_s = 0.5: must be between"),
+            ("\n\nduration_s = nan", "line 3: duration_s = NaN: "),
+            (
+                "seed = 3\n[payload]\n\nmass_kg = -2.0",
+                "line 4: payload.mass_kg = -2.0: must be positive",
+            ),
+            (
+                "payload = { inertia_kg_m2 = [1, 0, 0, 1, 0, 3] }",
+                "line 1: payload.inertia_kg_m2",
+            ),
+            (
+                "[payload.handle]\nsize_m = [0.1, 0.0, 0.1]",
+                "line 2: payload.handle.size_m",
+            ),
+            ("[gripper]\nfriction = 0", "line 2: gripper.friction = 0.0"),
+            (
+                "[noise]\nfinger_force_n = -1",
+                "line 2: noise.finger_force_n",
+            ),
+            (
+                "[[excitation.joints]]\nname = 'joint_1'\n[[excitation.joints]]\nname = 'joint_2'\nfrequency_hz = inf",
+                "line 5: excitation.joints[1].frequency_hz = inf",
+            ),
+            (
+                "[[excitation.joints]]\nname = 'finger_left_joint'",
+                "line 2: excitation.joints[0].name",
+            ),
+            ("[excitation]\njoints = []", "line 2: excitation.joints"),
+        ] {
+            let message = message(text);
+            assert!(message.starts_with(start), "{text}: {message}");
+        }
+    }
+
+    /// A field that does not exist and a value of the wrong type are refused with their line.
+    #[test]
+    fn unknown_fields_say_their_line() {
+        for (text, line, what) in [
+            (
+                "seed = 1\nduration = 3",
+                "line 2",
+                "unknown field `duration`",
+            ),
+            ("[payload]\nmass = 3", "line 2", "unknown field `mass`"),
+            ("[gripper]\ngrip_force_n = 'much'", "line 2", "invalid type"),
+            ("posture = 'upright'", "line 1", "posture"),
+            ("seed = ", "line 1", ""),
+        ] {
+            let message = message(text);
+            assert!(
+                message.contains(line) && message.contains(what),
+                "{text}: {message}"
+            );
+        }
+    }
+
+    /// The documented file, the defaults and the paper's experiment are one.
+    #[test]
+    fn the_papers_file_is_the_default() {
+        let file = Experiment::from_toml(crate::PAPER_TOML).unwrap();
+        assert_eq!(file, Experiment::default());
+        assert_eq!(Experiment::from_toml("").unwrap(), Experiment::paper());
+        let text = file.to_toml().unwrap();
+        assert_eq!(Experiment::from_toml(&text).unwrap(), file);
+    }
+}

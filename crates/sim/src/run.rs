@@ -1,0 +1,157 @@
+//! A whole run, with its log.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use crate::log::Recorder;
+use crate::{Checks, Experiment, SimError, Simulation};
+
+/// How far a run has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Simulated time since the start of the excitation, s.
+    pub time_s: f64,
+    /// The simulated time at which the run ends, s.
+    pub duration_s: f64,
+    /// Steps taken.
+    pub steps: u64,
+    /// Steps in all.
+    pub total_steps: u64,
+}
+
+/// What came of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunReport {
+    /// How well it kept to physics.
+    #[serde(flatten)]
+    pub checks: Checks,
+    /// The force with which each finger pressed when the excitation began, N.
+    pub grip_force_n: f64,
+    /// Samples in the log.
+    pub steps: u64,
+    /// Simulated time in the log, s.
+    pub simulated_time_s: f64,
+    /// Whether the observer stopped it.
+    pub interrupted: bool,
+    /// Time it took, grasp and log included, s. Not in the log, which depends on the experiment alone.
+    #[serde(default)]
+    pub wall_time_s: f64,
+    /// Steps in a second of that time.
+    #[serde(default)]
+    pub steps_per_second: f64,
+}
+
+/// The report as the log has it.
+#[derive(Serialize)]
+struct LoggedReport<'a> {
+    #[serde(flatten)]
+    checks: Checks,
+    grip_force_n: f64,
+    steps: u64,
+    simulated_time_s: f64,
+    interrupted: bool,
+    /// Why the run was given up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<&'a str>,
+}
+
+/// Simulated time between two calls of the observer, s.
+const OBSERVE_EVERY_S: f64 = 0.02;
+
+/// Runs an experiment and writes its log.
+///
+/// `observer` is told of the progress every 20 ms of simulated time and can stop the run: the log is then complete up
+/// to there, and the report says `interrupted`. A log that is there already is replaced. The same experiment gives
+/// the same log, byte for byte.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use tactid_sim::{Experiment, run};
+///
+/// let mut experiment = Experiment::paper();
+/// experiment.duration_s = 0.3;
+/// let log = std::env::temp_dir().join("tactid-run-example.mcap");
+/// let report = run(&experiment, &log, |_progress| ControlFlow::Continue(()))?;
+/// assert_eq!(report.steps, 300);
+/// assert!(report.checks.linear_momentum_drift < 1e-3);
+/// # std::fs::remove_file(log).ok();
+/// # Ok::<(), tactid_sim::SimError>(())
+/// ```
+///
+/// # Errors
+/// What is wrong with the experiment; why the run was given up, the log being complete up to there; or why the log
+/// cannot be written.
+pub fn run(
+    experiment: &Experiment,
+    log_path: &Path,
+    mut observer: impl FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<RunReport, SimError> {
+    let start = Instant::now();
+    let mut simulation = Simulation::new(experiment)?;
+    let mut recorder = Recorder::create(log_path, &simulation)?;
+    let every = (OBSERVE_EVERY_S / experiment.step_s).ceil() as u64;
+    let mut interrupted = false;
+    while simulation.steps() < simulation.total_steps() {
+        let steps = simulation.steps();
+        if steps.is_multiple_of(every) && observer(&progress(&simulation)).is_break() {
+            interrupted = true;
+            break;
+        }
+        match simulation.step() {
+            Ok(_) => recorder.write(steps, simulation.sample(), simulation.state())?,
+            Err(error) => {
+                recorder.finish(&logged(&simulation, false, Some(&error.to_string())))?;
+                return Err(error);
+            }
+        }
+    }
+    if !interrupted {
+        // The run is complete; there is nothing left to stop.
+        let _ = observer(&progress(&simulation));
+    }
+    recorder.finish(&logged(&simulation, interrupted, None))?;
+    Ok(report(
+        &simulation,
+        interrupted,
+        start.elapsed().as_secs_f64(),
+    ))
+}
+
+fn progress(simulation: &Simulation) -> Progress {
+    Progress {
+        time_s: simulation.time_s(),
+        duration_s: simulation.experiment().duration_s,
+        steps: simulation.steps(),
+        total_steps: simulation.total_steps(),
+    }
+}
+
+fn logged<'a>(
+    simulation: &Simulation,
+    interrupted: bool,
+    error: Option<&'a str>,
+) -> LoggedReport<'a> {
+    LoggedReport {
+        checks: simulation.checks(),
+        grip_force_n: simulation.grip_force_n(),
+        steps: simulation.steps(),
+        simulated_time_s: simulation.time_s(),
+        interrupted,
+        error,
+    }
+}
+
+fn report(simulation: &Simulation, interrupted: bool, wall_time_s: f64) -> RunReport {
+    RunReport {
+        checks: simulation.checks(),
+        grip_force_n: simulation.grip_force_n(),
+        steps: simulation.steps(),
+        simulated_time_s: simulation.time_s(),
+        interrupted,
+        wall_time_s,
+        steps_per_second: simulation.steps() as f64 / wall_time_s.max(1e-9),
+    }
+}

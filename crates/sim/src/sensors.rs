@@ -1,0 +1,193 @@
+//! From the states before and after a step to a [`Sample`], and the sensors' noise on it.
+
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use rand::SeedableRng;
+use rand::rngs::StdRng;
+use rand_distr::{Distribution, StandardNormal};
+use tactid_dynamics::Wrench;
+
+use crate::contact::ContactPoint;
+use crate::experiment::Noise;
+use crate::robot::{LinkFrame, Robot};
+use crate::sample::{BaseSample, Contact, FingerSample, ImuSample, Sample, Truth};
+use crate::scene::{BodyState, State};
+
+/// The command's noise has the experiment's seed; the measurements' must not repeat it.
+const MEASUREMENT_STREAM: u64 = 0x7461_6374_6964_0001;
+
+pub(crate) struct Sensors {
+    /// The base link on its body, whose frame stands at the centre of mass.
+    body_from_base: Isometry3<f64>,
+    tool: LinkFrame,
+    fingers: [Finger; 2],
+    noise: Noise,
+    random: StdRng,
+    dt: f64,
+}
+
+struct Finger {
+    body: usize,
+    mass_kg: f64,
+    axis: Vector3<f64>,
+}
+
+/// The states between which a step was taken, and what acted during it.
+pub(crate) struct StepRecord<'a> {
+    pub before: &'a State,
+    pub after: &'a State,
+    pub contacts: &'a [Vec<ContactPoint>; 2],
+    /// Of the drives, in the order of the arm's joints.
+    pub efforts: &'a [f64],
+    /// The bodies that the drives move.
+    pub drives: &'a [usize],
+}
+
+fn mean(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector3<f64> {
+    (a + b) * 0.5
+}
+
+impl Sensors {
+    pub(crate) fn new(
+        robot: &Robot,
+        tool: LinkFrame,
+        fingers: [usize; 2],
+        noise: &Noise,
+        seed: u64,
+        dt: f64,
+    ) -> Self {
+        let fingers = fingers.map(|body| Finger {
+            body,
+            mass_kg: robot.bodies[body].mass.mass_kg,
+            axis: robot.bodies[body]
+                .joint
+                .as_ref()
+                .map_or_else(Vector3::zeros, |joint| joint.axis.into_inner()),
+        });
+        Self {
+            body_from_base: robot.links[0].body_from_link,
+            tool,
+            fingers,
+            noise: noise.clone(),
+            random: StdRng::seed_from_u64(seed ^ MEASUREMENT_STREAM),
+            dt,
+        }
+    }
+
+    /// `world_from_tool` in a state.
+    pub(crate) fn tool_pose(&self, state: &State) -> Isometry3<f64> {
+        state.bodies[self.tool.body].pose * self.tool.body_from_link
+    }
+
+    /// What the sensors say of a step, but for the time.
+    pub(crate) fn measure(&mut self, step: &StepRecord<'_>, sample: &mut Sample) {
+        let (before, after) = (step.before, step.after);
+        sample
+            .joint_position
+            .copy_from_slice(&before.joint_position);
+        for (i, velocity) in sample.joint_velocity.iter_mut().enumerate() {
+            *velocity = 0.5 * (before.joint_velocity[i] + after.joint_velocity[i]);
+        }
+        for (&body, &effort) in step.drives.iter().zip(step.efforts) {
+            sample.joint_torque[body - 1] = effort;
+        }
+        self.measure_base(before, after, sample);
+        for (i, finger) in self.fingers.iter().enumerate() {
+            let (x, next) = (&before.bodies[finger.body], &after.bodies[finger.body]);
+            measure_finger(x, &step.contacts[i], &mut sample.fingers[i]);
+            let acceleration = (next.velocity - x.velocity) / self.dt;
+            // What moves the finger: its own mass and the payload's resistance.
+            let along =
+                finger.mass_kg * finger.axis.dot(&(x.pose.rotation.inverse() * acceleration));
+            sample.joint_torque[finger.body - 1] =
+                along + finger.axis.dot(&sample.fingers[i].wrench.force);
+        }
+        sample.truth = Truth {
+            tool: self.tool_pose(before),
+            payload: before.payload.pose,
+            payload_velocity: mean(&before.payload.velocity, &after.payload.velocity),
+            payload_angular_velocity: mean(
+                &before.payload.angular_velocity,
+                &after.payload.angular_velocity,
+            ),
+        };
+        if self.noise != Noise::default() {
+            self.add_noise(sample);
+        }
+    }
+
+    fn measure_base(&self, before: &State, after: &State, sample: &mut Sample) {
+        let (x, next) = (&before.bodies[0], &after.bodies[0]);
+        let pose = x.pose * self.body_from_base;
+        let angular_velocity = mean(&x.angular_velocity, &next.angular_velocity);
+        let arm = pose.translation.vector - x.pose.translation.vector;
+        let angular_acceleration = (next.angular_velocity - x.angular_velocity) / self.dt;
+        let acceleration = (next.velocity - x.velocity) / self.dt
+            + angular_acceleration.cross(&arm)
+            + angular_velocity.cross(&angular_velocity.cross(&arm));
+        sample.base = BaseSample {
+            pose,
+            velocity: mean(&x.velocity, &next.velocity) + angular_velocity.cross(&arm),
+            angular_velocity,
+        };
+        let base_from_world = pose.rotation.inverse();
+        sample.imu = ImuSample {
+            angular_velocity: base_from_world * angular_velocity,
+            acceleration: base_from_world * acceleration,
+        };
+    }
+
+    fn add_noise(&mut self, sample: &mut Sample) {
+        let Self { noise, random, .. } = self;
+        let values = |values: &mut [f64], deviation: f64, random: &mut StdRng| {
+            for value in values {
+                *value += deviation * normal(random);
+            }
+        };
+        values(&mut sample.joint_position, noise.joint_position_rad, random);
+        values(
+            &mut sample.joint_velocity,
+            noise.joint_velocity_rad_s,
+            random,
+        );
+        values(&mut sample.joint_torque, noise.joint_torque_nm, random);
+        let base = &mut sample.base;
+        base.pose.translation.vector += vector(noise.base_position_m, random);
+        let turn = UnitQuaternion::from_scaled_axis(vector(noise.base_orientation_rad, random));
+        base.pose.rotation = turn * base.pose.rotation;
+        base.velocity += vector(noise.base_velocity_m_s, random);
+        base.angular_velocity += vector(noise.base_angular_velocity_rad_s, random);
+        sample.imu.angular_velocity += vector(noise.imu_angular_velocity_rad_s, random);
+        sample.imu.acceleration += vector(noise.imu_acceleration_m_s2, random);
+        for finger in &mut sample.fingers {
+            finger.wrench.force += vector(noise.finger_force_n, random);
+            finger.wrench.moment += vector(noise.finger_moment_nm, random);
+            for contact in &mut finger.contacts {
+                contact.force += vector(noise.contact_force_n, random);
+            }
+        }
+    }
+}
+
+fn normal(random: &mut StdRng) -> f64 {
+    StandardNormal.sample(random)
+}
+
+fn vector(deviation: f64, random: &mut StdRng) -> Vector3<f64> {
+    deviation * Vector3::from_fn(|_, _| normal(random))
+}
+
+fn measure_finger(finger: &BodyState, contacts: &[ContactPoint], sample: &mut FingerSample) {
+    sample.pose = finger.pose;
+    sample.wrench = Wrench::zero();
+    sample.contacts.clear();
+    for point in contacts {
+        let position = finger
+            .pose
+            .inverse_transform_point(&point.position.into())
+            .coords;
+        let force = finger.pose.rotation.inverse() * point.force;
+        sample.wrench.force += force;
+        sample.wrench.moment += position.cross(&force);
+        sample.contacts.push(Contact { position, force });
+    }
+}

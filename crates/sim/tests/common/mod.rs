@@ -1,0 +1,253 @@
+//! The payload by least squares on `[f; n] = Y π`, straight from the samples: no log, no filter, no tactid-identify.
+
+use nalgebra::{Isometry3, SMatrix, SVector, Translation3, Vector3};
+use tactid_dynamics::{
+    BaseKind, FrameId, FrameMotion, InertialParameters, JointMotion, Manipulator, MassProperties,
+    ToolMotion, Workspace, Wrench, forces, motion, symmetric_entries, wrench_on_end_effector,
+    wrench_regressor,
+};
+use tactid_sim::{Sample, Simulation};
+
+type Failure = Box<dyn std::error::Error>;
+
+/// Sums of the rows `[f; n] = Y π`.
+pub(crate) struct LeastSquares {
+    normal: SMatrix<f64, 10, 10>,
+    right: SVector<f64, 10>,
+}
+
+impl Default for LeastSquares {
+    fn default() -> Self {
+        Self {
+            normal: SMatrix::zeros(),
+            right: SVector::zeros(),
+        }
+    }
+}
+
+impl LeastSquares {
+    fn push(&mut self, tool: &ToolMotion, wrench: &Wrench) {
+        let rows = wrench_regressor(tool);
+        let Wrench { force, moment } = wrench;
+        let wrench = SVector::<f64, 6>::from_iterator(force.iter().chain(moment.iter()).copied());
+        self.normal += rows.transpose() * rows;
+        self.right += rows.transpose() * wrench;
+    }
+
+    fn solve(&self) -> Result<InertialParameters, Failure> {
+        let normal = self.normal.cholesky().ok_or("not identifiable")?;
+        Ok(InertialParameters::from_vector(normal.solve(&self.right)))
+    }
+}
+
+/// The middle of the interval between two samples.
+struct Middle {
+    base: FrameMotion,
+    position: Vec<f64>,
+    velocity: Vec<f64>,
+    acceleration: Vec<f64>,
+}
+
+impl Middle {
+    fn new(a: &Sample, b: &Sample) -> Self {
+        let dt = b.time_s - a.time_s;
+        let each = |a: &[f64], b: &[f64], f: fn(f64, f64, f64) -> f64| {
+            a.iter().zip(b).map(|(a, b)| f(*a, *b, dt)).collect()
+        };
+        let position = (a.base.pose.translation.vector + b.base.pose.translation.vector) * 0.5;
+        let rotation = a.base.pose.rotation.slerp(&b.base.pose.rotation, 0.5);
+        Self {
+            base: FrameMotion {
+                pose: Isometry3::from_parts(Translation3::from(position), rotation),
+                velocity: (a.base.velocity + b.base.velocity) * 0.5,
+                angular_velocity: (a.base.angular_velocity + b.base.angular_velocity) * 0.5,
+                acceleration: (b.base.velocity - a.base.velocity) / dt,
+                angular_acceleration: (b.base.angular_velocity - a.base.angular_velocity) / dt,
+            },
+            position: each(&a.joint_position, &b.joint_position, |a, b, _| {
+                0.5 * (a + b)
+            }),
+            velocity: each(&a.joint_velocity, &b.joint_velocity, |a, b, _| {
+                0.5 * (a + b)
+            }),
+            acceleration: each(&a.joint_velocity, &b.joint_velocity, |a, b, dt| {
+                (b - a) / dt
+            }),
+        }
+    }
+
+    fn joints(&self) -> JointMotion<'_> {
+        JointMotion {
+            position: &self.position,
+            velocity: &self.velocity,
+            acceleration: &self.acceleration,
+        }
+    }
+}
+
+/// Forms rows from the intervals between samples, in both ways, and compares joint torques on the way.
+pub(crate) struct Identifier {
+    robot: Manipulator,
+    /// Without gripper: what the joint-sensing way knows.
+    rest: Manipulator,
+    loaded: Manipulator,
+    workspace: Workspace,
+    tool: FrameId,
+    fingers: [FrameId; 2],
+    last: Option<Sample>,
+    tactile: LeastSquares,
+    joint_sensing: LeastSquares,
+    /// Sums of squares.
+    torque_error: f64,
+    torque: f64,
+}
+
+impl Identifier {
+    pub(crate) fn new(simulation: &Simulation) -> Result<Self, Failure> {
+        let robot = Manipulator::from_urdf(simulation.urdf(), BaseKind::Floating)?;
+        assert_eq!(robot.joint_names(), simulation.joint_names());
+        let tool = robot.frame("tool0")?;
+        let payload = InertialParameters::from(*simulation.payload_in_tool());
+        Ok(Self {
+            rest: robot.without_subtree(tool),
+            loaded: robot.with_payload(tool, &payload),
+            workspace: Workspace::new(&robot),
+            tool,
+            fingers: [
+                robot.frame("finger_left_link")?,
+                robot.frame("finger_right_link")?,
+            ],
+            robot,
+            last: None,
+            tactile: LeastSquares::default(),
+            joint_sensing: LeastSquares::default(),
+            torque_error: 0.0,
+            torque: 0.0,
+        })
+    }
+
+    /// What the fingers feel, in the tool frame; the fingers' frames stand where their joints say.
+    fn wrench_in_tool(&mut self, sample: &Sample) -> Result<Wrench, Failure> {
+        let joints = JointMotion {
+            position: &sample.joint_position,
+            velocity: &sample.joint_velocity,
+            acceleration: &sample.joint_velocity,
+        };
+        motion(
+            &self.robot,
+            &mut self.workspace,
+            &FrameMotion::at_rest(sample.base.pose),
+            joints,
+        )?;
+        let tool_from_world = self.workspace.pose(&self.robot, self.tool).inverse();
+        let mut sum = Wrench::zero();
+        for (frame, finger) in self.fingers.into_iter().zip(&sample.fingers) {
+            let tool_from_finger = tool_from_world * self.workspace.pose(&self.robot, frame);
+            sum = sum + finger.wrench.expressed_in(&tool_from_finger);
+        }
+        Ok(sum)
+    }
+
+    /// One set of rows for the interval that ends with `sample`.
+    pub(crate) fn push(&mut self, sample: &Sample) -> Result<(), Failure> {
+        let Some(last) = self.last.replace(sample.clone()) else {
+            return Ok(());
+        };
+        let (a, b) = (self.wrench_in_tool(&last)?, self.wrench_in_tool(sample)?);
+        let mean = Wrench {
+            force: (a.force + b.force) * 0.5,
+            moment: (a.moment + b.moment) * 0.5,
+        };
+        let middle = Middle::new(&last, sample);
+        let gravity = Vector3::zeros();
+
+        motion(
+            &self.robot,
+            &mut self.workspace,
+            &middle.base,
+            middle.joints(),
+        )?;
+        let tool = self
+            .workspace
+            .frame_motion(&self.robot, self.tool)
+            .in_frame(&gravity);
+        self.tactile.push(&tool, &mean);
+
+        motion(
+            &self.loaded,
+            &mut self.workspace,
+            &middle.base,
+            middle.joints(),
+        )?;
+        forces(&self.loaded, &mut self.workspace, &gravity);
+        for (joint, wanted) in self.workspace.joint_torques().iter().take(6).enumerate() {
+            let torque = 0.5 * (last.joint_torque[joint] + sample.joint_torque[joint]);
+            self.torque_error += (torque - wanted).powi(2);
+            self.torque += wanted.powi(2);
+        }
+
+        motion(
+            &self.rest,
+            &mut self.workspace,
+            &middle.base,
+            middle.joints(),
+        )?;
+        let wrench = wrench_on_end_effector(&self.rest, &self.workspace, self.tool);
+        self.joint_sensing.push(&tool, &wrench);
+        Ok(())
+    }
+
+    /// The payload by the contact wrenches.
+    pub(crate) fn tactile(&self) -> Result<MassProperties, Failure> {
+        Ok(self.tactile.solve()?.mass_properties().ok_or("no mass")?)
+    }
+
+    /// The payload by the motion of base and links, the gripper taken off.
+    pub(crate) fn joint_sensing(&mut self) -> Result<MassProperties, Failure> {
+        let Some(sample) = self.last.clone() else {
+            return Err("no samples".into());
+        };
+        self.wrench_in_tool(&sample)?; // moves the workspace there
+        let gripper = self.robot.subtree_parameters(&self.workspace, self.tool);
+        let payload = self.joint_sensing.solve()? - gripper;
+        Ok(payload.mass_properties().ok_or("no mass")?)
+    }
+
+    /// How far measured joint torques are from inverse dynamics: the rms of the difference over that of the torque.
+    pub(crate) fn torque_error(&self) -> f64 {
+        (self.torque_error / self.torque).sqrt()
+    }
+}
+
+/// In percent of the nominal value, or for a zero of the largest of its kind.
+pub(crate) fn errors_percent(
+    estimate: &MassProperties,
+    nominal: &MassProperties,
+) -> Vec<(&'static str, f64)> {
+    let relative = |value: f64, nominal: f64, largest: f64| {
+        100.0 * (value - nominal) / if nominal == 0.0 { largest } else { nominal }
+    };
+    let mut errors = vec![("m", relative(estimate.mass_kg, nominal.mass_kg, 0.0))];
+    for (i, name) in ["x", "y", "z"].into_iter().enumerate() {
+        let (a, n) = (estimate.center_of_mass[i], nominal.center_of_mass[i]);
+        errors.push((name, relative(a, n, nominal.center_of_mass.amax())));
+    }
+    let (a, n) = (
+        symmetric_entries(&estimate.inertia),
+        symmetric_entries(&nominal.inertia),
+    );
+    for (i, name) in ["xx", "xy", "xz", "yy", "yz", "zz"].into_iter().enumerate() {
+        errors.push((name, relative(a[i], n[i], nominal.inertia.amax())));
+    }
+    errors
+}
+
+/// The worst of the ten, in percent.
+#[allow(dead_code)] // not every user of this module asks
+pub(crate) fn worst_percent(estimate: &MassProperties, nominal: &MassProperties) -> f64 {
+    let errors = errors_percent(estimate, nominal);
+    errors
+        .iter()
+        .map(|(_, error)| error.abs())
+        .fold(0.0, f64::max)
+}

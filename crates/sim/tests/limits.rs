@@ -1,0 +1,119 @@
+//! What cannot work is given up, with the reason.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::path::PathBuf;
+
+use tactid_sim::{Experiment, SimError, Simulation};
+
+fn run(experiment: &Experiment) -> Result<(), SimError> {
+    let mut simulation = Simulation::new(experiment)?;
+    while simulation.steps() < simulation.total_steps() {
+        simulation.step()?;
+    }
+    Ok(())
+}
+
+fn short() -> Experiment {
+    let mut experiment = Experiment::paper();
+    experiment.duration_s = 6.0;
+    experiment
+}
+
+/// Too little friction: the payload slips, and the error says so.
+#[test]
+fn a_slippery_payload_is_reported() {
+    let mut experiment = short();
+    experiment.gripper.friction = 0.01;
+    let error = run(&experiment).unwrap_err();
+    let SimError::Bound { field, time_s, .. } = &error else {
+        panic!("{error}")
+    };
+    assert!(field.starts_with("grasp_drift") && *time_s > 0.0, "{error}");
+    assert!(
+        error
+            .to_string()
+            .contains("raise gripper.grip_force_n or gripper.friction"),
+        "{error}"
+    );
+}
+
+/// Too heavy for the grip: the same.
+#[test]
+fn a_payload_too_heavy_is_reported() {
+    let mut experiment = short();
+    experiment.gripper.grip_force_n = 60.0;
+    experiment.payload.mass_kg = 1000.0;
+    experiment.payload.inertia_kg_m2 = [100.0, 0.0, 0.0, 200.0, 0.0, 100.0];
+    let error = run(&experiment).unwrap_err();
+    let SimError::Bound { field, .. } = &error else {
+        panic!("{error}")
+    };
+    assert!(field.starts_with("grasp_drift"), "{error}");
+}
+
+/// A handle that the pads cannot reach, and one that is not between them.
+#[test]
+fn a_handle_out_of_reach_is_reported() {
+    let mut experiment = short();
+    experiment.payload.handle.size_m[1] = 0.2;
+    let error = run(&experiment).unwrap_err().to_string();
+    assert!(
+        error.contains("finger_left_joint") && error.contains("payload.handle"),
+        "{error}"
+    );
+
+    let mut experiment = short();
+    experiment.payload.handle.center_m[0] = 0.6;
+    let error = run(&experiment).unwrap_err().to_string();
+    assert!(
+        error.contains("presses with 0.0 N in place of 1500 N"),
+        "{error}"
+    );
+}
+
+/// Momentum that drifts more than allowed ends the run with the bound's name.
+#[test]
+fn a_bound_that_is_exceeded_is_named() {
+    let mut experiment = short();
+    experiment.bounds.momentum_drift = 1e-9;
+    let error = run(&experiment).unwrap_err().to_string();
+    assert!(
+        error.contains("bounds.momentum_drift") && error.contains("make step_s shorter"),
+        "{error}"
+    );
+}
+
+/// A robot that does not fit the experiment.
+#[test]
+fn a_robot_that_does_not_fit_is_reported() {
+    type Change = fn(&mut Experiment);
+    let cases: [(Change, &str); 5] = [
+        (
+            |e| e.robot.tool = "flange".into(),
+            "there is no link `flange`",
+        ),
+        (
+            |e| e.robot.fingers[0] = "thumb".into(),
+            "there is no finger joint `thumb`",
+        ),
+        (
+            |e| e.excitation.joints[0].name = "elbow".into(),
+            "there is no joint `elbow` to drive",
+        ),
+        (
+            |e| e.posture = tactid_sim::Posture::Joints(vec![0.0; 5]),
+            "the posture has 5 joint positions, but the arm has 6",
+        ),
+        (
+            |e| e.robot.urdf = Some(PathBuf::from("/no/such.urdf")),
+            "cannot read `/no/such.urdf`",
+        ),
+    ];
+    for (change, wanted) in cases {
+        let mut experiment = short();
+        change(&mut experiment);
+        let error = run(&experiment).unwrap_err().to_string();
+        assert!(error.contains(wanted), "{error}");
+    }
+}
