@@ -228,9 +228,7 @@ impl<W: Write + Seek> LogWriter<W> {
     /// # Errors
     /// If the log cannot be written.
     pub fn finish(mut self) -> Result<W, LogError> {
-        let file_name = self.path.file_name().unwrap_or_default().to_string_lossy();
         let description = BagDescription {
-            file_name: &file_name,
             times_ns: self.times_ns.unwrap_or_default(),
             topics: &self.topics,
         };

@@ -83,7 +83,7 @@ fn a_log_is_as_rosbag2_writes_it() {
         "version: 9",
         "message_count: 2",
         "  nanoseconds: 4",
-        "  - 'log.mcap'",
+        "  - log.mcap",
     ] {
         assert!(yaml.lines().any(|l| l == line), "{line} is not in\n{yaml}");
     }

@@ -1,0 +1,68 @@
+//! What a user reads.
+
+use tactid_dynamics::{InertialParameters, MassProperties, symmetric_entries, symmetric_matrix};
+
+use crate::SingularValues;
+
+/// The names of [`PayloadEstimate::values`], in order.
+pub const VALUE_NAMES: [&str; 10] = [
+    "mass", "com.x", "com.y", "com.z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz",
+];
+
+/// A payload as identified.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PayloadEstimate {
+    /// The payload alone, in the end-effector frame; its inertia about the centre of mass.
+    pub body: MassProperties,
+    /// Gripper and payload as one body, for the joint-sensing way.
+    pub composite: Option<MassProperties>,
+    /// For each of [`VALUE_NAMES`]: whether the motion determined it. Where it did not, the number
+    /// in `body` is where the estimator happened to start or drift.
+    pub identifiable: [bool; 10],
+    /// How strongly the motion excited the parameters.
+    pub singular_values: SingularValues,
+    /// Whether a body with these parameters can exist.
+    pub is_physical: bool,
+    /// Intervals that gave rows.
+    pub intervals: u64,
+    /// Samples refused: not finite, or not later than the one before.
+    pub refused: u64,
+    /// Intervals that were too long to be bridged.
+    pub gaps: u64,
+}
+
+impl PayloadEstimate {
+    /// Mass, kg; centre of mass, m; inertia about it, kg m²: in the order of [`VALUE_NAMES`].
+    #[must_use]
+    pub fn values(&self) -> [f64; 10] {
+        values(&self.body)
+    }
+
+    /// The names of the values that the motion did not determine.
+    pub fn not_identifiable(&self) -> impl Iterator<Item = &'static str> + '_ {
+        let named = VALUE_NAMES.iter().zip(&self.identifiable);
+        named.filter(|(_, known)| !**known).map(|(name, _)| *name)
+    }
+}
+
+pub(crate) fn values(body: &MassProperties) -> [f64; 10] {
+    let a = &body.center_of_mass;
+    let [xx, xy, xz, yy, yz, zz] = symmetric_entries(&body.inertia);
+    [body.mass_kg, a.x, a.y, a.z, xx, xy, xz, yy, yz, zz]
+}
+
+pub(crate) fn body(values: &[f64; 10]) -> MassProperties {
+    let [mass_kg, x, y, z, xx, xy, xz, yy, yz, zz] = *values;
+    MassProperties {
+        mass_kg,
+        center_of_mass: nalgebra::Vector3::new(x, y, z),
+        inertia: symmetric_matrix([xx, xy, xz, yy, yz, zz]),
+    }
+}
+
+/// The payload that is left of `composite` without the gripper.
+pub(crate) fn without(composite: &MassProperties, gripper: &InertialParameters) -> MassProperties {
+    let rest = InertialParameters::from(*composite) - *gripper;
+    // A mass of exactly zero has no centre; then there is nothing to take the gripper off from.
+    rest.mass_properties().unwrap_or(*composite)
+}

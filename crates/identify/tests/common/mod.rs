@@ -1,0 +1,276 @@
+//! An experiment without a physics engine: the equations of motion integrated so finely that the
+//! samples are exact, on the project's own robot.
+
+#![allow(dead_code, reason = "each test file uses a part of it")]
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use tactid_dynamics::{
+    BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, MassProperties, Workspace,
+    Wrench, base_acceleration, motion, wrench_regressor,
+};
+use tactid_identify::{BaseState, Identifier, Sample, Settings};
+
+pub(crate) const TOOL: &str = "tool0";
+pub(crate) const SENSORS: [&str; 2] = ["finger_left_link", "finger_right_link"];
+pub(crate) const URDF: &str = include_str!("../../../sim/robots/tactid.urdf");
+
+/// All three axes of rotation are reached by joints 3, 5 and 6.
+pub(crate) const IDENTIFIABLE: [f64; 6] = [0.0, -1.2, 1.6, -0.4, FRAC_PI_2, 0.0];
+/// The paper's Table 1: joints 3 and 6 are parallel.
+pub(crate) const TABLE_1: [f64; 6] = [0.0; 6];
+
+pub(crate) fn payload() -> MassProperties {
+    MassProperties {
+        mass_kg: 100.0,
+        center_of_mass: Vector3::new(0.5, 0.0, 0.0),
+        inertia: Matrix3::from_diagonal(&Vector3::new(10.0, 20.0, 10.0)),
+    }
+}
+
+/// One recorded instant.
+#[derive(Clone)]
+pub(crate) struct Instant {
+    pub(crate) time_s: f64,
+    pub(crate) base: BaseState,
+    pub(crate) position: Vec<f64>,
+    pub(crate) velocity: Vec<f64>,
+    pub(crate) wrenches: Vec<Wrench>,
+}
+
+impl Instant {
+    pub(crate) fn sample(&self) -> Sample<'_> {
+        Sample {
+            time_s: self.time_s,
+            base: self.base,
+            joint_position: &self.position,
+            joint_velocity: &self.velocity,
+            wrenches: &self.wrenches,
+        }
+    }
+}
+
+pub(crate) struct Experiment {
+    pub(crate) urdf: String,
+    pub(crate) base: BaseKind,
+    pub(crate) gravity: Vector3<f64>,
+    pub(crate) posture: [f64; 6],
+    /// Which of the six arm joints swing, counted from one.
+    pub(crate) moving: Vec<usize>,
+    /// One after another, as in the paper, instead of all at once.
+    pub(crate) in_turn: bool,
+    pub(crate) duration_s: f64,
+    pub(crate) step_s: f64,
+}
+
+impl Default for Experiment {
+    fn default() -> Self {
+        Self {
+            urdf: URDF.to_owned(),
+            base: BaseKind::Floating,
+            gravity: Vector3::zeros(),
+            posture: IDENTIFIABLE,
+            moving: vec![1, 2, 3, 4, 5, 6],
+            in_turn: false,
+            duration_s: 5.0,
+            step_s: 1e-3,
+        }
+    }
+}
+
+impl Experiment {
+    pub(crate) fn robot(&self) -> Manipulator {
+        Manipulator::from_urdf(&self.urdf, self.base).unwrap()
+    }
+
+    /// Position, velocity and acceleration of all joints, the fingers' included.
+    fn joints(&self, t: f64) -> [Vec<f64>; 3] {
+        let mut joints = [vec![0.0; 8], vec![0.0; 8], vec![0.0; 8]];
+        for joint in 0..6 {
+            joints[0][joint] = self.posture[joint];
+        }
+        for (k, &joint) in self.moving.iter().enumerate() {
+            // Different frequencies, so that the joints' accelerations are independent; in turn, whole
+            // swings of 5 s, each of which ends where it began.
+            let share_s = self.duration_s / self.moving.len() as f64;
+            let turn = (t / share_s).floor() as usize;
+            if self.in_turn && turn != k {
+                continue;
+            }
+            let w = TAU
+                * if self.in_turn {
+                    0.2
+                } else {
+                    0.2 + 0.07 * k as f64
+                };
+            let t = if self.in_turn {
+                t - turn as f64 * share_s
+            } else {
+                t
+            };
+            joints[0][joint - 1] += (1.0 - (w * t).cos()) / (w * w);
+            joints[1][joint - 1] = (w * t).sin() / w;
+            joints[2][joint - 1] = (w * t).cos();
+        }
+        joints
+    }
+
+    pub(crate) fn run(&self) -> Vec<Instant> {
+        let robot = self.robot();
+        let tool = robot.frame(TOOL).unwrap();
+        let whole = robot.with_payload(tool, &InertialParameters::from(payload()));
+        let mut workspace = Workspace::new(&whole);
+        let mut base = FrameMotion::at_rest(Isometry3::identity());
+        let count = (self.duration_s / self.step_s).round() as usize;
+        let mut instants = Vec::with_capacity(count);
+        for k in 0..=count {
+            let t = k as f64 * self.step_s;
+            let [position, velocity, acceleration] = self.joints(t);
+            if self.base == BaseKind::Floating {
+                self.accelerate(&whole, &mut workspace, &mut base, t);
+            } else {
+                let joints = JointMotion {
+                    position: &position,
+                    velocity: &velocity,
+                    acceleration: &acceleration,
+                };
+                motion(&whole, &mut workspace, &base, joints).unwrap();
+            }
+            instants.push(Instant {
+                time_s: t,
+                base: BaseState {
+                    pose: base.pose,
+                    velocity: base.velocity,
+                    angular_velocity: base.angular_velocity,
+                },
+                wrenches: self.finger_wrenches(&whole, &workspace),
+                position,
+                velocity,
+            });
+            if self.base == BaseKind::Floating {
+                base = self.runge_kutta(&whole, &mut workspace, &base, t);
+            }
+        }
+        instants
+    }
+
+    /// The wrench on the payload, as both fingers feel it: one force to the left, all else to the
+    /// right, each in its own frame.
+    fn finger_wrenches(&self, robot: &Manipulator, workspace: &Workspace) -> Vec<Wrench> {
+        let tool = robot.frame(TOOL).unwrap();
+        let motion = workspace.frame_motion(robot, tool).in_frame(&self.gravity);
+        let parameters = InertialParameters::from(payload());
+        let both = wrench_regressor(&motion) * parameters.as_vector();
+        let both = Wrench {
+            force: both.fixed_rows::<3>(0).into(),
+            moment: both.fixed_rows::<3>(3).into(),
+        };
+        let left = Wrench {
+            force: Vector3::new(30.0, -1500.0, 7.0),
+            moment: Vector3::new(1.0, -2.0, 3.0),
+        };
+        let in_finger = |wrench: Wrench, sensor: &str| {
+            let finger = workspace.pose(robot, robot.frame(sensor).unwrap());
+            wrench.expressed_in(&(finger.inverse() * workspace.pose(robot, tool)))
+        };
+        vec![
+            in_finger(left, SENSORS[0]),
+            in_finger(both - left, SENSORS[1]),
+        ]
+    }
+
+    /// Sets the base's accelerations, and leaves the whole motion in the workspace.
+    fn accelerate(
+        &self,
+        robot: &Manipulator,
+        workspace: &mut Workspace,
+        base: &mut FrameMotion,
+        t: f64,
+    ) {
+        let [position, velocity, acceleration] = self.joints(t);
+        let joints = JointMotion {
+            position: &position,
+            velocity: &velocity,
+            acceleration: &acceleration,
+        };
+        let found = base_acceleration(robot, workspace, base, joints).unwrap();
+        (base.acceleration, base.angular_acceleration) = (found.linear, found.angular);
+    }
+
+    fn runge_kutta(
+        &self,
+        robot: &Manipulator,
+        workspace: &mut Workspace,
+        start: &FrameMotion,
+        t: f64,
+    ) -> FrameMotion {
+        let h = self.step_s;
+        let mut slopes: Vec<FrameMotion> = Vec::with_capacity(4);
+        for part in [0.0, 0.5, 0.5, 1.0] {
+            let mut at = slopes
+                .last()
+                .map_or(*start, |slope| advance(start, slope, part * h));
+            self.accelerate(robot, workspace, &mut at, t + part * h);
+            slopes.push(at);
+        }
+        let mean = |f: &dyn Fn(&FrameMotion) -> Vector3<f64>| {
+            (f(&slopes[0]) + (f(&slopes[1]) + f(&slopes[2])) * 2.0 + f(&slopes[3])) / 6.0
+        };
+        let slope = FrameMotion {
+            velocity: mean(&|s| s.velocity),
+            angular_velocity: mean(&|s| s.angular_velocity),
+            acceleration: mean(&|s| s.acceleration),
+            angular_acceleration: mean(&|s| s.angular_acceleration),
+            ..*start
+        };
+        advance(start, &slope, h)
+    }
+}
+
+/// `start`, moved with the velocities and accelerations of `slope`.
+fn advance(start: &FrameMotion, slope: &FrameMotion, duration_s: f64) -> FrameMotion {
+    let turn = UnitQuaternion::from_scaled_axis(slope.angular_velocity * duration_s);
+    FrameMotion {
+        pose: Isometry3::from_parts(
+            Translation3::from(start.pose.translation.vector + slope.velocity * duration_s),
+            turn * start.pose.rotation,
+        ),
+        velocity: start.velocity + slope.acceleration * duration_s,
+        angular_velocity: start.angular_velocity + slope.angular_acceleration * duration_s,
+        ..*start
+    }
+}
+
+pub(crate) fn identifier(experiment: &Experiment, settings: Settings) -> Identifier {
+    Identifier::new(&experiment.robot(), TOOL, &SENSORS, settings).unwrap()
+}
+
+/// Each parameter's error, in percent of its nominal value, or of the largest of its kind for a
+/// zero entry.
+pub(crate) fn errors_percent(body: &MassProperties) -> [f64; 10] {
+    let truth = payload();
+    let (a, i) = (
+        body.center_of_mass - truth.center_of_mass,
+        body.inertia - truth.inertia,
+    );
+    [
+        (body.mass_kg - 100.0) / 100.0,
+        a.x / 0.5,
+        a.y / 0.5,
+        a.z / 0.5,
+        i[(0, 0)] / 10.0,
+        i[(0, 1)] / 20.0,
+        i[(0, 2)] / 20.0,
+        i[(1, 1)] / 20.0,
+        i[(1, 2)] / 20.0,
+        i[(2, 2)] / 10.0,
+    ]
+    .map(|part| 100.0 * part)
+}
+
+pub(crate) fn worst_percent(body: &MassProperties) -> f64 {
+    errors_percent(body)
+        .into_iter()
+        .fold(0.0, |worst, error| worst.max(error.abs()))
+}
