@@ -1,5 +1,10 @@
 //! What the end-to-end tests share.
 
+/// The README's Rust example, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+mod readme {}
+
 use tactid_dynamics::{MassProperties, symmetric_entries};
 
 /// Each parameter's error in percent of its nominal value, or for a zero entry of the largest

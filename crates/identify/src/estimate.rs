@@ -21,7 +21,7 @@ pub struct PayloadEstimate {
     pub identifiable: [bool; 10],
     /// How strongly the motion excited the parameters.
     pub singular_values: SingularValues,
-    /// Whether a body with these parameters can exist.
+    /// Whether a body with these parameters can exist, within 1 % of its largest principal moment.
     pub is_physical: bool,
     /// Intervals that gave rows.
     pub intervals: u64,

@@ -14,6 +14,10 @@ use crate::recent::RecentMean;
 use crate::sample::{Middle, Node};
 use crate::{IdentifyError, PayloadEstimate, Sample, Settings, Way};
 
+/// By how much of its largest principal moment an estimate may miss the triangle inequality and still
+/// count as possible: plates and rods lie on the border, and no estimate is exact.
+const BORDER: f64 = 0.01;
+
 /// What became of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pushed {
@@ -196,7 +200,7 @@ impl Identifier {
             composite: (self.settings.way == Way::JointSensing).then_some(latest),
             identifiable,
             singular_values,
-            is_physical: InertialParameters::from(payload).is_physical(),
+            is_physical: InertialParameters::from(payload).is_physical_within(BORDER),
             intervals: self.excitation.intervals(),
             refused: self.refused,
             gaps: self.gaps,

@@ -1,0 +1,59 @@
+# What a newcomer types. Each target makes the virtual environment .venv at the root when it needs it.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+# What the installed package is made of: a change in any of it installs anew.
+SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -type f \
+    \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
+
+.PHONY: help demo test test-rust test-python lint bench clean tools
+
+help: ## list the targets
+	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+
+demo: $(VENV)/installed ## run the paper's experiment, 300 s: the log, Table 2 and the report land in demo/
+	$(BIN)/tactid paper --out demo
+
+test: test-rust test-python ## build and test everything: Rust, the installed Python package, the README's examples
+
+test-rust: tools
+	cargo test --workspace --locked
+
+test-python: $(VENV)/tested
+	$(BIN)/python -m pytest
+
+lint: tools $(VENV)/linters ## formatting, clippy, ruff and mypy, with warnings as errors
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets --locked -- -D warnings
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+
+bench: $(VENV)/installed ## measure the README's figures: five seeds of the paper's experiment
+	$(BIN)/python bench/seeds.py
+
+clean: ## remove all that was built
+	rm -rf $(VENV) target demo
+
+tools:
+	@command -v cargo >/dev/null || { echo "cargo is missing: install a Rust toolchain, 1.89 or newer (https://rustup.rs)" >&2; exit 1; }
+	@command -v cc >/dev/null || { echo "cc is missing: install a C compiler, which Rust links with (Debian: apt install build-essential)" >&2; exit 1; }
+	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) is missing: install Python 3.11 or newer, or name it with make PYTHON=..." >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "$(PYTHON) is older than 3.11: install Python 3.11 or newer, or name it with make PYTHON=..." >&2; exit 1; }
+	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || { echo "$(PYTHON) lacks venv: install it (Debian: apt install python3-venv)" >&2; exit 1; }
+
+$(BIN)/python: | tools
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/installed: $(SOURCES) | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check .
+	@touch $@
+
+$(VENV)/tested: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[test]'
+	@touch $@
+
+$(VENV)/linters: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'mypy>=1.13' 'ruff>=0.8' 'numpy>=1.26' 'typer>=0.12' 'rich>=13.7' 'matplotlib>=3.9'
+	@touch $@
