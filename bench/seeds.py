@@ -10,9 +10,10 @@ import time
 from pathlib import Path
 
 import numpy as np
-import tactid
 from rich.console import Console
 from rich.table import Table
+
+import tactid
 
 NOMINAL = np.array([100, 0.5, 0, 0, 10, 0, 0, 20, 0, 10])
 SCALE = np.array([100, 0.5, 0.5, 0.5, 10, 20, 20, 20, 20, 10])

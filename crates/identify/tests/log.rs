@@ -254,7 +254,8 @@ fn the_observer_can_stop() {
 /// What the log lacks, or has twice, is said by topic and type.
 #[test]
 fn a_log_that_lacks_something_says_what() {
-    let cases: [(&str, fn(&mut Recording<'_>)); 8] = [
+    type Change = fn(&mut Recording<'_>);
+    let cases: [(&str, Change); 8] = [
         ("no robot description (type std_msgs/msg/String)", |r| {
             r.description = None
         }),

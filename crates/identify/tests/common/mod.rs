@@ -87,9 +87,7 @@ impl Experiment {
     /// Position, velocity and acceleration of all joints, the fingers' included.
     fn joints(&self, t: f64) -> [Vec<f64>; 3] {
         let mut joints = [vec![0.0; 8], vec![0.0; 8], vec![0.0; 8]];
-        for joint in 0..6 {
-            joints[0][joint] = self.posture[joint];
-        }
+        joints[0][..6].copy_from_slice(&self.posture);
         for (k, &joint) in self.moving.iter().enumerate() {
             // Different frequencies, so that the joints' accelerations are independent; in turn, whole
             // swings of 5 s, each of which ends where it began.

@@ -16,20 +16,38 @@ import shutil
 from pathlib import Path
 
 import numpy as np
-from rosbags.interfaces import Nodetype, Qos, QosDurability, QosHistory, QosLiveliness
-from rosbags.interfaces import QosReliability, QosTime
+from rosbags.interfaces import (
+    Nodetype,
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 HERE = Path(__file__).parent
 SCHEMAS = HERE / "../../schemas"
 STORE = get_typestore(Stores.ROS2_JAZZY)
-TYPES = """builtin_interfaces/msg/Time std_msgs/msg/String std_msgs/msg/Header
-    std_msgs/msg/Float64MultiArray sensor_msgs/msg/JointState sensor_msgs/msg/Imu
-    sensor_msgs/msg/PointCloud2 geometry_msgs/msg/PoseStamped geometry_msgs/msg/TwistStamped
-    geometry_msgs/msg/AccelStamped geometry_msgs/msg/WrenchStamped
-    geometry_msgs/msg/InertiaStamped geometry_msgs/msg/TransformStamped nav_msgs/msg/Odometry
-    tf2_msgs/msg/TFMessage""".split()
+TYPES = [
+    "builtin_interfaces/msg/Time",
+    "std_msgs/msg/String",
+    "std_msgs/msg/Header",
+    "std_msgs/msg/Float64MultiArray",
+    "sensor_msgs/msg/JointState",
+    "sensor_msgs/msg/Imu",
+    "sensor_msgs/msg/PointCloud2",
+    "geometry_msgs/msg/PoseStamped",
+    "geometry_msgs/msg/TwistStamped",
+    "geometry_msgs/msg/AccelStamped",
+    "geometry_msgs/msg/WrenchStamped",
+    "geometry_msgs/msg/InertiaStamped",
+    "geometry_msgs/msg/TransformStamped",
+    "nav_msgs/msg/Odometry",
+    "tf2_msgs/msg/TFMessage",
+]
 
 
 def filled(kind, count):
@@ -85,11 +103,22 @@ def write_bag(folder, steps, compressed):
     if compressed:
         writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
     forever = QosTime(9223372036, 854775807)
-    qos = Qos(QosHistory.UNKNOWN, 0, QosReliability.RELIABLE, QosDurability.VOLATILE, forever,
-              forever, QosLiveliness.AUTOMATIC, forever, False)
+    qos = Qos(
+        QosHistory.UNKNOWN,
+        0,
+        QosReliability.RELIABLE,
+        QosDurability.VOLATILE,
+        forever,
+        forever,
+        QosLiveliness.AUTOMATIC,
+        forever,
+        False,
+    )
     with writer:
-        topics = [("/joint_states", "sensor_msgs/msg/JointState"),
-                  ("/wrench", "geometry_msgs/msg/WrenchStamped")]
+        topics = [
+            ("/joint_states", "sensor_msgs/msg/JointState"),
+            ("/wrench", "geometry_msgs/msg/WrenchStamped"),
+        ]
         joints, wrench = (
             writer.add_connection(t, n, typestore=STORE, offered_qos_profiles=[qos])
             for t, n in topics
@@ -100,8 +129,8 @@ def write_bag(folder, steps, compressed):
             stamp = t["builtin_interfaces/msg/Time"](ns // 10**9, ns % 10**9)
             header = t["std_msgs/msg/Header"](stamp, "tool0")
             state = t["sensor_msgs/msg/JointState"](
-                header, ["a", "b"], np.array([k, -k], float), np.array([0.5 * k, 1.0]),
-                np.array([]))
+                header, ["a", "b"], np.array([k, -k], float), np.array([0.5 * k, 1.0]), np.array([])
+            )
             writer.write(joints, ns, STORE.serialize_cdr(state, joints.msgtype))
             if k % 2 == 0:
                 xyz = t["geometry_msgs/msg/Vector3"]
@@ -111,7 +140,7 @@ def write_bag(folder, steps, compressed):
 
 
 def write_split_bag():
-    """rosbags writes bags of one file; two of them make one that is split."""
+    """Rosbags writes bags of one file; two of them make one that is split."""
     parts = [HERE / "part_0", HERE / "part_1"]
     write_bag(parts[0], range(20), compressed=True)
     write_bag(parts[1], range(20, 40), compressed=True)
