@@ -1,4 +1,5 @@
-//! The Adaline of section 3, with both of its learning rules.
+//! The Adaline of section 3: a linear neuron whose weights are the parameters, with both of its
+//! learning rules.
 
 use nalgebra::SVector;
 
@@ -9,45 +10,42 @@ pub const PAPER_ALPHA: f64 = 1.8;
 /// The paper's β.
 pub const PAPER_BETA: f64 = 0.9;
 
-/// Least mean squares with a fixed step, section 3.1.
-///
-/// Assumes rows of a known scale: it diverges where `step · |row|²` reaches 2.
+/// How far a row moves the weights: μ of (53).
+pub trait LearningRule {
+    /// μ for a row with this squared norm, `uᵀu`.
+    fn step(&self, row_squared: f64) -> f64;
+}
+
+/// A linear neuron, trained once on each row: `w ← w + μ e u`, (53).
 #[derive(Clone, Debug)]
-pub struct Lms<const N: usize> {
+pub struct Adaline<R, const N: usize> {
     weights: SVector<f64, N>,
-    step: f64,
+    rule: R,
     counts: Counts,
 }
 
-impl<const N: usize> Lms<N> {
-    /// With weights of one, as the paper starts.
-    ///
-    /// # Errors
-    /// Where `step` (μ) is not positive and finite.
-    pub fn new(step: f64) -> Result<Self, SettingError> {
-        Self::starting_at(step, SVector::repeat(1.0))
+impl<R, const N: usize> Adaline<R, N> {
+    /// The same with the given weights instead of ones, the paper's `w_0`.
+    #[must_use]
+    pub fn starting_at(self, weights: SVector<f64, N>) -> Self {
+        Self { weights, ..self }
     }
 
-    /// With the given weights.
-    ///
-    /// # Errors
-    /// As [`Self::new`].
-    pub fn starting_at(step: f64, weights: SVector<f64, N>) -> Result<Self, SettingError> {
-        check_within("step", step, (0.0, f64::INFINITY), "(0, inf)")?;
-        Ok(Self {
-            weights,
-            step,
+    fn with_rule(rule: R) -> Self {
+        Self {
+            weights: SVector::repeat(1.0),
+            rule,
             counts: Counts::default(),
-        })
+        }
     }
 }
 
-impl<const N: usize> Estimator<N> for Lms<N> {
+impl<R: LearningRule, const N: usize> Estimator<N> for Adaline<R, N> {
     fn update(&mut self, row: &SVector<f64, N>, wanted: f64) -> Outcome {
         let outcome = self.counts.admit(row, wanted);
         if outcome == Outcome::Used {
             let error = wanted - self.weights.dot(row); // (52)
-            self.weights += row * (self.step * error); // (53)
+            self.weights += row * (self.rule.step(row.norm_squared()) * error); // (53)
         }
         outcome
     }
@@ -56,25 +54,54 @@ impl<const N: usize> Estimator<N> for Lms<N> {
         self.weights
     }
 
-    fn used(&self) -> u64 {
-        self.counts.used
-    }
-
-    fn refused(&self) -> u64 {
-        self.counts.refused
+    fn counts(&self) -> Counts {
+        self.counts
     }
 }
 
-/// Normalised least mean squares, (53)-(54): the step shrinks with the row's own power.
+/// A step that is the same for every row: section 3.1.
+#[derive(Clone, Copy, Debug)]
+pub struct FixedStep(f64);
+
+impl LearningRule for FixedStep {
+    fn step(&self, _row_squared: f64) -> f64 {
+        self.0
+    }
+}
+
+/// A step that shrinks with the row's own power: (54).
+#[derive(Clone, Copy, Debug)]
+pub struct NormalisedStep {
+    alpha: f64,
+    beta: f64,
+}
+
+impl LearningRule for NormalisedStep {
+    fn step(&self, row_squared: f64) -> f64 {
+        self.alpha / (self.beta + row_squared) // (54)
+    }
+}
+
+/// Least mean squares with a fixed step, section 3.1.
+///
+/// Assumes rows of a known scale: it diverges where `step · |row|²` reaches 2.
+pub type Lms<const N: usize> = Adaline<FixedStep, N>;
+
+/// Normalised least mean squares, (53)-(54).
 ///
 /// Assumes exact rows: noise on the wanted value is amplified by the misadjustment `α/(2 - α)`,
 /// which is 9 at the paper's α.
-#[derive(Clone, Debug)]
-pub struct Nlms<const N: usize> {
-    weights: SVector<f64, N>,
-    alpha: f64,
-    beta: f64,
-    counts: Counts,
+pub type Nlms<const N: usize> = Adaline<NormalisedStep, N>;
+
+impl<const N: usize> Lms<N> {
+    /// With weights of one, as the paper starts.
+    ///
+    /// # Errors
+    /// Where `step` (μ) is not positive and finite.
+    pub fn new(step: f64) -> Result<Self, SettingError> {
+        check_within("step", step, (0.0, f64::INFINITY), "(0, inf)")?;
+        Ok(Self::with_rule(FixedStep(step)))
+    }
 }
 
 impl<const N: usize> Nlms<N> {
@@ -83,61 +110,18 @@ impl<const N: usize> Nlms<N> {
     /// # Errors
     /// Where `alpha` is outside (0, 2) or `beta` outside (0, 1): the conditions below (54).
     pub fn new(alpha: f64, beta: f64) -> Result<Self, SettingError> {
-        Self::starting_at(alpha, beta, SVector::repeat(1.0))
-    }
-
-    /// With the given weights.
-    ///
-    /// # Errors
-    /// As [`Self::new`].
-    pub fn starting_at(
-        alpha: f64,
-        beta: f64,
-        weights: SVector<f64, N>,
-    ) -> Result<Self, SettingError> {
         check_within("alpha", alpha, (0.0, 2.0), "(0, 2)")?;
         check_within("beta", beta, (0.0, 1.0), "(0, 1)")?;
-        Ok(Self {
-            weights,
-            alpha,
-            beta,
-            counts: Counts::default(),
-        })
+        Ok(Self::with_rule(NormalisedStep { alpha, beta }))
     }
 
     /// With the paper's settings: α = 1.8, β = 0.9, weights of one.
     #[must_use]
     pub fn paper() -> Self {
-        Self {
-            weights: SVector::repeat(1.0),
+        Self::with_rule(NormalisedStep {
             alpha: PAPER_ALPHA,
             beta: PAPER_BETA,
-            counts: Counts::default(),
-        }
-    }
-}
-
-impl<const N: usize> Estimator<N> for Nlms<N> {
-    fn update(&mut self, row: &SVector<f64, N>, wanted: f64) -> Outcome {
-        let outcome = self.counts.admit(row, wanted);
-        if outcome == Outcome::Used {
-            let error = wanted - self.weights.dot(row); // (52)
-            let step = self.alpha / (self.beta + row.norm_squared()); // (54)
-            self.weights += row * (step * error); // (53)
-        }
-        outcome
-    }
-
-    fn parameters(&self) -> SVector<f64, N> {
-        self.weights
-    }
-
-    fn used(&self) -> u64 {
-        self.counts.used
-    }
-
-    fn refused(&self) -> u64 {
-        self.counts.refused
+        })
     }
 }
 

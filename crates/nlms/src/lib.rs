@@ -32,7 +32,9 @@ mod rls;
 use nalgebra::SVector;
 use thiserror::Error;
 
-pub use adaline::{Lms, Nlms, PAPER_ALPHA, PAPER_BETA};
+pub use adaline::{
+    Adaline, FixedStep, LearningRule, Lms, Nlms, NormalisedStep, PAPER_ALPHA, PAPER_BETA,
+};
 pub use rls::Rls;
 
 /// Estimates `N` parameters from the rows of `A x = b`, one at a time, without allocation.
@@ -44,11 +46,8 @@ pub trait Estimator<const N: usize> {
     /// The parameters as known now, in the units that the rows imply.
     fn parameters(&self) -> SVector<f64, N>;
 
-    /// How many rows were used.
-    fn used(&self) -> u64;
-
-    /// How many rows were refused.
-    fn refused(&self) -> u64;
+    /// How many rows came, and what became of them.
+    fn counts(&self) -> Counts;
 }
 
 /// What became of a row.
@@ -86,10 +85,12 @@ fn check_within(
 }
 
 /// How many rows came, and what became of them.
-#[derive(Clone, Copy, Debug, Default)]
-struct Counts {
-    used: u64,
-    refused: u64,
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Rows that were used.
+    pub used: u64,
+    /// Rows that were not finite, and changed nothing.
+    pub refused: u64,
 }
 
 impl Counts {

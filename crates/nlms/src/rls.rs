@@ -35,17 +35,20 @@ impl<const N: usize> Rls<N> {
     /// Starting at ones, as the paper's filters do.
     #[must_use]
     pub fn new() -> Self {
-        Self::starting_at(SVector::repeat(1.0))
-    }
-
-    /// Starting at the given parameters.
-    #[must_use]
-    pub fn starting_at(parameters: SVector<f64, N>) -> Self {
         Self {
             triangle: SMatrix::identity() * PRIOR,
-            target: parameters * PRIOR,
+            target: SVector::repeat(PRIOR),
             residual_squares: 0.0,
             counts: Counts::default(),
+        }
+    }
+
+    /// The same, starting at the given parameters. To be said before the first row.
+    #[must_use]
+    pub fn starting_at(self, parameters: SVector<f64, N>) -> Self {
+        Self {
+            target: self.triangle * parameters,
+            ..self
         }
     }
 
@@ -105,12 +108,8 @@ impl<const N: usize> Estimator<N> for Rls<N> {
         parameters
     }
 
-    fn used(&self) -> u64 {
-        self.counts.used
-    }
-
-    fn refused(&self) -> u64 {
-        self.counts.refused
+    fn counts(&self) -> Counts {
+        self.counts
     }
 }
 
@@ -183,6 +182,10 @@ mod tests {
             assert_eq!(rls.update(&row, wanted), Outcome::Refused);
         }
         assert_eq!(rls.parameters(), before);
-        assert_eq!((rls.used(), rls.refused()), (1, 3));
+        let expected = Counts {
+            used: 1,
+            refused: 3,
+        };
+        assert_eq!(rls.counts(), expected);
     }
 }
