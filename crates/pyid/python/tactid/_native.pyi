@@ -1,0 +1,358 @@
+from collections.abc import Callable, Sequence
+from os import PathLike
+from typing import Final, Literal, TypeAlias, final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import disjoint_base
+
+_Array: TypeAlias = NDArray[np.float64]
+_Path: TypeAlias = str | PathLike[str]
+_Progress: TypeAlias = Callable[[float], object]
+_Way: TypeAlias = Literal["tactile", "joint-sensing"]
+_Filter: TypeAlias = Literal["nlms", "rls"]
+
+__all__ = [
+    "VALUE_NAMES",
+    "VERSION",
+    "Estimator",
+    "Experiment",
+    "FrameMotion",
+    "Identification",
+    "Identifier",
+    "Lms",
+    "LogInfo",
+    "Manipulator",
+    "MassProperties",
+    "Nlms",
+    "PayloadEstimate",
+    "Rls",
+    "RunReport",
+    "Topic",
+    "identify",
+    "info",
+    "simulate",
+    "wrench_regressor",
+]
+
+VERSION: Final[str]
+VALUE_NAMES: Final[list[str]]
+
+@final
+class MassProperties:
+    def __new__(cls, mass: float, com: ArrayLike, inertia: ArrayLike) -> MassProperties: ...
+    @staticmethod
+    def from_parameters(parameters: ArrayLike) -> MassProperties: ...
+    @property
+    def mass(self) -> float: ...
+    @property
+    def com(self) -> _Array: ...
+    @property
+    def inertia(self) -> _Array: ...
+    @property
+    def parameters(self) -> _Array: ...
+    @property
+    def is_physical(self) -> bool: ...
+    def is_physical_within(self, tolerance: float) -> bool: ...
+    def expressed_in(self, a_from_b: ArrayLike) -> MassProperties: ...
+    def __add__(self, value: MassProperties, /) -> MassProperties: ...
+    def __radd__(self, value: MassProperties, /) -> MassProperties: ...
+    def __sub__(self, value: MassProperties, /) -> MassProperties: ...
+    def __rsub__(self, value: MassProperties, /) -> MassProperties: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+
+@final
+class FrameMotion:
+    @property
+    def pose(self) -> _Array: ...
+    @property
+    def velocity(self) -> _Array: ...
+    @property
+    def angular_velocity(self) -> _Array: ...
+    @property
+    def acceleration(self) -> _Array: ...
+    @property
+    def angular_acceleration(self) -> _Array: ...
+
+@final
+class Manipulator:
+    @staticmethod
+    def from_urdf(
+        urdf: _Path,
+        base: Literal["floating", "fixed"] = "floating",
+        *,
+        base_link: str | None = None,
+    ) -> Manipulator: ...
+    @property
+    def dof(self) -> int: ...
+    @property
+    def joint_names(self) -> list[str]: ...
+    @property
+    def frame_names(self) -> list[str]: ...
+    @property
+    def base(self) -> Literal["floating", "fixed"]: ...
+    @property
+    def mass(self) -> float: ...
+    def with_payload(self, frame: str, body: MassProperties) -> Manipulator: ...
+    def without_subtree(self, frame: str) -> Manipulator: ...
+    def kinematics(
+        self,
+        frame: str,
+        q: ArrayLike,
+        qd: ArrayLike | None = None,
+        qdd: ArrayLike | None = None,
+        *,
+        base_pose: ArrayLike | None = None,
+        base_twist: ArrayLike | None = None,
+        base_acceleration: ArrayLike | None = None,
+    ) -> FrameMotion: ...
+    def inverse_dynamics(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike | None = None,
+        qdd: ArrayLike | None = None,
+        *,
+        base_pose: ArrayLike | None = None,
+        base_twist: ArrayLike | None = None,
+        base_acceleration: ArrayLike | None = None,
+        gravity: ArrayLike | None = None,
+    ) -> tuple[_Array, _Array]: ...
+    def base_acceleration(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike | None = None,
+        qdd: ArrayLike | None = None,
+        *,
+        base_pose: ArrayLike | None = None,
+        base_twist: ArrayLike | None = None,
+    ) -> _Array: ...
+    def momentum(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike | None = None,
+        *,
+        base_pose: ArrayLike | None = None,
+        base_twist: ArrayLike | None = None,
+    ) -> _Array: ...
+
+def wrench_regressor(
+    acceleration: ArrayLike, angular_velocity: ArrayLike, angular_acceleration: ArrayLike
+) -> _Array: ...
+
+@disjoint_base
+class Estimator:
+    def update(self, rows: ArrayLike, wanted: ArrayLike) -> int: ...
+    @property
+    def parameters(self) -> _Array: ...
+    @property
+    def used(self) -> int: ...
+    @property
+    def refused(self) -> int: ...
+
+@final
+class Lms(Estimator):
+    def __new__(cls, size: int, step: float, *, start: ArrayLike | None = None) -> Lms: ...
+
+@final
+class Nlms(Estimator):
+    def __new__(
+        cls,
+        size: int,
+        alpha: float = 1.8,
+        beta: float = 0.9,
+        *,
+        start: ArrayLike | None = None,
+    ) -> Nlms: ...
+
+@final
+class Rls(Estimator):
+    def __new__(cls, size: int, *, start: ArrayLike | None = None) -> Rls: ...
+    @property
+    def covariance(self) -> _Array | None: ...
+
+@final
+class PayloadEstimate:
+    @property
+    def body(self) -> MassProperties: ...
+    @property
+    def composite(self) -> MassProperties | None: ...
+    @property
+    def values(self) -> _Array: ...
+    @property
+    def identifiable(self) -> list[bool]: ...
+    @property
+    def not_identifiable(self) -> list[str]: ...
+    @property
+    def mass_singular_values(self) -> _Array: ...
+    @property
+    def inertia_singular_values(self) -> _Array: ...
+    @property
+    def is_physical(self) -> bool: ...
+    @property
+    def intervals(self) -> int: ...
+    @property
+    def refused(self) -> int: ...
+    @property
+    def gaps(self) -> int: ...
+
+@final
+class Identifier:
+    def __new__(
+        cls,
+        robot: Manipulator,
+        tool: str,
+        sensors: Sequence[str] = ...,
+        *,
+        way: _Way = "tactile",
+        estimator: _Filter = "nlms",
+        alpha: float = 1.8,
+        beta: float = 0.9,
+        gravity: ArrayLike | None = None,
+        average: float | None = None,
+        interval: float = 0.02,
+        max_gap: float = 0.1,
+    ) -> Identifier: ...
+    def push(
+        self,
+        time: ArrayLike,
+        q: ArrayLike,
+        qd: ArrayLike,
+        wrenches: ArrayLike | None = None,
+        *,
+        base_pose: ArrayLike | None = None,
+        base_twist: ArrayLike | None = None,
+    ) -> int: ...
+    def rewind(self) -> None: ...
+    def estimate(self) -> PayloadEstimate: ...
+
+@final
+class Identification:
+    @property
+    def estimate(self) -> PayloadEstimate: ...
+    @property
+    def tool(self) -> str: ...
+    @property
+    def way(self) -> _Way: ...
+    @property
+    def estimator(self) -> _Filter: ...
+    @property
+    def average(self) -> float: ...
+    @property
+    def epochs(self) -> int: ...
+    @property
+    def interval(self) -> float: ...
+    @property
+    def history_epoch(self) -> NDArray[np.uint32]: ...
+    @property
+    def history_time(self) -> _Array: ...
+    @property
+    def history(self) -> _Array: ...
+    @property
+    def gravity(self) -> _Array: ...
+    @property
+    def duration(self) -> float: ...
+    @property
+    def damage(self) -> list[str]: ...
+
+def identify(
+    log: _Path,
+    *,
+    tool: str = "tool0",
+    way: _Way = "tactile",
+    estimator: _Filter = "nlms",
+    alpha: float = 1.8,
+    beta: float = 0.9,
+    gravity: ArrayLike | None = None,
+    average: float | None = None,
+    interval: float = 0.02,
+    epochs: int | None = None,
+    max_gap: float = 0.1,
+    progress: _Progress | None = None,
+) -> Identification: ...
+
+@final
+class Topic:
+    @property
+    def name(self) -> str: ...
+    @property
+    def type_name(self) -> str: ...
+    @property
+    def encoding(self) -> str: ...
+    @property
+    def count(self) -> int: ...
+    @property
+    def frequency(self) -> float | None: ...
+
+@final
+class LogInfo:
+    @property
+    def topics(self) -> list[Topic]: ...
+    @property
+    def start(self) -> float | None: ...
+    @property
+    def duration(self) -> float | None: ...
+    @property
+    def metadata(self) -> dict[str, dict[str, str]]: ...
+    @property
+    def damage(self) -> list[str]: ...
+
+def info(log: _Path) -> LogInfo: ...
+
+@final
+class Experiment:
+    PAPER_TOML: Final[str]
+    @staticmethod
+    def paper() -> Experiment: ...
+    @staticmethod
+    def from_toml(text: str) -> Experiment: ...
+    @staticmethod
+    def from_file(path: _Path) -> Experiment: ...
+    def replace(
+        self,
+        *,
+        frequency: float | None = None,
+        posture: str | Sequence[float] | None = None,
+        seed: int | None = None,
+        duration: float | None = None,
+    ) -> Experiment: ...
+    def to_toml(self) -> str: ...
+    @property
+    def duration(self) -> float: ...
+    @property
+    def tool(self) -> str: ...
+    @property
+    def payload(self) -> MassProperties: ...
+    @property
+    def urdf(self) -> str: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+
+@final
+class RunReport:
+    @property
+    def linear_momentum_drift(self) -> float: ...
+    @property
+    def angular_momentum_drift(self) -> float: ...
+    @property
+    def grasp_drift(self) -> float: ...
+    @property
+    def grasp_rotation(self) -> float: ...
+    @property
+    def newton_residual(self) -> float: ...
+    @property
+    def euler_residual(self) -> float: ...
+    @property
+    def grip_force(self) -> float: ...
+    @property
+    def steps(self) -> int: ...
+    @property
+    def simulated_time(self) -> float: ...
+    @property
+    def wall_time(self) -> float: ...
+    @property
+    def steps_per_second(self) -> float: ...
+
+def simulate(
+    experiment: Experiment, out: _Path, *, progress: _Progress | None = None
+) -> RunReport: ...

@@ -1,0 +1,223 @@
+"""The commands of ``tactid``. Results go to standard output, all else to standard error."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from typer.exceptions import TyperException
+
+import tactid
+from tactid import result, table
+from tactid.result import Filter, Way
+
+app = typer.Typer(
+    name="tactid",
+    help="Identifies what a robot is holding: mass, centre of mass and inertia.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+notes = Console(stderr=True, highlight=False, soft_wrap=True)
+
+
+def run() -> int:
+    """Runs the command line and returns the exit code; every foreseen error is one line."""
+    try:
+        return app(standalone_mode=False) or 0
+    except TyperException as error:
+        return _fail(error.format_message())
+    except tactid.TactidError as error:
+        return _fail(str(error))
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        where = f" {error.filename}" if error.filename else ""
+        return _fail(f"cannot use{where}: {error.strerror}" if error.strerror else str(error))
+
+
+def _fail(message: str) -> int:
+    # What is wrong with a TOML file comes with the excerpt drawn below it: a line is enough here.
+    lines = [line for line in message.splitlines() if "|" not in line]
+    print("tactid: error:", " ".join(" ".join(lines).split()), file=sys.stderr)
+    return 2
+
+
+@contextmanager
+def _interruptible(what_is_left: str) -> Iterator[None]:
+    try:
+        yield
+    except KeyboardInterrupt:
+        print(f"tactid: interrupted: {what_is_left}", file=sys.stderr)
+        raise typer.Exit(130) from None
+
+
+@contextmanager
+def _progress(label: str) -> Iterator[Callable[[float], None]]:
+    """A bar with the time left, where somebody can see it."""
+    columns = (
+        TextColumn("{task.description:<12}"),
+        BarColumn(bar_width=None),
+        TaskProgressColumn(),
+        TimeRemainingColumn(elapsed_when_finished=True),
+    )
+    with Progress(*columns, console=notes, disable=not notes.is_terminal) as bar:
+        task = bar.add_task(label, total=1.0)
+        yield lambda done: bar.update(task, completed=done)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        print(f"tactid {tactid.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _main(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show it.")
+    ] = False,
+) -> None:
+    """Takes the options that stand before a command."""
+
+
+@app.command()
+def paper(
+    out: Annotated[Path, typer.Option(help="Folder for the log and the results.")] = Path(
+        "tactid-paper"
+    ),
+    estimator: Annotated[
+        Filter, typer.Option(help="The paper's filter, or least squares.")
+    ] = "nlms",
+    frequency: Annotated[
+        float | None, typer.Option(help="Of the excitation, Hz: 0.2 in the paper's text.")
+    ] = None,
+    posture: Annotated[
+        str | None,
+        typer.Option(
+            help="identifiable, table1, or six joint angles in rad: 0,-1.2,1.6,-0.4,1.57,0."
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, max=2**63 - 1, help="Of the noise on the command.")
+    ] = None,
+    duration: Annotated[
+        float | None, typer.Option(help="Simulated time, s: 300 in the paper.")
+    ] = None,
+) -> None:
+    """Runs the paper's experiment: simulates, logs, identifies, and shows Table 2."""
+    from tactid import paper as paper_run  # with matplotlib, which takes a while to load
+
+    experiment = tactid.Experiment.paper().replace(
+        frequency=frequency,
+        posture=None if posture is None else _read_posture(posture),
+        seed=seed,
+        duration=duration,
+    )
+    out.mkdir(parents=True, exist_ok=True)
+    files = paper_run.Files(out)
+    files.remove_results()
+    with _interruptible(f"{files.log} holds the run up to here"), _progress("simulating") as done:
+        report = tactid.simulate(experiment, files.log, progress=done)
+    with _interruptible(f"{files.log} is complete, no result was written"):
+        with _progress("identifying") as done:
+            found = paper_run.identify_all(files.log, experiment.tool, estimator, done)
+        outcome = paper_run.Outcome(experiment, report, found, tactid.info(files.log))
+        with notes.status("drawing"):
+            outcome.write(files)
+    Console().print(table.rich_table(outcome.columns[:1], outcome.truth))
+    for remark in outcome.remarks:
+        notes.print(remark)
+    notes.print(f"Wrote {files.log}, {files.result}, {files.report} and the figures beside them.")
+
+
+def _read_posture(text: str) -> str | list[float]:
+    if text.replace("_", "").isalnum() and not text[0].isdigit():
+        return text
+    try:
+        return [float(angle) for angle in text.replace(",", " ").split()]
+    except ValueError:
+        raise tactid.ArgumentError(
+            f"--posture is {text!r}: expected identifiable, table1, or joint angles in rad"
+        ) from None
+
+
+@app.command()
+def simulate(
+    experiment: Annotated[
+        Path | None, typer.Argument(help="A TOML file; the paper's experiment where left out.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="The log to write.")] = Path("run.mcap"),
+) -> None:
+    """Simulates an experiment and writes its log."""
+    what = (
+        tactid.Experiment.paper() if experiment is None else tactid.Experiment.from_file(experiment)
+    )
+    with _interruptible(f"{out} holds the run up to here"), _progress("simulating") as done:
+        report = tactid.simulate(what, out, progress=done)
+    notes.print(
+        f"Wrote {out}: {report.simulated_time:g} s in {report.wall_time:.1f} s,"
+        f" grasp drift {report.grasp_drift * 1e6:.1f} µm,"
+        f" momentum drift {report.linear_momentum_drift:.1e} (linear)"
+        f" {report.angular_momentum_drift:.1e} (angular)."
+    )
+
+
+@app.command()
+def identify(
+    log: Annotated[Path, typer.Argument(help="An .mcap file, or the folder of a rosbag2 bag.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+    estimator: Annotated[
+        Filter, typer.Option(help="The paper's filter, or least squares.")
+    ] = "nlms",
+    way: Annotated[
+        Way, typer.Option(help="From the fingers' contact wrenches, or from joints and base.")
+    ] = "tactile",
+    epochs: Annotated[
+        int | None,
+        typer.Option(
+            min=1, max=2**32 - 1, help="How often to present the log: 2 for nlms, 1 for rls."
+        ),
+    ] = None,
+    tip: Annotated[
+        str, typer.Option(help="The end-effector frame: a link of the robot.")
+    ] = "tool0",
+) -> None:
+    """Identifies the payload from a log."""
+    with _interruptible("no result"), _progress("identifying") as done:
+        found = tactid.identify(
+            log, tool=tip, way=way, estimator=estimator, epochs=epochs, progress=done
+        )
+    info = tactid.info(log)
+    values = result.estimate_values(found)
+    for damage in found.damage:
+        notes.print(f"tactid: note: {damage}; what stands before was used", style="yellow")
+    if as_json:
+        record = {
+            "estimate": result.nested(values),
+            "estimator": found.estimator,
+            "diagnostics": result.diagnostics(found) | result.read_checks(info),
+        }
+        sys.stdout.write(result.to_json(record))
+        return
+    truth = result.read_truth(info)
+    errors = None if truth is None else truth.errors_percent(values)
+    Console().print(table.rich_table([table.Column(found.estimator, values, errors)], truth))
+    for remark in result.remarks_on(found):
+        notes.print(remark)
+
+
+@app.command()
+def info(
+    log: Annotated[Path, typer.Argument(help="An .mcap file, or the folder of a rosbag2 bag.")],
+) -> None:
+    """Says what is in a log."""
+    found = tactid.info(log)
+    Console().print(table.topics_table(found), highlight=False)
+    for line in table.info_lines(found):
+        Console().print(line, highlight=False, markup=False)

@@ -1,0 +1,144 @@
+"""The report of a run: one HTML file that needs nothing else."""
+
+import base64
+import html
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import tactid
+from tactid import table
+from tactid.result import KINDS, Truth
+
+STYLE = """
+:root { color-scheme: light; --ink: #1d2329; --dim: #5b6570; --line: #d9dde2; --warn: #c8502d; }
+body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); max-width: 60rem; margin: 2rem auto;
+  padding: 0 1rem; }
+h1 { font-size: 1.6rem; margin-bottom: 0; } h2 { font-size: 1.2rem; margin-top: 2.5rem; }
+p.lead, figcaption, caption { color: var(--dim); }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: .95rem; }
+caption { caption-side: bottom; text-align: left; padding-top: .5rem; font-size: .9rem; }
+th, td { padding: .25rem .8rem; text-align: right; } th { font-weight: 600; }
+th:first-child, td:first-child, td.unit { text-align: left; } td.unit { color: var(--dim); }
+thead tr:last-child th, tr.last td { border-bottom: 1px solid var(--line); }
+thead tr:first-child th { text-align: center; }
+td.none { color: var(--warn); } td.value { font-weight: 600; }
+div.wide { overflow-x: auto; } figure { margin: 1.5rem 0; } figure img { max-width: 100%; }
+dl { display: grid; grid-template-columns: max-content 1fr; gap: .15rem 1.5rem; }
+dt { color: var(--dim); } dd { margin: 0; font-variant-numeric: tabular-nums; }
+pre { background: #f4f6f8; padding: .8rem; overflow-x: auto; font-size: .85rem; }
+"""
+
+CAPTIONS = {
+    "figure_05.png": "All ten parameters: the largest error lately, in percent of the nominal "
+    "value, or for a zero of the largest of its kind.",
+    "figure_06.png": "Mass and centre of mass along x.",
+    "figure_07.png": "Centre of mass along y and z.",
+    "figure_08.png": "Moment of inertia about x and product xy.",
+    "figure_09.png": "Moment of inertia about y and product xz.",
+    "figure_10.png": "Moment of inertia about z and product yz.",
+}
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a report shows."""
+
+    truth: Truth
+    columns: Sequence[table.Column]
+    facts: dict[str, str]
+    """What is said of the run, by name."""
+    notes: Sequence[str]
+    """What a reader must know to trust the numbers."""
+    experiment: str
+    """As TOML."""
+    figures: dict[str, bytes]
+    """PNG by file name."""
+
+
+def render(report: Report) -> str:
+    """The report as HTML, figures included."""
+    notes = "".join(f"<p>{html.escape(note)}</p>" for note in report.notes)
+    return f"""<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>tactid: the payload of a free-floating robot</title>
+<style>{STYLE}</style>
+</head>
+<body>
+<h1>The payload, identified</h1>
+<p class="lead">A free-floating spacecraft with a six-joint arm holds an unknown payload between two
+fingers; its mass, centre of mass and inertia follow from what fingers and joints feel. After Hou,
+Lu, Yu, Wang, Journal of Astronautics 37(10), 2016, section 4. Everything is in the end-effector
+frame <code>{html.escape(report.facts["end-effector frame"])}</code>, the inertia about the centre
+of mass.</p>
+<h2>Table 2</h2>
+{_table(report)}
+{notes}
+<h2>Over time</h2>
+{"".join(_figure(name, png) for name, png in report.figures.items())}
+<h2>The run</h2>
+{_facts(report.facts)}
+<h2>The experiment</h2>
+<pre>{html.escape(report.experiment.strip())}</pre>
+<p class="lead">tactid {tactid.__version__}</p>
+</body>
+</html>
+"""
+
+
+def _figure(name: str, png: bytes) -> str:
+    caption = html.escape(CAPTIONS[name])
+    data = base64.b64encode(png).decode()
+    return (
+        f'<figure><img alt="{caption}" src="data:image/png;base64,{data}">'
+        f"<figcaption>{caption}</figcaption></figure>\n"
+    )
+
+
+def _facts(facts: dict[str, str]) -> str:
+    rows = (f"<dt>{html.escape(k)}</dt><dd>{html.escape(v)}</dd>" for k, v in facts.items())
+    return f"<dl>{''.join(rows)}</dl>"
+
+
+def _table(report: Report) -> str:
+    with_paper = table.is_the_papers(report.truth)
+    titles = (["paper"] if with_paper else []) + [column.title for column in report.columns]
+    groups = "".join(f'<th colspan="2">{html.escape(title)}</th>' for title in titles)
+    heads = "<th>value</th><th>error %</th>" * len(titles)
+    rows = "".join(_row(report, index, with_paper) for index in range(len(table.NAMES)))
+    worst = "".join(
+        f'<td></td><td class="value">{table.percent(table.worst(column.errors or []))}</td>'
+        for column in report.columns
+    )
+    paper = f"<td></td><td>{max(table.PAPER_ERRORS):.2f}</td>" if with_paper else ""
+    return f"""<div class="wide"><table>
+<caption>Errors in percent of the nominal value; for a zero, of the largest nominal value of its
+kind.</caption>
+<thead><tr><th></th><th></th><th></th>{groups}</tr>
+<tr><th>parameter</th><th></th><th>nominal</th>{heads}</tr></thead>
+<tbody>{rows}
+<tr><td>largest error</td><td></td><td></td>{paper}{worst}</tr></tbody></table></div>"""
+
+
+def _row(report: Report, index: int, with_paper: bool) -> str:
+    cells = [
+        f"<td>{table.NAMES[index]}</td>",
+        f'<td class="unit">{table.UNITS[index]}</td>',
+        f"<td>{report.truth.nominal[index]:.2f}</td>",
+    ]
+    if with_paper:
+        cells.append(f"<td>{table.PAPER_VALUES[index]:.2f}</td>")
+        cells.append(f"<td>{table.PAPER_ERRORS[index]:.2f}</td>")
+    for column in report.columns:
+        value = column.values[index]
+        if value is None:
+            cells.append(f'<td class="none" colspan="2">{table.NOT_IDENTIFIABLE}</td>')
+        else:
+            error: Any = None if column.errors is None else column.errors[index]
+            cells.append(f'<td class="value">{table.number(value)}</td>')
+            cells.append(f"<td>{table.percent(error)}</td>")
+    last = any(index == kind.stop - 1 for kind in KINDS)
+    return f"<tr{' class=last' if last else ''}>{''.join(cells)}</tr>\n"

@@ -1,0 +1,125 @@
+"""Table 2 of the paper, with the numbers of a run beside it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+import tactid
+from tactid.result import KINDS, Truth, Values
+
+NAMES = (
+    "mass",
+    "com x",
+    "com y",
+    "com z",
+    "inertia xx",
+    "inertia xy",
+    "inertia xz",
+    "inertia yy",
+    "inertia yz",
+    "inertia zz",
+)
+UNITS = ("kg", *["m"] * 3, *["kg m²"] * 6)
+
+PAPER_NOMINAL = (100.0, 0.5, 0.0, 0.0, 10.0, 0.0, 0.0, 20.0, 0.0, 10.0)
+PAPER_VALUES = (101.6, 0.51, 0.0, 0.0, 10.1, 0.0, 0.0, 20.22, 0.0, 10.13)
+PAPER_ERRORS = (1.6, 2.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.1, 0.0, 1.3)
+
+NOT_IDENTIFIABLE = "not identifiable"
+
+
+@dataclass(frozen=True)
+class Column:
+    """One way to identify, and what it gave."""
+
+    title: str
+    values: Values
+    errors: Sequence[float | None] | None
+    """In percent; None where the truth is not known."""
+
+
+def number(value: float | None) -> str:
+    """A value as a table shows it."""
+    return NOT_IDENTIFIABLE if value is None else f"{_without_minus_zero(value, 4):.4f}"
+
+
+def percent(error: float | None) -> str:
+    """An error as a table shows it."""
+    return "–" if error is None else f"{_without_minus_zero(error, 3):.3f}"
+
+
+def worst(errors: Sequence[float | None]) -> float:
+    """The largest error, whatever its sign."""
+    return max((abs(error) for error in errors if error is not None), default=float("nan"))
+
+
+def is_the_papers(truth: Truth) -> bool:
+    """Whether the payload is the one whose identification the paper's table shows."""
+    return tuple(truth.nominal) == PAPER_NOMINAL
+
+
+def rich_table(columns: Sequence[Column], truth: Truth | None) -> Table:
+    """The table for a terminal."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("parameter")
+    table.add_column("unit", style="dim")
+    with_paper = truth is not None and is_the_papers(truth)
+    if truth is not None:
+        table.add_column("nominal", justify="right")
+    if with_paper:
+        table.add_column("paper", justify="right")
+        table.add_column("error %", justify="right")
+    for column in columns:
+        table.add_column(column.title, justify="right", style="bold")
+        if column.errors is not None:
+            table.add_column("error %", justify="right")
+    for index, cells in enumerate(_cells(columns, truth, with_paper)):
+        last_of_kind = any(index == kind.stop - 1 for kind in KINDS)
+        table.add_row(NAMES[index], UNITS[index], *cells, end_section=last_of_kind)
+    return table
+
+
+def _cells(
+    columns: Sequence[Column], truth: Truth | None, with_paper: bool
+) -> Sequence[Sequence[str]]:
+    rows = []
+    for index in range(len(NAMES)):
+        cells: list[str] = []
+        if truth is not None:
+            cells.append(f"{truth.nominal[index]:.2f}")
+        if with_paper:
+            cells += [f"{PAPER_VALUES[index]:.2f}", f"{PAPER_ERRORS[index]:.2f}"]
+        for column in columns:
+            cells.append(number(column.values[index]))
+            if column.errors is not None:
+                cells.append(percent(column.errors[index]))
+        rows.append(cells)
+    return rows
+
+
+def _without_minus_zero(value: float, digits: int) -> float:
+    return round(value, digits) + 0.0
+
+
+def topics_table(info: tactid.LogInfo) -> Table:
+    """What topics a log has."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("topic", overflow="fold")
+    table.add_column("type", overflow="fold")
+    table.add_column("messages", justify="right")
+    table.add_column("rate / Hz", justify="right")
+    for topic in info.topics:
+        rate = "–" if topic.frequency is None else f"{topic.frequency:.1f}"
+        table.add_row(Text(topic.name), Text(topic.type_name), str(topic.count), rate)
+    return table
+
+
+def info_lines(info: tactid.LogInfo) -> list[str]:
+    """What else there is to say of a log."""
+    duration = "no messages" if info.duration is None else f"{info.duration:.3f} s"
+    records = ", ".join(info.metadata) or "none"
+    lines = [f"duration  {duration}", f"metadata  {records}"]
+    return lines + [f"damage    {line}" for line in info.damage or ["none"]]

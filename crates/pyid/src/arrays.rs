@@ -1,0 +1,281 @@
+//! Arrays at the edge: anything NumPy can read comes in as a series of samples, and goes out as an
+//! array with one entry a sample.
+
+use nalgebra::{Isometry3, Matrix3, Matrix4, Quaternion, Rotation3, UnitQuaternion, Vector3};
+use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use crate::errors::ArgumentError;
+
+/// How far a rotation matrix may be from orthonormal, entry by entry: more than float32 rounds.
+const ROTATION_TOLERANCE: f64 = 1e-5;
+
+/// Numbers that belong to samples: one item for each, or one for all of them.
+///
+/// The values are a copy, since nothing keeps Python from changing an array while the interpreter
+/// is released.
+pub(crate) struct Series {
+    name: &'static str,
+    values: Vec<f64>,
+    width: usize,
+    /// `None` for one item that holds for every sample.
+    samples: Option<usize>,
+}
+
+impl Series {
+    /// Reads an array of the shape `item` or `(N, *item)`; numbers of any type, lists and strided
+    /// views included.
+    pub(crate) fn read(
+        value: &Bound<'_, PyAny>,
+        name: &'static str,
+        item: &[usize],
+    ) -> PyResult<Self> {
+        let array = contiguous(value, name)?;
+        let shape = array.shape();
+        let samples = match shape.len().checked_sub(item.len()) {
+            Some(0) if shape == item => None,
+            Some(1) if &shape[1..] == item => Some(shape[0]),
+            _ => return Err(shape_error(name, shape, &[item])),
+        };
+        Ok(Self {
+            name,
+            values: array.to_vec()?,
+            width: item.iter().product(),
+            samples,
+        })
+    }
+
+    /// As [`Self::read`]; zeros where nothing is given.
+    pub(crate) fn read_or_zero(
+        value: Option<&Bound<'_, PyAny>>,
+        name: &'static str,
+        width: usize,
+    ) -> PyResult<Self> {
+        value.map_or_else(
+            || {
+                Ok(Self {
+                    name,
+                    values: vec![0.0; width],
+                    width,
+                    samples: None,
+                })
+            },
+            |value| Self::read(value, name, &[width]),
+        )
+    }
+
+    /// The item of a sample. Panics where there is none: ask [`common_length`] first.
+    pub(crate) fn at(&self, sample: usize) -> &[f64] {
+        let start = self.samples.map_or(0, |_| sample * self.width);
+        &self.values[start..start + self.width]
+    }
+
+    /// The one item that is given, where a series makes no sense.
+    pub(crate) fn single(&self) -> PyResult<&[f64]> {
+        match self.samples {
+            None => Ok(&self.values),
+            Some(count) => Err(ArgumentError::new_err(format!(
+                "`{}` is a series of {count} entries: expected one",
+                self.name
+            ))),
+        }
+    }
+
+    /// The three numbers of an item from `first` on.
+    pub(crate) fn vector(&self, sample: usize, first: usize) -> Vector3<f64> {
+        let item = self.at(sample);
+        Vector3::new(item[first], item[first + 1], item[first + 2])
+    }
+}
+
+/// Poses, given as 4x4 matrices or as position and quaternion `[x, y, z, qx, qy, qz, qw]`.
+pub(crate) struct Poses {
+    name: &'static str,
+    poses: Vec<Isometry3<f64>>,
+    samples: Option<usize>,
+}
+
+impl Poses {
+    pub(crate) fn read_or_identity(
+        value: Option<&Bound<'_, PyAny>>,
+        name: &'static str,
+    ) -> PyResult<Self> {
+        let Some(value) = value else {
+            return Ok(Self {
+                name,
+                poses: vec![Isometry3::identity()],
+                samples: None,
+            });
+        };
+        let array = contiguous(value, name)?;
+        let shape = array.shape();
+        let (samples, width) = match *shape {
+            [4, 4] => (None, 16),
+            [count, 4, 4] => (Some(count), 16),
+            [7] => (None, 7),
+            [count, 7] => (Some(count), 7),
+            _ => return Err(shape_error(name, shape, &[&[4, 4], &[7]])),
+        };
+        let values = array.to_vec()?;
+        let poses = values.chunks_exact(width).enumerate().map(|(row, item)| {
+            let pose = if width == 16 {
+                pose_from_matrix(item)
+            } else {
+                pose_from_quaternion(item)
+            };
+            pose.map_err(|why| ArgumentError::new_err(format!("`{name}`, entry {row}: {why}")))
+        });
+        Ok(Self {
+            name,
+            poses: poses.collect::<PyResult<_>>()?,
+            samples,
+        })
+    }
+
+    /// The pose of a sample. Panics where there is none: ask [`common_length`] first.
+    pub(crate) fn at(&self, sample: usize) -> &Isometry3<f64> {
+        &self.poses[self.samples.map_or(0, |_| sample)]
+    }
+
+    /// The one pose that is given, where a series makes no sense.
+    pub(crate) fn single(&self) -> PyResult<&Isometry3<f64>> {
+        match (self.samples, &self.poses[..]) {
+            (None, [pose]) => Ok(pose),
+            _ => Err(ArgumentError::new_err(format!(
+                "`{}` is a series of poses: expected one pose, (4, 4) or (7,)",
+                self.name
+            ))),
+        }
+    }
+}
+
+/// Something that has a number of samples, or one value for all of them.
+pub(crate) trait Sampled {
+    fn name(&self) -> &'static str;
+    fn samples(&self) -> Option<usize>;
+}
+
+impl Sampled for Series {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+    fn samples(&self) -> Option<usize> {
+        self.samples
+    }
+}
+
+impl Sampled for Poses {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+    fn samples(&self) -> Option<usize> {
+        self.samples
+    }
+}
+
+/// How many samples the series have together; `None` where each holds one item.
+pub(crate) fn common_length(series: &[&dyn Sampled]) -> PyResult<Option<usize>> {
+    let mut longest: Option<(&'static str, usize)> = None;
+    for one in series {
+        let Some(count) = one.samples() else { continue };
+        match longest {
+            Some((name, expected)) if expected != count => {
+                return Err(ArgumentError::new_err(format!(
+                    "`{}` has {count} samples, but `{name}` has {expected}",
+                    one.name()
+                )));
+            }
+            _ => longest = Some((one.name(), count)),
+        }
+    }
+    Ok(longest.map(|(_, count)| count))
+}
+
+/// An array of the shape `(N, *item)`, or of the shape `item` for a single sample.
+pub(crate) fn output<'py>(
+    py: Python<'py>,
+    values: Vec<f64>,
+    samples: Option<usize>,
+    item: &[usize],
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let shape: Vec<usize> = samples.into_iter().chain(item.iter().copied()).collect();
+    PyArray1::from_vec(py, values).reshape(shape)
+}
+
+/// `[linear, angular]`, one after the other.
+pub(crate) fn extend_with(values: &mut Vec<f64>, first: &Vector3<f64>, second: &Vector3<f64>) {
+    values.extend(first.iter().chain(second.iter()));
+}
+
+/// The 16 entries of a 4x4 pose, row by row.
+pub(crate) fn homogeneous(pose: &Isometry3<f64>) -> impl Iterator<Item = f64> {
+    let transposed = pose.to_homogeneous().transpose(); // nalgebra goes column by column
+    (0..16).map(move |index| transposed[index])
+}
+
+fn contiguous<'py>(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let py = value.py();
+    let array = py
+        .import("numpy")?
+        .call_method1("ascontiguousarray", (value, "float64"))
+        .map_err(|error| {
+            ArgumentError::new_err(format!(
+                "`{name}` is not an array of numbers: {}",
+                error.value(py)
+            ))
+        })?;
+    Ok(array.cast_into::<PyArrayDyn<f64>>()?)
+}
+
+fn shape_error(name: &str, given: &[usize], items: &[&[usize]]) -> PyErr {
+    let expected: Vec<String> = items
+        .iter()
+        .flat_map(|item| {
+            let dimensions: Vec<_> = item.iter().map(usize::to_string).collect();
+            let series = format!("(N, {})", dimensions.join(", "));
+            [tuple(item), series]
+        })
+        .collect();
+    ArgumentError::new_err(format!(
+        "`{name}` has the shape {}: expected {}",
+        tuple(given),
+        expected.join(" or ")
+    ))
+}
+
+/// A shape as Python writes it.
+fn tuple(shape: &[usize]) -> String {
+    let dimensions: Vec<_> = shape.iter().map(usize::to_string).collect();
+    match &dimensions[..] {
+        [one] => format!("({one},)"),
+        _ => format!("({})", dimensions.join(", ")),
+    }
+}
+
+fn pose_from_matrix(entries: &[f64]) -> Result<Isometry3<f64>, &'static str> {
+    let matrix = Matrix4::from_row_slice(entries);
+    let rotation: Matrix3<f64> = matrix.fixed_view::<3, 3>(0, 0).into();
+    let off = (rotation * rotation.transpose() - Matrix3::identity()).amax();
+    // Written so that NaN is refused, too.
+    if !(off < ROTATION_TOLERANCE && rotation.determinant() > 0.0) {
+        return Err("the upper left 3x3 block is not a rotation");
+    }
+    if matrix.row(3) != Matrix4::identity().row(3) {
+        return Err("the last row of a pose is [0, 0, 0, 1]");
+    }
+    let rotation = Rotation3::from_matrix_unchecked(rotation);
+    Ok(Isometry3::from_parts(
+        matrix.fixed_view::<3, 1>(0, 3).into_owned().into(),
+        UnitQuaternion::from_rotation_matrix(&rotation),
+    ))
+}
+
+fn pose_from_quaternion(entries: &[f64]) -> Result<Isometry3<f64>, &'static str> {
+    let quaternion = Quaternion::new(entries[6], entries[3], entries[4], entries[5]);
+    let rotation =
+        UnitQuaternion::try_new(quaternion, 1e-9).ok_or("the quaternion has no length")?;
+    Ok(Isometry3::from_parts(
+        Vector3::new(entries[0], entries[1], entries[2]).into(),
+        rotation,
+    ))
+}

@@ -1,0 +1,461 @@
+//! Manipulators on whole arrays.
+
+use std::path::PathBuf;
+
+use nalgebra::Vector3;
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use tactid_dynamics::{BaseKind, JointMotion, ToolMotion, Workspace};
+
+use crate::arrays::{Poses, Sampled, Series, common_length, extend_with, homogeneous, output};
+use crate::errors::{ArgumentError, IntoPyErr, ModelError};
+use crate::inertia::MassProperties;
+
+type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
+
+/// A robot: a base, floating or fixed, and a tree of links.
+///
+/// Immutable; made by :meth:`from_urdf`. Joints are in the order of :attr:`joint_names`: walking down
+/// the tree depth first, children in the order of the file. Match them by name.
+///
+/// All computations work on whole arrays. Let ``n`` be :attr:`dof`; an argument is of the shape given
+/// here for one sample, or has a leading axis of N samples. Arguments of one sample hold for all N.
+/// Results have the leading axis where any argument has it. The arguments in common:
+///
+/// - ``q``, ``qd``, ``qdd``: joint positions, velocities, accelerations, (n,); rad or m and seconds. Zero
+///   where they are left out.
+/// - ``base_pose``: the base in the world, ``world_from_base``, (4, 4), or (7,) as
+///   ``[x, y, z, qx, qy, qz, qw]``. Identity where it is left out.
+/// - ``base_twist``: velocity of the base frame's origin, then angular velocity, both in world axes, (6,);
+///   m/s, rad/s. Zero where it is left out.
+/// - ``base_acceleration``: classical acceleration of the base frame's origin (the derivative of its
+///   velocity), then angular acceleration, both in world axes, (6,); m/s², rad/s². Zero where left out.
+///
+/// A shape that does not fit raises an ``ArgumentError`` with the shape expected and the one given. The
+/// interpreter is released while the arrays are worked through.
+#[pyclass(module = "tactid", frozen)]
+#[derive(Clone)]
+pub(crate) struct Manipulator(pub(crate) tactid_dynamics::Manipulator);
+
+/// How a frame moves, in the world: positions from the world's origin, all vectors in world axes.
+///
+/// Each attribute has a leading axis of N samples where the arguments had one.
+#[pyclass(module = "tactid", frozen, get_all)]
+pub(crate) struct FrameMotion {
+    /// ``world_from_frame``, (4, 4), m.
+    pose: Py<PyArrayDyn<f64>>,
+    /// Velocity of the frame's origin, (3,), m/s.
+    velocity: Py<PyArrayDyn<f64>>,
+    /// Angular velocity, (3,), rad/s.
+    angular_velocity: Py<PyArrayDyn<f64>>,
+    /// Classical acceleration of the frame's origin, the derivative of ``velocity``, (3,), m/s².
+    acceleration: Py<PyArrayDyn<f64>>,
+    /// Angular acceleration, (3,), rad/s².
+    angular_acceleration: Py<PyArrayDyn<f64>>,
+}
+
+#[pymethods]
+impl Manipulator {
+    /// Reads a URDF.
+    ///
+    /// Args:
+    ///     urdf: A path, or the XML itself (text with a ``<``). Meshes are not looked for.
+    ///     base: ``"floating"`` for a spacecraft, ``"fixed"`` for a robot that is bolted down.
+    ///     base_link: Link to take as the base, with what hangs below it; the root where left out.
+    ///
+    /// Raises:
+    ///     ModelError: It cannot be read, or a link or joint is impossible; the message names it.
+    #[staticmethod]
+    #[pyo3(signature = (urdf, base="floating", *, base_link=None))]
+    fn from_urdf(urdf: PathBuf, base: &str, base_link: Option<&str>) -> PyResult<Self> {
+        let kind = match base {
+            "floating" => BaseKind::Floating,
+            "fixed" => BaseKind::Fixed,
+            _ => {
+                return Err(ArgumentError::new_err(format!(
+                    "`base` is {base:?}: expected \"floating\" or \"fixed\""
+                )));
+            }
+        };
+        let given = urdf.to_string_lossy();
+        let xml = if given.contains('<') {
+            given.into_owned()
+        } else {
+            std::fs::read_to_string(&urdf).map_err(|error| {
+                ModelError::new_err(format!("cannot read the URDF `{given}`: {error}"))
+            })?
+        };
+        tactid_dynamics::Manipulator::from_urdf_below(&xml, kind, base_link)
+            .map(Self)
+            .map_err(IntoPyErr::into_py_err)
+    }
+
+    /// How many independent joints there are; mimic joints do not count.
+    #[getter]
+    fn dof(&self) -> usize {
+        self.0.dof()
+    }
+
+    /// The independent joints' names, in the order of ``q``.
+    #[getter]
+    fn joint_names(&self) -> Vec<String> {
+        self.0.joint_names().to_vec()
+    }
+
+    /// The names of all links, the root first.
+    #[getter]
+    fn frame_names(&self) -> Vec<String> {
+        self.0.frame_names().map(str::to_owned).collect()
+    }
+
+    /// ``"floating"`` or ``"fixed"``.
+    #[getter]
+    fn base(&self) -> &'static str {
+        match self.0.base_kind() {
+            BaseKind::Floating => "floating",
+            BaseKind::Fixed => "fixed",
+        }
+    }
+
+    /// Mass of everything, kg.
+    #[getter]
+    fn mass(&self) -> f64 {
+        self.0.mass()
+    }
+
+    /// The robot with a body attached rigidly to a link; ``body`` is in that link's frame.
+    ///
+    /// Raises:
+    ///     ModelError: There is no such link.
+    fn with_payload(&self, frame: &str, body: &MassProperties) -> PyResult<Self> {
+        let frame = self.0.frame(frame).map_err(IntoPyErr::into_py_err)?;
+        Ok(Self(self.0.with_payload(frame, &body.0.into())))
+    }
+
+    /// The robot with the masses of the links below ``frame`` (not its own) taken off; joints stay.
+    ///
+    /// Raises:
+    ///     ModelError: There is no such link.
+    fn without_subtree(&self, frame: &str) -> PyResult<Self> {
+        let frame = self.0.frame(frame).map_err(IntoPyErr::into_py_err)?;
+        Ok(Self(self.0.without_subtree(frame)))
+    }
+
+    /// How a link's frame moves, equations (1)-(20).
+    ///
+    /// Raises:
+    ///     ModelError: There is no such link.
+    ///     ArgumentError: A shape does not fit.
+    #[pyo3(signature = (frame, q, qd=None, qdd=None, *, base_pose=None, base_twist=None, base_acceleration=None))]
+    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+    fn kinematics<'py>(
+        &self,
+        py: Python<'py>,
+        frame: &str,
+        q: &Bound<'py, PyAny>,
+        qd: Argument<'_, 'py>,
+        qdd: Argument<'_, 'py>,
+        base_pose: Argument<'_, 'py>,
+        base_twist: Argument<'_, 'py>,
+        base_acceleration: Argument<'_, 'py>,
+    ) -> PyResult<FrameMotion> {
+        let frame = self.0.frame(frame).map_err(IntoPyErr::into_py_err)?;
+        let states = States::read(&self.0, q, qd, qdd)?.with_base(
+            base_pose,
+            base_twist,
+            base_acceleration,
+        )?;
+        let samples = states.samples()?;
+        let mut poses = Vec::new();
+        let mut vectors: [Vec<f64>; 4] = Default::default();
+        py.detach(|| {
+            states.each(samples, |robot, workspace, _| {
+                let motion = workspace.frame_motion(robot, frame);
+                poses.extend(homogeneous(&motion.pose));
+                let moved = [
+                    motion.velocity,
+                    motion.angular_velocity,
+                    motion.acceleration,
+                    motion.angular_acceleration,
+                ];
+                for (values, vector) in vectors.iter_mut().zip(&moved) {
+                    values.extend(vector.iter());
+                }
+            })
+        })?;
+        let vector = |values| Ok::<_, PyErr>(output(py, values, samples, &[3])?.unbind());
+        let [
+            velocity,
+            angular_velocity,
+            acceleration,
+            angular_acceleration,
+        ] = vectors;
+        Ok(FrameMotion {
+            pose: output(py, poses, samples, &[4, 4])?.unbind(),
+            velocity: vector(velocity)?,
+            angular_velocity: vector(angular_velocity)?,
+            acceleration: vector(acceleration)?,
+            angular_acceleration: vector(angular_acceleration)?,
+        })
+    }
+
+    /// Joint torques and base wrench that a motion takes, equations (21)-(41).
+    ///
+    /// Args:
+    ///     gravity: Gravitational acceleration in world axes, (3,), m/s², pointing down; zero where left
+    ///         out, as in orbit.
+    ///
+    /// Returns:
+    ///     ``(torques, base_wrench)``: torques (n,), N m (N for a prismatic joint), along each joint's axis
+    ///     on the link it moves; base_wrench (6,), force then moment that the outside applies to the base,
+    ///     in world axes, about the base frame's origin, N and N m.
+    ///
+    /// Raises:
+    ///     ArgumentError: A shape does not fit.
+    #[pyo3(signature = (q, qd=None, qdd=None, *, base_pose=None, base_twist=None, base_acceleration=None, gravity=None))]
+    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+    fn inverse_dynamics<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        qd: Argument<'_, 'py>,
+        qdd: Argument<'_, 'py>,
+        base_pose: Argument<'_, 'py>,
+        base_twist: Argument<'_, 'py>,
+        base_acceleration: Argument<'_, 'py>,
+        gravity: Argument<'_, 'py>,
+    ) -> PyResult<(Array<'py>, Array<'py>)> {
+        let gravity = Series::read_or_zero(gravity, "gravity", 3)?;
+        let gravity = Vector3::from_column_slice(gravity.single()?);
+        let states = States::read(&self.0, q, qd, qdd)?.with_base(
+            base_pose,
+            base_twist,
+            base_acceleration,
+        )?;
+        let samples = states.samples()?;
+        let (mut torques, mut wrenches) = (Vec::new(), Vec::new());
+        py.detach(|| {
+            states.each(samples, |robot, workspace, _| {
+                tactid_dynamics::forces(robot, workspace, &gravity);
+                torques.extend_from_slice(workspace.joint_torques());
+                let wrench = workspace.base_wrench();
+                extend_with(&mut wrenches, &wrench.force, &wrench.moment);
+            })
+        })?;
+        Ok((
+            output(py, torques, samples, &[self.0.dof()])?,
+            output(py, wrenches, samples, &[6])?,
+        ))
+    }
+
+    /// How a free-floating base accelerates when the joints move so and nothing acts from outside.
+    ///
+    /// Returns:
+    ///     (6,): classical acceleration of the base frame's origin, then angular acceleration, in world
+    ///     axes; m/s², rad/s².
+    ///
+    /// Raises:
+    ///     ArgumentError: A shape does not fit.
+    #[pyo3(signature = (q, qd=None, qdd=None, *, base_pose=None, base_twist=None))]
+    fn base_acceleration<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        qd: Argument<'_, 'py>,
+        qdd: Argument<'_, 'py>,
+        base_pose: Argument<'_, 'py>,
+        base_twist: Argument<'_, 'py>,
+    ) -> PyResult<Array<'py>> {
+        let states = States::read(&self.0, q, qd, qdd)?.with_base(base_pose, base_twist, None)?;
+        let samples = states.samples()?;
+        let mut values = Vec::new();
+        py.detach(|| {
+            let mut workspace = Workspace::new(&self.0);
+            for sample in 0..samples.unwrap_or(1) {
+                let (base, joints) = states.at(sample);
+                let acceleration =
+                    tactid_dynamics::base_acceleration(&self.0, &mut workspace, &base, joints)
+                        .map_err(IntoPyErr::into_py_err)?;
+                extend_with(&mut values, &acceleration.linear, &acceleration.angular);
+            }
+            Ok::<_, PyErr>(())
+        })?;
+        output(py, values, samples, &[6])
+    }
+
+    /// Total momentum.
+    ///
+    /// Returns:
+    ///     (6,): linear momentum, kg m/s, then angular momentum about the world's origin, kg m²/s, in world
+    ///     axes.
+    ///
+    /// Raises:
+    ///     ArgumentError: A shape does not fit.
+    #[pyo3(signature = (q, qd=None, *, base_pose=None, base_twist=None))]
+    fn momentum<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        qd: Argument<'_, 'py>,
+        base_pose: Argument<'_, 'py>,
+        base_twist: Argument<'_, 'py>,
+    ) -> PyResult<Array<'py>> {
+        let states = States::read(&self.0, q, qd, None)?.with_base(base_pose, base_twist, None)?;
+        let samples = states.samples()?;
+        let mut values = Vec::new();
+        py.detach(|| {
+            states.each(samples, |robot, workspace, _| {
+                let total = tactid_dynamics::momentum(robot, workspace);
+                extend_with(&mut values, &total.linear, &total.angular);
+            })
+        })?;
+        output(py, values, samples, &[6])
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<Manipulator: {} base, {} joints, {} links, {} kg>",
+            self.base(),
+            self.0.dof(),
+            self.0.frame_names().count(),
+            self.0.mass()
+        )
+    }
+}
+
+/// The 6x10 matrix that takes a body's ten parameters to the wrench that moves it.
+///
+/// ``[force, moment] = wrench_regressor(...) @ body.parameters``: the wrench on the body, in the axes of a
+/// frame fixed to it and about its origin, in the order of :attr:`MassProperties.parameters`.
+///
+/// Args:
+///     acceleration: Classical acceleration of the frame's origin less gravity, in the frame's axes,
+///         (3,) or (N, 3), m/s².
+///     angular_velocity: In the frame's axes, (3,) or (N, 3), rad/s.
+///     angular_acceleration: In the frame's axes, (3,) or (N, 3), rad/s².
+///
+/// Returns:
+///     (6, 10) or (N, 6, 10).
+///
+/// Raises:
+///     ArgumentError: A shape does not fit.
+#[pyfunction]
+pub(crate) fn wrench_regressor<'py>(
+    py: Python<'py>,
+    acceleration: &Bound<'py, PyAny>,
+    angular_velocity: &Bound<'py, PyAny>,
+    angular_acceleration: &Bound<'py, PyAny>,
+) -> PyResult<Array<'py>> {
+    let acceleration = Series::read(acceleration, "acceleration", &[3])?;
+    let angular_velocity = Series::read(angular_velocity, "angular_velocity", &[3])?;
+    let angular_acceleration = Series::read(angular_acceleration, "angular_acceleration", &[3])?;
+    let samples = common_length(&[&acceleration, &angular_velocity, &angular_acceleration])?;
+    let mut values = Vec::new();
+    py.detach(|| {
+        for sample in 0..samples.unwrap_or(1) {
+            let motion = ToolMotion {
+                acceleration: acceleration.vector(sample, 0),
+                angular_velocity: angular_velocity.vector(sample, 0),
+                angular_acceleration: angular_acceleration.vector(sample, 0),
+            };
+            // Transposed, since nalgebra goes column by column.
+            values.extend(
+                tactid_dynamics::wrench_regressor(&motion)
+                    .transpose()
+                    .iter(),
+            );
+        }
+    });
+    output(py, values, samples, &[6, 10])
+}
+
+/// The robot's states, as arrays.
+struct States<'a> {
+    robot: &'a tactid_dynamics::Manipulator,
+    q: Series,
+    qd: Series,
+    qdd: Series,
+    pose: Poses,
+    twist: Series,
+    acceleration: Series,
+}
+
+impl<'a> States<'a> {
+    /// Joints as given, the base at rest.
+    fn read(
+        robot: &'a tactid_dynamics::Manipulator,
+        q: &Bound<'_, PyAny>,
+        qd: Argument<'_, '_>,
+        qdd: Argument<'_, '_>,
+    ) -> PyResult<Self> {
+        let dof = robot.dof();
+        Ok(Self {
+            robot,
+            q: Series::read(q, "q", &[dof])?,
+            qd: Series::read_or_zero(qd, "qd", dof)?,
+            qdd: Series::read_or_zero(qdd, "qdd", dof)?,
+            pose: Poses::read_or_identity(None, "base_pose")?,
+            twist: Series::read_or_zero(None, "base_twist", 6)?,
+            acceleration: Series::read_or_zero(None, "base_acceleration", 6)?,
+        })
+    }
+
+    fn with_base(
+        self,
+        pose: Argument<'_, '_>,
+        twist: Argument<'_, '_>,
+        acceleration: Argument<'_, '_>,
+    ) -> PyResult<Self> {
+        Ok(Self {
+            pose: Poses::read_or_identity(pose, "base_pose")?,
+            twist: Series::read_or_zero(twist, "base_twist", 6)?,
+            acceleration: Series::read_or_zero(acceleration, "base_acceleration", 6)?,
+            ..self
+        })
+    }
+
+    fn samples(&self) -> PyResult<Option<usize>> {
+        let series: [&dyn Sampled; 6] = [
+            &self.q,
+            &self.qd,
+            &self.qdd,
+            &self.pose,
+            &self.twist,
+            &self.acceleration,
+        ];
+        common_length(&series)
+    }
+
+    fn at(&self, sample: usize) -> (tactid_dynamics::FrameMotion, JointMotion<'_>) {
+        let base = tactid_dynamics::FrameMotion {
+            pose: *self.pose.at(sample),
+            velocity: self.twist.vector(sample, 0),
+            angular_velocity: self.twist.vector(sample, 3),
+            acceleration: self.acceleration.vector(sample, 0),
+            angular_acceleration: self.acceleration.vector(sample, 3),
+        };
+        let joints = JointMotion {
+            position: self.q.at(sample),
+            velocity: self.qd.at(sample),
+            acceleration: self.qdd.at(sample),
+        };
+        (base, joints)
+    }
+
+    /// Moves the robot to each sample in turn and looks at it.
+    fn each(
+        &self,
+        samples: Option<usize>,
+        mut look: impl FnMut(&tactid_dynamics::Manipulator, &mut Workspace, usize),
+    ) -> PyResult<()> {
+        let mut workspace = Workspace::new(self.robot);
+        for sample in 0..samples.unwrap_or(1) {
+            let (base, joints) = self.at(sample);
+            tactid_dynamics::motion(self.robot, &mut workspace, &base, joints)
+                .map_err(IntoPyErr::into_py_err)?;
+            look(self.robot, &mut workspace, sample);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,256 @@
+//! The estimators, with the number of parameters chosen when they are made.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use nalgebra::SVector;
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use tactid_nlms::{Counts, Outcome, SettingError};
+
+use crate::arrays::{Series, common_length, output};
+use crate::errors::{ArgumentError, IntoPyErr};
+
+type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
+
+/// An estimator whose number of parameters is known at run time.
+trait AnyEstimator: Send {
+    fn size(&self) -> usize;
+    fn update(&mut self, row: &[f64], wanted: f64) -> Outcome;
+    fn parameters(&self) -> Vec<f64>;
+    fn covariance(&self) -> Option<Vec<f64>>;
+    fn counts(&self) -> Counts;
+}
+
+macro_rules! any_estimator {
+    ($kind:ident, $self:ident => $covariance:expr) => {
+        impl<const N: usize> AnyEstimator for tactid_nlms::$kind<N> {
+            fn size(&self) -> usize {
+                N
+            }
+            fn update(&mut self, row: &[f64], wanted: f64) -> Outcome {
+                let row = SVector::from_column_slice(row);
+                tactid_nlms::Estimator::update(self, &row, wanted)
+            }
+            fn parameters(&self) -> Vec<f64> {
+                tactid_nlms::Estimator::parameters(self).as_slice().to_vec()
+            }
+            fn covariance(&$self) -> Option<Vec<f64>> {
+                $covariance
+            }
+            fn counts(&self) -> Counts {
+                tactid_nlms::Estimator::counts(self)
+            }
+        }
+    };
+}
+
+any_estimator!(Lms, self => None);
+any_estimator!(Nlms, self => None);
+// Symmetric: row by row and column by column are the same.
+any_estimator!(Rls, self => self.covariance().map(|matrix| matrix.as_slice().to_vec()));
+
+/// Calls a function with the constant `N` that equals `size`.
+macro_rules! with_size {
+    ($size:expr, $make:ident($($argument:expr),*)) => {
+        match $size {
+            1 => $make::<1>($($argument),*),
+            2 => $make::<2>($($argument),*),
+            3 => $make::<3>($($argument),*),
+            4 => $make::<4>($($argument),*),
+            5 => $make::<5>($($argument),*),
+            6 => $make::<6>($($argument),*),
+            7 => $make::<7>($($argument),*),
+            8 => $make::<8>($($argument),*),
+            9 => $make::<9>($($argument),*),
+            10 => $make::<10>($($argument),*),
+            other => Err(ArgumentError::new_err(format!(
+                "`size` is {other}: expected 1 to 10 parameters"
+            ))),
+        }
+    };
+}
+
+/// What :class:`Lms`, :class:`Nlms` and :class:`Rls` have in common: rows of ``A x = b`` in, ``x`` out.
+#[pyclass(module = "tactid", frozen, subclass)]
+pub(crate) struct Estimator(Mutex<Box<dyn AnyEstimator>>);
+
+impl Estimator {
+    fn lock(&self) -> MutexGuard<'_, Box<dyn AnyEstimator>> {
+        // An update that panicked has left numbers behind, not broken memory.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[pymethods]
+impl Estimator {
+    /// Takes one row, or a block of rows one after the other.
+    ///
+    /// A row that is not finite is refused: it is counted and changes nothing.
+    ///
+    /// Args:
+    ///     rows: Rows of ``A``, (size,) or (N, size).
+    ///     wanted: What ``A x`` is for them, () or (N,).
+    ///
+    /// Returns:
+    ///     How many of the rows were used.
+    ///
+    /// Raises:
+    ///     ArgumentError: A shape does not fit.
+    fn update(
+        &self,
+        py: Python<'_>,
+        rows: &Bound<'_, PyAny>,
+        wanted: &Bound<'_, PyAny>,
+    ) -> PyResult<usize> {
+        let size = py.detach(|| self.lock().size());
+        let rows = Series::read(rows, "rows", &[size])?;
+        let wanted = Series::read(wanted, "wanted", &[])?;
+        let count = common_length(&[&rows, &wanted])?.unwrap_or(1);
+        Ok(py.detach(|| {
+            let mut estimator = self.lock();
+            let used = |&k: &usize| estimator.update(rows.at(k), wanted.at(k)[0]) == Outcome::Used;
+            (0..count).filter(used).count()
+        }))
+    }
+
+    /// The parameters ``x`` as known now, (size,), in the units that the rows imply.
+    #[getter]
+    fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let parameters = py.detach(|| self.lock().parameters());
+        let size = parameters.len();
+        output(py, parameters, None, &[size])
+    }
+
+    /// How many rows were used.
+    #[getter]
+    fn used(&self, py: Python<'_>) -> u64 {
+        py.detach(|| self.lock().counts().used)
+    }
+
+    /// How many rows were refused.
+    #[getter]
+    fn refused(&self, py: Python<'_>) -> u64 {
+        py.detach(|| self.lock().counts().refused)
+    }
+}
+
+/// Least mean squares with a fixed step, section 3.1 of the paper.
+///
+/// Diverges where ``step · |row|²`` reaches 2.
+///
+/// Args:
+///     size: How many parameters there are, 1 to 10.
+///     step: The step, positive.
+///     start: Starting parameters, (size,); ones where left out.
+///
+/// Raises:
+///     ArgumentError: A setting is out of its range.
+#[pyclass(module = "tactid", frozen, extends = Estimator)]
+pub(crate) struct Lms;
+
+#[pymethods]
+impl Lms {
+    #[new]
+    #[pyo3(signature = (size, step, *, start=None))]
+    fn new(size: usize, step: f64, start: Argument<'_, '_>) -> PyResult<PyClassInitializer<Self>> {
+        fn make<const N: usize>(step: f64, start: &[f64]) -> PyResult<Estimator> {
+            let start = SVector::from_column_slice(start);
+            finish(tactid_nlms::Lms::<N>::new(step).map(|filter| filter.starting_at(start)))
+        }
+        let start = read_start(start, size)?;
+        let estimator = with_size!(size, make(step, &start))?;
+        Ok(PyClassInitializer::from(estimator).add_subclass(Self))
+    }
+}
+
+/// Normalised least mean squares, equations (53)-(54) of the paper: the paper's own filter.
+///
+/// It amplifies noise on the wanted values by ``alpha / (2 - alpha)``, which is 9 at the paper's alpha.
+///
+/// Args:
+///     size: How many parameters there are, 1 to 10.
+///     alpha: In (0, 2).
+///     beta: In (0, 1).
+///     start: Starting parameters, (size,); ones where left out, as in the paper.
+///
+/// Raises:
+///     ArgumentError: A setting is out of its range.
+#[pyclass(module = "tactid", frozen, extends = Estimator)]
+pub(crate) struct Nlms;
+
+#[pymethods]
+impl Nlms {
+    #[new]
+    #[pyo3(signature = (size, alpha=1.8, beta=0.9, *, start=None))]
+    fn new(
+        size: usize,
+        alpha: f64,
+        beta: f64,
+        start: Argument<'_, '_>,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        fn make<const N: usize>(alpha: f64, beta: f64, start: &[f64]) -> PyResult<Estimator> {
+            let start = SVector::from_column_slice(start);
+            let filter = tactid_nlms::Nlms::<N>::new(alpha, beta);
+            finish(filter.map(|filter| filter.starting_at(start)))
+        }
+        let start = read_start(start, size)?;
+        let estimator = with_size!(size, make(alpha, beta, &start))?;
+        Ok(PyClassInitializer::from(estimator).add_subclass(Self))
+    }
+}
+
+/// Recursive least squares over all rows with equal weight, in square-root form.
+///
+/// A direction that no row excites keeps its start.
+///
+/// Args:
+///     size: How many parameters there are, 1 to 10.
+///     start: Starting parameters, (size,); ones where left out.
+///
+/// Raises:
+///     ArgumentError: A setting is out of its range.
+#[pyclass(module = "tactid", frozen, extends = Estimator)]
+pub(crate) struct Rls;
+
+#[pymethods]
+impl Rls {
+    #[new]
+    #[pyo3(signature = (size, *, start=None))]
+    fn new(size: usize, start: Argument<'_, '_>) -> PyResult<PyClassInitializer<Self>> {
+        fn make<const N: usize>(start: &[f64]) -> PyResult<Estimator> {
+            let start = SVector::from_column_slice(start);
+            finish(Ok(tactid_nlms::Rls::<N>::new().starting_at(start)))
+        }
+        let start = read_start(start, size)?;
+        let estimator = with_size!(size, make(&start))?;
+        Ok(PyClassInitializer::from(estimator).add_subclass(Self))
+    }
+
+    /// Covariance of the parameters, (size, size), from the rows and the variance of the residuals; None
+    /// until there are more rows than parameters.
+    #[getter]
+    fn covariance<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
+        let py = slf.py();
+        let estimator = slf.as_super().get();
+        let (size, covariance) = py.detach(|| {
+            let estimator = estimator.lock();
+            (estimator.size(), estimator.covariance())
+        });
+        covariance
+            .map(|values| output(py, values, None, &[size, size]))
+            .transpose()
+    }
+}
+
+fn finish<E: AnyEstimator + 'static>(estimator: Result<E, SettingError>) -> PyResult<Estimator> {
+    let estimator = estimator.map_err(IntoPyErr::into_py_err)?;
+    Ok(Estimator(Mutex::new(Box::new(estimator))))
+}
+
+/// The start, of the right length.
+fn read_start(start: Argument<'_, '_>, size: usize) -> PyResult<Vec<f64>> {
+    match start {
+        None => Ok(vec![1.0; size.min(10)]),
+        Some(value) => Ok(Series::read(value, "start", &[size])?.single()?.to_vec()),
+    }
+}

@@ -1,0 +1,50 @@
+//! The extension module `tactid._native`: what Python sees of the crates.
+//!
+//! One module a concern, and no mathematics: arrays come in, a crate's function runs with the
+//! interpreter released, arrays go out.
+
+mod arrays;
+mod dynamics;
+mod errors;
+mod estimators;
+mod identify;
+mod inertia;
+mod logs;
+mod pulse;
+mod simulate;
+
+/// The compiled part of the package `tactid`.
+#[pyo3::pymodule]
+mod _native {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use crate::dynamics::{FrameMotion, Manipulator, wrench_regressor};
+    #[pymodule_export]
+    use crate::estimators::{Estimator, Lms, Nlms, Rls};
+    #[pymodule_export]
+    use crate::identify::{Identification, Identifier, PayloadEstimate, identify};
+    #[pymodule_export]
+    use crate::inertia::MassProperties;
+    #[pymodule_export]
+    use crate::logs::{LogInfo, Topic, info};
+    #[pymodule_export]
+    use crate::simulate::{Experiment, RunReport, simulate};
+
+    /// A panic is a fault of tactid: one line says where, in place of Rust's several.
+    #[pymodule_init]
+    fn init(_module: &Bound<'_, PyModule>) -> PyResult<()> {
+        std::panic::set_hook(Box::new(|panic| {
+            let what = panic.to_string().replace('\n', " ");
+            eprintln!("tactid: internal error: {what}; please report it");
+        }));
+        Ok(())
+    }
+
+    /// The version of the package.
+    #[pymodule_export]
+    const VERSION: &str = env!("CARGO_PKG_VERSION");
+    /// The names of a payload's ten values, in order.
+    #[pymodule_export]
+    const VALUE_NAMES: [&str; 10] = tactid_identify::VALUE_NAMES;
+}

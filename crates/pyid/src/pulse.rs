@@ -1,0 +1,62 @@
+//! Keeps in touch with Python during long computations.
+
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use pyo3::prelude::*;
+
+/// Often enough that Ctrl-C feels immediate, seldom enough to cost nothing.
+const INTERVAL: Duration = Duration::from_millis(50);
+
+/// Asks Python for signals (Ctrl-C) and tells it the progress, every 50 ms.
+pub(crate) struct Pulse {
+    progress: Option<Py<PyAny>>,
+    last: Instant,
+    error: Option<PyErr>,
+}
+
+impl Pulse {
+    /// `progress` is called with the fraction that is done.
+    pub(crate) fn new(progress: Option<Py<PyAny>>) -> Self {
+        Self {
+            progress,
+            last: Instant::now(),
+            error: None,
+        }
+    }
+
+    /// Called often; breaks where Python raised an exception, which [`Self::finish`] returns.
+    pub(crate) fn beat(&mut self, done: f64) -> ControlFlow<()> {
+        if self.last.elapsed() < INTERVAL {
+            return ControlFlow::Continue(());
+        }
+        self.last = Instant::now();
+        match Python::attach(|py| self.ask(py, done)) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => {
+                self.error = Some(error);
+                ControlFlow::Break(())
+            }
+        }
+    }
+
+    fn ask(&self, py: Python<'_>, done: f64) -> PyResult<()> {
+        py.check_signals()?;
+        if let Some(progress) = &self.progress {
+            progress.call1(py, (done,))?;
+        }
+        Ok(())
+    }
+
+    /// The exception that stopped the computation, or the computation's own result.
+    pub(crate) fn finish<T>(self, py: Python<'_>, result: PyResult<T>) -> PyResult<T> {
+        if let Some(error) = self.error {
+            return Err(error);
+        }
+        let value = result?;
+        if let Some(progress) = &self.progress {
+            progress.call1(py, (1.0,))?;
+        }
+        Ok(value)
+    }
+}

@@ -1,0 +1,215 @@
+//! The paper's experiment, and others.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use tactid_sim::{NamedPosture, Posture};
+
+use crate::errors::{ArgumentError, IntoPyErr};
+use crate::inertia::MassProperties;
+use crate::pulse::Pulse;
+
+/// What is simulated: robot, payload, grasp, excitation, noise and bounds.
+///
+/// Immutable; made by :meth:`paper`, :meth:`from_toml` or :meth:`from_file`, changed by :meth:`replace`.
+/// What a file does not say is as in the paper's; :attr:`PAPER_TOML` shows every field with its default.
+#[pyclass(module = "tactid", frozen)]
+#[derive(Clone)]
+pub(crate) struct Experiment(tactid_sim::Experiment);
+
+#[pymethods]
+impl Experiment {
+    /// The paper's experiment as a file: every field with its meaning, unit and default.
+    #[classattr]
+    const PAPER_TOML: &'static str = tactid_sim::PAPER_TOML;
+
+    /// The paper's: joints 3, 5 and 6 for 100 s each at 0.2 Hz, with a payload of 100 kg.
+    #[staticmethod]
+    fn paper() -> Self {
+        Self(tactid_sim::Experiment::paper())
+    }
+
+    /// Reads the text of an experiment's file.
+    ///
+    /// Raises:
+    ///     ExperimentError: It is not TOML, a field does not exist, or a value is impossible; with the line.
+    #[staticmethod]
+    fn from_toml(text: &str) -> PyResult<Self> {
+        tactid_sim::Experiment::from_toml(text)
+            .map(Self)
+            .map_err(IntoPyErr::into_py_err)
+    }
+
+    /// Reads an experiment's file. A relative path of a URDF is taken from the file's folder.
+    ///
+    /// Raises:
+    ///     ExperimentError: As :meth:`from_toml`, or the file cannot be read.
+    #[staticmethod]
+    fn from_file(path: PathBuf) -> PyResult<Self> {
+        tactid_sim::Experiment::from_file(&path)
+            .map(Self)
+            .map_err(IntoPyErr::into_py_err)
+    }
+
+    /// The experiment with some of its settings changed.
+    ///
+    /// Args:
+    ///     frequency: Of every driven joint, Hz.
+    ///     posture: ``"identifiable"``, ``"table1"``, or one angle for each joint of the arm, rad.
+    ///     seed: Of command noise and measurement noise.
+    ///     duration: Simulated time, s.
+    ///
+    /// Raises:
+    ///     ExperimentError: A value is impossible.
+    #[pyo3(signature = (*, frequency=None, posture=None, seed=None, duration=None))]
+    fn replace(
+        &self,
+        frequency: Option<f64>,
+        posture: Option<PostureArgument>,
+        seed: Option<u64>,
+        duration: Option<f64>,
+    ) -> PyResult<Self> {
+        let mut experiment = self.0.clone();
+        if let Some(frequency) = frequency {
+            experiment.set_frequency(frequency);
+        }
+        if let Some(posture) = posture {
+            experiment.posture = posture.read()?;
+        }
+        experiment.seed = seed.unwrap_or(experiment.seed);
+        experiment.duration_s = duration.unwrap_or(experiment.duration_s);
+        experiment.check().map_err(IntoPyErr::into_py_err)?;
+        Ok(Self(experiment))
+    }
+
+    /// The experiment as the text of a file.
+    fn to_toml(&self) -> PyResult<String> {
+        self.0.to_toml().map_err(IntoPyErr::into_py_err)
+    }
+
+    /// Simulated time from the start of the excitation, s.
+    #[getter]
+    fn duration(&self) -> f64 {
+        self.0.duration_s
+    }
+
+    /// The link in whose frame the payload is.
+    #[getter]
+    fn tool(&self) -> &str {
+        &self.0.robot.tool
+    }
+
+    /// The payload as it is asked for, in the tool frame.
+    #[getter]
+    fn payload(&self) -> MassProperties {
+        MassProperties(self.0.payload.mass_properties())
+    }
+
+    /// The robot's URDF.
+    ///
+    /// Raises:
+    ///     ExperimentError: Its file cannot be read.
+    #[getter]
+    fn urdf(&self) -> PyResult<String> {
+        self.0.urdf().map_err(IntoPyErr::into_py_err)
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.0 == other.0
+    }
+}
+
+/// A posture as Python gives it.
+#[derive(FromPyObject)]
+enum PostureArgument {
+    Name(String),
+    Joints(Vec<f64>),
+}
+
+impl PostureArgument {
+    fn read(self) -> PyResult<Posture> {
+        let name = match self {
+            Self::Joints(joints) => return Ok(Posture::Joints(joints)),
+            Self::Name(name) => name,
+        };
+        match name.as_str() {
+            "identifiable" => Ok(Posture::Named(NamedPosture::Identifiable)),
+            "table1" => Ok(Posture::Named(NamedPosture::Table1)),
+            _ => Err(ArgumentError::new_err(format!(
+                "`posture` is {name:?}: expected \"identifiable\", \"table1\" or one angle for each joint"
+            ))),
+        }
+    }
+}
+
+/// How a run went. The checks are the worst of the run.
+#[pyclass(module = "tactid", frozen, get_all)]
+pub(crate) struct RunReport {
+    /// Change of the system's linear momentum, as a fraction of the largest of any single body.
+    linear_momentum_drift: f64,
+    /// Change of its angular momentum, as a fraction of the largest of any single body.
+    angular_momentum_drift: f64,
+    /// How far the payload moved in the grasp, m.
+    grasp_drift: f64,
+    /// How far it turned in the grasp, rad.
+    grasp_rotation: f64,
+    /// Contact force less the payload's mass times its acceleration, as a fraction of the largest force.
+    newton_residual: f64,
+    /// Contact moment less what Euler's equation asks for, as a fraction of the largest moment.
+    euler_residual: f64,
+    /// The force with which each finger pressed when the excitation began, N.
+    grip_force: f64,
+    /// Samples in the log.
+    steps: u64,
+    /// Simulated time in the log, s.
+    simulated_time: f64,
+    /// Time it took, grasp and log included, s.
+    wall_time: f64,
+    /// Steps in a second of that time.
+    steps_per_second: f64,
+}
+
+/// Simulates an experiment and writes its log.
+///
+/// The log is a rosbag2 MCAP file as a real robot would record it. Same experiment, same log, byte for byte.
+///
+/// Args:
+///     experiment: What is simulated.
+///     out: The log; replaced where it exists.
+///     progress: Called with the fraction done, about twenty times a second. An exception that it raises
+///         stops the run, as Ctrl-C does; the log is then complete up to there.
+///
+/// Raises:
+///     ExperimentError: The experiment or its robot is impossible.
+///     SimulationError: The run was given up, because the payload slipped or a check exceeded its bound.
+///     LogError: The log cannot be written.
+#[pyfunction]
+#[pyo3(signature = (experiment, out, *, progress=None))]
+pub(crate) fn simulate(
+    py: Python<'_>,
+    experiment: &Experiment,
+    out: PathBuf,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<RunReport> {
+    let mut pulse = Pulse::new(progress);
+    let result = py.detach(|| {
+        tactid_sim::run(&experiment.0, &out, |progress| {
+            pulse.beat(progress.steps as f64 / progress.total_steps.max(1) as f64)
+        })
+    });
+    let report = pulse.finish(py, result.map_err(IntoPyErr::into_py_err))?;
+    let checks = report.checks;
+    Ok(RunReport {
+        linear_momentum_drift: checks.linear_momentum_drift,
+        angular_momentum_drift: checks.angular_momentum_drift,
+        grasp_drift: checks.grasp_drift_m,
+        grasp_rotation: checks.grasp_drift_rad,
+        newton_residual: checks.newton_residual,
+        euler_residual: checks.euler_residual,
+        grip_force: report.grip_force_n,
+        steps: report.steps,
+        simulated_time: report.simulated_time_s,
+        wall_time: report.wall_time_s,
+        steps_per_second: report.steps_per_second,
+    })
+}

@@ -1,0 +1,58 @@
+"""What the tests share: our robot, and one short run with its log."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tactid
+
+TactidCommand = Callable[..., "subprocess.CompletedProcess[str]"]
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(20161009)
+
+
+@pytest.fixture(scope="session")
+def urdf() -> str:
+    return tactid.Experiment.paper().urdf
+
+
+@pytest.fixture(scope="session")
+def robot(urdf: str) -> tactid.Manipulator:
+    return tactid.Manipulator.from_urdf(urdf)
+
+
+@pytest.fixture(scope="session")
+def experiment() -> tactid.Experiment:
+    """The paper's experiment with its three joints driven together, for three seconds."""
+    return tactid.Experiment.from_toml('duration_s = 3.0\n[excitation]\nmode = "together"\n')
+
+
+@pytest.fixture(scope="session")
+def log(experiment: tactid.Experiment, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("run") / "run.mcap"
+    tactid.simulate(experiment, path)
+    return path
+
+
+@pytest.fixture
+def command(tmp_path: Path) -> TactidCommand:
+    """Runs ``tactid`` with arguments in a folder of its own."""
+
+    def run(*arguments: object) -> "subprocess.CompletedProcess[str]":
+        return subprocess.run(
+            [sys.executable, "-m", "tactid", *map(str, arguments)],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=300,
+            check=False,
+        )
+
+    return run
