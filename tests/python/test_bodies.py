@@ -56,6 +56,23 @@ def test_an_impossible_body_is_told() -> None:
         tactid.MassProperties(1.0, [0, 0, 0], [[1, 0.1, 0], [0, 1, 0], [0, 0, 1]])
 
 
+@pytest.mark.parametrize(
+    ("mass", "moments", "possible"),
+    [
+        (100, (10, 20, 10), True),  # the paper's payload, a plate
+        (100, (10, 20.1, 10), True),
+        (100, (10, 20.5, 10), False),
+        (100, (-1, 10, 10), False),
+        (-1, (10, 20, 10), False),
+    ],
+)
+def test_an_estimate_of_a_plate_may_miss_the_border(
+    mass: float, moments: tuple[float, float, float], possible: bool
+) -> None:
+    body = tactid.MassProperties(mass, [0.5, 0, 0], np.diag(moments))
+    assert body.is_physical_within(0.01) is possible
+
+
 def test_regressor_times_parameters_is_newton_and_euler(
     body: tactid.MassProperties, rng: np.random.Generator
 ) -> None:

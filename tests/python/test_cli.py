@@ -3,10 +3,8 @@
 import json
 import os
 import shutil
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -167,31 +165,6 @@ def test_outputs_that_cannot_be_written_are_refused(command: TactidCommand, tmp_
     assert_refused(command("paper", "--out", "file", "--duration", 1), "file")
     (tmp_path / "short.toml").write_text("duration_s = 0.1\n")
     assert_refused(command("simulate", "short.toml", "--out", "no/such/run.mcap"), "no/such")
-
-
-def test_ctrl_c_leaves_a_readable_log(tmp_path: Path) -> None:
-    running = subprocess.Popen(
-        [sys.executable, "-m", "tactid", "simulate", "--out", "run.mcap"],
-        cwd=tmp_path,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    log = tmp_path / "run.mcap"
-    deadline = time.monotonic() + 120
-    while not (log.exists() and log.stat().st_size > 1_000_000):
-        assert running.poll() is None
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
-    running.send_signal(signal.SIGINT)
-    start = time.monotonic()
-    _, errors = running.communicate(timeout=30)
-    assert time.monotonic() - start < 1.0
-    assert running.returncode == 130
-    assert errors == "tactid: interrupted: run.mcap holds the run up to here\n"
-    info = tactid.info(log)
-    assert info.damage == []
-    assert json.loads(info.metadata["tactid.report"]["json"])["interrupted"] is True
-    assert tactid.identify(log).estimate.samples > 100
 
 
 def test_a_reader_that_goes_away_is_no_error(log: Path) -> None:

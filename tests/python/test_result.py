@@ -3,10 +3,8 @@
 import math
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-import tactid
 from tactid import result
 
 NOMINAL = [100.0, 0.5, 0.0, 0.0, 10.0, 0.0, 0.0, 20.0, 0.0, 10.0]
@@ -46,20 +44,3 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     with pytest.raises(IsADirectoryError):
         result.write_atomically(tmp_path / "folder", "nothing")
     assert sorted(file.name for file in tmp_path.iterdir()) == ["folder", "result.json"]
-
-
-@pytest.mark.parametrize(
-    ("mass", "moments", "far"),
-    [
-        (100, (10, 20, 10), False),  # the paper's payload, at the limit
-        (100, (10, 20.1, 10), False),
-        (100, (10, 20.5, 10), True),
-        (100, (-1, 10, 10), True),
-        (-1, (10, 20, 10), True),
-    ],
-)
-def test_only_what_is_clearly_impossible_is_called_so(
-    mass: float, moments: tuple[float, float, float], far: bool
-) -> None:
-    body = tactid.MassProperties(mass, [0.5, 0, 0], np.diag(moments))
-    assert result.is_far_from_physical(body) is far

@@ -100,7 +100,7 @@ def parameters(history: History, truth: Truth | None, indices: Sequence[int]) ->
     figure = Figure(figsize=(9.0, 0.8 + 2.1 * len(indices)))
     axes = figure.subplots(len(indices), 2, width_ratios=(2, 1), sharex="col", squeeze=False)
     final = history.passes[-1]
-    end = float(final.time[-1])
+    end = _end(final)
     late = final.time >= end - ENLARGED
     for row, index in enumerate(indices):
         whole, close = axes[row]
@@ -122,6 +122,11 @@ def parameters(history: History, truth: Truth | None, indices: Sequence[int]) ->
         part.set_xlim(start, end)
     _legend(figure, history, truth)
     return figure
+
+
+def _end(part: Pass) -> float:
+    """Where its axis ends: the last sample is a step before the round number."""
+    return float(np.round(part.time[-1], 1)) or float(part.time[-1])
 
 
 def _line(
@@ -218,7 +223,7 @@ def _convergence(history: History, truth: Truth | None) -> Figure:
         axes.set_yscale("log")
         axes.set_ylim(1e-4, 1e3)
     axes.set_xlabel("time / s")
-    axes.set_xlim(0, float(final.time[-1]))
+    axes.set_xlim(0, _end(final))
     _mark_phases(axes, history.phases, label=True)
     figure.legend(loc="outside right upper")
     return figure

@@ -12,13 +12,13 @@ from tactid.result import KINDS, Truth
 
 STYLE = """
 :root { color-scheme: light; --ink: #1d2329; --dim: #5b6570; --line: #d9dde2; --warn: #c8502d; }
-body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); max-width: 60rem; margin: 2rem auto;
+body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); max-width: 66rem; margin: 2rem auto;
   padding: 0 1rem; }
 h1 { font-size: 1.6rem; margin-bottom: 0; } h2 { font-size: 1.2rem; margin-top: 2.5rem; }
 p.lead, figcaption, caption { color: var(--dim); }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: .95rem; }
 caption { caption-side: bottom; text-align: left; padding-top: .5rem; font-size: .9rem; }
-th, td { padding: .25rem .8rem; text-align: right; } th { font-weight: 600; }
+th, td { padding: .25rem .6rem; text-align: right; white-space: nowrap; } th { font-weight: 600; }
 th:first-child, td:first-child, td.unit { text-align: left; } td.unit { color: var(--dim); }
 thead tr:last-child th, tr.last td { border-bottom: 1px solid var(--line); }
 thead tr:first-child th { text-align: center; }
@@ -30,8 +30,8 @@ pre { background: #f4f6f8; padding: .8rem; overflow-x: auto; font-size: .85rem; 
 """
 
 CAPTIONS = {
-    "figure_05.png": "All ten parameters: the largest error lately, in percent of the nominal "
-    "value, or for a zero of the largest of its kind.",
+    "figure_05.png": "All ten parameters in the last pass: the largest error within each "
+    "150th of the run, in percent of the nominal value, or for a zero of the largest of its kind.",
     "figure_06.png": "Mass and centre of mass along x.",
     "figure_07.png": "Centre of mass along y and z.",
     "figure_08.png": "Moment of inertia about x and product xy.",

@@ -24,9 +24,6 @@ PATHS = (
 )
 """Where each of the ten values stands in a nested result."""
 
-PHYSICAL_TOLERANCE = 0.01
-"""By how much of itself the largest principal moment may exceed the two others' sum unremarked."""
-
 KINDS = (slice(0, 1), slice(1, 4), slice(4, 10))
 """Mass, centre of mass and inertia among the ten."""
 
@@ -156,9 +153,7 @@ def remarks_on(found: tactid.Identification) -> list[str]:
             f"Not identifiable: {names}. The motion does not turn the payload about enough axes;"
             " another posture, or driving other joints, would."
         )
-    # The paper's payload is a plate, on the border of what can exist: the least error crosses it.
-    possible = estimate.body.is_physical_within(PHYSICAL_TOLERANCE)
-    if not possible and not estimate.not_identifiable:
+    if not estimate.is_physical and not estimate.not_identifiable:
         remarks.append("No body can have these parameters: the estimate has not converged.")
     if estimate.refused:
         remarks.append(f"{estimate.refused} samples were not finite or out of order, and refused.")

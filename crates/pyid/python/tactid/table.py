@@ -48,7 +48,7 @@ def number(value: float | None) -> str:
 
 def percent(error: float | None) -> str:
     """An error as a table shows it."""
-    return "–" if error is None else f"{_without_minus_zero(error, 3):.3f}"
+    return "–" if error is None else f"{_without_minus_zero(error, 4):.4f}"
 
 
 def worst(errors: Sequence[float | None]) -> float:
