@@ -36,8 +36,8 @@ def test_each_epoch_has_its_history(log: Path) -> None:
 
 def test_longer_intervals_are_fewer(log: Path) -> None:
     default, fine = tactid.identify(log), tactid.identify(log, interval=0.0)
-    assert default.interval == 0.02
-    assert default.estimate.intervals == 149
+    assert default.interval == 0.05
+    assert default.estimate.intervals == 59
     assert fine.estimate.intervals == 2999
     for wrong in ({"interval": -1.0}, {"epochs": 0}, {"max_gap": 0.0}):
         with pytest.raises(tactid.ArgumentError, match=next(iter(wrong))):

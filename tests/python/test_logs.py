@@ -117,3 +117,12 @@ def test_ctrl_c_leaves_a_complete_log(tmp_path: Path, moment: float) -> None:
     assert info.damage == []
     assert json.loads(info.metadata["tactid.report"]["json"])["interrupted"] is True
     assert decoded_by_mcap_ros2(log) == (counts_of(log), False)
+
+
+def test_the_seed_alone_decides_the_log(tmp_path: Path) -> None:
+    logs = [tmp_path / name for name in ("a.mcap", "b.mcap", "c.mcap")]
+    for path, seed in zip(logs, (1, 1, 2), strict=True):
+        tactid.simulate(tactid.Experiment.paper().replace(seed=seed, duration=0.5), path)
+    first, again, other = (path.read_bytes() for path in logs)
+    assert first == again
+    assert first != other

@@ -57,7 +57,7 @@ pub struct Settings {
     /// The estimate is the mean over this last time, s; 0 for the latest value. Default: 10, as in
     /// the paper's Table 2. A gradient filter never settles; least squares does, and wants 0.
     pub average_s: f64,
-    /// Rows are means over intervals of this length, s; 0 for each pair of samples. Default: 0.02. The
+    /// Rows are means over intervals of this length, s; 0 for each pair of samples. Default: 0.05. The
     /// mean keeps faster noise out of a filter that would amplify it; it takes nothing off a motion
     /// that is slow against it.
     pub interval_s: f64,
@@ -77,7 +77,7 @@ impl Default for Settings {
             gravity: None,
             average_s: 10.0,
             epochs: 2,
-            interval_s: 0.02,
+            interval_s: 0.05,
             max_gap_s: 0.1,
         }
     }

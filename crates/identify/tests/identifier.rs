@@ -43,7 +43,7 @@ fn least_squares_finds_the_payload_from_the_fingers() {
     assert_eq!(estimate.not_identifiable().count(), 0);
     assert_eq!(
         (estimate.intervals, estimate.refused, estimate.gaps),
-        (250, 0, 0)
+        (100, 0, 0)
     );
 }
 
@@ -174,7 +174,7 @@ fn bad_samples_are_refused_and_gaps_cut_out() {
     let estimate = identifier.estimate();
     assert_eq!(
         (estimate.intervals, estimate.refused, estimate.gaps),
-        (224, 9002, 1)
+        (89, 9002, 1)
     );
     assert!(
         worst_percent(&estimate.body) < 1e-3,

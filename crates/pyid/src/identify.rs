@@ -129,7 +129,7 @@ pub(crate) struct Identifier {
 #[pymethods]
 impl Identifier {
     #[new]
-    #[pyo3(signature = (robot, tool, sensors=Vec::new(), *, way="tactile", estimator="nlms", alpha=1.8, beta=0.9, gravity=None, average=None, interval=0.02, max_gap=0.1))]
+    #[pyo3(signature = (robot, tool, sensors=Vec::new(), *, way="tactile", estimator="nlms", alpha=1.8, beta=0.9, gravity=None, average=None, interval=0.05, max_gap=0.1))]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         robot: &Manipulator,
@@ -376,7 +376,7 @@ impl Identification {
 ///     IdentificationError: It lacks what is needed.
 ///     ArgumentError: A setting is out of range.
 #[pyfunction]
-#[pyo3(signature = (log, *, tool="tool0", way="tactile", estimator="nlms", alpha=1.8, beta=0.9, gravity=None, average=None, interval=0.02, epochs=None, max_gap=0.1, progress=None))]
+#[pyo3(signature = (log, *, tool="tool0", way="tactile", estimator="nlms", alpha=1.8, beta=0.9, gravity=None, average=None, interval=0.05, epochs=None, max_gap=0.1, progress=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub(crate) fn identify(
     py: Python<'_>,

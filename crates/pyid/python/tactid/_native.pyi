@@ -210,7 +210,7 @@ class Identifier:
         beta: float = 0.9,
         gravity: ArrayLike | None = None,
         average: float | None = None,
-        interval: float = 0.02,
+        interval: float = 0.05,
         max_gap: float = 0.1,
     ) -> Identifier: ...
     def push(
@@ -265,7 +265,7 @@ def identify(
     beta: float = 0.9,
     gravity: ArrayLike | None = None,
     average: float | None = None,
-    interval: float = 0.02,
+    interval: float = 0.05,
     epochs: int | None = None,
     max_gap: float = 0.1,
     progress: _Progress | None = None,
