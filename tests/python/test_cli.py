@@ -202,3 +202,10 @@ __main__.main()
     assert done.returncode == 70
     assert done.stderr.count("\n") <= 1
     assert "Traceback" not in done.stderr
+
+
+def test_without_a_command_there_is_help(command: TactidCommand) -> None:
+    done = command()
+    assert done.returncode == 2
+    assert "identify" in done.stdout
+    assert done.stderr == ""

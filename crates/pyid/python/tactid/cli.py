@@ -31,7 +31,9 @@ def run() -> int:
     try:
         return app(standalone_mode=False) or 0
     except TyperException as error:
-        return _fail(error.format_message())
+        # Without a command the help has been shown, and nothing is left to say.
+        message = error.format_message()
+        return _fail(message) if message else 2
     except tactid.TactidError as error:
         return _fail(str(error))
     except BrokenPipeError:

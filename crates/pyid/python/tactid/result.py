@@ -153,7 +153,9 @@ def remarks_on(found: tactid.Identification) -> list[str]:
             f"Not identifiable: {names}. The motion does not turn the payload about enough axes;"
             " another posture, or driving other joints, would."
         )
-    if not estimate.is_physical and not estimate.not_identifiable:
+    # An inertia that is partly unknown is no wonder; a mass below zero always is.
+    explained = estimate.not_identifiable and estimate.body.mass > 0
+    if not estimate.is_physical and not explained:
         remarks.append("No body can have these parameters: the estimate has not converged.")
     if estimate.refused:
         remarks.append(f"{estimate.refused} samples were not finite or out of order, and refused.")
