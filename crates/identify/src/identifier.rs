@@ -181,7 +181,7 @@ impl Identifier {
         self.excitation.update(&self.equation);
         self.equation = MeanEquation::new();
         if self.recent.is_some() {
-            let now = values(&self.payload(&self.method.body()));
+            let now = self.latest_values();
             if let Some(recent) = &mut self.recent {
                 recent.push(self.next.time_s, &now);
             }

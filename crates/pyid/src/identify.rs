@@ -70,8 +70,8 @@ impl PayloadEstimate {
         output(py, self.0.singular_values.inertia.to_vec(), None, &[6])
     }
 
-    /// Whether a body with these parameters can exist, but for rounding. The paper's payload is a plate, on
-    /// the border of what can: :meth:`MassProperties.is_physical_within` judges an estimate of such a body.
+    /// Whether a body with these parameters can exist, within 1 % of its largest principal moment: a plate,
+    /// such as the paper's payload, lies on the border of what can, and no estimate is exact.
     #[getter]
     fn is_physical(&self) -> bool {
         self.0.is_physical
