@@ -7,7 +7,7 @@ use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
 use tactid_dynamics::MassProperties;
-use tactid_identify::{Identification, Settings, Way, identify_log};
+use tactid_identify::{Identification, Request, Settings, Way, identify_log};
 use tactid_logs::messages::{Odometry, WrenchStamped};
 use tactid_logs::{Durability, LogReader, LogWriter};
 use tactid_sim::{Experiment, NamedPosture, Posture, run};
@@ -26,7 +26,12 @@ fn simulate(experiment: &Experiment, log: &Path) {
 }
 
 fn identify(log: &Path, settings: &Settings) -> Identification {
-    identify_log(log, "tool0", settings, &mut |_| ControlFlow::Continue(())).unwrap()
+    let request = Request {
+        settings: settings.clone(),
+        way: Some(settings.way),
+        ..Request::paper()
+    };
+    identify_log(log, &request, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 fn worst(log: &Path, settings: &Settings) -> (f64, [f64; 10]) {

@@ -245,6 +245,30 @@ impl Manipulator {
         self.bodies.iter().map(|body| body.mass_kg).sum()
     }
 
+    /// The robot with one more frame, `parent_from_frame` fixed to a link: a sensor that the URDF does
+    /// not know.
+    #[must_use]
+    pub fn with_frame(
+        &self,
+        name: &str,
+        parent: FrameId,
+        parent_from_frame: &Isometry3<f64>,
+    ) -> Self {
+        let mut robot = self.clone();
+        let above = &self.frames[parent.0];
+        let body_from_frame = above.body_from_frame * parent_from_frame;
+        let nothing = InertialParameters::zero();
+        // It stands last, not in depth-first order, which only matters to links that weigh something.
+        robot.add_frame(name, parent.0, above.body, body_from_frame, nothing);
+        robot
+    }
+
+    /// A lone rigid body with one frame: for a sensor whose own motion is measured, without an arm.
+    #[must_use]
+    pub fn lone_body(name: &str) -> Self {
+        Self::with_root(BaseKind::Floating, name, InertialParameters::zero())
+    }
+
     /// The robot with a body attached rigidly to a frame; `payload` is in that frame.
     #[must_use]
     pub fn with_payload(&self, frame: FrameId, payload: &InertialParameters) -> Self {

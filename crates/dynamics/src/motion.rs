@@ -1,6 +1,6 @@
 //! Motion of every body, (1)-(20), and the memory that computations use.
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Vector3, Vector6};
 
 use crate::manipulator::{FrameId, JointKind, Manipulator};
 use crate::{FrameMotion, InertialParameters, StateError};
@@ -198,7 +198,55 @@ fn move_center(state: &mut BodyState, center_of_mass: &Vector3<f64>) {
     state.center_acceleration = origin.acceleration + dw.cross(&a) + w.cross(&w.cross(&a)); // (11), (14), (17), (20)
 }
 
+impl Workspace {
+    /// The columns of the geometric Jacobian of a frame, one a joint: the frame's velocity and angular
+    /// velocity, expressed in the frame itself, for a unit velocity of the joint. Zero for a joint that
+    /// does not move the frame.
+    ///
+    /// Transposed it brings a wrench at the frame to the joints: `τ_j = J_jᵀ [f; n]` is what joint `j`
+    /// must add where that wrench is exerted **on** a body held in the frame.
+    ///
+    /// Cost: one pass over the bodies above the frame, no allocation.
+    ///
+    /// # Panics
+    /// Where `columns` does not have one entry for each joint.
+    pub fn jacobian(&self, robot: &Manipulator, frame: FrameId, columns: &mut [Vector6<f64>]) {
+        assert_eq!(columns.len(), robot.dof(), "one column for each joint");
+        columns.fill(Vector6::zeros());
+        let world_from_frame = self.pose(robot, frame);
+        let frame_from_world = world_from_frame.rotation.inverse();
+        let mut index = robot.frames[frame.0].body;
+        while let Some(joint) = &robot.bodies[index].joint {
+            let state = &self.bodies[index];
+            let arm = world_from_frame.translation.vector - state.origin.pose.translation.vector;
+            let (linear, angular) = match joint.kind {
+                JointKind::Revolute => (state.axis.cross(&arm), state.axis),
+                JointKind::Prismatic => (state.axis, Vector3::zeros()),
+            };
+            let column = &mut columns[joint.coordinate];
+            let mut upper = column.fixed_rows_mut::<3>(0);
+            upper += frame_from_world * linear * joint.ratio;
+            let mut lower = column.fixed_rows_mut::<3>(3);
+            lower += frame_from_world * angular * joint.ratio;
+            index = robot.bodies[index].parent;
+        }
+    }
+}
+
 impl Manipulator {
+    /// Whether a joint, by its place in `q`, moves a frame.
+    #[must_use]
+    pub fn moves(&self, joint: usize, frame: FrameId) -> bool {
+        let mut index = self.frames[frame.0].body;
+        while let Some(above) = &self.bodies[index].joint {
+            if above.coordinate == joint {
+                return true;
+            }
+            index = self.bodies[index].parent;
+        }
+        false
+    }
+
     /// The links below `frame` as one body, in that frame, at the posture of the workspace: what
     /// [`Self::without_subtree`] takes off. It changes with joints below the frame.
     #[must_use]

@@ -1,77 +1,121 @@
-//! The equations of motion, averaged over an interval.
+//! The equations of motion: at one instant, and as means over a time.
 
-use nalgebra::{SMatrix, Vector3};
-use tactid_dynamics::{
-    Rows, ToolMotion, Wrench, inertia_rows, tactile_mass_rows, wrench_regressor,
-};
+use nalgebra::{SVector, Vector3, Vector4};
+use tactid_dynamics::Rows;
 
-/// Rows of (48), (46) and the one-stage form, each the mean over a time.
-///
-/// The rows are averaged as a whole, after their products are formed, so that both sides of each
-/// equation pass the same filter and it holds for the means as it does at every instant.
-#[derive(Clone, Debug)]
-pub(crate) struct MeanEquation {
-    duration_s: f64,
-    /// (48).
-    pub(crate) mass: Rows<4>,
-    /// (46) for `a_U = 0`; see [`Self::inertia`].
-    inertia_about_origin: Rows<6>,
-    /// `Y` in `[f_U; n_U] = Y π`.
-    pub(crate) regressor: SMatrix<f64, 6, 10>,
-    /// On the body, in `Σ_U` and about its origin.
-    pub(crate) wrench: Wrench,
+/// One row equation `regressor · π = wanted`, `π` in the order of
+/// [`InertialParameters`](tactid_dynamics::InertialParameters).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Row {
+    pub(crate) regressor: SVector<f64, 10>,
+    pub(crate) wanted: f64,
+    /// What an acceleration equal to gravity would add to the entries of mass and first moments; the
+    /// others do not depend on gravity. It asks what another gravity would have explained.
+    pub(crate) gravity: Vector4<f64>,
 }
 
-impl MeanEquation {
-    pub(crate) fn new() -> Self {
+impl Row {
+    pub(crate) fn zero() -> Self {
         Self {
-            duration_s: 0.0,
-            mass: Rows {
-                matrix: SMatrix::zeros(),
-                wanted: Vector3::zeros(),
-            },
-            inertia_about_origin: Rows {
-                matrix: SMatrix::zeros(),
-                wanted: Vector3::zeros(),
-            },
-            regressor: SMatrix::zeros(),
-            wrench: Wrench::zero(),
+            regressor: SVector::zeros(),
+            wanted: 0.0,
+            gravity: Vector4::zeros(),
         }
     }
 
-    /// The time that it is the mean of, s.
-    pub(crate) fn duration_s(&self) -> f64 {
-        self.duration_s
+    fn add(&mut self, row: &Self, weight: f64) {
+        self.regressor += row.regressor * weight;
+        self.wanted += row.wanted * weight;
+        self.gravity += row.gravity * weight;
     }
 
-    /// Takes in a motion and a wrench that lasted for a time.
-    pub(crate) fn add(&mut self, motion: &ToolMotion, wrench: &Wrench, duration_s: f64) {
-        self.duration_s += duration_s;
-        let share = duration_s / self.duration_s;
-        blend(
-            &mut self.mass,
-            &tactile_mass_rows(motion, &wrench.force),
-            share,
-        );
-        let about_origin = inertia_rows(motion, wrench, &Vector3::zeros());
-        blend(&mut self.inertia_about_origin, &about_origin, share);
-        self.regressor += (wrench_regressor(motion) - self.regressor) * share;
-        self.wrench.force += (wrench.force - self.wrench.force) * share;
-        self.wrench.moment += (wrench.moment - self.wrench.moment) * share;
+    fn scale(&mut self, by: f64) {
+        self.regressor *= by;
+        self.wanted *= by;
+        self.gravity *= by;
+    }
+}
+
+/// Rows of the one-stage form as weighted means over a time.
+///
+/// The rows are averaged as a whole, after their products are formed, so that both sides pass the
+/// same filter and the equation holds for the means as it does at every instant.
+#[derive(Clone, Debug)]
+pub(crate) struct Equation {
+    /// The middle of the time, s.
+    pub(crate) time_s: f64,
+    /// Six for a wrench (force, then moment about the origin of `Σ_U`), else one a joint.
+    pub(crate) rows: Vec<Row>,
+    /// `d wanted / dt` through the same filter, a row each: what a delay of the load would change.
+    pub(crate) rates: Vec<f64>,
+    weight: f64,
+    slope_weight: f64,
+    pub(crate) instants: u32,
+}
+
+impl Equation {
+    pub(crate) fn new(rows: usize) -> Self {
+        Self {
+            time_s: 0.0,
+            rows: vec![Row::zero(); rows],
+            rates: vec![0.0; rows],
+            weight: 0.0,
+            slope_weight: 0.0,
+            instants: 0,
+        }
+    }
+
+    pub(crate) fn clear(&mut self, time_s: f64) {
+        self.time_s = time_s;
+        self.rows.fill(Row::zero());
+        self.rates.fill(0.0);
+        (self.weight, self.slope_weight, self.instants) = (0.0, 0.0, 0);
+    }
+
+    /// Adds an instant with its weight, and the weight of its part in the derivative.
+    pub(crate) fn add(&mut self, rows: &[Row], weight: f64, slope_weight: f64) {
+        for ((sum, rate), row) in self.rows.iter_mut().zip(&mut self.rates).zip(rows) {
+            sum.add(row, weight);
+            *rate += row.wanted * slope_weight;
+        }
+        self.weight += weight;
+        self.slope_weight += slope_weight;
+        self.instants += 1;
+    }
+
+    /// Turns sums into means.
+    pub(crate) fn finish(&mut self) {
+        let share = 1.0 / self.weight;
+        for (row, rate) in self.rows.iter_mut().zip(&mut self.rates) {
+            row.scale(share);
+            // The slope's weights sum to zero but for rounding and uneven times.
+            *rate = (*rate - self.slope_weight * row.wanted) * share;
+        }
+    }
+
+    /// (48): mass and centre of mass from the force.
+    pub(crate) fn mass(&self) -> Rows<4> {
+        let mut rows = Rows {
+            matrix: nalgebra::Matrix3x4::zeros(),
+            wanted: Vector3::zeros(),
+        };
+        for (k, row) in self.rows[..3].iter().enumerate() {
+            rows.matrix[(k, 0)] = -row.wanted; // f_K = -f_U, (47)
+            for axis in 0..3 {
+                rows.matrix[(k, 1 + axis)] = row.regressor[1 + axis]; // Ω̇_U, (31)
+            }
+            rows.wanted[k] = -row.regressor[0]; // -(p̈_U - g), (30)
+        }
+        rows
     }
 
     /// (46) for a centre of mass, which enters in proportion to the force.
     pub(crate) fn inertia(&self, center_of_mass: &Vector3<f64>) -> Rows<6> {
-        let Rows { matrix, wanted } = self.inertia_about_origin;
+        let force = Vector3::from_fn(|k, _| self.rows[k].wanted);
+        let moment = Vector3::from_fn(|k, _| self.rows[3 + k].wanted);
         Rows {
-            matrix,
-            wanted: wanted - center_of_mass.cross(&self.wrench.force), // b_4, (45)
+            matrix: nalgebra::Matrix3x6::from_fn(|k, entry| self.rows[3 + k].regressor[4 + entry]),
+            wanted: moment - center_of_mass.cross(&force), // b_4, (45)
         }
     }
-}
-
-/// Moves a mean by its `share` towards new rows.
-fn blend<const N: usize>(mean: &mut Rows<N>, new: &Rows<N>, share: f64) {
-    mean.matrix += (new.matrix - mean.matrix) * share;
-    mean.wanted += (new.wanted - mean.wanted) * share;
 }

@@ -47,6 +47,9 @@ pub enum IdentifyError {
         "the joint-sensing way needs a free-floating base: a fixed one takes up the momentum that it relies on"
     )]
     FixedBase,
+    /// The paper's filter, which needs forces and moments, on joint efforts.
+    #[error("the effort way has no forces and moments for the paper's filter: use least squares")]
+    EffortNeedsLeastSquares,
     /// A topic that identification cannot do without.
     #[error("the log has no {what} (type {type_name}); its topics are: {topics}")]
     MissingTopic {
@@ -57,13 +60,86 @@ pub enum IdentifyError {
         /// What the log has instead.
         topics: String,
     },
-    /// More topics than one of a type of which one is needed.
-    #[error("the log has several topics of type {type_name}: {topics}; one is needed")]
-    SeveralTopics {
-        /// The type.
+    /// A topic that was asked for and is not there, or of another type.
+    #[error("the log has no topic {topic} of type {type_name}; its topics are: {topics}")]
+    NoSuchTopic {
+        /// What was asked for.
+        topic: String,
+        /// The ROS 2 type it would have.
         type_name: &'static str,
+        /// What the log has.
+        topics: String,
+    },
+    /// More topics fit than can be used together.
+    #[error("the log has several topics of {what}: {topics}; choose with {option}")]
+    SeveralTopics {
+        /// What they all are.
+        what: &'static str,
         /// All of them.
         topics: String,
+        /// The option of the command line that chooses.
+        option: &'static str,
+    },
+    /// Neither the log nor the request describes the robot.
+    #[error("the log has no robot description: give a URDF with --urdf; its topics are: {0}")]
+    NoUrdf(String),
+    /// Nothing says how the wrench's sensor moves.
+    #[error(
+        "the log has wrenches but no motion: neither joint states, nor odometry of the sensor, nor an IMU; its topics are: {0}"
+    )]
+    NoMotion(String),
+    /// A frame that is neither a link nor fixed to one.
+    #[error(
+        "the frame `{frame}` of {whose} is neither a link nor fixed to one by /tf_static; the links are: {links}"
+    )]
+    UnknownFrame {
+        /// The frame.
+        frame: String,
+        /// The topic that names it.
+        whose: String,
+        /// What there is.
+        links: String,
+    },
+    /// A joint that moves the tool and is not in the log.
+    #[error("joint `{joint}` of the URDF is not in the log, whose joints are: {joints}")]
+    MissingJoint {
+        /// The joint.
+        joint: String,
+        /// What the log has.
+        joints: String,
+    },
+    /// Gains that do not fit the joints.
+    #[error("{given} effort gains for the joints {joints}: give one a joint, in this order")]
+    EffortGains {
+        /// How many were given.
+        given: usize,
+        /// The robot's joints.
+        joints: String,
+    },
+    /// A bare recording where no efforts are used.
+    #[error("a bare recording is taken off the joint efforts: it needs the effort way")]
+    BareNeedsEffort,
+    /// A bare recording of another motion.
+    #[error(
+        "the bare recording has another motion: joint `{joint}` differs by {rms:.3} rms where {allowed} is allowed"
+    )]
+    OtherMotion {
+        /// The joint that differs most.
+        joint: String,
+        /// rad or m.
+        rms: f64,
+        /// rad or m.
+        allowed: f64,
+    },
+    /// Too little was recorded without a gap.
+    #[error(
+        "too few windows: {windows} of {window_s:.3} s without a gap were found; record longer, or raise the cutoff"
+    )]
+    TooShort {
+        /// Windows that were found.
+        windows: usize,
+        /// Their length, s.
+        window_s: f64,
     },
     /// A message that contradicts the robot.
     #[error("{topic} at {time_s:.3} s: {what}")]
@@ -76,6 +152,6 @@ pub enum IdentifyError {
         what: String,
     },
     /// No moment at which all the streams were there.
-    #[error("the log holds no two samples at which {0} are all there within a common time")]
+    #[error("the log holds no stretch of time in which all of these are there: {0}")]
     NoOverlap(String),
 }

@@ -9,6 +9,9 @@ pub const VALUE_NAMES: [&str; 10] = [
     "mass", "com.x", "com.y", "com.z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz",
 ];
 
+/// Mass, centre of mass and inertia among the ten values.
+pub(crate) const KINDS: [std::ops::Range<usize>; 3] = [0..1, 1..4, 4..10];
+
 /// A payload as identified.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PayloadEstimate {
@@ -19,11 +22,14 @@ pub struct PayloadEstimate {
     /// For each of [`VALUE_NAMES`]: whether the motion determined it. Where it did not, the number
     /// in `body` is where the estimator happened to start or drift.
     pub identifiable: [bool; 10],
+    /// Standard deviation of each of [`VALUE_NAMES`], infinite where the motion did not determine it;
+    /// `None` for the paper's filter, which knows of none.
+    pub deviations: Option<[f64; 10]>,
     /// How strongly the motion excited the parameters.
     pub singular_values: SingularValues,
     /// Whether a body with these parameters can exist, within 1 % of its largest principal moment.
     pub is_physical: bool,
-    /// Intervals that gave rows.
+    /// Windows that gave rows.
     pub intervals: u64,
     /// Samples refused: not finite, or not later than the one before.
     pub refused: u64,

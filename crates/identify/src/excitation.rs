@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix4, Matrix6, SMatrix, SVector, SymmetricEigen, Vector3};
 
-use crate::equation::MeanEquation;
+use crate::equation::Equation;
 
 /// A direction whose rows are weaker than this part of the strongest counts as not excited.
 ///
@@ -51,8 +51,8 @@ impl Excitation {
         self.intervals
     }
 
-    pub(crate) fn update(&mut self, equation: &MeanEquation) {
-        let rows = &equation.mass;
+    pub(crate) fn update(&mut self, equation: &Equation) {
+        let rows = equation.mass();
         self.mass += rows.matrix.tr_mul(&rows.matrix);
         self.wanted_squares += rows.wanted.norm_squared();
         let matrix = equation.inertia(&Vector3::zeros()).matrix;

@@ -1,18 +1,15 @@
 //! The online identifier: one sample at a time, asked at any time.
 
 use nalgebra::Vector3;
-use tactid_dynamics::{
-    BaseKind, FrameId, InertialParameters, JointMotion, Manipulator, MassProperties, StateError,
-    ToolMotion, Workspace, Wrench, motion, wrench_on_end_effector,
-};
+use tactid_dynamics::{BaseKind, InertialParameters, Manipulator, MassProperties};
 
-use crate::equation::MeanEquation;
-use crate::estimate::{body, values, without};
+use crate::equation::Equation;
+use crate::estimate::{self, values, without};
 use crate::excitation::Excitation;
+use crate::front::Front;
 use crate::method::Method;
 use crate::recent::RecentMean;
-use crate::sample::{Middle, Node};
-use crate::{IdentifyError, PayloadEstimate, Sample, Settings, Way};
+use crate::{EstimatorKind, IdentifyError, PayloadEstimate, Sample, Settings, Way};
 
 /// By how much of its largest principal moment an estimate may miss the triangle inequality and still
 /// count as possible: plates and rods lie on the border, and no estimate is exact.
@@ -21,9 +18,9 @@ const BORDER: f64 = 0.01;
 /// What became of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pushed {
-    /// It was added to the present interval, and gave rows if it ended it.
+    /// It was added to the windows that are open, and gave rows if it ended one.
     Used,
-    /// It starts an interval: it is the first, or comes after a gap.
+    /// It starts anew: it is the first, or comes after a gap.
     Started,
     /// It was not finite, or not later than the one before, and changed nothing.
     Refused,
@@ -31,8 +28,9 @@ pub enum Pushed {
 
 /// Identifies the payload of one robot from its samples, online.
 ///
-/// Rows are means over intervals of [`Settings::interval_s`], in which wrench and acceleration belong
-/// to each other exactly, whatever the sample rate. Nothing is allocated after construction.
+/// Both sides of the equations pass the same low-pass, [`Settings::cutoff_hz`], in its causal form:
+/// wrench and acceleration belong to each other exactly, whatever the sample rate. Nothing is
+/// allocated after construction.
 ///
 /// ```
 /// use tactid_dynamics::{BaseKind, Manipulator};
@@ -54,22 +52,10 @@ pub enum Pushed {
 #[derive(Clone, Debug)]
 pub struct Identifier {
     settings: Settings,
-    gravity: Vector3<f64>,
-    robot: Manipulator,
-    /// The robot as the equations know it: without its end-effector for the joint-sensing way.
-    known: Manipulator,
-    tool: FrameId,
-    sensors: Vec<FrameId>,
-    workspace: Workspace,
-    last: Node,
-    next: Node,
-    middle: Middle,
-    equation: MeanEquation,
+    front: Front,
     method: Method,
     excitation: Excitation,
     recent: Option<RecentMean>,
-    refused: u64,
-    gaps: u64,
 }
 
 impl Identifier {
@@ -86,29 +72,11 @@ impl Identifier {
         settings: Settings,
     ) -> Result<Self, IdentifyError> {
         check(robot, sensors, &settings)?;
-        let tool = robot.frame(tool)?;
-        let sensors: Result<Vec<_>, _> = sensors.iter().map(|name| robot.frame(name)).collect();
-        let sensors = sensors?;
-        let (joints, wrenches) = (robot.dof(), sensors.len());
         Ok(Self {
-            known: match settings.way {
-                Way::Tactile => robot.clone(),
-                Way::JointSensing => robot.without_subtree(tool),
-            },
-            robot: robot.clone(),
-            tool,
-            sensors,
-            workspace: Workspace::new(robot),
-            last: Node::new(joints, wrenches),
-            next: Node::new(joints, wrenches),
-            middle: Middle::new(joints, wrenches),
-            equation: MeanEquation::new(),
+            front: Front::new(robot, tool, sensors, &settings)?,
             method: Method::new(settings.estimator)?,
             excitation: Excitation::new(),
             recent: (settings.average_s > 0.0).then(|| RecentMean::new(settings.average_s)),
-            refused: 0,
-            gaps: 0,
-            gravity: settings.gravity_for(robot.base_kind()),
             settings,
         })
     }
@@ -116,75 +84,59 @@ impl Identifier {
     /// The gravitational acceleration that is assumed, in the inertial frame, m/s².
     #[must_use]
     pub fn gravity(&self) -> Vector3<f64> {
-        self.gravity
+        self.front.model.gravity()
     }
 
     /// Takes one sample.
     ///
-    /// Cost: one pass over the robot's bodies and one update of the estimator; no allocation.
+    /// Cost: one pass over the robot's bodies, and one update of the estimator for each window that
+    /// ends; no allocation.
     ///
     /// # Errors
     /// Where a slice does not fit the robot or the sensors. Bad data are no error: see [`Pushed`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<Pushed, IdentifyError> {
-        self.check_lengths(sample)?;
-        if !sample.is_finite() || sample.time_s <= self.last.time_s {
-            self.refused += 1;
-            return Ok(Pushed::Refused);
+        self.push_with(sample, &mut |_| ())
+    }
+
+    /// The same, showing the equation that the sample completed.
+    pub(crate) fn push_with(
+        &mut self,
+        sample: &Sample<'_>,
+        sink: &mut dyn FnMut(&Equation),
+    ) -> Result<Pushed, IdentifyError> {
+        self.front.check_lengths(sample)?;
+        let (pushed, equation) = self.front.push(sample)?;
+        let Some(equation) = equation else {
+            return Ok(pushed);
+        };
+        sink(equation);
+        self.method.update(equation);
+        if self.settings.way != Way::Effort {
+            self.excitation.update(equation);
         }
-        self.next.set(sample);
-        let passed_s = sample.time_s - self.last.time_s;
-        let gap = passed_s > self.settings.max_gap_s;
-        if gap {
-            self.gaps += u64::from(passed_s.is_finite());
-            self.equation = MeanEquation::new();
-        } else {
-            self.add(passed_s)?;
+        if let Some(recent) = &mut self.recent {
+            let now = values(&payload(&self.settings, &self.front, &self.method.body()));
+            recent.push(sample.time_s, &now);
         }
-        std::mem::swap(&mut self.last, &mut self.next);
-        Ok(if gap { Pushed::Started } else { Pushed::Used })
+        Ok(pushed)
+    }
+
+    /// What each row of an equation is measured in: name and unit.
+    pub(crate) fn channels(&self) -> Vec<(String, &'static str)> {
+        self.front.model.channels()
+    }
+
+    /// The known links below the tool, at the posture of the last sample.
+    pub(crate) fn gripper(&self) -> InertialParameters {
+        self.front.model.gripper()
     }
 
     /// Prepares for the same samples once more: what was learnt stays, times begin anew.
     pub fn rewind(&mut self) {
-        self.last.time_s = f64::NEG_INFINITY;
-        self.equation = MeanEquation::new();
+        self.front.rewind();
         self.excitation = Excitation::new();
         if let Some(recent) = &mut self.recent {
             *recent = RecentMean::new(self.settings.average_s);
-        }
-        (self.refused, self.gaps) = (0, 0);
-    }
-
-    /// Adds the time between the last two samples to the equation, and learns from it when it is long
-    /// enough.
-    fn add(&mut self, duration_s: f64) -> Result<(), StateError> {
-        let middle = &mut self.middle;
-        middle.set(&self.last, &self.next);
-        let joints = JointMotion {
-            position: &middle.joint_position,
-            velocity: &middle.joint_velocity,
-            acceleration: &middle.joint_acceleration,
-        };
-        motion(&self.known, &mut self.workspace, &middle.base, joints)?;
-        let (motion, wrench) = (self.tool_motion(), self.wrench_on_end_effector());
-        self.equation.add(&motion, &wrench, duration_s);
-        // Sums of steps are right to rounding only.
-        if self.equation.duration_s() >= self.settings.interval_s * (1.0 - 1e-6) {
-            self.learn();
-        }
-        Ok(())
-    }
-
-    /// Feeds the estimator with the equation, and begins the next one.
-    fn learn(&mut self) {
-        self.method.update(&self.equation);
-        self.excitation.update(&self.equation);
-        self.equation = MeanEquation::new();
-        if self.recent.is_some() {
-            let now = self.latest_values();
-            if let Some(recent) = &mut self.recent {
-                recent.push(self.next.time_s, &now);
-            }
         }
     }
 
@@ -193,76 +145,50 @@ impl Identifier {
     pub fn estimate(&self) -> PayloadEstimate {
         let latest = self.method.body();
         let mean = self.recent.as_ref().and_then(RecentMean::mean);
-        let payload = mean.map_or_else(|| self.payload(&latest), |values| body(&values));
+        let body = mean.map_or_else(
+            || payload(&self.settings, &self.front, &latest),
+            |values| estimate::body(&values),
+        );
         let (singular_values, identifiable) = self.excitation.assess();
         PayloadEstimate {
-            body: payload,
+            body,
             composite: (self.settings.way == Way::JointSensing).then_some(latest),
             identifiable,
             singular_values,
-            is_physical: InertialParameters::from(payload).is_physical_within(BORDER),
+            is_physical: is_physical(&body),
+            deviations: None,
             intervals: self.excitation.intervals(),
-            refused: self.refused,
-            gaps: self.gaps,
+            refused: self.front.refused,
+            gaps: self.front.gaps,
         }
     }
 
     /// The latest values, not averaged, in the order of [`VALUE_NAMES`](crate::VALUE_NAMES).
     #[must_use]
     pub fn latest_values(&self) -> [f64; 10] {
-        values(&self.payload(&self.method.body()))
+        values(&payload(&self.settings, &self.front, &self.method.body()))
     }
+}
 
-    /// The identified body less the gripper, where the way of measuring includes it.
-    fn payload(&self, identified: &MassProperties) -> MassProperties {
-        match self.settings.way {
-            Way::Tactile => *identified,
-            Way::JointSensing => {
-                let gripper = self.robot.subtree_parameters(&self.workspace, self.tool);
-                without(identified, &gripper)
-            }
-        }
-    }
+/// Whether a body can have these properties, within what an estimate may miss.
+pub(crate) fn is_physical(body: &MassProperties) -> bool {
+    InertialParameters::from(*body).is_physical_within(BORDER)
+}
 
-    fn tool_motion(&self) -> ToolMotion {
-        let motion = self.workspace.frame_motion(&self.known, self.tool);
-        motion.in_frame(&self.gravity)
-    }
-
-    /// On the body that is sought, in `Σ_U` and about its origin.
-    fn wrench_on_end_effector(&self) -> Wrench {
-        match self.settings.way {
-            Way::JointSensing => wrench_on_end_effector(&self.known, &self.workspace, self.tool),
-            Way::Tactile => {
-                // (47): f_U and n_U are the sums over all fingers.
-                let tool_from_world = self.workspace.pose(&self.known, self.tool).inverse();
-                let wrenches = self.sensors.iter().zip(&self.middle.wrenches);
-                wrenches.fold(Wrench::zero(), |sum, (&sensor, wrench)| {
-                    let world_from_sensor = self.workspace.pose(&self.known, sensor);
-                    sum + wrench.expressed_in(&(tool_from_world * world_from_sensor))
-                })
-            }
-        }
-    }
-
-    fn check_lengths(&self, sample: &Sample<'_>) -> Result<(), IdentifyError> {
-        self.robot
-            .check_length("joint_position", sample.joint_position)?;
-        self.robot
-            .check_length("joint_velocity", sample.joint_velocity)?;
-        if sample.wrenches.len() == self.sensors.len() {
-            return Ok(());
-        }
-        Err(IdentifyError::WrenchCount {
-            given: sample.wrenches.len(),
-            expected: self.sensors.len(),
-        })
+/// The identified body less the gripper, where the way of measuring includes it.
+fn payload(settings: &Settings, front: &Front, identified: &MassProperties) -> MassProperties {
+    match settings.way {
+        Way::Tactile | Way::Effort => *identified,
+        Way::JointSensing => without(identified, &front.model.gripper()),
     }
 }
 
 fn check(robot: &Manipulator, sensors: &[&str], settings: &Settings) -> Result<(), IdentifyError> {
     match settings.way {
         Way::Tactile if sensors.is_empty() => return Err(IdentifyError::NoWrench),
+        Way::Effort if matches!(settings.estimator, EstimatorKind::Nlms { .. }) => {
+            return Err(IdentifyError::EffortNeedsLeastSquares);
+        }
         Way::JointSensing if robot.base_kind() == BaseKind::Fixed => {
             return Err(IdentifyError::FixedBase);
         }
@@ -278,8 +204,8 @@ fn check(robot: &Manipulator, sensors: &[&str], settings: &Settings) -> Result<(
     if !(settings.average_s >= 0.0 && settings.average_s.is_finite()) {
         return refuse("average_s", settings.average_s, "zero or more");
     }
-    if !(settings.interval_s >= 0.0 && settings.interval_s.is_finite()) {
-        return refuse("interval_s", settings.interval_s, "zero or more");
+    if !(settings.cutoff_hz > 0.0 && settings.cutoff_hz.is_finite()) {
+        return refuse("cutoff_hz", settings.cutoff_hz, "more than zero");
     }
     if settings.epochs == 0 {
         return refuse("epochs", 0.0, "one or more");

@@ -8,12 +8,11 @@
 //! ```no_run
 //! use std::ops::ControlFlow;
 //! use std::path::Path;
-//! use tactid_identify::{Settings, identify_log};
+//! use tactid_identify::{Request, identify_log};
 //!
 //! let result = identify_log(
 //!     Path::new("run.mcap"),
-//!     "tool0",
-//!     &Settings::default(),
+//!     &Request::default(),
 //!     &mut |_progress| ControlFlow::Continue(()),
 //! )?;
 //! println!("{} kg", result.estimate.body.mass_kg);
@@ -26,18 +25,26 @@ mod equation;
 mod error;
 mod estimate;
 mod excitation;
+mod fit;
+mod front;
 mod identifier;
-mod log;
 mod method;
+mod model;
 mod recent;
+mod recording;
 mod sample;
 mod settings;
-mod streams;
+mod stencil;
+mod uncertainty;
+mod window;
 
 pub use error::IdentifyError;
 pub use estimate::{PayloadEstimate, VALUE_NAMES};
 pub use excitation::SingularValues;
 pub use identifier::{Identifier, Pushed};
-pub use log::{HistoryPoint, Identification, Progress, identify_log};
-pub use sample::{BaseState, Sample};
+pub use recording::{
+    ActsOn, Clock, Dirt, FitReport, HistoryPoint, Identification, Progress, Request, Topics,
+    identify_log, identify_samples,
+};
+pub use sample::{BaseState, Sample, states_of_poses};
 pub use settings::{EstimatorKind, Settings, Way};

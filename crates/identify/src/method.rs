@@ -1,11 +1,11 @@
 //! Which rows go to which estimator.
 
 use nalgebra::{Matrix3, SVector, Vector3};
-use tactid_dynamics::{InertialParameters, MassProperties, Wrench, symmetric_matrix};
+use tactid_dynamics::{InertialParameters, MassProperties, symmetric_matrix};
 use tactid_nlms::{Estimator, Nlms, Rls, SettingError};
 
 use crate::EstimatorKind;
-use crate::equation::MeanEquation;
+use crate::equation::Equation;
 
 /// The rows' way to the ten parameters.
 #[derive(Clone, Debug)]
@@ -31,10 +31,10 @@ impl Method {
         })
     }
 
-    pub(crate) fn update(&mut self, equation: &MeanEquation) {
+    pub(crate) fn update(&mut self, equation: &Equation) {
         match self {
             Self::TwoStage { mass, inertia } => {
-                for (row, wanted) in equation.mass.iter() {
+                for (row, wanted) in equation.mass().iter() {
                     mass.update(&row, wanted);
                 }
                 let a_u = mass.parameters().fixed_rows::<3>(1).into_owned();
@@ -43,10 +43,8 @@ impl Method {
                 }
             }
             Self::OneStage(estimator) => {
-                let Wrench { force, moment } = equation.wrench;
-                let wanted = force.iter().chain(moment.iter());
-                for (row, &wanted) in equation.regressor.row_iter().zip(wanted) {
-                    estimator.update(&row.transpose(), wanted);
+                for row in &equation.rows {
+                    estimator.update(&row.regressor, row.wanted);
                 }
             }
         }

@@ -2,6 +2,9 @@ use nalgebra::Vector3;
 use tactid_dynamics::BaseKind;
 use tactid_nlms::{PAPER_ALPHA, PAPER_BETA};
 
+/// On the ground, m/s².
+pub(crate) const STANDARD_GRAVITY: f64 = 9.81;
+
 /// What the end-effector's wrench is learnt from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Way {
@@ -11,6 +14,21 @@ pub enum Way {
     /// The motion of the free-floating base and the links, (30) and (44): gripper and payload as one
     /// body, from which the known gripper is taken off.
     JointSensing,
+    /// What the joints exert beyond what the arm itself needs, `Jᵀ [f_U; n_U]`: the payload alone.
+    /// Arm and gripper are known from the robot's description.
+    Effort,
+}
+
+impl Way {
+    /// A short name: `tactile`, `joint-sensing` or `effort`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tactile => "tactile",
+            Self::JointSensing => "joint-sensing",
+            Self::Effort => "effort",
+        }
+    }
 }
 
 /// How rows become parameters.
@@ -57,16 +75,19 @@ pub struct Settings {
     /// The estimate is the mean over this last time, s; 0 for the latest value. Default: 10, as in
     /// the paper's Table 2. A gradient filter never settles; least squares does, and wants 0.
     pub average_s: f64,
-    /// Rows are means over intervals of this length, s; 0 for each pair of samples. Default: 0.05. The
-    /// mean keeps faster noise out of a filter that would amplify it; it takes nothing off a motion
-    /// that is slow against it.
-    pub interval_s: f64,
+    /// Both sides of the equations pass a low-pass that has lost 3 dB at this frequency, Hz: a mean
+    /// over a window of 0.926 / `cutoff_hz`. Default: 10. It keeps faster noise out of the estimator,
+    /// and adds no bias: it filters rows, not measurements.
+    pub cutoff_hz: f64,
     /// How often a log is presented to the estimator. Default: 2 for the paper's filter, which corrects
     /// what it learnt of the inertia while the centre of mass was still wrong only where the motion
     /// comes back to it; 1 for least squares. Online, the samples come once.
     pub epochs: u32,
     /// Samples further apart than this are not bridged, s. Default: 0.1.
     pub max_gap_s: f64,
+    /// For the effort way: the efforts in the samples are what the payload alone adds, the arm's own
+    /// part is off already. Default: false.
+    pub effort_is_net: bool,
 }
 
 impl Default for Settings {
@@ -77,8 +98,9 @@ impl Default for Settings {
             gravity: None,
             average_s: 10.0,
             epochs: 2,
-            interval_s: 0.05,
+            cutoff_hz: 10.0,
             max_gap_s: 0.1,
+            effort_is_net: false,
         }
     }
 }
@@ -88,7 +110,7 @@ impl Settings {
     pub(crate) fn gravity_for(&self, base: BaseKind) -> Vector3<f64> {
         self.gravity.unwrap_or(match base {
             BaseKind::Floating => Vector3::zeros(),
-            BaseKind::Fixed => Vector3::new(0.0, 0.0, -9.81),
+            BaseKind::Fixed => Vector3::new(0.0, 0.0, -STANDARD_GRAVITY),
         })
     }
 

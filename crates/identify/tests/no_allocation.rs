@@ -23,7 +23,7 @@ fn pushing_and_asking_allocate_nothing() {
                 for instant in &instants {
                     identifier.push(&instant.sample()).unwrap();
                 }
-                assert_eq!(identifier.estimate().intervals, 10);
+                assert_eq!(identifier.estimate().intervals, 14);
             });
             assert_eq!(allocations.count_total, 0);
         }

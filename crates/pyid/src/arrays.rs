@@ -64,6 +64,18 @@ impl Series {
         )
     }
 
+    /// As [`Self::read`]; nothing at all, an item without entries, where nothing is given.
+    pub(crate) fn read_or_empty(
+        value: Option<&Bound<'_, PyAny>>,
+        name: &'static str,
+        width: usize,
+    ) -> PyResult<Self> {
+        match value {
+            Some(value) => Self::read(value, name, &[width]),
+            None => Self::read_or_zero(None, name, 0),
+        }
+    }
+
     /// The item of a sample. Panics where there is none: ask [`common_length`] first.
     pub(crate) fn at(&self, sample: usize) -> &[f64] {
         let start = self.samples.map_or(0, |_| sample * self.width);
@@ -135,6 +147,11 @@ impl Poses {
     /// The pose of a sample. Panics where there is none: ask [`common_length`] first.
     pub(crate) fn at(&self, sample: usize) -> &Isometry3<f64> {
         &self.poses[self.samples.map_or(0, |_| sample)]
+    }
+
+    /// Whether one pose holds for all samples.
+    pub(crate) fn is_single(&self) -> bool {
+        self.samples.is_none()
     }
 
     /// The one pose that is given, where a series makes no sense.

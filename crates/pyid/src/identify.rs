@@ -1,413 +1,82 @@
-//! From samples or a log to a payload.
+//! From a log, or from arrays, to a payload. The package's `identify` calls these.
 
 use std::path::PathBuf;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use nalgebra::Vector3;
-use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use tactid_dynamics::Wrench;
-use tactid_identify::{BaseState, EstimatorKind, Pushed, Sample, Settings, Way};
+use tactid_identify::{BaseState, Sample, Topics, states_of_poses};
 
-use crate::arrays::{Poses, Series, common_length, output};
+use crate::arrays::{Poses, Series, common_length};
 use crate::dynamics::Manipulator;
 use crate::errors::{ArgumentError, IntoPyErr};
+use crate::identification::Identification;
 use crate::inertia::MassProperties;
 use crate::pulse::Pulse;
+use crate::request::{Argument, Given, Recorded};
 
-type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
-type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
-
-/// A payload as identified, in the end-effector frame.
-#[pyclass(module = "tactid", frozen)]
-#[derive(Clone)]
-pub(crate) struct PayloadEstimate(tactid_identify::PayloadEstimate);
-
-#[pymethods]
-impl PayloadEstimate {
-    /// The payload alone.
-    #[getter]
-    fn body(&self) -> MassProperties {
-        MassProperties(self.0.body)
-    }
-
-    /// Gripper and payload as one body, for the joint-sensing way; else None.
-    #[getter]
-    fn composite(&self) -> Option<MassProperties> {
-        self.0.composite.map(MassProperties)
-    }
-
-    /// Mass, kg; centre of mass, m; inertia about it, kg m²; in the order of ``VALUE_NAMES``, (10,).
-    #[getter]
-    fn values<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        output(py, self.0.values().to_vec(), None, &[10])
-    }
-
-    /// For each of ``VALUE_NAMES``: whether the motion determined it. Where it did not, the number is where
-    /// the estimator happened to start or drift.
-    #[getter]
-    fn identifiable(&self) -> [bool; 10] {
-        self.0.identifiable
-    }
-
-    /// The names of the values that the motion did not determine.
-    #[getter]
-    fn not_identifiable(&self) -> Vec<&'static str> {
-        self.0.not_identifiable().collect()
-    }
-
-    /// How strongly the motion excited mass and centre of mass: rms singular values of the rows of equation
-    /// (48), descending, (4,), m/s².
-    #[getter]
-    fn mass_singular_values<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        output(py, self.0.singular_values.mass.to_vec(), None, &[4])
-    }
-
-    /// How strongly the motion excited the inertia: rms singular values of the rows of equation (46),
-    /// descending, (6,), rad/s².
-    #[getter]
-    fn inertia_singular_values<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        output(py, self.0.singular_values.inertia.to_vec(), None, &[6])
-    }
-
-    /// Whether a body with these parameters can exist, within 1 % of its largest principal moment: a plate,
-    /// such as the paper's payload, lies on the border of what can, and no estimate is exact.
-    #[getter]
-    fn is_physical(&self) -> bool {
-        self.0.is_physical
-    }
-
-    /// Intervals that gave rows.
-    #[getter]
-    fn intervals(&self) -> u64 {
-        self.0.intervals
-    }
-
-    /// Samples refused: not finite, or not later than the one before.
-    #[getter]
-    fn refused(&self) -> u64 {
-        self.0.refused
-    }
-
-    /// Intervals that were too long to be bridged.
-    #[getter]
-    fn gaps(&self) -> u64 {
-        self.0.gaps
-    }
-}
-
-/// Identifies the payload of one robot online: samples in, asked at any time.
-///
-/// Args:
-///     robot: The robot with its gripper and without the payload.
-///     tool: The end-effector frame, a link of the robot. What is below it is the gripper.
-///     sensors: The links in whose frames the wrenches of each sample are.
-///     way: ``"tactile"``, from the contact wrenches, or ``"joint-sensing"``, from the motion of a
-///         free-floating robot, the known gripper taken off.
-///     estimator: ``"nlms"``, the paper's filter, or ``"rls"``, least squares.
-///     alpha: Of NLMS, in (0, 2).
-///     beta: Of NLMS, in (0, 1).
-///     gravity: Gravitational acceleration in world axes, (3,), m/s², pointing down. Where left out:
-///         zero for a floating base, 9.81 along -z for a fixed one.
-///     average: The estimate is the mean over this last time, s, or the latest value for 0. Where left out:
-///         10 for NLMS, as in the paper, and 0 for least squares.
-///     interval: Rows are formed of the means over intervals of this length, s; 0 for one sample each. It
-///         keeps noise above its frequency out of the estimator, and must be short against the motion.
-///     max_gap: Samples further apart are not bridged, s.
-///
-/// Raises:
-///     ModelError: The robot has no such link.
-///     ArgumentError: A setting is out of range.
-///     IdentificationError: The way does not fit the robot or the sensors.
-#[pyclass(module = "tactid", frozen)]
-pub(crate) struct Identifier {
-    identifier: Mutex<tactid_identify::Identifier>,
-    dof: usize,
-    sensors: usize,
-}
-
-#[pymethods]
-impl Identifier {
-    #[new]
-    #[pyo3(signature = (robot, tool, sensors=Vec::new(), *, way="tactile", estimator="nlms", alpha=1.8, beta=0.9, gravity=None, average=None, interval=0.05, max_gap=0.1))]
-    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
-    fn new(
-        robot: &Manipulator,
-        tool: &str,
-        sensors: Vec<String>,
-        way: &str,
-        estimator: &str,
-        alpha: f64,
-        beta: f64,
-        gravity: Argument<'_, '_>,
-        average: Option<f64>,
-        interval: f64,
-        max_gap: f64,
-    ) -> PyResult<Self> {
-        let settings = Given {
-            way,
-            estimator,
-            alpha,
-            beta,
-            gravity,
-            average,
-            interval,
-            epochs: None,
-            max_gap,
-        }
-        .read()?;
-        let names: Vec<&str> = sensors.iter().map(String::as_str).collect();
-        let identifier = tactid_identify::Identifier::new(&robot.0, tool, &names, settings)
-            .map_err(IntoPyErr::into_py_err)?;
-        Ok(Self {
-            identifier: Mutex::new(identifier),
-            dof: robot.0.dof(),
-            sensors: names.len(),
-        })
-    }
-
-    /// Takes one sample, or N in a row.
-    ///
-    /// Args:
-    ///     time: On one clock, s, () or (N,).
-    ///     q: Joint positions in the order of the robot's ``joint_names``, (n,) or (N, n), rad or m.
-    ///     qd: Joint velocities, (n,) or (N, n), rad/s or m/s.
-    ///     wrenches: Force then moment **on the payload**, each in its sensor's frame and about that frame's
-    ///         origin, (S, 6) or (N, S, 6), N and N m. May be left out without sensors.
-    ///     base_pose: ``world_from_base``, (4, 4) or (7,), or N of them; identity where left out.
-    ///     base_twist: Velocity of the base frame's origin, then angular velocity, in world axes, (6,) or
-    ///         (N, 6); zero where left out.
-    ///
-    /// Returns:
-    ///     How many samples were used: they gave rows once an interval was full. Bad ones (not finite, not
-    ///     later than the one before) are refused and counted, and the first of all, or after a gap, only
-    ///     starts an interval.
-    ///
-    /// Raises:
-    ///     ArgumentError: A shape does not fit.
-    #[pyo3(signature = (time, q, qd, wrenches=None, *, base_pose=None, base_twist=None))]
-    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
-    fn push(
-        &self,
-        py: Python<'_>,
-        time: &Bound<'_, PyAny>,
-        q: &Bound<'_, PyAny>,
-        qd: &Bound<'_, PyAny>,
-        wrenches: Argument<'_, '_>,
-        base_pose: Argument<'_, '_>,
-        base_twist: Argument<'_, '_>,
-    ) -> PyResult<usize> {
-        let time = Series::read(time, "time", &[])?;
-        let q = Series::read(q, "q", &[self.dof])?;
-        let qd = Series::read(qd, "qd", &[self.dof])?;
-        let wrenches = match wrenches {
-            Some(given) => Series::read(given, "wrenches", &[self.sensors, 6])?,
-            None if self.sensors == 0 => Series::read_or_zero(None, "wrenches", 0)?,
-            None => {
-                return Err(ArgumentError::new_err(format!(
-                    "`wrenches` is missing: the identifier has {} sensors",
-                    self.sensors
-                )));
-            }
-        };
-        let pose = Poses::read_or_identity(base_pose, "base_pose")?;
-        let twist = Series::read_or_zero(base_twist, "base_twist", 6)?;
-        let count = common_length(&[&time, &q, &qd, &wrenches, &pose, &twist])?.unwrap_or(1);
-        py.detach(|| {
-            let mut identifier = self.lock();
-            let (mut used, mut loads) = (0, Vec::with_capacity(self.sensors));
-            for k in 0..count {
-                loads.clear();
-                loads.extend(wrenches.at(k).chunks_exact(6).map(|wrench| Wrench {
-                    force: Vector3::from_column_slice(&wrench[..3]),
-                    moment: Vector3::from_column_slice(&wrench[3..]),
-                }));
-                let sample = Sample {
-                    time_s: time.at(k)[0],
-                    base: BaseState {
-                        pose: *pose.at(k),
-                        velocity: twist.vector(k, 0),
-                        angular_velocity: twist.vector(k, 3),
-                    },
-                    joint_position: q.at(k),
-                    joint_velocity: qd.at(k),
-                    wrenches: &loads,
-                };
-                let pushed = identifier.push(&sample).map_err(IntoPyErr::into_py_err)?;
-                used += usize::from(pushed == Pushed::Used);
-            }
-            Ok(used)
-        })
-    }
-
-    /// Prepares for the same samples once more: what was learnt stays, times and counts begin anew.
-    fn rewind(&self, py: Python<'_>) {
-        py.detach(|| self.lock().rewind());
-    }
-
-    /// The payload as known now: the mean over the last ``average``, or the latest value for 0.
-    fn estimate(&self, py: Python<'_>) -> PayloadEstimate {
-        py.detach(|| PayloadEstimate(self.lock().estimate()))
-    }
-}
-
-impl Identifier {
-    fn lock(&self) -> MutexGuard<'_, tactid_identify::Identifier> {
-        // A push that panicked has left numbers behind, not broken memory.
-        self.identifier
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-/// What :func:`identify` found in a log.
-#[pyclass(module = "tactid", frozen)]
-pub(crate) struct Identification(tactid_identify::Identification);
-
-#[pymethods]
-impl Identification {
-    /// The payload.
-    #[getter]
-    fn estimate(&self) -> PayloadEstimate {
-        PayloadEstimate(self.0.estimate)
-    }
-
-    /// The end-effector frame in which the payload is.
-    #[getter]
-    fn tool(&self) -> &str {
-        &self.0.tool
-    }
-
-    /// ``"tactile"`` or ``"joint-sensing"``.
-    #[getter]
-    fn way(&self) -> &'static str {
-        way_name(self.0.settings.way)
-    }
-
-    /// ``"nlms"`` or ``"rls"``.
-    #[getter]
-    fn estimator(&self) -> &'static str {
-        self.0.settings.estimator.name()
-    }
-
-    /// The estimate is the mean over this last time, s; 0 where it is the latest value.
-    #[getter]
-    fn average(&self) -> f64 {
-        self.0.settings.average_s
-    }
-
-    /// How often the log was presented to the estimator.
-    #[getter]
-    fn epochs(&self) -> u32 {
-        self.0.settings.epochs
-    }
-
-    /// The length of the intervals over which rows were formed, s; 0 for one sample each.
-    #[getter]
-    fn interval(&self) -> f64 {
-        self.0.settings.interval_s
-    }
-
-    /// Which presentation of the log each entry of ``history`` belongs to, from 0, (H,), unsigned integers.
-    #[getter]
-    fn history_epoch<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
-        PyArray1::from_iter(py, self.0.history.iter().map(|point| point.epoch))
-    }
-
-    /// Times of ``history`` since the start of the log, (H,), s: every 0.1 s, and every 0.01 s in the last
-    /// 10 s. They begin anew with each epoch.
-    #[getter]
-    fn history_time<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let times = self.0.history.iter().map(|point| point.time_s).collect();
-        output(py, times, Some(self.0.history.len()), &[])
-    }
-
-    /// The estimate over time, not averaged, in the order of ``VALUE_NAMES``, (H, 10).
-    #[getter]
-    fn history<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let values = self.0.history.iter().flat_map(|point| point.values);
-        output(py, values.collect(), Some(self.0.history.len()), &[10])
-    }
-
-    /// Gravitational acceleration that was assumed, in world axes, (3,), m/s², pointing down.
-    #[getter]
-    fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        output(py, self.0.gravity.as_slice().to_vec(), None, &[3])
-    }
-
-    /// From the first sample to the last, s.
-    #[getter]
-    fn duration(&self) -> f64 {
-        self.0.duration_s
-    }
-
-    /// Where the log could not be read further, and why, a line each; empty for a sound log.
-    #[getter]
-    fn damage(&self) -> Vec<String> {
-        self.0.damage.clone()
-    }
-}
-
-/// Identifies the payload from a log, and from nothing else.
-///
-/// Args:
-///     log: An ``.mcap`` file, or the folder of a rosbag2 bag.
-///     tool: The end-effector frame, a link of the log's robot description.
-///     way: ``"tactile"``, from the contact wrenches, or ``"joint-sensing"``, from the motion of a
-///         free-floating robot, the known gripper taken off.
-///     estimator: ``"nlms"``, the paper's filter, or ``"rls"``, least squares.
-///     alpha: Of NLMS, in (0, 2).
-///     beta: Of NLMS, in (0, 1).
-///     gravity: Gravitational acceleration in world axes, (3,), m/s², pointing down. Where left out:
-///         zero for a floating base, 9.81 along -z for a fixed one.
-///     average: The estimate is the mean over this last time, s, or the latest value for 0. Where left out:
-///         10 for NLMS, as in the paper, and 0 for least squares.
-///     interval: Rows are formed of the means over intervals of this length, s; 0 for one sample each. It
-///         keeps noise above its frequency out of the estimator, and must be short against the motion.
-///     epochs: How often the log is presented to the estimator. Where left out: 2 for NLMS, which corrects
-///         what it learnt of the inertia while the centre of mass was still wrong, and 1 for least squares.
-///     max_gap: Samples further apart are not bridged, s.
-///     progress: Called with the fraction done, about twenty times a second. An exception that it raises
-///         stops the work, as Ctrl-C does.
-///
-/// Raises:
-///     LogError: The log cannot be read.
-///     ModelError: Its robot cannot be modelled, or has no such link.
-///     IdentificationError: It lacks what is needed.
-///     ArgumentError: A setting is out of range.
+/// Identifies the payload from a log: see :func:`tactid.identify`.
 #[pyfunction]
-#[pyo3(signature = (log, *, tool="tool0", way="tactile", estimator="nlms", alpha=1.8, beta=0.9, gravity=None, average=None, interval=0.05, epochs=None, max_gap=0.1, progress=None))]
+#[pyo3(signature = (log, *, tool=None, way=None, estimator="rls", alpha=1.8, beta=0.9, gravity=None, average=None, cutoff=None, epochs=None, max_gap=None, urdf=None, joints=Vec::new(), wrenches=Vec::new(), odometry=None, imu=None, acceleration=None, wrench_acts_on="payload", known_tool=None, delay=None, bare=None, effort_gain=Vec::new(), progress=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
-pub(crate) fn identify(
+pub(crate) fn identify_log(
     py: Python<'_>,
     log: PathBuf,
-    tool: &str,
-    way: &str,
+    tool: Option<String>,
+    way: Option<&str>,
     estimator: &str,
     alpha: f64,
     beta: f64,
     gravity: Argument<'_, '_>,
     average: Option<f64>,
-    interval: f64,
+    cutoff: Option<f64>,
     epochs: Option<u32>,
-    max_gap: f64,
+    max_gap: Option<f64>,
+    urdf: Option<String>,
+    joints: Vec<String>,
+    wrenches: Vec<String>,
+    odometry: Option<String>,
+    imu: Option<String>,
+    acceleration: Option<String>,
+    wrench_acts_on: &str,
+    known_tool: Option<&MassProperties>,
+    delay: Option<f64>,
+    bare: Option<PathBuf>,
+    effort_gain: Vec<f64>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Identification> {
-    let settings = Given {
+    let mut request = Given {
         way,
         estimator,
         alpha,
         beta,
         gravity,
         average,
-        interval,
+        cutoff,
         epochs,
         max_gap,
     }
-    .read()?;
+    .request()?;
+    Recorded {
+        tool,
+        urdf,
+        topics: Topics {
+            joints,
+            wrenches,
+            odometry,
+            acceleration,
+            imu,
+        },
+        wrench_acts_on,
+        known_tool,
+        delay,
+        bare,
+        effort_gain,
+    }
+    .add_to(&mut request)?;
     let mut pulse = Pulse::new(progress);
     let result = py.detach(|| {
-        tactid_identify::identify_log(&log, tool, &settings, &mut |progress| {
+        tactid_identify::identify_log(&log, &request, &mut |progress| {
             pulse.beat(progress.fraction)
         })
     });
@@ -415,63 +84,187 @@ pub(crate) fn identify(
     pulse.finish(py, result)
 }
 
-/// The settings as Python gives them; `None` where the estimator has a default of its own.
-struct Given<'a, 'py> {
-    way: &'a str,
-    estimator: &'a str,
+/// Identifies the payload from arrays: see :func:`tactid.identify`.
+#[pyfunction]
+#[pyo3(signature = (time, *, robot=None, q=None, qd=None, effort=None, wrench=None, pose=None, twist=None, acceleration=None, sensors=None, tool=None, way=None, estimator="rls", alpha=1.8, beta=0.9, gravity=None, average=None, cutoff=None, epochs=None, max_gap=None, known_tool=None, delay=None, progress=None))]
+#[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+pub(crate) fn identify_arrays(
+    py: Python<'_>,
+    time: &Bound<'_, PyAny>,
+    robot: Option<&Manipulator>,
+    q: Argument<'_, '_>,
+    qd: Argument<'_, '_>,
+    effort: Argument<'_, '_>,
+    wrench: Argument<'_, '_>,
+    pose: Argument<'_, '_>,
+    twist: Argument<'_, '_>,
+    acceleration: Argument<'_, '_>,
+    sensors: Option<Vec<String>>,
+    tool: Option<&str>,
+    way: Option<&str>,
+    estimator: &str,
     alpha: f64,
     beta: f64,
-    gravity: Argument<'a, 'py>,
+    gravity: Argument<'_, '_>,
     average: Option<f64>,
-    interval: f64,
+    cutoff: Option<f64>,
     epochs: Option<u32>,
-    max_gap: f64,
+    max_gap: Option<f64>,
+    known_tool: Option<&MassProperties>,
+    delay: Option<f64>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Identification> {
+    let default_way = if wrench.is_some() {
+        "tactile"
+    } else {
+        "effort"
+    };
+    let mut request = Given {
+        way: way.or(Some(default_way)),
+        estimator,
+        alpha,
+        beta,
+        gravity,
+        average,
+        cutoff,
+        epochs,
+        max_gap,
+    }
+    .request()?;
+    request.delay_s = delay.or(request.delay_s);
+    request.known_tool = known_tool.map(|body| body.0);
+    let lone = tactid_dynamics::Manipulator::lone_body("sensor");
+    let model = robot.map_or(&lone, |robot| &robot.0);
+    if robot.is_none() && request.settings.gravity.is_none() {
+        // A sensor that is carried about is on the ground.
+        request.settings.gravity = Some(Vector3::new(0.0, 0.0, -9.81));
+    }
+    let tool = tool.unwrap_or(if robot.is_some() { "tool0" } else { "sensor" });
+    let sensors = sensors.unwrap_or(if wrench.is_some() {
+        vec![tool.to_owned()]
+    } else {
+        vec![]
+    });
+    let arrays = Arrays::read(
+        model.dof(),
+        sensors.len(),
+        time,
+        [q, qd, effort],
+        wrench,
+        [pose, twist, acceleration],
+    )?;
+    let names: Vec<&str> = sensors.iter().map(String::as_str).collect();
+    let mut pulse = Pulse::new(progress);
+    let result = py.detach(|| {
+        let samples =
+            || -> Box<dyn Iterator<Item = Sample<'_>> + '_> { Box::new(arrays.samples()) };
+        tactid_identify::identify_samples(model, tool, &names, samples, &request, &mut |progress| {
+            pulse.beat(progress.fraction)
+        })
+    });
+    let result = result.map(Identification).map_err(IntoPyErr::into_py_err);
+    pulse.finish(py, result)
 }
 
-impl Given<'_, '_> {
-    fn read(&self) -> PyResult<Settings> {
-        let way = match self.way {
-            "tactile" => Way::Tactile,
-            "joint-sensing" => Way::JointSensing,
-            _ => return Err(unknown("way", self.way, "\"tactile\" or \"joint-sensing\"")),
+/// A recording in arrays.
+struct Arrays {
+    time: Series,
+    q: Series,
+    qd: Series,
+    effort: Series,
+    wrenches: Vec<Wrench>,
+    sensors: usize,
+    bases: Vec<BaseState>,
+    count: usize,
+}
+
+impl Arrays {
+    fn read(
+        dof: usize,
+        sensors: usize,
+        time: &Bound<'_, PyAny>,
+        [q, qd, effort]: [Argument<'_, '_>; 3],
+        wrench: Argument<'_, '_>,
+        [pose, twist, acceleration]: [Argument<'_, '_>; 3],
+    ) -> PyResult<Self> {
+        let time = Series::read(time, "time", &[])?;
+        if dof > 0 && q.is_none() {
+            return Err(ArgumentError::new_err(
+                "`q` is missing: the robot has joints",
+            ));
+        }
+        let q = Series::read_or_empty(q, "q", dof)?;
+        let qd = Series::read_or_empty(qd, "qd", dof)?;
+        let effort = Series::read_or_empty(effort, "effort", dof)?;
+        let wrench = match wrench {
+            None => Series::read_or_zero(None, "wrench", 0)?,
+            Some(given) if sensors == 1 => Series::read(given, "wrench", &[6])
+                .or_else(|error| Series::read(given, "wrench", &[1, 6]).map_err(|_| error))?,
+            Some(given) => Series::read(given, "wrench", &[sensors, 6])?,
         };
-        let defaults = match self.estimator {
-            "nlms" => Settings {
-                estimator: EstimatorKind::Nlms {
-                    alpha: self.alpha,
-                    beta: self.beta,
-                },
-                ..Settings::default()
-            },
-            "rls" => Settings::least_squares(),
-            _ => return Err(unknown("estimator", self.estimator, "\"nlms\" or \"rls\"")),
+        let has_twist = twist.is_some();
+        let pose = Poses::read_or_identity(pose, "pose")?;
+        let twist = Series::read_or_zero(twist, "twist", 6)?;
+        let measured = acceleration
+            .map(|given| Series::read(given, "acceleration", &[6]))
+            .transpose()?;
+        let none = Series::read_or_zero(None, "acceleration", 0)?;
+        let all: [&dyn crate::arrays::Sampled; 8] = [
+            &time,
+            &q,
+            &qd,
+            &effort,
+            &wrench,
+            &pose,
+            &twist,
+            measured.as_ref().unwrap_or(&none),
+        ];
+        let count = common_length(&all)?.unwrap_or(1);
+        let times: Vec<f64> = (0..count).map(|k| time.at(k)[0]).collect();
+        let poses: Vec<_> = (0..count).map(|k| *pose.at(k)).collect();
+        let mut bases = if has_twist || pose.is_single() {
+            let state = |k| BaseState {
+                pose: poses[k],
+                velocity: twist.vector(k, 0),
+                angular_velocity: twist.vector(k, 3),
+                ..BaseState::fixed()
+            };
+            (0..count).map(state).collect()
+        } else {
+            states_of_poses(&times, &poses)
         };
-        let gravity = match self.gravity {
-            None => None,
-            Some(given) => {
-                let gravity = Series::read(given, "gravity", &[3])?;
-                Some(Vector3::from_column_slice(gravity.single()?))
+        if let Some(measured) = &measured {
+            for (k, base) in bases.iter_mut().enumerate() {
+                base.acceleration = Some(measured.vector(k, 0));
+                base.angular_acceleration = Some(measured.vector(k, 3));
             }
-        };
-        Ok(Settings {
-            way,
-            gravity,
-            average_s: self.average.unwrap_or(defaults.average_s),
-            interval_s: self.interval,
-            epochs: self.epochs.unwrap_or(defaults.epochs),
-            max_gap_s: self.max_gap,
-            ..defaults
+        }
+        let wrenches = (0..count).flat_map(|k| {
+            wrench.at(k).chunks_exact(6).map(|six| Wrench {
+                force: Vector3::from_column_slice(&six[..3]),
+                moment: Vector3::from_column_slice(&six[3..]),
+            })
+        });
+        Ok(Self {
+            wrenches: wrenches.collect(),
+            time,
+            q,
+            qd,
+            effort,
+            sensors,
+            bases,
+            count,
         })
     }
-}
 
-fn unknown(name: &str, given: &str, expected: &str) -> PyErr {
-    ArgumentError::new_err(format!("`{name}` is {given:?}: expected {expected}"))
-}
-
-fn way_name(way: Way) -> &'static str {
-    match way {
-        Way::Tactile => "tactile",
-        Way::JointSensing => "joint-sensing",
+    fn samples(&self) -> impl Iterator<Item = Sample<'_>> {
+        (0..self.count).map(|k| Sample {
+            time_s: self.time.at(k)[0],
+            base: self.bases[k],
+            joint_position: self.q.at(k),
+            joint_velocity: self.qd.at(k),
+            joint_effort: self.effort.at(k),
+            wrenches: &self.wrenches[k * self.sensors..(k + 1) * self.sensors],
+        })
     }
 }

@@ -7,10 +7,14 @@ mod arrays;
 mod dynamics;
 mod errors;
 mod estimators;
+mod identification;
+mod identifier;
 mod identify;
 mod inertia;
 mod logs;
+mod payload;
 mod pulse;
+mod request;
 mod simulate;
 
 /// The compiled part of the package `tactid`.
@@ -23,11 +27,17 @@ mod _native {
     #[pymodule_export]
     use crate::estimators::{Estimator, Lms, Nlms, Rls};
     #[pymodule_export]
-    use crate::identify::{Identification, Identifier, PayloadEstimate, identify};
+    use crate::identification::Identification;
+    #[pymodule_export]
+    use crate::identifier::Identifier;
+    #[pymodule_export]
+    use crate::identify::{identify_arrays, identify_log};
     #[pymodule_export]
     use crate::inertia::MassProperties;
     #[pymodule_export]
     use crate::logs::{LogInfo, Topic, info};
+    #[pymodule_export]
+    use crate::payload::PayloadEstimate;
     #[pymodule_export]
     use crate::simulate::{Experiment, RunReport, simulate};
 

@@ -46,6 +46,7 @@ impl Instant {
             base: self.base,
             joint_position: &self.position,
             joint_velocity: &self.velocity,
+            joint_effort: &[],
             wrenches: &self.wrenches,
         }
     }
@@ -141,6 +142,8 @@ impl Experiment {
                     pose: base.pose,
                     velocity: base.velocity,
                     angular_velocity: base.angular_velocity,
+                    acceleration: None,
+                    angular_acceleration: None,
                 },
                 wrenches: self.finger_wrenches(&whole, &workspace),
                 position,

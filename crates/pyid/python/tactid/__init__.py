@@ -52,7 +52,6 @@ from tactid._native import (
     Rls,
     RunReport,
     Topic,
-    identify,
     info,
     simulate,
     wrench_regressor,
@@ -66,6 +65,7 @@ from tactid.errors import (
     SimulationError,
     TactidError,
 )
+from tactid.identify import identify
 
 __version__ = VERSION
 

@@ -9,7 +9,7 @@ from typing_extensions import disjoint_base
 _Array: TypeAlias = NDArray[np.float64]
 _Path: TypeAlias = str | PathLike[str]
 _Progress: TypeAlias = Callable[[float], object]
-_Way: TypeAlias = Literal["tactile", "joint-sensing"]
+_Way: TypeAlias = Literal["tactile", "effort", "joint-sensing"]
 _Filter: TypeAlias = Literal["nlms", "rls"]
 
 __all__ = [
@@ -180,6 +180,8 @@ class PayloadEstimate:
     @property
     def values(self) -> _Array: ...
     @property
+    def deviations(self) -> _Array: ...
+    @property
     def identifiable(self) -> list[bool]: ...
     @property
     def not_identifiable(self) -> list[str]: ...
@@ -205,21 +207,22 @@ class Identifier:
         sensors: Sequence[str] = ...,
         *,
         way: _Way = "tactile",
-        estimator: _Filter = "nlms",
+        estimator: _Filter = "rls",
         alpha: float = 1.8,
         beta: float = 0.9,
         gravity: ArrayLike | None = None,
         average: float | None = None,
-        interval: float = 0.05,
+        cutoff: float = 10.0,
         max_gap: float = 0.1,
     ) -> Identifier: ...
     def push(
         self,
         time: ArrayLike,
         q: ArrayLike,
-        qd: ArrayLike,
+        qd: ArrayLike | None = None,
         wrenches: ArrayLike | None = None,
         *,
+        effort: ArrayLike | None = None,
         base_pose: ArrayLike | None = None,
         base_twist: ArrayLike | None = None,
     ) -> int: ...
@@ -241,7 +244,9 @@ class Identification:
     @property
     def epochs(self) -> int: ...
     @property
-    def interval(self) -> float: ...
+    def cutoff(self) -> float: ...
+    @property
+    def stride(self) -> float: ...
     @property
     def history_epoch(self) -> NDArray[np.uint32]: ...
     @property
@@ -249,25 +254,104 @@ class Identification:
     @property
     def history(self) -> _Array: ...
     @property
+    def history_deviation(self) -> _Array: ...
+    @property
+    def deviation(self) -> _Array: ...
+    @property
+    def fit_time(self) -> _Array: ...
+    @property
+    def fit_measured(self) -> _Array: ...
+    @property
+    def fit_predicted(self) -> _Array: ...
+    @property
+    def fit_weight(self) -> _Array: ...
+    @property
+    def fit_held_out(self) -> NDArray[np.bool_]: ...
+    @property
+    def channels(self) -> list[str]: ...
+    @property
+    def channel_units(self) -> list[str]: ...
+    @property
+    def residual_rms(self) -> _Array: ...
+    @property
+    def held_out_rms(self) -> _Array: ...
+    @property
+    def excitation_values(self) -> _Array: ...
+    @property
+    def excitation_directions(self) -> _Array: ...
+    @property
+    def motion_advice(self) -> list[str]: ...
+    @property
+    def start_ns(self) -> int: ...
+    @property
+    def delay(self) -> float: ...
+    @property
+    def delay_estimate(self) -> float | None: ...
+    @property
+    def delay_deviation(self) -> float | None: ...
+    @property
+    def clock(self) -> Literal["stamps", "log times"]: ...
+    @property
+    def dirt(self) -> list[tuple[str, str, int, float]]: ...
+    @property
+    def remarks(self) -> list[str]: ...
+    @property
     def gravity(self) -> _Array: ...
     @property
     def duration(self) -> float: ...
     @property
     def damage(self) -> list[str]: ...
 
-def identify(
+def identify_log(
     log: _Path,
     *,
-    tool: str = "tool0",
-    way: _Way = "tactile",
-    estimator: _Filter = "nlms",
+    tool: str | None = None,
+    way: _Way | None = None,
+    estimator: _Filter = "rls",
     alpha: float = 1.8,
     beta: float = 0.9,
     gravity: ArrayLike | None = None,
     average: float | None = None,
-    interval: float = 0.05,
+    cutoff: float | None = None,
     epochs: int | None = None,
-    max_gap: float = 0.1,
+    max_gap: float | None = None,
+    urdf: str | None = None,
+    joints: Sequence[str] = ...,
+    wrenches: Sequence[str] = ...,
+    odometry: str | None = None,
+    imu: str | None = None,
+    acceleration: str | None = None,
+    wrench_acts_on: Literal["payload", "sensor"] = "payload",
+    known_tool: MassProperties | None = None,
+    delay: float | None = None,
+    bare: _Path | None = None,
+    effort_gain: Sequence[float] = ...,
+    progress: _Progress | None = None,
+) -> Identification: ...
+def identify_arrays(
+    time: ArrayLike,
+    *,
+    robot: Manipulator | None = None,
+    q: ArrayLike | None = None,
+    qd: ArrayLike | None = None,
+    effort: ArrayLike | None = None,
+    wrench: ArrayLike | None = None,
+    pose: ArrayLike | None = None,
+    twist: ArrayLike | None = None,
+    acceleration: ArrayLike | None = None,
+    sensors: Sequence[str] | None = None,
+    tool: str | None = None,
+    way: _Way | None = None,
+    estimator: _Filter = "rls",
+    alpha: float = 1.8,
+    beta: float = 0.9,
+    gravity: ArrayLike | None = None,
+    average: float | None = None,
+    cutoff: float | None = None,
+    epochs: int | None = None,
+    max_gap: float | None = None,
+    known_tool: MassProperties | None = None,
+    delay: float | None = None,
     progress: _Progress | None = None,
 ) -> Identification: ...
 

@@ -1,0 +1,393 @@
+//! Robust weighted least squares over all equations of a recording, with its covariance.
+
+use nalgebra::{DMatrix, DVector, SMatrix, SVector, SymmetricEigen};
+
+use crate::equation::Equation;
+
+/// Passes of reweighting; the residuals of noise settle in a few.
+const MAX_PASSES: usize = 20;
+
+/// The parameters have settled when a pass changes none by more than this part of its scale.
+const SETTLED: f64 = 1e-13;
+
+/// A direction of the scaled parameters that the rows excite by less than this part of the strongest
+/// is unknown: what the numbers say of it is rounding.
+const UNKNOWN: f64 = 1e-5;
+
+/// Quantile of the normal distribution beyond which 0.1 % of all windows lie.
+const RARE: f64 = 3.09;
+
+/// A window whose residual is this many times what is rare counts as an outlier.
+const OUTLIER: f64 = 5.0;
+
+/// Median of the absolute value of a standard normal variable.
+const NORMAL_MEDIAN: f64 = 0.6745;
+
+/// What a fit may use.
+#[derive(Clone, Copy)]
+pub(crate) struct Options<'a> {
+    /// Whether a delay of the load is fitted, too.
+    pub(crate) delay: bool,
+    /// Windows to be used; all where it says nothing.
+    pub(crate) only: Option<&'a [bool]>,
+    /// Weights of windows and deviations of channels from another fit, kept as they are.
+    pub(crate) weights: Option<&'a Fit>,
+    /// By how much of gravity the motion is changed: 0 as it was measured, 1 for a world without, 2
+    /// for gravity of the opposite sign.
+    pub(crate) gravity_off: f64,
+}
+
+impl Default for Options<'_> {
+    fn default() -> Self {
+        Self {
+            delay: false,
+            only: None,
+            weights: None,
+            gravity_off: 0.0,
+        }
+    }
+}
+
+/// The parameters that explain a recording best.
+#[derive(Clone, Debug)]
+pub(crate) struct Fit {
+    /// In the order of [`InertialParameters`](tactid_dynamics::InertialParameters).
+    pub(crate) parameters: SVector<f64, 10>,
+    /// Of the parameters, in directions that are known.
+    pub(crate) covariance: SMatrix<f64, 10, 10>,
+    /// Residual delay of the load, s, and its standard deviation.
+    pub(crate) delay: Option<(f64, f64)>,
+    /// Of each channel's noise, in the channel's unit.
+    pub(crate) deviations: Vec<f64>,
+    /// Of each window, 1 for a good one.
+    pub(crate) weights: Vec<f64>,
+    /// Weighted rms residual in units of the channels' deviations.
+    pub(crate) misfit: f64,
+    pub(crate) excitation: Directions,
+}
+
+/// How strongly directions of the scaled parameters are excited.
+#[derive(Clone, Debug)]
+pub(crate) struct Directions {
+    /// Descending, 1 for what is as strong as the strongest column.
+    pub(crate) strengths: Vec<f64>,
+    /// Unit vectors, a row each, in parameters each divided by its scale.
+    pub(crate) vectors: Vec<SVector<f64, 10>>,
+    /// What a unit of each scaled parameter is.
+    pub(crate) scales: SVector<f64, 10>,
+}
+
+impl Directions {
+    pub(crate) fn unknown(&self) -> impl Iterator<Item = &SVector<f64, 10>> {
+        let pairs = self.strengths.iter().zip(&self.vectors);
+        let strongest = self.strengths.first().copied().unwrap_or(0.0);
+        pairs
+            .filter(move |(strength, _)| **strength <= UNKNOWN * strongest)
+            .map(|(_, vector)| vector)
+    }
+}
+
+impl Fit {
+    /// Fits; `None` where there are too few equations.
+    pub(crate) fn new(equations: &[Equation], options: Options<'_>) -> Option<Self> {
+        let channels = equations.first()?.rows.len();
+        let used = |k: usize| options.only.is_none_or(|only| only[k]);
+        let count = (0..equations.len()).filter(|&k| used(k)).count();
+        if count * channels < 20 {
+            return None;
+        }
+        let mut state = Solver::new(equations, options, channels);
+        for pass in 0..MAX_PASSES {
+            let change = state.solve();
+            if options.weights.is_none() {
+                state.reweigh();
+            }
+            if pass > 2 && change < SETTLED {
+                break;
+            }
+        }
+        Some(state.finish(count))
+    }
+
+    /// Whether a window is an outlier.
+    pub(crate) fn is_outlier(&self, window: usize) -> bool {
+        self.weights[window] < 1.0 / (OUTLIER * OUTLIER)
+    }
+}
+
+/// The state of a fit.
+struct Solver<'a> {
+    equations: &'a [Equation],
+    options: Options<'a>,
+    columns: usize,
+    /// The ten parameters, then the delay.
+    solution: DVector<f64>,
+    scales: DVector<f64>,
+    deviations: Vec<f64>,
+    weights: Vec<f64>,
+    eigen: SymmetricEigen<f64, nalgebra::Dyn>,
+}
+
+/// One row with the delay's column.
+type Entries = [f64; 11];
+
+impl<'a> Solver<'a> {
+    fn new(equations: &'a [Equation], options: Options<'a>, channels: usize) -> Self {
+        let columns = 10 + usize::from(options.delay);
+        let (deviations, weights) = match options.weights {
+            Some(fit) => (fit.deviations.clone(), fit.weights.clone()),
+            None => (
+                first_deviations(equations, channels),
+                vec![1.0; equations.len()],
+            ),
+        };
+        let mut solver = Self {
+            equations,
+            options,
+            columns,
+            solution: DVector::zeros(columns),
+            scales: DVector::repeat(columns, 1.0),
+            deviations,
+            weights,
+            eigen: SymmetricEigen::new(DMatrix::zeros(columns, columns)),
+        };
+        solver.scale();
+        solver
+    }
+
+    fn entries(&self, window: usize, channel: usize) -> Entries {
+        let equation = &self.equations[window];
+        let row = &equation.rows[channel];
+        let mut entries = [0.0; 11];
+        entries[..10].copy_from_slice(row.regressor.as_slice());
+        for (entry, gravity) in entries.iter_mut().zip(&row.gravity) {
+            *entry += self.options.gravity_off * gravity;
+        }
+        // wanted(t + delay) = wanted(t) + delay · rate is what belongs to the motion at t.
+        entries[10] = -equation.rates[channel];
+        entries
+    }
+
+    fn residual(&self, window: usize, channel: usize, entries: &Entries) -> f64 {
+        let predicted: f64 = entries.iter().zip(&self.solution).map(|(a, x)| a * x).sum();
+        self.equations[window].rows[channel].wanted - predicted
+    }
+
+    fn windows(&self) -> impl Iterator<Item = usize> + use<'a> {
+        let only = self.options.only;
+        (0..self.equations.len()).filter(move |&k| only.is_none_or(|only| only[k]))
+    }
+
+    /// Makes columns of like size.
+    fn scale(&mut self) {
+        let mut squares = [0.0; 11];
+        for window in self.windows() {
+            for (channel, deviation) in self.deviations.iter().enumerate() {
+                let entries = self.entries(window, channel);
+                for (square, entry) in squares.iter_mut().zip(entries) {
+                    *square += (entry / deviation).powi(2);
+                }
+            }
+        }
+        let largest = squares[..10].iter().fold(0.0f64, |a, &b| a.max(b));
+        for (scale, square) in self.scales.iter_mut().zip(squares) {
+            // A column of rounding stays as small as it is.
+            *scale = 1.0 / square.max(largest * 1e-16).max(f64::MIN_POSITIVE).sqrt();
+        }
+    }
+
+    /// One step of weighted least squares from where the solution stands, which takes off what the
+    /// normal equations lost to rounding before; gives its largest change.
+    fn solve(&mut self) -> f64 {
+        let columns = self.columns;
+        let mut gram = DMatrix::<f64>::zeros(columns, columns);
+        let mut target = DVector::<f64>::zeros(columns);
+        for window in self.windows() {
+            let weight = self.weights[window];
+            if weight == 0.0 {
+                continue;
+            }
+            for (channel, deviation) in self.deviations.iter().enumerate() {
+                let entries = self.entries(window, channel);
+                let residual = self.residual(window, channel, &entries);
+                let weight = weight / (deviation * deviation);
+                let scaled: Entries =
+                    std::array::from_fn(|k| self.scales.get(k).map_or(0.0, |s| s * entries[k]));
+                for k in 0..columns {
+                    let weighted = weight * scaled[k];
+                    target[k] += weighted * residual;
+                    for j in 0..=k {
+                        gram[(k, j)] += weighted * scaled[j];
+                    }
+                }
+            }
+        }
+        gram.fill_upper_triangle_with_lower_triangle();
+        self.eigen = SymmetricEigen::new(gram);
+        let threshold = UNKNOWN * UNKNOWN * self.eigen.eigenvalues.max();
+        let mut step = DVector::<f64>::zeros(columns);
+        for (value, vector) in self.known(threshold) {
+            step += vector * (vector.dot(&target) / value);
+        }
+        let largest = self.solution.component_div(&self.scales).amax();
+        self.solution += step.component_mul(&self.scales);
+        step.amax() / largest.max(f64::MIN_POSITIVE)
+    }
+
+    fn known(
+        &self,
+        threshold: f64,
+    ) -> impl Iterator<Item = (f64, nalgebra::DVectorView<'_, f64>)> + '_ {
+        let values = self.eigen.eigenvalues.iter().copied();
+        let pairs = values.zip(self.eigen.eigenvectors.column_iter());
+        pairs.filter(move |(value, _)| *value > threshold)
+    }
+
+    /// New deviations from the residuals' medians, and weights that let no window pull for more than
+    /// a rare one would.
+    fn reweigh(&mut self) {
+        let channels = self.deviations.len();
+        let mut sizes: Vec<Vec<f64>> = vec![Vec::new(); channels];
+        for window in self.windows() {
+            for (channel, sizes) in sizes.iter_mut().enumerate() {
+                let entries = self.entries(window, channel);
+                sizes.push(self.residual(window, channel, &entries).abs());
+            }
+        }
+        let floors = floors(self.equations, channels);
+        for ((deviation, sizes), floor) in self.deviations.iter_mut().zip(&mut sizes).zip(floors) {
+            let middle = sizes.len() / 2;
+            let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+            *deviation = (*median / NORMAL_MEDIAN).max(floor);
+        }
+        let rare = chi_square(channels as f64);
+        for window in 0..self.equations.len() {
+            let distance: f64 = (0..channels)
+                .map(|channel| {
+                    let entries = self.entries(window, channel);
+                    (self.residual(window, channel, &entries) / self.deviations[channel]).powi(2)
+                })
+                .sum();
+            self.weights[window] = if distance <= rare {
+                1.0
+            } else if distance <= rare * (OUTLIER * OUTLIER).powi(2) {
+                rare / distance
+            } else {
+                0.0
+            };
+        }
+    }
+
+    fn finish(self, count: usize) -> Fit {
+        let channels = self.deviations.len();
+        let (covariance, misfit) = self.covariance(count);
+        let delay = self
+            .options
+            .delay
+            .then(|| (self.solution[10], covariance[(10, 10)].max(0.0).sqrt()));
+        let mut order: Vec<usize> = (0..self.columns).collect();
+        order.sort_by(|&a, &b| self.eigen.eigenvalues[b].total_cmp(&self.eigen.eigenvalues[a]));
+        let strength = |k: usize| (self.eigen.eigenvalues[k].max(0.0) * channels as f64).sqrt();
+        let strongest = strength(order[0]).max(f64::MIN_POSITIVE);
+        Fit {
+            parameters: self.solution.fixed_rows::<10>(0).into_owned(),
+            covariance: covariance.fixed_view::<10, 10>(0, 0).into_owned(),
+            delay,
+            misfit,
+            excitation: Directions {
+                strengths: order.iter().map(|&k| strength(k) / strongest).collect(),
+                vectors: order
+                    .iter()
+                    .map(|&k| {
+                        self.eigen
+                            .eigenvectors
+                            .column(k)
+                            .fixed_rows::<10>(0)
+                            .into_owned()
+                    })
+                    .collect(),
+                scales: self.scales.fixed_rows::<10>(0).into_owned(),
+            },
+            deviations: self.deviations,
+            weights: self.weights,
+        }
+    }
+
+    /// Sandwich covariance: windows overlap, and what a model does not explain lasts longer than a
+    /// window, so the scores of neighbours are correlated (Newey and West 1987).
+    fn covariance(&self, count: usize) -> (DMatrix<f64>, f64) {
+        let columns = self.columns;
+        let mut scores: Vec<DVector<f64>> = Vec::with_capacity(count);
+        let (mut squares, mut weights) = (0.0, 0.0);
+        for window in self.windows() {
+            let mut score = DVector::<f64>::zeros(columns);
+            for (channel, deviation) in self.deviations.iter().enumerate() {
+                let entries = self.entries(window, channel);
+                let residual = self.residual(window, channel, &entries) / deviation;
+                squares += self.weights[window] * residual * residual;
+                weights += self.weights[window];
+                for k in 0..columns {
+                    score[k] +=
+                        self.weights[window] * self.scales[k] * entries[k] / deviation * residual;
+                }
+            }
+            scores.push(score);
+        }
+        let reach = ((1.5 * (count as f64).cbrt()) as usize).clamp(3, count.max(4) - 1);
+        let mut meat = DMatrix::<f64>::zeros(columns, columns);
+        for lag in 0..=reach.min(count - 1) {
+            let weight = 1.0 - lag as f64 / (reach + 1) as f64;
+            for (now, later) in scores.iter().zip(&scores[lag..]) {
+                let share = if lag == 0 { 0.5 * weight } else { weight };
+                meat.ger(share, now, later, 1.0);
+            }
+        }
+        let meat = &meat + meat.transpose();
+        let threshold = UNKNOWN * UNKNOWN * self.eigen.eigenvalues.max();
+        let mut bread = DMatrix::<f64>::zeros(columns, columns);
+        for (value, vector) in self.known(threshold) {
+            bread.ger(1.0 / value, &vector, &vector, 1.0);
+        }
+        let independent =
+            count as f64 / crate::window::NOISE_CORRELATION * self.deviations.len() as f64;
+        let freedom = (independent - columns as f64).max(1.0);
+        let scaled = &bread * meat * &bread * (independent / freedom);
+        let unscaled = DMatrix::from_fn(columns, columns, |i, j| {
+            scaled[(i, j)] * self.scales[i] * self.scales[j]
+        });
+        (unscaled, (squares / weights.max(f64::MIN_POSITIVE)).sqrt())
+    }
+}
+
+/// Before there are residuals: the size of what is measured, forces and moments apart.
+fn first_deviations(equations: &[Equation], channels: usize) -> Vec<f64> {
+    let squares = |range: std::ops::Range<usize>| -> f64 {
+        let rows = equations
+            .iter()
+            .flat_map(|equation| &equation.rows[range.clone()]);
+        let count = (equations.len() * range.len()) as f64;
+        (rows.map(|row| row.wanted * row.wanted).sum::<f64>() / count).sqrt()
+    };
+    let groups = if channels == 6 {
+        vec![0..3, 3..6]
+    } else {
+        vec![0..channels]
+    };
+    groups
+        .into_iter()
+        .flat_map(|range| vec![squares(range.clone()).max(f64::MIN_POSITIVE); range.len()])
+        .collect()
+}
+
+/// Deviations below rounding have no meaning.
+fn floors(equations: &[Equation], channels: usize) -> Vec<f64> {
+    let sizes = first_deviations(equations, channels);
+    sizes.into_iter().map(|size| size * 1e-14).collect()
+}
+
+/// What the sum of squares of so many standard normal variables exceeds once in a thousand times
+/// (Wilson and Hilferty 1931).
+fn chi_square(freedom: f64) -> f64 {
+    let part = 2.0 / (9.0 * freedom);
+    freedom * (1.0 - part + RARE * part.sqrt()).powi(3)
+}

@@ -1,0 +1,84 @@
+//! How the estimate and its uncertainty came about over a recording.
+
+use nalgebra::{SMatrix, SVector, SymmetricEigen};
+
+use super::outcome::HistoryPoint;
+use crate::equation::Equation;
+use crate::fit::{Directions, Fit};
+use crate::uncertainty::{deviations, values_of};
+use crate::window::NOISE_CORRELATION;
+
+/// About how many points there are.
+const POINTS: usize = 600;
+
+/// The estimate after each part of the equations, with the weights of the fit over all of them.
+/// `known` is taken off each.
+pub(crate) fn history(
+    equations: &[Equation],
+    fit: &Fit,
+    known: &SVector<f64, 10>,
+) -> Vec<HistoryPoint> {
+    let scales = fit.excitation.scales;
+    let every = equations.len().div_ceil(POINTS).max(1);
+    let mut gram = SMatrix::<f64, 10, 10>::zeros();
+    let mut target = SVector::<f64, 10>::zeros();
+    let mut points = Vec::new();
+    for (k, (equation, weight)) in equations.iter().zip(&fit.weights).enumerate() {
+        for (row, deviation) in equation.rows.iter().zip(&fit.deviations) {
+            let weight = weight / (deviation * deviation);
+            let scaled = row.regressor.component_mul(&scales);
+            gram.syger(weight, &scaled, &scaled, 1.0);
+            target += scaled * (weight * row.wanted);
+        }
+        if k % every != every - 1 && k + 1 != equations.len() {
+            continue;
+        }
+        if let Some((values, deviations)) = solve(&gram, &target, &scales, known) {
+            points.push(HistoryPoint {
+                epoch: 0,
+                time_s: equation.time_s,
+                values,
+                deviations: Some(deviations),
+            });
+        }
+    }
+    points
+}
+
+fn solve(
+    gram: &SMatrix<f64, 10, 10>,
+    target: &SVector<f64, 10>,
+    scales: &SVector<f64, 10>,
+    known: &SVector<f64, 10>,
+) -> Option<([f64; 10], [f64; 10])> {
+    let mut whole = *gram;
+    whole.fill_upper_triangle_with_lower_triangle();
+    let eigen = SymmetricEigen::new(whole);
+    let strongest = eigen.eigenvalues.max();
+    let mut order: Vec<usize> = (0..10).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    let directions = Directions {
+        strengths: order
+            .iter()
+            .map(|&k| (eigen.eigenvalues[k].max(0.0) / strongest).sqrt())
+            .collect(),
+        vectors: order
+            .iter()
+            .map(|&k| eigen.eigenvectors.column(k).into_owned())
+            .collect(),
+        scales: *scales,
+    };
+    let mut parameters = SVector::<f64, 10>::zeros();
+    let mut covariance = SMatrix::<f64, 10, 10>::zeros();
+    let unknown = directions.unknown().count();
+    for &k in &order[..10 - unknown] {
+        let vector = eigen.eigenvectors.column(k);
+        let value = eigen.eigenvalues[k];
+        parameters += vector * (vector.dot(target) / value);
+        covariance.ger(NOISE_CORRELATION / value, &vector, &vector, 1.0);
+    }
+    let parameters = parameters.component_mul(scales) - known;
+    let covariance = SMatrix::from_fn(|i, j| covariance[(i, j)] * scales[i] * scales[j]);
+    let values = values_of(&parameters)?;
+    Some((values, deviations(&parameters, &covariance, &directions)))
+}

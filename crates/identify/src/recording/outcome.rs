@@ -1,0 +1,326 @@
+//! What a recording says of the payload.
+
+use nalgebra::{SVector, Vector3};
+use tactid_dynamics::InertialParameters;
+
+use super::advice::advice;
+use super::decode::Decoder;
+use super::dirt::Dirt;
+use super::history::history;
+use super::request::Request;
+use super::run::Run;
+use super::suspicion::suspicions;
+use crate::fit::{Fit, Options};
+use crate::uncertainty::{deviations, identifiable};
+use crate::{IdentifyError, PayloadEstimate, Settings, Way};
+
+/// The check on what a fit has not seen leaves out every so many parts of the recording.
+const HELD_OUT_PARTS: usize = 25;
+/// One part in so many is left out.
+const HELD_OUT_EVERY: usize = 5;
+
+/// The estimate at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HistoryPoint {
+    /// Which presentation of the recording it belongs to, from zero.
+    pub epoch: u32,
+    /// On the recording's clock, whose zero is its first message, s.
+    pub time_s: f64,
+    /// In the order of [`VALUE_NAMES`](crate::VALUE_NAMES); not averaged.
+    pub values: [f64; 10],
+    /// Their standard deviations, where the estimator knows them.
+    pub deviations: Option<[f64; 10]>,
+}
+
+/// Which times a log's messages were taken to be measured at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Clock {
+    /// The stamps of their headers.
+    #[default]
+    Stamps,
+    /// The times at which they were logged: they have no stamps.
+    LogTimes,
+}
+
+/// How well the payload explains what was measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FitReport {
+    /// What was measured, and its unit: six of a wrench, or one a joint.
+    pub channels: Vec<(String, &'static str)>,
+    /// The middle of each window, on the recording's clock, s.
+    pub times_s: Vec<f64>,
+    /// The load, filtered: windows in order, all channels of each.
+    pub measured: Vec<f64>,
+    /// What the parameters make of the motion, likewise.
+    pub predicted: Vec<f64>,
+    /// Of each window: 1, or less where it is an outlier.
+    pub weights: Vec<f64>,
+    /// Which windows the check below did not see.
+    pub held_out: Vec<bool>,
+    /// Weighted rms of measured less predicted, a channel each.
+    pub residual_rms: Vec<f64>,
+    /// The same on the part that another fit, on the rest alone, did not see.
+    pub held_out_rms: Vec<f64>,
+    /// How strongly directions of the parameters were excited, descending, 1 for the strongest.
+    pub strengths: Vec<f64>,
+    /// These directions: unit vectors in the parameters, each divided by its scale.
+    pub directions: Vec<[f64; 10]>,
+    /// What motion would make known what is not, a sentence each.
+    pub advice: Vec<String>,
+    /// Between two windows, s.
+    pub stride_s: f64,
+    /// Of the filter, Hz.
+    pub cutoff_hz: f64,
+}
+
+/// What a recording says of the payload.
+#[derive(Clone, Debug)]
+pub struct Identification {
+    /// At the end of the recording.
+    pub estimate: PayloadEstimate,
+    /// The estimate over time.
+    pub history: Vec<HistoryPoint>,
+    /// For least squares: how well it fits.
+    pub fit: Option<FitReport>,
+    /// From the first sample to the last, s.
+    pub duration_s: f64,
+    /// Stamp of time zero, ns since the epoch.
+    pub start_ns: i64,
+    /// As they were used.
+    pub settings: Settings,
+    /// Gravitational acceleration that was assumed, m/s².
+    pub gravity: Vector3<f64>,
+    /// The link in whose frame the estimate is.
+    pub tool: String,
+    /// By how much later than the motion the wrenches were taken to be stamped, s.
+    pub delay_s: f64,
+    /// The delay as it was estimated, and its standard deviation, s.
+    pub estimated_delay: Option<(f64, f64)>,
+    /// Where times came from.
+    pub clock: Clock,
+    /// Messages that could not be used.
+    pub dirt: Vec<Dirt>,
+    /// What a reader must know of how the recording was read, a sentence each.
+    pub remarks: Vec<String>,
+    /// Whether the observer stopped the reading.
+    pub interrupted: bool,
+    /// Where the log could not be read further, and why.
+    pub damage: Vec<String>,
+}
+
+/// How far the reading has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Part of the whole work, 0 to 1.
+    pub fraction: f64,
+}
+
+/// Where a recording comes from.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Origin {
+    pub(crate) start_ns: i64,
+    pub(crate) clock: Clock,
+    pub(crate) remarks: Vec<String>,
+}
+
+/// The result of a run through a log.
+pub(crate) fn finish(
+    run: Run,
+    decoder: &Decoder,
+    request: &Request,
+    interrupted: bool,
+) -> Result<Identification, IdentifyError> {
+    let sources = decoder.sources();
+    let mut remarks = sources.remarks.clone();
+    let groups = decoder.groups();
+    if !groups.strangers.is_empty() {
+        let names: Vec<_> = groups.strangers.iter().map(String::as_str).collect();
+        remarks.push(format!(
+            "Joints that the URDF does not have were left out: {}.",
+            names.join(", ")
+        ));
+    }
+    if !groups.absent.is_empty() {
+        remarks.push(format!(
+            "Joints that the log does not have, and that do not move the tool, were taken to stand at \
+             zero: {}.",
+            groups.absent.join(", ")
+        ));
+    }
+    let clock = if decoder.has_stamps() {
+        Clock::Stamps
+    } else {
+        Clock::LogTimes
+    };
+    let origin = Origin {
+        start_ns: decoder.origin_ns(),
+        clock,
+        remarks,
+    };
+    if run.records.equations.is_empty() && run.identifier.estimate().intervals == 0 && !interrupted
+    {
+        let dirt = run.dirt.to_vec();
+        let dirt = dirt
+            .iter()
+            .map(|d| format!("; {}: {} {}", d.topic, d.count, d.what));
+        let topics = sources.measured().join(", ");
+        return Err(IdentifyError::NoOverlap(topics + &dirt.collect::<String>()));
+    }
+    if request.bare.is_some() {
+        run.check_bare()?;
+    }
+    conclude(run, request, interrupted, origin)
+}
+
+/// The result of a run.
+pub(crate) fn conclude(
+    run: Run,
+    request: &Request,
+    interrupted: bool,
+    origin: Origin,
+) -> Result<Identification, IdentifyError> {
+    let mut found = Identification {
+        estimate: run.identifier.estimate(),
+        history: Vec::new(),
+        fit: None,
+        duration_s: run.duration_s(),
+        start_ns: origin.start_ns,
+        gravity: run.gravity(),
+        tool: run.plan.tool.clone(),
+        delay_s: run.plan.delay_s,
+        estimated_delay: run.plan.found_delay,
+        clock: origin.clock,
+        dirt: run.dirt.to_vec(),
+        remarks: origin.remarks,
+        interrupted,
+        damage: run.damage.clone(),
+        settings: run.plan.settings.clone(),
+    };
+    let tool = request.known_tool.map(InertialParameters::from);
+    if run.plan.least_squares && !interrupted {
+        fit(&mut found, &run, tool.as_ref())?;
+    } else {
+        found.history.clone_from(&run.history);
+        if let Some(tool) = &tool {
+            found.estimate.body = crate::estimate::without(&found.estimate.body, tool);
+        }
+    }
+    Ok(found)
+}
+
+/// Replaces the online estimate by the fit over all equations.
+fn fit(
+    found: &mut Identification,
+    run: &Run,
+    tool: Option<&InertialParameters>,
+) -> Result<(), IdentifyError> {
+    let equations = &run.records.equations;
+    let too_few = || IdentifyError::TooShort {
+        windows: equations.len(),
+        window_s: crate::window::length_s(run.plan.settings.cutoff_hz),
+    };
+    let options = Options {
+        delay: run.plan.found_delay.is_some(),
+        ..Options::default()
+    };
+    if let Some((rest_s, deviation_s)) = Fit::new(equations, options).and_then(|fit| fit.delay)
+        && rest_s.is_finite()
+    {
+        found.estimated_delay = Some((run.plan.delay_s + rest_s, deviation_s));
+    }
+    let fit = Fit::new(equations, Options::default()).ok_or_else(too_few)?;
+    let mut known = SVector::<f64, 10>::zeros();
+    if run.plan.settings.way == Way::JointSensing {
+        known += run.identifier.gripper().as_vector();
+    }
+    if let Some(tool) = tool {
+        known += tool.as_vector();
+    }
+    let parameters = fit.parameters - known;
+    let deviations = deviations(&parameters, &fit.covariance, &fit.excitation);
+    let estimate = &mut found.estimate;
+    let payload = InertialParameters::from_vector(parameters);
+    if let Some(body) = payload.mass_properties() {
+        estimate.body = body;
+    }
+    if estimate.composite.is_some() {
+        estimate.composite = InertialParameters::from_vector(fit.parameters).mass_properties();
+    }
+    estimate.identifiable = identifiable(&estimate.values(), &deviations);
+    estimate.deviations = Some(deviations);
+    estimate.is_physical = crate::identifier::is_physical(&estimate.body);
+    found.history = history(equations, &fit, &known);
+    let suspect = suspicions(equations, &fit, &found.gravity, run.plan.settings.way);
+    found.remarks.extend(suspect);
+    let outliers = (0..equations.len()).filter(|&k| fit.is_outlier(k)).count();
+    if outliers > 0 {
+        found.remarks.push(format!(
+            "{outliers} of {} windows are outliers, such as an impact leaves, and hardly count.",
+            equations.len()
+        ));
+    }
+    found.fit = Some(FitReport {
+        advice: advice(&found.estimate.identifiable),
+        ..report(run, &fit)
+    });
+    Ok(())
+}
+
+fn report(run: &Run, fit: &Fit) -> FitReport {
+    let equations = &run.records.equations;
+    let part = equations.len().div_ceil(HELD_OUT_PARTS).max(1);
+    let held_out: Vec<bool> = (0..equations.len())
+        .map(|k| (k / part) % HELD_OUT_EVERY == HELD_OUT_EVERY / 2)
+        .collect();
+    let seen: Vec<bool> = held_out.iter().map(|held| !held).collect();
+    let options = Options {
+        only: Some(&seen),
+        ..Options::default()
+    };
+    let blind = Fit::new(equations, options);
+    let channels = run.identifier.channels();
+    let merged = f64::from(run.records.merged.max(1));
+    let cutoff_hz = run.plan.settings.cutoff_hz;
+    let predict = |parameters: &SVector<f64, 10>| -> Vec<f64> {
+        let rows = equations.iter().flat_map(|equation| &equation.rows);
+        rows.map(|row| row.regressor.dot(parameters)).collect()
+    };
+    let measured: Vec<f64> = equations
+        .iter()
+        .flat_map(|equation| equation.rows.iter().map(|row| row.wanted))
+        .collect();
+    let predicted = predict(&fit.parameters);
+    let rms = |predicted: &[f64], windows: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        let count = channels.len();
+        let sum = |channel: usize| {
+            let (mut squares, mut weights) = (0.0, 0.0);
+            for window in 0..equations.len() {
+                let k = window * count + channel;
+                squares += windows(window) * (measured[k] - predicted[k]).powi(2);
+                weights += windows(window);
+            }
+            (squares / f64::max(weights, f64::MIN_POSITIVE)).sqrt()
+        };
+        (0..count).map(sum).collect()
+    };
+    let held_out_rms = blind.map_or(vec![f64::NAN; channels.len()], |blind| {
+        rms(&predict(&blind.parameters), &|k| {
+            if held_out[k] { fit.weights[k] } else { 0.0 }
+        })
+    });
+    FitReport {
+        times_s: equations.iter().map(|equation| equation.time_s).collect(),
+        residual_rms: rms(&predicted, &|k| fit.weights[k]),
+        held_out_rms,
+        weights: fit.weights.clone(),
+        strengths: fit.excitation.strengths.clone(),
+        directions: fit.excitation.vectors.iter().map(|v| (*v).into()).collect(),
+        stride_s: crate::window::stride_s(cutoff_hz) * merged,
+        cutoff_hz: cutoff_hz / merged,
+        advice: Vec::new(),
+        channels,
+        measured,
+        predicted,
+        held_out,
+    }
+}

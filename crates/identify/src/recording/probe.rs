@@ -1,0 +1,226 @@
+//! The first part of a recording, looked at before the whole: its filter and its delay.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::streams::{Aligned, Aligner, Event, Layout};
+use crate::equation::Equation;
+use crate::fit::{Fit, Options};
+use crate::front::Front;
+use crate::{IdentifyError, Sample, Settings, Way, window};
+
+/// How much of the recording is looked at, s.
+pub(crate) const LENGTH_S: f64 = 30.0;
+
+/// The shortest window that is tried has this many samples of the slowest stream.
+const FEWEST_SAMPLES: f64 = 16.0;
+/// The longest window that is tried, s.
+const LONGEST_S: f64 = 1.0;
+
+/// Delays up to this are looked for, s.
+const LONGEST_DELAY_S: f64 = 0.5;
+/// A delay is corrected when it is this many times its standard deviation, and longer than
+/// [`SHORTEST_DELAY_S`].
+const SIGNIFICANT: f64 = 4.0;
+/// Shorter delays do no harm that is worth an interpolation, s.
+const SHORTEST_DELAY_S: f64 = 1e-4;
+
+/// What turns a recording's events into equations.
+pub(crate) struct Chain<'a> {
+    pub(crate) robot: &'a tactid_dynamics::Manipulator,
+    pub(crate) tool: &'a str,
+    pub(crate) sensors: &'a [&'a str],
+    pub(crate) settings: &'a Settings,
+    pub(crate) layout: &'a Layout,
+}
+
+impl Chain<'_> {
+    /// All equations of some events.
+    fn equations(
+        &self,
+        events: &[Event],
+        delay_s: f64,
+        cutoff_hz: f64,
+    ) -> Result<Vec<Equation>, IdentifyError> {
+        let settings = Settings {
+            cutoff_hz,
+            ..self.settings.clone()
+        };
+        let mut front = Front::new(self.robot, self.tool, self.sensors, &settings)?;
+        let mut aligner = Aligner::new(self.layout.clone(), delay_s, settings.max_gap_s);
+        let mut equations = Vec::new();
+        for event in events {
+            aligner.push(event.clone());
+            while let Some(aligned) = aligner.next() {
+                let (_, equation) = front.push(&sample(&aligned))?;
+                equations.extend(equation.cloned());
+            }
+        }
+        Ok(equations)
+    }
+
+    /// The cutoff at which the power of the accelerations depends least on it: below, motion is lost,
+    /// above, noise comes in.
+    pub(crate) fn cutoff_hz(&self, events: &[Event], period_s: f64) -> Result<f64, IdentifyError> {
+        let mut length_s = (FEWEST_SAMPLES * period_s).min(LONGEST_S);
+        let mut powers: Vec<(f64, f64)> = Vec::new();
+        while length_s <= LONGEST_S {
+            let cutoff_hz = window::cutoff_hz(length_s);
+            let equations = self.equations(events, 0.0, cutoff_hz)?;
+            if equations.len() < 4 {
+                break;
+            }
+            powers.push((cutoff_hz, power(&equations)));
+            length_s *= 2.0;
+        }
+        let change = |pair: &[(f64, f64)]| (pair[0].1 - pair[1].1).abs() / pair[0].1;
+        let flattest = powers
+            .windows(2)
+            .filter(|pair| pair[0].1 > 0.0)
+            .min_by(|a, b| change(a).total_cmp(&change(b)));
+        let first = powers.first().map(|(cutoff_hz, _)| *cutoff_hz);
+        let chosen = flattest.map(|pair| pair[0].0).or(first);
+        Ok(chosen.unwrap_or(self.settings.cutoff_hz))
+    }
+
+    /// Geometric mean of the channels' residual deviations; `None` where there is too little.
+    pub(crate) fn misfit(
+        &self,
+        events: &[Event],
+        cutoff_hz: f64,
+    ) -> Result<Option<f64>, IdentifyError> {
+        let equations = self.equations(events, 0.0, cutoff_hz)?;
+        Ok(Fit::new(&equations, Options::default()).map(|fit| {
+            let logarithms: f64 = fit.deviations.iter().map(|deviation| deviation.ln()).sum();
+            (logarithms / fit.deviations.len() as f64).exp()
+        }))
+    }
+
+    /// By how much later than the motion the wrenches are stamped, s, and its standard deviation.
+    pub(crate) fn delay_s(
+        &self,
+        events: &[Event],
+        cutoff_hz: f64,
+    ) -> Result<Option<(f64, f64)>, IdentifyError> {
+        if self.settings.way != Way::Tactile {
+            return Ok(None);
+        }
+        let mut equations = self.equations(events, 0.0, cutoff_hz)?;
+        let mut delay_s = coarse_delay_s(&equations, window::stride_s(cutoff_hz));
+        let mut found = None;
+        for _ in 0..4 {
+            if delay_s != 0.0 {
+                equations = self.equations(events, delay_s, cutoff_hz)?;
+            }
+            let options = Options {
+                delay: true,
+                ..Options::default()
+            };
+            let Some((rest_s, deviation_s)) = Fit::new(&equations, options).and_then(|f| f.delay)
+            else {
+                return Ok(None);
+            };
+            found = Some((delay_s + rest_s, deviation_s));
+            if !rest_s.is_finite() || (delay_s + rest_s).abs() > LONGEST_DELAY_S {
+                return Ok(None);
+            }
+            if rest_s.abs() < 0.01 * SHORTEST_DELAY_S || rest_s.abs() < 0.1 * deviation_s {
+                break;
+            }
+            delay_s += rest_s;
+        }
+        Ok(found)
+    }
+}
+
+/// Whether a delay is worth correcting.
+pub(crate) fn is_significant((delay_s, deviation_s): (f64, f64)) -> bool {
+    delay_s.abs() > SHORTEST_DELAY_S && delay_s.abs() > SIGNIFICANT * deviation_s
+}
+
+/// A sample of what was aligned.
+pub(crate) fn sample(aligned: &Aligned) -> Sample<'_> {
+    Sample {
+        time_s: aligned.time_s,
+        base: aligned.base,
+        joint_position: &aligned.joints.position,
+        joint_velocity: &aligned.joints.velocity,
+        joint_effort: &aligned.joints.effort,
+        wrenches: &aligned.wrenches,
+    }
+}
+
+/// Mean square of the regressors' entries that are accelerations of turning, 1/s⁴.
+fn power(equations: &[Equation]) -> f64 {
+    let rows = equations.iter().flat_map(|equation| &equation.rows);
+    let squares: f64 = rows
+        .map(|row| row.regressor.fixed_rows::<6>(4).norm_squared())
+        .sum();
+    squares / equations.len() as f64
+}
+
+/// The multiple of the windows' stride by which the wrenches fit the motion best.
+fn coarse_delay_s(equations: &[Equation], stride_s: f64) -> f64 {
+    let reach = (LONGEST_DELAY_S / stride_s).ceil() as i64;
+    let mut best = (f64::INFINITY, 0i64);
+    let sizes = sizes(equations);
+    for shift in -reach..=reach {
+        if let Some(misfit) = misfit(equations, stride_s, shift, &sizes) {
+            // A tie goes to no delay.
+            if misfit < best.0 * (1.0 - 1e-9) || (shift == 0 && misfit <= best.0) {
+                best = (misfit, shift);
+            }
+        }
+    }
+    best.1 as f64 * stride_s
+}
+
+/// Root mean square of what each channel wants.
+fn sizes(equations: &[Equation]) -> [f64; 6] {
+    let mut squares = [0.0; 6];
+    for equation in equations {
+        for (square, row) in squares.iter_mut().zip(&equation.rows) {
+            *square += row.wanted * row.wanted;
+        }
+    }
+    let group = |k: usize| squares[k..k + 3].iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    std::array::from_fn(|k| (group(k / 3 * 3) / equations.len() as f64).sqrt())
+}
+
+/// Mean square residual, relative to what is measured, of motions paired with later wrenches.
+fn misfit(equations: &[Equation], stride_s: f64, shift: i64, sizes: &[f64; 6]) -> Option<f64> {
+    let mut gram = SMatrix::<f64, 10, 10>::zeros();
+    let mut target = SVector::<f64, 10>::zeros();
+    let (mut squares, mut count) = (0.0, 0u32);
+    for (k, motion) in equations.iter().enumerate() {
+        let Some(load) = usize::try_from(k as i64 + shift)
+            .ok()
+            .and_then(|at| equations.get(at))
+        else {
+            continue;
+        };
+        if (load.time_s - motion.time_s - shift as f64 * stride_s).abs() > 0.1 * stride_s {
+            continue; // a gap lies between
+        }
+        for (channel, size) in sizes.iter().enumerate() {
+            let row = motion.rows[channel].regressor / *size;
+            let wanted = load.rows[channel].wanted / size;
+            gram.syger(1.0, &row, &row, 1.0);
+            target += row * wanted;
+            squares += wanted * wanted;
+        }
+        count += 1;
+    }
+    if count < 20 {
+        return None;
+    }
+    gram.fill_upper_triangle_with_lower_triangle();
+    let scale = gram
+        .diagonal()
+        .map(|x| 1.0 / x.max(f64::MIN_POSITIVE).sqrt());
+    let scaled = SMatrix::<f64, 10, 10>::from_fn(|i, j| {
+        gram[(i, j)] * scale[i] * scale[j] + if i == j { 1e-9 } else { 0.0 }
+    });
+    let wanted = target.component_mul(&scale);
+    let solution = scaled.cholesky()?.solve(&wanted);
+    Some((squares - solution.dot(&wanted)) / f64::from(count))
+}

@@ -1,0 +1,89 @@
+//! The equations of a whole recording, in bounded memory.
+
+use crate::equation::Equation;
+
+/// More equations than this are not kept: neighbours are merged, which halves the cutoff.
+const MOST: usize = 60_000;
+
+/// Equations in the order of time.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Records {
+    pub(crate) equations: Vec<Equation>,
+    /// How many windows each is the mean of: a power of two.
+    pub(crate) merged: u32,
+    /// Those that wait to be merged with the next ones.
+    pending: Vec<Equation>,
+}
+
+impl Records {
+    pub(crate) fn push(&mut self, equation: &Equation) {
+        self.merged = self.merged.max(1);
+        self.pending.push(equation.clone());
+        if self.pending.len() < self.merged as usize {
+            return;
+        }
+        self.equations.extend(merge(&self.pending));
+        self.pending.clear();
+        if self.equations.len() >= MOST {
+            self.equations = self.equations.chunks(2).filter_map(merge).collect();
+            self.merged *= 2;
+        }
+    }
+}
+
+/// The mean of equations, which is an equation.
+fn merge(equations: &[Equation]) -> Option<Equation> {
+    let (first, others) = equations.split_first()?;
+    if others.is_empty() {
+        return Some(first.clone());
+    }
+    let share = 1.0 / equations.len() as f64;
+    let mut mean = Equation::new(first.rows.len());
+    let middle_s = equations
+        .iter()
+        .map(|equation| equation.time_s)
+        .sum::<f64>()
+        * share;
+    mean.clear(middle_s);
+    for equation in equations {
+        mean.add(&equation.rows, share, 0.0);
+        for (rate, other) in mean.rates.iter_mut().zip(&equation.rates) {
+            *rate += share * other;
+        }
+    }
+    Some(mean)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::equation::Row;
+
+    /// However long the recording, no more than the bound is kept, and nothing is lost: the mean over
+    /// all equations stays what it was.
+    #[test]
+    fn memory_is_bounded_and_nothing_lost() {
+        let mut records = Records::default();
+        let count = 4 * MOST;
+        for k in 0..count {
+            let mut equation = Equation::new(1);
+            equation.clear(k as f64);
+            let row = Row {
+                wanted: k as f64,
+                ..Row::zero()
+            };
+            equation.add(&[row], 1.0, 0.0);
+            equation.finish();
+            equation.rates[0] = -(k as f64);
+            records.push(&equation);
+        }
+        assert!(records.equations.len() <= MOST);
+        assert_eq!(records.merged, 8);
+        let kept = records.equations.len() as f64;
+        let mean = |of: fn(&Equation) -> f64| records.equations.iter().map(of).sum::<f64>() / kept;
+        let wanted = (count - 1) as f64 / 2.0;
+        assert!((mean(|e| e.rows[0].wanted) - wanted).abs() < 1e-6 * wanted);
+        assert!((mean(|e| e.rates[0]) + wanted).abs() < 1e-6 * wanted);
+        assert!((mean(|e| e.time_s) - wanted).abs() < 1e-6 * wanted);
+    }
+}

@@ -1,0 +1,267 @@
+//! What a recording says, as Python reads it.
+
+use numpy::{PyArray1, PyArrayDyn};
+use pyo3::prelude::*;
+use tactid_identify::{Clock, FitReport, HistoryPoint};
+
+use crate::arrays::output;
+use crate::payload::PayloadEstimate;
+
+type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+/// What :func:`identify` found in a log.
+#[pyclass(module = "tactid", frozen)]
+pub(crate) struct Identification(pub(crate) tactid_identify::Identification);
+
+#[pymethods]
+impl Identification {
+    /// The payload.
+    #[getter]
+    fn estimate(&self) -> PayloadEstimate {
+        PayloadEstimate(self.0.estimate)
+    }
+
+    /// The end-effector frame in which the payload is.
+    #[getter]
+    fn tool(&self) -> &str {
+        &self.0.tool
+    }
+
+    /// ``"tactile"``, ``"effort"`` or ``"joint-sensing"``.
+    #[getter]
+    fn way(&self) -> &'static str {
+        self.0.settings.way.name()
+    }
+
+    /// ``"nlms"`` or ``"rls"``.
+    #[getter]
+    fn estimator(&self) -> &'static str {
+        self.0.settings.estimator.name()
+    }
+
+    /// The estimate is the mean over this last time, s; 0 where it is the latest value.
+    #[getter]
+    fn average(&self) -> f64 {
+        self.0.settings.average_s
+    }
+
+    /// How often the log was presented to the estimator.
+    #[getter]
+    fn epochs(&self) -> u32 {
+        self.0.settings.epochs
+    }
+
+    /// Where the filter of both sides of the equations has lost 3 dB, Hz.
+    #[getter]
+    fn cutoff(&self) -> f64 {
+        let fit = self.0.fit.as_ref();
+        fit.map_or(self.0.settings.cutoff_hz, |fit| fit.cutoff_hz)
+    }
+
+    /// Between two windows of the filter, s; NaN for the paper's filter.
+    #[getter]
+    fn stride(&self) -> f64 {
+        self.0.fit.as_ref().map_or(f64::NAN, |fit| fit.stride_s)
+    }
+
+    /// Which presentation of the log each entry of ``history`` belongs to, from 0, (H,), unsigned integers.
+    #[getter]
+    fn history_epoch<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
+        PyArray1::from_iter(py, self.0.history.iter().map(|point| point.epoch))
+    }
+
+    /// Times of ``history`` on the recording's clock, (H,), s. They begin anew with each epoch.
+    #[getter]
+    fn history_time<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let times = self.0.history.iter().map(|point| point.time_s).collect();
+        output(py, times, Some(self.0.history.len()), &[])
+    }
+
+    /// The estimate over time, not averaged, in the order of ``VALUE_NAMES``, (H, 10).
+    #[getter]
+    fn history<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let values = self.0.history.iter().flat_map(|point| point.values);
+        output(py, values.collect(), Some(self.0.history.len()), &[10])
+    }
+
+    /// Standard deviations of ``history``, (H, 10), infinite where a value was not determined yet; NaN for the
+    /// paper's filter.
+    #[getter]
+    fn history_deviation<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let deviations = |point: &HistoryPoint| point.deviations.unwrap_or([f64::NAN; 10]);
+        let values = self.0.history.iter().flat_map(deviations).collect();
+        output(py, values, Some(self.0.history.len()), &[10])
+    }
+
+    /// Standard deviation of each of the ten values; infinite where the motion did not determine it, NaN for the
+    /// paper's filter, (10,).
+    #[getter]
+    fn deviation<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let deviations = self.0.estimate.deviations.unwrap_or([f64::NAN; 10]);
+        output(py, deviations.to_vec(), None, &[10])
+    }
+
+    /// The middle of each window on the recording's clock, (W,), s. Empty for the paper's filter, as is all that
+    /// begins with ``fit``.
+    #[getter]
+    fn fit_time<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let times = self.fit(|fit| fit.times_s.clone());
+        let count = times.len();
+        output(py, times, Some(count), &[])
+    }
+
+    /// The load that was measured, filtered, (W, C), in the order of ``channels``.
+    #[getter]
+    fn fit_measured<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        self.by_channel(py, self.fit(|fit| fit.measured.clone()))
+    }
+
+    /// What the payload makes of the motion, (W, C).
+    #[getter]
+    fn fit_predicted<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        self.by_channel(py, self.fit(|fit| fit.predicted.clone()))
+    }
+
+    /// How much each window counts, (W, C): 1, or less for an outlier.
+    #[getter]
+    fn fit_weight<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let channels = self.channels().len();
+        let weights = self.fit(|fit| fit.weights.clone()).into_iter();
+        let spread = weights.flat_map(|weight| std::iter::repeat_n(weight, channels));
+        self.by_channel(py, spread.collect())
+    }
+
+    /// Which windows the held-out check did not see, (W,).
+    #[getter]
+    fn fit_held_out<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        PyArray1::from_vec(py, self.fit(|fit| fit.held_out.clone()))
+    }
+
+    /// What was measured: the names of the C channels.
+    #[getter]
+    fn channels(&self) -> Vec<String> {
+        self.fit(|fit| fit.channels.iter().map(|(name, _)| name.clone()).collect())
+    }
+
+    /// The channels' units.
+    #[getter]
+    fn channel_units(&self) -> Vec<&'static str> {
+        self.fit(|fit| fit.channels.iter().map(|(_, unit)| *unit).collect())
+    }
+
+    /// Weighted rms of measured less predicted, (C,).
+    #[getter]
+    fn residual_rms<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let rms = self.fit(|fit| fit.residual_rms.clone());
+        let count = rms.len();
+        output(py, rms, Some(count), &[])
+    }
+
+    /// The same on the parts of the recording that another fit, on the rest alone, did not see, (C,).
+    #[getter]
+    fn held_out_rms<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let rms = self.fit(|fit| fit.held_out_rms.clone());
+        let count = rms.len();
+        output(py, rms, Some(count), &[])
+    }
+
+    /// How strongly directions of the ten linear parameters were excited, descending, 1 for the strongest, (10,).
+    #[getter]
+    fn excitation_values<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let strengths = self.fit(|fit| fit.strengths.clone());
+        let count = strengths.len();
+        output(py, strengths, Some(count), &[])
+    }
+
+    /// These directions, unit vectors in the linear parameters, each divided by its scale, (10, 10), a row each.
+    #[getter]
+    fn excitation_directions<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let directions = self.fit(|fit| fit.directions.clone());
+        let count = directions.len();
+        output(py, directions.into_flattened(), Some(count), &[10])
+    }
+
+    /// What motion would make known what is not, a sentence each.
+    #[getter]
+    fn motion_advice(&self) -> Vec<String> {
+        self.fit(|fit| fit.advice.clone())
+    }
+
+    /// Stamp of time zero, ns since the epoch.
+    #[getter]
+    fn start_ns(&self) -> i64 {
+        self.0.start_ns
+    }
+
+    /// By how much later than the motion the wrenches were taken to be stamped, s.
+    #[getter]
+    fn delay(&self) -> f64 {
+        self.0.delay_s
+    }
+
+    /// The delay as it was estimated, s; None where it was not.
+    #[getter]
+    fn delay_estimate(&self) -> Option<f64> {
+        self.0.estimated_delay.map(|delay| delay.0)
+    }
+
+    /// Standard deviation of the estimated delay, s; None where it was not estimated.
+    #[getter]
+    fn delay_deviation(&self) -> Option<f64> {
+        self.0.estimated_delay.map(|delay| delay.1)
+    }
+
+    /// ``"stamps"`` of the headers, or ``"log times"`` where there are none.
+    #[getter]
+    fn clock(&self) -> &'static str {
+        match self.0.clock {
+            Clock::Stamps => "stamps",
+            Clock::LogTimes => "log times",
+        }
+    }
+
+    /// What could not be used: topic, what was wrong, how many messages, and when first, s.
+    #[getter]
+    fn dirt(&self) -> Vec<(String, &'static str, u64, f64)> {
+        let dirt = self.0.dirt.iter();
+        dirt.map(|d| (d.topic.clone(), d.what, d.count, d.first_s))
+            .collect()
+    }
+
+    /// What a reader must know of how the recording was read, a sentence each.
+    #[getter]
+    fn remarks(&self) -> Vec<String> {
+        self.0.remarks.clone()
+    }
+
+    /// Gravitational acceleration that was assumed, in world axes, (3,), m/s², pointing down.
+    #[getter]
+    fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        output(py, self.0.gravity.as_slice().to_vec(), None, &[3])
+    }
+
+    /// From the first sample to the last, s.
+    #[getter]
+    fn duration(&self) -> f64 {
+        self.0.duration_s
+    }
+
+    /// Where the log could not be read further, and why, a line each; empty for a sound log.
+    #[getter]
+    fn damage(&self) -> Vec<String> {
+        self.0.damage.clone()
+    }
+}
+
+impl Identification {
+    /// Something of the fit, or nothing of it for the paper's filter.
+    fn fit<T: Default>(&self, of: impl Fn(&FitReport) -> T) -> T {
+        self.0.fit.as_ref().map(of).unwrap_or_default()
+    }
+
+    fn by_channel<'py>(&self, py: Python<'py>, values: Vec<f64>) -> PyResult<Array<'py>> {
+        let channels = self.channels().len();
+        let windows = values.len() / channels.max(1);
+        output(py, values, Some(windows), &[channels])
+    }
+}
