@@ -18,7 +18,7 @@ th, td { padding: .25rem .6rem; text-align: right; white-space: nowrap; } th { f
 th:first-child, td:first-child, td.unit { text-align: left; } td.unit { color: var(--dim); }
 thead tr:last-child th, tr.last td { border-bottom: 1px solid var(--line); }
 thead tr:first-child th { text-align: center; }
-td.none { color: var(--warn); } td.value { font-weight: 600; }
+td.none { color: var(--warn); text-align: center; } td.value { font-weight: 600; }
 div.wide { overflow-x: auto; } figure { margin: 1.5rem 0; } figure img { max-width: 100%; }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: .15rem 1.5rem; }
 dt { color: var(--dim); } dd { margin: 0; font-variant-numeric: tabular-nums; }

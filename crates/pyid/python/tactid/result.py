@@ -131,7 +131,7 @@ def estimate_values(found: Found) -> list[float | None]:
     """The ten values as they are told: None where the motion did not determine one."""
     estimate = found.estimate
     pairs = zip(estimate.values, estimate.identifiable, strict=True)
-    return [float(value) if known else None for value, known in pairs]
+    return [float(value) if known and math.isfinite(value) else None for value, known in pairs]
 
 
 def half_widths(found: Recording) -> list[float | None]:
@@ -274,7 +274,7 @@ def remarks_on(found: Found, advice: Sequence[str] = TURN_MORE) -> list[str]:
         names = ", ".join(estimate.not_identifiable)
         remarks.append(" ".join([f"Not identifiable: {names}.", *advice]))
     # An inertia that is partly unknown is no wonder; a mass below zero always is.
-    explained = estimate.not_identifiable and estimate.values[0] > 0
+    explained = estimate.not_identifiable and not estimate.values[0] <= 0
     if not estimate.is_physical and not explained:
         reason = why_impossible(estimate.values.tolist())
         reason = reason or "the estimate has not converged"
