@@ -1,9 +1,7 @@
 """Figures in the manner of the paper's figures 5 to 10."""
 
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -13,43 +11,15 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 import tactid
+from tactid.drawing import EARLIER, ESTIMATE, STYLE, SYMBOLS, TRUE, padded, png, remark
 from tactid.result import Truth
-
-SYMBOLS = (
-    "m",
-    "a_x",
-    "a_y",
-    "a_z",
-    "I_{xx}",
-    "I_{xy}",
-    "I_{xz}",
-    "I_{yy}",
-    "I_{yz}",
-    "I_{zz}",
-)
-UNITS = ("kg", *["m"] * 3, *["kg m²"] * 6)
+from tactid.table import UNITS
 
 PAIRS = {6: (0, 1), 7: (2, 3), 8: (4, 5), 9: (7, 6), 10: (9, 8)}
 """Which two parameters each of the paper's figures shows."""
 
 ENLARGED = 10.0
 """How much of the end is enlarged, s."""
-
-ESTIMATE, EARLIER, TRUE, GRID = "#1f5fa8", "#a9b1ba", "#c8502d", "#d9dde2"
-STYLE: Any = {
-    "axes.edgecolor": "#5b6570",
-    "axes.grid": True,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "axes.titlesize": 10,
-    "figure.constrained_layout.use": True,
-    "font.size": 10,
-    "grid.color": GRID,
-    "grid.linewidth": 0.6,
-    "legend.frameon": False,
-    "lines.linewidth": 1.2,
-    "savefig.dpi": 150,
-}
 
 
 @dataclass(frozen=True)
@@ -89,9 +59,9 @@ class History:
 def figures(history: History, truth: Truth | None) -> dict[str, bytes]:
     """Draws all figures, as PNG by file name."""
     with mpl.rc_context(STYLE):
-        drawn = {"figure_05.png": _png(_convergence(history, truth))}
+        drawn = {"figure_05.png": png(_convergence(history, truth))}
         for number, indices in PAIRS.items():
-            drawn[f"figure_{number:02}.png"] = _png(parameters(history, truth, indices))
+            drawn[f"figure_{number:02}.png"] = png(parameters(history, truth, indices))
     return drawn
 
 
@@ -114,7 +84,7 @@ def parameters(history: History, truth: Truth | None, indices: Sequence[int]) ->
         close.ticklabel_format(axis="y", useOffset=False)
         close.set_ylim(_close_limits(final.values[late, index], true, truth, index))
         if not history.identifiable[index]:
-            _remark(whole, "not identifiable from this motion")
+            remark(whole, "not identifiable from this motion")
         _mark_phases(whole, history.phases, label=row == 0)
     axes[0, 1].set_title(f"last {min(ENLARGED, end):g} s")
     for part, start in ((axes[-1, 0], 0.0), (axes[-1, 1], max(0.0, end - ENLARGED))):
@@ -155,7 +125,7 @@ def _settled_limits(history: History, index: int, true: float | None) -> tuple[f
     values = np.concatenate([part.values[:, index] for part in history.passes])
     values = values[np.isfinite(values)]
     shown = [*np.percentile(values, (1, 99))] if values.size else [0.0]
-    return _padded(min([*shown, *_given(true)]), max([*shown, *_given(true)]), 0.15)
+    return padded(min([*shown, *_given(true)]), max([*shown, *_given(true)]), 0.15)
 
 
 def _close_limits(
@@ -164,7 +134,7 @@ def _close_limits(
     """Limits that show 1 % of the parameter's scale at least, lest rounding looks like noise."""
     values = values[np.isfinite(values)]
     shown = [*values, *_given(true)] or [0.0]
-    low, high = _padded(min(shown), max(shown), 0.15)
+    low, high = padded(min(shown), max(shown), 0.15)
     if truth is not None:
         middle, least = (low + high) / 2, 0.01 * truth.scales[index]
         low, high = min(low, middle - least), max(high, middle + least)
@@ -173,11 +143,6 @@ def _close_limits(
 
 def _given(true: float | None) -> list[float]:
     return [] if true is None else [true]
-
-
-def _padded(low: float, high: float, part: float) -> tuple[float, float]:
-    margin = part * (high - low) or part * (abs(high) or 1.0)
-    return low - margin, high + margin
 
 
 def _mark_phases(axes: Axes, phases: Sequence[Phase], *, label: bool) -> None:
@@ -195,12 +160,6 @@ def _mark_phases(axes: Axes, phases: Sequence[Phase], *, label: bool) -> None:
                 color="#5b6570",
                 fontsize=9,
             )
-
-
-def _remark(axes: Axes, text: str) -> None:
-    axes.text(
-        0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=TRUE, fontsize=11
-    )
 
 
 def _convergence(history: History, truth: Truth | None) -> Figure:
@@ -237,9 +196,3 @@ def _largest_lately(time: NDArray[np.float64], error: NDArray[np.float64]) -> ND
     np.maximum.at(largest, span, np.nan_to_num(error))
     lately: NDArray[np.float64] = largest[span]
     return lately
-
-
-def _png(figure: Figure) -> bytes:
-    file = io.BytesIO()
-    figure.savefig(file, format="png")
-    return file.getvalue()

@@ -1,33 +1,12 @@
 """The report of a run: one HTML file that needs nothing else."""
 
-import base64
 import html
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import tactid
-from tactid import table
+from tactid import page, table
 from tactid.result import KINDS, Truth
-
-STYLE = """
-:root { color-scheme: light; --ink: #1d2329; --dim: #5b6570; --line: #d9dde2; --warn: #c8502d; }
-body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); max-width: 66rem; margin: 2rem auto;
-  padding: 0 1rem; }
-h1 { font-size: 1.6rem; margin-bottom: 0; } h2 { font-size: 1.2rem; margin-top: 2.5rem; }
-p.lead, figcaption, caption { color: var(--dim); }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: .95rem; }
-caption { caption-side: bottom; text-align: left; padding-top: .5rem; font-size: .9rem; }
-th, td { padding: .25rem .6rem; text-align: right; white-space: nowrap; } th { font-weight: 600; }
-th:first-child, td:first-child, td.unit { text-align: left; } td.unit { color: var(--dim); }
-thead tr:last-child th, tr.last td { border-bottom: 1px solid var(--line); }
-thead tr:first-child th { text-align: center; }
-td.none { color: var(--warn); } td.value { font-weight: 600; }
-div.wide { overflow-x: auto; } figure { margin: 1.5rem 0; } figure img { max-width: 100%; }
-dl { display: grid; grid-template-columns: max-content 1fr; gap: .15rem 1.5rem; }
-dt { color: var(--dim); } dd { margin: 0; font-variant-numeric: tabular-nums; }
-pre { background: #f4f6f8; padding: .8rem; overflow-x: auto; font-size: .85rem; }
-"""
 
 CAPTIONS = {
     "figure_05.png": "All ten parameters in the last pass: the largest error within each "
@@ -59,16 +38,10 @@ class Report:
 def render(report: Report) -> str:
     """The report as HTML, figures included."""
     notes = "".join(f"<p>{html.escape(note)}</p>" for note in report.notes)
-    return f"""<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>tactid: the payload of a free-floating robot</title>
-<style>{STYLE}</style>
-</head>
-<body>
-<h1>The payload, identified</h1>
+    figures = "".join(page.figure(png, CAPTIONS[name]) for name, png in report.figures.items())
+    return page.document(
+        "tactid: the payload of a free-floating robot",
+        f"""<h1>The payload, identified</h1>
 <p class="lead">A free-floating spacecraft with a six-joint arm holds an unknown payload between two
 fingers; its mass, centre of mass and inertia follow from what fingers and joints feel. After Hou,
 Lu, Yu, Wang, Journal of Astronautics 37(10), 2016, section 4. Everything is in the end-effector
@@ -78,29 +51,12 @@ of mass.</p>
 {_table(report)}
 {notes}
 <h2>Over time</h2>
-{"".join(_figure(name, png) for name, png in report.figures.items())}
+{figures}
 <h2>The run</h2>
-{_facts(report.facts)}
+{page.facts(report.facts)}
 <h2>The experiment</h2>
-<pre>{html.escape(report.experiment.strip())}</pre>
-<p class="lead">tactid {tactid.__version__}</p>
-</body>
-</html>
-"""
-
-
-def _figure(name: str, png: bytes) -> str:
-    caption = html.escape(CAPTIONS[name])
-    data = base64.b64encode(png).decode()
-    return (
-        f'<figure><img alt="{caption}" src="data:image/png;base64,{data}">'
-        f"<figcaption>{caption}</figcaption></figure>\n"
+<pre>{html.escape(report.experiment.strip())}</pre>""",
     )
-
-
-def _facts(facts: dict[str, str]) -> str:
-    rows = (f"<dt>{html.escape(k)}</dt><dd>{html.escape(v)}</dd>" for k, v in facts.items())
-    return f"<dl>{''.join(rows)}</dl>"
 
 
 def _table(report: Report) -> str:

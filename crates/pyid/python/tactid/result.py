@@ -4,12 +4,17 @@ import json
 import math
 import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 import tactid
+from tactid.bodies import why_impossible
+from tactid.recording import Found, Recording
 
 Way = Literal["tactile", "joint-sensing"]
 Filter = Literal["nlms", "rls"]
@@ -26,6 +31,19 @@ PATHS = (
 
 KINDS = (slice(0, 1), slice(1, 4), slice(4, 10))
 """Mass, centre of mass and inertia among the ten."""
+
+
+Z95 = 1.96
+"""Half the width of a 95 % interval, in standard deviations."""
+
+MOST_POINTS = 2000
+"""How many points a time series in JSON has at the most."""
+
+TURN_MORE = (
+    "The motion does not turn the payload about enough axes; another posture, or driving other"
+    " joints, would.",
+)
+"""What to do where nothing more particular is known."""
 
 
 def nested(values: Values) -> dict[str, Any]:
@@ -109,59 +127,169 @@ def _record(info: tactid.LogInfo, name: str) -> dict[str, Any] | None:
     return record if isinstance(record, dict) else None
 
 
-def estimate_values(found: tactid.Identification) -> list[float | None]:
+def estimate_values(found: Found) -> list[float | None]:
     """The ten values as they are told: None where the motion did not determine one."""
     estimate = found.estimate
     pairs = zip(estimate.values, estimate.identifiable, strict=True)
-    return [float(value) if known else None for value, known in pairs]
+    return [float(value) if known and math.isfinite(value) else None for value, known in pairs]
+
+
+def half_widths(found: Recording) -> list[float | None]:
+    """Half of each value's 95 % interval; None where the value or its interval is unknown."""
+    pairs = zip(Z95 * found.deviation, found.estimate.identifiable, strict=True)
+    return [float(half) if known and math.isfinite(half) else None for half, known in pairs]
+
+
+def record(found: Recording) -> dict[str, Any]:
+    """What a recording told, as JSON has it: all but its time series."""
+    return {
+        "estimate": nested(estimate_values(found)),
+        "half_width_95": nested(half_widths(found)),
+        "frame": found.tool,
+        "estimator": found.estimator,
+        "diagnostics": recording_diagnostics(found),
+        "remarks": recording_remarks(found),
+    }
+
+
+def series(found: Recording) -> dict[str, Any]:
+    """What goes with :func:`record` over time: the fit and the history of the ten values."""
+    fit = thinned(len(found.fit_time))
+    channels = zip(found.channels, found.channel_units, strict=True)
+    history = thinned(len(found.history_time))
+    values, deviation = known_history(found)
+    return {
+        "start_ns": int(found.start_ns),
+        "fit": {
+            "time_s": _numbers(found.fit_time[fit]),
+            "held_out": [bool(entry) for entry in found.fit_held_out[fit]],
+            "channels": [
+                {
+                    "name": name,
+                    "unit": unit,
+                    "measured": _numbers(found.fit_measured[fit, channel]),
+                    "predicted": _numbers(found.fit_predicted[fit, channel]),
+                    "weight": _numbers(found.fit_weight[fit, channel]),
+                }
+                for channel, (name, unit) in enumerate(channels)
+            ],
+        },
+        "history": {
+            "time_s": _numbers(found.history_time[history]),
+            "values": [_numbers(row) for row in values[history]],
+            "half_width_95": [_numbers(row) for row in Z95 * deviation[history]],
+        },
+    }
+
+
+def thinned(count: int, most: int = MOST_POINTS) -> NDArray[np.intp]:
+    """Which of so many points to show where they are too many: evenly, with first and last."""
+    if count <= most:
+        return np.arange(count)
+    return np.linspace(0, count - 1, most).round().astype(np.intp)
+
+
+def known_history(found: Recording) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Each value and its deviation over time, NaN for what was not known yet, or never was.
+
+    An infinite deviation is of a value that is not known yet, but where an estimator gives no
+    finite one at all: it then tells no deviations, and its values stand without.
+    """
+    values = np.array(found.history, dtype=float).reshape(-1, len(PATHS))
+    deviation = np.array(found.history_deviation, dtype=float).reshape(values.shape)
+    told = np.isfinite(deviation)
+    known = np.isfinite(values) & (told | ~told.any(axis=0)) & np.array(found.estimate.identifiable)
+    values[~known] = np.nan
+    deviation[~(known & told)] = np.nan
+    return values, deviation
+
+
+def _numbers(values: Iterable[float]) -> list[float | None]:
+    return [_number(value) for value in values]
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _diagnostics(found: Found) -> dict[str, Any]:
+    estimate = found.estimate
+    return {
+        "way": found.way,
+        "tool": found.tool,
+        "gravity": _numbers(found.gravity),
+        "duration_s": _number(found.duration),
+        "intervals": estimate.intervals,
+        "refused": estimate.refused,
+        "gaps": estimate.gaps,
+        "not_identifiable": estimate.not_identifiable,
+        "is_physical": estimate.is_physical,
+        "damage": list(found.damage),
+    }
 
 
 def diagnostics(found: tactid.Identification) -> dict[str, Any]:
     """The reasons to trust an estimate, or not to."""
     estimate = found.estimate
-    told = {
-        "way": found.way,
-        "tool": found.tool,
+    told = _diagnostics(found) | {
         "average_s": found.average,
-        "gravity": [float(entry) for entry in found.gravity],
-        "duration_s": found.duration,
         "interval_s": found.interval,
         "epochs": found.epochs,
-        "intervals": estimate.intervals,
-        "refused": estimate.refused,
-        "gaps": estimate.gaps,
-        "not_identifiable": estimate.not_identifiable,
         "singular_values": {
             "mass": [float(value) for value in estimate.mass_singular_values],
             "inertia": [float(value) for value in estimate.inertia_singular_values],
         },
-        "is_physical": estimate.is_physical,
-        "damage": found.damage,
     }
     if estimate.composite is not None:
         told["composite"] = nested(values_of(estimate.composite))
     return told
 
 
-def remarks_on(found: tactid.Identification) -> list[str]:
-    """What a reader must know to trust an identification."""
+def recording_diagnostics(found: Recording) -> dict[str, Any]:
+    """The reasons to trust what a recording told, or not to."""
+    held_out = int(np.count_nonzero(found.fit_held_out))
+
+    def by_channel(values: Iterable[float]) -> dict[str, float | None]:
+        return dict(zip(found.channels, _numbers(values), strict=True))
+
+    return _diagnostics(found) | {
+        "stride_s": _number(found.stride),
+        "cutoff_hz": _number(found.cutoff),
+        "delay_s": _number(found.delay),
+        "delay_deviation_s": _number(found.delay_deviation),
+        "windows": len(found.fit_time) - held_out,
+        "held_out_windows": held_out,
+        "residual_rms": by_channel(found.residual_rms),
+        "held_out_rms": by_channel(found.held_out_rms),
+        "excitation": _numbers(found.excitation_values),
+        "motion_advice": list(found.motion_advice),
+    }
+
+
+def remarks_on(found: Found, advice: Sequence[str] = TURN_MORE) -> list[str]:
+    """What a reader must know to trust an identification; the advice is what would tell more."""
     estimate = found.estimate
     remarks = []
     if estimate.not_identifiable:
         names = ", ".join(estimate.not_identifiable)
-        remarks.append(
-            f"Not identifiable: {names}. The motion does not turn the payload about enough axes;"
-            " another posture, or driving other joints, would."
-        )
+        remarks.append(" ".join([f"Not identifiable: {names}.", *advice]))
     # An inertia that is partly unknown is no wonder; a mass below zero always is.
-    explained = estimate.not_identifiable and estimate.body.mass > 0
+    explained = estimate.not_identifiable and not estimate.values[0] <= 0
     if not estimate.is_physical and not explained:
-        remarks.append("No body can have these parameters: the estimate has not converged.")
+        reason = why_impossible(estimate.values.tolist())
+        reason = reason or "the estimate has not converged"
+        remarks.append(f"No body can have these parameters: {reason}.")
     if estimate.refused:
         remarks.append(f"{estimate.refused} samples were not finite or out of order, and refused.")
     if estimate.gaps:
         remarks.append(f"{estimate.gaps} gaps in the log were not bridged.")
     return remarks
+
+
+def recording_remarks(found: Recording) -> list[str]:
+    """The same for a recording, and what was noticed on the way from it to the estimate."""
+    own = remarks_on(found, found.motion_advice or TURN_MORE)
+    return list(dict.fromkeys([*own, *found.remarks]))
 
 
 def write_atomically(path: Path, content: str | bytes) -> None:

@@ -1,0 +1,57 @@
+"""A body told by its ten values: its tensors, whether it can be, and its equivalent ellipsoid.
+
+The ten values are those of ``result.Values``: mass, centre of mass in a frame, and the inertia
+about the centre of mass along that frame's axes. An off-diagonal entry is the matrix's own,
+``Ixy = -∫ x y dm``, as URDF, MuJoCo and Pinocchio have it.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+BORDER = 1e-9
+"""How far rounding may push a flat body past the triangle inequality."""
+
+
+def inertia_about_com(values: Sequence[float]) -> NDArray[np.float64]:
+    """The inertia about the centre of mass as a matrix, kg m²."""
+    xx, xy, xz, yy, yz, zz = values[4:10]
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=float)
+
+
+def inertia_about_origin(values: Sequence[float]) -> NDArray[np.float64]:
+    """The same about the frame's origin, by the parallel axes theorem."""
+    com = np.array(values[1:4], dtype=float)
+    moved: NDArray[np.float64] = com @ com * np.eye(3) - np.outer(com, com)
+    return inertia_about_com(values) + values[0] * moved
+
+
+def why_impossible(values: Sequence[float]) -> str | None:
+    """What forbids that a body of these values moves in a simulator; None where nothing does."""
+    if not all(math.isfinite(value) for value in values):
+        return "not all of its values are finite"
+    if values[0] <= 0:
+        return f"its mass is {values[0]:.4g} kg"
+    moments = np.linalg.eigvalsh(inertia_about_com(values))
+    told = ", ".join(f"{moment:.4g}" for moment in moments) + " kg m²"
+    if moments[0] <= 0:
+        return f"its principal moments of inertia are {told}, and none may be zero or less"
+    if moments[2] > (1 + BORDER) * (moments[0] + moments[1]):
+        return (
+            f"its principal moments of inertia are {told}, and none may exceed the sum of the"
+            " other two"
+        )
+    return None
+
+
+def ellipsoid(values: Sequence[float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The uniform solid ellipsoid of this mass and inertia: semi-axes in m, and where they point.
+
+    A column of the second array is the direction of a semi-axis. The moment about axis 1 is
+    m (s2² + s3²) / 5; an estimate just past the border of what is possible becomes a flat one.
+    """
+    moments, axes = np.linalg.eigh(inertia_about_com(values))
+    squares = 2.5 / values[0] * (moments.sum() - 2 * moments)
+    return np.sqrt(np.maximum(squares, 0.0)), axes

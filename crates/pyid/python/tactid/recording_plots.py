@@ -1,0 +1,332 @@
+"""Figures of what a recording told: the fit, what it leaves, how it came about, and the body."""
+
+import warnings
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from tactid import drawing
+from tactid.drawing import EARLIER, ESTIMATE, TRUE, padded, remark
+from tactid.recording import Array, Recording
+from tactid.result import Z95, known_history
+from tactid.table import NAMES, NOT_IDENTIFIABLE, UNITS
+
+STYLE = drawing.STYLE | {
+    "agg.path.chunksize": 10_000,  # an hour of windows is one line
+    "axes.axisbelow": True,
+    "axes.titlelocation": "left",
+}
+Places = NDArray[np.intp]
+
+MEASURED, OUTLIER, HELD_OUT = "#8a94a0", "#e08a1e", "#eef1f4"
+
+PANELS = ((0,), (1, 2, 3), (4, 7, 9), (5, 6, 8))
+"""The rows of the figure of parameters: mass, centre, moments, products."""
+
+DIRECTIONS = ("mass", "m·x", "m·y", "m·z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
+"""The parameters that excitation speaks of."""
+
+FLOOR = 1e-8
+"""What is weaker than this part of the strongest is rounding."""
+
+SEGMENT = 256
+"""Windows in a segment of a spectrum, at the most."""
+
+
+def figures(found: Recording) -> dict[str, bytes]:
+    """Draws what there is to draw, as PNG by name."""
+    drawers: dict[str, Callable[[Recording], Figure]] = {
+        "fit": fit,
+        "residuals": residuals,
+        "parameters": parameters,
+        "excitation": excitation,
+    }
+    with mpl.rc_context(STYLE), warnings.catch_warnings():
+        # A name in a script that the font lacks is drawn as boxes: no reason to speak up.
+        warnings.filterwarnings("ignore", message="Glyph")
+        return {name: drawing.png(draw(found)) for name, draw in drawers.items()}
+
+
+def fit(found: Recording) -> Figure:
+    """Measured against predicted, a panel for each channel."""
+    count = len(found.channels)
+    rows = -(-count // 2)
+    figure = Figure(figsize=(9.0, 0.9 + 1.7 * rows))
+    panels = figure.subplots(rows, 2, sharex=True, squeeze=False)
+    # Down the columns: forces on the left, moments on the right.
+    for channel, axes in enumerate(panels.T.flat):
+        axes.set_xlim(_span(found.fit_time))
+        if channel >= count:
+            _time_axis_above(axes)
+            continue
+        _shade_held_out(axes, found)
+        for values, color, width in (
+            (found.fit_measured, MEASURED, 2.2),
+            (found.fit_predicted, ESTIMATE, 1.0),
+        ):
+            _line(axes, found.fit_time, values[:, channel], color=color, linewidth=width)
+        outlier = outliers(found)[:, channel]
+        _dots(axes, found.fit_time[outlier], found.fit_measured[outlier, channel])
+        _name(axes, found, channel)
+        if axes in panels[-1]:
+            axes.set_xlabel("time / s")
+    lines = [
+        Line2D([], [], color=MEASURED, linewidth=2.2, label="measured"),
+        Line2D([], [], color=ESTIMATE, linewidth=1.0, label="predicted"),
+    ]
+    _legend(figure, lines, found)
+    return figure
+
+
+def residuals(found: Recording) -> Figure:
+    """What is left of each channel, over time and over frequency."""
+    count = len(found.channels)
+    figure = Figure(figsize=(9.0, 0.9 + 1.45 * count))
+    panels = figure.subplots(count, 2, sharex="col", squeeze=False, width_ratios=(2, 1))
+    error = found.fit_measured - found.fit_predicted
+    for channel, (axes, spectral) in enumerate(panels):
+        outlier = outliers(found)[:, channel]
+        limit = _largest(error[~outlier, channel]) or _largest(error[:, channel])
+        _shade_held_out(axes, found)
+        _line(axes, found.fit_time, error[:, channel], color=ESTIMATE, linewidth=0.8)
+        if limit > 0:
+            axes.set_ylim(-1.15 * limit, 1.15 * limit)
+            shown = error[outlier, channel].clip(-1.1 * limit, 1.1 * limit)
+            _dots(axes, found.fit_time[outlier], shown)
+        _name(axes, found, channel)
+        regular = np.where(outlier, np.nan, error[:, channel])
+        _spectra(spectral, found, (found.fit_measured[:, channel], regular))
+        spectral.set_ylabel(f"{found.channel_units[channel]} / √Hz")
+        axes.set_xlim(_span(found.fit_time))
+    panels[-1, 0].set_xlabel("time / s")
+    panels[-1, 1].set_xlabel("frequency / Hz")
+    lines = [
+        Line2D([], [], color=ESTIMATE, linewidth=0.8, label="measured less predicted"),
+        Line2D([], [], color=MEASURED, label="measured (spectrum)"),
+    ]
+    _legend(figure, lines, found)
+    return figure
+
+
+def parameters(found: Recording) -> Figure:
+    """The ten values over time, each with its 95 % interval."""
+    figure = Figure(figsize=(9.0, 8.2))
+    panels = figure.subplots(len(PANELS), 3, sharex=True)
+    values, deviation = known_history(found)
+    for row, indices in enumerate(PANELS):
+        for column, axes in enumerate(panels[row]):
+            if column >= len(indices):
+                axes.axis("off")
+                continue
+            index = indices[column]
+            _history(axes, found, index, values[:, index], Z95 * deviation[:, index])
+            axes.set_title(NAMES[index])
+            axes.set_ylabel(UNITS[index])
+            axes.set_xlim(_span(found.history_time))
+    for axes in panels[-1]:
+        axes.set_xlabel("time / s")
+    handles = [
+        Line2D([], [], color=ESTIMATE, label="estimate from all until then"),
+        Patch(color=ESTIMATE, alpha=0.2, linewidth=0, label="95 % interval"),
+        Line2D([], [], color=TRUE, linestyle="--", linewidth=1.0, label="result"),
+    ]
+    panels[0, 1].legend(handles=handles, loc="center left")
+    return figure
+
+
+def excitation(found: Recording) -> Figure:
+    """How strongly the motion speaks of each direction, and what that direction is made of."""
+    relative, weak = relative_excitation(found)
+    figure = Figure(figsize=(9.0, 3.9))
+    axes = figure.subplots()
+    if not relative.any():
+        axes.axis("off")
+        remark(axes, "the motion excited nothing")
+        return figure
+    place = np.arange(len(relative))
+    colors = np.where(weak, TRUE, ESTIMATE)
+    axes.barh(place, np.maximum(relative, FLOOR), color=colors.tolist(), height=0.65)
+    for at in place[relative < FLOOR]:
+        axes.annotate(
+            "none", (0.005, at), xycoords=("axes fraction", "data"), color=TRUE, va="center"
+        )
+    axes.set_yticks(place, [make_up(row) for row in found.excitation_directions])
+    axes.invert_yaxis()
+    axes.grid(visible=False, axis="y")
+    axes.set_xscale("log")
+    axes.set_xlim(relative[relative >= FLOOR].min() / 3, 1.2)
+    axes.set_xlabel("strength of excitation, as a part of the strongest")
+    if weak.any():
+        named = [
+            Patch(color=ESTIMATE, label="excited"),
+            Patch(color=TRUE, label="not enough to tell"),
+        ]
+        figure.legend(handles=named, loc="outside lower center", ncols=2)
+    return figure
+
+
+def relative_excitation(found: Recording) -> tuple[Array, NDArray[np.bool_]]:
+    """The strength of each direction as a part of the strongest, and which are too weak.
+
+    What was not identifiable has been decided elsewhere: too weak is a faint direction that lies
+    mostly within it.
+    """
+    strength = np.nan_to_num(found.excitation_values, nan=0.0, posinf=0.0)
+    relative = strength / (strength.max() or 1.0)
+    unknown = ~np.array(found.estimate.identifiable)
+    share = np.nan_to_num(found.excitation_directions[:, unknown] ** 2).sum(axis=1)
+    return relative, (relative < FLOOR) | ((relative < 0.01) & (share > 0.5))
+
+
+def make_up(direction: Array, most: int = 3) -> str:
+    """What a direction is made of, in words: its largest parts in percent of its square."""
+    part = 100 * np.nan_to_num(direction) ** 2
+    largest = [index for index in np.argsort(-part, kind="stable")[:most] if part[index] >= 4.5]
+    if not largest:
+        return "a little of each" if part.any() else "nothing"
+    return ", ".join(
+        DIRECTIONS[index] if part[index] > 99.5 else f"{part[index]:.0f} % {DIRECTIONS[index]}"
+        for index in largest
+    )
+
+
+def outliers(found: Recording) -> NDArray[np.bool_]:
+    """Which windows count less than half, of those that the estimate has seen; (N, C)."""
+    weight = np.nan_to_num(found.fit_weight, nan=1.0, posinf=1.0)
+    full = weight.max(axis=0, initial=0.0)
+    lowered: NDArray[np.bool_] = (weight < 0.5 * full) & ~found.fit_held_out[:, None]
+    return lowered
+
+
+def spectrum(time: Array, values: Array) -> tuple[Array, Array]:
+    """Frequencies in Hz and amplitude density by Welch's method; empty for too few windows.
+
+    Segments lie within stretches without a gap, and overlap by half.
+    """
+    step = _step(time)
+    starts, ends = _stretches(time, values, step)
+    length = min(SEGMENT, int((ends - starts).max(initial=0)))
+    if length < 16:
+        return np.zeros(0), np.zeros(0)
+    window = np.hanning(length)
+    powers = []
+    for start, end in zip(starts, ends, strict=True):
+        for at in range(start, end - length + 1, length // 2):
+            part = values[at : at + length]
+            powers.append(np.abs(np.fft.rfft(window * (part - part.mean()))) ** 2)
+    density: Array = 2 * step * np.mean(powers, axis=0) / (window @ window)
+    # The mean has been taken off, and with it the first entries of a windowed spectrum.
+    frequency: Array = np.arange(1, length // 2 + 1) / (length * step)
+    amplitude: Array = np.sqrt(density)[1:]
+    return frequency, amplitude
+
+
+def _spectra(axes: Axes, found: Recording, signals: Sequence[Array]) -> None:
+    for signal, color in zip(signals, (MEASURED, ESTIMATE), strict=True):
+        frequency, density = spectrum(found.fit_time, signal)
+        shown = density > 0
+        if shown.any():
+            axes.loglog(frequency[shown], density[shown], color=color)
+    axes.minorticks_off()
+    if not axes.lines:
+        axes.set_yticks([])
+        remark(axes, "no spectrum")
+    elif axes.get_xlim()[0] < found.cutoff < axes.get_xlim()[1]:
+        axes.axvline(found.cutoff, color=TRUE, linestyle=":", linewidth=1.0)
+
+
+def _history(axes: Axes, found: Recording, index: int, values: Array, half: Array) -> None:
+    final = float(found.estimate.values[index])
+    if not found.estimate.identifiable[index] or not np.isfinite(final):
+        axes.set_yticks([])
+        remark(axes, NOT_IDENTIFIABLE)
+        return
+    time = found.history_time
+    axes.fill_between(time, values - half, values + half, color=ESTIMATE, alpha=0.2, linewidth=0)
+    _line(axes, time, values, color=ESTIMATE)
+    axes.axhline(final, color=TRUE, linestyle="--", linewidth=1.0)
+    # The wide intervals of the beginning would hide all that follows.
+    settled = np.concatenate([values - half, values + half, values])
+    settled = settled[np.isfinite(settled)]
+    shown = [final, *np.percentile(settled, (7, 93))] if settled.size else [final]
+    axes.set_ylim(padded(min(shown), max(shown), 0.2))
+    axes.ticklabel_format(axis="y", useOffset=False)
+
+
+def _name(axes: Axes, found: Recording, channel: int) -> None:
+    axes.set_title(found.channels[channel].replace("$", r"\$"))  # no formula
+    axes.set_ylabel(found.channel_units[channel])
+
+
+def _legend(figure: Figure, lines: Sequence[Line2D], found: Recording) -> None:
+    handles: list[Line2D | Patch] = list(lines)
+    if outliers(found).any():
+        handles.append(
+            Line2D([], [], color=OUTLIER, marker=".", linestyle="", label="counts less than half")
+        )
+    if found.fit_held_out.any():
+        handles.append(Patch(facecolor=HELD_OUT, edgecolor=EARLIER, label="held out"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+
+
+def _dots(axes: Axes, time: Array, values: Array) -> None:
+    axes.plot(time, values, ".", color=OUTLIER, markersize=5, zorder=3)
+
+
+def _shade_held_out(axes: Axes, found: Recording) -> None:
+    if not found.fit_held_out.any():
+        return
+    half = _step(found.fit_time) / 2
+    edges = np.flatnonzero(np.diff([False, *found.fit_held_out, False]))
+    for start, end in edges.reshape(-1, 2):
+        first, last = found.fit_time[start], found.fit_time[end - 1]
+        axes.axvspan(first - half, last + half, color=HELD_OUT, linewidth=0, zorder=0)
+
+
+def _line(axes: Axes, time: Array, values: Array, **style: Any) -> None:
+    """A line that does not bridge gaps, and shows each of a few points."""
+    gaps = np.flatnonzero(np.diff(time) > 3 * _step(time)) + 1
+    broken = (np.insert(time, gaps, np.nan), np.insert(values, gaps, np.nan))
+    axes.plot(*broken, marker="." if len(time) < 20 else "", **style)
+
+
+def _time_axis_above(axes: Axes) -> None:
+    """The place that an odd number of panels leaves: for the time axis of the panel above."""
+    axes.spines[:].set_visible(False)
+    axes.grid(visible=False)
+    axes.yaxis.set_visible(False)
+    axes.xaxis.tick_top()
+    axes.tick_params(top=False, labeltop=True, labelbottom=False)
+
+
+def _stretches(
+    time: Array, values: Array, step: float
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Starts and ends of where values follow each other steadily."""
+    finite = np.isfinite(values)
+    joined = finite[1:] & finite[:-1] & (np.abs(np.diff(time) - step) < 0.5 * step)
+    edges = np.flatnonzero(np.diff([False, *joined, False]))
+    return edges[0::2], edges[1::2] + 1
+
+
+def _step(time: Array) -> float:
+    """The usual time from one window to the next."""
+    return float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+
+
+def _span(time: Array) -> tuple[float, float]:
+    if len(time) == 0:
+        return 0.0, 1.0
+    low, high = float(time[0]), float(time[-1])
+    return (low, high) if high > low else padded(low, high, 0.5)
+
+
+def _largest(values: Array) -> float:
+    return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))

@@ -1,0 +1,194 @@
+"""The report of a recording says what was found, and shows something whatever was found."""
+
+import html
+import re
+from functools import cache
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import doubles
+from tactid import recording_plots, recording_report
+from tactid.bodies import ellipsoid
+from tactid.result import values_of
+
+BODY = values_of(doubles.BODY)
+
+
+class Page(HTMLParser):
+    """The words of a page, the rows of its tables, and whether its elements close."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.rows: list[list[str]] = []
+        self.words: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in ("meta", "img"):
+            self.open.append(tag)
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
+        for name, value in attrs:
+            assert name not in ("src", "href") or (value or "").startswith("data:image/png;base64")
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] == "style":
+            return
+        self.words.append(data)
+        if self.open and self.open[-1] in ("td", "th"):
+            self.rows[-1][-1] += data
+
+
+def page_of(found: doubles.RecordingDouble, name: str = "run.mcap") -> Page:
+    page = Page(recording_report.render(found, name))
+    assert page.open == []
+    return page
+
+
+@cache
+def degenerate(name: str) -> str:
+    """All words of the report of what went wrong."""
+    return " ".join(page_of(doubles.DEGENERATE[name]()).words)
+
+
+def test_a_report_is_one_small_file_with_every_value(tmp_path: Path) -> None:
+    path = tmp_path / "report.html"
+    found = doubles.tactile()
+    recording_report.write_report(found, "pick & <place>.mcap", path)
+    text = path.read_text()
+    assert len(text) < 3_000_000
+    assert text.count("data:image/png;base64,") == 5
+    page = Page(text)
+    words = " ".join(page.words)
+    assert "pick & <place>.mcap" in words
+    cells = {row[0]: row[1:] for row in page.rows}
+    for index, name in enumerate(recording_report.NAMES):
+        value, around, low, high = map(float, cells[name][1:])
+        assert low <= value <= high
+        assert around == pytest.approx(1.96 * found.deviation[index], rel=0.05)
+        assert value == pytest.approx(found.estimate.values[index], abs=0.06 * around)
+    assert float(cells["force y"][1]) == pytest.approx(0.12, rel=0.05)
+    assert cells["moment z"][4] == "99.98 %"
+    assert "<inertial>" in words
+    assert "12.3 ms ± 0.78 ms" in words
+
+
+def test_what_is_not_identifiable_is_no_number() -> None:
+    found = doubles.turned_about_one_axis()
+    page = page_of(found)
+    unknown = [row[0] for row in page.rows if row[-1] == "not identifiable"]
+    assert unknown == ["com z", *(f"inertia {axes}" for axes in ("xx", "xy", "xz", "yy", "yz"))]
+    words = " ".join(page.words)
+    assert words.count(found.motion_advice[0]) == 1
+    assert "The centre of mass is not known." in words
+    assert "no inertial for URDF: com z, inertia xx" in words
+
+
+def test_remarks_damage_and_advice_are_shown() -> None:
+    found = doubles.effort(joints=1).but(
+        remarks=["Gravity is <9.7>."], damage=["cut at byte 7"], motion_advice=["Shake it more."]
+    )
+    words = " ".join(page_of(found).words)
+    assert "Gravity is <9.7>." in words
+    assert "Damage: cut at byte 7" in words
+    assert "Shake it more." in words
+    assert "Nothing conspicuous" not in words
+
+
+@pytest.mark.parametrize("name", doubles.DEGENERATE)
+def test_whatever_was_found_there_is_a_report(name: str) -> None:
+    assert re.search(r"\b(nan|inf)\b", degenerate(name).lower()) is None
+
+
+def test_an_impossible_body_has_no_ellipsoid() -> None:
+    words = degenerate("impossible")
+    assert "no body can have this inertia" in words
+    assert "uniform solid ellipsoid" not in words
+    assert "Beware" in words
+
+
+def test_names_may_be_of_any_script_and_hold_no_formula() -> None:
+    names = ["effort $x_{$", "effort 关节", "<b>", "&amp;", "a\nb", "", "effort \\frac{"]
+    text = recording_report.render(doubles.effort().but(channels=names, tool="手"), "ログ")
+    assert html.escape("<b>") in text
+    assert Page(text).open == []
+
+
+def test_a_long_recording_makes_no_larger_report() -> None:
+    found = doubles.tactile(duration=400.0)
+    assert len(found.fit_time) == 20_000
+    assert len(recording_report.render(found, "run.mcap")) < 3_000_000
+
+
+def test_a_peak_in_what_is_left_is_found_across_gaps() -> None:
+    """A sine of 0.1 N at 3.1 Hz over noise of 0.12 N, and its level: 2 s / √2 of white noise."""
+    found = doubles.tactile(duration=100.0)
+    left = (found.fit_measured - found.fit_predicted)[:, 0]
+    left[recording_plots.outliers(found)[:, 0]] = np.nan
+    kept = np.ones(len(left), dtype=bool)
+    kept[1000:1100] = False
+    frequency, density = recording_plots.spectrum(found.fit_time[kept], left[kept])
+    assert frequency[density.argmax()] == pytest.approx(3.1, abs=0.2)
+    level = np.median(density[frequency > 6])
+    assert level == pytest.approx(0.12 * np.sqrt(2 * doubles.STRIDE), rel=0.05)
+    assert frequency[-1] == pytest.approx(0.5 / doubles.STRIDE)
+    short, _ = recording_plots.spectrum(found.fit_time[:9], left[:9])
+    assert short.size == 0
+
+
+def test_weak_directions_are_named_by_what_they_are_made_of() -> None:
+    found = doubles.turned_about_one_axis()
+    relative, weak = recording_plots.relative_excitation(found)
+    names = [recording_plots.make_up(row) for row in found.excitation_directions]
+    assert relative[0] == 1
+    assert {name for name, faint in zip(names, weak, strict=True) if faint} == {
+        "m·z",
+        "Ixx",
+        "Ixy",
+        "Iyy",
+    }
+    assert recording_plots.make_up(np.sqrt([0.6, 0, 0, 0.35, 0.05, *[0] * 5])) == (
+        "60 % mass, 35 % m·z, 5 % Ixx"
+    )
+    assert not recording_plots.relative_excitation(doubles.tactile())[1].any()
+
+
+def test_windows_that_count_less_are_marked_where_they_were_used() -> None:
+    found = doubles.tactile()
+    marked = recording_plots.outliers(found)
+    assert marked.any(axis=0).all()
+    assert not marked[found.fit_held_out].any()
+    np.testing.assert_array_equal(marked, found.fit_weight < 0.5)
+    none = found.but(fit_weight=np.where(found.fit_held_out[:, None], 0.0, 1.0) * np.ones(6))
+    assert not recording_plots.outliers(none).any()
+
+
+def test_an_interval_is_told_to_two_figures() -> None:
+    assert recording_report.with_interval(1.23456, 0.00789) == (
+        "1.2346",
+        "0.0079",
+        "1.2267",
+        "1.2425",
+    )
+    assert recording_report.with_interval(-0.00001, 0.02)[0] == "0.000"
+    assert recording_report.with_interval(1234.5, 870.0) == ("1234", "870", "364", "2104")
+    assert recording_report.with_interval(1.5, None) == ("1.5", "–", "–", "–")
+
+
+def test_the_double_finds_the_body_that_it_was_made_of() -> None:
+    """Else nothing above would be shown a realistic recording."""
+    found = doubles.tactile()
+    error = np.abs(found.estimate.values - BODY)
+    assert (error < 4 * found.deviation).all()
+    assert found.estimate.is_physical
+    semi_axes, _ = ellipsoid(BODY)
+    assert (semi_axes > 0.02).all()
