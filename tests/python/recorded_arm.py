@@ -210,7 +210,8 @@ class Arm:
     def _base(self, time: np.ndarray) -> tuple[Frames, tuple[np.ndarray, ...]]:
         """How the base moves; and the same as Pinocchio's free-flyer takes it."""
         local, rows, joint = pin.LOCAL, [], []
-        value, first, second = self.base_motion(time)
+        # One that stands still is worked out once.
+        value, first, second = self.base_motion(time if self.floating else time[:1])
         for p, dp, ddp in zip(value, first, second, strict=True):
             pose = pin.SE3(pin.rpy.rpyToMatrix(p[3:]), p[:3])
             jacobian = pin.rpy.computeRpyJacobian(p[3:], local)
@@ -229,6 +230,8 @@ class Arm:
                     np.concatenate([spatial, turning]),
                 )
             )
+        if not self.floating:
+            rows, joint = rows * len(time), joint * len(time)
         frames = Frames(*(np.array(column) for column in zip(*rows, strict=True)))
         return frames, tuple(np.array(column) for column in zip(*joint, strict=True))
 

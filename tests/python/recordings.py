@@ -68,11 +68,16 @@ class Logged:
         return int(stamp.sec) * 10**9 + int(stamp.nanosec)
 
 
+@cache
+def _type(name: str) -> Any:
+    packages = ("std_msgs", "sensor_msgs", "geometry_msgs", "nav_msgs", "tf2_msgs")
+    full = (f"{package}/msg/{name}" for package in packages)
+    return STORE.types[next(each for each in full if each in STORE.types)]
+
+
 def message(type_name: str, **fields: object) -> Any:
     """``message("Wrench", ...)`` of whichever of the packages has it."""
-    packages = ("std_msgs", "sensor_msgs", "geometry_msgs", "nav_msgs", "tf2_msgs")
-    full = (f"{package}/msg/{type_name}" for package in packages)
-    return STORE.types[next(name for name in full if name in STORE.types)](**fields)
+    return _type(type_name)(**fields)
 
 
 def header(stamp_ns: int, frame: str = "") -> Any:
@@ -232,23 +237,32 @@ def imu(
 
 @cache
 def state(arm: Arm, duration_s: float = 20.0, rate_hz: float = 500.0) -> State:
-    """The arm on an even clock; worked out once."""
+    """The arm on an even clock; worked out once, as the messages below are made once."""
     return arm.at(clock(duration_s, rate_hz))
 
 
-def carried(arm: Arm, duration_s: float = 20.0, rate_hz: float = 500.0) -> list[Logged]:
-    """The arm with a wrench sensor at its tip, all at the same times; odometry if it floats."""
+@cache
+def moving(arm: Arm, duration_s: float = 20.0, rate_hz: float = 500.0) -> tuple[Logged, ...]:
+    """The URDF and how the arm moves: joints, and odometry if it floats."""
     s = state(arm, duration_s, rate_hz)
     base = odometry(s.time, s.base) if arm.floating else []
-    return [description(), *joint_states(s), *wrenches(s.time, s.wrench), *base]
+    return (description(), *joint_states(s), *base)
 
 
+@cache
+def carried(arm: Arm, duration_s: float = 20.0, rate_hz: float = 500.0) -> tuple[Logged, ...]:
+    """The moving arm with a wrench sensor at its tip, all at the same times."""
+    s = state(arm, duration_s, rate_hz)
+    return (*moving(arm, duration_s, rate_hz), *wrenches(s.time, s.wrench))
+
+
+@cache
 def driven(
     arm: Arm, duration_s: float = 20.0, rate_hz: float = 500.0, *, rough: bool = False
-) -> list[Logged]:
+) -> tuple[Logged, ...]:
     """The arm with its joints' efforts, and no wrench; with friction if it is rough."""
     s = state(arm, duration_s, rate_hz)
-    return [description(), *joint_states(s, effort=s.effort + rough * friction(s.v))]
+    return (description(), *joint_states(s, effort=s.effort + rough * friction(s.v)))
 
 
 def carried_in_two_parts(
