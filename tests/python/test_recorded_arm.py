@@ -4,6 +4,7 @@ Where one of these fails, the fault is in the recordings and not in tactid.
 """
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -197,7 +198,8 @@ def test_bags_hold_what_was_logged(tmp_path: Path, how: str) -> None:
         read = list(reader.messages())
     for (connection, log_ns, data), each in zip(read, wanted, strict=True):
         assert (connection.topic, log_ns, data) == (each.topic, each.log_ns, each.data)
-        assert STORE.deserialize_cdr(data, connection.msgtype).__msgtype__ == each.type_name
+        decoded: Any = STORE.deserialize_cdr(data, connection.msgtype)
+        assert decoded.__msgtype__ == each.type_name
 
 
 def test_joint_states_leave_out_what_is_not_given() -> None:

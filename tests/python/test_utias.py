@@ -117,10 +117,14 @@ def test_without_noise_it_is_exact(identify: Identify, tool: str) -> None:
 @pytest.mark.parametrize("noise", ["none", "high"])
 @pytest.mark.parametrize("tool", TOOLS)
 def test_the_usual_gravity_is_suspected(identify: Identify, tool: str, noise: str) -> None:
-    """It is the default. Residuals look like noise then, and the answer is wrong."""
+    """It is the default. Residuals look like noise then, and the answer is wrong.
+
+    Under noise only the sign of the mass tells, and it cannot say whose sign is the wrong one.
+    """
     bag = DATA / f"{tool}_{noise}"
     record = identify(bag)
-    assert remarks_with(record, "gravity", "opposite")
+    suspects = ("gravity",) if noise == "none" else ("gravity", "wrench")
+    assert any(remarks_with(record, suspect, "opposite") for suspect in suspects)
     # Nothing is switched.
     assert record["diagnostics"]["gravity"] == [0, 0, -9.81]
     mass = record["estimate"]["mass"]
