@@ -1,5 +1,6 @@
 """What the tests share: our robot, and one short run with its log."""
 
+import json
 import subprocess
 import sys
 from collections.abc import Callable
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 import tactid
+from expectations import Identify, Record
 
 TactidCommand = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -54,5 +56,18 @@ def command(tmp_path: Path) -> TactidCommand:
             timeout=300,
             check=False,
         )
+
+    return run
+
+
+@pytest.fixture
+def identify(command: TactidCommand) -> Identify:
+    """``identify(bag, *options)`` runs the command and returns its JSON."""
+
+    def run(*arguments: object) -> Record:
+        done = command("identify", *arguments, "--json")
+        assert done.returncode == 0, done.stderr
+        record: Record = json.loads(done.stdout)
+        return record
 
     return run

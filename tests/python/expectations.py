@@ -1,0 +1,62 @@
+"""What is expected of a result in JSON: how near to the truth it is, and what it mentions."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+Record = dict[str, Any]
+Identify = Callable[..., Record]
+
+NAMES = ("mass", "com x", "com y", "com z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
+KINDS = (slice(0, 1), slice(1, 4), slice(4, 10))
+
+
+def values_of(block: Record) -> np.ndarray:
+    """The ten numbers of an estimate or of its half widths; NaN for null."""
+    com, inertia = block["com"], block["inertia"]
+    entries = [com[axis] for axis in "xyz"]
+    entries += [inertia[entry] for entry in ("xx", "xy", "xz", "yy", "yz", "zz")]
+    return np.array([block["mass"], *entries], dtype=float)
+
+
+def scales(truth: np.ndarray) -> np.ndarray:
+    """What an error is relative to: the largest true value of its kind."""
+    return np.concatenate(
+        [np.full(kind.stop - kind.start, np.abs(truth[kind]).max()) for kind in KINDS]
+    )
+
+
+def errors(record: Record, truth: np.ndarray) -> np.ndarray:
+    """Relative errors of all ten."""
+    return np.asarray((values_of(record["estimate"]) - truth) / scales(truth))
+
+
+def assert_within(record: Record, truth: np.ndarray, tolerance: float) -> None:
+    """Each of the ten is known, and its relative error within the tolerance."""
+    found = errors(record, truth)
+    wrong = {name: e for name, e in zip(NAMES, found, strict=True) if not abs(e) <= tolerance}
+    assert not wrong, f"beyond {tolerance}: {wrong}; remarks: {record['remarks']}"
+
+
+def remarks_with(record: Record, *words: str) -> list[str]:
+    """The remarks that have all of these words."""
+    return [
+        remark
+        for remark in record["remarks"]
+        if all(word.casefold() in remark.casefold() for word in words)
+    ]
+
+
+def mentions(record: Record, about: str, *words: str, count: int | None = None) -> bool:
+    """Whether a piece of dirt on a topic is told, in a line of dirt or in a remark.
+
+    Any of the words will do; the count must be right where one is asked for.
+    """
+    for line in record["diagnostics"].get("dirt", []):
+        said = f"{line['topic']} {line['what']}".casefold()
+        right = count is None or line["count"] == count
+        if right and about in said and any(word.casefold() in said for word in words or ("",)):
+            return True
+    numbers = [] if count is None else [str(count)]
+    return any(remarks_with(record, about, *numbers, word) for word in words or ("",))
