@@ -11,6 +11,7 @@ mod identify;
 mod inertia;
 mod logs;
 mod pulse;
+mod read;
 mod simulate;
 
 /// The compiled part of the package `tactid`.
@@ -28,6 +29,8 @@ mod _native {
     use crate::inertia::MassProperties;
     #[pymodule_export]
     use crate::logs::{LogInfo, Topic, info};
+    #[pymodule_export]
+    use crate::read::{Samples, read};
     #[pymodule_export]
     use crate::simulate::{Experiment, RunReport, simulate};
 
