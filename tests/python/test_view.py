@@ -255,6 +255,16 @@ def test_a_result_without_series_shows_the_payload(tmp_path: Path, log: Path) ->
     assert not any(entity.startswith("/estimate") for entity in entities)
 
 
+def test_no_interval_is_shown_where_the_result_has_none(tmp_path: Path, log: Path) -> None:
+    content = result_record(VALUES, 10**9)
+    del content["half_width_95"], content["series"]["history"]["half_width_95"]
+    (tmp_path / "result.json").write_text(json.dumps(content))
+    record(log, tmp_path / "a.rrd", result=tmp_path / "result.json")
+    found = Recording(tmp_path / "a.rrd")
+    assert found.column("/estimate/mass", "Scalars:scalars").shape == (21, 1)
+    assert "±" not in found.column("/summary", "TextDocument:text")[0][0]
+
+
 def sensor_log(path: Path) -> Path:
     """A sensor in somebody's hand, with samples that no sensor measures."""
     turn = [0, 0, np.sin(0.5), np.cos(0.5)]

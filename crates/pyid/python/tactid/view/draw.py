@@ -230,17 +230,21 @@ class _Drawing:
     def _send_history(self, recording: rr.RecordingStream, estimate: Estimate) -> None:
         if not len(estimate.history_time):
             return
+        # A filter that tells no intervals has one line a value.
+        with_intervals = bool(np.isfinite(estimate.history_half_width).any())
         for index, path in enumerate(PATHS):
             value, half = estimate.history[:, index], estimate.history_half_width[:, index]
-            lines = plottable(np.stack([value, value - half, value + half], axis=1))
+            lines = [value, value - half, value + half] if with_intervals else [value]
             color = COLORS[index]
             faint = (*color, 90)
             style = rr.SeriesLines(
-                colors=[color, faint, faint],
-                widths=[2.0, 1.0, 1.0],
-                names=[LABELS[index], "95 %", "95 %"],  # one entry of the legend
+                colors=[color, faint, faint][: len(lines)],
+                widths=[2.0, 1.0, 1.0][: len(lines)],
+                # One name is one entry of the legend.
+                names=[LABELS[index], "95 %", "95 %"][: len(lines)],
             )
-            _send_lines(recording, entity("estimate", *path), estimate.history_time, lines, style)
+            values = plottable(np.stack(lines, axis=1))
+            _send_lines(recording, entity("estimate", *path), estimate.history_time, values, style)
 
     def blueprint(self, name: str) -> rrb.Blueprint:
         """The robot large at the left, the curves around it."""
@@ -263,7 +267,7 @@ class _Drawing:
             ]
             root = rrb.Horizontal(
                 rrb.Vertical(*left, row_shares=[3.0, 1.0][: len(left)]) if left[1:] else space,
-                rrb.Vertical(*right, row_shares=[1.3, 1.0, 1.0, 1.2][: len(right)]),
+                rrb.Vertical(*right, row_shares=[1.4, 1.0, 1.0, 1.2][: len(right)]),
                 column_shares=[3.0, 2.0],
             )
         return rrb.Blueprint(
@@ -316,7 +320,7 @@ def settled_range(estimate: Estimate, group: slice) -> tuple[float, float]:
     final = estimate.values[group]
     values = np.concatenate([late.ravel(), final - half, final + half])
     # What is known to a hair is no reason to look at its last digits.
-    return widened(values, (2, 98), 0.01 * float(np.nanmax(np.abs(final), initial=0.0)))
+    return widened(values, (2, 98), 0.015 * float(np.nanmax(np.abs(final), initial=0.0)))
 
 
 def widened(
@@ -345,8 +349,9 @@ def summary(estimate: Estimate, notes: Iterable[str]) -> str:
     ):
         name = f"com {label}" if unit == "m" else label
         cells.append(f"{name} | {quantity(value, half)} {unit}")
-    lines = [f"Payload in the frame `{estimate.frame or 'of the sensor'}`, with 95 % intervals", ""]
-    lines += ["| | | | |", "|---|---|---|---|"]
+    frame = f"in `{estimate.frame}`" if estimate.frame else ""
+    head = "± 95 %" if np.isfinite(estimate.half_width).any() else ""
+    lines = [f"| {frame} | {head} | | {head} |", "|---|---|---|---|"]
     left, right = [*cells[:4], " | ", " | "], cells[4:]
     lines += [f"| {one} | {other} |" for one, other in zip(left, right, strict=True)]
     lines += ["", *(f"- {remark}" for remark in [*notes, *estimate.remarks])]
