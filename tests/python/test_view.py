@@ -19,6 +19,7 @@ from conftest import TactidCommand
 from tactid.result import nested
 from tactid.view import open_viewer, record
 from tactid.view.estimate import Estimate
+from tactid.view.shapes import shapes_of
 from test_cli import assert_refused
 
 SEMI_AXES = np.array([0.1, 0.2, 0.4])
@@ -358,6 +359,30 @@ def test_a_fixed_arm_whose_joints_come_from_two_publishers(tmp_path: Path) -> No
     assert found.column("/world/lower/shape_0", "Asset3D:blob").size
     scale = found.column("/world/lower/shape_0", "Transform3D:mat3x3").reshape(3, 3)
     np.testing.assert_allclose(scale, 2 * np.eye(3))
+
+
+def test_meshes_are_found_in_their_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside the URDF, in a workspace that is installed, and in one of sources; else not at all."""
+
+    def found(folder: Path | None) -> Path | None:
+        shapes, missing = shapes_of(ARM, folder)
+        assert ("package://arm/upper.stl" in missing) == (shapes["upper"][0].kind == "sphere")
+        return shapes["upper"][0].mesh
+
+    for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH"):
+        monkeypatch.delenv(name, raising=False)
+    beside, installed, sources = (tmp_path / name for name in ("beside", "installed", "sources"))
+    for folder in (beside / "arm/urdf", installed / "share/arm", sources / "arm"):
+        folder.mkdir(parents=True)
+        (folder / "upper.stl").touch()
+    (beside / "arm/upper.stl").touch()
+    assert found(None) is None
+    assert found(tmp_path) is None
+    assert found(beside / "arm/urdf") == found(beside / "arm") == beside / "arm/upper.stl"
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(sources))
+    assert found(None) == sources / "arm/upper.stl"
+    monkeypatch.setenv("AMENT_PREFIX_PATH", f"/nowhere:{installed}")
+    assert found(None) == installed / "share/arm/upper.stl"
 
 
 def refused_logs(folder: Path) -> dict[Path, tuple[str, ...]]:

@@ -3,7 +3,6 @@
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 from urllib.parse import unquote
@@ -140,14 +139,7 @@ def _resolve(uri: str, folder: Path | None) -> Path | None:
         candidates += [source / inside for source in sources if source.name == package]
         if folder is not None:
             # A URDF mostly stands in its own package, some folders down.
-            candidates += [
-                place / inside
-                for above, place in pairwise([folder, *folder.parents])
-                if package in (above.name, place.name)
-            ]
-            candidates += [
-                place / rest for place in [folder, *folder.parents] if (place / rest).exists()
-            ]
+            candidates += [above / rest for above in folder.parents]
     for path in candidates:
         if path.suffix.lower() in MESHES and path.is_file():
             return path
