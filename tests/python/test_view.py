@@ -274,7 +274,8 @@ def sensor_log(path: Path) -> Path:
         t = k * 10_000_000
         sign = -1.0 if k % 3 else 1.0  # the same rotation, whichever sign
         content.append(("/odom", t, odometry(t, "ft", [0.01 * k, 0, 1], [sign * x for x in turn])))
-        force = {50: [1e154, 0, 0], 60: [np.nan, 0, 0]}.get(k, [0, 0, 9.81])
+        # At odd samples: of 100 Hz, every other is shown.
+        force = {51: [1e154, 0, 0], 61: [np.nan, 0, 0]}.get(k, [0, 0, 9.81])
         content.append(("/wrench", t, wrench(t, "ft", force, [0, 0, 0])))
     return write_bag(path, content)
 
@@ -290,6 +291,7 @@ def test_a_sensor_that_moves_by_itself(tmp_path: Path) -> None:
     np.testing.assert_allclose(quaternions - quaternions[0], 0, atol=1e-6)
     arrows = found.column("/world/ft/force\\ wrench", "Arrows3D:vectors")[:, 0]
     np.testing.assert_allclose(arrows[:, :2], 0)
+    assert len(arrows) == 48
     assert np.ptp(arrows[:, 2]) < 1e-6
     assert arrows[0, 2] > 0.01
     assert {"/world/path", "/world/ft/payload/ellipsoid"} <= found.entities

@@ -18,7 +18,7 @@ RATE_HZ = 50.0
 MOST = 20_000
 """Points in time at most, however long the log is."""
 ABSURD = 1e6
-"""Joint positions, m, and rad, beyond which a sample is dirt."""
+"""Positions, m and rad, and forces, N, beyond which a sample is dirt and is left out."""
 
 
 @dataclass(frozen=True)
@@ -242,12 +242,7 @@ def _forces(log: _Log, wrenches: list[tactid.Samples], frames: dict[str, Frame])
                 f"Not shown: {topic.topic}, whose frame `{frame}` is none of the robot."
             )
             continue
-        track = _Track.of(log.time(topic), topic["wrench"][:, :3])
-        strength = np.linalg.norm(track.values, axis=1)
-        if len(strength):
-            # Where a few samples are dirt of any size, an arrow to them would hide all others.
-            sound = strength <= 20 * np.percentile(strength, 99) + 1e-9
-            track = _Track(track.time[sound], track.values[sound])
+        track = _Track.of(log.time(topic), topic["wrench"][:, :3], ABSURD)
         forces.append(Force(topic.topic, frame, track.time, track.values))
     return forces
 
