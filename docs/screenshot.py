@@ -11,6 +11,8 @@ Simulate and identify first, or take a log of your own; `shot.toml` has the line
 
 import argparse
 import io
+import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -51,7 +53,8 @@ def take(recording: Path) -> Image.Image:
     window = f"{SIZE[0]}x{SIZE[1]}"
     options = ["--headless", "--port", str(PORT), "--window-size", window]
     command = [sys.executable, "-m", "rerun", *options, str(recording)]
-    viewer = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+    # In a group of its own: the command starts the viewer as a child, which must end with it.
+    viewer = subprocess.Popen(command, stderr=subprocess.DEVNULL, start_new_session=True)
     try:
         client = connected()
         while client.get_state().loading or not client.get_state().views:
@@ -61,7 +64,7 @@ def take(recording: Path) -> Image.Image:
         time.sleep(2.0)
         return Image.open(io.BytesIO(client.take_screenshot())).convert("RGB")
     finally:
-        viewer.terminate()
+        os.killpg(viewer.pid, signal.SIGTERM)
         viewer.wait()
 
 

@@ -62,15 +62,15 @@ class Scene:
 
 @dataclass(frozen=True)
 class _Track:
-    """A quantity over time, in order and finite."""
+    """A quantity over time, in order, without what is missing or absurd."""
 
     time: Array
     values: Array
 
     @classmethod
-    def of(cls, time: Array, values: Array, limit: float = np.inf) -> "_Track":
+    def of(cls, time: Array, values: Array) -> "_Track":
         flat = values.reshape(len(values), -1)
-        sound = np.isfinite(flat).all(axis=1) & (np.abs(flat) <= limit).all(axis=1)
+        sound = (np.abs(flat) <= ABSURD).all(axis=1)  # which NaN is not
         order = np.argsort(time[sound], kind="stable")
         return cls(time[sound][order], values[sound][order])
 
@@ -173,7 +173,7 @@ def _robot_scene(
     tracks: dict[str, _Track] = {}
     for topic in joints:
         for column, name in enumerate(topic.names):
-            track = _Track.of(log.time(topic), topic["position"][:, column], ABSURD)
+            track = _Track.of(log.time(topic), topic["position"][:, column])
             if name not in tracks and len(track.time):
                 tracks[name] = track
     absent = [name for name in robot.joint_names if name not in tracks]
@@ -242,14 +242,14 @@ def _forces(log: _Log, wrenches: list[tactid.Samples], frames: dict[str, Frame])
                 f"Not shown: {topic.topic}, whose frame `{frame}` is none of the robot."
             )
             continue
-        track = _Track.of(log.time(topic), topic["wrench"][:, :3], ABSURD)
+        track = _Track.of(log.time(topic), topic["wrench"][:, :3])
         forces.append(Force(topic.topic, frame, track.time, track.values))
     return forces
 
 
 def _poses(time: Array, poses: Array) -> _Track:
     """Poses (N, 7) whose quaternions have length one, and do not jump to their negatives."""
-    track = _Track.of(time, poses, ABSURD)
+    track = _Track.of(time, poses)
     length = np.linalg.norm(track.values[:, 3:], axis=1)
     sound = length > 1e-3
     time, values = track.time[sound], track.values[sound].copy()
