@@ -20,6 +20,9 @@ const RARE: f64 = 3.09;
 /// A window whose residual is this many times what is rare counts as an outlier.
 const OUTLIER: f64 = 5.0;
 
+/// No channel has less noise than this part of the noisiest of its kind.
+const ALIKE: f64 = 1e-2;
+
 /// Median of the absolute value of a standard normal variable.
 const NORMAL_MEDIAN: f64 = 0.6745;
 
@@ -260,6 +263,7 @@ impl<'a> Solver<'a> {
             let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
             *deviation = (*median / NORMAL_MEDIAN).max(floor);
         }
+        even_out(&mut self.deviations);
         let rare = chi_square(channels as f64);
         for window in 0..self.equations.len() {
             let distance: f64 = (0..channels)
@@ -368,15 +372,29 @@ fn first_deviations(equations: &[Equation], channels: usize) -> Vec<f64> {
         let count = (equations.len() * range.len()) as f64;
         (rows.map(|row| row.wanted * row.wanted).sum::<f64>() / count).sqrt()
     };
-    let groups = if channels == 6 {
-        vec![0..3, 3..6]
+    if channels == 6 {
+        let (force, moment) = (squares(0..3), squares(3..6));
+        return [force, force, force, moment, moment, moment]
+            .map(|size| size.max(f64::MIN_POSITIVE))
+            .to_vec();
+    }
+    vec![squares(0..channels).max(f64::MIN_POSITIVE); channels]
+}
+
+/// Channels of one kind are measured alike: one that happens to be met exactly, such as a moment about
+/// which nothing turns, must not count for all others.
+fn even_out(deviations: &mut [f64]) {
+    let group = if deviations.len() == 6 {
+        3
     } else {
-        vec![0..channels]
+        deviations.len()
     };
-    groups
-        .into_iter()
-        .flat_map(|range| vec![squares(range.clone()).max(f64::MIN_POSITIVE); range.len()])
-        .collect()
+    for kind in deviations.chunks_mut(group.max(1)) {
+        let largest = kind.iter().fold(0.0f64, |a, &b| a.max(b));
+        for deviation in kind {
+            *deviation = deviation.max(ALIKE * largest);
+        }
+    }
 }
 
 /// Deviations below rounding have no meaning.

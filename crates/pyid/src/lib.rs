@@ -14,6 +14,7 @@ mod inertia;
 mod logs;
 mod payload;
 mod pulse;
+mod read;
 mod request;
 mod simulate;
 
@@ -38,6 +39,8 @@ mod _native {
     use crate::logs::{LogInfo, Topic, info};
     #[pymodule_export]
     use crate::payload::PayloadEstimate;
+    #[pymodule_export]
+    use crate::read::{Samples, read};
     #[pymodule_export]
     use crate::simulate::{Experiment, RunReport, simulate};
 

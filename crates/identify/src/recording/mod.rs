@@ -39,6 +39,10 @@ use streams::{Event, Layout};
 /// Gaps of more periods than this are not bridged.
 const GAP_PERIODS: f64 = 5.0;
 
+/// Derived accelerations take the place of measured ones when they leave, or have, less than this
+/// part of their residual or power.
+const CLEARLY_LESS: f64 = 0.9;
+
 /// Identifies the payload from a log: an `.mcap` file, or the directory of a bag.
 ///
 /// Topics are found by type, unless the request names them. The motion is that of joints and a URDF
@@ -175,16 +179,25 @@ fn choose_acceleration(
         };
         misfits.push(chain.misfit(&events, cutoff_hz)?);
     }
-    if let (Some(measured), Some(derived)) = (misfits[0], misfits[1])
-        && derived < measured
-    {
-        let topic = sources.acceleration.take().unwrap_or_default();
-        sources.remarks.push(format!(
-            "{topic} is not used: accelerations derived from the velocities explain the wrench better \
-             (residual {:.2} of what it is with the measured ones); --accel {topic} uses it.",
-            derived / measured
-        ));
-    }
+    let (Some(measured), Some(derived)) = (misfits[0], misfits[1]) else {
+        return Ok(());
+    };
+    // The motion is the same in both: what has less power has less noise.
+    let quieter = derived.1 < CLEARLY_LESS * measured.1 && derived.0 * CLEARLY_LESS < measured.0;
+    let why = if derived.0 < CLEARLY_LESS * measured.0 {
+        "explain the wrench better"
+    } else if quieter {
+        "have less noise"
+    } else {
+        return Ok(());
+    };
+    let topic = sources.acceleration.take().unwrap_or_default();
+    sources.remarks.push(format!(
+        "{topic} is not used: accelerations derived from the velocities {why} (residual {:.2}, power \
+         {:.2} of what they are with the measured ones); --accel {topic} uses it.",
+        derived.0 / measured.0,
+        derived.1 / measured.1
+    ));
     Ok(())
 }
 

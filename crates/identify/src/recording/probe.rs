@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::streams::{Aligned, Aligner, Event, Layout};
-use crate::equation::Equation;
+use crate::equation::{Equation, Row};
 use crate::fit::{Fit, Options};
 use crate::front::Front;
 use crate::{IdentifyError, Sample, Settings, Way, window};
@@ -20,7 +20,13 @@ const LONGEST_S: f64 = 1.0;
 const LONGEST_DELAY_S: f64 = 0.5;
 /// A delay is corrected when it is this many times its standard deviation, and longer than
 /// [`SHORTEST_DELAY_S`].
-const SIGNIFICANT: f64 = 4.0;
+const SIGNIFICANT: f64 = 6.0;
+/// A coarse delay must explain so much more, as a difference of sums of squares in units of noise:
+/// the best of many tries is lucky.
+const LUCK: f64 = 60.0;
+/// Gravity of the other sign that leaves less than this part of the mean square residual makes any
+/// delay meaningless.
+const OTHER_GRAVITY: f64 = 0.25;
 /// Shorter delays do no harm that is worth an interpolation, s.
 const SHORTEST_DELAY_S: f64 = 1e-4;
 
@@ -82,16 +88,18 @@ impl Chain<'_> {
         Ok(chosen.unwrap_or(self.settings.cutoff_hz))
     }
 
-    /// Geometric mean of the channels' residual deviations; `None` where there is too little.
+    /// Geometric mean of the channels' residual deviations, and the mean square of the accelerations;
+    /// `None` where there is too little.
     pub(crate) fn misfit(
         &self,
         events: &[Event],
         cutoff_hz: f64,
-    ) -> Result<Option<f64>, IdentifyError> {
+    ) -> Result<Option<(f64, f64)>, IdentifyError> {
         let equations = self.equations(events, 0.0, cutoff_hz)?;
         Ok(Fit::new(&equations, Options::default()).map(|fit| {
             let logarithms: f64 = fit.deviations.iter().map(|deviation| deviation.ln()).sum();
-            (logarithms / fit.deviations.len() as f64).exp()
+            let misfit = (logarithms / fit.deviations.len() as f64).exp();
+            (misfit, power(&equations))
         }))
     }
 
@@ -105,7 +113,9 @@ impl Chain<'_> {
             return Ok(None);
         }
         let mut equations = self.equations(events, 0.0, cutoff_hz)?;
-        let mut delay_s = coarse_delay_s(&equations, window::stride_s(cutoff_hz));
+        let Some(mut delay_s) = coarse_delay_s(&equations, window::stride_s(cutoff_hz)) else {
+            return Ok(None);
+        };
         let mut found = None;
         for _ in 0..4 {
             if delay_s != 0.0 {
@@ -158,20 +168,25 @@ fn power(equations: &[Equation]) -> f64 {
     squares / equations.len() as f64
 }
 
-/// The multiple of the windows' stride by which the wrenches fit the motion best.
-fn coarse_delay_s(equations: &[Equation], stride_s: f64) -> f64 {
+/// The multiple of the windows' stride by which the wrenches fit the motion best; `None` where the
+/// sign of gravity is in doubt.
+fn coarse_delay_s(equations: &[Equation], stride_s: f64) -> Option<f64> {
     let reach = (LONGEST_DELAY_S / stride_s).ceil() as i64;
-    let mut best = (f64::INFINITY, 0i64);
     let sizes = sizes(equations);
-    for shift in -reach..=reach {
-        if let Some(misfit) = misfit(equations, stride_s, shift, &sizes) {
-            // A tie goes to no delay.
-            if misfit < best.0 * (1.0 - 1e-9) || (shift == 0 && misfit <= best.0) {
-                best = (misfit, shift);
-            }
-        }
+    let at = |shift, gravity_off| misfit(equations, stride_s, shift, gravity_off, &sizes);
+    let none = at(0, 0.0)?;
+    if at(0, 2.0).is_some_and(|other| other < OTHER_GRAVITY * none) {
+        return None;
     }
-    best.1 as f64 * stride_s
+    let shifts = (-reach..=reach).filter_map(|shift| Some((at(shift, 0.0)?, shift)));
+    let (best, shift) = shifts.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let independent = equations.len() as f64 / window::NOISE_CORRELATION * 6.0;
+    let gain = (none - best) / best.max(f64::MIN_POSITIVE) * independent;
+    Some(if gain > LUCK {
+        shift as f64 * stride_s
+    } else {
+        0.0
+    })
 }
 
 /// Root mean square of what each channel wants.
@@ -187,7 +202,13 @@ fn sizes(equations: &[Equation]) -> [f64; 6] {
 }
 
 /// Mean square residual, relative to what is measured, of motions paired with later wrenches.
-fn misfit(equations: &[Equation], stride_s: f64, shift: i64, sizes: &[f64; 6]) -> Option<f64> {
+fn misfit(
+    equations: &[Equation],
+    stride_s: f64,
+    shift: i64,
+    gravity_off: f64,
+    sizes: &[f64; 6],
+) -> Option<f64> {
     let mut gram = SMatrix::<f64, 10, 10>::zeros();
     let mut target = SVector::<f64, 10>::zeros();
     let (mut squares, mut count) = (0.0, 0u32);
@@ -202,7 +223,14 @@ fn misfit(equations: &[Equation], stride_s: f64, shift: i64, sizes: &[f64; 6]) -
             continue; // a gap lies between
         }
         for (channel, size) in sizes.iter().enumerate() {
-            let row = motion.rows[channel].regressor / *size;
+            let Row {
+                mut regressor,
+                gravity,
+                ..
+            } = motion.rows[channel];
+            let mut first = regressor.fixed_rows_mut::<4>(0);
+            first += gravity * gravity_off;
+            let row = regressor / *size;
             let wanted = load.rows[channel].wanted / size;
             gram.syger(1.0, &row, &row, 1.0);
             target += row * wanted;
@@ -222,5 +250,6 @@ fn misfit(equations: &[Equation], stride_s: f64, shift: i64, sizes: &[f64; 6]) -
     });
     let wanted = target.component_mul(&scale);
     let solution = scaled.cholesky()?.solve(&wanted);
-    Some((squares - solution.dot(&wanted)) / f64::from(count))
+    // Rounding must not make an exact fit less than exact.
+    Some(((squares - solution.dot(&wanted)) / f64::from(count)).max(1e-12))
 }

@@ -334,11 +334,11 @@ impl Aligner {
         if self.layout.base {
             base = missing.take(self.base.at(time_s)).unwrap_or(base);
         }
-        if self.layout.acceleration {
-            if let Some(own) = missing.take(self.acceleration.at(time_s)) {
-                base.acceleration = Some(base.pose.rotation * own.linear);
-                base.angular_acceleration = Some(base.pose.rotation * own.angular);
-            }
+        if self.layout.acceleration
+            && let Some(own) = missing.take(self.acceleration.at(time_s))
+        {
+            base.acceleration = Some(base.pose.rotation * own.linear);
+            base.angular_acceleration = Some(base.pose.rotation * own.angular);
         }
         let mut wrenches = Vec::with_capacity(self.wrenches.len());
         for stream in &mut self.wrenches {

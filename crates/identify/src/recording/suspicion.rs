@@ -56,13 +56,16 @@ pub(crate) fn suspicions(
         ));
     }
     if best_mass < 0.0 {
+        let weighs = gravity.norm() > 0.0 && better.is_none();
+        let gravity = if weighs { ", or of gravity," } else { "" };
         let option = match way {
             Way::Tactile => " (--wrench-acts-on)",
             Way::Effort => " (--effort-gain with a minus)",
             Way::JointSensing => "",
         };
         found.push(format!(
-            "The mass comes out negative: the opposite sign of the {load} would explain the data{option}."
+            "The mass comes out negative: the opposite sign of the {load}{option}{gravity} would explain \
+             the data."
         ));
     }
     found

@@ -1,6 +1,7 @@
 """The commands of ``tactid``. Results go to standard output, all else to standard error."""
 
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -223,3 +224,36 @@ def info(
     Console().print(table.topics_table(found), highlight=False)
     for line in table.info_lines(found):
         Console().print(line, highlight=False, markup=False)
+
+
+@app.command()
+def view(
+    log: Annotated[Path, typer.Argument(help="An .mcap file, or the folder of a rosbag2 bag.")],
+    result_file: Annotated[
+        Path | None,
+        typer.Option("--result", help="The result of tactid identify --result for this log."),
+    ] = None,
+    urdf: Annotated[
+        Path | None, typer.Option(help="The robot, where the log has no /robot_description.")
+    ] = None,
+    save: Annotated[
+        Path | None, typer.Option(help="An .rrd file to write instead of opening the viewer.")
+    ] = None,
+    tip: Annotated[
+        str | None, typer.Option(help="The frame that holds the payload: the result's by default.")
+    ] = None,
+) -> None:
+    """Shows the robot, the forces that it feels and the payload in the Rerun viewer."""
+    from tactid import view as viewer
+
+    with tempfile.TemporaryDirectory(prefix="tactid-") as folder:
+        recording = save or Path(folder, f"{log.stem}.rrd")
+        with _interruptible("nothing was written"), notes.status("reading"):
+            remarks = viewer.record(log, recording, result=result_file, urdf=urdf, tip=tip)
+        for remark in remarks:
+            notes.print(f"tactid: note: {remark}", style="yellow")
+        if save is None:
+            with _interruptible("the viewer is closed"):
+                viewer.open_viewer(recording)
+        else:
+            notes.print(f"Wrote {save}: open it with rerun {save}")

@@ -1,0 +1,194 @@
+"""The shapes of a robot's links, from its URDF."""
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+from urllib.parse import unquote
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactid.errors import ModelError
+
+Array = NDArray[np.float64]
+Color = tuple[int, int, int, int]
+
+GREY: Color = (176, 180, 186, 255)
+"""Of what the URDF gives no colour."""
+
+MESHES = {".glb", ".gltf", ".obj", ".stl", ".dae"}
+"""What the viewer can show."""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A part of a link, placed in the link's frame."""
+
+    kind: Literal["box", "cylinder", "sphere", "mesh", "bones"]
+    size: tuple[float, ...]
+    """Box: lengths along x, y, z; cylinder: radius, length along z; sphere: radius; mesh: scale
+    along x, y, z; m. Bones: the ends of lines that begin in the frame, three numbers each."""
+    position: Array
+    rotation: Array
+    color: Color
+    mesh: Path | None = None
+
+
+def link_names(urdf: str) -> list[str]:
+    """All links of a URDF."""
+    return [link.get("name", "") for link in _parse(urdf).iter("link")]
+
+
+def shapes_of(urdf: str, folder: Path | None) -> tuple[dict[str, list[Shape]], list[str]]:
+    """The shapes of each link, and what is missing.
+
+    A link is shown as its visual geometry, or else its collision geometry; one that has none that
+    can be shown, as lines to the joints that it carries. Meshes are looked for beside the URDF
+    (``folder``) and in the packages of ROS's environment.
+    """
+    robot = _parse(urdf)
+    colors = {
+        material.get("name", ""): color
+        for material in robot.findall("material")
+        if (color := _color(material)) is not None
+    }
+    shapes: dict[str, list[Shape]] = {}
+    missing: list[str] = []
+    for link in robot.findall("link"):
+        name = link.get("name", "")
+        for tag in ("visual", "collision"):
+            found = list(_shapes(link.findall(tag), colors, folder, missing))
+            if found:
+                shapes[name] = found
+                break
+        else:
+            bones = _bones(robot, name)
+            shapes[name] = [bones] if bones else []
+    return shapes, sorted(set(missing))
+
+
+def _parse(urdf: str) -> ElementTree.Element:
+    try:
+        return ElementTree.fromstring(urdf)
+    except ElementTree.ParseError as error:
+        raise ModelError(f"the URDF is not XML: {error}") from None
+
+
+def _shapes(
+    parts: Sequence[ElementTree.Element],
+    colors: dict[str, Color],
+    folder: Path | None,
+    missing: list[str],
+) -> Iterator[Shape]:
+    for part in parts:
+        geometry = part.find("geometry")
+        if geometry is None:
+            continue
+        position, rotation = _origin(part)
+        material = part.find("material")
+        color = GREY
+        if material is not None:
+            color = _color(material) or colors.get(material.get("name", ""), GREY)
+        for solid in geometry:
+            if solid.tag == "box":
+                size = _numbers(solid, "size", "1 1 1")
+                yield Shape("box", size, position, rotation, color)
+            elif solid.tag == "cylinder":
+                size = (_number(solid, "radius"), _number(solid, "length"))
+                yield Shape("cylinder", size, position, rotation, color)
+            elif solid.tag == "sphere":
+                yield Shape("sphere", (_number(solid, "radius"),), position, rotation, color)
+            elif solid.tag == "mesh":
+                uri = solid.get("filename", "")
+                path = _resolve(uri, folder)
+                if path is None:
+                    missing.append(uri)
+                    continue
+                scale = _numbers(solid, "scale", "1 1 1")
+                yield Shape("mesh", scale, position, rotation, color, path)
+
+
+def _bones(robot: ElementTree.Element, link: str) -> Shape | None:
+    ends: list[float] = []
+    for joint in robot.findall("joint"):
+        parent = joint.find("parent")
+        if parent is not None and parent.get("link") == link:
+            ends += [float(value) for value in _origin(joint)[0]]
+    if not any(ends):
+        return None
+    return Shape("bones", tuple(ends), np.zeros(3), np.eye(3), GREY)
+
+
+def _resolve(uri: str, folder: Path | None) -> Path | None:
+    """The file of a mesh, if it is there and of a kind that can be shown."""
+    scheme, found, rest = uri.partition("://")
+    candidates: list[Path] = []
+    if not found:
+        candidates = [Path(uri) if folder is None else folder / uri]
+    elif scheme == "file":
+        candidates = [Path(unquote(rest))]
+    elif scheme == "package":
+        package, _, inside = rest.partition("/")
+        prefixes = [Path(p) for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
+        candidates = [prefix / "share" / package / inside for prefix in prefixes]
+        sources = [Path(p) for p in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if p]
+        candidates += [source / package / inside for source in sources]
+        candidates += [source / inside for source in sources if source.name == package]
+        if folder is not None:
+            # A URDF mostly stands in its own package, some folders down.
+            candidates += [above / rest for above in folder.parents]
+    for path in candidates:
+        if path.suffix.lower() in MESHES and path.is_file():
+            return path
+    return None
+
+
+def _origin(element: ElementTree.Element) -> tuple[Array, Array]:
+    origin = element.find("origin")
+    if origin is None:
+        return np.zeros(3), np.eye(3)
+    roll, pitch, yaw = _numbers(origin, "rpy", "0 0 0")
+    return np.array(_numbers(origin, "xyz", "0 0 0")), rotation_of(roll, pitch, yaw)
+
+
+def rotation_of(roll: float, pitch: float, yaw: float) -> Array:
+    """The rotation of a URDF's ``rpy``: about the fixed x, then y, then z."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def _color(material: ElementTree.Element) -> Color | None:
+    color = material.find("color")
+    if color is None:
+        return None
+    values = [min(max(value, 0.0), 1.0) for value in _numbers(color, "rgba", "1 1 1 1", 4)]
+    red, green, blue, alpha = (round(255 * value) for value in values)
+    return red, green, blue, alpha
+
+
+def _numbers(
+    element: ElementTree.Element, key: str, default: str, count: int = 3
+) -> tuple[float, ...]:
+    text = element.get(key, default)
+    try:
+        values = tuple(float(number) for number in text.split())
+    except ValueError:
+        values = ()
+    if len(values) != count:
+        raise ModelError(
+            f'the URDF has {key}="{text}" in a <{element.tag}>: expected {count} numbers'
+        )
+    return values
+
+
+def _number(element: ElementTree.Element, key: str) -> float:
+    return _numbers(element, key, "0.01", 1)[0]
