@@ -71,7 +71,10 @@ class RecordingDouble:
     stride: float = STRIDE
     cutoff: float = 10.0
     delay: float = 0.0123
-    delay_deviation: float = 0.0004
+    delay_estimate: float | None = 0.0123
+    delay_deviation: float | None = 0.0004
+    clock: str = "stamps"
+    dirt: Sequence[tuple[str, str, int, float]] = ()
     gravity: Array = field(default_factory=GRAVITY.copy)
     motion_advice: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
@@ -117,7 +120,7 @@ def effort(joints: int = 7, duration: float = 20.0) -> RecordingDouble:
     measured = rows @ BODY.parameters + noise * rng.normal(size=(len(time), joints))
     names = [f"effort panda_joint{number}" for number in range(1, joints + 1)]
     found = _solved(time, rows, measured, np.ones_like(measured), noise, names, ["N m"] * joints)
-    return found.but(way="effort", delay=0.0, delay_deviation=float("nan"), tool="panda_link8")
+    return found.but(way="effort", delay=0.0, delay_estimate=None, delay_deviation=None, tool="panda_link8")
 
 
 def turned_about_one_axis() -> RecordingDouble:

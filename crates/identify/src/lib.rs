@@ -44,7 +44,7 @@ pub use excitation::SingularValues;
 pub use identifier::{Identifier, Pushed};
 pub use recording::{
     ActsOn, Clock, Dirt, FitReport, HistoryPoint, Identification, Progress, Request, Topics,
-    identify_log, identify_samples,
+    identify_log, identify_samples, write_estimates,
 };
 pub use sample::{BaseState, Sample, states_of_poses};
 pub use settings::{EstimatorKind, Settings, Way};

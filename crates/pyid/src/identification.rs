@@ -1,10 +1,13 @@
 //! What a recording says, as Python reads it.
 
+use std::path::PathBuf;
+
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use tactid_identify::{Clock, FitReport, HistoryPoint};
 
 use crate::arrays::output;
+use crate::errors::IntoPyErr;
 use crate::payload::PayloadEstimate;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -179,6 +182,19 @@ impl Identification {
         let directions = self.fit(|fit| fit.directions.clone());
         let count = directions.len();
         output(py, directions.into_flattened(), Some(count), &[10])
+    }
+
+    /// Writes the estimate over time as a log: ``geometry_msgs/msg/InertiaStamped`` on ``/tactid/payload``, and half
+    /// the width of each value's 95 % interval on ``/tactid/payload_half_width_95``.
+    ///
+    /// Args:
+    ///     path: The ``.mcap`` file to write.
+    ///
+    /// Raises:
+    ///     LogError: It cannot be written.
+    fn write_estimates(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        py.detach(|| tactid_identify::write_estimates(&path, &self.0))
+            .map_err(IntoPyErr::into_py_err)
     }
 
     /// What motion would make known what is not, a sentence each.

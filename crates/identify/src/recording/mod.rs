@@ -4,6 +4,7 @@ mod advice;
 mod bare;
 mod decode;
 mod dirt;
+mod estimates;
 mod feed;
 mod history;
 mod joints;
@@ -24,6 +25,7 @@ use nalgebra::Vector3;
 use tactid_logs::LogReader;
 
 pub use dirt::Dirt;
+pub use estimates::write_estimates;
 pub use outcome::{Clock, FitReport, HistoryPoint, Identification, Progress};
 pub use request::{ActsOn, Request, Topics};
 pub use samples::identify_samples;

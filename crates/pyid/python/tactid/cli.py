@@ -13,8 +13,10 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from typer.exceptions import TyperException
 
 import tactid
-from tactid import result, table
-from tactid.result import Filter, Way
+from tactid import table
+from tactid.console import interruptible, notes, progress
+from tactid.identify_command import identify
+from tactid.result import Filter
 
 app = typer.Typer(
     name="tactid",
@@ -23,9 +25,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-
-notes = Console(stderr=True, highlight=False, soft_wrap=True)
-
 
 def run() -> int:
     """Runs the command line and returns the exit code; every foreseen error is one line."""
@@ -49,29 +48,6 @@ def _fail(message: str) -> int:
     lines = [line for line in message.splitlines() if "|" not in line]
     print("tactid: error:", " ".join(" ".join(lines).split()), file=sys.stderr)
     return 2
-
-
-@contextmanager
-def _interruptible(what_is_left: str) -> Iterator[None]:
-    try:
-        yield
-    except KeyboardInterrupt:
-        print(f"tactid: interrupted: {what_is_left}", file=sys.stderr)
-        raise typer.Exit(130) from None
-
-
-@contextmanager
-def _progress(label: str) -> Iterator[Callable[[float], None]]:
-    """A bar with the time left, where somebody can see it."""
-    columns = (
-        TextColumn("{task.description:<12}"),
-        BarColumn(bar_width=None),
-        TaskProgressColumn(),
-        TimeRemainingColumn(elapsed_when_finished=True),
-    )
-    with Progress(*columns, console=notes, disable=not notes.is_terminal) as bar:
-        task = bar.add_task(label, total=1.0)
-        yield lambda done: bar.update(task, completed=done)
 
 
 def _show_version(wanted: bool) -> None:
@@ -125,10 +101,10 @@ def paper(
     out.mkdir(parents=True, exist_ok=True)
     files = paper_run.Files(out)
     files.remove_results()
-    with _interruptible(f"{files.log} holds the run up to here"), _progress("simulating") as done:
+    with interruptible(f"{files.log} holds the run up to here"), progress("simulating") as done:
         report = tactid.simulate(experiment, files.log, progress=done)
-    with _interruptible(f"{files.log} is complete, no result was written"):
-        with _progress("identifying") as done:
+    with interruptible(f"{files.log} is complete, no result was written"):
+        with progress("identifying") as done:
             found = paper_run.identify_all(files.log, experiment.tool, estimator, done)
         outcome = paper_run.Outcome(experiment, report, found, tactid.info(files.log))
         with notes.status("drawing"):
@@ -161,7 +137,7 @@ def simulate(
     what = (
         tactid.Experiment.paper() if experiment is None else tactid.Experiment.from_file(experiment)
     )
-    with _interruptible(f"{out} holds the run up to here"), _progress("simulating") as done:
+    with interruptible(f"{out} holds the run up to here"), progress("simulating") as done:
         report = tactid.simulate(what, out, progress=done)
     notes.print(
         f"Wrote {out}: {report.simulated_time:g} s in {report.wall_time:.1f} s,"
@@ -171,48 +147,7 @@ def simulate(
     )
 
 
-@app.command()
-def identify(
-    log: Annotated[Path, typer.Argument(help="An .mcap file, or the folder of a rosbag2 bag.")],
-    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
-    estimator: Annotated[
-        Filter, typer.Option(help="The paper's filter, or least squares.")
-    ] = "nlms",
-    way: Annotated[
-        Way, typer.Option(help="From the fingers' contact wrenches, or from joints and base.")
-    ] = "tactile",
-    epochs: Annotated[
-        int | None,
-        typer.Option(
-            min=1, max=2**32 - 1, help="How often to present the log: 2 for nlms, 1 for rls."
-        ),
-    ] = None,
-    tip: Annotated[
-        str, typer.Option(help="The end-effector frame: a link of the robot.")
-    ] = "tool0",
-) -> None:
-    """Identifies the payload from a log."""
-    with _interruptible("no result"), _progress("identifying") as done:
-        found = tactid.identify(
-            log, tool=tip, way=way, estimator=estimator, epochs=epochs, progress=done
-        )
-    info = tactid.info(log)
-    values = result.estimate_values(found)
-    for damage in found.damage:
-        notes.print(f"tactid: note: {damage}; what stands before was used", style="yellow")
-    if as_json:
-        record = {
-            "estimate": result.nested(values),
-            "estimator": found.estimator,
-            "diagnostics": result.diagnostics(found) | result.read_checks(info),
-        }
-        sys.stdout.write(result.to_json(record))
-        return
-    truth = result.read_truth(info)
-    errors = None if truth is None else truth.errors_percent(values)
-    Console().print(table.rich_table([table.Column(found.estimator, values, errors)], truth))
-    for remark in result.remarks_on(found):
-        notes.print(remark)
+app.command()(identify)
 
 
 @app.command()
@@ -248,12 +183,12 @@ def view(
 
     with tempfile.TemporaryDirectory(prefix="tactid-") as folder:
         recording = save or Path(folder, f"{log.stem}.rrd")
-        with _interruptible("nothing was written"), notes.status("reading"):
+        with interruptible("nothing was written"), notes.status("reading"):
             remarks = viewer.record(log, recording, result=result_file, urdf=urdf, tip=tip)
         for remark in remarks:
             notes.print(f"tactid: note: {remark}", style="yellow")
         if save is None:
-            with _interruptible("the viewer is closed"):
+            with interruptible("the viewer is closed"):
                 viewer.open_viewer(recording)
         else:
             notes.print(f"Wrote {save}: open it with rerun {save}")

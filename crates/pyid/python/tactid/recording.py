@@ -149,8 +149,20 @@ class Recording(Found, Protocol):
         """By how much the stamps of what is felt are later than those of the motion, s."""
 
     @property
-    def delay_deviation(self) -> float:
+    def delay_estimate(self) -> float | None:
+        """The same as estimated, s, corrected or not; None where it was not estimated."""
+
+    @property
+    def delay_deviation(self) -> float | None:
         """Its standard deviation, s."""
+
+    @property
+    def clock(self) -> str:
+        """Where times came from."""
+
+    @property
+    def dirt(self) -> Sequence[tuple[str, str, int, float]]:
+        """What could not be used: topic, what was wrong, how many, and when first, s."""
 
     @property
     def excitation_values(self) -> Array:

@@ -196,7 +196,7 @@ def _forms(values: Values, frame: str) -> str:
 
 def _facts(found: Recording) -> dict[str, str]:
     delay = _told(1e3 * found.delay, "ms")
-    if math.isfinite(found.delay_deviation):
+    if found.delay_deviation is not None:
         delay += f" ± {1e3 * result.Z95 * found.delay_deviation:.2g} ms"
     return {
         "from": WAYS.get(found.way, found.way),

@@ -17,7 +17,7 @@ import tactid
 from tactid.bodies import why_impossible
 from tactid.recording import Found, Recording
 
-Way = Literal["tactile", "joint-sensing"]
+Way = Literal["tactile", "effort", "joint-sensing"]
 Filter = Literal["nlms", "rls"]
 
 Values = Sequence[float | None]
@@ -234,7 +234,7 @@ def diagnostics(found: tactid.Identification) -> dict[str, Any]:
     estimate = found.estimate
     told = _diagnostics(found) | {
         "average_s": found.average,
-        "interval_s": found.interval,
+        "cutoff_hz": found.cutoff,
         "epochs": found.epochs,
         "singular_values": {
             "mass": [float(value) for value in estimate.mass_singular_values],
@@ -256,8 +256,14 @@ def recording_diagnostics(found: Recording) -> dict[str, Any]:
     return _diagnostics(found) | {
         "stride_s": _number(found.stride),
         "cutoff_hz": _number(found.cutoff),
+        "clock": found.clock,
         "delay_s": _number(found.delay),
-        "delay_deviation_s": _number(found.delay_deviation),
+        "delay_estimate_s": found.delay_estimate,
+        "delay_deviation_s": found.delay_deviation,
+        "dirt": [
+            {"topic": topic, "what": what, "count": count, "first_s": _number(first)}
+            for topic, what, count, first in found.dirt
+        ],
         "windows": len(found.fit_time) - held_out,
         "held_out_windows": held_out,
         "residual_rms": by_channel(found.residual_rms),
@@ -290,7 +296,31 @@ def remarks_on(found: Found, advice: Sequence[str] = TURN_MORE) -> list[str]:
 def recording_remarks(found: Recording) -> list[str]:
     """The same for a recording, and what was noticed on the way from it to the estimate."""
     own = remarks_on(found, found.motion_advice or TURN_MORE)
-    return list(dict.fromkeys([*own, *found.remarks]))
+    dirt = [_dirty(*entry) for entry in found.dirt]
+    return list(dict.fromkeys([*own, *found.remarks, *dirt]))
+
+
+def _dirty(topic: str, what: str, count: int, first: float) -> str:
+    since = f", the first at {first:.3f} s" if math.isfinite(first) else ""
+    kind = "" if topic == "samples" else f" message{'s' if count > 1 else ''}"
+    return f"{topic}: {count}{kind} {what}{since}."
+
+
+def facts(found: tactid.Identification) -> list[str]:
+    """What was assumed, and what was chosen from the data: said of every result."""
+    gravity = " ".join(f"{entry:g}" for entry in found.gravity)
+    told = [f"frame {found.tool}", f"way {found.way}", f"gravity {gravity} m/s²"]
+    told.append(f"cutoff {found.cutoff:.3g} Hz")
+    if found.delay_estimate is not None and found.delay_deviation is not None:
+        used = "corrected" if found.delay else "not significant, not corrected"
+        told.append(
+            f"delay {found.delay_estimate * 1e3:.2f} ± {1e3 * Z95 * found.delay_deviation:.2g} ms"
+            f" ({used})"
+        )
+    elif found.delay:
+        told.append(f"delay {found.delay * 1e3:g} ms (given)")
+    told.append(f"times from {'header stamps' if found.clock == 'stamps' else 'the log'}")
+    return ["; ".join(told) + "."]
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """Table 2 of the paper, with the numbers of a run beside it."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -39,11 +40,18 @@ class Column:
     values: Values
     errors: Sequence[float | None] | None
     """In percent; None where the truth is not known."""
+    half_widths: Values | None = None
+    """Half of each 95 % interval; None where the estimator tells none."""
 
 
-def number(value: float | None) -> str:
-    """A value as a table shows it."""
-    return NOT_IDENTIFIABLE if value is None else f"{_without_minus_zero(value, 4):.4f}"
+def number(value: float | None, half_width: float | None = None) -> str:
+    """A value as a table shows it: as many digits as its interval is worth, and four at least."""
+    if value is None:
+        return NOT_IDENTIFIABLE
+    digits = 4
+    if half_width is not None and 0 < half_width < 1e-3:
+        digits = min(9, 1 - math.floor(math.log10(half_width)))
+    return f"{_without_minus_zero(value, digits):.{digits}f}"
 
 
 def percent(error: float | None) -> str:
@@ -74,6 +82,8 @@ def rich_table(columns: Sequence[Column], truth: Truth | None) -> Table:
         table.add_column("error %", justify="right")
     for column in columns:
         table.add_column(column.title, justify="right", style="bold")
+        if column.half_widths is not None:
+            table.add_column("± 95 %", justify="right")
         if column.errors is not None:
             table.add_column("error %", justify="right")
     for index, cells in enumerate(_cells(columns, truth, with_paper)):
@@ -93,7 +103,10 @@ def _cells(
         if with_paper:
             cells += [f"{PAPER_VALUES[index]:.2f}", f"{PAPER_ERRORS[index]:.2f}"]
         for column in columns:
-            cells.append(number(column.values[index]))
+            half_width = None if column.half_widths is None else column.half_widths[index]
+            cells.append(number(column.values[index], half_width))
+            if column.half_widths is not None:
+                cells.append("–" if half_width is None else f"{half_width:.2g}")
             if column.errors is not None:
                 cells.append(percent(column.errors[index]))
         rows.append(cells)
