@@ -95,9 +95,12 @@ def is_possible(inertia: np.ndarray) -> bool:
 
 def assert_says_whether_it_is_possible(record: Record) -> None:
     values = values_of(record["estimate"])
+    if np.isnan(values).any():
+        assert remarks_with(record, "not identifiable")
+        return
     possible = bool(values[0] > 0 and is_possible(values[4:]))
     assert record["diagnostics"]["is_physical"] is possible
-    told = remarks_with(record, "impossible") or remarks_with(record, "physical")
+    told = remarks_with(record, "no body can have these parameters")
     assert possible or told
 
 
@@ -131,19 +134,23 @@ def test_the_usual_gravity_is_suspected(identify: Identify, tool: str, noise: st
     assert mass is None or abs(mass / truth_of(bag).mass - 1) > 0.05
 
 
-@pytest.mark.parametrize("tool", TOOLS)
-def test_under_noise_it_is_no_worse_than_weighted_least_squares(
-    identify: Identify, tool: str
-) -> None:
-    """Within 5 % of its error: that much is chance, as the noise of the wrench is what limits."""
-    bag = DATA / f"{tool}_high"
-    truth = truth_of(bag)
-    record = identify(bag, *UP)
-    values = values_of(record["estimate"])
-    ours = error(values[0], values[1:4], truth)
-    theirs = error(*weighted_least_squares(bag), truth)
-    assert ours <= 1.05 * theirs
-    assert_says_whether_it_is_possible(record)
+def test_under_noise_it_is_better_than_weighted_least_squares(identify: Identify) -> None:
+    """In the geometric mean over the tools, and for each within a quarter.
+
+    That much is chance: of the lightest tools a single recording says mass and centre to some
+    percent, and both methods' errors are of that size.
+    """
+    ratios = []
+    for tool in TOOLS:
+        bag = DATA / f"{tool}_high"
+        truth = truth_of(bag)
+        record = identify(bag, *UP)
+        values = values_of(record["estimate"])
+        ours = error(values[0], values[1:4], truth)
+        ratios.append(ours / error(*weighted_least_squares(bag), truth))
+        assert_says_whether_it_is_possible(record)
+    assert max(ratios) < 1.25
+    assert np.exp(np.log(ratios).mean()) < 0.8
 
 
 @pytest.mark.parametrize("tool", TOOLS)

@@ -204,6 +204,14 @@ impl Manipulator {
         self.joint_names.iter().position(|known| known == name)
     }
 
+    /// How a joint moves, by its place in `q`; `None` for a place beyond it.
+    #[must_use]
+    pub fn joint_kind(&self, place: usize) -> Option<JointKind> {
+        let mut joints = self.bodies.iter().filter_map(|body| body.joint.as_ref());
+        let found = joints.find(|joint| joint.coordinate == place && joint.ratio == 1.0);
+        found.map(|joint| joint.kind)
+    }
+
     /// The frame of a link.
     ///
     /// # Errors

@@ -1,5 +1,6 @@
 //! From a URDF to a [`Manipulator`].
 
+use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
@@ -39,9 +40,44 @@ impl Manipulator {
         base_kind: BaseKind,
         base: Option<&str>,
     ) -> Result<Self, ModelError> {
-        let urdf = urdf_rs::read_from_string(xml)
+        let urdf = urdf_rs::read_from_string(&with_declared_prefixes(xml))
             .map_err(|error| ModelError::Syntax(error.to_string()))?;
         Tree::new(&urdf)?.build(base_kind, base)
+    }
+}
+
+/// The text with every namespace prefix declared: generators leave `drake:` and the like undeclared, and
+/// other URDF parsers let them pass.
+fn with_declared_prefixes(xml: &str) -> Cow<'_, str> {
+    let mut declared = HashSet::new();
+    let mut declarations = String::new();
+    // A name before a colon, which stands after `<`, `</` or a space within a tag.
+    for (at, _) in xml.match_indices(':') {
+        let before = &xml[..at];
+        let start = before
+            .rfind(|c: char| !(c.is_alphanumeric() || "_-.".contains(c)))
+            .map_or(0, |k| {
+                k + before[k..].chars().next().map_or(1, char::len_utf8)
+            });
+        let prefix = &before[start..];
+        let in_a_tag = before.rfind('<') > before.rfind('>');
+        let is_name = prefix.starts_with(|c: char| c.is_alphabetic() || c == '_');
+        let quotes = before[before.rfind('<').unwrap_or(0)..]
+            .matches('"')
+            .count();
+        if !in_a_tag || !is_name || quotes % 2 == 1 || ["xml", "xmlns"].contains(&prefix) {
+            continue;
+        }
+        if !xml.contains(&format!("xmlns:{prefix}=")) && declared.insert(prefix) {
+            declarations += &format!(" xmlns:{prefix}=\"urn:{prefix}\"");
+        }
+    }
+    match xml.find("<robot") {
+        Some(at) if !declarations.is_empty() => {
+            let (head, tail) = xml.split_at(at + "<robot".len());
+            Cow::Owned(format!("{head}{declarations}{tail}"))
+        }
+        _ => Cow::Borrowed(xml),
     }
 }
 

@@ -60,6 +60,19 @@ pub enum IdentifyError {
         /// What the log has instead.
         topics: String,
     },
+    /// Nothing in the log tells a load.
+    #[error(
+        "the log has neither a wrench (type geometry_msgs/msg/WrenchStamped) nor joint states with an effort: nothing tells the load; its topics are: {0}"
+    )]
+    NoLoad(String),
+    /// A log without a message.
+    #[error("there is no message in {path}{damage}")]
+    Empty {
+        /// The log.
+        path: String,
+        /// Why, if that is known.
+        damage: String,
+    },
     /// A topic that was asked for and is not there, or of another type.
     #[error("the log has no topic {topic} of type {type_name}; its topics are: {topics}")]
     NoSuchTopic {
@@ -109,10 +122,12 @@ pub enum IdentifyError {
         joints: String,
     },
     /// Gains that do not fit the joints.
-    #[error("{given} effort gains for the joints {joints}: give one a joint, in this order")]
+    #[error("{given} effort gains for {count} joints: give one a joint, in the order {joints}")]
     EffortGains {
         /// How many were given.
         given: usize,
+        /// How many joints there are.
+        count: usize,
         /// The robot's joints.
         joints: String,
     },
@@ -121,11 +136,13 @@ pub enum IdentifyError {
     BareNeedsEffort,
     /// A bare recording of another motion.
     #[error(
-        "the bare recording has another motion: joint `{joint}` differs by {rms:.3} rms where {allowed} is allowed"
+        "the bare recording has another motion: joint `{joint}` differs by {rms:.3} {unit} rms, where {allowed} {unit} is allowed"
     )]
     OtherMotion {
         /// The joint that differs most.
         joint: String,
+        /// Its unit.
+        unit: &'static str,
         /// rad or m.
         rms: f64,
         /// rad or m.

@@ -236,11 +236,11 @@ impl Identification {
         }
     }
 
-    /// What could not be used: topic, what was wrong, how many messages, and when first, s.
+    /// What was wrong with messages: topic, what, how often, and when first, s.
     #[getter]
-    fn dirt(&self) -> Vec<(String, &'static str, u64, f64)> {
+    fn dirt(&self) -> Vec<(String, String, u64, f64)> {
         let dirt = self.0.dirt.iter();
-        dirt.map(|d| (d.topic.clone(), d.what, d.count, d.first_s))
+        dirt.map(|d| (d.topic.clone(), d.what.clone(), d.count, d.first_s))
             .collect()
     }
 

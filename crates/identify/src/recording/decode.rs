@@ -1,5 +1,7 @@
 //! From messages to events: units, signs, clocks, and what cannot be used.
 
+use std::borrow::Cow;
+
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use tactid_dynamics::{BaseAcceleration, Wrench};
 use tactid_logs::messages::{self, AccelStamped, Imu, JointState, Odometry, Time, WrenchStamped};
@@ -14,6 +16,8 @@ use crate::{BaseState, IdentifyError, Way};
 
 /// A stamp that is further than this from where the log's time puts it is a fault, s.
 const FAR_S: f64 = 60.0;
+/// Streams that begin or end further apart than this are worth a word, s.
+const UNEQUAL_S: f64 = 1.0;
 /// How many messages are looked at to compare stamps with log times.
 const LOOKED_AT: usize = 200;
 
@@ -39,7 +43,20 @@ pub(crate) struct Decoder {
     sign: f64,
     gains: Vec<f64>,
     clock: Clock,
+    /// Longer silences of a publisher are gaps, s.
+    max_gap_s: f64,
+    publishers: Vec<Publisher>,
     pub(crate) dirt: DirtCounts,
+}
+
+/// The messages of one kind from one publisher.
+#[derive(Clone, Debug)]
+struct Publisher {
+    topic: String,
+    /// Tells apart the publishers of one topic.
+    part: usize,
+    first_s: f64,
+    last_s: f64,
 }
 
 /// The log's clock: header stamps, or log times where there are none.
@@ -74,6 +91,7 @@ impl Decoder {
         if !request.effort_gain.is_empty() && request.effort_gain.len() != dof {
             return Err(IdentifyError::EffortGains {
                 given: request.effort_gain.len(),
+                count: dof,
                 joints: sources.robot.joint_names().join(", "),
             });
         }
@@ -93,12 +111,76 @@ impl Decoder {
                 origin_ns: 0,
                 offset_ns: None,
             },
+            max_gap_s: f64::INFINITY,
+            publishers: Vec::new(),
             dirt: DirtCounts::default(),
             routes,
             sources,
         };
         decoder.set_clock(log)?;
         Ok(decoder)
+    }
+
+    /// Counts silences that are longer than this as gaps.
+    pub(crate) fn set_max_gap_s(&mut self, max_gap_s: f64) {
+        self.max_gap_s = max_gap_s;
+    }
+
+    /// That a message comes after the one before of its publisher.
+    fn follow(&mut self, message: &RawMessage, part: usize, time_s: f64) -> Result<(), Fault> {
+        let topic = message.topic.name.as_str();
+        let known = self.publishers.iter_mut();
+        let found = known
+            .into_iter()
+            .find(|p| p.topic == topic && p.part == part);
+        let Some(publisher) = found else {
+            self.publishers.push(Publisher {
+                topic: topic.to_owned(),
+                part,
+                first_s: time_s,
+                last_s: time_s,
+            });
+            return Ok(());
+        };
+        let passed_s = time_s - publisher.last_s;
+        if passed_s <= 0.0 {
+            return Err("message out of order, left out".into());
+        }
+        let last_s = publisher.last_s;
+        publisher.last_s = time_s;
+        if passed_s > self.max_gap_s {
+            self.dirt.add(topic, "gap, not bridged", last_s);
+        }
+        Ok(())
+    }
+
+    /// Which publishers began long after the others, or ended long before them, a sentence each.
+    pub(crate) fn unequal_ends(&self) -> Vec<String> {
+        let times = |of: fn(&Publisher) -> f64| self.publishers.iter().map(of);
+        let begin_s = times(|p| p.first_s).fold(f64::INFINITY, f64::min);
+        let end_s = times(|p| p.last_s).fold(f64::NEG_INFINITY, f64::max);
+        let mut sentences = Vec::new();
+        for Publisher {
+            topic,
+            first_s,
+            last_s,
+            ..
+        } in &self.publishers
+        {
+            let (late_s, early_s) = (first_s - begin_s, end_s - last_s);
+            if late_s > UNEQUAL_S {
+                sentences.push(format!(
+                    "{topic} begins {late_s:.3} s after the others: what came before was left out."
+                ));
+            }
+            if early_s > UNEQUAL_S {
+                sentences.push(format!(
+                    "{topic} ends at {last_s:.3} s, {early_s:.3} s before the others: what came \
+                     after was left out."
+                ));
+            }
+        }
+        sentences
     }
 
     pub(crate) fn sources(&self) -> &Sources {
@@ -165,7 +247,7 @@ impl Decoder {
         };
         if let Err(what) = result {
             let time_s = self.log_time_s(message);
-            self.dirt.add(topic, what, time_s);
+            self.dirt.add(topic, &what, time_s);
         }
     }
 
@@ -182,35 +264,45 @@ impl Decoder {
             self.mappings.len() - 1
         });
         let mapping = self.mappings[at].1.as_ref();
-        let mapping = mapping.ok_or("with only a part of the joints")?;
+        let mapping = mapping
+            .ok_or("message with only a part of the joints, left out")?
+            .clone();
+        self.follow(message, mapping.group, time_s)?;
         let count = state.name.len();
         if state.position.len() != count {
-            return Err("with another number of positions than of names");
+            return Err("message with another number of positions than of names, left out".into());
         }
         let pick = |values: &[f64]| -> Vec<f64> {
             mapping.entries.iter().map(|&entry| values[entry]).collect()
         };
         let position = pick(&state.position);
-        fault(&position).map_or(Ok(()), Err)?;
+        check(&position)?;
         let mut velocity = Vec::new();
         if state.velocity.len() == count {
             velocity = pick(&state.velocity);
             if velocity.iter().any(|v| !v.is_finite()) {
                 velocity.clear();
-                let what = "with a velocity that is not a number (derived from positions)";
+                let what = "velocity that is not finite, derived from positions";
                 self.dirt.add(&message.topic.name, what, time_s);
             }
-            fault(&velocity).map_or(Ok(()), Err)?;
+            check(&velocity)?;
+        } else {
+            let what = "message without velocities, derived from positions";
+            self.dirt.add(&message.topic.name, what, time_s);
         }
-        let places = &self.groups.places[mapping.group];
+        let places = self.groups.places[mapping.group].clone();
         let mut effort = Vec::new();
         if self.sources.way == Way::Effort {
             if state.effort.len() != count {
-                return Err("without efforts");
+                return Err("message without efforts, left out".into());
             }
             effort = pick(&state.effort);
-            fault(&effort).map_or(Ok(()), Err)?;
-            for (effort, &place) in effort.iter_mut().zip(places) {
+            if let Some(at) = effort.iter().position(|effort| !effort.is_finite()) {
+                let joint = &self.sources.robot.joint_names()[places[at]];
+                return Err(format!("effort of {joint} that is not finite, left out").into());
+            }
+            check(&effort)?;
+            for (effort, &place) in effort.iter_mut().zip(&places) {
                 *effort *= self.gains[place];
             }
         }
@@ -220,7 +312,7 @@ impl Decoder {
             effort,
         };
         let what = if mapping.group == 0 {
-            Measured::Joints(self.spread(values, places))
+            Measured::Joints(self.spread(values, &places))
         } else {
             Measured::MoreJoints(mapping.group - 1, values)
         };
@@ -251,12 +343,13 @@ impl Decoder {
     fn odometry(&mut self, message: &RawMessage, events: &mut Vec<Event>) -> Result<(), Fault> {
         let odometry: Odometry = message.decode().map_err(|_| UNDECODABLE)?;
         let time_s = self.time_s(message, odometry.header.stamp)?;
+        self.follow(message, 0, time_s)?;
         let (pose, twist) = (&odometry.pose.pose, &odometry.twist.twist);
         let (p, q) = (&pose.position, &pose.orientation);
-        fault(&[p.x, p.y, p.z, q.w, q.x, q.y, q.z]).map_or(Ok(()), Err)?;
+        check(&[p.x, p.y, p.z, q.w, q.x, q.y, q.z])?;
         let rotation = Quaternion::new(q.w, q.x, q.y, q.z);
         if (rotation.norm() - 1.0).abs() > 0.1 {
-            return Err("with an orientation that is no unit quaternion");
+            return Err("orientation that is no unit quaternion, message left out".into());
         }
         let rotation = UnitQuaternion::new_normalize(rotation);
         // Odometry has its twist in the moving frame; the equations want it in the inertial one.
@@ -267,7 +360,7 @@ impl Decoder {
             acceleration: None,
             angular_acceleration: None,
         };
-        fault(base.velocity.iter().chain(&base.angular_velocity)).map_or(Ok(()), Err)?;
+        check(base.velocity.iter().chain(&base.angular_velocity))?;
         self.moved(time_s, base, events);
         Ok(())
     }
@@ -289,12 +382,13 @@ impl Decoder {
     fn acceleration(&mut self, message: &RawMessage, events: &mut Vec<Event>) -> Result<(), Fault> {
         let stamped: AccelStamped = message.decode().map_err(|_| UNDECODABLE)?;
         let time_s = self.time_s(message, stamped.header.stamp)?;
+        self.follow(message, 0, time_s)?;
         let acceleration = BaseAcceleration {
             linear: vector(stamped.accel.linear),
             angular: vector(stamped.accel.angular),
         };
         let values = acceleration.linear.iter().chain(&acceleration.angular);
-        fault(values).map_or(Ok(()), Err)?;
+        check(values)?;
         events.push(Event {
             time_s,
             what: Measured::Acceleration(acceleration),
@@ -307,13 +401,14 @@ impl Decoder {
     fn imu(&mut self, message: &RawMessage, events: &mut Vec<Event>) -> Result<(), Fault> {
         let imu: Imu = message.decode().map_err(|_| UNDECODABLE)?;
         let time_s = self.time_s(message, imu.header.stamp)?;
+        self.follow(message, 0, time_s)?;
         let base = BaseState {
             angular_velocity: vector(imu.angular_velocity),
             acceleration: Some(vector(imu.linear_acceleration)),
             ..BaseState::fixed()
         };
         let felt = base.acceleration.iter().flat_map(|vector| vector.iter());
-        fault(felt.chain(&base.angular_velocity)).map_or(Ok(()), Err)?;
+        check(felt.chain(&base.angular_velocity))?;
         self.moved(time_s, base, events);
         Ok(())
     }
@@ -326,11 +421,12 @@ impl Decoder {
     ) -> Result<(), Fault> {
         let stamped: WrenchStamped = message.decode().map_err(|_| UNDECODABLE)?;
         let time_s = self.time_s(message, stamped.header.stamp)?;
+        self.follow(message, 0, time_s)?;
         let wrench = Wrench {
             force: vector(stamped.wrench.force) * self.sign,
             moment: vector(stamped.wrench.torque) * self.sign,
         };
-        fault(wrench.force.iter().chain(&wrench.moment)).map_or(Ok(()), Err)?;
+        check(wrench.force.iter().chain(&wrench.moment))?;
         events.push(Event {
             time_s,
             what: Measured::Wrench(sensor, wrench),
@@ -343,14 +439,14 @@ impl Decoder {
         let log_s = self.log_time_s(message);
         if stamp == Time::default() {
             if self.clock.offset_ns.is_some() {
-                let what = "without a stamp (the time of logging is used)";
+                let what = "message without a stamp, the time of logging is taken";
                 self.dirt.add(&message.topic.name, what, log_s);
             }
             return Ok(log_s);
         }
         let time_s = stamp.as_ns().saturating_sub(self.clock.origin_ns) as f64 * 1e-9;
         if (time_s - log_s).abs() > FAR_S {
-            return Err("with a stamp far from the time of logging");
+            return Err("message with a stamp far from the time of logging, left out".into());
         }
         Ok(time_s)
     }
@@ -363,10 +459,15 @@ impl Decoder {
     }
 }
 
-/// Why a message is not used.
-type Fault = &'static str;
+/// That numbers can be used.
+fn check<'a>(values: impl IntoIterator<Item = &'a f64>) -> Result<(), Fault> {
+    fault(values).map_or(Ok(()), |what| Err(what.into()))
+}
 
-const UNDECODABLE: Fault = "that cannot be decoded";
+/// Why a message is not used.
+type Fault = Cow<'static, str>;
+
+const UNDECODABLE: Fault = Cow::Borrowed("message that cannot be decoded, left out");
 
 fn vector(v: messages::Vector3) -> Vector3<f64> {
     Vector3::new(v.x, v.y, v.z)

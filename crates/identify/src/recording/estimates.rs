@@ -31,7 +31,12 @@ pub fn write_estimates(path: &Path, found: &Identification) -> Result<(), Identi
     let end_s = found.history.last().map_or(0.0, |point| point.time_s);
     let over_time = points.map(|point| (point.time_s, point.values, point.deviations));
     let last = (end_s, found.estimate.values(), found.estimate.deviations);
-    let count = found.history.iter().filter(|p| p.epoch == epoch).count().saturating_sub(1);
+    let count = found
+        .history
+        .iter()
+        .filter(|p| p.epoch == epoch)
+        .count()
+        .saturating_sub(1);
     for (time_s, values, deviations) in over_time.take(count).chain([last]) {
         let stamp_ns = found.start_ns.saturating_add((time_s * 1e9).round() as i64);
         let time_ns = u64::try_from(stamp_ns).unwrap_or(0);

@@ -64,6 +64,13 @@ pub fn identify_log(
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Identification, IdentifyError> {
     let log = LogReader::open(path)?;
+    if log.topics().iter().all(|topic| topic.count == 0) {
+        let damage = log.damage().iter().map(|damage| format!(": {damage}"));
+        return Err(IdentifyError::Empty {
+            path: path.display().to_string(),
+            damage: damage.collect(),
+        });
+    }
     let mut sources = Sources::find(&log, request)?;
     let settings = settings(&log, &sources, request);
     if sources.acceleration.is_some() && request.topics.acceleration.is_none() {
@@ -85,6 +92,7 @@ pub fn identify_log(
     plan.settings.effort_is_net = bare.is_some();
     plan.layout.bare = bare.is_some();
     decoder.dirt = dirt::DirtCounts::default();
+    decoder.set_max_gap_s(plan.settings.max_gap_s);
 
     let mut run = Run::new(&decoder, plan)?;
     let mut interrupted = false;

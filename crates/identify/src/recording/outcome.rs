@@ -11,7 +11,7 @@ use super::request::Request;
 use super::run::Run;
 use super::suspicion::suspicions;
 use crate::fit::{Fit, Options};
-use crate::uncertainty::{deviations, identifiable};
+use crate::uncertainty::{HALF_WIDTH_95, deviations, identifiable};
 use crate::{IdentifyError, PayloadEstimate, Settings, Way};
 
 /// The check on what a fit has not seen leaves out every so many parts of the recording.
@@ -147,9 +147,11 @@ pub(crate) fn finish(
             groups.absent.join(", ")
         ));
     }
+    remarks.extend(run.remarks.iter().cloned());
     let clock = if decoder.has_stamps() {
         Clock::Stamps
     } else {
+        remarks.push("The messages have no stamps: times are those of logging.".to_owned());
         Clock::LogTimes
     };
     let origin = Origin {
@@ -162,7 +164,7 @@ pub(crate) fn finish(
         let dirt = run.dirt.to_vec();
         let dirt = dirt
             .iter()
-            .map(|d| format!("; {}: {} {}", d.topic, d.count, d.what));
+            .map(|d| format!("; {}: {} × {}", d.topic, d.count, d.what));
         let topics = sources.measured().join(", ");
         return Err(IdentifyError::NoOverlap(topics + &dirt.collect::<String>()));
     }
@@ -227,6 +229,17 @@ fn fit(
         && rest_s.is_finite()
     {
         found.estimated_delay = Some((run.plan.delay_s + rest_s, deviation_s));
+    }
+    if found.delay_s != 0.0
+        && let Some((delay_s, deviation_s)) = found.estimated_delay
+    {
+        found.remarks.push(format!(
+            "The wrenches are stamped {:.2} ms later than the motion (a delay of {:.2} ± {:.2} ms was \
+             found): corrected.",
+            1e3 * found.delay_s,
+            1e3 * delay_s,
+            1e3 * HALF_WIDTH_95 * deviation_s
+        ));
     }
     let fit = Fit::new(equations, Options::default()).ok_or_else(too_few)?;
     let mut known = SVector::<f64, 10>::zeros();

@@ -1,7 +1,7 @@
 //! One passage through a recording: events in, equations kept.
 
 use nalgebra::Vector3;
-use tactid_dynamics::Manipulator;
+use tactid_dynamics::{JointKind, Manipulator};
 
 use super::decode::Decoder;
 use super::dirt::DirtCounts;
@@ -76,6 +76,7 @@ pub(crate) struct Run {
     mismatch: Mismatch,
     pub(crate) dirt: DirtCounts,
     pub(crate) damage: Vec<String>,
+    pub(crate) remarks: Vec<String>,
 }
 
 impl Run {
@@ -104,6 +105,7 @@ impl Run {
             },
             dirt: DirtCounts::default(),
             damage: Vec::new(),
+            remarks: Vec::new(),
             plan,
         })
     }
@@ -156,17 +158,14 @@ impl Run {
     pub(crate) fn end(&mut self, feed: &Feed) {
         self.dirt = feed.decoder.dirt.clone();
         self.damage = feed.damage();
+        self.remarks = feed.decoder.unequal_ends();
         self.end_streams();
     }
 
     /// Counts what could not be aligned.
     pub(crate) fn end_streams(&mut self) {
-        for (what, count) in self.aligner.disordered() {
-            let kind = "that are not later than the one before";
-            self.dirt.add_many(what, kind, count, f64::NAN);
-        }
         if self.aligner.incomplete > 0 {
-            let kind = "of the motion without a load or a base at their time";
+            let kind = "sample of the motion for which another stream has no value, left out";
             self.dirt
                 .add_many("samples", kind, self.aligner.incomplete, f64::NAN);
         }
@@ -211,6 +210,10 @@ impl Run {
             Some((joint, square)) if (square / count).sqrt() > SAME_MOTION => {
                 Err(IdentifyError::OtherMotion {
                     joint: self.plan.robot.joint_names()[joint].clone(),
+                    unit: match self.plan.robot.joint_kind(joint) {
+                        Some(JointKind::Prismatic) => "m",
+                        Some(JointKind::Revolute) | None => "rad",
+                    },
                     rms: (square / count).sqrt(),
                     allowed: SAME_MOTION,
                 })

@@ -53,6 +53,9 @@ impl Sources {
         } else {
             Way::Tactile
         });
+        if request.way.is_none() && way == Way::Effort && !has_efforts(log, &joints)? {
+            return Err(IdentifyError::NoLoad(topic_names(log)));
+        }
         if way == Way::Tactile && wrenches.is_empty() {
             return Err(missing::<WrenchStamped>(log, "wrench"));
         }
@@ -305,6 +308,15 @@ fn static_transforms(log: &LogReader) -> Result<Transforms, IdentifyError> {
         }
     }
     Ok(transforms)
+}
+
+fn has_efforts(log: &LogReader, joints: &[String]) -> Result<bool, IdentifyError> {
+    for topic in joints {
+        if !first::<JointState>(log, topic)?.effort.is_empty() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// The topics that were asked for, or all of the type.

@@ -109,8 +109,6 @@ pub(crate) enum At<T> {
 pub(crate) struct Stream<T> {
     samples: VecDeque<(f64, T)>,
     max_gap_s: f64,
-    /// Samples that were not later than the one before, and were dropped.
-    pub(crate) disordered: u64,
 }
 
 impl<T: Blend> Stream<T> {
@@ -118,16 +116,13 @@ impl<T: Blend> Stream<T> {
         Self {
             samples: VecDeque::new(),
             max_gap_s,
-            disordered: 0,
         }
     }
 
-    /// Adds a sample; one that is not later than the last is dropped and counted.
+    /// Adds a sample; one that is not later than the last is dropped.
     pub(crate) fn push(&mut self, time_s: f64, value: T) {
         if self.samples.back().is_none_or(|(last, _)| time_s > *last) {
             self.samples.push_back((time_s, value));
-        } else {
-            self.disordered += 1;
         }
     }
 
@@ -249,7 +244,6 @@ pub(crate) struct Aligner {
     wrenches: Vec<Stream<Wrench>>,
     bare: Stream<JointValues>,
     newest_s: f64,
-    disordered_joints: u64,
     /// Samples for which some stream had no value.
     pub(crate) incomplete: u64,
 }
@@ -265,7 +259,6 @@ impl Aligner {
             wrenches: vec![Stream::new(max_gap_s); layout.wrenches],
             bare: Stream::new(max_gap_s),
             newest_s: f64::NEG_INFINITY,
-            disordered_joints: 0,
             incomplete: 0,
             layout,
         }
@@ -278,7 +271,7 @@ impl Aligner {
                 self.newest_s = time_s;
                 self.joints.push_back(JointSample { time_s, values });
             }
-            Measured::Joints(_) => self.disordered_joints += 1,
+            Measured::Joints(_) => {}
             Measured::MoreJoints(part, values) => self.more_joints[part].push(time_s, values),
             Measured::Base(base) => self.base.push(time_s, base),
             Measured::Acceleration(value) => self.acceleration.push(time_s, value),
@@ -287,22 +280,6 @@ impl Aligner {
             }
             Measured::Bare(values) => self.bare.push(time_s, values),
         }
-    }
-
-    /// Samples that came out of order, by what they measure.
-    pub(crate) fn disordered(&self) -> impl Iterator<Item = (&'static str, u64)> + '_ {
-        let more = self.more_joints.iter().map(|stream| stream.disordered);
-        let joints = self.disordered_joints + more.sum::<u64>();
-        let wrenches = self.wrenches.iter().map(|stream| stream.disordered).sum();
-        [
-            ("joints", joints),
-            ("base", self.base.disordered),
-            ("acceleration", self.acceleration.disordered),
-            ("wrench", wrenches),
-            ("bare recording", self.bare.disordered),
-        ]
-        .into_iter()
-        .filter(|(_, count)| *count > 0)
     }
 
     /// The next time at which everything is known; `None` until more has come.
@@ -431,7 +408,6 @@ mod tests {
             stream.push(time_s, push(cubic(time_s)));
         }
         stream.push(0.4, push(9.0));
-        assert_eq!(stream.disordered, 1);
         assert_eq!(stream.at(0.0), At::Never);
         assert_eq!(stream.at(0.1), At::Value(push(cubic(0.1))));
         let At::Value(middle) = stream.at(0.25) else {

@@ -302,8 +302,7 @@ def recording_remarks(found: Recording) -> list[str]:
 
 def _dirty(topic: str, what: str, count: int, first: float) -> str:
     since = f", the first at {first:.3f} s" if math.isfinite(first) else ""
-    kind = "" if topic == "samples" else f" message{'s' if count > 1 else ''}"
-    return f"{topic}: {count}{kind} {what}{since}."
+    return f"{topic}: {count} × {what}{since}."
 
 
 def facts(found: tactid.Identification) -> list[str]:
