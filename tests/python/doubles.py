@@ -120,7 +120,9 @@ def effort(joints: int = 7, duration: float = 20.0) -> RecordingDouble:
     measured = rows @ BODY.parameters + noise * rng.normal(size=(len(time), joints))
     names = [f"effort panda_joint{number}" for number in range(1, joints + 1)]
     found = _solved(time, rows, measured, np.ones_like(measured), noise, names, ["N m"] * joints)
-    return found.but(way="effort", delay=0.0, delay_estimate=None, delay_deviation=None, tool="panda_link8")
+    return found.but(
+        way="effort", delay=0.0, delay_estimate=None, delay_deviation=None, tool="panda_link8"
+    )
 
 
 def turned_about_one_axis() -> RecordingDouble:

@@ -44,11 +44,18 @@ def test_identify_prints_json_and_nothing_else(command: TactidCommand, log: Path
     assert done.returncode == 0
     assert done.stderr == ""
     record = json.loads(done.stdout)
-    assert record.keys() == {"estimate", "estimator", "diagnostics"}
+    assert record.keys() == {
+        "estimate",
+        "half_width_95",
+        "frame",
+        "estimator",
+        "diagnostics",
+        "remarks",
+    }
     assert_has_values(record["estimate"])
     assert record["estimate"]["mass"] == pytest.approx(100, rel=2e-3)
     assert record["estimator"] == "rls"
-    assert len(record["diagnostics"]["singular_values"]["inertia"]) == 6
+    assert len(record["diagnostics"]["excitation"]) == 10
     assert record["diagnostics"]["momentum_drift"]["linear"] < 1e-3
 
 

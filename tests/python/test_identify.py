@@ -24,8 +24,8 @@ def test_three_seconds_are_enough_for_least_squares(log: Path) -> None:
 
 
 def test_each_epoch_has_its_history(log: Path) -> None:
-    once, thrice = (tactid.identify(log, epochs=epochs) for epochs in (1, 3))
-    assert tactid.identify(log).epochs == 2
+    once, thrice = (tactid.identify(log, estimator="nlms", epochs=epochs) for epochs in (1, 3))
+    assert tactid.identify(log, estimator="nlms").epochs == 2
     assert set(thrice.history_epoch) == {0, 1, 2}
     first = thrice.history_epoch == 0
     np.testing.assert_array_equal(thrice.history[first], once.history)
@@ -34,12 +34,13 @@ def test_each_epoch_has_its_history(log: Path) -> None:
     assert thrice.estimate.intervals == once.estimate.intervals
 
 
-def test_longer_intervals_are_fewer(log: Path) -> None:
-    default, fine = tactid.identify(log), tactid.identify(log, interval=0.0)
-    assert default.interval == 0.05
-    assert default.estimate.intervals == 59
-    assert fine.estimate.intervals == 2999
-    for wrong in ({"interval": -1.0}, {"epochs": 0}, {"max_gap": 0.0}):
+def test_a_higher_cutoff_has_more_windows(log: Path) -> None:
+    default = tactid.identify(log, estimator="nlms")
+    fine = tactid.identify(log, estimator="nlms", cutoff=20.0)
+    assert default.cutoff == 10
+    assert default.estimate.intervals == 94
+    assert fine.estimate.intervals == pytest.approx(2 * 94, abs=4)
+    for wrong in ({"cutoff": -1.0}, {"epochs": 0}, {"max_gap": 0.0}):
         with pytest.raises(tactid.ArgumentError, match=next(iter(wrong))):
             tactid.identify(log, **wrong)
 
@@ -128,7 +129,7 @@ def test_what_cannot_be_identified_is_refused(robot: tactid.Manipulator, urdf: s
     with pytest.raises(tactid.IdentificationError, match="free-floating base"):
         tactid.Identifier(fixed, "tool0", way="joint-sensing")
     with pytest.raises(tactid.ArgumentError, match="alpha is 3"):
-        tactid.Identifier(robot, "tool0", ["tool0"], alpha=3.0)
+        tactid.Identifier(robot, "tool0", ["tool0"], estimator="nlms", alpha=3.0)
     with pytest.raises(tactid.ArgumentError, match='"nlms" or "rls"'):
         tactid.Identifier(robot, "tool0", ["tool0"], estimator="magic")  # type: ignore[arg-type]
     identifier = tactid.Identifier(robot, "tool0", ["tool0"])

@@ -13,6 +13,7 @@ notes = Console(stderr=True, highlight=False, soft_wrap=True)
 
 @contextmanager
 def interruptible(what_is_left: str) -> Iterator[None]:
+    """Turns Ctrl-C into a line that says what is left, and exit code 130."""
     try:
         yield
     except KeyboardInterrupt:

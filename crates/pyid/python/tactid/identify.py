@@ -87,6 +87,7 @@ def identify(source: Any, **options: Any) -> Identification:
 
     Args:
         source: The log's path, or the times of the samples.
+        **options: As follows.
         tool: The end-effector frame, a link of the robot: ``tool0`` where left out, or the sensor's
             frame without a robot.
         way: ``"tactile"``, from wrenches; ``"effort"``, from what the joints exert beyond what the

@@ -3,7 +3,7 @@
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -32,11 +32,17 @@ class ActsOn(StrEnum):
     SENSOR = "sensor"
 
 
+FORMS = {
+    Form.URDF: forms.urdf,
+    Form.MUJOCO: forms.mujoco,
+    Form.CONTROLLER: forms.controller,
+}
+
 Log = Annotated[Path, typer.Argument(help="An .mcap file, or the folder of a rosbag2 bag.")]
 
 
-def _panel(name: str, help: str, *names: str) -> typer.models.OptionInfo:
-    return typer.Option(*names, help=help, rich_help_panel=name)
+def _panel(name: str, text: str, *names: str) -> Any:
+    return typer.Option(*names, help=text, rich_help_panel=name)
 
 
 ROBOT, TOPICS, SIGNS, SIGNALS, RESULTS = "Robot", "Topics", "Signs", "Signals", "Results"
@@ -77,9 +83,7 @@ def identify(
         str | None, _panel(TOPICS, "Odometry of the base, or of the sensor itself without joints.")
     ] = None,
     imu: Annotated[str | None, _panel(TOPICS, "Imu on the tool, without joints.")] = None,
-    accel: Annotated[
-        str | None, _panel(TOPICS, "AccelStamped of what the odometry moves.")
-    ] = None,
+    accel: Annotated[str | None, _panel(TOPICS, "AccelStamped of what the odometry moves.")] = None,
     gravity: Annotated[
         tuple[float, float, float] | None,
         _panel(
@@ -122,12 +126,8 @@ def identify(
             rich_help_panel=SIGNALS,
         ),
     ] = None,
-    form: Annotated[
-        Form, _panel(RESULTS, "What to print.", "--format")
-    ] = Form.TABLE,
-    as_json: Annotated[
-        bool, _panel(RESULTS, "The same as --format json.", "--json")
-    ] = False,
+    form: Annotated[Form, _panel(RESULTS, "What to print.", "--format")] = Form.TABLE,
+    as_json: Annotated[bool, _panel(RESULTS, "The same as --format json.", "--json")] = False,
     result_file: Annotated[
         Path | None, _panel(RESULTS, "A JSON file with all time series to write.", "--result")
     ] = None,
@@ -174,7 +174,7 @@ def _print(log: Path, found: tactid.Identification, form: Form) -> None:
         sys.stdout.write(result.to_json(_record(log, found)))
         return
     if form is not Form.TABLE:
-        sys.stdout.write(forms.FORMS[form.value](values, found.tool).rstrip() + "\n")
+        sys.stdout.write(FORMS[form](values, found.tool).rstrip() + "\n")
     else:
         truth = result.read_truth(tactid.info(log))
         errors = None if truth is None else truth.errors_percent(values)
