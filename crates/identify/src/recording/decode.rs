@@ -1,6 +1,8 @@
 //! From messages to events: units, signs, clocks, and what cannot be used.
 
 use std::borrow::Cow;
+use std::mem;
+use std::sync::Arc;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use tactid_dynamics::{BaseAcceleration, Wrench};
@@ -38,7 +40,11 @@ pub(crate) struct Decoder {
     routes: Vec<(String, Kind)>,
     groups: Groups,
     /// Names that were met, and what they mean.
-    mappings: Vec<(Vec<String>, Option<Mapping>)>,
+    mappings: Vec<(Vec<String>, Option<Arc<Mapping>>)>,
+    /// The last message of each kind: decoding the next one reuses what it holds.
+    joint_state: JointState,
+    odometry: Odometry,
+    wrench: WrenchStamped,
     /// +1, or -1 where wrenches act on the sensor.
     sign: f64,
     gains: Vec<f64>,
@@ -98,6 +104,9 @@ impl Decoder {
         let mut decoder = Self {
             groups: Groups::find(log, &sources)?,
             mappings: Vec::new(),
+            joint_state: JointState::default(),
+            odometry: Odometry::default(),
+            wrench: WrenchStamped::default(),
             sign: match request.wrench_acts_on {
                 ActsOn::Payload => 1.0,
                 ActsOn::Sensor => -1.0,
@@ -252,7 +261,19 @@ impl Decoder {
     }
 
     fn joints(&mut self, message: &RawMessage, events: &mut Vec<Event>) -> Result<(), Fault> {
-        let state: JointState = message.decode().map_err(|_| UNDECODABLE)?;
+        let mut state = mem::take(&mut self.joint_state);
+        let decoded = message.decode_into(&mut state).map_err(|_| UNDECODABLE);
+        let result = decoded.and_then(|()| self.joint_values(message, &state, events));
+        self.joint_state = state;
+        result
+    }
+
+    fn joint_values(
+        &mut self,
+        message: &RawMessage,
+        state: &JointState,
+        events: &mut Vec<Event>,
+    ) -> Result<(), Fault> {
         let time_s = self.time_s(message, state.header.stamp)?;
         let known = self
             .mappings
@@ -260,13 +281,12 @@ impl Decoder {
             .position(|(names, _)| *names == state.name);
         let at = known.unwrap_or_else(|| {
             let mapping = self.groups.mapping(&self.sources, &state.name);
-            self.mappings.push((state.name.clone(), mapping));
+            self.mappings
+                .push((state.name.clone(), mapping.map(Arc::new)));
             self.mappings.len() - 1
         });
-        let mapping = self.mappings[at].1.as_ref();
-        let mapping = mapping
-            .ok_or("message with only a part of the joints, left out")?
-            .clone();
+        let mapping = self.mappings[at].1.clone();
+        let mapping = mapping.ok_or("message with only a part of the joints, left out")?;
         self.follow(message, mapping.group, time_s)?;
         let count = state.name.len();
         if state.position.len() != count {
@@ -290,7 +310,7 @@ impl Decoder {
             let what = "message without velocities, derived from positions";
             self.dirt.add(&message.topic.name, what, time_s);
         }
-        let places = self.groups.places[mapping.group].clone();
+        let places = &mapping.places;
         let mut effort = Vec::new();
         if self.sources.way == Way::Effort {
             if state.effort.len() != count {
@@ -302,7 +322,7 @@ impl Decoder {
                 return Err(format!("effort of {joint} that is not finite, left out").into());
             }
             check(&effort)?;
-            for (effort, &place) in effort.iter_mut().zip(&places) {
+            for (effort, &place) in effort.iter_mut().zip(places) {
                 *effort *= self.gains[place];
             }
         }
@@ -312,7 +332,7 @@ impl Decoder {
             effort,
         };
         let what = if mapping.group == 0 {
-            Measured::Joints(self.spread(values, &places))
+            Measured::Joints(self.spread(values, places))
         } else {
             Measured::MoreJoints(mapping.group - 1, values)
         };
@@ -341,10 +361,11 @@ impl Decoder {
     }
 
     fn odometry(&mut self, message: &RawMessage, events: &mut Vec<Event>) -> Result<(), Fault> {
-        let odometry: Odometry = message.decode().map_err(|_| UNDECODABLE)?;
-        let time_s = self.time_s(message, odometry.header.stamp)?;
+        let decoded = message.decode_into(&mut self.odometry);
+        decoded.map_err(|_| UNDECODABLE)?;
+        let time_s = self.time_s(message, self.odometry.header.stamp)?;
         self.follow(message, 0, time_s)?;
-        let (pose, twist) = (&odometry.pose.pose, &odometry.twist.twist);
+        let (pose, twist) = (&self.odometry.pose.pose, &self.odometry.twist.twist);
         let (p, q) = (&pose.position, &pose.orientation);
         check(&[p.x, p.y, p.z, q.w, q.x, q.y, q.z])?;
         let rotation = Quaternion::new(q.w, q.x, q.y, q.z);
@@ -419,12 +440,13 @@ impl Decoder {
         message: &RawMessage,
         events: &mut Vec<Event>,
     ) -> Result<(), Fault> {
-        let stamped: WrenchStamped = message.decode().map_err(|_| UNDECODABLE)?;
-        let time_s = self.time_s(message, stamped.header.stamp)?;
+        let decoded = message.decode_into(&mut self.wrench);
+        decoded.map_err(|_| UNDECODABLE)?;
+        let time_s = self.time_s(message, self.wrench.header.stamp)?;
         self.follow(message, 0, time_s)?;
         let wrench = Wrench {
-            force: vector(stamped.wrench.force) * self.sign,
-            moment: vector(stamped.wrench.torque) * self.sign,
+            force: vector(self.wrench.wrench.force) * self.sign,
+            moment: vector(self.wrench.wrench.torque) * self.sign,
         };
         check(wrench.force.iter().chain(&wrench.moment))?;
         events.push(Event {

@@ -118,7 +118,9 @@ impl Groups {
 #[derive(Clone, Debug)]
 pub(crate) struct Mapping {
     pub(crate) group: usize,
-    /// For each of the group's places: the entry of the message.
+    /// The group's places among the robot's joints.
+    pub(crate) places: Vec<usize>,
+    /// For each of these places: the entry of the message.
     pub(crate) entries: Vec<usize>,
 }
 
@@ -134,6 +136,10 @@ impl Groups {
         let places: Vec<usize> = found.iter().map(|(place, _)| *place).collect();
         let group = self.places.iter().position(|group| *group == places)?;
         let entries = found.into_iter().map(|(_, entry)| entry).collect();
-        Some(Mapping { group, entries })
+        Some(Mapping {
+            group,
+            places,
+            entries,
+        })
     }
 }

@@ -284,28 +284,28 @@ impl Aligner {
 
     /// The next time at which everything is known; `None` until more has come.
     pub(crate) fn next(&mut self) -> Option<Aligned> {
-        while let Some(sample) = self.joints.pop_front() {
-            match self.complete(&sample) {
-                At::Value(aligned) => return Some(aligned),
-                At::NotYet if self.newest_s - sample.time_s < PATIENCE_S => {
-                    self.joints.push_front(sample);
-                    return None;
+        while let Some(time_s) = self.joints.front().map(|sample| sample.time_s) {
+            match self.others(time_s) {
+                At::NotYet if self.newest_s - time_s < PATIENCE_S => return None,
+                At::NotYet | At::Never => {
+                    self.joints.pop_front();
+                    self.incomplete += 1;
                 }
-                At::NotYet | At::Never => self.incomplete += 1,
+                At::Value(others) => {
+                    let sample = self.joints.pop_front()?;
+                    return Some(self.complete(sample, others));
+                }
             }
         }
         None
     }
 
-    /// All that belongs to a sample of the joints.
-    fn complete(&mut self, sample: &JointSample) -> At<Aligned> {
-        let time_s = sample.time_s;
+    /// What the other streams have to say about a time.
+    fn others(&mut self, time_s: f64) -> At<Others> {
         let mut missing = Missing::default();
-        let mut joints = sample.values.clone();
-        for (stream, places) in self.more_joints.iter_mut().zip(&self.layout.more_joints) {
-            if let Some(part) = missing.take(stream.at(time_s)) {
-                fill(&mut joints, places, &part);
-            }
+        let mut parts = Vec::new();
+        for stream in &mut self.more_joints {
+            parts.extend(missing.take(stream.at(time_s)));
         }
         let mut base = BaseState::fixed();
         if self.layout.base {
@@ -325,15 +325,39 @@ impl Aligner {
         match missing {
             Missing { never: true, .. } => At::Never,
             Missing { waiting: true, .. } => At::NotYet,
-            Missing { .. } => At::Value(Aligned {
-                time_s,
-                joints,
+            Missing { .. } => At::Value(Others {
+                parts,
                 base,
                 wrenches,
                 bare: bare.flatten(),
             }),
         }
     }
+
+    /// A sample of the joints with what belongs to it.
+    fn complete(&self, sample: JointSample, others: Others) -> Aligned {
+        let mut joints = sample.values;
+        for (part, places) in others.parts.iter().zip(&self.layout.more_joints) {
+            fill(&mut joints, places, part);
+        }
+        Aligned {
+            time_s: sample.time_s,
+            joints,
+            base: others.base,
+            wrenches: others.wrenches,
+            bare: others.bare,
+        }
+    }
+}
+
+/// What is known at a time of a sample, beside the sample itself.
+#[derive(Clone, Debug, PartialEq)]
+struct Others {
+    /// Of each further publisher of joints.
+    parts: Vec<JointValues>,
+    base: BaseState,
+    wrenches: Vec<Wrench>,
+    bare: Option<JointValues>,
 }
 
 /// Why a sample is not complete.

@@ -43,6 +43,21 @@ impl RawMessage {
     /// # Errors
     /// If the topic has another type or encoding, or if the bytes are not exactly one message.
     pub fn decode<M: Message>(&self) -> Result<M, LogError> {
+        self.check::<M>()?;
+        cdr::decode(self.data()).map_err(|source| self.undecodable(source))
+    }
+
+    /// Decodes it into a message that is there already, whose allocations are reused. After an error
+    /// its fields mean nothing.
+    ///
+    /// # Errors
+    /// As [`decode`](Self::decode).
+    pub fn decode_into<M: Message>(&self, message: &mut M) -> Result<(), LogError> {
+        self.check::<M>()?;
+        cdr::decode_into(self.data(), message).map_err(|source| self.undecodable(source))
+    }
+
+    fn check<M: Message>(&self) -> Result<(), LogError> {
         if !self.topic.is::<M>() {
             return Err(LogError::WrongType {
                 topic: self.topic.name.clone(),
@@ -56,11 +71,15 @@ impl RawMessage {
                 encoding: self.topic.encoding.clone(),
             });
         }
-        cdr::decode(self.data()).map_err(|source| LogError::Decode {
+        Ok(())
+    }
+
+    fn undecodable(&self, source: cdr::CdrError) -> LogError {
+        LogError::Decode {
             topic: self.topic.name.clone(),
             log_time_ns: self.log_time_ns,
             source,
-        })
+        }
     }
 }
 
