@@ -23,12 +23,14 @@
 //! | [`Lms`] | exact rows of a known scale | `2 N` | reproducing section 3.1; the step must fit the rows' scale |
 //! | [`Nlms`] | exact measurements, rows of like scale | `3 N` | reproducing the paper |
 //! | [`Rls`] | white noise on the wanted value | `2 N²` | anything else: it reaches what the rows contain; weights, a prior, forgetting |
+//! | [`SlidingWindow`] | the same, and nothing older than the window matters | `4 N²` | the past must be gone for certain |
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod adaline;
 mod rls;
 mod triangle;
+mod window;
 
 use nalgebra::{SMatrix, SVector};
 use thiserror::Error;
@@ -38,6 +40,7 @@ pub use adaline::{
 };
 pub use rls::Rls;
 pub use triangle::Innovation;
+pub use window::SlidingWindow;
 
 /// From where on numbers are refused: beyond, their squares overflow.
 const TOO_LARGE: f64 = 1e150;
