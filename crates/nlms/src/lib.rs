@@ -24,11 +24,13 @@
 //! | [`Nlms`] | exact measurements, rows of like scale | `3 N` | reproducing the paper |
 //! | [`Rls`] | white noise on the wanted value | `2 N²` | anything else: it reaches what the rows contain; weights, a prior, forgetting |
 //! | [`SlidingWindow`] | the same, and nothing older than the window matters | `4 N²` | the past must be gone for certain |
+//! | [`TotalLeastSquares`] | noise on both sides, covariances known up to a factor | `2 N²` | the rows themselves are measured |
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod adaline;
 mod rls;
+mod total;
 mod triangle;
 mod window;
 
@@ -39,6 +41,7 @@ pub use adaline::{
     Adaline, FixedStep, LearningRule, Lms, Nlms, NormalisedStep, PAPER_ALPHA, PAPER_BETA,
 };
 pub use rls::Rls;
+pub use total::{RowNoise, TotalLeastSquares};
 pub use triangle::Innovation;
 pub use window::SlidingWindow;
 
