@@ -25,11 +25,13 @@
 //! | [`Rls`] | white noise on the wanted value | `2 N²` | anything else: it reaches what the rows contain; weights, a prior, forgetting |
 //! | [`SlidingWindow`] | the same, and nothing older than the window matters | `4 N²` | the past must be gone for certain |
 //! | [`TotalLeastSquares`] | noise on both sides, covariances known up to a factor | `2 N²` | the rows themselves are measured |
+//! | [`Robust`] | white noise with bumps | `4 N²` | contacts and impacts disturb single rows |
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod adaline;
 mod rls;
+mod robust;
 mod total;
 mod triangle;
 mod window;
@@ -41,6 +43,7 @@ pub use adaline::{
     Adaline, FixedStep, LearningRule, Lms, Nlms, NormalisedStep, PAPER_ALPHA, PAPER_BETA,
 };
 pub use rls::Rls;
+pub use robust::Robust;
 pub use total::{RowNoise, TotalLeastSquares};
 pub use triangle::Innovation;
 pub use window::SlidingWindow;
