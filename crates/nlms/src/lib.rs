@@ -22,6 +22,7 @@
 //! |---|---|---|---|
 //! | [`Lms`] | exact rows of a known scale | `2 N` | reproducing section 3.1; the step must fit the rows' scale |
 //! | [`Nlms`] | exact measurements, rows of like scale | `3 N` | reproducing the paper |
+//! | [`Kaczmarz`] | exact measurements | `3 N` for each projection | a gradient baseline that uses rows again |
 //! | [`Rls`] | white noise on the wanted value | `2 N²` | anything else: it reaches what the rows contain; weights, a prior, forgetting |
 //! | [`SlidingWindow`] | the same, and nothing older than the window matters | `4 N²` | the past must be gone for certain |
 //! | [`TotalLeastSquares`] | noise on both sides, covariances known up to a factor | `2 N²` | the rows themselves are measured |
@@ -30,6 +31,7 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod adaline;
+mod kaczmarz;
 mod rls;
 mod robust;
 mod total;
@@ -42,6 +44,7 @@ use thiserror::Error;
 pub use adaline::{
     Adaline, FixedStep, LearningRule, Lms, Nlms, NormalisedStep, PAPER_ALPHA, PAPER_BETA,
 };
+pub use kaczmarz::{Kaczmarz, KaczmarzSettings};
 pub use rls::Rls;
 pub use robust::Robust;
 pub use total::{RowNoise, TotalLeastSquares};
