@@ -27,10 +27,13 @@
 //! | [`SlidingWindow`] | the same, and nothing older than the window matters | `4 N²` | the past must be gone for certain |
 //! | [`TotalLeastSquares`] | noise on both sides, covariances known up to a factor | `2 N²` | the rows themselves are measured |
 //! | [`Robust`] | white noise with bumps | `4 N²` | contacts and impacts disturb single rows |
+//!
+//! [`ChangeDetector`] tells from an estimator's innovations when what is held has changed.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod adaline;
+mod change;
 mod kaczmarz;
 mod rls;
 mod robust;
@@ -44,6 +47,7 @@ use thiserror::Error;
 pub use adaline::{
     Adaline, FixedStep, LearningRule, Lms, Nlms, NormalisedStep, PAPER_ALPHA, PAPER_BETA,
 };
+pub use change::{Change, ChangeDetector, ChangeKind, ChangeSettings};
 pub use kaczmarz::{Kaczmarz, KaczmarzSettings};
 pub use rls::Rls;
 pub use robust::Robust;
