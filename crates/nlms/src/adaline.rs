@@ -1,7 +1,7 @@
 //! The Adaline of section 3: a linear neuron whose weights are the parameters, with both of its
 //! learning rules.
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 use crate::{Counts, Estimator, Outcome, SettingError, check_within};
 
@@ -31,7 +31,7 @@ impl<R, const N: usize> Adaline<R, N> {
         Self { weights, ..self }
     }
 
-    fn with_rule(rule: R) -> Self {
+    pub(crate) fn with_rule(rule: R) -> Self {
         Self {
             weights: SVector::repeat(1.0),
             rule,
@@ -40,18 +40,30 @@ impl<R, const N: usize> Adaline<R, N> {
     }
 }
 
+impl<R: LearningRule, const N: usize> Adaline<R, N> {
+    /// One step on a row that is known to be finite.
+    pub(crate) fn learn(&mut self, row: &SVector<f64, N>, wanted: f64) {
+        let error = wanted - self.weights.dot(row); // (52)
+        self.weights += row * (self.rule.step(row.norm_squared()) * error); // (53)
+    }
+}
+
 impl<R: LearningRule, const N: usize> Estimator<N> for Adaline<R, N> {
     fn update(&mut self, row: &SVector<f64, N>, wanted: f64) -> Outcome {
         let outcome = self.counts.admit(row, wanted);
         if outcome == Outcome::Used {
-            let error = wanted - self.weights.dot(row); // (52)
-            self.weights += row * (self.rule.step(row.norm_squared()) * error); // (53)
+            self.learn(row, wanted);
         }
         outcome
     }
 
     fn parameters(&self) -> SVector<f64, N> {
         self.weights
+    }
+
+    /// `None`: gradient filters keep no second moments.
+    fn covariance(&self) -> Option<SMatrix<f64, N, N>> {
+        None
     }
 
     fn counts(&self) -> Counts {
@@ -72,8 +84,8 @@ impl LearningRule for FixedStep {
 /// A step that shrinks with the row's own power: (54).
 #[derive(Clone, Copy, Debug)]
 pub struct NormalisedStep {
-    alpha: f64,
-    beta: f64,
+    pub(crate) alpha: f64,
+    pub(crate) beta: f64,
 }
 
 impl LearningRule for NormalisedStep {

@@ -18,24 +18,45 @@
 //! assert!((filter.parameters() - truth).norm() < 1e-6);
 //! ```
 //!
-//! | estimator | cost a row | choose it when |
-//! |---|---|---|
-//! | [`Lms`] | `N` multiplications, twice | reproducing section 3.1; the step must fit the rows' scale |
-//! | [`Nlms`] | `N` multiplications, three times | reproducing the paper: exact measurements, rows of like scale |
-//! | [`Rls`] | `2 N²` multiplications | anything else: it reaches what the rows contain |
+//! | estimator | what it assumes | cost a row, multiplications | choose it when |
+//! |---|---|---|---|
+//! | [`Lms`] | exact rows of a known scale | `2 N` | reproducing section 3.1; the step must fit the rows' scale |
+//! | [`Nlms`] | exact measurements, rows of like scale | `3 N` | reproducing the paper |
+//! | [`Kaczmarz`] | exact measurements | `3 N` for each projection | a gradient baseline that uses rows again |
+//! | [`Rls`] | white noise on the wanted value | `2 N²` | anything else: it reaches what the rows contain; weights, a prior, forgetting |
+//! | [`SlidingWindow`] | the same, and nothing older than the window matters | `4 N²` | the past must be gone for certain |
+//! | [`TotalLeastSquares`] | noise on both sides, covariances known up to a factor | `2 N²` | the rows themselves are measured |
+//! | [`Robust`] | white noise with bumps | `4 N²` | contacts and impacts disturb single rows |
+//!
+//! [`ChangeDetector`] tells from an estimator's innovations when what is held has changed.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod adaline;
+mod change;
+mod kaczmarz;
 mod rls;
+mod robust;
+mod total;
+mod triangle;
+mod window;
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 use thiserror::Error;
 
 pub use adaline::{
     Adaline, FixedStep, LearningRule, Lms, Nlms, NormalisedStep, PAPER_ALPHA, PAPER_BETA,
 };
+pub use change::{Change, ChangeDetector, ChangeKind, ChangeSettings};
+pub use kaczmarz::{Kaczmarz, KaczmarzSettings};
 pub use rls::Rls;
+pub use robust::Robust;
+pub use total::{RowNoise, TotalLeastSquares};
+pub use triangle::Innovation;
+pub use window::SlidingWindow;
+
+/// From where on numbers are refused: beyond, their squares overflow.
+const TOO_LARGE: f64 = 1e150;
 
 /// Estimates `N` parameters from the rows of `A x = b`, one at a time, without allocation.
 pub trait Estimator<const N: usize> {
@@ -46,6 +67,9 @@ pub trait Estimator<const N: usize> {
     /// The parameters as known now, in the units that the rows imply.
     fn parameters(&self) -> SVector<f64, N>;
 
+    /// Covariance of the parameters; `None` where the estimator has none, or not yet.
+    fn covariance(&self) -> Option<SMatrix<f64, N, N>>;
+
     /// How many rows came, and what became of them.
     fn counts(&self) -> Counts;
 }
@@ -55,7 +79,7 @@ pub trait Estimator<const N: usize> {
 pub enum Outcome {
     /// It was used.
     Used,
-    /// It was not finite, and changed nothing.
+    /// It was not finite, or so large (1e150) that its square is not, and changed nothing.
     Refused,
 }
 
@@ -84,6 +108,23 @@ fn check_within(
     Err(SettingError { name, given, range })
 }
 
+/// That each of `given` does.
+fn check_all_within<const N: usize>(
+    name: &'static str,
+    given: &SVector<f64, N>,
+    limits: (f64, f64),
+    range: &'static str,
+) -> Result<(), SettingError> {
+    given
+        .iter()
+        .try_for_each(|&entry| check_within(name, entry, limits, range))
+}
+
+/// That a number is finite, and its square.
+fn is_sane(number: f64) -> bool {
+    number.abs() < TOO_LARGE
+}
+
 /// How many rows came, and what became of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
@@ -96,7 +137,28 @@ pub struct Counts {
 impl Counts {
     /// Counts a row, and says whether it may be used.
     fn admit<const N: usize>(&mut self, row: &SVector<f64, N>, wanted: f64) -> Outcome {
-        if wanted.is_finite() && row.iter().all(|entry| entry.is_finite()) {
+        self.admit_if(is_sane(wanted) && row.iter().all(|&entry| is_sane(entry)))
+    }
+
+    /// The row and the wanted value in units of the deviation of their noise, if they may be used.
+    fn admit_scaled<const N: usize>(
+        &mut self,
+        row: &SVector<f64, N>,
+        wanted: f64,
+        deviation: f64,
+    ) -> Option<(SVector<f64, N>, f64)> {
+        // Of no use, and NaN, where the deviation is not positive and finite.
+        let scale = if deviation > 0.0 && deviation.is_finite() {
+            deviation.recip()
+        } else {
+            f64::NAN
+        };
+        let (row, wanted) = (row * scale, wanted * scale);
+        (self.admit(&row, wanted) == Outcome::Used).then_some((row, wanted))
+    }
+
+    fn admit_if(&mut self, usable: bool) -> Outcome {
+        if usable {
             self.used += 1;
             Outcome::Used
         } else {
