@@ -1,5 +1,7 @@
 //! Identifies the payload of a recording: `cargo run --release --example identify_log -- run.mcap`.
 
+#![allow(clippy::print_stdout, reason = "an example shows what it found")]
+
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;

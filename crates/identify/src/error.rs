@@ -65,6 +65,9 @@ pub enum IdentifyError {
         "the log has neither a wrench (type geometry_msgs/msg/WrenchStamped) nor joint states with an effort: nothing tells the load; its topics are: {0}"
     )]
     NoLoad(String),
+    /// The observer stopped the work before there was anything to tell.
+    #[error("interrupted before the recording was read")]
+    Interrupted,
     /// A log without a message.
     #[error("there is no message in {path}{damage}")]
     Empty {

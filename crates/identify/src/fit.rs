@@ -7,8 +7,8 @@ use crate::equation::Equation;
 /// Passes of reweighting; the residuals of noise settle in a few.
 const MAX_PASSES: usize = 20;
 
-/// The parameters have settled when a pass changes none by more than this part of its scale.
-const SETTLED: f64 = 1e-13;
+/// The parameters have settled when a pass moves them by less than this part of their deviations.
+const SETTLED: f64 = 1e-5;
 
 /// A direction of the scaled parameters that the rows excite by less than this part of the strongest
 /// is unknown: what the numbers say of it is rounding.
@@ -20,6 +20,9 @@ const RARE: f64 = 3.09;
 /// A window whose residual is this many times what is rare counts as an outlier.
 const OUTLIER: f64 = 5.0;
 
+/// Residuals of less than this part of what is measured are rounding.
+const ROUNDING: f64 = 1e-14;
+
 /// No channel has less noise than this part of the noisiest of its kind.
 const ALIKE: f64 = 1e-2;
 
@@ -29,6 +32,8 @@ const NORMAL_MEDIAN: f64 = 0.6745;
 /// What a fit may use.
 #[derive(Clone, Copy)]
 pub(crate) struct Options<'a> {
+    /// How many neighbouring channels are measured alike, with noise of like size.
+    pub(crate) alike: usize,
     /// Whether a delay of the load is fitted, too.
     pub(crate) delay: bool,
     /// Windows to be used; all where it says nothing.
@@ -40,9 +45,11 @@ pub(crate) struct Options<'a> {
     pub(crate) gravity_off: f64,
 }
 
-impl Default for Options<'_> {
-    fn default() -> Self {
+impl Options<'_> {
+    /// All windows, weighted by their own residuals.
+    pub(crate) fn new(alike: usize) -> Self {
         Self {
+            alike,
             delay: false,
             only: None,
             weights: None,
@@ -101,11 +108,11 @@ impl Fit {
         }
         let mut state = Solver::new(equations, options, channels);
         for pass in 0..MAX_PASSES {
-            let change = state.solve();
+            let moved = state.solve();
             if options.weights.is_none() {
                 state.reweigh();
             }
-            if pass > 2 && change < SETTLED {
+            if pass > 2 && moved < SETTLED {
                 break;
             }
         }
@@ -126,7 +133,11 @@ struct Solver<'a> {
     /// The ten parameters, then the delay.
     solution: DVector<f64>,
     scales: DVector<f64>,
+    /// Of all windows, the channels of each in a row.
+    residuals: Vec<f64>,
     deviations: Vec<f64>,
+    /// Smaller deviations are rounding.
+    floors: Vec<f64>,
     weights: Vec<f64>,
     eigen: SymmetricEigen<f64, nalgebra::Dyn>,
 }
@@ -137,12 +148,11 @@ type Entries = [f64; 11];
 impl<'a> Solver<'a> {
     fn new(equations: &'a [Equation], options: Options<'a>, channels: usize) -> Self {
         let columns = 10 + usize::from(options.delay);
+        let sizes = sizes(equations, options.alike);
+        let floors = sizes.iter().map(|size| size * ROUNDING).collect();
         let (deviations, weights) = match options.weights {
             Some(fit) => (fit.deviations.clone(), fit.weights.clone()),
-            None => (
-                first_deviations(equations, channels),
-                vec![1.0; equations.len()],
-            ),
+            None => (sizes, vec![1.0; equations.len()]),
         };
         let mut solver = Self {
             equations,
@@ -150,11 +160,14 @@ impl<'a> Solver<'a> {
             columns,
             solution: DVector::zeros(columns),
             scales: DVector::repeat(columns, 1.0),
+            residuals: vec![0.0; equations.len() * channels],
             deviations,
+            floors,
             weights,
             eigen: SymmetricEigen::new(DMatrix::zeros(columns, columns)),
         };
         solver.scale();
+        solver.find_residuals();
         solver
     }
 
@@ -171,9 +184,21 @@ impl<'a> Solver<'a> {
         entries
     }
 
-    fn residual(&self, window: usize, channel: usize, entries: &Entries) -> f64 {
-        let predicted: f64 = entries.iter().zip(&self.solution).map(|(a, x)| a * x).sum();
-        self.equations[window].rows[channel].wanted - predicted
+    /// What the solution leaves of every window, used or not.
+    fn find_residuals(&mut self) {
+        let channels = self.deviations.len();
+        for window in 0..self.equations.len() {
+            for channel in 0..channels {
+                let entries = self.entries(window, channel);
+                let predicted: f64 = entries.iter().zip(&self.solution).map(|(a, x)| a * x).sum();
+                self.residuals[window * channels + channel] =
+                    self.equations[window].rows[channel].wanted - predicted;
+            }
+        }
+    }
+
+    fn residual(&self, window: usize, channel: usize) -> f64 {
+        self.residuals[window * self.deviations.len() + channel]
     }
 
     fn windows(&self) -> impl Iterator<Item = usize> + use<'a> {
@@ -200,7 +225,7 @@ impl<'a> Solver<'a> {
     }
 
     /// One step of weighted least squares from where the solution stands, which takes off what the
-    /// normal equations lost to rounding before; gives its largest change.
+    /// normal equations lost to rounding before; gives how far it moved, in standard deviations.
     fn solve(&mut self) -> f64 {
         let columns = self.columns;
         let mut gram = DMatrix::<f64>::zeros(columns, columns);
@@ -212,7 +237,7 @@ impl<'a> Solver<'a> {
             }
             for (channel, deviation) in self.deviations.iter().enumerate() {
                 let entries = self.entries(window, channel);
-                let residual = self.residual(window, channel, &entries);
+                let residual = self.residual(window, channel);
                 let weight = weight / (deviation * deviation);
                 let scaled: Entries =
                     std::array::from_fn(|k| self.scales.get(k).map_or(0.0, |s| s * entries[k]));
@@ -232,9 +257,10 @@ impl<'a> Solver<'a> {
         for (value, vector) in self.known(threshold) {
             step += vector * (vector.dot(&target) / value);
         }
-        let largest = self.solution.component_div(&self.scales).amax();
         self.solution += step.component_mul(&self.scales);
-        step.amax() / largest.max(f64::MIN_POSITIVE)
+        self.find_residuals();
+        // The squared length of the step in the metric of the information.
+        step.dot(&target).max(0.0).sqrt()
     }
 
     fn known(
@@ -253,24 +279,20 @@ impl<'a> Solver<'a> {
         let mut sizes: Vec<Vec<f64>> = vec![Vec::new(); channels];
         for window in self.windows() {
             for (channel, sizes) in sizes.iter_mut().enumerate() {
-                let entries = self.entries(window, channel);
-                sizes.push(self.residual(window, channel, &entries).abs());
+                sizes.push(self.residual(window, channel).abs());
             }
         }
-        let floors = floors(self.equations, channels);
-        for ((deviation, sizes), floor) in self.deviations.iter_mut().zip(&mut sizes).zip(floors) {
+        let pairs = self.deviations.iter_mut().zip(&mut sizes);
+        for ((deviation, sizes), &floor) in pairs.zip(&self.floors) {
             let middle = sizes.len() / 2;
             let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
             *deviation = (*median / NORMAL_MEDIAN).max(floor);
         }
-        even_out(&mut self.deviations);
+        even_out(&mut self.deviations, self.options.alike);
         let rare = chi_square(channels as f64);
         for window in 0..self.equations.len() {
             let distance: f64 = (0..channels)
-                .map(|channel| {
-                    let entries = self.entries(window, channel);
-                    (self.residual(window, channel, &entries) / self.deviations[channel]).powi(2)
-                })
+                .map(|channel| (self.residual(window, channel) / self.deviations[channel]).powi(2))
                 .sum();
             self.weights[window] = if distance <= rare {
                 1.0
@@ -327,7 +349,7 @@ impl<'a> Solver<'a> {
             let mut score = DVector::<f64>::zeros(columns);
             for (channel, deviation) in self.deviations.iter().enumerate() {
                 let entries = self.entries(window, channel);
-                let residual = self.residual(window, channel, &entries) / deviation;
+                let residual = self.residual(window, channel) / deviation;
                 squares += self.weights[window] * residual * residual;
                 weights += self.weights[window];
                 for k in 0..columns {
@@ -363,44 +385,32 @@ impl<'a> Solver<'a> {
     }
 }
 
-/// Before there are residuals: the size of what is measured, forces and moments apart.
-fn first_deviations(equations: &[Equation], channels: usize) -> Vec<f64> {
-    let squares = |range: std::ops::Range<usize>| -> f64 {
-        let rows = equations
-            .iter()
-            .flat_map(|equation| &equation.rows[range.clone()]);
-        let count = (equations.len() * range.len()) as f64;
-        (rows.map(|row| row.wanted * row.wanted).sum::<f64>() / count).sqrt()
-    };
-    if channels == 6 {
-        let (force, moment) = (squares(0..3), squares(3..6));
-        return [force, force, force, moment, moment, moment]
-            .map(|size| size.max(f64::MIN_POSITIVE))
-            .to_vec();
+/// Root mean square of what each channel measures, together with those that are measured alike: how
+/// large residuals may be before there are any.
+pub(crate) fn sizes(equations: &[Equation], alike: usize) -> Vec<f64> {
+    let channels = equations.first().map_or(0, |equation| equation.rows.len());
+    let mut squares = vec![0.0; channels];
+    for equation in equations {
+        for (square, row) in squares.iter_mut().zip(&equation.rows) {
+            *square += row.wanted * row.wanted;
+        }
     }
-    vec![squares(0..channels).max(f64::MIN_POSITIVE); channels]
+    for kind in squares.chunks_mut(alike) {
+        let mean = kind.iter().sum::<f64>() / (equations.len() * kind.len()) as f64;
+        kind.fill(mean.sqrt().max(f64::MIN_POSITIVE));
+    }
+    squares
 }
 
-/// Channels of one kind are measured alike: one that happens to be met exactly, such as a moment about
-/// which nothing turns, must not count for all others.
-fn even_out(deviations: &mut [f64]) {
-    let group = if deviations.len() == 6 {
-        3
-    } else {
-        deviations.len()
-    };
-    for kind in deviations.chunks_mut(group.max(1)) {
+/// A channel that happens to be met exactly, such as a moment about which nothing turns, must not
+/// count for all others of its kind.
+fn even_out(deviations: &mut [f64], alike: usize) {
+    for kind in deviations.chunks_mut(alike) {
         let largest = kind.iter().fold(0.0f64, |a, &b| a.max(b));
         for deviation in kind {
             *deviation = deviation.max(ALIKE * largest);
         }
     }
-}
-
-/// Deviations below rounding have no meaning.
-fn floors(equations: &[Equation], channels: usize) -> Vec<f64> {
-    let sizes = first_deviations(equations, channels);
-    sizes.into_iter().map(|size| size * 1e-14).collect()
 }
 
 /// What the sum of squares of so many standard normal variables exceeds once in a thousand times
@@ -468,7 +478,7 @@ mod tests {
     }
 
     fn fit(equations: &[Equation]) -> Fit {
-        Fit::new(equations, Options::default()).unwrap()
+        Fit::new(equations, Options::new(3)).unwrap()
     }
 
     /// Without noise the parameters come out to rounding.
@@ -536,7 +546,7 @@ mod tests {
     fn a_delay_is_found() {
         let options = Options {
             delay: true,
-            ..Options::default()
+            ..Options::new(3)
         };
         let (delay_s, _) = Fit::new(&equations(300, 3, 0.0, 1e-4), options)
             .and_then(|fit| fit.delay)
@@ -572,7 +582,7 @@ mod tests {
     /// Too few rows are no fit.
     #[test]
     fn too_few_equations() {
-        assert!(Fit::new(&equations(3, 1, 0.0, 0.0), Options::default()).is_none());
-        assert!(Fit::new(&[], Options::default()).is_none());
+        assert!(Fit::new(&equations(3, 1, 0.0, 0.0), Options::new(3)).is_none());
+        assert!(Fit::new(&[], Options::new(3)).is_none());
     }
 }

@@ -126,6 +126,11 @@ impl Identifier {
         self.front.model.channels()
     }
 
+    /// How many neighbouring channels are measured alike.
+    pub(crate) fn alike(&self) -> usize {
+        self.front.model.alike()
+    }
+
     /// The known links below the tool, at the posture of the last sample.
     pub(crate) fn gripper(&self) -> InertialParameters {
         self.front.model.gripper()

@@ -73,6 +73,14 @@ impl Model {
         self.rows.len()
     }
 
+    /// How many neighbouring rows are measured alike: those of a force, of a moment, or all efforts.
+    pub(crate) fn alike(&self) -> usize {
+        match self.way {
+            Way::Effort => self.rows.len().max(1),
+            Way::Tactile | Way::JointSensing => 3,
+        }
+    }
+
     pub(crate) fn needs_effort(&self) -> bool {
         self.way == Way::Effort
     }

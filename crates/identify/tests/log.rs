@@ -252,11 +252,12 @@ fn a_cut_log_is_used_up_to_the_cut() {
 #[test]
 fn the_observer_can_stop() {
     let (_folder, path, _) = recorded(|_| {});
-    let mut calls = 0;
-    let result = identify_log(&path, &request(&Settings::default()), &mut |progress| {
+    let request = request(&Settings::default());
+    let mut reports = 0;
+    let result = identify_log(&path, &request, &mut |progress| {
         assert!((0.0..=1.0).contains(&progress.fraction));
-        calls += 1;
-        if calls == 2 {
+        reports += u32::from(progress.fraction > 0.0);
+        if reports == 2 {
             ControlFlow::Break(())
         } else {
             ControlFlow::Continue(())
@@ -264,6 +265,8 @@ fn the_observer_can_stop() {
     });
     let result = result.unwrap();
     assert!(result.interrupted && result.estimate.intervals > 0);
+    let result = identify_log(&path, &request, &mut |_| ControlFlow::Break(()));
+    assert!(matches!(result, Err(IdentifyError::Interrupted)));
 }
 
 /// What the log lacks, or has twice, is said by topic and type.

@@ -9,10 +9,13 @@ use super::feed::Feed;
 use super::request::Request;
 use super::sources::Sources;
 use super::streams::{Event, Measured};
+use super::{Observer, look_up};
 use crate::{IdentifyError, Way};
 
 /// Grid on which motions are compared at first, s.
 const COARSE_S: f64 = 0.05;
+/// How much of the beginning is compared at full rate, s.
+const FINE_S: f64 = 60.0;
 /// How many instants of the loaded motion are compared.
 const COMPARED: usize = 2000;
 /// The recordings must share this part of the shorter one.
@@ -35,6 +38,7 @@ impl Bare {
         loaded_log: &LogReader,
         loaded: &Decoder,
         request: &Request,
+        observer: &mut Observer<'_>,
     ) -> Result<Self, IdentifyError> {
         if loaded.sources().way != Way::Effort {
             return Err(IdentifyError::BareNeedsEffort);
@@ -64,41 +68,58 @@ impl Bare {
                 option: "--joints",
             });
         }
-        let ours = motion(loaded_log, loaded, COARSE_S)?;
-        let theirs = motion(&log, &decoder, COARSE_S)?;
-        let shift_s = coarse_shift_s(&ours, &theirs).ok_or(IdentifyError::NoOverlap(
-            "the loaded and the bare motion".to_owned(),
-        ))?;
-        let ours = motion(loaded_log, loaded, 0.0)?;
-        let theirs = motion(&log, &decoder, 0.0)?;
+        let ours = Motions::read(loaded_log, loaded, observer)?;
+        let theirs = Motions::read(&log, &decoder, observer)?;
+        let shift_s = coarse_shift_s(&ours.coarse, &theirs.coarse).ok_or(
+            IdentifyError::NoOverlap("the loaded and the bare motion".to_owned()),
+        )?;
         Ok(Self {
             log,
             decoder,
-            shift_s: fine_shift_s(&ours, &theirs, shift_s),
+            shift_s: fine_shift_s(&ours.fine, &theirs.fine, shift_s),
         })
     }
 }
 
-/// The joints' motion, at most one instant in `every_s`; at full rate only its first minute.
-fn motion(log: &LogReader, decoder: &Decoder, every_s: f64) -> Result<Motion, IdentifyError> {
-    let mut feed = Feed::new(log, decoder.clone())?;
-    let mut events: Vec<Event> = Vec::new();
-    let mut motion = Motion::new();
-    let mut next_s = f64::NEG_INFINITY;
-    while feed.read(&mut events)?.is_some() {
-        for event in events.drain(..) {
-            if let Measured::Joints(values) = event.what
-                && event.time_s >= next_s
-            {
-                next_s = event.time_s + every_s.max(1e-9);
-                motion.push((event.time_s, values.position));
+/// The joints' motion over a log.
+struct Motions {
+    /// At most one instant in [`COARSE_S`].
+    coarse: Motion,
+    /// Every instant of the first [`FINE_S`].
+    fine: Motion,
+}
+
+impl Motions {
+    fn read(
+        log: &LogReader,
+        decoder: &Decoder,
+        observer: &mut Observer<'_>,
+    ) -> Result<Self, IdentifyError> {
+        let mut feed = Feed::new(log, decoder.clone())?;
+        let mut events: Vec<Event> = Vec::new();
+        let mut motions = Self {
+            coarse: Motion::new(),
+            fine: Motion::new(),
+        };
+        let mut next_s = f64::NEG_INFINITY;
+        while feed.read(&mut events)?.is_some() {
+            look_up(observer)?;
+            for event in events.drain(..) {
+                let Measured::Joints(values) = event.what else {
+                    continue;
+                };
+                if event.time_s >= next_s {
+                    next_s = event.time_s + COARSE_S;
+                    let position = values.position.clone();
+                    motions.coarse.push((event.time_s, position));
+                }
+                if event.time_s < FINE_S {
+                    motions.fine.push((event.time_s, values.position));
+                }
             }
         }
-        if every_s == 0.0 && next_s > 60.0 {
-            break;
-        }
+        Ok(motions)
     }
-    Ok(motion)
 }
 
 /// The positions at a time, on the line between two instants.

@@ -38,6 +38,9 @@ use run::{Plan, Run};
 use sources::{Motion, Sources};
 use streams::{Event, Layout};
 
+/// Is told the progress, and may stop the work.
+type Observer<'a> = dyn FnMut(Progress) -> ControlFlow<()> + 'a;
+
 /// Gaps of more periods than this are not bridged.
 const GAP_PERIODS: f64 = 5.0;
 
@@ -57,11 +60,12 @@ const CLEARLY_LESS: f64 = 0.9;
 /// # Errors
 /// Where the log cannot be opened, or lacks what the way needs, or contradicts its own URDF. What is
 /// wrong with single messages is counted in [`Identification::dirt`]; a log that ends early is used up
-/// to its end, which [`Identification::damage`] tells.
+/// to its end, which [`Identification::damage`] tells. Where the observer stops the reading, what was
+/// read so far counts; where it stops the looking before it, that is [`IdentifyError::Interrupted`].
 pub fn identify_log(
     path: &Path,
     request: &Request,
-    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    observer: &mut Observer<'_>,
 ) -> Result<Identification, IdentifyError> {
     let log = LogReader::open(path)?;
     if log.topics().iter().all(|topic| topic.count == 0) {
@@ -74,18 +78,18 @@ pub fn identify_log(
     let mut sources = Sources::find(&log, request)?;
     let settings = settings(&log, &sources, request);
     if sources.acceleration.is_some() && request.topics.acceleration.is_none() {
-        choose_acceleration(&log, &mut sources, request, &settings)?;
+        choose_acceleration(&log, &mut sources, request, &settings, observer)?;
     }
     let mut decoder = Decoder::new(&log, sources, request)?;
     let mut plan = Plan::new(&decoder, settings, request);
-    let beginning = beginning(&log, &decoder)?;
+    let beginning = beginning(&log, &decoder, observer)?;
     plan.look_at(
         &beginning,
         decoder.sources().slowest_period_s(&log),
         request,
     )?;
     let bare = match &request.bare {
-        Some(path) => Some(bare::Bare::find(path, &log, &decoder, request)?),
+        Some(path) => Some(bare::Bare::find(path, &log, &decoder, request, observer)?),
         None => None,
     };
     drop(beginning);
@@ -137,11 +141,24 @@ fn settings(log: &LogReader, sources: &Sources, request: &Request) -> Settings {
     settings
 }
 
+/// Lets the observer stop what comes before the recording is run through, and leaves no result.
+fn look_up(observer: &mut Observer<'_>) -> Result<(), IdentifyError> {
+    match observer(Progress { fraction: 0.0 }) {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(IdentifyError::Interrupted),
+    }
+}
+
 /// The events of the first part of a log.
-fn beginning(log: &LogReader, decoder: &Decoder) -> Result<Vec<Event>, IdentifyError> {
+fn beginning(
+    log: &LogReader,
+    decoder: &Decoder,
+    observer: &mut Observer<'_>,
+) -> Result<Vec<Event>, IdentifyError> {
     let mut feed = Feed::new(log, decoder.clone())?;
     let mut events = Vec::new();
     while feed.read(&mut events)?.is_some() {
+        look_up(observer)?;
         if events.last().is_some_and(|event| event.time_s > LENGTH_S) {
             break;
         }
@@ -155,9 +172,10 @@ fn choose_acceleration(
     sources: &mut Sources,
     request: &Request,
     settings: &Settings,
+    observer: &mut Observer<'_>,
 ) -> Result<(), IdentifyError> {
     let decoder = Decoder::new(log, sources.clone(), request)?;
-    let events = beginning(log, &decoder)?;
+    let events = beginning(log, &decoder, observer)?;
     let period_s = sources.slowest_period_s(log);
     let names: Vec<&str> = sources.sensors.iter().map(String::as_str).collect();
     let mut candidates = Vec::new();

@@ -221,14 +221,18 @@ fn fit(
         windows: equations.len(),
         window_s: crate::window::length_s(run.plan.settings.cutoff_hz),
     };
-    let options = Options {
-        delay: run.plan.found_delay.is_some(),
-        ..Options::default()
-    };
-    if let Some((rest_s, deviation_s)) = Fit::new(equations, options).and_then(|fit| fit.delay)
-        && rest_s.is_finite()
-    {
-        found.estimated_delay = Some((run.plan.delay_s + rest_s, deviation_s));
+    let alike = run.identifier.alike();
+    let fit = Fit::new(equations, Options::new(alike)).ok_or_else(too_few)?;
+    if run.plan.found_delay.is_some() {
+        let options = Options {
+            delay: true,
+            weights: Some(&fit),
+            ..Options::new(alike)
+        };
+        let rest = Fit::new(equations, options).and_then(|fit| fit.delay);
+        if let Some((rest_s, deviation_s)) = rest.filter(|(rest_s, _)| rest_s.is_finite()) {
+            found.estimated_delay = Some((run.plan.delay_s + rest_s, deviation_s));
+        }
     }
     if found.delay_s != 0.0
         && let Some((delay_s, deviation_s)) = found.estimated_delay
@@ -241,7 +245,6 @@ fn fit(
             1e3 * HALF_WIDTH_95 * deviation_s
         ));
     }
-    let fit = Fit::new(equations, Options::default()).ok_or_else(too_few)?;
     let mut known = SVector::<f64, 10>::zeros();
     if run.plan.settings.way == Way::JointSensing {
         known += run.identifier.gripper().as_vector();
@@ -263,7 +266,12 @@ fn fit(
     estimate.deviations = Some(deviations);
     estimate.is_physical = crate::identifier::is_physical(&estimate.body);
     found.history = history(equations, &fit, &known);
-    let suspect = suspicions(equations, &fit, &found.gravity, run.plan.settings.way);
+    let suspect = suspicions(
+        equations,
+        (&fit, alike),
+        &found.gravity,
+        run.plan.settings.way,
+    );
     found.remarks.extend(suspect);
     let outliers = (0..equations.len()).filter(|&k| fit.is_outlier(k)).count();
     if outliers > 0 {
@@ -288,7 +296,7 @@ fn report(run: &Run, fit: &Fit) -> FitReport {
     let seen: Vec<bool> = held_out.iter().map(|held| !held).collect();
     let options = Options {
         only: Some(&seen),
-        ..Options::default()
+        ..Options::new(run.identifier.alike())
     };
     let blind = Fit::new(equations, options);
     let channels = run.identifier.channels();

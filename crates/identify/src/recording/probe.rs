@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::streams::{Aligned, Aligner, Event, Layout};
 use crate::equation::{Equation, Row};
-use crate::fit::{Fit, Options};
+use crate::fit::{Fit, Options, sizes};
 use crate::front::Front;
 use crate::{IdentifyError, Sample, Settings, Way, window};
 
@@ -15,6 +15,9 @@ pub(crate) const LENGTH_S: f64 = 30.0;
 const FEWEST_SAMPLES: f64 = 16.0;
 /// The longest window that is tried, s.
 const LONGEST_S: f64 = 1.0;
+
+/// Only wrenches are looked at: forces, then moments.
+const ALIKE: usize = 3;
 
 /// Delays up to this are looked for, s.
 const LONGEST_DELAY_S: f64 = 0.5;
@@ -96,7 +99,7 @@ impl Chain<'_> {
         cutoff_hz: f64,
     ) -> Result<Option<(f64, f64)>, IdentifyError> {
         let equations = self.equations(events, 0.0, cutoff_hz)?;
-        Ok(Fit::new(&equations, Options::default()).map(|fit| {
+        Ok(Fit::new(&equations, Options::new(ALIKE)).map(|fit| {
             let logarithms: f64 = fit.deviations.iter().map(|deviation| deviation.ln()).sum();
             let misfit = (logarithms / fit.deviations.len() as f64).exp();
             (misfit, power(&equations))
@@ -123,7 +126,7 @@ impl Chain<'_> {
             }
             let options = Options {
                 delay: true,
-                ..Options::default()
+                ..Options::new(ALIKE)
             };
             let Some((rest_s, deviation_s)) = Fit::new(&equations, options).and_then(|f| f.delay)
             else {
@@ -172,7 +175,7 @@ fn power(equations: &[Equation]) -> f64 {
 /// sign of gravity is in doubt.
 fn coarse_delay_s(equations: &[Equation], stride_s: f64) -> Option<f64> {
     let reach = (LONGEST_DELAY_S / stride_s).ceil() as i64;
-    let sizes = sizes(equations);
+    let sizes = sizes(equations, ALIKE);
     let at = |shift, gravity_off| misfit(equations, stride_s, shift, gravity_off, &sizes);
     let none = at(0, 0.0)?;
     if at(0, 2.0).is_some_and(|other| other < OTHER_GRAVITY * none) {
@@ -189,25 +192,13 @@ fn coarse_delay_s(equations: &[Equation], stride_s: f64) -> Option<f64> {
     })
 }
 
-/// Root mean square of what each channel wants.
-fn sizes(equations: &[Equation]) -> [f64; 6] {
-    let mut squares = [0.0; 6];
-    for equation in equations {
-        for (square, row) in squares.iter_mut().zip(&equation.rows) {
-            *square += row.wanted * row.wanted;
-        }
-    }
-    let group = |k: usize| squares[k..k + 3].iter().sum::<f64>().max(f64::MIN_POSITIVE);
-    std::array::from_fn(|k| (group(k / 3 * 3) / equations.len() as f64).sqrt())
-}
-
 /// Mean square residual, relative to what is measured, of motions paired with later wrenches.
 fn misfit(
     equations: &[Equation],
     stride_s: f64,
     shift: i64,
     gravity_off: f64,
-    sizes: &[f64; 6],
+    sizes: &[f64],
 ) -> Option<f64> {
     let mut gram = SMatrix::<f64, 10, 10>::zeros();
     let mut target = SVector::<f64, 10>::zeros();

@@ -1,9 +1,8 @@
 //! Identification from samples that are in memory already.
 
-use std::ops::ControlFlow;
-
 use tactid_dynamics::Manipulator;
 
+use super::Observer;
 use super::outcome::{self, Identification, Origin, Progress};
 use super::request::Request;
 use super::run::{Plan, Run};
@@ -28,7 +27,7 @@ pub fn identify_samples<'a>(
     sensors: &[&str],
     samples: impl Fn() -> Box<dyn Iterator<Item = Sample<'a>> + 'a>,
     request: &Request,
-    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    observer: &mut Observer<'_>,
 ) -> Result<Identification, IdentifyError> {
     let mut settings = request.settings.clone();
     if let Some(way) = request.way {

@@ -12,7 +12,7 @@ const FAR_BETTER: f64 = 0.5;
 /// What is suspect about the given signs, a sentence each. Nothing is switched.
 pub(crate) fn suspicions(
     equations: &[Equation],
-    fit: &Fit,
+    (fit, alike): (&Fit, usize),
     gravity: &Vector3<f64>,
     way: Way,
 ) -> Vec<String> {
@@ -32,7 +32,7 @@ pub(crate) fn suspicions(
             let options = Options {
                 gravity_off,
                 weights: Some(fit),
-                ..Options::default()
+                ..Options::new(alike)
             };
             match Fit::new(equations, options) {
                 Some(other) if other.misfit < best => {
