@@ -47,9 +47,12 @@ pub enum IdentifyError {
         "the joint-sensing way needs a free-floating base: a fixed one takes up the momentum that it relies on"
     )]
     FixedBase,
-    /// The paper's filter, which needs forces and moments, on joint efforts.
-    #[error("the effort way has no forces and moments for the paper's filter: use least squares")]
-    EffortNeedsLeastSquares,
+    /// The paper's filter, which takes the three rows of a force or a moment, on a way with others.
+    #[error(
+        "the {0} way has other rows than forces and moments, which the paper's filter cannot \
+             take: use least squares"
+    )]
+    NeedsLeastSquares(&'static str),
     /// A topic that identification cannot do without.
     #[error("the log has no {what} (type {type_name}); its topics are: {topics}")]
     MissingTopic {

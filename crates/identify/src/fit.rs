@@ -32,8 +32,8 @@ const NORMAL_MEDIAN: f64 = 0.6745;
 /// What a fit may use.
 #[derive(Clone, Copy)]
 pub(crate) struct Options<'a> {
-    /// How many neighbouring channels are measured alike, with noise of like size.
-    pub(crate) alike: usize,
+    /// How many neighbouring channels there are of each kind, whose noise is of like size.
+    pub(crate) kinds: &'a [usize],
     /// Whether a delay of the load is fitted, too.
     pub(crate) delay: bool,
     /// Windows to be used; all where it says nothing.
@@ -45,11 +45,11 @@ pub(crate) struct Options<'a> {
     pub(crate) gravity_off: f64,
 }
 
-impl Options<'_> {
+impl<'a> Options<'a> {
     /// All windows, weighted by their own residuals.
-    pub(crate) fn new(alike: usize) -> Self {
+    pub(crate) fn new(kinds: &'a [usize]) -> Self {
         Self {
-            alike,
+            kinds,
             delay: false,
             only: None,
             weights: None,
@@ -148,7 +148,7 @@ type Entries = [f64; 11];
 impl<'a> Solver<'a> {
     fn new(equations: &'a [Equation], options: Options<'a>, channels: usize) -> Self {
         let columns = 10 + usize::from(options.delay);
-        let sizes = sizes(equations, options.alike);
+        let sizes = sizes(equations, options.kinds);
         let floors = sizes.iter().map(|size| size * ROUNDING).collect();
         let (deviations, weights) = match options.weights {
             Some(fit) => (fit.deviations.clone(), fit.weights.clone()),
@@ -288,7 +288,7 @@ impl<'a> Solver<'a> {
             let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
             *deviation = (*median / NORMAL_MEDIAN).max(floor);
         }
-        even_out(&mut self.deviations, self.options.alike);
+        even_out(&mut self.deviations, self.options.kinds);
         let rare = chi_square(channels as f64);
         for window in 0..self.equations.len() {
             let distance: f64 = (0..channels)
@@ -387,7 +387,7 @@ impl<'a> Solver<'a> {
 
 /// Root mean square of what each channel measures, together with those that are measured alike: how
 /// large residuals may be before there are any.
-pub(crate) fn sizes(equations: &[Equation], alike: usize) -> Vec<f64> {
+pub(crate) fn sizes(equations: &[Equation], kinds: &[usize]) -> Vec<f64> {
     let channels = equations.first().map_or(0, |equation| equation.rows.len());
     let mut squares = vec![0.0; channels];
     for equation in equations {
@@ -395,17 +395,29 @@ pub(crate) fn sizes(equations: &[Equation], alike: usize) -> Vec<f64> {
             *square += row.wanted * row.wanted;
         }
     }
-    for kind in squares.chunks_mut(alike) {
+    for kind in parts(&mut squares, kinds) {
         let mean = kind.iter().sum::<f64>() / (equations.len() * kind.len()) as f64;
         kind.fill(mean.sqrt().max(f64::MIN_POSITIVE));
     }
     squares
 }
 
+/// The channels of each kind.
+fn parts<'a>(
+    mut channels: &'a mut [f64],
+    kinds: &'a [usize],
+) -> impl Iterator<Item = &'a mut [f64]> {
+    kinds.iter().map_while(move |&count| {
+        let (kind, rest) = std::mem::take(&mut channels).split_at_mut_checked(count)?;
+        channels = rest;
+        Some(kind)
+    })
+}
+
 /// A channel that happens to be met exactly, such as a moment about which nothing turns, must not
 /// count for all others of its kind.
-fn even_out(deviations: &mut [f64], alike: usize) {
-    for kind in deviations.chunks_mut(alike) {
+fn even_out(deviations: &mut [f64], kinds: &[usize]) {
+    for kind in parts(deviations, kinds) {
         let largest = kind.iter().fold(0.0f64, |a, &b| a.max(b));
         for deviation in kind {
             *deviation = deviation.max(ALIKE * largest);
@@ -478,7 +490,7 @@ mod tests {
     }
 
     fn fit(equations: &[Equation]) -> Fit {
-        Fit::new(equations, Options::new(3)).unwrap()
+        Fit::new(equations, Options::new(&[3, 3])).unwrap()
     }
 
     /// Without noise the parameters come out to rounding.
@@ -546,7 +558,7 @@ mod tests {
     fn a_delay_is_found() {
         let options = Options {
             delay: true,
-            ..Options::new(3)
+            ..Options::new(&[3, 3])
         };
         let (delay_s, _) = Fit::new(&equations(300, 3, 0.0, 1e-4), options)
             .and_then(|fit| fit.delay)
@@ -582,7 +594,7 @@ mod tests {
     /// Too few rows are no fit.
     #[test]
     fn too_few_equations() {
-        assert!(Fit::new(&equations(3, 1, 0.0, 0.0), Options::new(3)).is_none());
-        assert!(Fit::new(&[], Options::new(3)).is_none());
+        assert!(Fit::new(&equations(3, 1, 0.0, 0.0), Options::new(&[3, 3])).is_none());
+        assert!(Fit::new(&[], Options::new(&[3, 3])).is_none());
     }
 }

@@ -105,13 +105,14 @@ impl Identifier {
         sink: &mut dyn FnMut(&Equation),
     ) -> Result<Pushed, IdentifyError> {
         self.front.check_lengths(sample)?;
+        let begins_with_wrench = self.front.model.begins_with_wrench();
         let (pushed, equation) = self.front.push(sample)?;
         let Some(equation) = equation else {
             return Ok(pushed);
         };
         sink(equation);
         self.method.update(equation);
-        if self.settings.way != Way::Effort {
+        if begins_with_wrench {
             self.excitation.update(equation);
         }
         if let Some(recent) = &mut self.recent {
@@ -126,9 +127,9 @@ impl Identifier {
         self.front.model.channels()
     }
 
-    /// How many neighbouring channels are measured alike.
-    pub(crate) fn alike(&self) -> usize {
-        self.front.model.alike()
+    /// How many channels there are of each kind, measured alike.
+    pub(crate) fn kinds(&self) -> Vec<usize> {
+        self.front.model.kinds()
     }
 
     /// The known links below the tool, at the posture of the last sample.
@@ -183,7 +184,7 @@ pub(crate) fn is_physical(body: &MassProperties) -> bool {
 /// The identified body less the gripper, where the way of measuring includes it.
 fn payload(settings: &Settings, front: &Front, identified: &MassProperties) -> MassProperties {
     match settings.way {
-        Way::Tactile | Way::Effort => *identified,
+        Way::Tactile | Way::Effort | Way::Combined { .. } => *identified,
         Way::JointSensing => without(identified, &front.model.gripper()),
     }
 }
@@ -191,8 +192,15 @@ fn payload(settings: &Settings, front: &Front, identified: &MassProperties) -> M
 fn check(robot: &Manipulator, sensors: &[&str], settings: &Settings) -> Result<(), IdentifyError> {
     match settings.way {
         Way::Tactile if sensors.is_empty() => return Err(IdentifyError::NoWrench),
-        Way::Effort if matches!(settings.estimator, EstimatorKind::Nlms { .. }) => {
-            return Err(IdentifyError::EffortNeedsLeastSquares);
+        Way::Effort | Way::Combined { .. }
+            if matches!(settings.estimator, EstimatorKind::Nlms { .. }) =>
+        {
+            return Err(IdentifyError::NeedsLeastSquares(settings.way.name()));
+        }
+        Way::Combined { effort: false }
+            if sensors.is_empty() && robot.base_kind() == BaseKind::Fixed =>
+        {
+            return Err(IdentifyError::NoWrench);
         }
         Way::JointSensing if robot.base_kind() == BaseKind::Fixed => {
             return Err(IdentifyError::FixedBase);

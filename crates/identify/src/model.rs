@@ -1,19 +1,42 @@
 //! From an instant to its row equations: which load, and whose motion.
 
-use nalgebra::{SMatrix, Vector3, Vector6};
+use nalgebra::{Isometry3, SMatrix, Vector3, Vector6};
 use tactid_dynamics::{
-    FrameId, InertialParameters, JointMotion, Manipulator, StateError, ToolMotion, Workspace,
-    Wrench, forces, motion, wrench_on_end_effector, wrench_regressor,
+    BaseKind, FrameId, InertialParameters, JointKind, JointMotion, Manipulator, StateError,
+    ToolMotion, Workspace, Wrench, forces, motion, wrench_on_end_effector, wrench_regressor,
 };
 
 use crate::equation::Row;
 use crate::sample::Instant;
 use crate::{IdentifyError, Settings, Way};
 
+/// What some rows come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Source {
+    /// The sensors' wrenches.
+    Sensors,
+    /// The motion of all but the end-effector.
+    Rest,
+    /// What the joints exert.
+    Efforts,
+    /// The motion of the free-floating base, end-effector included.
+    Base,
+}
+
+impl Source {
+    fn rows(self, loaded: &[usize]) -> usize {
+        match self {
+            Self::Efforts => loaded.len(),
+            Self::Sensors | Self::Rest | Self::Base => 6,
+        }
+    }
+}
+
 /// The robot, and the way in which its measurements become rows.
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
     way: Way,
+    sources: Vec<Source>,
     gravity: Vector3<f64>,
     effort_is_net: bool,
     robot: Manipulator,
@@ -21,7 +44,7 @@ pub(crate) struct Model {
     known: Manipulator,
     tool: FrameId,
     sensors: Vec<FrameId>,
-    /// The joints that feel the payload, for the effort way.
+    /// The joints that feel the payload.
     loaded: Vec<usize>,
     workspace: Workspace,
     jacobian: Vec<Vector6<f64>>,
@@ -36,23 +59,37 @@ impl Model {
         settings: &Settings,
     ) -> Result<Self, IdentifyError> {
         let tool = robot.frame(tool)?;
-        let sensors: Result<Vec<_>, _> = sensors.iter().map(|name| robot.frame(name)).collect();
+        let sensors = sensors
+            .iter()
+            .map(|name| robot.frame(name))
+            .collect::<Result<Vec<_>, _>>()?;
         let loaded: Vec<usize> = (0..robot.dof()).filter(|&j| robot.moves(j, tool)).collect();
-        let rows = match settings.way {
-            Way::Effort => loaded.len(),
-            Way::Tactile | Way::JointSensing => 6,
+        let sources = match settings.way {
+            Way::Tactile => vec![Source::Sensors],
+            Way::JointSensing => vec![Source::Rest],
+            Way::Effort => vec![Source::Efforts],
+            Way::Combined { effort } => [
+                (!sensors.is_empty(), Source::Sensors),
+                (effort, Source::Efforts),
+                (robot.base_kind() == BaseKind::Floating, Source::Base),
+            ]
+            .into_iter()
+            .filter_map(|(is_there, source)| is_there.then_some(source))
+            .collect(),
         };
+        let rows: usize = sources.iter().map(|source| source.rows(&loaded)).sum();
         Ok(Self {
             way: settings.way,
             gravity: settings.gravity_for(robot.base_kind()),
             effort_is_net: settings.effort_is_net,
             known: match settings.way {
-                Way::Tactile | Way::Effort => robot.clone(),
+                Way::Tactile | Way::Effort | Way::Combined { .. } => robot.clone(),
                 Way::JointSensing => robot.without_subtree(tool),
             },
+            sources,
             robot: robot.clone(),
             tool,
-            sensors: sensors?,
+            sensors,
             loaded,
             workspace: Workspace::new(robot),
             jacobian: vec![Vector6::zeros(); robot.dof()],
@@ -73,16 +110,22 @@ impl Model {
         self.rows.len()
     }
 
-    /// How many neighbouring rows are measured alike: those of a force, of a moment, or all efforts.
-    pub(crate) fn alike(&self) -> usize {
-        match self.way {
-            Way::Effort => self.rows.len().max(1),
-            Way::Tactile | Way::JointSensing => 3,
-        }
+    /// How many neighbouring rows there are of each kind, measured alike.
+    pub(crate) fn kinds(&self) -> Vec<usize> {
+        let kinds = self.sources.iter().flat_map(|source| match source {
+            Source::Efforts => vec![self.loaded.len()],
+            Source::Sensors | Source::Rest | Source::Base => vec![3, 3],
+        });
+        kinds.collect()
+    }
+
+    /// Whether the first six rows are the force and the moment on the end-effector, in its frame.
+    pub(crate) fn begins_with_wrench(&self) -> bool {
+        matches!(self.sources.first(), Some(Source::Sensors | Source::Rest))
     }
 
     pub(crate) fn needs_effort(&self) -> bool {
-        self.way == Way::Effort
+        self.way.uses_effort()
     }
 
     pub(crate) fn sensor_count(&self) -> usize {
@@ -91,20 +134,27 @@ impl Model {
 
     /// What each row is measured in: name and unit.
     pub(crate) fn channels(&self) -> Vec<(String, &'static str)> {
-        match self.way {
-            Way::Effort => {
-                let names = self.loaded.iter().map(|&j| &self.robot.joint_names()[j]);
-                names
-                    .map(|name| (format!("effort {name}"), "N m"))
-                    .collect()
-            }
-            Way::Tactile | Way::JointSensing => [("force", "N"), ("moment", "N m")]
+        let wrench = |of: &str| -> Vec<(String, &'static str)> {
+            [("force", "N"), ("moment", "N m")]
                 .into_iter()
                 .flat_map(|(name, unit)| {
-                    ["x", "y", "z"].map(|axis| (format!("{name} {axis}"), unit))
+                    ["x", "y", "z"].map(|axis| (format!("{of}{name} {axis}"), unit))
                 })
-                .collect(),
-        }
+                .collect()
+        };
+        let effort = |&joint: &usize| {
+            let unit = match self.robot.joint_kind(joint) {
+                Some(JointKind::Prismatic) => "N",
+                Some(JointKind::Revolute) | None => "N m",
+            };
+            (format!("effort {}", self.robot.joint_names()[joint]), unit)
+        };
+        let channels = self.sources.iter().flat_map(|source| match source {
+            Source::Sensors | Source::Rest => wrench(""),
+            Source::Efforts => self.loaded.iter().map(effort).collect(),
+            Source::Base => wrench("base "),
+        });
+        channels.collect()
     }
 
     /// The rows of an instant.
@@ -119,16 +169,27 @@ impl Model {
         let regressor = wrench_regressor(&frame.in_frame(&self.gravity));
         let gravity =
             gravity_regressor(&frame.pose.rotation.inverse_transform_vector(&self.gravity));
-        if self.way == Way::Effort {
-            self.effort_rows(instant, &regressor, &gravity);
-        } else {
-            let wrench = self.wrench_on_end_effector(instant);
-            let wanted = wrench.force.iter().chain(wrench.moment.iter());
-            for (k, (row, &wanted)) in self.rows.iter_mut().zip(wanted).enumerate() {
-                row.regressor = regressor.row(k).transpose();
-                row.wanted = wanted;
-                row.gravity = gravity.row(k).transpose();
+        let needs_forces = |source| match source {
+            Source::Efforts => !self.effort_is_net,
+            Source::Base => true,
+            Source::Sensors | Source::Rest => false,
+        };
+        if self.sources.iter().copied().any(needs_forces) {
+            forces(&self.known, &mut self.workspace, &self.gravity);
+        }
+        let mut first = 0;
+        for k in 0..self.sources.len() {
+            let source = self.sources[k];
+            let count = source.rows(&self.loaded);
+            match source {
+                Source::Efforts => self.effort_rows(first, instant, &regressor, &gravity),
+                Source::Sensors | Source::Rest => {
+                    let wrench = self.wrench_on_end_effector(source, instant);
+                    fill(&mut self.rows[first..], &wrench, &regressor, &gravity);
+                }
+                Source::Base => self.base_rows(first, &instant.base.pose, &regressor, &gravity),
             }
+            first += count;
         }
         Ok(&self.rows)
     }
@@ -136,16 +197,14 @@ impl Model {
     /// `Jᵀ Y π = τ - τ_arm`.
     fn effort_rows(
         &mut self,
+        first: usize,
         instant: &Instant,
         regressor: &SMatrix<f64, 6, 10>,
         gravity: &SMatrix<f64, 6, 4>,
     ) {
         let workspace = &mut self.workspace;
         workspace.jacobian(&self.known, self.tool, &mut self.jacobian);
-        if !self.effort_is_net {
-            forces(&self.known, workspace, &self.gravity);
-        }
-        for (row, &joint) in self.rows.iter_mut().zip(&self.loaded) {
+        for (row, &joint) in self.rows[first..].iter_mut().zip(&self.loaded) {
             let column = &self.jacobian[joint];
             row.regressor = regressor.tr_mul(column);
             row.gravity = gravity.tr_mul(column);
@@ -156,9 +215,35 @@ impl Model {
         }
     }
 
+    /// What moves the payload comes from the robot's own momentum: both wrenches on a base that floats
+    /// freely, in its frame and about its origin, sum to zero, (21)-(44).
+    ///
+    /// In the base's frame, not at the tool: there the noise of the base's motion stays in the
+    /// channel it belongs to.
+    fn base_rows(
+        &mut self,
+        first: usize,
+        world_from_base: &Isometry3<f64>,
+        regressor: &SMatrix<f64, 6, 10>,
+        gravity: &SMatrix<f64, 6, 4>,
+    ) {
+        let on_known = self.workspace.base_wrench();
+        let base_from_world = world_from_base.rotation.inverse();
+        let wanted = Wrench {
+            force: base_from_world * -on_known.force,
+            moment: base_from_world * -on_known.moment,
+        };
+        let base_from_tool = world_from_base.inv_mul(&self.workspace.pose(&self.known, self.tool));
+        let (regressor, gravity) = (
+            moved(regressor, &base_from_tool),
+            moved(gravity, &base_from_tool),
+        );
+        fill(&mut self.rows[first..], &wanted, &regressor, &gravity);
+    }
+
     /// On the body that is sought, in `Σ_U` and about its origin.
-    fn wrench_on_end_effector(&self, instant: &Instant) -> Wrench {
-        if self.way == Way::JointSensing {
+    fn wrench_on_end_effector(&self, source: Source, instant: &Instant) -> Wrench {
+        if source == Source::Rest {
             return wrench_on_end_effector(&self.known, &self.workspace, self.tool);
         }
         // (47): f_U and n_U are the sums over all fingers.
@@ -174,6 +259,39 @@ impl Model {
     pub(crate) fn gripper(&self) -> InertialParameters {
         self.robot.subtree_parameters(&self.workspace, self.tool)
     }
+}
+
+/// Writes the six rows of a wrench.
+fn fill(
+    rows: &mut [Row],
+    wrench: &Wrench,
+    regressor: &SMatrix<f64, 6, 10>,
+    gravity: &SMatrix<f64, 6, 4>,
+) {
+    let wanted = wrench.force.iter().chain(wrench.moment.iter());
+    for (k, (row, &wanted)) in rows.iter_mut().zip(wanted).enumerate() {
+        row.regressor = regressor.row(k).transpose();
+        row.wanted = wanted;
+        row.gravity = gravity.row(k).transpose();
+    }
+}
+
+/// The wrenches that are the columns, in another frame and about its origin.
+fn moved<const N: usize>(
+    columns: &SMatrix<f64, 6, N>,
+    other_from_this: &Isometry3<f64>,
+) -> SMatrix<f64, 6, N> {
+    let mut moved = *columns;
+    for mut column in moved.column_iter_mut() {
+        let wrench = Wrench {
+            force: column.fixed_rows::<3>(0).into_owned(),
+            moment: column.fixed_rows::<3>(3).into_owned(),
+        }
+        .expressed_in(other_from_this);
+        column.fixed_rows_mut::<3>(0).copy_from(&wrench.force);
+        column.fixed_rows_mut::<3>(3).copy_from(&wrench.moment);
+    }
+    moved
 }
 
 /// The entries of mass and first moments for an acceleration alone, 6x4.

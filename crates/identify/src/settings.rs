@@ -17,17 +17,38 @@ pub enum Way {
     /// What the joints exert beyond what the arm itself needs, `Jᵀ [f_U; n_U]`: the payload alone.
     /// Arm and gripper are known from the robot's description.
     Effort,
+    /// All that is measured, each channel with the weight that its own residuals give it: the wrenches
+    /// of the sensors if there are any, the joints' efforts if they are measured, and for a floating
+    /// base that nothing acts on it from outside. The payload alone.
+    ///
+    /// Each source must be true to its model: friction in the joints, or a thruster that fires, is an
+    /// error of the whole.
+    Combined {
+        /// Whether the joints' efforts are measured.
+        effort: bool,
+    },
 }
 
 impl Way {
-    /// A short name: `tactile`, `joint-sensing` or `effort`.
+    /// A short name: `tactile`, `joint-sensing`, `effort` or `combined`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Tactile => "tactile",
             Self::JointSensing => "joint-sensing",
             Self::Effort => "effort",
+            Self::Combined { .. } => "combined",
         }
+    }
+
+    /// Whether the wrenches of sensors take part.
+    pub(crate) fn uses_wrench(self) -> bool {
+        matches!(self, Self::Tactile | Self::Combined { .. })
+    }
+
+    /// Whether the joints' efforts take part.
+    pub(crate) fn uses_effort(self) -> bool {
+        matches!(self, Self::Effort | Self::Combined { effort: true })
     }
 }
 

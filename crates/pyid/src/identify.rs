@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use nalgebra::Vector3;
 use pyo3::prelude::*;
 use tactid_dynamics::Wrench;
-use tactid_identify::{BaseState, Sample, Topics, states_of_poses};
+use tactid_identify::{BaseState, Sample, Topics, Way, states_of_poses};
 
 use crate::arrays::{Poses, Series, common_length};
 use crate::dynamics::Manipulator;
@@ -131,6 +131,11 @@ pub(crate) fn identify_arrays(
         max_gap,
     }
     .request()?;
+    if matches!(request.way, Some(Way::Combined { .. })) {
+        request.way = Some(Way::Combined {
+            effort: effort.is_some(),
+        });
+    }
     request.delay_s = delay.or(request.delay_s);
     request.known_tool = known_tool.map(|body| body.0);
     let lone = tactid_dynamics::Manipulator::lone_body("sensor");

@@ -60,15 +60,18 @@ impl Given<'_, '_> {
         let Some(name) = self.way else {
             return Ok(None);
         };
-        match [Way::Tactile, Way::Effort, Way::JointSensing]
-            .into_iter()
-            .find(|way| way.name() == name)
-        {
+        let ways = [
+            Way::Tactile,
+            Way::Effort,
+            Way::JointSensing,
+            Way::Combined { effort: true },
+        ];
+        match ways.into_iter().find(|way| way.name() == name) {
             Some(way) => Ok(Some(way)),
             None => Err(unknown(
                 "way",
                 name,
-                "\"tactile\", \"effort\" or \"joint-sensing\"",
+                "\"tactile\", \"effort\", \"joint-sensing\" or \"combined\"",
             )),
         }
     }

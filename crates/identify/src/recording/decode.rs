@@ -14,7 +14,7 @@ use super::joints::{Groups, Mapping};
 use super::request::{ActsOn, Request};
 use super::sources::{Motion, Sources};
 use super::streams::{Event, JointValues, Layout, Measured};
-use crate::{BaseState, IdentifyError, Way};
+use crate::{BaseState, IdentifyError};
 
 /// A stamp that is further than this from where the log's time puts it is a fault, s.
 const FAR_S: f64 = 60.0;
@@ -312,7 +312,7 @@ impl Decoder {
         }
         let places = &mapping.places;
         let mut effort = Vec::new();
-        if self.sources.way == Way::Effort {
+        if self.sources.way.uses_effort() {
             if state.effort.len() != count {
                 return Err("message without efforts, left out".into());
             }

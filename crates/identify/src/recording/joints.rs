@@ -95,7 +95,8 @@ impl Groups {
             if self.places.iter().flatten().any(|known| *known == place) {
                 continue;
             }
-            let mut matters = sources.way == Way::JointSensing || robot.moves(place, tool);
+            let weighs_links = matches!(sources.way, Way::JointSensing | Way::Combined { .. });
+            let mut matters = weighs_links || robot.moves(place, tool);
             for sensor in &sources.sensors {
                 matters |= robot.moves(place, robot.frame(sensor)?);
             }

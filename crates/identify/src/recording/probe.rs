@@ -17,7 +17,7 @@ const FEWEST_SAMPLES: f64 = 16.0;
 const LONGEST_S: f64 = 1.0;
 
 /// Only wrenches are looked at: forces, then moments.
-const ALIKE: usize = 3;
+const KINDS: &[usize] = &[3, 3];
 
 /// Delays up to this are looked for, s.
 const LONGEST_DELAY_S: f64 = 0.5;
@@ -99,7 +99,7 @@ impl Chain<'_> {
         cutoff_hz: f64,
     ) -> Result<Option<(f64, f64)>, IdentifyError> {
         let equations = self.equations(events, 0.0, cutoff_hz)?;
-        Ok(Fit::new(&equations, Options::new(ALIKE)).map(|fit| {
+        Ok(Fit::new(&equations, Options::new(KINDS)).map(|fit| {
             let logarithms: f64 = fit.deviations.iter().map(|deviation| deviation.ln()).sum();
             let misfit = (logarithms / fit.deviations.len() as f64).exp();
             (misfit, power(&equations))
@@ -126,7 +126,7 @@ impl Chain<'_> {
             }
             let options = Options {
                 delay: true,
-                ..Options::new(ALIKE)
+                ..Options::new(KINDS)
             };
             let Some((rest_s, deviation_s)) = Fit::new(&equations, options).and_then(|f| f.delay)
             else {
@@ -175,7 +175,7 @@ fn power(equations: &[Equation]) -> f64 {
 /// sign of gravity is in doubt.
 fn coarse_delay_s(equations: &[Equation], stride_s: f64) -> Option<f64> {
     let reach = (LONGEST_DELAY_S / stride_s).ceil() as i64;
-    let sizes = sizes(equations, ALIKE);
+    let sizes = sizes(equations, KINDS);
     let at = |shift, gravity_off| misfit(equations, stride_s, shift, gravity_off, &sizes);
     let none = at(0, 0.0)?;
     if at(0, 2.0).is_some_and(|other| other < OTHER_GRAVITY * none) {

@@ -7,7 +7,7 @@ use super::outcome::{self, Identification, Origin, Progress};
 use super::request::Request;
 use super::run::{Plan, Run};
 use super::streams::{Event, JointValues, Layout, Measured};
-use crate::{IdentifyError, Sample, Way};
+use crate::{IdentifyError, Sample};
 
 /// How many samples are taken between two calls of the observer.
 const OBSERVE_EVERY: usize = 4096;
@@ -54,7 +54,7 @@ pub fn identify_samples<'a>(
         settings,
     };
     let begin_s = times.first().copied().unwrap_or(0.0);
-    let effort = plan.settings.way == Way::Effort;
+    let effort = plan.settings.way.uses_effort();
     let events = |sample: Sample<'_>| to_events(&sample, begin_s, effort);
     let beginning: Vec<Event> = samples()
         .take_while(|sample| sample.time_s - begin_s < super::LENGTH_S)

@@ -48,11 +48,14 @@ impl Sources {
         let wrenches = choose::<WrenchStamped>(log, &request.topics.wrenches)?;
         let joints = choose::<JointState>(log, &request.topics.joints)?;
         let odometry = one::<Odometry>(log, request.topics.odometry.as_ref(), "odometry")?;
-        let way = request.way.unwrap_or(if wrenches.is_empty() {
-            Way::Effort
-        } else {
-            Way::Tactile
-        });
+        let way = match request.way {
+            Some(Way::Combined { .. }) => Way::Combined {
+                effort: has_efforts(log, &joints)?,
+            },
+            Some(way) => way,
+            None if wrenches.is_empty() => Way::Effort,
+            None => Way::Tactile,
+        };
         if request.way.is_none() && way == Way::Effort && !has_efforts(log, &joints)? {
             return Err(IdentifyError::NoLoad(topic_names(log)));
         }
@@ -62,7 +65,7 @@ impl Sources {
         if way == Way::JointSensing && odometry.is_none() {
             return Err(missing::<Odometry>(log, "motion of the base"));
         }
-        let wrenches = if way == Way::Tactile {
+        let wrenches = if way.uses_wrench() {
             wrenches
         } else {
             Vec::new()

@@ -12,7 +12,7 @@ const FAR_BETTER: f64 = 0.5;
 /// What is suspect about the given signs, a sentence each. Nothing is switched.
 pub(crate) fn suspicions(
     equations: &[Equation],
-    (fit, alike): (&Fit, usize),
+    (fit, kinds): (&Fit, &[usize]),
     gravity: &Vector3<f64>,
     way: Way,
 ) -> Vec<String> {
@@ -20,6 +20,7 @@ pub(crate) fn suspicions(
     let load = match way {
         Way::Effort => "effort",
         Way::Tactile | Way::JointSensing => "wrench",
+        Way::Combined { .. } => "load",
     };
     let mut best_mass = fit.parameters[0];
     let mut best = FAR_BETTER * fit.misfit;
@@ -32,7 +33,7 @@ pub(crate) fn suspicions(
             let options = Options {
                 gravity_off,
                 weights: Some(fit),
-                ..Options::new(alike)
+                ..Options::new(kinds)
             };
             match Fit::new(equations, options) {
                 Some(other) if other.misfit < best => {
@@ -61,7 +62,7 @@ pub(crate) fn suspicions(
         let option = match way {
             Way::Tactile => " (--wrench-acts-on)",
             Way::Effort => " (--effort-gain with a minus)",
-            Way::JointSensing => "",
+            Way::JointSensing | Way::Combined { .. } => "",
         };
         found.push(format!(
             "The mass comes out negative: the opposite sign of the {load}{option}{gravity} would explain \

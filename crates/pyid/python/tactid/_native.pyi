@@ -9,7 +9,7 @@ from typing_extensions import disjoint_base
 _Array: TypeAlias = NDArray[np.float64]
 _Path: TypeAlias = str | PathLike[str]
 _Progress: TypeAlias = Callable[[float], object]
-_Way: TypeAlias = Literal["tactile", "effort", "joint-sensing"]
+_Way: TypeAlias = Literal["tactile", "effort", "joint-sensing", "combined"]
 _Filter: TypeAlias = Literal["nlms", "rls"]
 
 __all__ = [

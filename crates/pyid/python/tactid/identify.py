@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from tactid import _native
 from tactid._native import Identification, Manipulator, MassProperties
 
-_Way = Literal["tactile", "effort", "joint-sensing"]
+_Way = Literal["tactile", "effort", "joint-sensing", "combined"]
 _Filter = Literal["rls", "nlms"]
 
 
@@ -91,8 +91,9 @@ def identify(source: Any, **options: Any) -> Identification:
         tool: The end-effector frame, a link of the robot: ``tool0`` where left out, or the sensor's
             frame without a robot.
         way: ``"tactile"``, from wrenches; ``"effort"``, from what the joints exert beyond what the
-            arm itself needs; or ``"joint-sensing"``, from the motion of a free-floating robot, the
-            known gripper taken off. Tactile where there are wrenches, else effort.
+            arm itself needs; ``"joint-sensing"``, from the motion of a free-floating robot, the
+            known gripper taken off; or ``"combined"``, from all that is measured, each channel
+            weighted by its own residuals. Tactile where there are wrenches, else effort.
         estimator: ``"rls"``, robust least squares over the whole recording, or ``"nlms"``, the
             paper's filter.
         alpha: Of NLMS, in (0, 2).

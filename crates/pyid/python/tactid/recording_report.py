@@ -18,6 +18,7 @@ WAYS = {
     "tactile": "wrenches felt, and motion",
     "effort": "joint efforts, and motion",
     "joint-sensing": "momentum of base and joints",
+    "combined": "wrenches, joint efforts and momentum together",
 }
 
 CAPTIONS = {

@@ -17,7 +17,7 @@ import tactid
 from tactid.bodies import why_impossible
 from tactid.recording import Found, Recording
 
-Way = Literal["tactile", "effort", "joint-sensing"]
+Way = Literal["tactile", "effort", "joint-sensing", "combined"]
 Filter = Literal["nlms", "rls"]
 
 Values = Sequence[float | None]
