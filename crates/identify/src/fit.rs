@@ -2,7 +2,9 @@
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, SymmetricEigen};
 
+use crate::covariance::{self, ScaledRow};
 use crate::equation::Equation;
+use crate::noise::Noise;
 
 /// Passes of reweighting; the residuals of noise settle in a few.
 const MAX_PASSES: usize = 20;
@@ -19,15 +21,6 @@ const RARE: f64 = 3.09;
 
 /// A window whose residual is this many times what is rare counts as an outlier.
 const OUTLIER: f64 = 5.0;
-
-/// Residuals of less than this part of what is measured are rounding.
-const ROUNDING: f64 = 1e-14;
-
-/// No channel has less noise than this part of the noisiest of its kind.
-const ALIKE: f64 = 1e-2;
-
-/// Median of the absolute value of a standard normal variable.
-const NORMAL_MEDIAN: f64 = 0.6745;
 
 /// What a fit may use.
 #[derive(Clone, Copy)]
@@ -67,8 +60,8 @@ pub(crate) struct Fit {
     pub(crate) covariance: SMatrix<f64, 10, 10>,
     /// Residual delay of the load, s, and its standard deviation.
     pub(crate) delay: Option<(f64, f64)>,
-    /// Of each channel's noise, in the channel's unit.
-    pub(crate) deviations: Vec<f64>,
+    /// Of the channels.
+    pub(crate) noise: Noise,
     /// Of each window, 1 for a good one.
     pub(crate) weights: Vec<f64>,
     /// Weighted rms residual in units of the channels' deviations.
@@ -135,24 +128,23 @@ struct Solver<'a> {
     scales: DVector<f64>,
     /// Of all windows, the channels of each in a row.
     residuals: Vec<f64>,
-    deviations: Vec<f64>,
-    /// Smaller deviations are rounding.
-    floors: Vec<f64>,
+    noise: Noise,
     weights: Vec<f64>,
     eigen: SymmetricEigen<f64, nalgebra::Dyn>,
 }
 
 /// One row with the delay's column.
-type Entries = [f64; 11];
+pub(crate) type Entries = [f64; 11];
 
 impl<'a> Solver<'a> {
     fn new(equations: &'a [Equation], options: Options<'a>, channels: usize) -> Self {
         let columns = 10 + usize::from(options.delay);
-        let sizes = sizes(equations, options.kinds);
-        let floors = sizes.iter().map(|size| size * ROUNDING).collect();
-        let (deviations, weights) = match options.weights {
-            Some(fit) => (fit.deviations.clone(), fit.weights.clone()),
-            None => (sizes, vec![1.0; equations.len()]),
+        let (noise, weights) = match options.weights {
+            Some(fit) => (fit.noise.clone(), fit.weights.clone()),
+            None => (
+                Noise::before_residuals(equations, options.kinds),
+                vec![1.0; equations.len()],
+            ),
         };
         let mut solver = Self {
             equations,
@@ -161,8 +153,7 @@ impl<'a> Solver<'a> {
             solution: DVector::zeros(columns),
             scales: DVector::repeat(columns, 1.0),
             residuals: vec![0.0; equations.len() * channels],
-            deviations,
-            floors,
+            noise,
             weights,
             eigen: SymmetricEigen::new(DMatrix::zeros(columns, columns)),
         };
@@ -186,7 +177,7 @@ impl<'a> Solver<'a> {
 
     /// What the solution leaves of every window, used or not.
     fn find_residuals(&mut self) {
-        let channels = self.deviations.len();
+        let channels = self.noise.channels();
         for window in 0..self.equations.len() {
             for channel in 0..channels {
                 let entries = self.entries(window, channel);
@@ -197,8 +188,22 @@ impl<'a> Solver<'a> {
         }
     }
 
-    fn residual(&self, window: usize, channel: usize) -> f64 {
-        self.residuals[window * self.deviations.len() + channel]
+    /// A window's rows in units of their noise, uncorrelated, its columns scaled; the residual is the
+    /// last column.
+    fn whiten(&self, window: usize, block: &mut DMatrix<f64>) {
+        let channels = self.noise.channels();
+        for channel in 0..channels {
+            let entries = self.entries(window, channel);
+            for (k, scale) in self.scales.iter().enumerate() {
+                block[(channel, k)] = scale * entries[k];
+            }
+            block[(channel, self.columns)] = self.residuals[window * channels + channel];
+        }
+        self.noise.whiten(block);
+    }
+
+    fn block(&self) -> DMatrix<f64> {
+        DMatrix::zeros(self.noise.channels(), self.columns + 1)
     }
 
     fn windows(&self) -> impl Iterator<Item = usize> + use<'a> {
@@ -210,7 +215,7 @@ impl<'a> Solver<'a> {
     fn scale(&mut self) {
         let mut squares = [0.0; 11];
         for window in self.windows() {
-            for (channel, deviation) in self.deviations.iter().enumerate() {
+            for (channel, deviation) in self.noise.deviations.iter().enumerate() {
                 let entries = self.entries(window, channel);
                 for (square, entry) in squares.iter_mut().zip(entries) {
                     *square += (entry / deviation).powi(2);
@@ -228,30 +233,23 @@ impl<'a> Solver<'a> {
     /// normal equations lost to rounding before; gives how far it moved, in standard deviations.
     fn solve(&mut self) -> f64 {
         let columns = self.columns;
-        let mut gram = DMatrix::<f64>::zeros(columns, columns);
-        let mut target = DVector::<f64>::zeros(columns);
+        let mut gram = DMatrix::<f64>::zeros(columns + 1, columns + 1);
+        let mut block = self.block();
         for window in self.windows() {
             let weight = self.weights[window];
             if weight == 0.0 {
                 continue;
             }
-            for (channel, deviation) in self.deviations.iter().enumerate() {
-                let entries = self.entries(window, channel);
-                let residual = self.residual(window, channel);
-                let weight = weight / (deviation * deviation);
-                let scaled: Entries =
-                    std::array::from_fn(|k| self.scales.get(k).map_or(0.0, |s| s * entries[k]));
-                for k in 0..columns {
-                    let weighted = weight * scaled[k];
-                    target[k] += weighted * residual;
-                    for j in 0..=k {
-                        gram[(k, j)] += weighted * scaled[j];
-                    }
+            self.whiten(window, &mut block);
+            for i in 0..=columns {
+                for j in 0..=i {
+                    gram[(i, j)] += weight * block.column(i).dot(&block.column(j));
                 }
             }
         }
         gram.fill_upper_triangle_with_lower_triangle();
-        self.eigen = SymmetricEigen::new(gram);
+        let target = gram.view((0, columns), (columns, 1)).column(0).into_owned();
+        self.eigen = SymmetricEigen::new(gram.view((0, 0), (columns, columns)).into_owned());
         let threshold = UNKNOWN * UNKNOWN * self.eigen.eigenvalues.max();
         let mut step = DVector::<f64>::zeros(columns);
         for (value, vector) in self.known(threshold) {
@@ -272,28 +270,26 @@ impl<'a> Solver<'a> {
         pairs.filter(move |(value, _)| *value > threshold)
     }
 
-    /// New deviations from the residuals' medians, and weights that let no window pull for more than
-    /// a rare one would.
+    /// What the residuals say of the noise, and weights that let no window pull for more than a rare
+    /// one would.
     fn reweigh(&mut self) {
-        let channels = self.deviations.len();
-        let mut sizes: Vec<Vec<f64>> = vec![Vec::new(); channels];
-        for window in self.windows() {
-            for (channel, sizes) in sizes.iter_mut().enumerate() {
-                sizes.push(self.residual(window, channel).abs());
-            }
-        }
-        let pairs = self.deviations.iter_mut().zip(&mut sizes);
-        for ((deviation, sizes), &floor) in pairs.zip(&self.floors) {
-            let middle = sizes.len() / 2;
-            let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-            *deviation = (*median / NORMAL_MEDIAN).max(floor);
-        }
-        even_out(&mut self.deviations, self.options.kinds);
+        let channels = self.noise.channels();
+        let windows: Vec<usize> = self.windows().collect();
+        let residuals = windows.iter().map(|&window| {
+            let first = window * channels;
+            (
+                &self.residuals[first..first + channels],
+                self.weights[window],
+            )
+        });
+        self.noise.measure(residuals, self.options.kinds);
         let rare = chi_square(channels as f64);
+        let mut residual = DMatrix::zeros(channels, 1);
         for window in 0..self.equations.len() {
-            let distance: f64 = (0..channels)
-                .map(|channel| (self.residual(window, channel) / self.deviations[channel]).powi(2))
-                .sum();
+            let first = window * channels;
+            residual.copy_from_slice(&self.residuals[first..first + channels]);
+            self.noise.whiten(&mut residual);
+            let distance = residual.norm_squared();
             self.weights[window] = if distance <= rare {
                 1.0
             } else if distance <= rare * (OUTLIER * OUTLIER).powi(2) {
@@ -305,7 +301,7 @@ impl<'a> Solver<'a> {
     }
 
     fn finish(self, count: usize) -> Fit {
-        let channels = self.deviations.len();
+        let channels = self.noise.channels();
         let (covariance, misfit) = self.covariance(count);
         let delay = self
             .options
@@ -334,94 +330,55 @@ impl<'a> Solver<'a> {
                     .collect(),
                 scales: self.scales.fixed_rows::<10>(0).into_owned(),
             },
-            deviations: self.deviations,
+            noise: self.noise,
             weights: self.weights,
         }
     }
 
-    /// Sandwich covariance: windows overlap, and what a model does not explain lasts longer than a
-    /// window, so the scores of neighbours are correlated (Newey and West 1987).
+    /// Of the parameters, and the weighted rms residual.
     fn covariance(&self, count: usize) -> (DMatrix<f64>, f64) {
-        let columns = self.columns;
-        let mut scores: Vec<DVector<f64>> = Vec::with_capacity(count);
-        let (mut squares, mut weights) = (0.0, 0.0);
-        for window in self.windows() {
-            let mut score = DVector::<f64>::zeros(columns);
-            for (channel, deviation) in self.deviations.iter().enumerate() {
-                let entries = self.entries(window, channel);
-                let residual = self.residual(window, channel) / deviation;
-                squares += self.weights[window] * residual * residual;
-                weights += self.weights[window];
-                for k in 0..columns {
-                    score[k] +=
-                        self.weights[window] * self.scales[k] * entries[k] / deviation * residual;
-                }
-            }
-            scores.push(score);
-        }
-        let reach = ((1.5 * (count as f64).cbrt()) as usize).clamp(3, count.max(4) - 1);
-        let mut meat = DMatrix::<f64>::zeros(columns, columns);
-        for lag in 0..=reach.min(count - 1) {
-            let weight = 1.0 - lag as f64 / (reach + 1) as f64;
-            for (now, later) in scores.iter().zip(&scores[lag..]) {
-                let share = if lag == 0 { 0.5 * weight } else { weight };
-                meat.ger(share, now, later, 1.0);
-            }
-        }
-        let meat = &meat + meat.transpose();
+        let channels = self.noise.channels();
+        let rows = self.scaled_rows();
+        let squares: f64 = rows.iter().map(|row| row.residual * row.residual).sum();
+        let weights: f64 = rows.iter().map(|row| row.weight).sum();
         let threshold = UNKNOWN * UNKNOWN * self.eigen.eigenvalues.max();
-        let mut bread = DMatrix::<f64>::zeros(columns, columns);
+        let mut bread = DMatrix::<f64>::zeros(self.columns, self.columns);
         for (value, vector) in self.known(threshold) {
             bread.ger(1.0 / value, &vector, &vector, 1.0);
         }
-        let independent =
-            count as f64 / crate::window::NOISE_CORRELATION * self.deviations.len() as f64;
-        let freedom = (independent - columns as f64).max(1.0);
+        let scores = covariance::of_scores(&rows, channels, self.columns);
+        let noise = covariance::of_noise(&rows, channels, self.columns);
+        // What lasts longer than the filter shows in the scores, if there are enough of them.
+        let size = |meat: &DMatrix<f64>| (&bread * meat).trace();
+        let meat = if size(&scores) > size(&noise) {
+            scores
+        } else {
+            noise
+        };
+        let independent = (count * channels) as f64 / crate::window::NOISE_CORRELATION;
+        let freedom = (independent - self.columns as f64).max(1.0);
         let scaled = &bread * meat * &bread * (independent / freedom);
-        let unscaled = DMatrix::from_fn(columns, columns, |i, j| {
+        let unscaled = DMatrix::from_fn(self.columns, self.columns, |i, j| {
             scaled[(i, j)] * self.scales[i] * self.scales[j]
         });
         (unscaled, (squares / weights.max(f64::MIN_POSITIVE)).sqrt())
     }
-}
 
-/// Root mean square of what each channel measures, together with those that are measured alike: how
-/// large residuals may be before there are any.
-pub(crate) fn sizes(equations: &[Equation], kinds: &[usize]) -> Vec<f64> {
-    let channels = equations.first().map_or(0, |equation| equation.rows.len());
-    let mut squares = vec![0.0; channels];
-    for equation in equations {
-        for (square, row) in squares.iter_mut().zip(&equation.rows) {
-            *square += row.wanted * row.wanted;
+    /// The rows of the windows that are used, each times the root of its weight.
+    fn scaled_rows(&self) -> Vec<ScaledRow> {
+        let mut rows = Vec::new();
+        let mut block = self.block();
+        for window in self.windows() {
+            let weight = self.weights[window];
+            self.whiten(window, &mut block);
+            block *= weight.sqrt();
+            rows.extend(block.row_iter().map(|row| ScaledRow {
+                entries: std::array::from_fn(|k| if k < self.columns { row[k] } else { 0.0 }),
+                residual: row[self.columns],
+                weight,
+            }));
         }
-    }
-    for kind in parts(&mut squares, kinds) {
-        let mean = kind.iter().sum::<f64>() / (equations.len() * kind.len()) as f64;
-        kind.fill(mean.sqrt().max(f64::MIN_POSITIVE));
-    }
-    squares
-}
-
-/// The channels of each kind.
-fn parts<'a>(
-    mut channels: &'a mut [f64],
-    kinds: &'a [usize],
-) -> impl Iterator<Item = &'a mut [f64]> {
-    kinds.iter().map_while(move |&count| {
-        let (kind, rest) = std::mem::take(&mut channels).split_at_mut_checked(count)?;
-        channels = rest;
-        Some(kind)
-    })
-}
-
-/// A channel that happens to be met exactly, such as a moment about which nothing turns, must not
-/// count for all others of its kind.
-fn even_out(deviations: &mut [f64], kinds: &[usize]) {
-    for kind in parts(deviations, kinds) {
-        let largest = kind.iter().fold(0.0f64, |a, &b| a.max(b));
-        for deviation in kind {
-            *deviation = deviation.max(ALIKE * largest);
-        }
+        rows
     }
 }
 
@@ -514,7 +471,7 @@ mod tests {
             let error = (found.parameters - truth()).component_div(&deviations);
             sum += error;
             squares += error.component_mul(&error);
-            for (mean, deviation) in channels.iter_mut().zip(&found.deviations) {
+            for (mean, deviation) in channels.iter_mut().zip(&found.noise.deviations) {
                 *mean += deviation / RUNS as f64;
             }
         }

@@ -21,6 +21,7 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
+mod covariance;
 mod equation;
 mod error;
 mod estimate;
@@ -30,6 +31,7 @@ mod front;
 mod identifier;
 mod method;
 mod model;
+mod noise;
 mod recent;
 mod recording;
 mod sample;

@@ -1,6 +1,6 @@
 //! How the estimate and its uncertainty came about over a recording.
 
-use nalgebra::{SMatrix, SVector, SymmetricEigen};
+use nalgebra::{DMatrix, SMatrix, SVector, SymmetricEigen};
 
 use super::outcome::HistoryPoint;
 use crate::equation::Equation;
@@ -23,13 +23,19 @@ pub(crate) fn history(
     let mut gram = SMatrix::<f64, 10, 10>::zeros();
     let mut target = SVector::<f64, 10>::zeros();
     let mut points = Vec::new();
+    let mut block = DMatrix::zeros(fit.noise.channels(), 11);
     for (k, (equation, weight)) in equations.iter().zip(&fit.weights).enumerate() {
-        for (row, deviation) in equation.rows.iter().zip(&fit.deviations) {
-            let weight = weight / (deviation * deviation);
+        for (channel, row) in equation.rows.iter().enumerate() {
             let scaled = row.regressor.component_mul(&scales);
-            gram.syger(weight, &scaled, &scaled, 1.0);
-            target += scaled * (weight * row.wanted);
+            block
+                .view_mut((channel, 0), (1, 10))
+                .copy_from(&scaled.transpose());
+            block[(channel, 10)] = row.wanted;
         }
+        fit.noise.whiten(&mut block);
+        let (rows, wanted) = (block.fixed_columns::<10>(0), block.column(10));
+        gram.gemm_tr(*weight, &rows, &rows, 1.0);
+        target.gemv_tr(*weight, &rows, &wanted, 1.0);
         if k % every != every - 1 && k + 1 != equations.len() {
             continue;
         }
@@ -51,9 +57,7 @@ fn solve(
     scales: &SVector<f64, 10>,
     known: &SVector<f64, 10>,
 ) -> Option<([f64; 10], [f64; 10])> {
-    let mut whole = *gram;
-    whole.fill_upper_triangle_with_lower_triangle();
-    let eigen = SymmetricEigen::new(whole);
+    let eigen = SymmetricEigen::new(*gram);
     let strongest = eigen.eigenvalues.max();
     let mut order: Vec<usize> = (0..10).collect();
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));

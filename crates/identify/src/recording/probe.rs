@@ -4,8 +4,9 @@ use nalgebra::{SMatrix, SVector};
 
 use super::streams::{Aligned, Aligner, Event, Layout};
 use crate::equation::{Equation, Row};
-use crate::fit::{Fit, Options, sizes};
+use crate::fit::{Fit, Options};
 use crate::front::Front;
+use crate::noise::sizes;
 use crate::{IdentifyError, Sample, Settings, Way, window};
 
 /// How much of the recording is looked at, s.
@@ -15,6 +16,9 @@ pub(crate) const LENGTH_S: f64 = 30.0;
 const FEWEST_SAMPLES: f64 = 16.0;
 /// The longest window that is tried, s.
 const LONGEST_S: f64 = 1.0;
+
+/// The part of the accelerations' power that the filter keeps.
+const KEPT: f64 = 0.8;
 
 /// Only wrenches are looked at: forces, then moments.
 const KINDS: &[usize] = &[3, 3];
@@ -67,8 +71,11 @@ impl Chain<'_> {
         Ok(equations)
     }
 
-    /// The cutoff at which the power of the accelerations depends least on it: below, motion is lost,
-    /// above, noise comes in.
+    /// The lowest cutoff that keeps most of the motion. Where the power of the accelerations depends
+    /// least on the cutoff all motion has come in and little noise: [`KEPT`] of that power is kept.
+    ///
+    /// Both sides of the equations are filtered alike, so what is lost of the motion costs some
+    /// information; what comes in of its noise makes every estimate too small.
     pub(crate) fn cutoff_hz(&self, events: &[Event], period_s: f64) -> Result<f64, IdentifyError> {
         let mut length_s = (FEWEST_SAMPLES * period_s).min(LONGEST_S);
         let mut powers: Vec<(f64, f64)> = Vec::new();
@@ -86,9 +93,12 @@ impl Chain<'_> {
             .windows(2)
             .filter(|pair| pair[0].1 > 0.0)
             .min_by(|a, b| change(a).total_cmp(&change(b)));
-        let first = powers.first().map(|(cutoff_hz, _)| *cutoff_hz);
-        let chosen = flattest.map(|pair| pair[0].0).or(first);
-        Ok(chosen.unwrap_or(self.settings.cutoff_hz))
+        let whole = flattest.map_or(0.0, |pair| pair[0].1);
+        let lowest = powers
+            .iter()
+            .rev()
+            .find(|(_, power)| *power >= KEPT * whole);
+        Ok(lowest.map_or(self.settings.cutoff_hz, |(cutoff_hz, _)| *cutoff_hz))
     }
 
     /// Geometric mean of the channels' residual deviations, and the mean square of the accelerations;
@@ -100,8 +110,9 @@ impl Chain<'_> {
     ) -> Result<Option<(f64, f64)>, IdentifyError> {
         let equations = self.equations(events, 0.0, cutoff_hz)?;
         Ok(Fit::new(&equations, Options::new(KINDS)).map(|fit| {
-            let logarithms: f64 = fit.deviations.iter().map(|deviation| deviation.ln()).sum();
-            let misfit = (logarithms / fit.deviations.len() as f64).exp();
+            let deviations = &fit.noise.deviations;
+            let logarithms: f64 = deviations.iter().map(|deviation| deviation.ln()).sum();
+            let misfit = (logarithms / deviations.len() as f64).exp();
             (misfit, power(&equations))
         }))
     }

@@ -1,0 +1,136 @@
+//! The noise of the channels, learnt from residuals.
+
+use nalgebra::DMatrix;
+
+use crate::equation::Equation;
+use crate::window::NOISE_CORRELATION;
+
+/// Residuals of less than this part of what is measured are rounding.
+const ROUNDING: f64 = 1e-14;
+
+/// No channel has less noise than this part of the noisiest of its kind.
+const ALIKE: f64 = 1e-2;
+
+/// Median of the absolute value of a standard normal variable.
+const NORMAL_MEDIAN: f64 = 0.6745;
+
+/// Deviations of the channels' noise, and how it is correlated between them: a finger's force pulls
+/// at its lever arm, so its noise is in the moment, too.
+#[derive(Clone, Debug)]
+pub(crate) struct Noise {
+    /// In each channel's unit.
+    pub(crate) deviations: Vec<f64>,
+    /// Smaller deviations are rounding.
+    floors: Vec<f64>,
+    /// Lower triangle whose product with its transpose is the correlation.
+    root: DMatrix<f64>,
+}
+
+impl Noise {
+    /// Before there are residuals: as large as what is measured, and uncorrelated.
+    pub(crate) fn before_residuals(equations: &[Equation], kinds: &[usize]) -> Self {
+        let deviations = sizes(equations, kinds);
+        Self {
+            floors: deviations.iter().map(|size| size * ROUNDING).collect(),
+            root: DMatrix::identity(deviations.len(), deviations.len()),
+            deviations,
+        }
+    }
+
+    pub(crate) fn channels(&self) -> usize {
+        self.deviations.len()
+    }
+
+    /// Brings columns of values, a row each channel, to units of the noise, uncorrelated.
+    pub(crate) fn whiten(&self, columns: &mut DMatrix<f64>) {
+        for (mut row, deviation) in columns.row_iter_mut().zip(&self.deviations) {
+            row /= *deviation;
+        }
+        self.root.solve_lower_triangular_mut(columns);
+    }
+
+    /// Learns from the residuals of some windows and the windows' weights: deviations from medians,
+    /// which outliers do not move, and correlations from weighted products.
+    pub(crate) fn measure<'a>(
+        &mut self,
+        windows: impl Iterator<Item = (&'a [f64], f64)> + Clone,
+        kinds: &[usize],
+    ) {
+        let count = windows.clone().count();
+        if count == 0 {
+            return;
+        }
+        for channel in 0..self.channels() {
+            let mut sizes: Vec<f64> = windows.clone().map(|(r, _)| r[channel].abs()).collect();
+            let (_, median, _) = sizes.select_nth_unstable_by(count / 2, f64::total_cmp);
+            self.deviations[channel] = (*median / NORMAL_MEDIAN).max(self.floors[channel]);
+        }
+        even_out(&mut self.deviations, kinds);
+        let channels = self.channels();
+        let mut products = DMatrix::<f64>::zeros(channels, channels);
+        for (residuals, weight) in windows {
+            for i in 0..channels {
+                for j in 0..=i {
+                    let scale = self.deviations[i] * self.deviations[j];
+                    products[(i, j)] += weight * residuals[i] * residuals[j] / scale;
+                }
+            }
+        }
+        // Few windows know little of so many correlations: those are taken for smaller than they seem.
+        let independent = count as f64 / NOISE_CORRELATION;
+        let kept = 1.0 - (channels as f64 / independent).min(1.0);
+        let correlation = DMatrix::from_fn(channels, channels, |i, j| {
+            let size = (products[(i, i)] * products[(j, j)]).sqrt();
+            if i == j {
+                1.0
+            } else if size > 0.0 {
+                kept * products[(i.max(j), i.min(j))] / size
+            } else {
+                0.0
+            }
+        });
+        if let Some(cholesky) = correlation.cholesky() {
+            self.root = cholesky.unpack();
+        }
+    }
+}
+
+/// Root mean square of what each channel measures, together with those that are measured alike: how
+/// large residuals may be before there are any.
+pub(crate) fn sizes(equations: &[Equation], kinds: &[usize]) -> Vec<f64> {
+    let channels = equations.first().map_or(0, |equation| equation.rows.len());
+    let mut squares = vec![0.0; channels];
+    for equation in equations {
+        for (square, row) in squares.iter_mut().zip(&equation.rows) {
+            *square += row.wanted * row.wanted;
+        }
+    }
+    for kind in parts(&mut squares, kinds) {
+        let mean = kind.iter().sum::<f64>() / (equations.len() * kind.len()) as f64;
+        kind.fill(mean.sqrt().max(f64::MIN_POSITIVE));
+    }
+    squares
+}
+
+/// A channel that happens to be met exactly, such as a moment about which nothing turns, must not
+/// count for all others of its kind.
+fn even_out(deviations: &mut [f64], kinds: &[usize]) {
+    for kind in parts(deviations, kinds) {
+        let largest = kind.iter().fold(0.0f64, |a, &b| a.max(b));
+        for deviation in kind {
+            *deviation = deviation.max(ALIKE * largest);
+        }
+    }
+}
+
+/// The channels of each kind.
+fn parts<'a>(
+    mut channels: &'a mut [f64],
+    kinds: &'a [usize],
+) -> impl Iterator<Item = &'a mut [f64]> {
+    kinds.iter().map_while(move |&count| {
+        let (kind, rest) = std::mem::take(&mut channels).split_at_mut_checked(count)?;
+        channels = rest;
+        Some(kind)
+    })
+}
