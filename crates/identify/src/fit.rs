@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector, SymmetricEigen};
 
 use crate::covariance::{self, ScaledRow};
 use crate::equation::Equation;
-use crate::noise::Noise;
+use crate::noise::{Channels, Noise};
 
 /// Passes of reweighting; the residuals of noise settle in a few.
 const MAX_PASSES: usize = 20;
@@ -25,8 +25,8 @@ const OUTLIER: f64 = 5.0;
 /// What a fit may use.
 #[derive(Clone, Copy)]
 pub(crate) struct Options<'a> {
-    /// How many neighbouring channels there are of each kind, whose noise is of like size.
-    pub(crate) kinds: &'a [usize],
+    /// How the channels belong together.
+    pub(crate) channels: &'a Channels,
     /// Whether a delay of the load is fitted, too.
     pub(crate) delay: bool,
     /// Windows to be used; all where it says nothing.
@@ -40,9 +40,9 @@ pub(crate) struct Options<'a> {
 
 impl<'a> Options<'a> {
     /// All windows, weighted by their own residuals.
-    pub(crate) fn new(kinds: &'a [usize]) -> Self {
+    pub(crate) fn new(channels: &'a Channels) -> Self {
         Self {
-            kinds,
+            channels,
             delay: false,
             only: None,
             weights: None,
@@ -142,7 +142,7 @@ impl<'a> Solver<'a> {
         let (noise, weights) = match options.weights {
             Some(fit) => (fit.noise.clone(), fit.weights.clone()),
             None => (
-                Noise::before_residuals(equations, options.kinds),
+                Noise::before_residuals(equations, options.channels),
                 vec![1.0; equations.len()],
             ),
         };
@@ -282,7 +282,7 @@ impl<'a> Solver<'a> {
                 self.weights[window],
             )
         });
-        self.noise.measure(residuals, self.options.kinds);
+        self.noise.measure(residuals, self.options.channels);
         let rare = chi_square(channels as f64);
         let mut residual = DMatrix::zeros(channels, 1);
         for window in 0..self.equations.len() {
@@ -447,7 +447,7 @@ mod tests {
     }
 
     fn fit(equations: &[Equation]) -> Fit {
-        Fit::new(equations, Options::new(&[3, 3])).unwrap()
+        Fit::new(equations, Options::new(&Channels::of_a_wrench())).unwrap()
     }
 
     /// Without noise the parameters come out to rounding.
@@ -513,9 +513,10 @@ mod tests {
     /// second order.
     #[test]
     fn a_delay_is_found() {
+        let channels = Channels::of_a_wrench();
         let options = Options {
             delay: true,
-            ..Options::new(&[3, 3])
+            ..Options::new(&channels)
         };
         let (delay_s, _) = Fit::new(&equations(300, 3, 0.0, 1e-4), options)
             .and_then(|fit| fit.delay)
@@ -551,7 +552,13 @@ mod tests {
     /// Too few rows are no fit.
     #[test]
     fn too_few_equations() {
-        assert!(Fit::new(&equations(3, 1, 0.0, 0.0), Options::new(&[3, 3])).is_none());
-        assert!(Fit::new(&[], Options::new(&[3, 3])).is_none());
+        assert!(
+            Fit::new(
+                &equations(3, 1, 0.0, 0.0),
+                Options::new(&Channels::of_a_wrench())
+            )
+            .is_none()
+        );
+        assert!(Fit::new(&[], Options::new(&Channels::of_a_wrench())).is_none());
     }
 }

@@ -8,6 +8,7 @@ use crate::estimate::{self, values, without};
 use crate::excitation::Excitation;
 use crate::front::Front;
 use crate::method::Method;
+use crate::noise::Channels;
 use crate::recent::RecentMean;
 use crate::{EstimatorKind, IdentifyError, PayloadEstimate, Sample, Settings, Way};
 
@@ -127,9 +128,9 @@ impl Identifier {
         self.front.model.channels()
     }
 
-    /// How many channels there are of each kind, measured alike.
-    pub(crate) fn kinds(&self) -> Vec<usize> {
-        self.front.model.kinds()
+    /// How the channels belong together.
+    pub(crate) fn grouping(&self) -> Channels {
+        self.front.model.grouping()
     }
 
     /// The known links below the tool, at the posture of the last sample.

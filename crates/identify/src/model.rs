@@ -7,6 +7,7 @@ use tactid_dynamics::{
 };
 
 use crate::equation::Row;
+use crate::noise::Channels;
 use crate::sample::Instant;
 use crate::{IdentifyError, Settings, Way};
 
@@ -110,13 +111,17 @@ impl Model {
         self.rows.len()
     }
 
-    /// How many neighbouring rows there are of each kind, measured alike.
-    pub(crate) fn kinds(&self) -> Vec<usize> {
-        let kinds = self.sources.iter().flat_map(|source| match source {
+    /// How the rows belong together.
+    pub(crate) fn grouping(&self) -> Channels {
+        let sources = self.sources.iter();
+        let kinds = sources.clone().flat_map(|source| match source {
             Source::Efforts => vec![self.loaded.len()],
             Source::Sensors | Source::Rest | Source::Base => vec![3, 3],
         });
-        kinds.collect()
+        Channels {
+            kinds: kinds.collect(),
+            sources: sources.map(|source| source.rows(&self.loaded)).collect(),
+        }
     }
 
     /// Whether the first six rows are the force and the moment on the end-effector, in its frame.

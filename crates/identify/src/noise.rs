@@ -14,6 +14,37 @@ const ALIKE: f64 = 1e-2;
 /// Median of the absolute value of a standard normal variable.
 const NORMAL_MEDIAN: f64 = 0.6745;
 
+/// How channels belong together; each a part of all channels in order.
+#[derive(Clone, Debug)]
+pub(crate) struct Channels {
+    /// How many there are of each kind, whose noise is of like size: the axes of a force, say.
+    pub(crate) kinds: Vec<usize>,
+    /// How many come from each source.
+    pub(crate) sources: Vec<usize>,
+}
+
+impl Channels {
+    /// Of one wrench.
+    pub(crate) fn of_a_wrench() -> Self {
+        Self {
+            kinds: vec![3, 3],
+            sources: vec![6],
+        }
+    }
+
+    /// Whether two come from the same source.
+    fn share_source(&self, a: usize, b: usize) -> bool {
+        let source = |channel: usize| {
+            let ends = self.sources.iter().scan(0, |end, count| {
+                *end += count;
+                Some(*end)
+            });
+            ends.take_while(|&end| end <= channel).count()
+        };
+        source(a) == source(b)
+    }
+}
+
 /// Deviations of the channels' noise, and how it is correlated between them: a finger's force pulls
 /// at its lever arm, so its noise is in the moment, too.
 #[derive(Clone, Debug)]
@@ -28,8 +59,8 @@ pub(crate) struct Noise {
 
 impl Noise {
     /// Before there are residuals: as large as what is measured, and uncorrelated.
-    pub(crate) fn before_residuals(equations: &[Equation], kinds: &[usize]) -> Self {
-        let deviations = sizes(equations, kinds);
+    pub(crate) fn before_residuals(equations: &[Equation], channels: &Channels) -> Self {
+        let deviations = sizes(equations, &channels.kinds);
         Self {
             floors: deviations.iter().map(|size| size * ROUNDING).collect(),
             root: DMatrix::identity(deviations.len(), deviations.len()),
@@ -54,7 +85,7 @@ impl Noise {
     pub(crate) fn measure<'a>(
         &mut self,
         windows: impl Iterator<Item = (&'a [f64], f64)> + Clone,
-        kinds: &[usize],
+        grouping: &Channels,
     ) {
         let count = windows.clone().count();
         if count == 0 {
@@ -65,7 +96,7 @@ impl Noise {
             let (_, median, _) = sizes.select_nth_unstable_by(count / 2, f64::total_cmp);
             self.deviations[channel] = (*median / NORMAL_MEDIAN).max(self.floors[channel]);
         }
-        even_out(&mut self.deviations, kinds);
+        even_out(&mut self.deviations, &grouping.kinds);
         let channels = self.channels();
         let mut products = DMatrix::<f64>::zeros(channels, channels);
         for (residuals, weight) in windows {
@@ -76,22 +107,43 @@ impl Noise {
                 }
             }
         }
-        // Few windows know little of so many correlations: those are taken for smaller than they seem.
-        let independent = count as f64 / NOISE_CORRELATION;
-        let kept = 1.0 - (channels as f64 / independent).min(1.0);
-        let correlation = DMatrix::from_fn(channels, channels, |i, j| {
+        let raw = DMatrix::from_fn(channels, channels, |i, j| {
             let size = (products[(i, i)] * products[(j, j)]).sqrt();
+            products[(i.max(j), i.min(j))] / size.max(f64::MIN_POSITIVE)
+        });
+        let independent = count as f64 / NOISE_CORRELATION;
+        let share = |i, j| grouping.share_source(i, j);
+        let within = kept(&raw, independent, share);
+        // No more of what lies between sources than within them: the result stays positive.
+        let between = kept(&raw, independent, |i, j| !share(i, j)).min(within);
+        let correlation = DMatrix::from_fn(channels, channels, |i, j| {
             if i == j {
                 1.0
-            } else if size > 0.0 {
-                kept * products[(i.max(j), i.min(j))] / size
             } else {
-                0.0
+                raw[(i, j)] * if share(i, j) { within } else { between }
             }
         });
         if let Some(cholesky) = correlation.cholesky() {
             self.root = cholesky.unpack();
         }
+    }
+}
+
+/// The part of estimated correlations that is to be believed, where few windows know little of many:
+/// what leaves the least error on the average (Schäfer and Strimmer 2005, doi 10.2202/1544-6115.1175).
+fn kept(raw: &DMatrix<f64>, independent: f64, among: impl Fn(usize, usize) -> bool) -> f64 {
+    let (mut errors, mut squares) = (0.0, 0.0);
+    for i in 0..raw.nrows() {
+        for j in (0..i).filter(|&j| among(i, j)) {
+            let square = raw[(i, j)] * raw[(i, j)];
+            errors += (1.0 - square).powi(2) / independent;
+            squares += square;
+        }
+    }
+    if squares > 0.0 {
+        (1.0 - errors / squares).max(0.0)
+    } else {
+        0.0
     }
 }
 

@@ -221,13 +221,13 @@ fn fit(
         windows: equations.len(),
         window_s: crate::window::length_s(run.plan.settings.cutoff_hz),
     };
-    let kinds = run.identifier.kinds();
-    let fit = Fit::new(equations, Options::new(&kinds)).ok_or_else(too_few)?;
+    let channels = run.identifier.grouping();
+    let fit = Fit::new(equations, Options::new(&channels)).ok_or_else(too_few)?;
     if run.plan.found_delay.is_some() {
         let options = Options {
             delay: true,
             weights: Some(&fit),
-            ..Options::new(&kinds)
+            ..Options::new(&channels)
         };
         let rest = Fit::new(equations, options).and_then(|fit| fit.delay);
         if let Some((rest_s, deviation_s)) = rest.filter(|(rest_s, _)| rest_s.is_finite()) {
@@ -268,7 +268,7 @@ fn fit(
     found.history = history(equations, &fit, &known);
     let suspect = suspicions(
         equations,
-        (&fit, &kinds),
+        (&fit, &channels),
         &found.gravity,
         run.plan.settings.way,
     );
@@ -294,10 +294,10 @@ fn report(run: &Run, fit: &Fit) -> FitReport {
         .map(|k| (k / part) % HELD_OUT_EVERY == HELD_OUT_EVERY / 2)
         .collect();
     let seen: Vec<bool> = held_out.iter().map(|held| !held).collect();
-    let kinds = run.identifier.kinds();
+    let channels = run.identifier.grouping();
     let options = Options {
         only: Some(&seen),
-        ..Options::new(&kinds)
+        ..Options::new(&channels)
     };
     let blind = Fit::new(equations, options);
     let channels = run.identifier.channels();

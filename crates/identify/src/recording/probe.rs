@@ -6,7 +6,7 @@ use super::streams::{Aligned, Aligner, Event, Layout};
 use crate::equation::{Equation, Row};
 use crate::fit::{Fit, Options};
 use crate::front::Front;
-use crate::noise::sizes;
+use crate::noise::{Channels, sizes};
 use crate::{IdentifyError, Sample, Settings, Way, window};
 
 /// How much of the recording is looked at, s.
@@ -19,9 +19,6 @@ const LONGEST_S: f64 = 1.0;
 
 /// The part of the accelerations' power that the filter keeps.
 const KEPT: f64 = 0.8;
-
-/// Only wrenches are looked at: forces, then moments.
-const KINDS: &[usize] = &[3, 3];
 
 /// Delays up to this are looked for, s.
 const LONGEST_DELAY_S: f64 = 0.5;
@@ -109,12 +106,14 @@ impl Chain<'_> {
         cutoff_hz: f64,
     ) -> Result<Option<(f64, f64)>, IdentifyError> {
         let equations = self.equations(events, 0.0, cutoff_hz)?;
-        Ok(Fit::new(&equations, Options::new(KINDS)).map(|fit| {
-            let deviations = &fit.noise.deviations;
-            let logarithms: f64 = deviations.iter().map(|deviation| deviation.ln()).sum();
-            let misfit = (logarithms / deviations.len() as f64).exp();
-            (misfit, power(&equations))
-        }))
+        Ok(
+            Fit::new(&equations, Options::new(&Channels::of_a_wrench())).map(|fit| {
+                let deviations = &fit.noise.deviations;
+                let logarithms: f64 = deviations.iter().map(|deviation| deviation.ln()).sum();
+                let misfit = (logarithms / deviations.len() as f64).exp();
+                (misfit, power(&equations))
+            }),
+        )
     }
 
     /// By how much later than the motion the wrenches are stamped, s, and its standard deviation.
@@ -130,6 +129,7 @@ impl Chain<'_> {
         let Some(mut delay_s) = coarse_delay_s(&equations, window::stride_s(cutoff_hz)) else {
             return Ok(None);
         };
+        let channels = Channels::of_a_wrench();
         let mut found = None;
         for _ in 0..4 {
             if delay_s != 0.0 {
@@ -137,7 +137,7 @@ impl Chain<'_> {
             }
             let options = Options {
                 delay: true,
-                ..Options::new(KINDS)
+                ..Options::new(&channels)
             };
             let Some((rest_s, deviation_s)) = Fit::new(&equations, options).and_then(|f| f.delay)
             else {
@@ -186,7 +186,7 @@ fn power(equations: &[Equation]) -> f64 {
 /// sign of gravity is in doubt.
 fn coarse_delay_s(equations: &[Equation], stride_s: f64) -> Option<f64> {
     let reach = (LONGEST_DELAY_S / stride_s).ceil() as i64;
-    let sizes = sizes(equations, KINDS);
+    let sizes = sizes(equations, &Channels::of_a_wrench().kinds);
     let at = |shift, gravity_off| misfit(equations, stride_s, shift, gravity_off, &sizes);
     let none = at(0, 0.0)?;
     if at(0, 2.0).is_some_and(|other| other < OTHER_GRAVITY * none) {

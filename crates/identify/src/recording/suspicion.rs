@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use crate::Way;
 use crate::equation::Equation;
 use crate::fit::{Fit, Options};
+use crate::noise::Channels;
 
 /// Another gravity is worth a word when it leaves less than this part of the residual.
 const FAR_BETTER: f64 = 0.5;
@@ -12,7 +13,7 @@ const FAR_BETTER: f64 = 0.5;
 /// What is suspect about the given signs, a sentence each. Nothing is switched.
 pub(crate) fn suspicions(
     equations: &[Equation],
-    (fit, kinds): (&Fit, &[usize]),
+    (fit, channels): (&Fit, &Channels),
     gravity: &Vector3<f64>,
     way: Way,
 ) -> Vec<String> {
@@ -33,7 +34,7 @@ pub(crate) fn suspicions(
             let options = Options {
                 gravity_off,
                 weights: Some(fit),
-                ..Options::new(kinds)
+                ..Options::new(channels)
             };
             match Fit::new(equations, options) {
                 Some(other) if other.misfit < best => {
