@@ -11,6 +11,9 @@ use crate::fit::Entries;
 pub(crate) struct ScaledRow {
     pub(crate) entries: Entries,
     pub(crate) residual: f64,
+    /// The row's part in the equation that the parameters solve: entries times residual, less what
+    /// the motion's noise adds to them.
+    pub(crate) score: Entries,
     pub(crate) weight: f64,
 }
 
@@ -21,9 +24,7 @@ const FILTER_REACH: usize = 2;
 /// errors are, also those of the model, but is itself a rough estimate where windows are few.
 pub(crate) fn of_scores(rows: &[ScaledRow], channels: usize, columns: usize) -> DMatrix<f64> {
     let score = |window: &[ScaledRow]| {
-        DVector::from_fn(columns, |k, _| {
-            window.iter().map(|row| row.entries[k] * row.residual).sum()
-        })
+        DVector::from_fn(columns, |k, _| window.iter().map(|row| row.score[k]).sum())
     };
     let scores: Vec<DVector<f64>> = rows.chunks_exact(channels).map(score).collect();
     let count = scores.len();

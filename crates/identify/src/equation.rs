@@ -46,10 +46,14 @@ pub(crate) struct Equation {
     pub(crate) time_s: f64,
     /// Six for a wrench (force, then moment about the origin of `Σ_U`), else one a joint.
     pub(crate) rows: Vec<Row>,
+    /// Half the difference between the means over every second instant and over the others: noise
+    /// alone, as large as in `rows`, for what is slow is the same in both.
+    pub(crate) differences: Vec<Row>,
     /// `d wanted / dt` through the same filter, a row each: what a delay of the load would change.
     pub(crate) rates: Vec<f64>,
     weight: f64,
     slope_weight: f64,
+    difference_weight: f64,
     pub(crate) instants: u32,
 }
 
@@ -58,9 +62,11 @@ impl Equation {
         Self {
             time_s: 0.0,
             rows: vec![Row::zero(); rows],
+            differences: vec![Row::zero(); rows],
             rates: vec![0.0; rows],
             weight: 0.0,
             slope_weight: 0.0,
+            difference_weight: 0.0,
             instants: 0,
         }
     }
@@ -68,26 +74,50 @@ impl Equation {
     pub(crate) fn clear(&mut self, time_s: f64) {
         self.time_s = time_s;
         self.rows.fill(Row::zero());
+        self.differences.fill(Row::zero());
         self.rates.fill(0.0);
-        (self.weight, self.slope_weight, self.instants) = (0.0, 0.0, 0);
+        (self.weight, self.slope_weight, self.difference_weight) = (0.0, 0.0, 0.0);
+        self.instants = 0;
     }
 
-    /// Adds an instant with its weight, and the weight of its part in the derivative.
-    pub(crate) fn add(&mut self, rows: &[Row], weight: f64, slope_weight: f64) {
-        for ((sum, rate), row) in self.rows.iter_mut().zip(&mut self.rates).zip(rows) {
+    /// Adds an instant with its weight, the weight of its part in the derivative, and its side in the
+    /// differences, 1 or -1.
+    pub(crate) fn add(&mut self, rows: &[Row], weight: f64, slope_weight: f64, side: f64) {
+        let sums = self.rows.iter_mut().zip(&mut self.differences);
+        for (((sum, difference), rate), row) in sums.zip(&mut self.rates).zip(rows) {
             sum.add(row, weight);
+            difference.add(row, side * weight);
             *rate += row.wanted * slope_weight;
         }
+        self.difference_weight += side * weight;
         self.weight += weight;
         self.slope_weight += slope_weight;
         self.instants += 1;
     }
 
+    /// Adds another equation, finished, with its share in the mean of several.
+    pub(crate) fn add_mean(&mut self, other: &Self, share: f64) {
+        for (sum, row) in self.rows.iter_mut().zip(&other.rows) {
+            sum.add(row, share);
+        }
+        for (sum, row) in self.differences.iter_mut().zip(&other.differences) {
+            sum.add(row, share);
+        }
+        for (sum, rate) in self.rates.iter_mut().zip(&other.rates) {
+            *sum += share * rate;
+        }
+        self.instants += other.instants;
+    }
+
     /// Turns sums into means.
     pub(crate) fn finish(&mut self) {
         let share = 1.0 / self.weight;
-        for (row, rate) in self.rows.iter_mut().zip(&mut self.rates) {
+        let sums = self.rows.iter_mut().zip(&mut self.differences);
+        for ((row, difference), rate) in sums.zip(&mut self.rates) {
             row.scale(share);
+            // Both sides weigh the same but for the ends of the window and uneven times.
+            difference.add(row, -self.difference_weight);
+            difference.scale(share);
             // The slope's weights sum to zero but for rounding and uneven times.
             *rate = (*rate - self.slope_weight * row.wanted) * share;
         }

@@ -3,8 +3,9 @@
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, SymmetricEigen};
 
 use crate::covariance::{self, ScaledRow};
-use crate::equation::Equation;
+use crate::equation::{Equation, Row};
 use crate::noise::{Channels, Noise};
+use crate::window::NOISE_CORRELATION;
 
 /// Passes of reweighting; the residuals of noise settle in a few.
 const MAX_PASSES: usize = 20;
@@ -162,14 +163,19 @@ impl<'a> Solver<'a> {
         solver
     }
 
-    fn entries(&self, window: usize, channel: usize) -> Entries {
-        let equation = &self.equations[window];
-        let row = &equation.rows[channel];
+    /// The ten entries of a row, in the gravity that is asked for, and none for a delay.
+    fn without_delay(&self, row: &Row) -> Entries {
         let mut entries = [0.0; 11];
         entries[..10].copy_from_slice(row.regressor.as_slice());
         for (entry, gravity) in entries.iter_mut().zip(&row.gravity) {
             *entry += self.options.gravity_off * gravity;
         }
+        entries
+    }
+
+    fn entries(&self, window: usize, channel: usize) -> Entries {
+        let equation = &self.equations[window];
+        let mut entries = self.without_delay(&equation.rows[channel]);
         // wanted(t + delay) = wanted(t) + delay · rate is what belongs to the motion at t.
         entries[10] = -equation.rates[channel];
         entries
@@ -202,6 +208,19 @@ impl<'a> Solver<'a> {
         self.noise.whiten(block);
     }
 
+    /// The same of a window's differences: noise alone, on both sides.
+    fn whiten_noise(&self, window: usize, block: &mut DMatrix<f64>) {
+        for (channel, row) in self.equations[window].differences.iter().enumerate() {
+            let entries = self.without_delay(row);
+            let predicted: f64 = entries.iter().zip(&self.solution).map(|(a, x)| a * x).sum();
+            for (k, scale) in self.scales.iter().enumerate() {
+                block[(channel, k)] = scale * entries[k];
+            }
+            block[(channel, self.columns)] = row.wanted - predicted;
+        }
+        self.noise.whiten(block);
+    }
+
     fn block(&self) -> DMatrix<f64> {
         DMatrix::zeros(self.noise.channels(), self.columns + 1)
     }
@@ -229,21 +248,26 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// One step of weighted least squares from where the solution stands, which takes off what the
+    /// One step of weighted least squares without bias: what the motion's noise adds to the products
+    /// of all rows is taken off, as the differences between two halves of the samples show it
+    /// (Fuller 1987, Measurement Error Models, (3.1.9) with replicates). From where the solution stands, which takes off what the
     /// normal equations lost to rounding before; gives how far it moved, in standard deviations.
     fn solve(&mut self) -> f64 {
         let columns = self.columns;
         let mut gram = DMatrix::<f64>::zeros(columns + 1, columns + 1);
-        let mut block = self.block();
+        let (mut block, mut noise) = (self.block(), self.block());
         for window in self.windows() {
             let weight = self.weights[window];
             if weight == 0.0 {
                 continue;
             }
             self.whiten(window, &mut block);
+            self.whiten_noise(window, &mut noise);
             for i in 0..=columns {
                 for j in 0..=i {
-                    gram[(i, j)] += weight * block.column(i).dot(&block.column(j));
+                    let whole = block.column(i).dot(&block.column(j));
+                    let part = noise.column(i).dot(&noise.column(j));
+                    gram[(i, j)] += weight * (whole - part);
                 }
             }
         }
@@ -355,9 +379,11 @@ impl<'a> Solver<'a> {
         } else {
             noise
         };
-        let independent = (count * channels) as f64 / crate::window::NOISE_CORRELATION;
+        let windows = count as f64 / NOISE_CORRELATION;
+        let independent = windows * channels as f64;
         let freedom = (independent - self.columns as f64).max(1.0);
-        let scaled = &bread * meat * &bread * (independent / freedom);
+        let inflation = independent / freedom * self.noise.inflation(windows);
+        let scaled = &bread * meat * &bread * inflation;
         let unscaled = DMatrix::from_fn(self.columns, self.columns, |i, j| {
             scaled[(i, j)] * self.scales[i] * self.scales[j]
         });
@@ -367,16 +393,27 @@ impl<'a> Solver<'a> {
     /// The rows of the windows that are used, each times the root of its weight.
     fn scaled_rows(&self) -> Vec<ScaledRow> {
         let mut rows = Vec::new();
-        let mut block = self.block();
+        let (mut block, mut noise) = (self.block(), self.block());
+        let entry = |row: &[f64], k: usize| if k < self.columns { row[k] } else { 0.0 };
         for window in self.windows() {
             let weight = self.weights[window];
             self.whiten(window, &mut block);
+            self.whiten_noise(window, &mut noise);
             block *= weight.sqrt();
-            rows.extend(block.row_iter().map(|row| ScaledRow {
-                entries: std::array::from_fn(|k| if k < self.columns { row[k] } else { 0.0 }),
-                residual: row[self.columns],
-                weight,
-            }));
+            noise *= weight.sqrt();
+            for (row, noise) in block.row_iter().zip(noise.row_iter()) {
+                let row: Vec<f64> = row.iter().copied().collect();
+                let noise: Vec<f64> = noise.iter().copied().collect();
+                let (residual, difference) = (row[self.columns], noise[self.columns]);
+                rows.push(ScaledRow {
+                    entries: std::array::from_fn(|k| entry(&row, k)),
+                    residual,
+                    score: std::array::from_fn(|k| {
+                        entry(&row, k) * residual - entry(&noise, k) * difference
+                    }),
+                    weight,
+                });
+            }
         }
         rows
     }
@@ -395,7 +432,6 @@ mod tests {
     use rand_distr::StandardNormal;
 
     use super::*;
-    use crate::equation::Row;
 
     const FORCE_NOISE: f64 = 0.3;
     const MOMENT_NOISE: f64 = 0.02;

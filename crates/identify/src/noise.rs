@@ -55,6 +55,8 @@ pub(crate) struct Noise {
     floors: Vec<f64>,
     /// Lower triangle whose product with its transpose is the correlation.
     root: DMatrix<f64>,
+    /// How many correlations of each channel were in effect learnt from the residuals.
+    learnt: f64,
 }
 
 impl Noise {
@@ -64,8 +66,17 @@ impl Noise {
         Self {
             floors: deviations.iter().map(|size| size * ROUNDING).collect(),
             root: DMatrix::identity(deviations.len(), deviations.len()),
+            learnt: 0.0,
             deviations,
         }
+    }
+
+    /// By how much the covariance of parameters is larger than it seems, so many independent windows
+    /// given: correlations that were learnt from the same residuals fit them too well, and the
+    /// parameters suffer from their errors.
+    pub(crate) fn inflation(&self, independent: f64) -> f64 {
+        let part = (self.learnt / independent).min(0.9);
+        (1.0 + part) / (1.0 - part)
     }
 
     pub(crate) fn channels(&self) -> usize {
@@ -125,6 +136,12 @@ impl Noise {
         });
         if let Some(cholesky) = correlation.cholesky() {
             self.root = cholesky.unpack();
+            let parts = (0..channels).flat_map(|i| (0..channels).map(move |j| (i, j)));
+            let squares = parts.filter(|(i, j)| i != j).map(|(i, j)| {
+                let part = if share(i, j) { within } else { between };
+                part * part
+            });
+            self.learnt = squares.sum::<f64>() / channels as f64;
         }
     }
 }

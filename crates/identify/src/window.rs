@@ -52,6 +52,8 @@ pub(crate) struct Windows {
     waiting: Vec<Row>,
     waiting_s: f64,
     before_s: f64,
+    /// On which side of the differences the waiting instant is, 1 or -1.
+    side: f64,
 }
 
 impl Windows {
@@ -65,6 +67,7 @@ impl Windows {
             waiting: vec![Row::zero(); rows],
             waiting_s: 0.0,
             before_s: 0.0,
+            side: 1.0,
         }
     }
 
@@ -98,7 +101,12 @@ impl Windows {
             let (sin, cos) = phase.sin_cos();
             let weight = cos.powi(4);
             let slope = 4.0 * PI / self.length_s * cos.powi(3) * sin; // -dφ/dt
-            slot.add(&self.waiting, weight * trapezoid, slope * trapezoid);
+            slot.add(
+                &self.waiting,
+                weight * trapezoid,
+                slope * trapezoid,
+                self.side,
+            );
         }
         self.wait(time_s, rows);
         if !ended {
@@ -121,6 +129,7 @@ impl Windows {
     fn wait(&mut self, time_s: f64, rows: &[Row]) {
         self.before_s = self.waiting_s;
         self.waiting_s = time_s;
+        self.side = -self.side;
         self.waiting.copy_from_slice(rows);
     }
 }

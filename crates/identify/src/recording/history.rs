@@ -25,17 +25,19 @@ pub(crate) fn history(
     let mut points = Vec::new();
     let mut block = DMatrix::zeros(fit.noise.channels(), 11);
     for (k, (equation, weight)) in equations.iter().zip(&fit.weights).enumerate() {
-        for (channel, row) in equation.rows.iter().enumerate() {
-            let scaled = row.regressor.component_mul(&scales);
-            block
-                .view_mut((channel, 0), (1, 10))
-                .copy_from(&scaled.transpose());
-            block[(channel, 10)] = row.wanted;
+        // What the motion's noise adds is taken off, as in the fit.
+        for (rows, sign) in [(&equation.rows, 1.0), (&equation.differences, -1.0)] {
+            for (channel, row) in rows.iter().enumerate() {
+                let scaled = row.regressor.component_mul(&scales);
+                let mut entries = block.view_mut((channel, 0), (1, 10));
+                entries.copy_from(&scaled.transpose());
+                block[(channel, 10)] = row.wanted;
+            }
+            fit.noise.whiten(&mut block);
+            let (rows, wanted) = (block.fixed_columns::<10>(0), block.column(10));
+            gram.gemm_tr(sign * weight, &rows, &rows, 1.0);
+            target.gemv_tr(sign * weight, &rows, &wanted, 1.0);
         }
-        fit.noise.whiten(&mut block);
-        let (rows, wanted) = (block.fixed_columns::<10>(0), block.column(10));
-        gram.gemm_tr(*weight, &rows, &rows, 1.0);
-        target.gemv_tr(*weight, &rows, &wanted, 1.0);
         if k % every != every - 1 && k + 1 != equations.len() {
             continue;
         }

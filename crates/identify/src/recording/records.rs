@@ -46,10 +46,7 @@ fn merge(equations: &[Equation]) -> Option<Equation> {
         * share;
     mean.clear(middle_s);
     for equation in equations {
-        mean.add(&equation.rows, share, 0.0);
-        for (rate, other) in mean.rates.iter_mut().zip(&equation.rates) {
-            *rate += share * other;
-        }
+        mean.add_mean(equation, share);
     }
     Some(mean)
 }
@@ -72,7 +69,7 @@ mod tests {
                 wanted: k as f64,
                 ..Row::zero()
             };
-            equation.add(&[row], 1.0, 0.0);
+            equation.add(&[row], 1.0, 0.0, 1.0);
             equation.finish();
             equation.rates[0] = -(k as f64);
             records.push(&equation);
