@@ -3,7 +3,7 @@
 //! Both give the covariance of the sum of all rows' scores (a score is a row times its residual), the
 //! middle of the sandwich that is the parameters' covariance.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::fit::Entries;
 
@@ -19,6 +19,9 @@ pub(crate) struct ScaledRow {
 
 /// Windows that are further apart than this share no samples.
 const FILTER_REACH: usize = 2;
+
+/// The least variance of a direction, relative to that of windows without common samples.
+const LEAST: f64 = 0.05;
 
 /// From the scores themselves (Newey and West 1987, Econometrica 55, 703-708): holds whatever the
 /// errors are, also those of the model, but is itself a rough estimate where windows are few.
@@ -43,7 +46,8 @@ pub(crate) fn of_scores(rows: &[ScaledRow], channels: usize, columns: usize) -> 
 /// From each channel's noise, taken to be stationary: its correlation between windows that share
 /// samples comes from all residuals, so it is well known also where windows are few.
 pub(crate) fn of_noise(rows: &[ScaledRow], channels: usize, columns: usize) -> DMatrix<f64> {
-    let mut sum = DMatrix::<f64>::zeros(columns, columns);
+    let mut alone = DMatrix::<f64>::zeros(columns, columns);
+    let mut shared = DMatrix::<f64>::zeros(columns, columns);
     let count = rows.len() / channels;
     for channel in 0..channels {
         let at = |window: usize| &rows[window * channels + channel];
@@ -55,15 +59,32 @@ pub(crate) fn of_noise(rows: &[ScaledRow], channels: usize, columns: usize) -> D
                 weights += (now.weight * later.weight).sqrt();
             }
             let correlation = products / weights.max(f64::MIN_POSITIVE);
-            let share = if lag == 0 { 0.5 } else { 1.0 } * correlation;
+            let sum = if lag == 0 { &mut alone } else { &mut shared };
             for (now, later) in pairs() {
                 for i in 0..columns {
                     for j in 0..columns {
-                        sum[(i, j)] += share * now.entries[i] * later.entries[j];
+                        sum[(i, j)] += correlation * now.entries[i] * later.entries[j];
                     }
                 }
             }
         }
     }
-    &sum + sum.transpose()
+    let whole = &alone + &shared + shared.transpose();
+    at_least(LEAST, &alone, whole)
+}
+
+/// Estimated correlations may leave a direction no variance, or less than none: here each has at
+/// least a part of what windows without common samples would leave it.
+fn at_least(part: f64, alone: &DMatrix<f64>, whole: DMatrix<f64>) -> DMatrix<f64> {
+    let Some(root) = alone.clone().cholesky().map(|cholesky| cholesky.unpack()) else {
+        return whole;
+    };
+    // R⁻¹ W R⁻ᵀ, in which `alone` is the identity.
+    let mut relative = whole;
+    root.solve_lower_triangular_mut(&mut relative);
+    let mut relative = relative.transpose();
+    root.solve_lower_triangular_mut(&mut relative);
+    let mut eigen = SymmetricEigen::new(relative);
+    eigen.eigenvalues.apply(|value| *value = value.max(part));
+    &root * eigen.recompose() * root.transpose()
 }

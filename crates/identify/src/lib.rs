@@ -32,6 +32,7 @@ mod identifier;
 mod method;
 mod model;
 mod noise;
+mod physical;
 mod recent;
 mod recording;
 mod sample;

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, SMatrix, SVector, SymmetricEigen};
 use super::outcome::HistoryPoint;
 use crate::equation::Equation;
 use crate::fit::{Directions, Fit};
+use crate::physical::nearest_possible;
 use crate::uncertainty::{deviations, values_of};
 use crate::window::NOISE_CORRELATION;
 
@@ -85,6 +86,8 @@ fn solve(
     }
     let parameters = parameters.component_mul(scales) - known;
     let covariance = SMatrix::from_fn(|i, j| covariance[(i, j)] * scales[i] * scales[j]);
+    let parameters =
+        nearest_possible(&parameters, &covariance).map_or(parameters, |nearest| nearest.parameters);
     let values = values_of(&parameters)?;
     Some((values, deviations(&parameters, &covariance, &directions)))
 }

@@ -11,11 +11,14 @@ use super::request::Request;
 use super::run::Run;
 use super::suspicion::suspicions;
 use crate::fit::{Fit, Options};
+use crate::physical::nearest_possible;
 use crate::uncertainty::{HALF_WIDTH_95, deviations, identifiable};
 use crate::{IdentifyError, PayloadEstimate, Settings, Way};
 
 /// The check on what a fit has not seen leaves out every so many parts of the recording.
 const HELD_OUT_PARTS: usize = 25;
+/// A possible body that is so many deviations from what the data say is worth a word.
+const FAR: f64 = 5.0;
 /// One part in so many is left out.
 const HELD_OUT_EVERY: usize = 5;
 
@@ -252,7 +255,17 @@ fn fit(
     if let Some(tool) = tool {
         known += tool.as_vector();
     }
-    let parameters = fit.parameters - known;
+    let mut parameters = fit.parameters - known;
+    if let Some(nearest) = nearest_possible(&parameters, &fit.covariance) {
+        parameters = nearest.parameters;
+        if nearest.distance > FAR {
+            found.remarks.push(format!(
+                "No possible body explains the data within their noise; the nearest is {:.1} standard \
+                 deviations away, and is given: check frames, gravity and the sensors' offsets.",
+                nearest.distance
+            ));
+        }
+    }
     let deviations = deviations(&parameters, &fit.covariance, &fit.excitation);
     let estimate = &mut found.estimate;
     let payload = InertialParameters::from_vector(parameters);
