@@ -1,0 +1,121 @@
+"""A recorded motion whose noise can be drawn anew, for the studies beside this file."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import tactid
+
+Array = NDArray[np.float64]
+
+FINGERS = ["finger_left_link", "finger_right_link"]
+WAYS = ["tactile", "effort", "joint-sensing", "combined"]
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What the robot measured: a row an instant, orientations as x, y, z, w."""
+
+    time: Array
+    q: Array
+    qd: Array
+    effort: Array
+    position: Array
+    orientation: Array
+    twist: Array
+    """Linear, angular, in the base's frame."""
+    wrench: Array
+    """Of both fingers, (n, 2, 6), on the payload."""
+
+    @classmethod
+    def read(cls, log: Path) -> "Recorded":
+        """From a log of the simulator."""
+        joints, base = tactid.read(log, "/joint_states"), tactid.read(log, "/base/odom")
+        fingers = [tactid.read(log, f"/finger_{side}/wrench") for side in ("left", "right")]
+        return cls(
+            time=joints.time,
+            q=joints["position"],
+            qd=joints["velocity"],
+            effort=joints["effort"],
+            position=base["pose"][:, :3],
+            orientation=base["pose"][:, 3:],
+            twist=base["twist"],
+            wrench=np.stack([finger["wrench"] for finger in fingers], axis=1),
+        )
+
+    def with_noise(self, level: float, random: np.random.Generator, *, motion: bool) -> "Recorded":
+        """White noise of ``level`` times each channel's peak; on the wrenches alone without motion."""
+
+        def draw(values: Array) -> Array:
+            return level * np.abs(values).max(axis=0) * random.standard_normal(values.shape)
+
+        noisy = replace(self, wrench=self.wrench + draw(self.wrench))
+        if not motion:
+            return noisy
+        # Small rotations: twice the quaternion's vector part.
+        turns = draw(2 * self.orientation[:, :3])
+        return replace(
+            noisy,
+            q=self.q + draw(self.q),
+            qd=self.qd + draw(self.qd),
+            effort=self.effort + draw(self.effort),
+            position=self.position + draw(self.position),
+            orientation=turned(self.orientation, turns),
+            twist=self.twist + draw(self.twist),
+        )
+
+    def identify(self, robot: tactid.Manipulator, way: str, seconds: float) -> tactid.Identification:
+        """By least squares, as a user would, from the first seconds alone."""
+        rows = slice(0, int(np.searchsorted(self.time, self.time[0] + seconds, side="right")))
+        world_from_base = rotations(self.orientation[rows])
+        twist = self.twist[rows].reshape(-1, 2, 3)
+        given = {
+            "q": self.q[rows],
+            "qd": self.qd[rows],
+            "pose": np.hstack([self.position[rows], self.orientation[rows]]),
+            "twist": np.einsum("nij,nkj->nki", world_from_base, twist).reshape(-1, 6),
+        }
+        if way in ("effort", "combined"):
+            given["effort"] = self.effort[rows]
+        sensors = []
+        if way in ("tactile", "combined"):
+            given["wrench"], sensors = self.wrench[rows], FINGERS
+        time = self.time[rows]
+        return tactid.identify(time, robot=robot, way=way, sensors=sensors, delay=0.0, **given)
+
+
+def rotations(orientation: Array) -> Array:
+    """Rotation matrices of unit quaternions x, y, z, w."""
+    x, y, z, w = orientation.T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+def turned(orientation: Array, turns: Array) -> Array:
+    """Quaternions turned by small rotation vectors in the world's axes."""
+    a = np.hstack([turns / 2, np.ones((len(turns), 1))])
+    a /= np.linalg.norm(a, axis=1, keepdims=True)
+    b = orientation
+    vector = a[:, 3:] * b[:, :3] + b[:, 3:] * a[:, :3] + np.cross(a[:, :3], b[:, :3])
+    scalar = a[:, 3] * b[:, 3] - np.sum(a[:, :3] * b[:, :3], axis=1)
+    return np.column_stack([vector, scalar])
+
+
+def values(body: tactid.MassProperties) -> Array:
+    """Mass, centre of mass, inertia, in the order of ``tactid.VALUE_NAMES``."""
+    return np.array([body.mass, *body.com, *body.inertia[np.triu_indices(3)]])
+
+
+def scales(body: tactid.MassProperties) -> Array:
+    """What an error is relative to: the value, or for a small one the largest of its kind."""
+    size = np.abs(values(body))
+    for kind in (slice(1, 4), slice(4, 10)):
+        largest = size[kind].max()
+        size[kind] = np.where(size[kind] < 1e-3 * largest, largest, size[kind])
+    return size

@@ -1,0 +1,176 @@
+"""The estimators against noise, over time, and against the Cramér-Rao bound.
+
+Run by `make study`. One motion of all six joints is simulated without noise and the noise drawn anew
+for each run: a table for each level and way, the bound beside it, and the picture study.png.
+"""
+
+import tempfile
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from recorded import FINGERS, WAYS, Array, Recorded, rotations, scales, values
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+import tactid
+
+RUNS = 20
+LEVELS = [0.0, 0.001, 0.01, 0.05]
+SECONDS = [1.0, 2.0, 5.0, 10.0]
+STEP = 1e-3
+
+
+def main() -> None:
+    """Prints the tables and draws the picture."""
+    experiment = tactid.Experiment.from_file(Path(__file__).with_name("all_joints.toml"))
+    with tempfile.TemporaryDirectory() as folder:
+        log = Path(folder) / "run.mcap"
+        tactid.simulate(experiment, log)
+        recorded = Recorded.read(log)
+    with tempfile.TemporaryDirectory() as folder:
+        urdf = Path(folder) / "robot.urdf"
+        urdf.write_text(experiment.urdf)
+        robot = tactid.Manipulator.from_urdf(urdf, "floating")
+    console = Console(width=110)
+    everywhere = {
+        (level, way): errors(recorded, robot, experiment.payload, way, level, motion=True)
+        for level in LEVELS
+        for way in track(WAYS, f"noise {100 * level:g} %", console=Console(stderr=True))
+    }
+    console.print(table("noise on every channel: rms error in %, the worst of ten", everywhere))
+    console.print(each("1 % on every channel, combined: rms error in %", everywhere[0.01, "combined"]))
+    console.print(bias_table(everywhere))
+    wrench = errors(recorded, robot, experiment.payload, "tactile", 0.01, motion=False)
+    bound = np.array([limit(recorded, robot, experiment.payload, 0.01, s) for s in SECONDS])
+    console.print(each("1 % on the wrenches alone, tactile: rms error in %", wrench))
+    console.print(each("the same, Cramér-Rao bound in %", bound[None], rms=False))
+    draw(everywhere, Path("study.png"))
+
+
+def errors(
+    recorded: Recorded,
+    robot: tactid.Manipulator,
+    payload: tactid.MassProperties,
+    way: str,
+    level: float,
+    *,
+    motion: bool,
+) -> Array:
+    """Errors in %, (runs, seconds, 10)."""
+    found = []
+    for seed in range(RUNS if level > 0 else 1):
+        noisy = recorded.with_noise(level, np.random.default_rng(seed), motion=motion)
+        found.append([noisy.identify(robot, way, s).estimate.values for s in SECONDS])
+    return 100 * (np.array(found) - values(payload)) / scales(payload)
+
+
+def rms_of(errors: Array) -> Array:
+    """Over the runs, (seconds, 10)."""
+    return np.sqrt(np.mean(errors**2, axis=0))
+
+
+def limit(
+    recorded: Recorded,
+    robot: tactid.Manipulator,
+    payload: tactid.MassProperties,
+    level: float,
+    seconds: float,
+) -> Array:
+    """Least possible deviations in % with noise on the wrenches alone: (Σ YᵀΩ⁻¹Y)⁻¹, the ten values'
+    own by their derivatives, for any estimator without bias."""
+    rows = slice(0, int(seconds / STEP) + 1)
+    world_from_base = rotations(recorded.orientation)
+    twist = np.einsum("nij,nkj->nki", world_from_base, recorded.twist.reshape(-1, 2, 3))
+    twist = twist.reshape(-1, 6)
+    motion = robot.kinematics(
+        "tool0",
+        recorded.q[rows],
+        recorded.qd[rows],
+        np.gradient(recorded.qd, STEP, axis=0)[rows],
+        base_pose=np.hstack([recorded.position, recorded.orientation])[rows],
+        base_twist=twist[rows],
+        base_acceleration=np.gradient(twist, STEP, axis=0)[rows],
+    )
+    vectors = [motion.acceleration, motion.angular_velocity, motion.angular_acceleration]
+    tool_from_world = np.swapaxes(motion.pose[:, :3, :3], 1, 2)
+    own = (np.einsum("nij,nj->ni", tool_from_world, vector) for vector in vectors)
+    regressor = tactid.wrench_regressor(*own)
+    noise = wrench_noise(recorded, robot, level)
+    white = np.linalg.solve(np.linalg.cholesky(noise), regressor)
+    covariance = np.linalg.inv(np.einsum("nki,nkj->ij", white, white))
+    parameters = payload.parameters
+    slopes = np.empty((10, 10))
+    for k in range(10):
+        step = 1e-6 * max(abs(parameters[k]), 1.0)
+        moved = [parameters + sign * step * np.eye(10)[k] for sign in (1, -1)]
+        plus, minus = (values(tactid.MassProperties.from_parameters(p)) for p in moved)
+        slopes[:, k] = (plus - minus) / (2 * step)
+    deviations = np.sqrt(np.diag(slopes @ covariance @ slopes.T))
+    return 100 * deviations / scales(payload)
+
+
+def wrench_noise(recorded: Recorded, robot: tactid.Manipulator, level: float) -> Array:
+    """Covariance of the fingers' summed wrench in the tool's frame, about its origin."""
+    posture = recorded.q[:1]
+    tool_from_world = np.linalg.inv(robot.kinematics("tool0", posture).pose[0])
+    noise = np.zeros((6, 6))
+    for finger, link in enumerate(FINGERS):
+        tool_from_finger = tool_from_world @ robot.kinematics(link, posture).pose[0]
+        turn, (x, y, z) = tool_from_finger[:3, :3], tool_from_finger[:3, 3]
+        arm = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        move = np.block([[turn, np.zeros((3, 3))], [arm @ turn, turn]])
+        deviations = level * np.abs(recorded.wrench[:, finger]).max(axis=0)
+        noise += move @ np.diag(deviations**2) @ move.T
+    return noise
+
+
+def table(title: str, found: dict[tuple[float, str], Array]) -> Table:
+    """The worst of ten for each level, way and time."""
+    result = Table("noise", "way", *(f"{s:g} s" for s in SECONDS), title=title)
+    for (level, way), errors in found.items():
+        worst = rms_of(errors).max(axis=1)
+        result.add_row(f"{100 * level:g} %", way, *(f"{value:.3g}" for value in worst))
+    return result
+
+
+def each(title: str, errors: Array, *, rms: bool = True) -> Table:
+    """All ten for each time."""
+    result = Table("after", *tactid.VALUE_NAMES, title=title)
+    for seconds, row in zip(SECONDS, rms_of(errors) if rms else errors[0], strict=True):
+        result.add_row(f"{seconds:g} s", *(f"{value:.2g}" for value in row))
+    return result
+
+
+def bias_table(found: dict[tuple[float, str], Array]) -> Table:
+    """The mean error against the deviation of one run, at the largest noise."""
+    title = f"{100 * LEVELS[-1]:g} % on every channel, {SECONDS[-1]:g} s: bias over standard deviation"
+    result = Table("way", *tactid.VALUE_NAMES, title=title)
+    for way in WAYS:
+        errors = found[LEVELS[-1], way][:, -1]
+        ratio = errors.mean(axis=0) / errors.std(axis=0, ddof=1)
+        result.add_row(way, *(f"{value:.2f}" for value in ratio))
+    return result
+
+
+def draw(found: dict[tuple[float, str], Array], path: Path) -> None:
+    """The worst of ten over time, a panel for each level with noise."""
+    levels = [level for level in LEVELS if level > 0]
+    figure, panels = plt.subplots(
+        1, len(levels), figsize=(10, 3.6), sharey=True, layout="constrained"
+    )
+    for level, panel in zip(levels, panels, strict=True):
+        for way in WAYS:
+            panel.loglog(SECONDS, rms_of(found[level, way]).max(axis=1), "o-", label=way)
+        panel.set_title(f"{100 * level:g} % noise on every channel")
+        panel.set_xlabel("time, s")
+        panel.grid(visible=True, which="both", alpha=0.3)
+    panels[0].set_ylabel("rms error, worst of ten, %")
+    panels[0].legend()
+    figure.savefig(path, dpi=150)
+    print(f"The picture is in {path}.")
+
+
+if __name__ == "__main__":
+    main()
