@@ -64,8 +64,13 @@ pub(crate) fn nearest_possible(estimate: &Parameters, covariance: &Information) 
     };
     let mut weight = distance(&inside).max(f64::MIN_POSITIVE);
     for _ in 0..MOST_STEPS {
-        let (step, slope) = newton_step(&inside, &wanted, &information, weight)?;
-        let now = value(&inside, weight)?;
+        // Rounding ends the path where the border is reached to the last digits.
+        let Some((step, slope)) = newton_step(&inside, &wanted, &information, weight) else {
+            break;
+        };
+        let Some(now) = value(&inside, weight) else {
+            break;
+        };
         // Backtracking: half as far until it is inside, and lower.
         let mut part = 1.0;
         while part > 1e-12 {
@@ -222,6 +227,25 @@ mod tests {
         assert!((distance - 5.0).abs() < 1e-4, "{distance}");
         assert!((found[0] - 2.0).abs() < 1e-6 && (found[4] - 1.0).abs() < 1e-6);
         assert!((found[9] - 2.0).abs() < 1e-5, "{found}");
+    }
+
+    /// Whatever the covariance, and be it no covariance at all, the result is a possible body.
+    #[test]
+    fn any_covariance_will_do() {
+        let mut random = SmallRng::seed_from_u64(3);
+        for _ in 0..500 {
+            let mut estimate = SVector::from_fn(|_, _| random.random_range(-10.0..10.0));
+            estimate[0] = random.random_range(0.01..100.0);
+            let root = SMatrix::<f64, 10, 10>::from_fn(|_, _| random.random_range(-1.0..1.0));
+            let sizes = SVector::<f64, 10>::from_fn(|_, _| {
+                let sign = if random.random_bool(0.1) { -1.0 } else { 1.0 };
+                sign * 10f64.powf(random.random_range(-20.0..5.0))
+            });
+            let covariance = root * SMatrix::from_diagonal(&sizes) * root.transpose();
+            let found = nearest_possible(&estimate, &covariance).unwrap();
+            let body = InertialParameters::from_vector(found.parameters);
+            assert!(body.is_physical_within(1e-6), "{}", found.parameters);
+        }
     }
 
     /// A negative mass is near no body.

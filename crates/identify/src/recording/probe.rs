@@ -17,7 +17,10 @@ const FEWEST_SAMPLES: f64 = 16.0;
 /// The longest window that is tried, s.
 const LONGEST_S: f64 = 1.0;
 
-/// The part of the accelerations' power that the filter keeps.
+/// The part of the accelerations' power that may be noise.
+const QUIET: f64 = 0.003;
+
+/// The part of the accelerations' power that the filter keeps at least.
 const KEPT: f64 = 0.8;
 
 /// Delays up to this are looked for, s.
@@ -68,34 +71,44 @@ impl Chain<'_> {
         Ok(equations)
     }
 
-    /// The lowest cutoff that keeps most of the motion. Where the power of the accelerations depends
-    /// least on the cutoff all motion has come in and little noise: [`KEPT`] of that power is kept.
+    /// The highest cutoff that lets little of the motion's noise in: what is lost of the motion costs
+    /// information, what comes in of its noise must be taken off again.
     ///
-    /// Both sides of the equations are filtered alike, so what is lost of the motion costs some
-    /// information; what comes in of its noise makes every estimate too small.
+    /// Noise that is white shows in the differences; of the other kind only that the accelerations'
+    /// power rises with the cutoff, so none above that is chosen where it depends least on it. Where
+    /// all let noise in, it is the lowest that keeps [`KEPT`] of that power.
     pub(crate) fn cutoff_hz(&self, events: &[Event], period_s: f64) -> Result<f64, IdentifyError> {
         let mut length_s = (FEWEST_SAMPLES * period_s).min(LONGEST_S);
-        let mut powers: Vec<(f64, f64)> = Vec::new();
+        let mut tried: Vec<Tried> = Vec::new();
         while length_s <= LONGEST_S {
             let cutoff_hz = window::cutoff_hz(length_s);
             let equations = self.equations(events, 0.0, cutoff_hz)?;
             if equations.len() < 4 {
                 break;
             }
-            powers.push((cutoff_hz, power(&equations)));
+            tried.push(Tried {
+                cutoff_hz,
+                power: power(&equations, |equation| &equation.rows),
+                noise: power(&equations, |equation| &equation.differences),
+            });
             length_s *= 2.0;
         }
-        let change = |pair: &[(f64, f64)]| (pair[0].1 - pair[1].1).abs() / pair[0].1;
-        let flattest = powers
+        let change = |pair: &[Tried]| (pair[0].power - pair[1].power).abs() / pair[0].power;
+        let flattest = tried
             .windows(2)
-            .filter(|pair| pair[0].1 > 0.0)
-            .min_by(|a, b| change(a).total_cmp(&change(b)));
-        let whole = flattest.map_or(0.0, |pair| pair[0].1);
-        let lowest = powers
-            .iter()
-            .rev()
-            .find(|(_, power)| *power >= KEPT * whole);
-        Ok(lowest.map_or(self.settings.cutoff_hz, |(cutoff_hz, _)| *cutoff_hz))
+            .filter(|pair| pair[0].power > 0.0)
+            .min_by(|a, b| change(a).total_cmp(&change(b)))
+            .map(|pair| &pair[0])
+            .or(tried.first());
+        let Some(flattest) = flattest else {
+            return Ok(self.settings.cutoff_hz);
+        };
+        let not_above = |one: &&Tried| one.cutoff_hz <= flattest.cutoff_hz;
+        let is_quiet = |one: &&Tried| one.noise <= QUIET * one.power;
+        let keeps_motion = |one: &&Tried| one.power >= KEPT * flattest.power;
+        let quiet = tried.iter().filter(not_above).find(is_quiet);
+        let chosen = quiet.or_else(|| tried.iter().rev().find(keeps_motion));
+        Ok(chosen.unwrap_or(flattest).cutoff_hz)
     }
 
     /// Geometric mean of the channels' residual deviations, and the mean square of the accelerations;
@@ -111,7 +124,7 @@ impl Chain<'_> {
                 let deviations = &fit.noise.deviations;
                 let logarithms: f64 = deviations.iter().map(|deviation| deviation.ln()).sum();
                 let misfit = (logarithms / deviations.len() as f64).exp();
-                (misfit, power(&equations))
+                (misfit, power(&equations, |equation| &equation.rows))
             }),
         )
     }
@@ -173,9 +186,16 @@ pub(crate) fn sample(aligned: &Aligned) -> Sample<'_> {
     }
 }
 
+/// A cutoff, the power of the accelerations behind it, and the part of that which is white noise.
+struct Tried {
+    cutoff_hz: f64,
+    power: f64,
+    noise: f64,
+}
+
 /// Mean square of the regressors' entries that are accelerations of turning, 1/s⁴.
-fn power(equations: &[Equation]) -> f64 {
-    let rows = equations.iter().flat_map(|equation| &equation.rows);
+fn power(equations: &[Equation], rows: impl Fn(&Equation) -> &Vec<Row>) -> f64 {
+    let rows = equations.iter().flat_map(rows);
     let squares: f64 = rows
         .map(|row| row.regressor.fixed_rows::<6>(4).norm_squared())
         .sum();
