@@ -1,0 +1,69 @@
+"""How often the 95 % intervals hold the truth: 2000 runs of one motion with its noise drawn anew.
+
+Run by `make coverage`. The payload of the paper is a plate, on the border of possible bodies, where
+half of all estimates are brought back onto it; a second one lies well inside.
+"""
+
+import tempfile
+from multiprocessing import Pool
+from pathlib import Path
+
+import numpy as np
+from recorded import Array, Recorded, values
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+import tactid
+
+RUNS = 2000
+SECONDS = 5.0
+LEVEL = 0.01
+WIDTH = 1.96
+CASES = [("tactile", False), ("tactile", True), ("combined", True)]
+PAYLOADS = {"plate": [10.0, 0.0, 0.0, 20.0, 0.0, 10.0], "body": [12.0, 0.5, -0.3, 16.0, 0.4, 11.0]}
+
+
+def main() -> None:
+    """Prints the coverage of each value."""
+    console = Console(width=120)
+    table = Table("payload", "way", "noise on", *tactid.VALUE_NAMES, "impossible")
+    table.title = f"{RUNS} runs of {SECONDS:g} s, {100 * LEVEL:g} % noise: truth inside 95 % intervals"
+    text = Path(__file__).with_name("all_joints.toml").read_text()
+    for name, inertia in PAYLOADS.items():
+        experiment = tactid.Experiment.from_toml(f"{text}\n[payload]\ninertia_kg_m2 = {inertia}\n")
+        with tempfile.TemporaryDirectory() as folder:
+            log, urdf = Path(folder) / "run.mcap", Path(folder) / "robot.urdf"
+            tactid.simulate(experiment, log)
+            urdf.write_text(experiment.urdf)
+            recorded = Recorded.read(log)
+            arguments = (recorded, urdf, values(experiment.payload))
+            with Pool(initializer=start, initargs=arguments) as pool:
+                for way, motion in CASES:
+                    runs = pool.imap(run, ((seed, way, motion) for seed in range(RUNS)), chunksize=20)
+                    progress = track(runs, f"{name}, {way}", RUNS, console=Console(stderr=True))
+                    inside, possible = zip(*progress, strict=True)
+                    cover = 100 * np.mean(inside, axis=0)
+                    noise = "every channel" if motion else "wrenches"
+                    impossible = str(RUNS - sum(possible))
+                    table.add_row(name, way, noise, *(f"{c:.1f}" for c in cover), impossible)
+    console.print(table)
+
+
+def start(recorded: Recorded, urdf: Path, truth: Array) -> None:
+    """What each process keeps: robots do not travel between them."""
+    run.kept = (recorded, tactid.Manipulator.from_urdf(urdf, "floating"), truth)  # type: ignore[attr-defined]
+
+
+def run(case: tuple[int, str, bool]) -> tuple[Array, bool]:
+    """Which of the ten values lie inside, and whether the body is possible."""
+    seed, way, motion = case
+    recorded, robot, truth = run.kept  # type: ignore[attr-defined]
+    noisy = recorded.with_noise(LEVEL, np.random.default_rng(seed), motion=motion)
+    found = noisy.identify(robot, way, SECONDS)
+    inside = np.abs(found.estimate.values - truth) <= WIDTH * found.deviation
+    return inside, found.estimate.is_physical
+
+
+if __name__ == "__main__":
+    main()
