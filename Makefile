@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -type f \
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
-.PHONY: help demo test test-rust test-python lint bench bench-hour clean tools
+.PHONY: help demo test test-rust test-python lint bench study coverage bench-hour clean tools
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -32,6 +32,12 @@ lint: tools $(VENV)/linters ## formatting, clippy, ruff and mypy, with warnings 
 
 bench: $(VENV)/installed ## measure the README's figures: five seeds of the paper's experiment
 	$(BIN)/python bench/seeds.py
+
+study: $(VENV)/installed ## the estimators against noise, time and the Cramér-Rao bound; draws study.png
+	$(BIN)/python bench/study.py
+
+coverage: $(VENV)/installed ## how often 95 % intervals hold the truth, 2000 runs of each way
+	$(BIN)/python bench/coverage.py
 
 bench-hour: $(VENV)/installed ## seconds and memory for a log of one hour at 1 kHz, which is simulated first
 	$(BIN)/python bench/hour.py

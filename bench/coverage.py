@@ -28,7 +28,8 @@ def main() -> None:
     """Prints the coverage of each value."""
     console = Console(width=120)
     table = Table("payload", "way", "noise on", *tactid.VALUE_NAMES, "impossible")
-    table.title = f"{RUNS} runs of {SECONDS:g} s, {100 * LEVEL:g} % noise: truth inside 95 % intervals"
+    what = f"{RUNS} runs of {SECONDS:g} s, {100 * LEVEL:g} % noise"
+    table.title = f"{what}: how many 95 % intervals hold the truth, %"
     text = Path(__file__).with_name("all_joints.toml").read_text()
     for name, inertia in PAYLOADS.items():
         experiment = tactid.Experiment.from_toml(f"{text}\n[payload]\ninertia_kg_m2 = {inertia}\n")
@@ -40,7 +41,8 @@ def main() -> None:
             arguments = (recorded, urdf, values(experiment.payload))
             with Pool(initializer=start, initargs=arguments) as pool:
                 for way, motion in CASES:
-                    runs = pool.imap(run, ((seed, way, motion) for seed in range(RUNS)), chunksize=20)
+                    seeds = ((seed, way, motion) for seed in range(RUNS))
+                    runs = pool.imap(run, seeds, chunksize=20)
                     progress = track(runs, f"{name}, {way}", RUNS, console=Console(stderr=True))
                     inside, possible = zip(*progress, strict=True)
                     cover = 100 * np.mean(inside, axis=0)
@@ -52,13 +54,13 @@ def main() -> None:
 
 def start(recorded: Recorded, urdf: Path, truth: Array) -> None:
     """What each process keeps: robots do not travel between them."""
-    run.kept = (recorded, tactid.Manipulator.from_urdf(urdf, "floating"), truth)  # type: ignore[attr-defined]
+    run.kept = (recorded, tactid.Manipulator.from_urdf(urdf, "floating"), truth)
 
 
 def run(case: tuple[int, str, bool]) -> tuple[Array, bool]:
     """Which of the ten values lie inside, and whether the body is possible."""
     seed, way, motion = case
-    recorded, robot, truth = run.kept  # type: ignore[attr-defined]
+    recorded, robot, truth = run.kept
     noisy = recorded.with_noise(LEVEL, np.random.default_rng(seed), motion=motion)
     found = noisy.identify(robot, way, SECONDS)
     inside = np.abs(found.estimate.values - truth) <= WIDTH * found.deviation

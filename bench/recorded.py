@@ -46,7 +46,7 @@ class Recorded:
         )
 
     def with_noise(self, level: float, random: np.random.Generator, *, motion: bool) -> "Recorded":
-        """White noise of ``level`` times each channel's peak; on the wrenches alone without motion."""
+        """White noise of ``level`` times each channel's peak; without motion on wrenches alone."""
 
         def draw(values: Array) -> Array:
             return level * np.abs(values).max(axis=0) * random.standard_normal(values.shape)
@@ -66,7 +66,9 @@ class Recorded:
             twist=self.twist + draw(self.twist),
         )
 
-    def identify(self, robot: tactid.Manipulator, way: str, seconds: float) -> tactid.Identification:
+    def identify(
+        self, robot: tactid.Manipulator, way: str, seconds: float
+    ) -> tactid.Identification:
         """By least squares, as a user would, from the first seconds alone."""
         rows = slice(0, int(np.searchsorted(self.time, self.time[0] + seconds, side="right")))
         world_from_base = rotations(self.orientation[rows])

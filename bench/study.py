@@ -1,7 +1,7 @@
 """The estimators against noise, over time, and against the Cramér-Rao bound.
 
-Run by `make study`. One motion of all six joints is simulated without noise and the noise drawn anew
-for each run: a table for each level and way, the bound beside it, and the picture study.png.
+Run by `make study`. One motion of all six joints is simulated without noise and the noise drawn
+anew for each run: a table for each level and way, the bound beside it, and the picture study.png.
 """
 
 import tempfile
@@ -40,7 +40,8 @@ def main() -> None:
         for way in track(WAYS, f"noise {100 * level:g} %", console=Console(stderr=True))
     }
     console.print(table("noise on every channel: rms error in %, the worst of ten", everywhere))
-    console.print(each("1 % on every channel, combined: rms error in %", everywhere[0.01, "combined"]))
+    title = "1 % on every channel, combined: rms error in %"
+    console.print(each(title, everywhere[0.01, "combined"]))
     console.print(bias_table(everywhere))
     wrench = errors(recorded, robot, experiment.payload, "tactile", 0.01, motion=False)
     bound = np.array([limit(recorded, robot, experiment.payload, 0.01, s) for s in SECONDS])
@@ -78,8 +79,10 @@ def limit(
     level: float,
     seconds: float,
 ) -> Array:
-    """Least possible deviations in % with noise on the wrenches alone: (Σ YᵀΩ⁻¹Y)⁻¹, the ten values'
-    own by their derivatives, for any estimator without bias."""
+    """Least possible deviations in % with noise on the wrenches alone, without bias.
+
+    (Σ YᵀΩ⁻¹Y)⁻¹, brought to the ten values by their derivatives.
+    """
     rows = slice(0, int(seconds / STEP) + 1)
     world_from_base = rotations(recorded.orientation)
     twist = np.einsum("nij,nkj->nki", world_from_base, recorded.twist.reshape(-1, 2, 3))
@@ -145,7 +148,8 @@ def each(title: str, errors: Array, *, rms: bool = True) -> Table:
 
 def bias_table(found: dict[tuple[float, str], Array]) -> Table:
     """The mean error against the deviation of one run, at the largest noise."""
-    title = f"{100 * LEVELS[-1]:g} % on every channel, {SECONDS[-1]:g} s: bias over standard deviation"
+    noise = f"{100 * LEVELS[-1]:g} % on every channel, {SECONDS[-1]:g} s"
+    title = f"{noise}: bias over standard deviation"
     result = Table("way", *tactid.VALUE_NAMES, title=title)
     for way in WAYS:
         errors = found[LEVELS[-1], way][:, -1]

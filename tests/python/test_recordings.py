@@ -131,6 +131,16 @@ def test_efforts_although_there_is_a_wrench(identify: Identify, tmp_path: Path) 
     assert_within(identify(bag, "--way", "effort"), TRUTH, EXACT)
 
 
+@pytest.mark.parametrize("rough", [False, True])
+def test_wrench_and_efforts_together(identify: Identify, tmp_path: Path, rough: bool) -> None:
+    """Two exact sources agree; where the efforts have friction, the wrench has the say."""
+    s = state(FIXED)
+    messages = [*driven(FIXED, rough=rough), *wrenches(s.time, s.wrench)]
+    record = identify(write_bag(tmp_path / "bag", messages), "--way", "combined")
+    assert len(record["diagnostics"]["residual_rms"]) == 6 + 6
+    assert_within(record, TRUTH, EXACT)
+
+
 def test_loaded_and_bare_with_friction(
     identify: Identify, loaded_bag: Path, tmp_path: Path
 ) -> None:
