@@ -17,7 +17,7 @@ from rich.table import Table
 import tactid
 
 RUNS = 2000
-SECONDS = 5.0
+SECONDS = 2.0
 LEVEL = 0.01
 WIDTH = 1.96
 CASES = [("tactile", False), ("tactile", True), ("combined", True)]

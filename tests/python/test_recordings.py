@@ -119,6 +119,23 @@ def test_floating_base_under_gravity(identify: Identify, tmp_path: Path) -> None
     assert_within(record, TRUTH, EXACT)
 
 
+def test_imu_on_the_base(identify: Identify, command: TactidCommand, tmp_path: Path) -> None:
+    """It tells what odometry with a dead twist does not."""
+    arm = Arm(floating=True, gravity=DOWN)
+    s = state(arm, 10.0)
+    still = np.zeros_like(s.base.velocity)
+    dead = odometry(s.time, replace(s.base, velocity=still, angular_velocity=still))
+    messages = [description(), *joint_states(s), *dead, *wrenches(s.time, s.wrench)]
+    felt = imu(s.time, s.base, DOWN, frame="base_link")
+    bag = write_bag(tmp_path / "bag", [*messages, *felt])
+    options = ("--gravity", 0, 0, -9.81)
+    assert_within(identify(bag, *options, "--imu", "/imu"), TRUTH, EXACT)
+    assert np.nanmax(np.abs(errors(identify(bag, *options), TRUTH))) > 10 * EXACT
+    elsewhere = imu(s.time, s.base, DOWN, frame="forearm_link")
+    bag = write_bag(tmp_path / "elsewhere", [*messages, *elsewhere])
+    assert_refused(command("identify", bag, *options, "--imu", "/imu"), "forearm_link", "base_link")
+
+
 def test_efforts(identify: Identify, driven_bag: Path) -> None:
     assert_within(identify(driven_bag), TRUTH, EXACT)
 

@@ -68,6 +68,19 @@ pub enum IdentifyError {
         "the log has neither a wrench (type geometry_msgs/msg/WrenchStamped) nor joint states with an effort: nothing tells the load; its topics are: {0}"
     )]
     NoLoad(String),
+    /// An inertial unit that is not in the base's own frame.
+    #[error(
+        "{topic} is in the frame `{frame}`, but an inertial unit on a moving base must be in the \
+         base's own, `{base}`: bring it there, or leave out --imu"
+    )]
+    ImuFrame {
+        /// Its topic.
+        topic: String,
+        /// Its frame.
+        frame: String,
+        /// The base's.
+        base: String,
+    },
     /// The observer stopped the work before there was anything to tell.
     #[error("interrupted before the recording was read")]
     Interrupted,

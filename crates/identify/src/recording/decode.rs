@@ -13,7 +13,7 @@ use super::dirt::{DirtCounts, fault};
 use super::joints::{Groups, Mapping};
 use super::request::{ActsOn, Request};
 use super::sources::{Motion, Sources};
-use super::streams::{Event, JointValues, Layout, Measured};
+use super::streams::{Event, Felt, JointValues, Layout, Measured};
 use crate::{BaseState, IdentifyError};
 
 /// A stamp that is further than this from where the log's time puts it is a fault, s.
@@ -30,6 +30,7 @@ enum Kind {
     Odometry,
     Acceleration,
     Imu,
+    BaseImu,
     Wrench(usize),
 }
 
@@ -91,6 +92,7 @@ impl Decoder {
         routes.extend(sources.odometry.iter().map(|t| (t.clone(), Kind::Odometry)));
         let acceleration = sources.acceleration.iter();
         routes.extend(acceleration.map(|t| (t.clone(), Kind::Acceleration)));
+        routes.extend(sources.base_imu.iter().map(|t| (t.clone(), Kind::BaseImu)));
         let wrenches = sources.wrenches.iter().enumerate();
         routes.extend(wrenches.map(|(k, topic)| (topic.clone(), Kind::Wrench(k))));
         let dof = sources.robot.dof();
@@ -205,6 +207,7 @@ impl Decoder {
             more_joints: self.groups.places.iter().skip(1).cloned().collect(),
             base: self.sources.has_base(),
             acceleration: self.sources.acceleration.is_some(),
+            felt_gravity: None,
             wrenches: self.sources.wrenches.len(),
             bare: false,
         }
@@ -252,6 +255,7 @@ impl Decoder {
             Kind::Odometry => self.odometry(message, events),
             Kind::Acceleration => self.acceleration(message, events),
             Kind::Imu => self.imu(message, events),
+            Kind::BaseImu => self.base_imu(message, events),
             Kind::Wrench(sensor) => self.wrench(sensor, message, events),
         };
         if let Err(what) = result {
@@ -431,6 +435,22 @@ impl Decoder {
         let felt = base.acceleration.iter().flat_map(|vector| vector.iter());
         check(felt.chain(&base.angular_velocity))?;
         self.moved(time_s, base, events);
+        Ok(())
+    }
+
+    fn base_imu(&mut self, message: &RawMessage, events: &mut Vec<Event>) -> Result<(), Fault> {
+        let imu: Imu = message.decode().map_err(|_| UNDECODABLE)?;
+        let time_s = self.time_s(message, imu.header.stamp)?;
+        self.follow(message, 0, time_s)?;
+        let felt = Felt {
+            force: vector(imu.linear_acceleration),
+            angular_velocity: vector(imu.angular_velocity),
+        };
+        check(felt.force.iter().chain(&felt.angular_velocity))?;
+        events.push(Event {
+            time_s,
+            what: Measured::Felt(felt),
+        });
         Ok(())
     }
 

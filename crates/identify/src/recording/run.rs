@@ -45,7 +45,13 @@ impl Plan {
             robot: sources.robot.clone(),
             tool: sources.tool.clone(),
             sensors: sources.sensors.clone(),
-            layout: decoder.layout(),
+            layout: Layout {
+                felt_gravity: sources
+                    .base_imu
+                    .as_ref()
+                    .map(|_| settings.gravity_for(sources.robot.base_kind())),
+                ..decoder.layout()
+            },
             delay_s: 0.0,
             found_delay: None,
             least_squares: request.is_least_squares(),

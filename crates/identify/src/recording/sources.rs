@@ -34,6 +34,8 @@ pub(crate) struct Sources {
     /// Of the base, where there are joints.
     pub(crate) odometry: Option<String>,
     pub(crate) acceleration: Option<String>,
+    /// The inertial unit on a moving base.
+    pub(crate) base_imu: Option<String>,
     pub(crate) wrenches: Vec<String>,
     /// The frame of each wrench, a frame of the robot.
     pub(crate) sensors: Vec<String>,
@@ -82,6 +84,7 @@ impl Sources {
             motion: Motion::Joints(joints),
             odometry,
             acceleration: None,
+            base_imu: None,
             wrenches,
             sensors: Vec::new(),
             robot,
@@ -90,7 +93,29 @@ impl Sources {
         };
         found.robot.frame(&found.tool)?;
         found.place_sensors(log, request)?;
+        found.find_base_imu(log, request)?;
         Ok(found)
+    }
+
+    /// An inertial unit on the base is used when it is asked for.
+    fn find_base_imu(&mut self, log: &LogReader, request: &Request) -> Result<(), IdentifyError> {
+        let Some(topic) = &request.topics.imu else {
+            return Ok(());
+        };
+        if self.odometry.is_none() {
+            return Err(missing::<Odometry>(log, "motion of the base"));
+        }
+        self.base_imu = one::<Imu>(log, Some(topic), "imu")?;
+        let frame = first::<Imu>(log, topic)?.header.frame_id;
+        let base = self.robot.frame_names().next().unwrap_or_default();
+        if frame.is_empty() || frame == base {
+            return Ok(());
+        }
+        Err(IdentifyError::ImuFrame {
+            topic: topic.clone(),
+            frame,
+            base: base.to_owned(),
+        })
     }
 
     /// Without joints: the wrench's sensor is the body whose motion is measured.
@@ -129,6 +154,7 @@ impl Sources {
             motion,
             odometry: None,
             acceleration: acceleration.filter(|_| is_odometry),
+            base_imu: None,
             wrenches,
             sensors: Vec::new(),
             robot: Manipulator::lone_body(&moved),
@@ -225,6 +251,7 @@ impl Sources {
             Motion::Odometry(topic) | Motion::Imu(topic) => vec![topic.clone()],
         };
         let others = self.odometry.iter().chain(&self.acceleration);
+        let others = others.chain(&self.base_imu);
         let all = motion.iter().chain(others).chain(&self.wrenches);
         all.cloned().collect()
     }

@@ -71,6 +71,24 @@ impl Blend for BaseState {
     }
 }
 
+/// What an inertial unit feels, in its own frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Felt {
+    /// `p̈ - g`, m/s².
+    pub(crate) force: Vector3<f64>,
+    /// rad/s.
+    pub(crate) angular_velocity: Vector3<f64>,
+}
+
+impl Blend for Felt {
+    fn blend(values: &[(f64, &Self)]) -> Self {
+        Self {
+            force: sum(values, |felt| felt.force),
+            angular_velocity: sum(values, |felt| felt.angular_velocity),
+        }
+    }
+}
+
 /// What some joints measured at one time. Velocity and effort are empty where they are not known.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct JointValues {
@@ -206,6 +224,8 @@ pub(crate) enum Measured {
     /// The moving body's acceleration, expressed in its own frame.
     Acceleration(BaseAcceleration),
     Wrench(usize, Wrench),
+    /// By the inertial unit on the base.
+    Felt(Felt),
     /// Joints of the recording without the payload, on this recording's clock.
     Bare(JointValues),
 }
@@ -217,6 +237,8 @@ pub(crate) struct Layout {
     pub(crate) more_joints: Vec<Vec<usize>>,
     pub(crate) base: bool,
     pub(crate) acceleration: bool,
+    /// With an inertial unit on the base: the gravitational acceleration, m/s².
+    pub(crate) felt_gravity: Option<Vector3<f64>>,
     pub(crate) wrenches: usize,
     pub(crate) bare: bool,
 }
@@ -241,6 +263,7 @@ pub(crate) struct Aligner {
     more_joints: Vec<Stream<JointValues>>,
     base: Stream<BaseState>,
     acceleration: Stream<BaseAcceleration>,
+    felt: Stream<Felt>,
     wrenches: Vec<Stream<Wrench>>,
     bare: Stream<JointValues>,
     newest_s: f64,
@@ -256,6 +279,7 @@ impl Aligner {
             more_joints: vec![Stream::new(max_gap_s); layout.more_joints.len()],
             base: Stream::new(max_gap_s),
             acceleration: Stream::new(max_gap_s),
+            felt: Stream::new(max_gap_s),
             wrenches: vec![Stream::new(max_gap_s); layout.wrenches],
             bare: Stream::new(max_gap_s),
             newest_s: f64::NEG_INFINITY,
@@ -278,6 +302,7 @@ impl Aligner {
             Measured::Wrench(sensor, wrench) => {
                 self.wrenches[sensor].push(time_s - self.delay_s, wrench);
             }
+            Measured::Felt(felt) => self.felt.push(time_s, felt),
             Measured::Bare(values) => self.bare.push(time_s, values),
         }
     }
@@ -316,6 +341,12 @@ impl Aligner {
         {
             base.acceleration = Some(base.pose.rotation * own.linear);
             base.angular_acceleration = Some(base.pose.rotation * own.angular);
+        }
+        if let Some(gravity) = self.layout.felt_gravity
+            && let Some(felt) = missing.take(self.felt.at(time_s))
+        {
+            base.acceleration = Some(base.pose.rotation * felt.force + gravity);
+            base.angular_velocity = base.pose.rotation * felt.angular_velocity;
         }
         let mut wrenches = Vec::with_capacity(self.wrenches.len());
         for stream in &mut self.wrenches {

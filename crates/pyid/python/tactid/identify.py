@@ -109,7 +109,8 @@ def identify(source: Any, **options: Any) -> Identification:
         joints: Topics of joint states; several where each has a part of the joints.
         wrenches: Topics of wrenches, whose sum acts on the payload.
         odometry: Topic of the base's motion, or the sensor's own.
-        imu: Topic of an inertial unit on the tool, where there is neither joint nor odometry.
+        imu: Topic of an inertial unit on the tool, where there is neither joint nor odometry; or in
+            the frame of a moving base, whose acceleration and turning it then tells.
         acceleration: Topic of the accelerations of what the odometry moves.
         wrench_acts_on: ``"payload"``, or ``"sensor"`` for what the payload exerts on the sensor.
         known_tool: A body that the load holds besides the payload, in the tool frame: taken off.

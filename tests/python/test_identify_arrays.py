@@ -1,0 +1,73 @@
+"""`tactid.identify` on arrays: for those with logs of their own."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import tactid
+
+FINGERS = ["finger_left_link", "finger_right_link"]
+Arrays = dict[str, NDArray[np.float64]]
+
+
+@pytest.fixture(scope="session")
+def arrays(log: Path) -> tuple[NDArray[np.float64], Arrays]:
+    """The log's own numbers, the twist turned into world axes."""
+    joints, base = tactid.read(log, "/joint_states"), tactid.read(log, "/base/odom")
+    pose, twist = base["pose"], base["twist"]
+    vector, scalar = pose[:, 3:6], pose[:, 6:]
+
+    def into_world(own: NDArray[np.float64]) -> NDArray[np.float64]:
+        across = np.cross(vector, own)
+        return own + 2 * (scalar * across + np.cross(vector, across))
+
+    fingers = [tactid.read(log, f"/finger_{side}/wrench")["wrench"] for side in ("left", "right")]
+    return joints.time, {
+        "q": joints["position"],
+        "qd": joints["velocity"],
+        "effort": joints["effort"],
+        "pose": pose,
+        "twist": np.hstack([into_world(twist[:, :3]), into_world(twist[:, 3:])]),
+        "wrench": np.stack(fingers, axis=1),
+    }
+
+
+def test_arrays_give_what_their_log_gives(
+    log: Path, robot: tactid.Manipulator, arrays: tuple[NDArray[np.float64], Arrays]
+) -> None:
+    time, given = arrays
+    for way in ("tactile", "combined"):
+        found = tactid.identify(time, robot=robot, sensors=FINGERS, way=way, **given)
+        wanted = tactid.identify(log, way=way)
+        assert found.cutoff == pytest.approx(wanted.cutoff, rel=1e-2)
+        np.testing.assert_allclose(
+            found.estimate.values, wanted.estimate.values, rtol=2e-3, atol=2e-3
+        )
+        assert found.channels == wanted.channels
+
+
+def test_velocities_may_be_left_out(
+    robot: tactid.Manipulator, arrays: tuple[NDArray[np.float64], Arrays]
+) -> None:
+    time, given = arrays
+    poor = {name: values for name, values in given.items() if name not in ("qd", "twist", "effort")}
+    found = tactid.identify(time, robot=robot, sensors=FINGERS, **poor)
+    assert found.estimate.body.mass == pytest.approx(100, rel=1e-2)
+
+
+def test_what_does_not_fit_is_refused(
+    robot: tactid.Manipulator, arrays: tuple[NDArray[np.float64], Arrays]
+) -> None:
+    time, given = arrays
+    short = given | {"qd": given["qd"][:-1]}
+    with pytest.raises(tactid.ArgumentError, match=r"qd"):
+        tactid.identify(time, robot=robot, sensors=FINGERS, **short)
+    with pytest.raises(tactid.ArgumentError, match=r"`q` is missing"):
+        tactid.identify(time, robot=robot, wrench=given["wrench"], sensors=FINGERS)
+    with pytest.raises(tactid.ArgumentError, match=r"joint-sensing.*combined"):
+        tactid.identify(time, robot=robot, way="all", **given)
+    few = {name: values[:100] for name, values in given.items()}
+    with pytest.raises(tactid.IdentificationError, match=r"too few windows"):
+        tactid.identify(time[:100], robot=robot, sensors=FINGERS, cutoff=2.0, **few)
