@@ -98,7 +98,7 @@ pub fn identify_log(
     decoder.dirt = dirt::DirtCounts::default();
     decoder.set_max_gap_s(plan.settings.max_gap_s);
 
-    let mut run = Run::new(&decoder, plan)?;
+    let mut run = Run::new(plan)?;
     let mut interrupted = false;
     for epoch in 0..run.epochs() {
         run.begin(epoch);

@@ -86,13 +86,7 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    pub(crate) fn new(decoder: &Decoder, plan: Plan) -> Result<Self, IdentifyError> {
-        let mut run = Self::of(plan)?;
-        run.dirt = decoder.dirt.clone();
-        Ok(run)
-    }
-
-    pub(crate) fn of(plan: Plan) -> Result<Self, IdentifyError> {
+    pub(crate) fn new(plan: Plan) -> Result<Self, IdentifyError> {
         let sensors: Vec<&str> = plan.sensors.iter().map(String::as_str).collect();
         let settings = plan.settings.clone();
         Ok(Self {

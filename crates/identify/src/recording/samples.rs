@@ -62,7 +62,7 @@ pub fn identify_samples<'a>(
         .collect();
     plan.look_at(&beginning, period_s, request)?;
     drop(beginning);
-    let mut run = Run::of(plan)?;
+    let mut run = Run::new(plan)?;
     run.set_end_s(length_s);
     let mut interrupted = false;
     'epochs: for epoch in 0..run.epochs() {

@@ -82,7 +82,9 @@ def identify(
     odometry: Annotated[
         str | None, _panel(TOPICS, "Odometry of the base, or of the sensor itself without joints.")
     ] = None,
-    imu: Annotated[str | None, _panel(TOPICS, "Imu on the tool, without joints; or in the base's frame, on a moving base.")] = None,
+    imu: Annotated[
+        str | None, _panel(TOPICS, "Imu on the tool, without joints; or on a moving base.")
+    ] = None,
     accel: Annotated[str | None, _panel(TOPICS, "AccelStamped of what the odometry moves.")] = None,
     gravity: Annotated[
         tuple[float, float, float] | None,

@@ -1,0 +1,231 @@
+//! The fit on synthetic equations.
+
+use rand::{RngExt, SeedableRng, rngs::SmallRng};
+use rand_distr::StandardNormal;
+
+use super::*;
+
+const FORCE_NOISE: f64 = 0.3;
+const MOMENT_NOISE: f64 = 0.02;
+
+fn truth() -> SVector<f64, 10> {
+    SVector::from([3.0, 0.2, -0.1, 0.4, 0.5, 0.01, -0.02, 0.6, 0.03, 0.3])
+}
+
+/// Wrenches of a smooth random motion, with white noise on them; `delay_s` late.
+fn equations(count: usize, seed: u64, noise: f64, delay_s: f64) -> Vec<Equation> {
+    let mut random = SmallRng::seed_from_u64(seed);
+    let mut phases = [[0.0; 10]; 6];
+    let mut rates = [[0.0; 10]; 6];
+    for value in phases.iter_mut().flatten() {
+        *value = random.random_range(0.0..6.0);
+    }
+    for value in rates.iter_mut().flatten() {
+        *value = random.random_range(2.0..9.0);
+    }
+    let row_at = |channel: usize, time_s: f64| {
+        SVector::<f64, 10>::from_fn(|k, _| (rates[channel][k] * time_s + phases[channel][k]).sin())
+    };
+    let mut equation_at = |time_s: f64| {
+        let mut equation = Equation::new(6);
+        equation.clear(time_s);
+        for channel in 0..6 {
+            let wanted = |at_s: f64| row_at(channel, at_s).dot(&truth());
+            let size = if channel < 3 {
+                FORCE_NOISE
+            } else {
+                MOMENT_NOISE
+            };
+            let draw: f64 = random.sample(StandardNormal);
+            equation.rows[channel] = Row {
+                regressor: row_at(channel, time_s),
+                wanted: wanted(time_s - delay_s) + noise * size * draw,
+                gravity: nalgebra::Vector4::zeros(),
+            };
+            let step_s = 1e-4;
+            equation.rates[channel] = (wanted(time_s - delay_s + step_s)
+                - wanted(time_s - delay_s - step_s))
+                / (2.0 * step_s);
+        }
+        equation
+    };
+    (0..count).map(|k| equation_at(0.05 * k as f64)).collect()
+}
+
+fn fit(equations: &[Equation]) -> Fit {
+    Fit::new(equations, Options::new(&Channels::of_a_wrench())).unwrap()
+}
+
+/// Without noise the parameters come out to rounding.
+#[test]
+fn exact_equations_give_exact_parameters() {
+    let found = fit(&equations(60, 1, 0.0, 0.0));
+    assert!((found.parameters - truth()).amax() < 1e-12);
+}
+
+/// Over 400 draws of the noise: no bias, deviations of the channels as drawn, and errors as large
+/// as the covariance says. The mean of 400 squares of a standard normal has a deviation of 0.07.
+#[test]
+fn covariance_is_what_the_errors_are() {
+    const RUNS: u64 = 400;
+    let mut squares = SVector::<f64, 10>::zeros();
+    let mut sum = SVector::<f64, 10>::zeros();
+    let mut channels = [0.0; 6];
+    for seed in 0..RUNS {
+        let found = fit(&equations(300, seed, 1.0, 0.0));
+        let deviations = found.covariance.diagonal().map(f64::sqrt);
+        let error = (found.parameters - truth()).component_div(&deviations);
+        sum += error;
+        squares += error.component_mul(&error);
+        for (mean, deviation) in channels.iter_mut().zip(&found.noise.deviations) {
+            *mean += deviation / RUNS as f64;
+        }
+    }
+    let mean = sum / (RUNS as f64).sqrt();
+    assert!(mean.amax() < 4.0, "bias {mean}");
+    let ratio = squares / RUNS as f64;
+    assert!(ratio.min() > 0.75 && ratio.max() < 1.35, "{ratio}");
+    for (channel, mean) in channels.into_iter().enumerate() {
+        let size = if channel < 3 {
+            FORCE_NOISE
+        } else {
+            MOMENT_NOISE
+        };
+        assert!((mean / size - 1.0).abs() < 0.05, "{channel}: {mean}");
+    }
+}
+
+/// Noise in the motion makes plain least squares too small; taken off as the differences show it,
+/// it does not. The noise is a tenth of the motion: the bias would be a hundredth.
+#[test]
+fn noise_in_the_motion_is_no_bias() {
+    const RUNS: u64 = 100;
+    let mut sums = [SVector::<f64, 10>::zeros(); 2];
+    let mut squares = SVector::<f64, 10>::zeros();
+    for seed in 0..RUNS {
+        let mut noisy = equations(400, seed, 0.1, 0.0);
+        let mut random = SmallRng::seed_from_u64(1000 + seed);
+        for equation in &mut noisy {
+            for (row, difference) in equation.rows.iter_mut().zip(&mut equation.differences) {
+                for k in 0..10 {
+                    let half = |draw: f64| 0.1 * draw / std::f64::consts::SQRT_2;
+                    let even = half(random.sample(StandardNormal));
+                    let odd = half(random.sample(StandardNormal));
+                    row.regressor[k] += even + odd;
+                    difference.regressor[k] = even - odd;
+                }
+            }
+        }
+        let corrected = fit(&noisy);
+        for equation in &mut noisy {
+            equation.differences.fill(Row::zero());
+        }
+        let plain = fit(&noisy);
+        for (sum, found) in sums.iter_mut().zip([&corrected, &plain]) {
+            *sum += (found.parameters - truth()) / RUNS as f64;
+        }
+        squares += (corrected.parameters - truth()).map(|error| error * error);
+    }
+    let deviations = squares.map(|square| square.sqrt() / RUNS as f64);
+    let [corrected, plain] = sums.map(|sum| sum.component_div(&deviations));
+    assert!(corrected.amax() < 4.0, "{corrected}");
+    assert!(plain[0] < -10.0, "{plain}");
+}
+
+/// Noise that channels have in common is told from the motion: the error falls to that of the
+/// independent part.
+#[test]
+fn common_noise_is_seen_through() {
+    let (mut squares, mut claimed) = (0.0, 0.0);
+    for seed in 0..100 {
+        let mut shaken = equations(300, seed, 0.1, 0.0);
+        let mut random = SmallRng::seed_from_u64(2000 + seed);
+        for equation in &mut shaken {
+            let draw: f64 = random.sample(StandardNormal);
+            for row in &mut equation.rows[..3] {
+                row.wanted += FORCE_NOISE * draw;
+            }
+        }
+        let found = fit(&shaken);
+        squares += (found.parameters[0] - truth()[0]).powi(2);
+        claimed += found.covariance[(0, 0)];
+    }
+    // Of three equal channels two differences are left, with the noise's tenth: 600 rows of mean
+    // square 1/2 know a parameter to 0.1 · 0.3 / √300. Seen as independent, it would be ten times that.
+    let expected = 100.0 * (0.1 * FORCE_NOISE).powi(2) / 300.0;
+    assert!(squares < 2.0 * expected, "{squares} {expected}");
+    assert!((squares / claimed - 1.0).abs() < 0.6, "{squares} {claimed}");
+}
+
+/// One window in twenty that is wrong by a hundred deviations moves the estimate by less than the
+/// noise does, and is told apart from the others.
+#[test]
+fn outliers_do_not_count() {
+    let clean = equations(400, 7, 1.0, 0.0);
+    let mut hit = clean.clone();
+    for equation in hit.iter_mut().step_by(20) {
+        for row in &mut equation.rows[..3] {
+            row.wanted += 100.0 * FORCE_NOISE;
+        }
+    }
+    let (without, with) = (fit(&clean), fit(&hit));
+    let deviations = without.covariance.diagonal().map(f64::sqrt);
+    let moved = (with.parameters - without.parameters).component_div(&deviations);
+    assert!(moved.amax() < 1.0, "{moved}");
+    for window in 0..hit.len() {
+        assert_eq!(with.is_outlier(window), window % 20 == 0, "{window}");
+    }
+}
+
+/// A short delay of the load comes out, with its sign and within its deviation; without noise to
+/// second order.
+#[test]
+fn a_delay_is_found() {
+    let channels = Channels::of_a_wrench();
+    let options = Options {
+        delay: true,
+        ..Options::new(&channels)
+    };
+    let (delay_s, _) = Fit::new(&equations(300, 3, 0.0, 1e-4), options)
+        .and_then(|fit| fit.delay)
+        .unwrap();
+    assert!((delay_s - 1e-4).abs() < 1e-7, "{delay_s}");
+    let (delay_s, deviation_s) = Fit::new(&equations(300, 3, 1.0, -2e-3), options)
+        .and_then(|fit| fit.delay)
+        .unwrap();
+    assert!(
+        (delay_s + 2e-3).abs() < 4.0 * deviation_s,
+        "{delay_s} {deviation_s}"
+    );
+    assert!(deviation_s < 1e-3, "{deviation_s}");
+}
+
+/// A parameter that no row contains stays unknown, and the others do not suffer.
+#[test]
+fn a_direction_without_rows_is_unknown() {
+    let mut blind = equations(60, 5, 0.0, 0.0);
+    for row in blind.iter_mut().flat_map(|equation| &mut equation.rows) {
+        row.wanted -= row.regressor[4] * truth()[4];
+        row.regressor[4] = 0.0;
+    }
+    let found = fit(&blind);
+    let unknown: Vec<_> = found.excitation.unknown().collect();
+    assert_eq!(unknown.len(), 1);
+    assert!((unknown[0][4].abs() - 1.0).abs() < 1e-9);
+    let mut error = found.parameters - truth();
+    error[4] = 0.0;
+    assert!(error.amax() < 1e-12, "{error}");
+}
+
+/// Too few rows are no fit.
+#[test]
+fn too_few_equations() {
+    assert!(
+        Fit::new(
+            &equations(3, 1, 0.0, 0.0),
+            Options::new(&Channels::of_a_wrench())
+        )
+        .is_none()
+    );
+    assert!(Fit::new(&[], Options::new(&Channels::of_a_wrench())).is_none());
+}
