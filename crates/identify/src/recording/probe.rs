@@ -18,7 +18,7 @@ const FEWEST_SAMPLES: f64 = 16.0;
 const LONGEST_S: f64 = 1.0;
 
 /// The part of the accelerations' power that may be noise.
-const QUIET: f64 = 0.003;
+const QUIET: f64 = 1e-4;
 
 /// The part of the accelerations' power that the filter keeps at least.
 const KEPT: f64 = 0.8;

@@ -3,7 +3,7 @@
 use crate::equation::Equation;
 
 /// More equations than this are not kept: neighbours are merged, which halves the cutoff.
-const MOST: usize = 60_000;
+const MOST: usize = 30_000;
 
 /// Equations in the order of time.
 #[derive(Clone, Debug, Default)]
