@@ -43,7 +43,7 @@ bench-hour: $(VENV)/installed ## seconds and memory for a log of one hour at 1 k
 	$(BIN)/python bench/hour.py
 
 clean: ## remove all that was built
-	rm -rf $(VENV) target demo
+	rm -rf $(VENV) target demo study.png
 
 tools:
 	@command -v cargo >/dev/null || { echo "cargo is missing: install a Rust toolchain, 1.89 or newer (https://rustup.rs)" >&2; exit 1; }

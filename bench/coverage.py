@@ -4,17 +4,17 @@ Run by `make coverage`. The payload of the paper is a plate, on the border of po
 half of all estimates are brought back onto it; a second one lies well inside.
 """
 
-import tempfile
 from multiprocessing import Pool
 from pathlib import Path
 
 import numpy as np
-from recorded import Array, Recorded, values
+from recorded import Array, Recorded
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
 import tactid
+from tactid.result import values_of
 
 RUNS = 2000
 SECONDS = 2.0
@@ -33,26 +33,21 @@ def main() -> None:
     text = Path(__file__).with_name("all_joints.toml").read_text()
     for name, inertia in PAYLOADS.items():
         experiment = tactid.Experiment.from_toml(f"{text}\n[payload]\ninertia_kg_m2 = {inertia}\n")
-        with tempfile.TemporaryDirectory() as folder:
-            log, urdf = Path(folder) / "run.mcap", Path(folder) / "robot.urdf"
-            tactid.simulate(experiment, log)
-            urdf.write_text(experiment.urdf)
-            recorded = Recorded.read(log)
-            arguments = (recorded, urdf, values(experiment.payload))
-            with Pool(initializer=start, initargs=arguments) as pool:
-                for way, motion in CASES:
-                    seeds = ((seed, way, motion) for seed in range(RUNS))
-                    runs = pool.imap(run, seeds, chunksize=20)
-                    progress = track(runs, f"{name}, {way}", RUNS, console=Console(stderr=True))
-                    inside, possible = zip(*progress, strict=True)
-                    cover = 100 * np.mean(inside, axis=0)
-                    noise = "every channel" if motion else "wrenches"
-                    impossible = str(RUNS - sum(possible))
-                    table.add_row(name, way, noise, *(f"{c:.1f}" for c in cover), impossible)
+        arguments = (Recorded.of(experiment), experiment.urdf, values_of(experiment.payload))
+        with Pool(initializer=start, initargs=arguments) as pool:
+            for way, motion in CASES:
+                seeds = ((seed, way, motion) for seed in range(RUNS))
+                runs = pool.imap(run, seeds, chunksize=20)
+                progress = track(runs, f"{name}, {way}", RUNS, console=Console(stderr=True))
+                inside, possible = zip(*progress, strict=True)
+                cover = 100 * np.mean(inside, axis=0)
+                noise = "every channel" if motion else "wrenches"
+                impossible = str(RUNS - sum(possible))
+                table.add_row(name, way, noise, *(f"{c:.1f}" for c in cover), impossible)
     console.print(table)
 
 
-def start(recorded: Recorded, urdf: Path, truth: Array) -> None:
+def start(recorded: Recorded, urdf: str, truth: list[float]) -> None:
     """What each process keeps: robots do not travel between them."""
     run.kept = (recorded, tactid.Manipulator.from_urdf(urdf, "floating"), truth)
 

@@ -1,5 +1,6 @@
 """A recorded motion whose noise can be drawn anew, for the studies beside this file."""
 
+import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import tactid
+from tactid.result import values_of
 
 Array = NDArray[np.float64]
 
@@ -30,6 +32,14 @@ class Recorded:
     """Of both fingers, (n, 2, 6), on the payload."""
 
     @classmethod
+    def of(cls, experiment: tactid.Experiment) -> "Recorded":
+        """Simulated, and read from its log."""
+        with tempfile.TemporaryDirectory() as folder:
+            log = Path(folder) / "run.mcap"
+            tactid.simulate(experiment, log)
+            return cls.read(log)
+
+    @classmethod
     def read(cls, log: Path) -> "Recorded":
         """From a log of the simulator."""
         joints, base = tactid.read(log, "/joint_states"), tactid.read(log, "/base/odom")
@@ -44,6 +54,15 @@ class Recorded:
             twist=base["twist"],
             wrench=np.stack([finger["wrench"] for finger in fingers], axis=1),
         )
+
+    def pose(self) -> Array:
+        """Of the base, as tactid takes it."""
+        return np.hstack([self.position, self.orientation])
+
+    def world_twist(self) -> Array:
+        """Of the base, in world axes."""
+        twist = self.twist.reshape(-1, 2, 3)
+        return np.einsum("nij,nkj->nki", rotations(self.orientation), twist).reshape(-1, 6)
 
     def with_noise(self, level: float, random: np.random.Generator, *, motion: bool) -> "Recorded":
         """White noise of ``level`` times each channel's peak; without motion on wrenches alone."""
@@ -71,13 +90,11 @@ class Recorded:
     ) -> tactid.Identification:
         """By least squares, as a user would, from the first seconds alone."""
         rows = slice(0, int(np.searchsorted(self.time, self.time[0] + seconds, side="right")))
-        world_from_base = rotations(self.orientation[rows])
-        twist = self.twist[rows].reshape(-1, 2, 3)
         given = {
             "q": self.q[rows],
             "qd": self.qd[rows],
-            "pose": np.hstack([self.position[rows], self.orientation[rows]]),
-            "twist": np.einsum("nij,nkj->nki", world_from_base, twist).reshape(-1, 6),
+            "pose": self.pose()[rows],
+            "twist": self.world_twist()[rows],
         }
         if way in ("effort", "combined"):
             given["effort"] = self.effort[rows]
@@ -109,14 +126,9 @@ def turned(orientation: Array, turns: Array) -> Array:
     return np.column_stack([vector, scalar])
 
 
-def values(body: tactid.MassProperties) -> Array:
-    """Mass, centre of mass, inertia, in the order of ``tactid.VALUE_NAMES``."""
-    return np.array([body.mass, *body.com, *body.inertia[np.triu_indices(3)]])
-
-
 def scales(body: tactid.MassProperties) -> Array:
     """What an error is relative to: the value, or for a small one the largest of its kind."""
-    size = np.abs(values(body))
+    size = np.abs(values_of(body))
     for kind in (slice(1, 4), slice(4, 10)):
         largest = size[kind].max()
         size[kind] = np.where(size[kind] < 1e-3 * largest, largest, size[kind])

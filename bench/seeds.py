@@ -10,13 +10,14 @@ import time
 from pathlib import Path
 
 import numpy as np
+from recorded import scales
 from rich.console import Console
 from rich.table import Table
 
 import tactid
+from tactid.result import values_of
 
-NOMINAL = np.array([100, 0.5, 0, 0, 10, 0, 0, 20, 0, 10])
-SCALE = np.array([100, 0.5, 0.5, 0.5, 10, 20, 20, 20, 20, 10])
+PAYLOAD = tactid.Experiment.paper().payload
 WAYS = {
     "NLMS": {"way": "tactile", "estimator": "nlms"},
     "least squares": {"way": "tactile", "estimator": "rls"},
@@ -48,7 +49,7 @@ def main() -> None:
 
 def worst_percent(found: tactid.Identification) -> float:
     """The largest of the ten errors."""
-    return float(np.max(100 * np.abs(found.estimate.values - NOMINAL) / SCALE))
+    return float(np.max(100 * np.abs(found.estimate.values - values_of(PAYLOAD)) / scales(PAYLOAD)))
 
 
 if __name__ == "__main__":

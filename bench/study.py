@@ -4,17 +4,17 @@ Run by `make study`. One motion of all six joints is simulated without noise and
 anew for each run: a table for each level and way, the bound beside it, and the picture study.png.
 """
 
-import tempfile
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-from recorded import FINGERS, WAYS, Array, Recorded, rotations, scales, values
+from recorded import FINGERS, WAYS, Array, Recorded, scales
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
 import tactid
+from tactid.result import values_of
 
 RUNS = 20
 LEVELS = [0.0, 0.001, 0.01, 0.05]
@@ -25,14 +25,8 @@ STEP = 1e-3
 def main() -> None:
     """Prints the tables and draws the picture."""
     experiment = tactid.Experiment.from_file(Path(__file__).with_name("all_joints.toml"))
-    with tempfile.TemporaryDirectory() as folder:
-        log = Path(folder) / "run.mcap"
-        tactid.simulate(experiment, log)
-        recorded = Recorded.read(log)
-    with tempfile.TemporaryDirectory() as folder:
-        urdf = Path(folder) / "robot.urdf"
-        urdf.write_text(experiment.urdf)
-        robot = tactid.Manipulator.from_urdf(urdf, "floating")
+    recorded = Recorded.of(experiment)
+    robot = tactid.Manipulator.from_urdf(experiment.urdf, "floating")
     console = Console(width=110)
     everywhere = {
         (level, way): errors(recorded, robot, experiment.payload, way, level, motion=True)
@@ -64,7 +58,7 @@ def errors(
     for seed in range(RUNS if level > 0 else 1):
         noisy = recorded.with_noise(level, np.random.default_rng(seed), motion=motion)
         found.append([noisy.identify(robot, way, s).estimate.values for s in SECONDS])
-    return 100 * (np.array(found) - values(payload)) / scales(payload)
+    return 100 * (np.array(found) - values_of(payload)) / scales(payload)
 
 
 def rms_of(errors: Array) -> Array:
@@ -84,15 +78,13 @@ def limit(
     (Σ YᵀΩ⁻¹Y)⁻¹, brought to the ten values by their derivatives.
     """
     rows = slice(0, int(seconds / STEP) + 1)
-    world_from_base = rotations(recorded.orientation)
-    twist = np.einsum("nij,nkj->nki", world_from_base, recorded.twist.reshape(-1, 2, 3))
-    twist = twist.reshape(-1, 6)
+    twist = recorded.world_twist()
     motion = robot.kinematics(
         "tool0",
         recorded.q[rows],
         recorded.qd[rows],
         np.gradient(recorded.qd, STEP, axis=0)[rows],
-        base_pose=np.hstack([recorded.position, recorded.orientation])[rows],
+        base_pose=recorded.pose()[rows],
         base_twist=twist[rows],
         base_acceleration=np.gradient(twist, STEP, axis=0)[rows],
     )
@@ -108,7 +100,7 @@ def limit(
     for k in range(10):
         step = 1e-6 * max(abs(parameters[k]), 1.0)
         moved = [parameters + sign * step * np.eye(10)[k] for sign in (1, -1)]
-        plus, minus = (values(tactid.MassProperties.from_parameters(p)) for p in moved)
+        plus, minus = (np.array(values_of(tactid.MassProperties.from_parameters(p))) for p in moved)
         slopes[:, k] = (plus - minus) / (2 * step)
     deviations = np.sqrt(np.diag(slopes @ covariance @ slopes.T))
     return 100 * deviations / scales(payload)

@@ -8,6 +8,9 @@ import numpy as np
 Record = dict[str, Any]
 Identify = Callable[..., Record]
 
+LAYOUT = ["estimate", "half_width_95", "frame", "estimator", "diagnostics", "remarks"]
+"""Of a recording's record, in this order: what others read."""
+
 NAMES = ("mass", "com x", "com y", "com z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 KINDS = (slice(0, 1), slice(1, 4), slice(4, 10))
 

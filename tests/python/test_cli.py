@@ -12,6 +12,7 @@ import pytest
 
 import tactid
 from conftest import TactidCommand
+from expectations import LAYOUT
 
 VALUES = {"mass": None, "com": {"x", "y", "z"}, "inertia": {"xx", "xy", "xz", "yy", "yz", "zz"}}
 
@@ -44,14 +45,7 @@ def test_identify_prints_json_and_nothing_else(command: TactidCommand, log: Path
     assert done.returncode == 0
     assert done.stderr == ""
     record = json.loads(done.stdout)
-    assert record.keys() == {
-        "estimate",
-        "half_width_95",
-        "frame",
-        "estimator",
-        "diagnostics",
-        "remarks",
-    }
+    assert list(record) == LAYOUT
     assert_has_values(record["estimate"])
     assert record["estimate"]["mass"] == pytest.approx(100, rel=2e-3)
     assert record["estimator"] == "rls"

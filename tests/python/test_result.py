@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import doubles
+from expectations import LAYOUT
 from tactid import result
 
 NOMINAL = [100.0, 0.5, 0.0, 0.0, 10.0, 0.0, 0.0, 20.0, 0.0, 10.0]
@@ -52,14 +53,7 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
 def test_a_recording_as_json_has_the_layout_that_others_read() -> None:
     found = doubles.turned_about_one_axis().but(remarks=["The sign of gravity looks wrong."])
     told = json.loads(result.to_json(result.record(found)))
-    assert list(told) == [
-        "estimate",
-        "half_width_95",
-        "frame",
-        "estimator",
-        "diagnostics",
-        "remarks",
-    ]
+    assert list(told) == LAYOUT
     assert told["frame"] == "tool0"
     assert told["estimate"]["mass"] == pytest.approx(doubles.BODY.mass, rel=1e-3)
     assert told["half_width_95"]["mass"] == pytest.approx(1.96 * found.deviation[0])

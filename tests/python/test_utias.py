@@ -134,20 +134,37 @@ def test_the_usual_gravity_is_suspected(identify: Identify, tool: str, noise: st
     assert mass is None or abs(mass / truth_of(bag).mass - 1) > 0.05
 
 
-def test_under_noise_it_is_better_than_weighted_least_squares(identify: Identify) -> None:
-    """In the geometric mean over the tools, and for each within a quarter.
+MISSED = pytest.mark.xfail(
+    strict=True,
+    reason="1.14 of its error: a recording says this light tool's centre to some percent",
+)
 
-    That much is chance: of the lightest tools a single recording says mass and centre to some
-    percent, and both methods' errors are of that size.
-    """
+
+def error_ratio(record: Record, tool: str) -> float:
+    """The error in mass and centre over that of weighted least squares."""
+    bag = DATA / f"{tool}_high"
+    truth = truth_of(bag)
+    values = values_of(record["estimate"])
+    ours = error(values[0], values[1:4], truth)
+    return ours / error(*weighted_least_squares(bag), truth)
+
+
+@pytest.mark.parametrize(
+    "tool", [pytest.param(t, marks=MISSED) if "screwdriver" in t else t for t in TOOLS]
+)
+def test_under_noise_it_is_no_worse_than_weighted_least_squares(
+    identify: Identify, tool: str
+) -> None:
+    """Within 5 % of its error: that much is chance, as the noise of the wrench is what limits."""
+    assert error_ratio(identify(DATA / f"{tool}_high", *UP), tool) <= 1.05
+
+
+def test_under_noise_it_is_better_than_weighted_least_squares(identify: Identify) -> None:
+    """In the geometric mean over the tools, and for each within a quarter."""
     ratios = []
     for tool in TOOLS:
-        bag = DATA / f"{tool}_high"
-        truth = truth_of(bag)
-        record = identify(bag, *UP)
-        values = values_of(record["estimate"])
-        ours = error(values[0], values[1:4], truth)
-        ratios.append(ours / error(*weighted_least_squares(bag), truth))
+        record = identify(DATA / f"{tool}_high", *UP)
+        ratios.append(error_ratio(record, tool))
         assert_says_whether_it_is_possible(record)
     assert max(ratios) < 1.25
     assert np.exp(np.log(ratios).mean()) < 0.8

@@ -1,6 +1,10 @@
 //! Robust weighted least squares over all equations of a recording, with its covariance.
 
-use nalgebra::{DMatrix, DVector, SMatrix, SVector, SymmetricEigen};
+use nalgebra::allocator::Allocator;
+use nalgebra::{
+    DMatrix, DVector, DefaultAllocator, DimDiff, DimSub, OVector, SMatrix, SVector, SymmetricEigen,
+    U1,
+};
 
 use crate::covariance::{self, ScaledRow};
 use crate::equation::{Equation, Row};
@@ -82,6 +86,24 @@ pub(crate) struct Directions {
 }
 
 impl Directions {
+    /// Of a Gram matrix in scaled parameters; columns beyond the ten parameters are left out.
+    pub(crate) fn new<D>(eigen: &SymmetricEigen<f64, D>, scales: SVector<f64, 10>) -> Self
+    where
+        D: DimSub<U1>,
+        DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<DimDiff<D, U1>>,
+    {
+        let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
+        order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+        let strength = |&k: &usize| eigen.eigenvalues[k].max(0.0).sqrt();
+        let strongest = strength(&order[0]).max(f64::MIN_POSITIVE);
+        let vector = |&k: &usize| SVector::from_fn(|i, _| eigen.eigenvectors[(i, k)]);
+        Self {
+            strengths: order.iter().map(|k| strength(k) / strongest).collect(),
+            vectors: order.iter().map(vector).collect(),
+            scales,
+        }
+    }
+
     pub(crate) fn unknown(&self) -> impl Iterator<Item = &SVector<f64, 10>> {
         let pairs = self.strengths.iter().zip(&self.vectors);
         let strongest = self.strengths.first().copied().unwrap_or(0.0);
@@ -181,15 +203,18 @@ impl<'a> Solver<'a> {
         entries
     }
 
+    fn predicted(&self, entries: &Entries) -> f64 {
+        entries.iter().zip(&self.solution).map(|(a, x)| a * x).sum()
+    }
+
     /// What the solution leaves of every window, used or not.
     fn find_residuals(&mut self) {
         let channels = self.noise.channels();
         for window in 0..self.equations.len() {
             for channel in 0..channels {
                 let entries = self.entries(window, channel);
-                let predicted: f64 = entries.iter().zip(&self.solution).map(|(a, x)| a * x).sum();
                 self.residuals[window * channels + channel] =
-                    self.equations[window].rows[channel].wanted - predicted;
+                    self.equations[window].rows[channel].wanted - self.predicted(&entries);
             }
         }
     }
@@ -212,11 +237,10 @@ impl<'a> Solver<'a> {
     fn whiten_noise(&self, window: usize, block: &mut DMatrix<f64>) {
         for (channel, row) in self.equations[window].differences.iter().enumerate() {
             let entries = self.without_delay(row);
-            let predicted: f64 = entries.iter().zip(&self.solution).map(|(a, x)| a * x).sum();
             for (k, scale) in self.scales.iter().enumerate() {
                 block[(channel, k)] = scale * entries[k];
             }
-            block[(channel, self.columns)] = row.wanted - predicted;
+            block[(channel, self.columns)] = row.wanted - self.predicted(&entries);
         }
         self.noise.whiten(block);
     }
@@ -250,8 +274,9 @@ impl<'a> Solver<'a> {
 
     /// One step of weighted least squares without bias: what the motion's noise adds to the products
     /// of all rows is taken off, as the differences between two halves of the samples show it
-    /// (Fuller 1987, Measurement Error Models, (3.1.9) with replicates). From where the solution stands, which takes off what the
-    /// normal equations lost to rounding before; gives how far it moved, in standard deviations.
+    /// (Fuller 1987, Measurement Error Models, (3.1.9) with replicates). It starts where the solution
+    /// stands, which takes off what the normal equations lost to rounding before, and gives how far
+    /// it moved, in standard deviations.
     fn solve(&mut self) -> f64 {
         let columns = self.columns;
         let mut gram = DMatrix::<f64>::zeros(columns + 1, columns + 1);
@@ -274,24 +299,14 @@ impl<'a> Solver<'a> {
         gram.fill_upper_triangle_with_lower_triangle();
         let target = gram.view((0, columns), (columns, 1)).column(0).into_owned();
         self.eigen = SymmetricEigen::new(gram.view((0, 0), (columns, columns)).into_owned());
-        let threshold = UNKNOWN * UNKNOWN * self.eigen.eigenvalues.max();
         let mut step = DVector::<f64>::zeros(columns);
-        for (value, vector) in self.known(threshold) {
-            step += vector * (vector.dot(&target) / value);
+        for (value, vector) in known(&self.eigen) {
+            step += &vector * (vector.dot(&target) / value);
         }
         self.solution += step.component_mul(&self.scales);
         self.find_residuals();
         // The squared length of the step in the metric of the information.
         step.dot(&target).max(0.0).sqrt()
-    }
-
-    fn known(
-        &self,
-        threshold: f64,
-    ) -> impl Iterator<Item = (f64, nalgebra::DVectorView<'_, f64>)> + '_ {
-        let values = self.eigen.eigenvalues.iter().copied();
-        let pairs = values.zip(self.eigen.eigenvectors.column_iter());
-        pairs.filter(move |(value, _)| *value > threshold)
     }
 
     /// What the residuals say of the noise, and weights that let no window pull for more than a rare
@@ -325,35 +340,17 @@ impl<'a> Solver<'a> {
     }
 
     fn finish(self, count: usize) -> Fit {
-        let channels = self.noise.channels();
         let (covariance, misfit) = self.covariance(count);
         let delay = self
             .options
             .delay
             .then(|| (self.solution[10], covariance[(10, 10)].max(0.0).sqrt()));
-        let mut order: Vec<usize> = (0..self.columns).collect();
-        order.sort_by(|&a, &b| self.eigen.eigenvalues[b].total_cmp(&self.eigen.eigenvalues[a]));
-        let strength = |k: usize| (self.eigen.eigenvalues[k].max(0.0) * channels as f64).sqrt();
-        let strongest = strength(order[0]).max(f64::MIN_POSITIVE);
         Fit {
             parameters: self.solution.fixed_rows::<10>(0).into_owned(),
             covariance: covariance.fixed_view::<10, 10>(0, 0).into_owned(),
             delay,
             misfit,
-            excitation: Directions {
-                strengths: order.iter().map(|&k| strength(k) / strongest).collect(),
-                vectors: order
-                    .iter()
-                    .map(|&k| {
-                        self.eigen
-                            .eigenvectors
-                            .column(k)
-                            .fixed_rows::<10>(0)
-                            .into_owned()
-                    })
-                    .collect(),
-                scales: self.scales.fixed_rows::<10>(0).into_owned(),
-            },
+            excitation: Directions::new(&self.eigen, self.scales.fixed_rows::<10>(0).into_owned()),
             noise: self.noise,
             weights: self.weights,
         }
@@ -365,9 +362,8 @@ impl<'a> Solver<'a> {
         let rows = self.scaled_rows();
         let squares: f64 = rows.iter().map(|row| row.residual * row.residual).sum();
         let weights: f64 = rows.iter().map(|row| row.weight).sum();
-        let threshold = UNKNOWN * UNKNOWN * self.eigen.eigenvalues.max();
         let mut bread = DMatrix::<f64>::zeros(self.columns, self.columns);
-        for (value, vector) in self.known(threshold) {
+        for (value, vector) in known(&self.eigen) {
             bread.ger(1.0 / value, &vector, &vector, 1.0);
         }
         let scores = covariance::of_scores(&rows, channels, self.columns);
@@ -394,7 +390,6 @@ impl<'a> Solver<'a> {
     fn scaled_rows(&self) -> Vec<ScaledRow> {
         let mut rows = Vec::new();
         let (mut block, mut noise) = (self.block(), self.block());
-        let entry = |row: &[f64], k: usize| if k < self.columns { row[k] } else { 0.0 };
         for window in self.windows() {
             let weight = self.weights[window];
             self.whiten(window, &mut block);
@@ -402,21 +397,37 @@ impl<'a> Solver<'a> {
             block *= weight.sqrt();
             noise *= weight.sqrt();
             for (row, noise) in block.row_iter().zip(noise.row_iter()) {
-                let row: Vec<f64> = row.iter().copied().collect();
-                let noise: Vec<f64> = noise.iter().copied().collect();
                 let (residual, difference) = (row[self.columns], noise[self.columns]);
-                rows.push(ScaledRow {
-                    entries: std::array::from_fn(|k| entry(&row, k)),
+                let mut scaled = ScaledRow {
+                    entries: [0.0; 11],
                     residual,
-                    score: std::array::from_fn(|k| {
-                        entry(&row, k) * residual - entry(&noise, k) * difference
-                    }),
+                    score: [0.0; 11],
                     weight,
-                });
+                };
+                for k in 0..self.columns {
+                    scaled.entries[k] = row[k];
+                    scaled.score[k] = row[k] * residual - noise[k] * difference;
+                }
+                rows.push(scaled);
             }
         }
         rows
     }
+}
+
+/// The directions of a Gram matrix that are excited enough to be known: information, and unit vector.
+pub(crate) fn known<D>(
+    eigen: &SymmetricEigen<f64, D>,
+) -> impl Iterator<Item = (f64, OVector<f64, D>)>
+where
+    D: DimSub<U1>,
+    DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<DimDiff<D, U1>>,
+{
+    let threshold = UNKNOWN * UNKNOWN * eigen.eigenvalues.max();
+    let columns = eigen.eigenvectors.column_iter();
+    let pairs = eigen.eigenvalues.iter().copied().zip(columns);
+    let excited = pairs.filter(move |(information, _)| *information > threshold);
+    excited.map(|(information, vector)| (information, vector.into_owned()))
 }
 
 /// What the sum of squares of so many standard normal variables exceeds once in a thousand times

@@ -108,6 +108,31 @@ impl Noise {
             self.deviations[channel] = (*median / NORMAL_MEDIAN).max(self.floors[channel]);
         }
         even_out(&mut self.deviations, &grouping.kinds);
+        let raw = self.correlation(windows);
+        let independent = count as f64 / NOISE_CORRELATION;
+        let share = |i, j| grouping.share_source(i, j);
+        let within = kept(&raw, independent, share);
+        // No more of what lies between sources than within them: the result stays positive.
+        let between = kept(&raw, independent, |i, j| !share(i, j)).min(within);
+        let believed = DMatrix::from_fn(raw.nrows(), raw.ncols(), |i, j| {
+            if i == j {
+                0.0
+            } else if share(i, j) {
+                within
+            } else {
+                between
+            }
+        });
+        let mut correlation = raw.component_mul(&believed);
+        correlation.fill_diagonal(1.0);
+        if let Some(cholesky) = correlation.cholesky() {
+            self.root = cholesky.unpack();
+            self.learnt = believed.norm_squared() / self.channels() as f64;
+        }
+    }
+
+    /// Of the channels' residuals, as it comes out.
+    fn correlation<'a>(&self, windows: impl Iterator<Item = (&'a [f64], f64)>) -> DMatrix<f64> {
         let channels = self.channels();
         let mut products = DMatrix::<f64>::zeros(channels, channels);
         for (residuals, weight) in windows {
@@ -118,31 +143,10 @@ impl Noise {
                 }
             }
         }
-        let raw = DMatrix::from_fn(channels, channels, |i, j| {
+        DMatrix::from_fn(channels, channels, |i, j| {
             let size = (products[(i, i)] * products[(j, j)]).sqrt();
             products[(i.max(j), i.min(j))] / size.max(f64::MIN_POSITIVE)
-        });
-        let independent = count as f64 / NOISE_CORRELATION;
-        let share = |i, j| grouping.share_source(i, j);
-        let within = kept(&raw, independent, share);
-        // No more of what lies between sources than within them: the result stays positive.
-        let between = kept(&raw, independent, |i, j| !share(i, j)).min(within);
-        let correlation = DMatrix::from_fn(channels, channels, |i, j| {
-            if i == j {
-                1.0
-            } else {
-                raw[(i, j)] * if share(i, j) { within } else { between }
-            }
-        });
-        if let Some(cholesky) = correlation.cholesky() {
-            self.root = cholesky.unpack();
-            let parts = (0..channels).flat_map(|i| (0..channels).map(move |j| (i, j)));
-            let squares = parts.filter(|(i, j)| i != j).map(|(i, j)| {
-                let part = if share(i, j) { within } else { between };
-                part * part
-            });
-            self.learnt = squares.sum::<f64>() / channels as f64;
-        }
+        })
     }
 }
 

@@ -125,6 +125,11 @@ fn is_sane(number: f64) -> bool {
     number.abs() < TOO_LARGE
 }
 
+/// That a row may be used.
+fn is_sane_row<const N: usize>(row: &SVector<f64, N>, wanted: f64) -> bool {
+    is_sane(wanted) && row.iter().all(|&entry| is_sane(entry))
+}
+
 /// How many rows came, and what became of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
@@ -137,7 +142,7 @@ pub struct Counts {
 impl Counts {
     /// Counts a row, and says whether it may be used.
     fn admit<const N: usize>(&mut self, row: &SVector<f64, N>, wanted: f64) -> Outcome {
-        self.admit_if(is_sane(wanted) && row.iter().all(|&entry| is_sane(entry)))
+        self.admit_if(is_sane_row(row, wanted))
     }
 
     /// The row and the wanted value in units of the deviation of their noise, if they may be used.

@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::triangle::{Innovation, Triangle};
+use crate::triangle::{Innovation, Restartable, Triangle};
 use crate::{Counts, Estimator, Outcome, SettingError, check_all_within, check_within};
 
 /// Recursive least squares.
@@ -31,9 +31,7 @@ use crate::{Counts, Estimator, Outcome, SettingError, check_all_within, check_wi
 /// ```
 #[derive(Clone, Debug)]
 pub struct Rls<const N: usize> {
-    triangle: Triangle<N>,
-    /// What was believed before the first row, which no alarm takes away.
-    start: Triangle<N>,
+    triangle: Restartable<N>,
     /// Directions of which the start says nothing: the rows must pay for them.
     unknown: f64,
     /// Rows beyond those that the unknown directions cost.
@@ -89,7 +87,6 @@ impl<const N: usize> Rls<N> {
     /// The same, starting at the given parameters. To be said before the first row.
     #[must_use]
     pub fn starting_at(mut self, parameters: SVector<f64, N>) -> Self {
-        self.start.move_to(&parameters);
         self.triangle.move_to(&parameters);
         self
     }
@@ -136,14 +133,14 @@ impl<const N: usize> Rls<N> {
     /// of row and wanted value over the deviation.
     #[must_use]
     pub fn innovation(&self, row: &SVector<f64, N>, wanted: f64) -> Innovation {
-        self.triangle.innovation(row, wanted)
+        self.triangle.now.innovation(row, wanted)
     }
 
     /// Sum of the squared residuals at the present parameters, and of the departure from the prior;
     /// with a memory, faded.
     #[must_use]
     pub fn residual_squares(&self) -> f64 {
-        self.triangle.residual_squares()
+        self.triangle.now.residual_squares()
     }
 
     /// Variance of the rows' noise, from their residuals, in squares of the deviations given; `None`
@@ -158,20 +155,20 @@ impl<const N: usize> Rls<N> {
     #[must_use]
     pub fn covariance(&self) -> Option<SMatrix<f64, N, N>> {
         let variance = self.noise_variance()?;
-        let inverse = self.triangle.inverse();
+        let inverse = self.triangle.now.inverse();
         Some(inverse * inverse.transpose() * variance)
     }
 
     /// Covariance of the parameters where the deviations given are right (one for rows without).
     #[must_use]
     pub fn covariance_of_known_noise(&self) -> SMatrix<f64, N, N> {
-        let inverse = self.triangle.inverse();
+        let inverse = self.triangle.now.inverse();
         inverse * inverse.transpose()
     }
 
     /// Forgets all rows, and starts anew as it was made.
     pub fn restart(&mut self) {
-        self.triangle = self.start.clone();
+        self.triangle.restart();
         self.freedom = -self.unknown;
     }
 
@@ -181,16 +178,14 @@ impl<const N: usize> Rls<N> {
     /// # Errors
     /// Where `by` is less than one.
     pub fn reopen(&mut self, by: f64) -> Result<(), SettingError> {
-        let kept = check_inflation(by)?;
-        self.triangle = reopened(&self.triangle, &self.start, kept);
+        let kept = self.triangle.reopen(by)?;
         self.freedom = self.freedom * kept - self.unknown * (1.0 - kept);
         Ok(())
     }
 
     fn starting_with(start: Triangle<N>, unknown: f64) -> Self {
         Self {
-            triangle: start.clone(),
-            start,
+            triangle: Restartable::new(start),
             unknown,
             freedom: -unknown,
             fade: 0.0,
@@ -202,17 +197,17 @@ impl<const N: usize> Rls<N> {
         if self.fade > 0.0 {
             self.replace(row, wanted);
         } else {
-            self.triangle.turn_in(row, wanted);
+            self.triangle.now.turn_in(row, wanted);
         }
         self.freedom += 1.0;
     }
 
     /// Takes a row in, and as much out of its own direction as the memory is too short for.
     fn replace(&mut self, row: &SVector<f64, N>, wanted: f64) {
-        let Innovation { error, leverage } = self.triangle.innovation(row, wanted);
+        let Innovation { error, leverage } = self.triangle.now.innovation(row, wanted);
         // What goes out, as a part of row rowᵀ: it makes `fade` of the direction's information.
         let out = (self.fade / leverage).min(1.0);
-        self.triangle.move_along(row, 1.0 - out, error);
+        self.triangle.now.move_along(row, 1.0 - out, error);
         // The residuals, unlike directions, are renewed by every row.
         let kept = if self.freedom > 0.0 {
             1.0 - self.fade
@@ -222,37 +217,9 @@ impl<const N: usize> Rls<N> {
         self.freedom *= kept;
         // Variance of the prediction after what went out.
         let leverage = leverage / (1.0 - out * leverage);
-        let squares = self.triangle.residual_squares_mut();
+        let squares = self.triangle.now.residual_squares_mut();
         *squares = *squares * kept + error * error / (1.0 + leverage);
     }
-}
-
-/// The part of the information that remains when the covariance is inflated `by` this factor.
-pub(crate) fn check_inflation(by: f64) -> Result<f64, SettingError> {
-    if by >= 1.0 {
-        return Ok(by.recip());
-    }
-    Err(SettingError {
-        name: "by",
-        given: by,
-        range: "[1, inf]",
-    })
-}
-
-/// The same parameters and residual variance, `kept` of the information and the rest from `start`.
-pub(crate) fn reopened<const N: usize>(
-    triangle: &Triangle<N>,
-    start: &Triangle<N>,
-    kept: f64,
-) -> Triangle<N> {
-    let parameters = triangle.solve();
-    let mut rest = start.clone();
-    rest.move_to(&parameters);
-    rest.scale((1.0 - kept).sqrt());
-    let mut opened = triangle.clone();
-    opened.scale(kept.sqrt());
-    opened.take_in(&rest);
-    opened
 }
 
 impl<const N: usize> Estimator<N> for Rls<N> {
@@ -265,7 +232,7 @@ impl<const N: usize> Estimator<N> for Rls<N> {
     }
 
     fn parameters(&self) -> SVector<f64, N> {
-        self.triangle.solve()
+        self.triangle.now.solve()
     }
 
     fn covariance(&self) -> Option<SMatrix<f64, N, N>> {

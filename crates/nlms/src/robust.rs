@@ -2,8 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::rls::{check_inflation, reopened};
-use crate::triangle::{Innovation, Triangle};
+use crate::triangle::{Innovation, Restartable, Triangle};
 use crate::{Counts, Estimator, Outcome, SettingError, check_within};
 
 /// Degrees of freedom of the noise it is built for: 95 % efficient in one pass over Gaussian noise,
@@ -42,8 +41,7 @@ const LEAST_GAIN: f64 = 0.005;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Robust<const N: usize> {
-    triangle: Triangle<N>,
-    start: Triangle<N>,
+    triangle: Restartable<N>,
     scale: Scale,
     moments: Moments,
     counts: Counts,
@@ -124,8 +122,7 @@ impl<const N: usize> Robust<N> {
         check_within("deviation", deviation, (0.0, f64::INFINITY), "(0, inf)")?;
         let start = Triangle::weak(&SVector::repeat(1.0));
         Ok(Self {
-            triangle: start.clone(),
-            start,
+            triangle: Restartable::new(start),
             scale: Scale { deviation, tracked },
             moments: Moments::default(),
             counts: Counts::default(),
@@ -135,7 +132,6 @@ impl<const N: usize> Robust<N> {
     /// The same, starting at the given parameters. To be said before the first row.
     #[must_use]
     pub fn starting_at(mut self, parameters: SVector<f64, N>) -> Self {
-        self.start.move_to(&parameters);
         self.triangle.move_to(&parameters);
         self
     }
@@ -149,12 +145,12 @@ impl<const N: usize> Robust<N> {
     /// How the row departs from what is known: ask before the update.
     #[must_use]
     pub fn innovation(&self, row: &SVector<f64, N>, wanted: f64) -> Innovation {
-        self.triangle.innovation(row, wanted)
+        self.triangle.now.innovation(row, wanted)
     }
 
     /// Forgets all rows, but keeps a scale that was tracked.
     pub fn restart(&mut self) {
-        self.triangle = self.start.clone();
+        self.triangle.restart();
         self.moments = Moments::default();
     }
 
@@ -164,9 +160,7 @@ impl<const N: usize> Robust<N> {
     /// # Errors
     /// Where `by` is less than one.
     pub fn reopen(&mut self, by: f64) -> Result<(), SettingError> {
-        let kept = check_inflation(by)?;
-        self.triangle = reopened(&self.triangle, &self.start, kept);
-        Ok(())
+        self.triangle.reopen(by).map(|_| ())
     }
 
     /// The weight of a row.
@@ -189,19 +183,19 @@ impl<const N: usize> Estimator<N> for Robust<N> {
         let outcome = self.counts.admit(row, wanted);
         if outcome == Outcome::Used {
             let weight = self.weigh(row, wanted).sqrt();
-            self.triangle.turn_in(&(row * weight), wanted * weight);
+            self.triangle.now.turn_in(&(row * weight), wanted * weight);
         }
         outcome
     }
 
     fn parameters(&self) -> SVector<f64, N> {
-        self.triangle.solve()
+        self.triangle.now.solve()
     }
 
     /// As rows grow many, from the scale and the rows' weights; `None` until `N` rows were judged.
     fn covariance(&self) -> Option<SMatrix<f64, N, N>> {
         (self.moments.rows > N as u64).then(|| {
-            let inverse = self.triangle.inverse();
+            let inverse = self.triangle.now.inverse();
             let variance = self.scale.deviation.powi(2) * self.moments.inflation();
             inverse * inverse.transpose() * variance
         })

@@ -2,8 +2,8 @@
 
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
-use crate::triangle::Triangle;
-use crate::{Counts, Estimator, Outcome, is_sane};
+use crate::triangle::{Restartable, Triangle};
+use crate::{Counts, Estimator, Outcome, is_sane, is_sane_row};
 
 /// Steps towards the factor of the noise: a few are usual, and bisection ends in as many.
 const MOST_STEPS: usize = 100;
@@ -95,8 +95,7 @@ impl<const N: usize> RowNoise<N> {
 /// ```
 #[derive(Clone, Debug)]
 pub struct TotalLeastSquares<const N: usize> {
-    triangle: Triangle<N>,
-    start: Triangle<N>,
+    triangle: Restartable<N>,
     /// Of a row that comes without.
     standing: RowNoise<N>,
     noise: RowNoise<N>,
@@ -185,8 +184,7 @@ impl<const N: usize> TotalLeastSquares<N> {
     pub fn new(standing: RowNoise<N>) -> Self {
         let start = Triangle::weak(&SVector::repeat(1.0));
         Self {
-            triangle: start.clone(),
-            start,
+            triangle: Restartable::new(start),
             standing,
             noise: RowNoise::none(),
             rows: 0,
@@ -197,7 +195,6 @@ impl<const N: usize> TotalLeastSquares<N> {
     /// The same, starting at the given parameters. To be said before the first row.
     #[must_use]
     pub fn starting_at(mut self, parameters: SVector<f64, N>) -> Self {
-        self.start.move_to(&parameters);
         self.triangle.move_to(&parameters);
         self
     }
@@ -212,10 +209,11 @@ impl<const N: usize> TotalLeastSquares<N> {
         wanted: f64,
         noise: &RowNoise<N>,
     ) -> Outcome {
-        let usable = noise.is_usable() && row.iter().all(|&x| is_sane(x)) && is_sane(wanted);
-        let outcome = self.counts.admit_if(usable);
+        let outcome = self
+            .counts
+            .admit_if(noise.is_usable() && is_sane_row(row, wanted));
         if outcome == Outcome::Used {
-            self.triangle.turn_in(row, wanted);
+            self.triangle.now.turn_in(row, wanted);
             self.noise.add(noise);
             self.rows += 1;
         }
@@ -231,7 +229,7 @@ impl<const N: usize> TotalLeastSquares<N> {
 
     /// Forgets all rows.
     pub fn restart(&mut self) {
-        self.triangle = self.start.clone();
+        self.triangle.restart();
         self.noise = RowNoise::none();
         self.rows = 0;
     }
@@ -246,9 +244,9 @@ impl<const N: usize> TotalLeastSquares<N> {
 
     fn whitened(&self) -> Whitened<'_, N> {
         Whitened {
-            triangle: &self.triangle,
-            row: self.triangle.whiten_both_sides(&self.noise.row),
-            cross: self.triangle.whiten(&self.noise.cross),
+            triangle: &self.triangle.now,
+            row: self.triangle.now.whiten_both_sides(&self.noise.row),
+            cross: self.triangle.now.whiten(&self.noise.cross),
             wanted: self.noise.wanted,
         }
     }
@@ -256,7 +254,7 @@ impl<const N: usize> TotalLeastSquares<N> {
     fn solution(&self) -> Solution<N> {
         let whitened = self.whitened();
         let (y, factor, cholesky) = whitened.solve();
-        let mut at_solution = self.triangle.clone();
+        let mut at_solution = self.triangle.now.clone();
         at_solution.set_target(y);
         Solution {
             parameters: at_solution.solve(),
@@ -285,10 +283,10 @@ impl<const N: usize> Estimator<N> for TotalLeastSquares<N> {
         let solution = self.solution();
         let cholesky = solution.cholesky?;
         let toll = self.noise.cross - self.noise.row * solution.parameters;
-        let toll = self.triangle.whiten(&toll);
+        let toll = self.triangle.now.whiten(&toll);
         let middle = SMatrix::<f64, N, N>::identity()
             - toll * toll.transpose() * (solution.factor / solution.spread);
-        let half = self.triangle.inverse() * cholesky.inverse();
+        let half = self.triangle.now.inverse() * cholesky.inverse();
         let scale = self.unbiased(solution.factor, freedom) * solution.spread / self.rows as f64;
         Some(half * middle * half.transpose() * scale)
     }

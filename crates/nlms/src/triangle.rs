@@ -2,6 +2,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use crate::SettingError;
+
 /// Weight of the start against one row of unit size: small enough to leave no trace in an excited
 /// direction, large enough to hold a direction that no row excites where it started.
 const WEAK: f64 = 1e-6;
@@ -160,6 +162,56 @@ impl<const N: usize> Triangle<N> {
 
     pub(crate) fn residual_squares_mut(&mut self) -> &mut f64 {
         &mut self.residual_squares
+    }
+}
+
+/// A triangle that grows, and what it was before the first row.
+#[derive(Clone, Debug)]
+pub(crate) struct Restartable<const N: usize> {
+    /// What was believed before the first row, which no alarm takes away.
+    start: Triangle<N>,
+    pub(crate) now: Triangle<N>,
+}
+
+impl<const N: usize> Restartable<N> {
+    pub(crate) fn new(start: Triangle<N>) -> Self {
+        Self {
+            now: start.clone(),
+            start,
+        }
+    }
+
+    /// The same information about other parameters, at the start and now.
+    pub(crate) fn move_to(&mut self, parameters: &SVector<f64, N>) {
+        self.start.move_to(parameters);
+        self.now.move_to(parameters);
+    }
+
+    /// Forgets all rows.
+    pub(crate) fn restart(&mut self) {
+        self.now = self.start.clone();
+    }
+
+    /// The same parameters and residual variance, with their covariance inflated `by` this factor,
+    /// the missing information being that of the start. Gives the part of the information that remains.
+    ///
+    /// # Errors
+    /// Where `by` is less than one.
+    pub(crate) fn reopen(&mut self, by: f64) -> Result<f64, SettingError> {
+        let kept = by.recip();
+        if by < 1.0 || by.is_nan() {
+            return Err(SettingError {
+                name: "by",
+                given: by,
+                range: "[1, inf]",
+            });
+        }
+        let mut rest = self.start.clone();
+        rest.move_to(&self.now.solve());
+        rest.scale((1.0 - kept).sqrt());
+        self.now.scale(kept.sqrt());
+        self.now.take_in(&rest);
+        Ok(kept)
     }
 }
 

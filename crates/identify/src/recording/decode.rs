@@ -424,21 +424,26 @@ impl Decoder {
     /// An inertial unit feels `p̈ - g` in its own frame, which is all that the equations need: its
     /// world is a frame that turns with it, in which there is no gravity left.
     fn imu(&mut self, message: &RawMessage, events: &mut Vec<Event>) -> Result<(), Fault> {
-        let imu: Imu = message.decode().map_err(|_| UNDECODABLE)?;
-        let time_s = self.time_s(message, imu.header.stamp)?;
-        self.follow(message, 0, time_s)?;
+        let (time_s, felt) = self.felt(message)?;
         let base = BaseState {
-            angular_velocity: vector(imu.angular_velocity),
-            acceleration: Some(vector(imu.linear_acceleration)),
+            angular_velocity: felt.angular_velocity,
+            acceleration: Some(felt.force),
             ..BaseState::fixed()
         };
-        let felt = base.acceleration.iter().flat_map(|vector| vector.iter());
-        check(felt.chain(&base.angular_velocity))?;
         self.moved(time_s, base, events);
         Ok(())
     }
 
     fn base_imu(&mut self, message: &RawMessage, events: &mut Vec<Event>) -> Result<(), Fault> {
+        let (time_s, felt) = self.felt(message)?;
+        events.push(Event {
+            time_s,
+            what: Measured::Felt(felt),
+        });
+        Ok(())
+    }
+
+    fn felt(&mut self, message: &RawMessage) -> Result<(f64, Felt), Fault> {
         let imu: Imu = message.decode().map_err(|_| UNDECODABLE)?;
         let time_s = self.time_s(message, imu.header.stamp)?;
         self.follow(message, 0, time_s)?;
@@ -447,11 +452,7 @@ impl Decoder {
             angular_velocity: vector(imu.angular_velocity),
         };
         check(felt.force.iter().chain(&felt.angular_velocity))?;
-        events.push(Event {
-            time_s,
-            what: Measured::Felt(felt),
-        });
-        Ok(())
+        Ok((time_s, felt))
     }
 
     fn wrench(

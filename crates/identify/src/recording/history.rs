@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, SMatrix, SVector, SymmetricEigen};
 
 use super::outcome::HistoryPoint;
 use crate::equation::Equation;
-use crate::fit::{Directions, Fit};
+use crate::fit::{self, Directions, Fit};
 use crate::physical::nearest_possible;
 use crate::uncertainty::{deviations, values_of};
 use crate::window::NOISE_CORRELATION;
@@ -61,26 +61,10 @@ fn solve(
     known: &SVector<f64, 10>,
 ) -> Option<([f64; 10], [f64; 10])> {
     let eigen = SymmetricEigen::new(*gram);
-    let strongest = eigen.eigenvalues.max();
-    let mut order: Vec<usize> = (0..10).collect();
-    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-    let directions = Directions {
-        strengths: order
-            .iter()
-            .map(|&k| (eigen.eigenvalues[k].max(0.0) / strongest).sqrt())
-            .collect(),
-        vectors: order
-            .iter()
-            .map(|&k| eigen.eigenvectors.column(k).into_owned())
-            .collect(),
-        scales: *scales,
-    };
+    let directions = Directions::new(&eigen, *scales);
     let mut parameters = SVector::<f64, 10>::zeros();
     let mut covariance = SMatrix::<f64, 10, 10>::zeros();
-    let unknown = directions.unknown().count();
-    for &k in &order[..10 - unknown] {
-        let vector = eigen.eigenvectors.column(k);
-        let value = eigen.eigenvalues[k];
+    for (value, vector) in fit::known(&eigen) {
         parameters += vector * (vector.dot(target) / value);
         covariance.ger(NOISE_CORRELATION / value, &vector, &vector, 1.0);
     }
