@@ -71,6 +71,14 @@ impl Equation {
         }
     }
 
+    /// Becomes another of as many rows, without allocation.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.rows.copy_from_slice(&other.rows);
+        self.differences.copy_from_slice(&other.differences);
+        self.rates.copy_from_slice(&other.rates);
+        (self.time_s, self.instants) = (other.time_s, other.instants);
+    }
+
     pub(crate) fn clear(&mut self, time_s: f64) {
         self.time_s = time_s;
         self.rows.fill(Row::zero());

@@ -25,12 +25,18 @@ pub struct PayloadEstimate {
     /// Standard deviation of each of [`VALUE_NAMES`], infinite where the motion did not determine it;
     /// `None` for the paper's filter, which knows of none.
     pub deviations: Option<[f64; 10]>,
-    /// How strongly the motion excited the parameters.
-    pub singular_values: SingularValues,
+    /// How strongly the motion excited the parameters. Online, least squares leaves it out: ask
+    /// [`Identifier::singular_values`](crate::Identifier::singular_values).
+    pub singular_values: Option<SingularValues>,
     /// Whether a body with these parameters can exist, within 1 % of its largest principal moment.
     pub is_physical: bool,
     /// Windows that gave rows.
     pub intervals: u64,
+    /// How often the payload was seen to be another than before.
+    pub changes: u64,
+    /// The time from which on the estimate is made, on the samples' clock, s: that of the last change,
+    /// or minus infinity.
+    pub since_s: f64,
     /// Samples refused: not finite, or not later than the one before.
     pub refused: u64,
     /// Intervals that were too long to be bridged.

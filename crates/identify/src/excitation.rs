@@ -47,10 +47,6 @@ impl Excitation {
         }
     }
 
-    pub(crate) fn intervals(&self) -> u64 {
-        self.intervals
-    }
-
     pub(crate) fn update(&mut self, equation: &Equation) {
         let rows = equation.mass();
         self.mass += rows.matrix.tr_mul(&rows.matrix);

@@ -8,7 +8,7 @@ use nalgebra::{
 
 use crate::covariance::{self, ScaledRow};
 use crate::equation::{Equation, Row};
-use crate::noise::{Channels, Noise};
+use crate::noise::{Channels, Noise, ROUNDING};
 use crate::window::NOISE_CORRELATION;
 
 /// Passes of reweighting; the residuals of noise settle in a few.
@@ -104,12 +104,12 @@ impl Directions {
         }
     }
 
-    pub(crate) fn unknown(&self) -> impl Iterator<Item = &SVector<f64, 10>> {
+    pub(crate) fn unknown(&self) -> impl Iterator<Item = SVector<f64, 10>> {
         let pairs = self.strengths.iter().zip(&self.vectors);
         let strongest = self.strengths.first().copied().unwrap_or(0.0);
         pairs
             .filter(move |(strength, _)| **strength <= UNKNOWN * strongest)
-            .map(|(_, vector)| vector)
+            .map(|(_, vector)| *vector)
     }
 }
 
@@ -165,7 +165,7 @@ impl<'a> Solver<'a> {
         let (noise, weights) = match options.weights {
             Some(fit) => (fit.noise.clone(), fit.weights.clone()),
             None => (
-                Noise::before_residuals(equations, options.channels),
+                Noise::before_residuals(equations, options.channels, ROUNDING),
                 vec![1.0; equations.len()],
             ),
         };
@@ -321,21 +321,14 @@ impl<'a> Solver<'a> {
                 self.weights[window],
             )
         });
-        self.noise.measure(residuals, self.options.channels);
-        let rare = chi_square(channels as f64);
+        self.noise.measure(residuals);
+        let rare = rare(channels);
         let mut residual = DMatrix::zeros(channels, 1);
         for window in 0..self.equations.len() {
             let first = window * channels;
             residual.copy_from_slice(&self.residuals[first..first + channels]);
             self.noise.whiten(&mut residual);
-            let distance = residual.norm_squared();
-            self.weights[window] = if distance <= rare {
-                1.0
-            } else if distance <= rare * (OUTLIER * OUTLIER).powi(2) {
-                rare / distance
-            } else {
-                0.0
-            };
+            self.weights[window] = weight(residual.norm_squared(), rare);
         }
     }
 
@@ -430,11 +423,30 @@ where
     excited.map(|(information, vector)| (information, vector.into_owned()))
 }
 
-/// What the sum of squares of so many standard normal variables exceeds once in a thousand times
-/// (Wilson and Hilferty 1931).
-fn chi_square(freedom: f64) -> f64 {
-    let part = 2.0 / (9.0 * freedom);
-    freedom * (1.0 - part + RARE * part.sqrt()).powi(3)
+/// The squared distance of a window's residuals, in units of their noise, that is rare for so many
+/// channels.
+pub(crate) fn rare(channels: usize) -> f64 {
+    let (mean, deviation) = cube_root(channels);
+    channels as f64 * (mean + RARE * deviation).powi(3)
+}
+
+/// Mean and deviation of the cube root of the sum of squares of so many standard normal variables over
+/// their number, which is nearly normal (Wilson and Hilferty 1931, doi 10.1073/pnas.17.12.684).
+pub(crate) fn cube_root(channels: usize) -> (f64, f64) {
+    let part = 2.0 / (9.0 * channels as f64);
+    (1.0 - part, part.sqrt())
+}
+
+/// What a window of this squared distance counts: no more than a rare one pulls, and not at all where
+/// it is an outlier.
+pub(crate) fn weight(distance: f64, rare: f64) -> f64 {
+    if distance <= rare {
+        1.0
+    } else if distance <= rare * (OUTLIER * OUTLIER).powi(2) {
+        rare / distance
+    } else {
+        0.0
+    }
 }
 
 #[cfg(test)]

@@ -1,12 +1,12 @@
 //! The noise of the channels, learnt from residuals.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, SVector};
 
 use crate::equation::Equation;
 use crate::window::NOISE_CORRELATION;
 
 /// Residuals of less than this part of what is measured are rounding.
-const ROUNDING: f64 = 1e-14;
+pub(crate) const ROUNDING: f64 = 1e-14;
 
 /// No channel has less noise than this part of the noisiest of its kind.
 const ALIKE: f64 = 1e-2;
@@ -32,16 +32,16 @@ impl Channels {
         }
     }
 
-    /// Whether two come from the same source.
-    fn share_source(&self, a: usize, b: usize) -> bool {
-        let source = |channel: usize| {
-            let ends = self.sources.iter().scan(0, |end, count| {
-                *end += count;
-                Some(*end)
-            });
-            ends.take_while(|&end| end <= channel).count()
-        };
-        source(a) == source(b)
+    /// All of them.
+    pub(crate) fn count(&self) -> usize {
+        self.sources.iter().sum()
+    }
+
+    /// Which source each channel comes from.
+    fn source_of(&self) -> Vec<usize> {
+        let counts = self.sources.iter().enumerate();
+        let sources = counts.flat_map(|(source, &count)| std::iter::repeat_n(source, count));
+        sources.collect()
     }
 }
 
@@ -57,18 +57,42 @@ pub(crate) struct Noise {
     root: DMatrix<f64>,
     /// How many correlations of each channel were in effect learnt from the residuals.
     learnt: f64,
+    kinds: Vec<usize>,
+    source_of: Vec<usize>,
+    exact: f64,
 }
 
 impl Noise {
-    /// Before there are residuals: as large as what is measured, and uncorrelated.
-    pub(crate) fn before_residuals(equations: &[Equation], channels: &Channels) -> Self {
-        let deviations = sizes(equations, &channels.kinds);
-        Self {
-            floors: deviations.iter().map(|size| size * ROUNDING).collect(),
-            root: DMatrix::identity(deviations.len(), deviations.len()),
+    /// Before there are residuals: as large as what is measured, and uncorrelated. It will not be less
+    /// than a part of that, `exact`.
+    pub(crate) fn before_residuals(
+        equations: &[Equation],
+        channels: &Channels,
+        exact: f64,
+    ) -> Self {
+        let source_of = channels.source_of();
+        let count = source_of.len();
+        let mut noise = Self {
+            deviations: vec![1.0; count],
+            floors: vec![0.0; count],
+            root: DMatrix::identity(count, count),
             learnt: 0.0,
-            deviations,
+            kinds: channels.kinds.clone(),
+            source_of,
+            exact,
+        };
+        noise.begin(equations);
+        noise
+    }
+
+    /// As before there were residuals. Allocates nothing.
+    pub(crate) fn begin(&mut self, equations: &[Equation]) {
+        sizes(equations, &self.kinds, &mut self.deviations);
+        for (floor, size) in self.floors.iter_mut().zip(&self.deviations) {
+            *floor = size * self.exact;
         }
+        self.root.fill_with_identity();
+        self.learnt = 0.0;
     }
 
     /// By how much the covariance of parameters is larger than it seems, so many independent windows
@@ -91,13 +115,22 @@ impl Noise {
         self.root.solve_lower_triangular_mut(columns);
     }
 
+    /// The same of rows that each hold what belongs to one channel, without allocation.
+    pub(crate) fn whiten_rows<const N: usize>(&self, rows: &mut [SVector<f64, N>]) {
+        for i in 0..rows.len() {
+            let (before, rest) = rows.split_at_mut(i);
+            let row = &mut rest[0];
+            *row /= self.deviations[i];
+            for (j, other) in before.iter().enumerate() {
+                *row -= other * self.root[(i, j)];
+            }
+            *row /= self.root[(i, i)];
+        }
+    }
+
     /// Learns from the residuals of some windows and the windows' weights: deviations from medians,
     /// which outliers do not move, and correlations from weighted products.
-    pub(crate) fn measure<'a>(
-        &mut self,
-        windows: impl Iterator<Item = (&'a [f64], f64)> + Clone,
-        grouping: &Channels,
-    ) {
+    pub(crate) fn measure<'a>(&mut self, windows: impl Iterator<Item = (&'a [f64], f64)> + Clone) {
         let count = windows.clone().count();
         if count == 0 {
             return;
@@ -105,34 +138,65 @@ impl Noise {
         for channel in 0..self.channels() {
             let mut sizes: Vec<f64> = windows.clone().map(|(r, _)| r[channel].abs()).collect();
             let (_, median, _) = sizes.select_nth_unstable_by(count / 2, f64::total_cmp);
-            self.deviations[channel] = (*median / NORMAL_MEDIAN).max(self.floors[channel]);
+            self.deviations[channel] = *median / NORMAL_MEDIAN;
         }
-        even_out(&mut self.deviations, &grouping.kinds);
-        let raw = self.correlation(windows);
-        let independent = count as f64 / NOISE_CORRELATION;
-        let share = |i, j| grouping.share_source(i, j);
-        let within = kept(&raw, independent, share);
-        // No more of what lies between sources than within them: the result stays positive.
-        let between = kept(&raw, independent, |i, j| !share(i, j)).min(within);
-        let believed = DMatrix::from_fn(raw.nrows(), raw.ncols(), |i, j| {
-            if i == j {
-                0.0
-            } else if share(i, j) {
-                within
-            } else {
-                between
+        self.even_out();
+        let mut products = self.products(windows);
+        self.believe(&mut products, count as f64);
+    }
+
+    /// Takes the covariance of the channels as so many windows told it, which is destroyed. Allocates
+    /// nothing.
+    pub(crate) fn take(&mut self, covariance: &mut DMatrix<f64>, windows: f64) {
+        for (channel, deviation) in self.deviations.iter_mut().enumerate() {
+            *deviation = covariance[(channel, channel)].max(0.0).sqrt();
+        }
+        self.even_out();
+        self.believe(covariance, windows);
+    }
+
+    /// No deviation is less than rounding. A channel that happens to be met exactly, such as a moment
+    /// about which nothing turns, must not count for all others of its kind.
+    fn even_out(&mut self) {
+        for (deviation, floor) in self.deviations.iter_mut().zip(&self.floors) {
+            *deviation = deviation.max(*floor);
+        }
+        for kind in parts(&mut self.deviations, &self.kinds) {
+            let largest = kind.iter().fold(0.0f64, |a, &b| a.max(b));
+            for deviation in kind {
+                *deviation = deviation.max(ALIKE * largest);
             }
-        });
-        let mut correlation = raw.component_mul(&believed);
-        correlation.fill_diagonal(1.0);
-        if let Some(cholesky) = correlation.cholesky() {
-            self.root = cholesky.unpack();
-            self.learnt = believed.norm_squared() / self.channels() as f64;
         }
     }
 
-    /// Of the channels' residuals, as it comes out.
-    fn correlation<'a>(&self, windows: impl Iterator<Item = (&'a [f64], f64)>) -> DMatrix<f64> {
+    /// Learns the correlations from the lower triangle of products, as far as so many windows are to be
+    /// believed.
+    fn believe(&mut self, products: &mut DMatrix<f64>, windows: f64) {
+        to_correlation(products);
+        let independent = windows / NOISE_CORRELATION;
+        let source_of = &self.source_of;
+        let share = |i: usize, j: usize| source_of[i] == source_of[j];
+        let within = kept(products, independent, share);
+        // No more of what lies between sources than within them: the result stays positive.
+        let between = kept(products, independent, |i, j| !share(i, j)).min(within);
+        let channels = self.channels();
+        let mut squares = 0.0;
+        for i in 0..channels {
+            for j in 0..i {
+                let part = if share(i, j) { within } else { between };
+                products[(i, j)] *= part;
+                squares += part * part;
+            }
+        }
+        // A mean of a correlation and the identity, which a triangle takes without fail.
+        if factor(products) {
+            self.root.copy_from(products);
+            self.learnt = 2.0 * squares / channels as f64;
+        }
+    }
+
+    /// Of the channels' residuals: the lower triangle of their weighted sum.
+    fn products<'a>(&self, windows: impl Iterator<Item = (&'a [f64], f64)>) -> DMatrix<f64> {
         let channels = self.channels();
         let mut products = DMatrix::<f64>::zeros(channels, channels);
         for (residuals, weight) in windows {
@@ -143,11 +207,41 @@ impl Noise {
                 }
             }
         }
-        DMatrix::from_fn(channels, channels, |i, j| {
-            let size = (products[(i, i)] * products[(j, j)]).sqrt();
-            products[(i.max(j), i.min(j))] / size.max(f64::MIN_POSITIVE)
-        })
+        products
     }
+}
+
+/// Makes a lower triangle of products one of correlations.
+fn to_correlation(products: &mut DMatrix<f64>) {
+    for i in 0..products.nrows() {
+        for j in 0..i {
+            let size = (products[(i, i)] * products[(j, j)]).sqrt();
+            products[(i, j)] /= size.max(f64::MIN_POSITIVE);
+        }
+    }
+    products.fill_diagonal(1.0);
+}
+
+/// The Cholesky factor in place of a lower triangle; false, and something else, where it has none.
+fn factor(matrix: &mut DMatrix<f64>) -> bool {
+    for j in 0..matrix.nrows() {
+        for k in 0..j {
+            let part = matrix[(j, k)];
+            for i in j..matrix.nrows() {
+                matrix[(i, j)] -= part * matrix[(i, k)];
+            }
+        }
+        let pivot = matrix[(j, j)];
+        // Not a number is not positive either.
+        if pivot.is_nan() || pivot <= 0.0 {
+            return false;
+        }
+        for i in j..matrix.nrows() {
+            matrix[(i, j)] /= pivot.sqrt();
+        }
+    }
+    matrix.fill_upper_triangle(0.0, 1);
+    true
 }
 
 /// The part of estimated correlations that is to be believed, where few windows know little of many:
@@ -170,29 +264,16 @@ fn kept(raw: &DMatrix<f64>, independent: f64, among: impl Fn(usize, usize) -> bo
 
 /// Root mean square of what each channel measures, together with those that are measured alike: how
 /// large residuals may be before there are any.
-pub(crate) fn sizes(equations: &[Equation], kinds: &[usize]) -> Vec<f64> {
-    let channels = equations.first().map_or(0, |equation| equation.rows.len());
-    let mut squares = vec![0.0; channels];
+pub(crate) fn sizes(equations: &[Equation], kinds: &[usize], sizes: &mut [f64]) {
+    sizes.fill(0.0);
     for equation in equations {
-        for (square, row) in squares.iter_mut().zip(&equation.rows) {
+        for (square, row) in sizes.iter_mut().zip(&equation.rows) {
             *square += row.wanted * row.wanted;
         }
     }
-    for kind in parts(&mut squares, kinds) {
+    for kind in parts(sizes, kinds) {
         let mean = kind.iter().sum::<f64>() / (equations.len() * kind.len()) as f64;
         kind.fill(mean.sqrt().max(f64::MIN_POSITIVE));
-    }
-    squares
-}
-
-/// A channel that happens to be met exactly, such as a moment about which nothing turns, must not
-/// count for all others of its kind.
-fn even_out(deviations: &mut [f64], kinds: &[usize]) {
-    for kind in parts(deviations, kinds) {
-        let largest = kind.iter().fold(0.0f64, |a, &b| a.max(b));
-        for deviation in kind {
-            *deviation = deviation.max(ALIKE * largest);
-        }
     }
 }
 

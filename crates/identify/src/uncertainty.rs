@@ -4,10 +4,13 @@ use nalgebra::{SMatrix, SVector};
 use tactid_dynamics::InertialParameters;
 
 use crate::estimate::{KINDS, values};
-use crate::fit::Directions;
 
 /// A value is not known where more than this part of it (of its square) lies in unknown directions.
 const SHARE: f64 = 1e-3;
+
+/// What is divided by the mass is known only where the mass is, to this part of it: beyond, it is far
+/// from linear in what was estimated.
+const MASS_KNOWN: f64 = 0.25;
 
 /// Half the width of a 95 % interval, in standard deviations.
 pub(crate) const HALF_WIDTH_95: f64 = 1.96;
@@ -18,56 +21,71 @@ pub(crate) fn values_of(parameters: &SVector<f64, 10>) -> Option<[f64; 10]> {
     Some(values(&body))
 }
 
-/// Derivatives of the ten values after the linear parameters, each row one value.
+/// The entries of a symmetric matrix, in the order of the ten values.
+const ENTRIES: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+
+/// Derivatives of the ten values after the linear parameters, each row one value; `None` without mass.
 pub(crate) fn jacobian(parameters: &SVector<f64, 10>) -> Option<SMatrix<f64, 10, 10>> {
-    let mut jacobian = SMatrix::<f64, 10, 10>::zeros();
-    // The values are polynomials over the mass, so central differences are right to 1e-9 or so.
-    let mass = parameters[0].abs();
-    let arm = parameters.fixed_rows::<3>(1).norm() / mass;
-    for k in 0..10 {
-        let step = 1e-5
-            * match k {
-                0 => mass,
-                1..=3 => mass * arm.max(1e-3),
-                _ => 1.0,
-            };
-        let at = |sign: f64| {
-            let mut moved = *parameters;
-            moved[k] += sign * step;
-            values_of(&moved).map(SVector::from)
-        };
-        let slope = (at(1.0)? - at(-1.0)?) / (2.0 * step);
-        jacobian.set_column(k, &slope);
+    let mass = parameters[0];
+    if mass == 0.0 {
+        return None;
+    }
+    let mut jacobian = SMatrix::<f64, 10, 10>::identity();
+    let first = parameters.fixed_rows::<3>(1);
+    // a = h / m
+    for axis in 0..3 {
+        jacobian[(1 + axis, 0)] = -first[axis] / (mass * mass);
+        jacobian[(1 + axis, 1 + axis)] = 1.0 / mass;
+    }
+    // I = I_o - (|h|² E - h hᵀ) / m
+    let square = first.norm_squared();
+    for (entry, (a, b)) in ENTRIES.into_iter().enumerate() {
+        let diagonal = f64::from(a == b);
+        let moved = square * diagonal - first[a] * first[b];
+        jacobian[(4 + entry, 0)] = moved / (mass * mass);
+        for k in 0..3 {
+            let slope = 2.0 * first[k] * diagonal
+                - f64::from(k == a) * first[b]
+                - f64::from(k == b) * first[a];
+            jacobian[(4 + entry, 1 + k)] = -slope / mass;
+        }
     }
     Some(jacobian)
 }
 
 /// Standard deviations of the ten values; infinite for one that the motion did not determine.
+///
+/// `unknown` are unit vectors in the parameters, each divided by its scale.
 pub(crate) fn deviations(
     parameters: &SVector<f64, 10>,
     covariance: &SMatrix<f64, 10, 10>,
-    directions: &Directions,
+    scales: &SVector<f64, 10>,
+    unknown: impl Iterator<Item = SVector<f64, 10>>,
 ) -> [f64; 10] {
     let Some(jacobian) = jacobian(parameters) else {
         return [f64::INFINITY; 10];
     };
-    let variances = jacobian * covariance * jacobian.transpose();
     let mut scaled = jacobian;
-    for (mut column, scale) in scaled.column_iter_mut().zip(&directions.scales) {
+    for (mut column, scale) in scaled.column_iter_mut().zip(scales) {
         column *= *scale;
     }
-    std::array::from_fn(|k| {
-        let row = scaled.row(k);
-        let unknown: f64 = directions
-            .unknown()
-            .map(|direction| (row * direction)[0].powi(2))
-            .sum();
-        if unknown > SHARE * row.norm_squared() {
+    let mut unknown_part = SVector::<f64, 10>::zeros();
+    for direction in unknown {
+        let parts = scaled * direction;
+        unknown_part += parts.component_mul(&parts);
+    }
+    let product = jacobian * covariance;
+    let mut deviations: [f64; 10] = std::array::from_fn(|k| {
+        if unknown_part[k] > SHARE * scaled.row(k).norm_squared() {
             f64::INFINITY
         } else {
-            variances[(k, k)].max(0.0).sqrt()
+            product.row(k).dot(&jacobian.row(k)).max(0.0).sqrt()
         }
-    })
+    });
+    if deviations[0] > MASS_KNOWN * parameters[0].abs() {
+        deviations[1..].fill(f64::INFINITY);
+    }
+    deviations
 }
 
 /// A value counts as identifiable when its 95 % interval is narrower than the largest of its kind.

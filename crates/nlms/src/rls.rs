@@ -136,6 +136,19 @@ impl<const N: usize> Rls<N> {
         self.triangle.now.innovation(row, wanted)
     }
 
+    /// Variance of what is predicted of the row, over that of its noise; without moving anything.
+    #[must_use]
+    pub fn leverage(&self, row: &SVector<f64, N>) -> f64 {
+        self.triangle.now.whiten(row).norm_squared()
+    }
+
+    /// The upper triangle `R` whose `RᵀR` is the information of all rows, and of the start: that of
+    /// [`new`](Self::new) is `1e-12` in each direction.
+    #[must_use]
+    pub fn root(&self) -> &SMatrix<f64, N, N> {
+        self.triangle.now.root()
+    }
+
     /// Sum of the squared residuals at the present parameters, and of the departure from the prior;
     /// with a memory, faded.
     #[must_use]

@@ -73,5 +73,6 @@ fn solve(
     let parameters =
         nearest_possible(&parameters, &covariance).map_or(parameters, |nearest| nearest.parameters);
     let values = values_of(&parameters)?;
-    Some((values, deviations(&parameters, &covariance, &directions)))
+    let deviations = deviations(&parameters, &covariance, scales, directions.unknown());
+    Some((values, deviations))
 }

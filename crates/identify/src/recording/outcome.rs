@@ -10,7 +10,7 @@ use super::history::history;
 use super::request::Request;
 use super::run::Run;
 use super::suspicion::suspicions;
-use crate::fit::{Fit, Options};
+use crate::fit::{Directions, Fit, Options};
 use crate::physical::nearest_possible;
 use crate::uncertainty::{HALF_WIDTH_95, deviations, identifiable};
 use crate::{IdentifyError, PayloadEstimate, Settings, Way};
@@ -201,6 +201,7 @@ pub(crate) fn conclude(
         damage: run.damage.clone(),
         settings: run.plan.settings.clone(),
     };
+    found.estimate.singular_values = Some(run.identifier.singular_values());
     let tool = request.known_tool.map(InertialParameters::from);
     if run.plan.least_squares && !interrupted {
         fit(&mut found, &run, tool.as_ref())?;
@@ -266,7 +267,9 @@ fn fit(
             ));
         }
     }
-    let deviations = deviations(&parameters, &fit.covariance, &fit.excitation);
+    let Directions { scales, .. } = &fit.excitation;
+    let unknown = fit.excitation.unknown();
+    let deviations = deviations(&parameters, &fit.covariance, scales, unknown);
     let estimate = &mut found.estimate;
     let payload = InertialParameters::from_vector(parameters);
     if let Some(body) = payload.mass_properties() {

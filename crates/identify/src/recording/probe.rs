@@ -6,7 +6,7 @@ use super::streams::{Aligned, Aligner, Event, Layout};
 use crate::equation::{Equation, Row};
 use crate::fit::{Fit, Options};
 use crate::front::Front;
-use crate::noise::{Channels, sizes};
+use crate::noise::{self, Channels};
 use crate::{IdentifyError, Sample, Settings, Way, window};
 
 /// How much of the recording is looked at, s.
@@ -206,7 +206,8 @@ fn power(equations: &[Equation], rows: impl Fn(&Equation) -> &Vec<Row>) -> f64 {
 /// sign of gravity is in doubt.
 fn coarse_delay_s(equations: &[Equation], stride_s: f64) -> Option<f64> {
     let reach = (LONGEST_DELAY_S / stride_s).ceil() as i64;
-    let sizes = sizes(equations, &Channels::of_a_wrench().kinds);
+    let mut sizes = [0.0; 6];
+    noise::sizes(equations, &Channels::of_a_wrench().kinds, &mut sizes);
     let at = |shift, gravity_off| misfit(equations, stride_s, shift, gravity_off, &sizes);
     let none = at(0, 0.0)?;
     if at(0, 2.0).is_some_and(|other| other < OTHER_GRAVITY * none) {

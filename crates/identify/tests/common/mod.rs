@@ -63,6 +63,8 @@ pub(crate) struct Experiment {
     pub(crate) in_turn: bool,
     pub(crate) duration_s: f64,
     pub(crate) step_s: f64,
+    /// From this time on another payload is held.
+    pub(crate) swap: Option<(f64, MassProperties)>,
 }
 
 impl Default for Experiment {
@@ -76,11 +78,17 @@ impl Default for Experiment {
             in_turn: false,
             duration_s: 5.0,
             step_s: 1e-3,
+            swap: None,
         }
     }
 }
 
 impl Experiment {
+    fn payload_at(&self, t: f64) -> InertialParameters {
+        let swapped = self.swap.filter(|(swap_s, _)| t >= *swap_s);
+        InertialParameters::from(swapped.map_or_else(payload, |(_, other)| other))
+    }
+
     pub(crate) fn robot(&self) -> Manipulator {
         Manipulator::from_urdf(&self.urdf, self.base).unwrap()
     }
@@ -118,7 +126,7 @@ impl Experiment {
     pub(crate) fn run(&self) -> Vec<Instant> {
         let robot = self.robot();
         let tool = robot.frame(TOOL).unwrap();
-        let whole = robot.with_payload(tool, &InertialParameters::from(payload()));
+        let mut whole = robot.with_payload(tool, &self.payload_at(0.0));
         let mut workspace = Workspace::new(&whole);
         let mut base = FrameMotion::at_rest(Isometry3::identity());
         let count = (self.duration_s / self.step_s).round() as usize;
@@ -126,6 +134,9 @@ impl Experiment {
         for k in 0..=count {
             let t = k as f64 * self.step_s;
             let [position, velocity, acceleration] = self.joints(t);
+            if self.swap.is_some() {
+                whole = robot.with_payload(tool, &self.payload_at(t));
+            }
             if self.base == BaseKind::Floating {
                 self.accelerate(&whole, &mut workspace, &mut base, t);
             } else {
@@ -145,7 +156,7 @@ impl Experiment {
                     acceleration: None,
                     angular_acceleration: None,
                 },
-                wrenches: self.finger_wrenches(&whole, &workspace),
+                wrenches: self.finger_wrenches(&whole, &workspace, t),
                 position,
                 velocity,
             });
@@ -158,11 +169,10 @@ impl Experiment {
 
     /// The wrench on the payload, as both fingers feel it: one force to the left, all else to the
     /// right, each in its own frame.
-    fn finger_wrenches(&self, robot: &Manipulator, workspace: &Workspace) -> Vec<Wrench> {
+    fn finger_wrenches(&self, robot: &Manipulator, workspace: &Workspace, t: f64) -> Vec<Wrench> {
         let tool = robot.frame(TOOL).unwrap();
         let motion = workspace.frame_motion(robot, tool).in_frame(&self.gravity);
-        let parameters = InertialParameters::from(payload());
-        let both = wrench_regressor(&motion) * parameters.as_vector();
+        let both = wrench_regressor(&motion) * self.payload_at(t).as_vector();
         let both = Wrench {
             force: both.fixed_rows::<3>(0).into(),
             moment: both.fixed_rows::<3>(3).into(),

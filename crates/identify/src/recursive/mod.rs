@@ -1,0 +1,184 @@
+//! Least squares online: windows in, parameters out, with their uncertainty.
+
+mod running;
+mod sums;
+
+use tactid_nlms::{ChangeDetector, ChangeSettings, SettingError};
+
+use self::running::RunningNoise;
+use self::sums::{Pair, Sums, Surprise};
+use crate::equation::Equation;
+use crate::fit::{cube_root, rare, weight};
+use crate::information::{Information, Matrix, Vector};
+use crate::noise::Channels;
+
+/// The first windows are kept. When there are so many, and at each doubling, their residuals tell the
+/// noise, and all are taken in anew with its weights.
+const FEWEST: usize = 8;
+/// The last time. As many windows after the estimate began, they are judged by it.
+const REHEARSED: usize = 32;
+
+/// An alarm so few windows after the estimate began may also be that the noise is larger than was known.
+const PROBATION: usize = 100;
+
+/// What lasts is judged by means over [ten windows](running), which are alike for 19.
+const SLOW_ALARM: ChangeSettings = ChangeSettings {
+    correlation_rows: 19.0,
+    ..ALARM
+};
+
+/// The alarm takes at least four windows, more than a single bump disturbs: each adds at most
+/// `(2 · 4 - 2) / 1.15` to a sum that must reach `ln(3e8 / 1.15)`. Squares of means over windows that
+/// overlap by two thirds are alike for 1.15 windows.
+const ALARM: ChangeSettings = ChangeSettings {
+    rows_between_false_alarms: 1e8,
+    correlation_rows: 1.15,
+    shift: 2.0,
+    growth: 2.0,
+    clip: 4.0,
+};
+
+/// Weighted least squares, recursive, without the bias that noise in the motion makes.
+///
+/// Rows are weighted by the noise that their own innovations show, whitened across channels. The
+/// triangle of all rows gives the least-squares solution to rounding; what the motion's noise adds to
+/// it is taken off as the differences show it, as in [`Fit`](crate::fit::Fit). A window that is rare
+/// pulls no harder than others; several in a row say that the payload has changed, and the estimate
+/// begins anew. Nothing is allocated after construction.
+#[derive(Clone, Debug)]
+pub(crate) struct Recursive {
+    sums: Sums,
+    noise: RunningNoise,
+    /// The first windows.
+    kept: Vec<Equation>,
+    windows: usize,
+    detector: ChangeDetector,
+    slow_detector: ChangeDetector,
+    /// Windows since the estimate began, or began anew.
+    since_start: usize,
+    rows: Vec<Pair>,
+    parameters: Vector,
+    information: Information,
+    covariance: Matrix,
+}
+
+impl Recursive {
+    pub(crate) fn new(channels: &Channels) -> Result<Self, SettingError> {
+        let count = channels.count();
+        Ok(Self {
+            sums: Sums::new(count),
+            noise: RunningNoise::new(channels),
+            kept: vec![Equation::new(count); REHEARSED],
+            windows: 0,
+            detector: ChangeDetector::new(ALARM)?,
+            slow_detector: ChangeDetector::new(SLOW_ALARM)?,
+            since_start: 0,
+            rows: vec![Pair::zeros(); count],
+            parameters: Vector::zeros(),
+            information: Information::none(),
+            covariance: Matrix::zeros(),
+        })
+    }
+
+    /// Takes a window in; true where it shows that the payload is another, and the estimate begins
+    /// anew.
+    pub(crate) fn update(&mut self, equation: &Equation) -> bool {
+        if let Some(place) = self.kept.get_mut(self.windows) {
+            place.copy_from(equation);
+        }
+        self.windows += 1;
+        self.since_start += 1;
+        let changed = if self.windows < FEWEST {
+            self.noise.begin(&self.kept[..self.windows]);
+            self.noise.whiten(equation, &mut self.rows);
+            self.sums.take(&self.rows, 1.0, &self.noise);
+            false
+        } else if self.windows <= REHEARSED && self.windows.is_power_of_two() {
+            self.rehearse();
+            false
+        } else {
+            self.judge(equation)
+        };
+        (self.parameters, self.information) = self.sums.solve();
+        let scores = self.sums.scores() * (self.noise.inflation() * self.noise.lasting());
+        self.covariance = self.information.sandwich(&scores);
+        changed
+    }
+
+    /// In the order of [`InertialParameters`](tactid_dynamics::InertialParameters).
+    pub(crate) fn parameters(&self) -> &Vector {
+        &self.parameters
+    }
+
+    /// Of the parameters, in the directions that are known; `None` before the noise is.
+    pub(crate) fn covariance(&self) -> Option<Matrix> {
+        (self.windows >= FEWEST).then_some(self.covariance)
+    }
+
+    /// What a unit of each parameter is, and the directions that are unknown, unit vectors in it.
+    pub(crate) fn unknown(&self) -> (Vector, impl Iterator<Item = Vector> + '_) {
+        let scales = self.sums.scales();
+        let unknown = self.information.unknown();
+        let scaled = unknown.map(move |direction| direction.component_div(&scales).normalize());
+        (scales, scaled)
+    }
+
+    /// Learns the noise from all windows that were kept, and takes them in with its weights.
+    fn rehearse(&mut self) {
+        let kept = &self.kept[..self.windows];
+        self.noise.learn(kept, &self.parameters, &mut self.rows);
+        self.sums.begin_anew();
+        for equation in kept {
+            self.noise.whiten(equation, &mut self.rows);
+            self.sums.take(&self.rows, 1.0, &self.noise);
+        }
+    }
+
+    fn judge(&mut self, equation: &Equation) -> bool {
+        self.noise.whiten(equation, &mut self.rows);
+        let surprise = self
+            .sums
+            .surprise(&self.rows, &self.parameters, &self.covariance);
+        // Else a window says more of the parameters than they of it.
+        let is_known = surprise.leverage < 1.0;
+        let is_settled = self.since_start > REHEARSED;
+        if is_known && is_settled && self.is_alarming(&surprise) {
+            self.begin_anew();
+            return true;
+        }
+        let weight = weight(surprise.distance, rare(self.rows.len()));
+        let used = if is_settled { weight } else { 1.0 };
+        self.sums.take(&self.rows, used, &self.noise);
+        if is_known {
+            let share = weight / (1.0 + surprise.leverage);
+            self.noise
+                .follow(equation, &self.parameters, &self.rows, share);
+        }
+        false
+    }
+
+    /// Another payload, unless the noise has grown.
+    fn begin_anew(&mut self) {
+        if self.since_start < PROBATION {
+            self.noise.grow();
+        }
+        self.sums.begin_anew();
+        self.detector.restart();
+        self.slow_detector.restart();
+        self.since_start = 0;
+    }
+
+    /// Whether the windows up to this one say that something has changed.
+    fn is_alarming(&mut self, surprise: &Surprise) -> bool {
+        let channels = self.rows.len();
+        let (mean, deviation) = cube_root(channels);
+        // Less than was expected is no sign of another payload.
+        let score = |distance: f64| {
+            let part = distance / (channels as f64 * self.noise.inflation());
+            ((part.cbrt() - mean) / deviation).max(0.0)
+        };
+        let sudden = self.detector.update(score(surprise.beyond_model));
+        let slow = self.slow_detector.update(score(self.noise.slow_distance()));
+        sudden.or(slow).is_some()
+    }
+}
