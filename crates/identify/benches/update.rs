@@ -1,6 +1,7 @@
 //! How long one sample takes, from measurements to estimate with uncertainty.
 
 #![allow(clippy::unwrap_used)]
+#![expect(clippy::print_stdout, reason = "a table is what it is for")]
 
 #[path = "../tests/common/mod.rs"]
 mod common;

@@ -105,3 +105,82 @@ impl Information {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng, rngs::SmallRng};
+
+    use super::*;
+
+    /// Products of forty random rows.
+    fn random(random: &mut SmallRng) -> Matrix {
+        let rows = SMatrix::<f64, 40, 10>::from_fn(|_, _| random.random_range(-1.0..1.0));
+        rows.tr_mul(&rows)
+    }
+
+    /// The triangle of random rows with columns of very different size, and the noise's part of them.
+    fn rows_and_noise(seed: u64, part: f64) -> (Matrix, Matrix) {
+        let mut generator = SmallRng::seed_from_u64(seed);
+        let scales = Vector::from_fn(|k, _| 10f64.powi(k as i32 % 4 * 2));
+        let scales = Matrix::from_diagonal(&scales);
+        let noise = scales * random(&mut generator) * scales * part;
+        let all = scales * random(&mut generator) * scales + noise;
+        (all.cholesky().unwrap().l().transpose(), noise)
+    }
+
+    /// Where everything is known, it is the plain inverse, whatever the columns' sizes.
+    #[test]
+    fn solves_without_the_noise() {
+        for seed in 0..50 {
+            let (root, noise) = rows_and_noise(seed, 0.1);
+            let information = Information::new(&root, &noise);
+            assert_eq!(information.unknown().count(), 0);
+            let matrix = root.tr_mul(&root) - noise;
+            let expected = Vector::from_fn(|k, _| (k as f64).sin());
+            let found = information.solve(&(matrix * expected));
+            assert!((found - expected).norm() < 1e-5, "{found}");
+            let covariance = information.sandwich(&matrix);
+            let unit = covariance * matrix;
+            assert!((unit - Matrix::identity()).norm() < 1e-3, "{unit}");
+        }
+    }
+
+    /// A direction without rows is found, as it is, and what does not lie in it is known nevertheless; of
+    /// one that is all noise, a direction that is nearly so.
+    #[test]
+    fn finds_what_is_unknown() {
+        for seed in 0..50 {
+            let mut generator = SmallRng::seed_from_u64(seed);
+            let direction = Vector::from_fn(|_, _| generator.random_range(-1.0..1.0)).normalize();
+            let without = Matrix::identity() - direction * direction.transpose();
+            let rows = without * random(&mut generator) * without;
+            for noise in [0.0, 1.0] {
+                let noise = direction * direction.transpose() * noise;
+                let all = rows + noise + Matrix::identity() * 1e-12;
+                let root = all.cholesky().unwrap().l().transpose();
+                let information = Information::new(&root, &noise);
+                let unknown: Vec<Vector> = information.unknown().collect();
+                assert_eq!(unknown.len(), 1);
+                let found = unknown[0].normalize();
+                let signal = (rows * found).dot(&found);
+                let whole = (all * found).dot(&found);
+                assert!(signal <= SIGNAL * whole, "{signal} of {whole}");
+                if noise == Matrix::zeros() {
+                    assert!(found.dot(&direction).abs() > 1.0 - 1e-6, "{found}");
+                    let truth = Vector::from_fn(|k, _| k as f64);
+                    let error = information.solve(&(rows * truth)) - truth;
+                    let across = error - direction * direction.dot(&error);
+                    assert!(across.norm() < 1e-4, "{across}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_known_moves_nothing() {
+        let none = Information::none();
+        assert_eq!(none.solve(&Vector::repeat(3.0)), Vector::zeros());
+        assert_eq!(none.sandwich(&Matrix::identity()), Matrix::zeros());
+        assert_eq!(none.unknown().count(), 10);
+    }
+}

@@ -102,3 +102,31 @@ pub(crate) fn identifiable(values: &[f64; 10], deviations: &[f64; 10]) -> [bool;
     }
     known
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng, rngs::SmallRng};
+
+    use super::*;
+
+    /// The derivatives are those of the values, by central differences at random bodies.
+    #[test]
+    fn jacobian_is_the_derivative() {
+        let mut random = SmallRng::seed_from_u64(1);
+        for _ in 0..100 {
+            let mut parameters = SVector::<f64, 10>::from_fn(|_, _| random.random_range(-1.0..1.0));
+            parameters[0] = random.random_range(0.5..2.0);
+            let jacobian = jacobian(&parameters).unwrap();
+            for k in 0..10 {
+                let at = |step: f64| {
+                    let mut moved = parameters;
+                    moved[k] += step;
+                    SVector::from(values_of(&moved).unwrap())
+                };
+                let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
+                assert!((slope - jacobian.column(k)).norm() < 1e-7, "{k}: {slope}");
+            }
+        }
+        assert!(super::jacobian(&SVector::zeros()).is_none());
+    }
+}

@@ -5,8 +5,47 @@
 mod common;
 
 use allocation_counter::measure;
-use common::{Experiment, identifier};
+use common::{Experiment, Noise, identifier, payload};
+use rand::{SeedableRng, rngs::SmallRng};
+use tactid_dynamics::MassProperties;
 use tactid_identify::{Settings, Way};
+
+/// Neither does what follows a change of payload: noise is learnt, the change is seen, all begins anew.
+#[test]
+fn another_payload_allocates_nothing() {
+    let experiment = Experiment {
+        swap: Some((
+            2.0,
+            MassProperties {
+                mass_kg: 60.0,
+                ..payload()
+            },
+        )),
+        ..Experiment::default()
+    };
+    let mut random = SmallRng::seed_from_u64(1);
+    let noise = Noise::part(0.01);
+    let instants: Vec<_> = experiment.run();
+    let noisy: Vec<_> = instants
+        .iter()
+        .map(|instant| noise.on(instant, &mut random))
+        .collect();
+    for way in [Way::Tactile, Way::Combined { effort: false }] {
+        let settings = Settings {
+            way,
+            ..Settings::least_squares()
+        };
+        let mut identifier = identifier(&experiment, settings);
+        let allocations = measure(|| {
+            for instant in &noisy {
+                identifier.push(&instant.sample()).unwrap();
+                identifier.estimate();
+            }
+        });
+        assert_eq!(identifier.estimate().changes, 1);
+        assert_eq!(allocations.count_total, 0);
+    }
+}
 
 /// Neither a sample nor a question allocates, in either way and with either estimator.
 #[test]

@@ -24,18 +24,20 @@ const PROBATION: usize = 100;
 /// What lasts is judged by means over [ten windows](running), which are alike for 19.
 const SLOW_ALARM: ChangeSettings = ChangeSettings {
     correlation_rows: 19.0,
+    shift: 3.0,
     ..ALARM
 };
 
 /// The alarm takes at least four windows, more than a single bump disturbs: each adds at most
-/// `(2 · 4 - 2) / 1.15` to a sum that must reach `ln(3e8 / 1.15)`. Squares of means over windows that
-/// overlap by two thirds are alike for 1.15 windows.
+/// `(4 · 3.5 - 8) / 1.15` to a sum that must reach `ln(3e8 / 1.15)`. Squares of means over windows that
+/// overlap by two thirds are alike for 1.15 windows. Two deviations more than the noise was known to
+/// have are let pass: noise may grow with the motion.
 const ALARM: ChangeSettings = ChangeSettings {
     rows_between_false_alarms: 1e8,
     correlation_rows: 1.15,
-    shift: 2.0,
-    growth: 2.0,
-    clip: 4.0,
+    shift: 4.0,
+    growth: 6.0,
+    clip: 3.5,
 };
 
 /// Weighted least squares, recursive, without the bias that noise in the motion makes.

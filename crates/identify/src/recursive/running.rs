@@ -47,6 +47,8 @@ pub(crate) struct RunningNoise {
     /// Mean squares of the slow residuals, and of all.
     slow_square: f64,
     square: f64,
+    /// Slowly following the mean square of what is predicted.
+    slow_load: f64,
 }
 
 /// What a channel's whitened residuals were.
@@ -58,8 +60,6 @@ struct Memory {
     products: [f64; 3],
     /// Slowly following them.
     slow: f64,
-    /// The same of the square of what was predicted.
-    slow_load: f64,
 }
 
 impl Memory {
@@ -68,17 +68,15 @@ impl Memory {
         last: [0.0; 2],
         products: [1.0, 0.5 * (NOISE_CORRELATION - 1.0), 0.0],
         slow: 0.0,
-        slow_load: 0.0,
     };
 
-    fn follow(&mut self, residual: f64, predicted: f64, share: f64) {
+    fn follow(&mut self, residual: f64, share: f64) {
         let others = [residual, self.last[0], self.last[1]];
         for (product, other) in self.products.iter_mut().zip(others) {
             *product += share * (residual * other - *product);
         }
         self.last = [residual, self.last[0]];
         self.slow += FOLLOW * (residual - self.slow);
-        self.slow_load += FOLLOW * (predicted * predicted - self.slow_load);
     }
 
     /// With the last window and the one before, such that noise has some power at every frequency.
@@ -112,6 +110,7 @@ impl RunningNoise {
             memories: vec![Memory::WHITE; count],
             slow_square: WHITE_SLOW,
             square: 1.0,
+            slow_load: 0.0,
         }
     }
 
@@ -174,11 +173,8 @@ impl RunningNoise {
 
     /// The sum of the squares of the channels' slow residuals, over their variance and that of the model.
     pub(crate) fn slow_distance(&self) -> f64 {
-        let parts = self.memories.iter().map(|memory| {
-            let model = MODEL * MODEL * memory.slow_load;
-            memory.slow * memory.slow / (self.slow_square + model)
-        });
-        parts.sum()
+        let squares = self.memories.iter().map(|memory| memory.slow.powi(2));
+        squares.sum::<f64>() / (self.slow_square + MODEL * MODEL * self.slow_load)
     }
 
     /// By how much variances in its units are larger than one, as it is itself an estimate.
@@ -220,16 +216,68 @@ impl RunningNoise {
     /// How a window's residuals go with those before them.
     fn remember(&mut self, parameters: &Vector, rows: &[Pair], weight: f64, before: f64) {
         let share = 1.0 / (before + PRIOR);
-        let (mut slow_square, mut square) = (0.0, 0.0);
+        let (mut slow_square, mut square, mut load) = (0.0, 0.0, 0.0);
         for (memory, row) in self.memories.iter_mut().zip(rows) {
             let predicted = row.fixed_rows::<10>(0).dot(parameters);
             let residual = row[10] - predicted;
-            memory.follow(weight.sqrt() * residual, predicted, share);
+            memory.follow(weight.sqrt() * residual, share);
+            load += predicted * predicted;
             slow_square += memory.slow * memory.slow;
             square += weight * residual * residual;
         }
         let channels = rows.len() as f64;
         self.slow_square += share * (slow_square / channels - self.slow_square);
         self.square += share * (square / channels - self.square);
+        self.slow_load += FOLLOW * (load / channels - self.slow_load);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng, rngs::SmallRng};
+    use rand_distr::StandardNormal;
+
+    use super::*;
+
+    /// Of white noise it is that of overlapping windows; of its differences it is so negative that next
+    /// to no power is left for what is slow, but some.
+    #[test]
+    fn correlation_of_noise_and_of_its_differences() {
+        let mut random = SmallRng::seed_from_u64(1);
+        let mut draw = || -> f64 { random.sample(StandardNormal) };
+        let white: Vec<f64> = (0..4000).map(|_| draw()).collect();
+        let remember = |residuals: &mut dyn Iterator<Item = f64>| {
+            let mut memory = Memory::WHITE;
+            for (k, residual) in residuals.enumerate() {
+                memory.follow(residual, 1.0 / (k as f64 + PRIOR));
+            }
+            memory.correlation()
+        };
+        let [next, second] = remember(&mut white.iter().copied());
+        assert!(next.abs() < 0.05 && second.abs() < 0.05, "{next} {second}");
+        let [next, second] = remember(&mut white.windows(2).map(|pair| pair[1] - pair[0]));
+        assert!((next + 0.46).abs() < 0.03, "{next}");
+        let slow = 1.0 + 2.0 * next + 2.0 * second;
+        assert!((LEAST - 1e-9..0.1).contains(&slow), "{slow}");
+    }
+
+    /// Whatever the products, the density is positive at every frequency.
+    #[test]
+    fn every_frequency_has_power() {
+        let mut random = SmallRng::seed_from_u64(2);
+        for _ in 0..1000 {
+            let mut memory = Memory::WHITE;
+            memory.products = [
+                1.0,
+                random.random_range(-1.0..1.0),
+                random.random_range(-1.0..1.0),
+            ];
+            let [next, second] = memory.correlation();
+            for k in 0..=100 {
+                let angle = std::f64::consts::PI * f64::from(k) / 100.0;
+                let density = 1.0 + 2.0 * next * angle.cos() + 2.0 * second * (2.0 * angle).cos();
+                assert!(density > LEAST - 1e-9, "{density}");
+            }
+        }
     }
 }

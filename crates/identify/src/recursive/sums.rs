@@ -10,7 +10,8 @@ use crate::window::NOISE_CORRELATION;
 /// A row with its wanted value, then its half-difference with its own: noise alone, as large.
 pub(crate) type Pair = SVector<f64, 22>;
 
-/// What a robot's model explains but for this part of it is no sign of another payload.
+/// What is explained but for this part of the load, its rms over all channels, is no sign of another
+/// payload: the model of a robot and its sensors may be as wrong.
 pub(crate) const MODEL: f64 = 0.03;
 
 /// What a window departs from what was known before it.
@@ -102,22 +103,27 @@ impl Sums {
         parameters: &Vector,
         covariance: &Matrix,
     ) -> Surprise {
+        let channels = rows.len() as f64;
+        let split = |row: &Pair| {
+            let entries = row.fixed_rows::<10>(0).into_owned();
+            (entries, entries.dot(parameters))
+        };
+        let load: f64 = rows.iter().map(|row| split(row).1.powi(2)).sum();
+        let model = MODEL * MODEL * load / channels;
         let mut surprise = Surprise {
             distance: 0.0,
             beyond_model: 0.0,
             leverage: 0.0,
         };
         for row in rows {
-            let entries = row.fixed_rows::<10>(0).into_owned();
-            let predicted = entries.dot(parameters);
+            let (entries, predicted) = split(row);
             let square = (row[10] - predicted).powi(2);
             // The triangle alone tells of a direction that no row has had yet.
             let known = (covariance * entries).dot(&entries);
             let leverage = known.max(NOISE_CORRELATION * self.rls.leverage(&entries));
-            let model = (MODEL * predicted).powi(2);
             surprise.distance += square / (1.0 + leverage);
             surprise.beyond_model += square / (1.0 + leverage + model);
-            surprise.leverage += leverage / rows.len() as f64;
+            surprise.leverage += leverage / channels;
         }
         surprise
     }

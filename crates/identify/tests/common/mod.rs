@@ -6,6 +6,8 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use rand::{RngExt, rngs::SmallRng};
+use rand_distr::StandardNormal;
 use tactid_dynamics::{
     BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, MassProperties, Workspace,
     Wrench, base_acceleration, motion, wrench_regressor,
@@ -49,6 +51,47 @@ impl Instant {
             joint_effort: &[],
             wrenches: &self.wrenches,
         }
+    }
+}
+
+/// Deviations of white noise on every sample.
+#[derive(Clone, Copy)]
+pub(crate) struct Noise {
+    /// Of joint angles, rad, and their rates, rad/s.
+    pub(crate) joints: [f64; 2],
+    /// Of the base's linear and angular velocity, m/s and rad/s.
+    pub(crate) base: [f64; 2],
+    /// Of each finger's force and moment, N and N m.
+    pub(crate) wrench: [f64; 2],
+}
+
+impl Noise {
+    /// A part of what the experiment's channels reach.
+    pub(crate) fn part(part: f64) -> Self {
+        Self {
+            joints: [0.3 * part, 0.5 * part],
+            base: [0.3 * part, 0.3 * part],
+            wrench: [300.0 * part, 30.0 * part],
+        }
+    }
+
+    pub(crate) fn on(&self, instant: &Instant, random: &mut SmallRng) -> Instant {
+        let mut draw = |deviation: f64| -> f64 {
+            let normal: f64 = random.sample(StandardNormal);
+            deviation * normal
+        };
+        let mut noisy = instant.clone();
+        for k in 0..noisy.position.len() {
+            noisy.position[k] += draw(self.joints[0]);
+            noisy.velocity[k] += draw(self.joints[1]);
+        }
+        noisy.base.velocity += Vector3::from_fn(|_, _| draw(self.base[0]));
+        noisy.base.angular_velocity += Vector3::from_fn(|_, _| draw(self.base[1]));
+        for wrench in &mut noisy.wrenches {
+            wrench.force += Vector3::from_fn(|_, _| draw(self.wrench[0]));
+            wrench.moment += Vector3::from_fn(|_, _| draw(self.wrench[1]));
+        }
+        noisy
     }
 }
 
