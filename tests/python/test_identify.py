@@ -90,12 +90,10 @@ def test_the_same_seed_gives_the_same_log(tmp_path: Path) -> None:
     assert logs[0] != logs[2]
 
 
-def test_online_identifier_on_a_known_motion(
-    robot: tactid.Manipulator, rng: np.random.Generator
-) -> None:
-    """A payload that inverse dynamics carries through a smooth motion is found from its wrench."""
-    payload = tactid.MassProperties(7.0, [0.1, -0.2, 0.3], np.diag([0.4, 0.5, 0.6]))
-    time = np.arange(0, 4, 1e-3)
+def carried(
+    robot: tactid.Manipulator, time: np.ndarray, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Joints in a smooth motion, their rates, and the regressor of the wrench at the tool."""
     w, phase = rng.uniform(0.5, 2, (2, robot.dof))
     w[6:] = 0  # the fingers stay where they are
     angle = np.outer(time, w) + phase
@@ -107,7 +105,17 @@ def test_online_identifier_on_a_known_motion(
         return np.einsum("nij,nj->ni", back, vectors)
 
     vectors = (m.acceleration, m.angular_velocity, m.angular_acceleration)
-    wrench = tactid.wrench_regressor(*map(in_tool, vectors)) @ payload.parameters
+    return q, qd, tactid.wrench_regressor(*map(in_tool, vectors))
+
+
+def test_online_identifier_on_a_known_motion(
+    robot: tactid.Manipulator, rng: np.random.Generator
+) -> None:
+    """A payload that inverse dynamics carries through a smooth motion is found from its wrench."""
+    payload = tactid.MassProperties(7.0, [0.1, -0.2, 0.3], np.diag([0.4, 0.5, 0.6]))
+    time = np.arange(0, 4, 1e-3)
+    q, qd, regressor = carried(robot, time, rng)
+    wrench = regressor @ payload.parameters
     identifier = tactid.Identifier(robot, "tool0", ["tool0"], estimator="rls")
     assert identifier.estimate().not_identifiable == tactid.VALUE_NAMES
     assert identifier.push(time[0], q[0], qd[0], wrench[0, None]) == 0
@@ -120,6 +128,35 @@ def test_online_identifier_on_a_known_motion(
     identifier.rewind()
     assert identifier.push(time, q, qd, wrench[:, None]) == len(time) - 1
     assert identifier.estimate().refused == 0
+
+
+def test_online_estimates_know_their_uncertainty_and_see_another_payload(
+    robot: tactid.Manipulator, rng: np.random.Generator
+) -> None:
+    """7 kg become 4 kg at 4 s, under noise of 0.01 N and 0.002 N m."""
+    bodies = [
+        tactid.MassProperties(7.0, [0.1, -0.2, 0.3], np.diag([0.4, 0.5, 0.6])),
+        tactid.MassProperties(4.0, [0.0, 0.1, 0.2], np.diag([0.3, 0.4, 0.2])),
+    ]
+    time = np.arange(0, 8, 1e-3)
+    q, qd, regressor = carried(robot, time, rng)
+    wrench = np.where(time[:, None] < 4, *(regressor @ body.parameters for body in bodies))
+    wrench += np.repeat([0.01, 0.002], 3) * rng.standard_normal(wrench.shape)
+    identifier = tactid.Identifier(robot, "tool0", ["tool0"])
+    for body, rows, changes in zip(bodies, np.split(np.arange(8000), 2), (0, 1), strict=True):
+        assert identifier.push(time[rows], q[rows], qd[rows], wrench[rows, None]) >= 3999
+        estimate = identifier.estimate()
+        assert estimate.changes == changes
+        assert estimate.is_physical
+        covariance = identifier.covariance()
+        assert covariance is not None
+        np.testing.assert_allclose(np.sqrt(covariance[0, 0]), estimate.deviations[0])
+        error = estimate.body.parameters - body.parameters
+        # Ten squares over their variances are within 30 in all but a thousandth of all cases.
+        assert error @ np.linalg.solve(covariance, error) < 30
+        np.testing.assert_allclose(estimate.body.parameters, body.parameters, atol=0.01)
+    assert 4 < estimate.since < 4.2
+    assert np.isnan(estimate.mass_singular_values).all()
 
 
 def test_what_cannot_be_identified_is_refused(robot: tactid.Manipulator, urdf: str) -> None:

@@ -55,17 +55,19 @@ impl PayloadEstimate {
     }
 
     /// How strongly the motion excited mass and centre of mass: rms singular values of the rows of equation
-    /// (48), descending, (4,), m/s².
+    /// (48), descending, (4,), m/s²; NaN for least squares online, whose deviations say more.
     #[getter]
     fn mass_singular_values<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        output(py, self.0.singular_values.mass.to_vec(), None, &[4])
+        let mass = self.0.singular_values.map_or([f64::NAN; 4], |s| s.mass);
+        output(py, mass.to_vec(), None, &[4])
     }
 
     /// How strongly the motion excited the inertia: rms singular values of the rows of equation (46),
-    /// descending, (6,), rad/s².
+    /// descending, (6,), rad/s²; NaN for least squares online.
     #[getter]
     fn inertia_singular_values<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        output(py, self.0.singular_values.inertia.to_vec(), None, &[6])
+        let inertia = self.0.singular_values.map_or([f64::NAN; 6], |s| s.inertia);
+        output(py, inertia.to_vec(), None, &[6])
     }
 
     /// Whether a body with these parameters can exist, within 1 % of its largest principal moment: a plate,
@@ -79,6 +81,18 @@ impl PayloadEstimate {
     #[getter]
     fn intervals(&self) -> u64 {
         self.0.intervals
+    }
+
+    /// How often least squares online saw that the payload is another than before.
+    #[getter]
+    fn changes(&self) -> u64 {
+        self.0.changes
+    }
+
+    /// From when on the estimate is made, on the samples' clock, s: the last change, or minus infinity.
+    #[getter]
+    fn since(&self) -> f64 {
+        self.0.since_s
     }
 
     /// Samples refused: not finite, or not later than the one before.
