@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -type f \
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
-.PHONY: help demo test test-rust test-python lint bench study coverage bench-hour clean tools
+.PHONY: help demo test test-rust test-python lint bench study coverage bench-hour bench-swap bench-update clean tools
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -41,6 +41,12 @@ coverage: $(VENV)/installed ## how often 95 % intervals hold the truth, 2000 run
 
 bench-hour: $(VENV)/installed ## seconds and memory for a log of one hour at 1 kHz, which is simulated first
 	$(BIN)/python bench/hour.py
+
+bench-swap: $(VENV)/installed ## how soon the online identifier sees another payload, and how well it knows it then
+	$(BIN)/python bench/swap.py
+
+bench-update: tools ## microseconds of one online update, from a sample to the estimate with its uncertainty
+	cargo bench --locked -p tactid-identify --bench update
 
 clean: ## remove all that was built
 	rm -rf $(VENV) target demo study.png
