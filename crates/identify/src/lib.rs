@@ -27,12 +27,15 @@ mod error;
 mod estimate;
 mod excitation;
 mod fit;
+mod forecast;
 mod front;
+mod gram;
 mod identifier;
 mod method;
 mod model;
 mod noise;
 mod physical;
+mod principal;
 mod recent;
 mod recording;
 mod sample;
@@ -45,6 +48,7 @@ pub use error::IdentifyError;
 pub use estimate::{PayloadEstimate, VALUE_NAMES};
 pub use excitation::SingularValues;
 pub use identifier::{Identifier, Pushed};
+pub use principal::PrincipalMoments;
 pub use recording::{
     ActsOn, Clock, Dirt, FitReport, HistoryPoint, Identification, Progress, Request, Topics,
     identify_log, identify_samples, write_estimates,

@@ -1,6 +1,6 @@
 //! What the covariance of the linear parameters says of mass, centre of mass and inertia.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{RowSVector, SMatrix, SVector};
 use tactid_dynamics::InertialParameters;
 
 use crate::estimate::{KINDS, values};
@@ -51,36 +51,46 @@ pub(crate) fn deviations(
     let Some(jacobian) = jacobian(parameters) else {
         return [f64::INFINITY; 10];
     };
-    let variances = jacobian * covariance * jacobian.transpose();
-    let mut scaled = jacobian;
-    for (mut column, scale) in scaled.column_iter_mut().zip(&directions.scales) {
-        column *= *scale;
+    std::array::from_fn(|k| deviation(&jacobian.row(k).into(), covariance, directions))
+}
+
+/// Standard deviation of a quantity with these derivatives after the parameters; infinite where the
+/// motion did not determine it.
+pub(crate) fn deviation(
+    slope: &RowSVector<f64, 10>,
+    covariance: &SMatrix<f64, 10, 10>,
+    directions: &Directions,
+) -> f64 {
+    let scaled = slope.component_mul(&directions.scales.transpose());
+    let unknown: f64 = directions
+        .unknown()
+        .map(|direction| (scaled * direction)[0].powi(2))
+        .sum();
+    if unknown > SHARE * scaled.norm_squared() {
+        f64::INFINITY
+    } else {
+        (slope * covariance * slope.transpose())[0].max(0.0).sqrt()
     }
-    std::array::from_fn(|k| {
-        let row = scaled.row(k);
-        let unknown: f64 = directions
-            .unknown()
-            .map(|direction| (row * direction)[0].powi(2))
-            .sum();
-        if unknown > SHARE * row.norm_squared() {
-            f64::INFINITY
-        } else {
-            variances[(k, k)].max(0.0).sqrt()
-        }
-    })
 }
 
 /// A value counts as identifiable when its 95 % interval is narrower than the largest of its kind.
 pub(crate) fn identifiable(values: &[f64; 10], deviations: &[f64; 10]) -> [bool; 10] {
     let mut known = [false; 10];
-    for kind in KINDS {
-        let largest = values[kind.clone()]
-            .iter()
-            .fold(0.0f64, |a, b| a.max(b.abs()));
-        for k in kind {
-            let half_width = HALF_WIDTH_95 * deviations[k];
-            known[k] = half_width < largest || half_width == 0.0;
-        }
+    let largest = largest_of_kind(values);
+    for k in 0..10 {
+        let half_width = HALF_WIDTH_95 * deviations[k];
+        known[k] = half_width < largest[k] || half_width == 0.0;
     }
     known
+}
+
+/// For each value the largest of its kind, of mass, centre of mass and inertia: what its interval is
+/// compared with. Many a value is zero by symmetry, and no part of zero is a measure.
+pub(crate) fn largest_of_kind(values: &[f64; 10]) -> [f64; 10] {
+    let mut largest = [0.0; 10];
+    for kind in KINDS {
+        let of_kind = values[kind.clone()].iter();
+        largest[kind].fill(of_kind.fold(0.0, |a, b| f64::max(a, b.abs())));
+    }
+    largest
 }

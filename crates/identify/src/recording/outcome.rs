@@ -11,9 +11,10 @@ use super::request::Request;
 use super::run::Run;
 use super::suspicion::suspicions;
 use crate::fit::{Fit, Options};
+use crate::forecast::Forecast;
 use crate::physical::nearest_possible;
 use crate::uncertainty::{HALF_WIDTH_95, deviations, identifiable};
-use crate::{IdentifyError, PayloadEstimate, Settings, Way};
+use crate::{IdentifyError, PayloadEstimate, PrincipalMoments, Settings, Way};
 
 /// The check on what a fit has not seen leaves out every so many parts of the recording.
 const HELD_OUT_PARTS: usize = 25;
@@ -81,6 +82,8 @@ pub struct FitReport {
 pub struct Identification {
     /// At the end of the recording.
     pub estimate: PayloadEstimate,
+    /// Of the payload; `None` where its mass is zero.
+    pub principal_moments: Option<PrincipalMoments>,
     /// The estimate over time.
     pub history: Vec<HistoryPoint>,
     /// For least squares: how well it fits.
@@ -109,6 +112,24 @@ pub struct Identification {
     pub interrupted: bool,
     /// Where the log could not be read further, and why.
     pub damage: Vec<String>,
+    pub(crate) forecast: Option<Forecast>,
+}
+
+impl Identification {
+    /// How much longer the motion must go on until half of each value's 95 % interval is `within` (0.01
+    /// for 1 %) times the largest value of its kind (mass, centre of mass, inertia), in the order of
+    /// [`VALUE_NAMES`](crate::VALUE_NAMES), s. Zero where it is so already, infinite where the motion
+    /// does not determine the value; `None` for the paper's filter, which knows of no intervals.
+    ///
+    /// Information grows in proportion to the time of a motion: it is taken to grow on as it did in the
+    /// second half of the windows. What the model has wrong (a sign, a frame, friction) is a bias,
+    /// which no time takes away.
+    #[must_use]
+    pub fn remaining_s(&self, within: f64) -> Option<[f64; 10]> {
+        let deviations = self.estimate.deviations?;
+        let forecast = self.forecast.as_ref()?;
+        Some(forecast.remaining_s(&self.estimate.values(), &deviations, within))
+    }
 }
 
 /// How far the reading has come.
@@ -186,8 +207,10 @@ pub(crate) fn conclude(
 ) -> Result<Identification, IdentifyError> {
     let mut found = Identification {
         estimate: run.identifier.estimate(),
+        principal_moments: None,
         history: Vec::new(),
         fit: None,
+        forecast: None,
         duration_s: run.duration_s(),
         start_ns: origin.start_ns,
         gravity: run.gravity(),
@@ -209,6 +232,7 @@ pub(crate) fn conclude(
         if let Some(tool) = &tool {
             found.estimate.body = crate::estimate::without(&found.estimate.body, tool);
         }
+        found.principal_moments = PrincipalMoments::of(&found.estimate.body.into());
     }
     Ok(found)
 }
@@ -278,6 +302,8 @@ fn fit(
     estimate.identifiable = identifiable(&estimate.values(), &deviations);
     estimate.deviations = Some(deviations);
     estimate.is_physical = crate::identifier::is_physical(&estimate.body);
+    found.principal_moments =
+        PrincipalMoments::with_deviations(&parameters, &fit.covariance, &fit.excitation);
     found.history = history(equations, &fit, &known);
     let suspect = suspicions(
         equations,
@@ -293,10 +319,12 @@ fn fit(
             equations.len()
         ));
     }
-    found.fit = Some(FitReport {
+    let told = FitReport {
         advice: advice(&found.estimate.identifiable),
         ..report(run, &fit)
-    });
+    };
+    found.forecast = Forecast::new(equations, &fit, &parameters, told.stride_s);
+    found.fit = Some(told);
     Ok(())
 }
 

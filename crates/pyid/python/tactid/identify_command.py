@@ -134,12 +134,21 @@ def identify(
         Path | None, _panel(RESULTS, "A JSON file with all time series to write.", "--result")
     ] = None,
     report: Annotated[Path | None, _panel(RESULTS, "An HTML file to write, with plots.")] = None,
+    within: Annotated[
+        str,
+        _panel(
+            RESULTS,
+            "The precision for which the time left is told: half of each 95 % interval in percent"
+            " of the largest value of its kind.",
+        ),
+    ] = "1%",
     estimates: Annotated[
         Path | None,
         _panel(RESULTS, "An .mcap file to write, with the estimate over time (InertiaStamped)."),
     ] = None,
 ) -> None:
     """Identifies the payload from a recording."""
+    precision = _percent("--within", within)
     with interruptible("no result"), progress("identifying") as done:
         found = tactid.identify(
             log,
@@ -163,34 +172,34 @@ def identify(
             effort_gain=[] if effort_gain is None else _numbers("--effort-gain", effort_gain),
             progress=done,
         )
-    _print(log, found, Form.JSON if as_json else form)
+    _print(log, found, Form.JSON if as_json else form, precision)
     with interruptible("some of the files were not written"):
-        _write(log, found, result_file, report, estimates)
+        _write(log, found, result_file, report, estimates, precision)
 
 
-def _print(log: Path, found: tactid.Identification, form: Form) -> None:
+def _print(log: Path, found: tactid.Identification, form: Form, within: float) -> None:
     for damage in found.damage:
         notes.print(f"tactid: note: {damage}; what stands before was used", style="yellow")
     values = result.estimate_values(found)
     if form is Form.JSON:
-        sys.stdout.write(result.to_json(_record(log, found)))
+        sys.stdout.write(result.to_json(_record(log, found, within)))
         return
     if form is not Form.TABLE:
         sys.stdout.write(FORMS[form](values, found.tool).rstrip() + "\n")
     else:
         truth = result.read_truth(tactid.info(log))
-        errors = None if truth is None else truth.errors_percent(values)
-        half_widths = result.half_widths(found) if found.stride > 0 else None
-        column = table.Column(found.estimator, values, errors, half_widths)
-        Console().print(table.rich_table([column], truth))
+        Console().print(table.rich_table([table.Column.of(found, truth)], truth))
     for line in result.facts(found):
         notes.print(line)
+    outlook = result.outlook(found, within)
+    if outlook is not None:
+        notes.print(outlook)
     for remark in result.recording_remarks(found):
         notes.print(remark)
 
 
-def _record(log: Path, found: tactid.Identification) -> dict[str, object]:
-    record = result.record(found)
+def _record(log: Path, found: tactid.Identification, within: float) -> dict[str, object]:
+    record = result.record(found, within)
     record["diagnostics"] |= result.read_checks(tactid.info(log))
     return record
 
@@ -201,15 +210,16 @@ def _write(
     result_file: Path | None,
     report: Path | None,
     estimates: Path | None,
+    within: float,
 ) -> None:
     if result_file is not None:
-        record = _record(log, found) | {"series": result.series(found)}
+        record = _record(log, found, within) | {"series": result.series(found)}
         result.write_atomically(result_file, result.to_json(record))
     if report is not None:
         from tactid import recording_report  # with matplotlib, which takes a while to load
 
         with notes.status("drawing"):
-            recording_report.write_report(found, log.name, report)
+            recording_report.write_report(found, log.name, report, within)
     if estimates is not None:
         with result.atomic_path(estimates) as path:
             found.write_estimates(path)
@@ -242,3 +252,14 @@ def _numbers(option: str, text: str, count: int | None = None) -> list[float]:
         many = "numbers" if count is None else f"{count} number{'s' if count > 1 else ''}"
         raise ArgumentError(f"{option} is {text!r}: expected {many}, separated by commas")
     return numbers
+
+
+def _percent(option: str, text: str) -> float:
+    """A part of one, from a number in percent, with its sign or without."""
+    try:
+        percent = float(text.strip().removesuffix("%"))
+    except ValueError:
+        percent = 0.0
+    if not 0 < percent < float("inf"):
+        raise ArgumentError(f"{option} is {text!r}: expected a positive percentage, such as 1%")
+    return percent / 100

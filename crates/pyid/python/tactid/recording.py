@@ -85,6 +85,17 @@ class Recording(Found, Protocol):
         """Standard deviation of each of the ten values, infinite where unknown, (10,)."""
 
     @property
+    def principal_moments(self) -> Array:
+        """Of inertia about the centre of mass, ascending, (3,)."""
+
+    @property
+    def principal_moment_deviation(self) -> Array:
+        """Their standard deviations, infinite where unknown, (3,)."""
+
+    def remaining(self, within: float) -> Array:
+        """How much longer the motion must go on for each of the ten values, s, (10,)."""
+
+    @property
     def start_ns(self) -> int:
         """The stamp of time 0, ns."""
 
