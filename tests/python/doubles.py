@@ -77,6 +77,9 @@ class RecordingDouble:
     delay: float = 0.0123
     delay_estimate: float | None = 0.0123
     delay_deviation: float | None = 0.0004
+    known_mass: float | None = None
+    known_mass_deviation: float | None = None
+    bounding_box: Array | None = None
     clock: str = "stamps"
     dirt: Sequence[tuple[str, str, int, float]] = ()
     gravity: Array = field(default_factory=GRAVITY.copy)

@@ -32,7 +32,7 @@ impl Forecast {
         stride_s: f64,
     ) -> Option<Self> {
         let middle = equations.len() / 2;
-        let (mut whole, mut second) = (Gram::new(fit), Gram::new(fit));
+        let (mut whole, mut second) = (Gram::with_knowledge(fit), Gram::without_windows(fit));
         for (window, equation) in equations.iter().enumerate() {
             whole.add(equation, window);
             if window >= middle {

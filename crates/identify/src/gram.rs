@@ -14,8 +14,19 @@ pub(crate) struct Gram<'a> {
 }
 
 impl<'a> Gram<'a> {
-    /// Without any window.
-    pub(crate) fn new(fit: &'a Fit) -> Self {
+    /// With what is known besides all windows.
+    pub(crate) fn with_knowledge(fit: &'a Fit) -> Self {
+        let mut gram = Self::without_windows(fit);
+        if let Some(mass) = fit.mass {
+            let scale = fit.excitation.scales[0];
+            gram.information[(0, 0)] = mass.information() * scale.powi(2);
+            gram.target[0] = mass.information() * scale * mass.mass_kg;
+        }
+        gram
+    }
+
+    /// To tell what windows add.
+    pub(crate) fn without_windows(fit: &'a Fit) -> Self {
         Self {
             fit,
             information: SMatrix::zeros(),

@@ -31,6 +31,7 @@ mod forecast;
 mod front;
 mod gram;
 mod identifier;
+mod knowledge;
 mod method;
 mod model;
 mod noise;
@@ -48,6 +49,7 @@ pub use error::IdentifyError;
 pub use estimate::{PayloadEstimate, VALUE_NAMES};
 pub use excitation::SingularValues;
 pub use identifier::{Identifier, Pushed};
+pub use knowledge::{BoundingBox, KnownMass};
 pub use principal::PrincipalMoments;
 pub use recording::{
     ActsOn, Clock, Dirt, FitReport, HistoryPoint, Identification, Progress, Request, Topics,

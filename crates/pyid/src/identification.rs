@@ -268,6 +268,27 @@ impl Identification {
         self.0.estimated_delay.map(|delay| delay.1)
     }
 
+    /// The payload's mass as it was given, kg; None where it was not.
+    #[getter]
+    fn known_mass(&self) -> Option<f64> {
+        self.0.known_mass.map(|mass| mass.mass_kg)
+    }
+
+    /// Its standard deviation, kg, 0 for an exact mass; None where no mass was given.
+    #[getter]
+    fn known_mass_deviation(&self) -> Option<f64> {
+        self.0.known_mass.map(|mass| mass.deviation_kg)
+    }
+
+    /// Least and largest corner of the box that was given, in the tool frame, (2, 3), m; None where it was not.
+    #[getter]
+    fn bounding_box<'py>(&self, py: Python<'py>) -> PyResult<Option<Array<'py>>> {
+        let corners = self.0.bounding_box.map(|given| [given.min, given.max]);
+        let told = corners.map(|both| both.iter().flatten().copied().collect());
+        told.map(|corners| output(py, corners, None, &[2, 3]))
+            .transpose()
+    }
+
     /// ``"stamps"`` of the headers, or ``"log times"`` where there are none.
     #[getter]
     fn clock(&self) -> &'static str {

@@ -3,6 +3,7 @@
 use nalgebra::{SMatrix, SVector, SymmetricEigen};
 
 use super::outcome::HistoryPoint;
+use crate::BoundingBox;
 use crate::equation::Equation;
 use crate::fit::{self, Directions, Fit};
 use crate::gram::Gram;
@@ -19,17 +20,18 @@ pub(crate) fn history(
     equations: &[Equation],
     fit: &Fit,
     known: &SVector<f64, 10>,
+    bounding_box: Option<&BoundingBox>,
 ) -> Vec<HistoryPoint> {
     let scales = fit.excitation.scales;
     let every = equations.len().div_ceil(POINTS).max(1);
-    let mut gram = Gram::new(fit);
+    let mut gram = Gram::with_knowledge(fit);
     let mut points = Vec::new();
     for (k, equation) in equations.iter().enumerate() {
         gram.add(equation, k);
         if k % every != every - 1 && k + 1 != equations.len() {
             continue;
         }
-        if let Some((values, deviations)) = solve(&gram, &scales, known) {
+        if let Some((values, deviations)) = solve(&gram, &scales, known, bounding_box) {
             points.push(HistoryPoint {
                 epoch: 0,
                 time_s: equation.time_s,
@@ -45,6 +47,7 @@ fn solve(
     gram: &Gram<'_>,
     scales: &SVector<f64, 10>,
     known: &SVector<f64, 10>,
+    bounding_box: Option<&BoundingBox>,
 ) -> Option<([f64; 10], [f64; 10])> {
     let eigen = SymmetricEigen::new(gram.information);
     let directions = Directions::new(&eigen, *scales);
@@ -56,8 +59,8 @@ fn solve(
     }
     let parameters = parameters.component_mul(scales) - known;
     let covariance = SMatrix::from_fn(|i, j| covariance[(i, j)] * scales[i] * scales[j]);
-    let parameters =
-        nearest_possible(&parameters, &covariance).map_or(parameters, |nearest| nearest.parameters);
+    let nearest = nearest_possible(&parameters, &covariance, scales, bounding_box);
+    let parameters = nearest.map_or(parameters, |nearest| nearest.parameters);
     let values = values_of(&parameters)?;
     Some((values, deviations(&parameters, &covariance, &directions)))
 }

@@ -14,7 +14,9 @@ use crate::fit::{Fit, Options};
 use crate::forecast::Forecast;
 use crate::physical::nearest_possible;
 use crate::uncertainty::{HALF_WIDTH_95, deviations, identifiable};
-use crate::{IdentifyError, PayloadEstimate, PrincipalMoments, Settings, Way};
+use crate::{
+    BoundingBox, IdentifyError, KnownMass, PayloadEstimate, PrincipalMoments, Settings, Way,
+};
 
 /// The check on what a fit has not seen leaves out every so many parts of the recording.
 const HELD_OUT_PARTS: usize = 25;
@@ -102,6 +104,10 @@ pub struct Identification {
     pub delay_s: f64,
     /// The delay as it was estimated, and its standard deviation, s.
     pub estimated_delay: Option<(f64, f64)>,
+    /// The payload's mass as it was given.
+    pub known_mass: Option<KnownMass>,
+    /// The box as it was given.
+    pub bounding_box: Option<BoundingBox>,
     /// Where times came from.
     pub clock: Clock,
     /// Messages that could not be used.
@@ -217,6 +223,8 @@ pub(crate) fn conclude(
         tool: run.plan.tool.clone(),
         delay_s: run.plan.delay_s,
         estimated_delay: run.plan.found_delay,
+        known_mass: request.known_mass,
+        bounding_box: request.bounding_box,
         clock: origin.clock,
         dirt: run.dirt.to_vec(),
         remarks: origin.remarks,
@@ -224,13 +232,12 @@ pub(crate) fn conclude(
         damage: run.damage.clone(),
         settings: run.plan.settings.clone(),
     };
-    let tool = request.known_tool.map(InertialParameters::from);
     if run.plan.least_squares && !interrupted {
-        fit(&mut found, &run, tool.as_ref())?;
+        fit(&mut found, &run, request)?;
     } else {
         found.history.clone_from(&run.history);
-        if let Some(tool) = &tool {
-            found.estimate.body = crate::estimate::without(&found.estimate.body, tool);
+        if let Some(tool) = request.known_tool {
+            found.estimate.body = crate::estimate::without(&found.estimate.body, &tool.into());
         }
         found.principal_moments = PrincipalMoments::of(&found.estimate.body.into());
     }
@@ -238,25 +245,65 @@ pub(crate) fn conclude(
 }
 
 /// Replaces the online estimate by the fit over all equations.
-fn fit(
-    found: &mut Identification,
-    run: &Run,
-    tool: Option<&InertialParameters>,
-) -> Result<(), IdentifyError> {
+fn fit(found: &mut Identification, run: &Run, request: &Request) -> Result<(), IdentifyError> {
     let equations = &run.records.equations;
     let too_few = || IdentifyError::TooShort {
         windows: equations.len(),
         window_s: crate::window::length_s(run.plan.settings.cutoff_hz),
     };
     let channels = run.identifier.grouping();
-    let fit = Fit::new(equations, Options::new(&channels)).ok_or_else(too_few)?;
+    let alone = Fit::new(equations, Options::new(&channels)).ok_or_else(too_few)?;
+    tell_delay(found, run, &alone);
+    let known = known_bodies(run, request);
+    let weighed = match request.known_mass {
+        Some(mass) => {
+            tell_contradiction(found, &alone, known[0], &mass);
+            let options = Options {
+                mass: Some(mass.with(known[0])),
+                ..Options::new(&channels)
+            };
+            Some(Fit::new(equations, options).ok_or_else(too_few)?)
+        }
+        None => None,
+    };
+    let fit = weighed.as_ref().unwrap_or(&alone);
+    let parameters = possible(found, fit, &known, request.bounding_box.as_ref());
+    tell_payload(found, fit, &parameters);
+    found.history = history(equations, fit, &known, request.bounding_box.as_ref());
+    // A sign shows in what the data say alone.
+    let suspect = suspicions(
+        equations,
+        (&alone, &channels),
+        &found.gravity,
+        run.plan.settings.way,
+    );
+    found.remarks.extend(suspect);
+    let outliers = (0..equations.len()).filter(|&k| fit.is_outlier(k)).count();
+    if outliers > 0 {
+        found.remarks.push(format!(
+            "{outliers} of {} windows are outliers, such as an impact leaves, and hardly count.",
+            equations.len()
+        ));
+    }
+    let told = FitReport {
+        advice: advice(&found.estimate.identifiable),
+        ..report(run, fit)
+    };
+    found.forecast = Forecast::new(equations, fit, &parameters, told.stride_s);
+    found.fit = Some(told);
+    Ok(())
+}
+
+/// The delay that is left, and what was done about it.
+fn tell_delay(found: &mut Identification, run: &Run, fit: &Fit) {
     if run.plan.found_delay.is_some() {
+        let channels = run.identifier.grouping();
         let options = Options {
             delay: true,
-            weights: Some(&fit),
+            weights: Some(fit),
             ..Options::new(&channels)
         };
-        let rest = Fit::new(equations, options).and_then(|fit| fit.delay);
+        let rest = Fit::new(&run.records.equations, options).and_then(|fit| fit.delay);
         if let Some((rest_s, deviation_s)) = rest.filter(|(rest_s, _)| rest_s.is_finite()) {
             found.estimated_delay = Some((run.plan.delay_s + rest_s, deviation_s));
         }
@@ -272,28 +319,76 @@ fn fit(
             1e3 * HALF_WIDTH_95 * deviation_s
         ));
     }
+}
+
+/// What the measured load holds besides the payload.
+fn known_bodies(run: &Run, request: &Request) -> SVector<f64, 10> {
     let mut known = SVector::<f64, 10>::zeros();
     if run.plan.settings.way == Way::JointSensing {
         known += run.identifier.gripper().as_vector();
     }
-    if let Some(tool) = tool {
-        known += tool.as_vector();
+    if let Some(tool) = request.known_tool {
+        known += InertialParameters::from(tool).as_vector();
     }
-    let mut parameters = fit.parameters - known;
-    if let Some(nearest) = nearest_possible(&parameters, &fit.covariance) {
-        parameters = nearest.parameters;
-        if nearest.distance > FAR {
-            found.remarks.push(format!(
-                "No possible body explains the data within their noise; the nearest is {:.1} standard \
-                 deviations away, and is given: check frames, gravity and the sensors' offsets.",
-                nearest.distance
-            ));
-        }
+    known
+}
+
+/// That the data alone say another mass than the one that is known; `others_kg` of the load are not
+/// the payload's.
+fn tell_contradiction(found: &mut Identification, alone: &Fit, others_kg: f64, mass: &KnownMass) {
+    let deviation_kg = deviations(&alone.parameters, &alone.covariance, &alone.excitation)[0];
+    let found_kg = alone.parameters[0] - others_kg;
+    let apart = (found_kg - mass.mass_kg).abs() / deviation_kg.hypot(mass.deviation_kg);
+    if apart > FAR {
+        let half_width_kg = HALF_WIDTH_95 * deviation_kg;
+        // To two figures of the interval.
+        let digits = (1.0 - half_width_kg.log10().floor()).clamp(0.0, 9.0) as usize;
+        found.remarks.push(format!(
+            "The mass is given as {} kg, but the data alone say {found_kg:.digits$} ± \
+             {half_width_kg:.digits$} kg, {apart:.1} standard deviations away: check gravity, and the \
+             sensors' gains and offsets.",
+            mass.mass_kg,
+        ));
     }
-    let deviations = deviations(&parameters, &fit.covariance, &fit.excitation);
+}
+
+/// The possible payload that is nearest to what the data say.
+fn possible(
+    found: &mut Identification,
+    fit: &Fit,
+    known: &SVector<f64, 10>,
+    bounding_box: Option<&BoundingBox>,
+) -> SVector<f64, 10> {
+    let parameters = fit.parameters - known;
+    let scales = &fit.excitation.scales;
+    let Some(nearest) = nearest_possible(&parameters, &fit.covariance, scales, bounding_box) else {
+        return parameters;
+    };
+    if nearest.distance > FAR {
+        let (within, and) = match bounding_box {
+            Some(_) => (" within the box", ", the box"),
+            None => ("", ""),
+        };
+        found.remarks.push(format!(
+            "No possible body{within} explains the data within their noise; the nearest is {:.1} standard \
+             deviations away, and is given: check frames{and}, gravity and the sensors' offsets.",
+            nearest.distance
+        ));
+    }
+    nearest.parameters
+}
+
+/// The estimate with its uncertainty.
+fn tell_payload(found: &mut Identification, fit: &Fit, parameters: &SVector<f64, 10>) {
+    let mut deviations = deviations(parameters, &fit.covariance, &fit.excitation);
+    if found
+        .known_mass
+        .is_some_and(|mass| mass.deviation_kg == 0.0)
+    {
+        deviations[0] = 0.0;
+    }
     let estimate = &mut found.estimate;
-    let payload = InertialParameters::from_vector(parameters);
-    if let Some(body) = payload.mass_properties() {
+    if let Some(body) = InertialParameters::from_vector(*parameters).mass_properties() {
         estimate.body = body;
     }
     if estimate.composite.is_some() {
@@ -303,29 +398,7 @@ fn fit(
     estimate.deviations = Some(deviations);
     estimate.is_physical = crate::identifier::is_physical(&estimate.body);
     found.principal_moments =
-        PrincipalMoments::with_deviations(&parameters, &fit.covariance, &fit.excitation);
-    found.history = history(equations, &fit, &known);
-    let suspect = suspicions(
-        equations,
-        (&fit, &channels),
-        &found.gravity,
-        run.plan.settings.way,
-    );
-    found.remarks.extend(suspect);
-    let outliers = (0..equations.len()).filter(|&k| fit.is_outlier(k)).count();
-    if outliers > 0 {
-        found.remarks.push(format!(
-            "{outliers} of {} windows are outliers, such as an impact leaves, and hardly count.",
-            equations.len()
-        ));
-    }
-    let told = FitReport {
-        advice: advice(&found.estimate.identifiable),
-        ..report(run, &fit)
-    };
-    found.forecast = Forecast::new(equations, &fit, &parameters, told.stride_s);
-    found.fit = Some(told);
-    Ok(())
+        PrincipalMoments::with_deviations(parameters, &fit.covariance, &fit.excitation);
 }
 
 fn report(run: &Run, fit: &Fit) -> FitReport {
@@ -338,6 +411,7 @@ fn report(run: &Run, fit: &Fit) -> FitReport {
     let channels = run.identifier.grouping();
     let options = Options {
         only: Some(&seen),
+        mass: fit.mass,
         ..Options::new(&channels)
     };
     let blind = Fit::new(equations, options);

@@ -299,6 +299,12 @@ class Identification:
     @property
     def delay_deviation(self) -> float | None: ...
     @property
+    def known_mass(self) -> float | None: ...
+    @property
+    def known_mass_deviation(self) -> float | None: ...
+    @property
+    def bounding_box(self) -> _Array | None: ...
+    @property
     def clock(self) -> Literal["stamps", "log times"]: ...
     @property
     def dirt(self) -> list[tuple[str, str, int, float]]: ...
@@ -332,6 +338,9 @@ def identify_log(
     acceleration: str | None = None,
     wrench_acts_on: Literal["payload", "sensor"] = "payload",
     known_tool: MassProperties | None = None,
+    known_mass: float | None = None,
+    known_mass_deviation: float = 0.0,
+    bounding_box: ArrayLike | None = None,
     delay: float | None = None,
     bare: _Path | None = None,
     effort_gain: Sequence[float] = ...,
@@ -360,6 +369,9 @@ def identify_arrays(
     epochs: int | None = None,
     max_gap: float | None = None,
     known_tool: MassProperties | None = None,
+    known_mass: float | None = None,
+    known_mass_deviation: float = 0.0,
+    bounding_box: ArrayLike | None = None,
     delay: float | None = None,
     progress: _Progress | None = None,
 ) -> Identification: ...

@@ -5,6 +5,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 from rich.console import Console
 
@@ -46,6 +47,7 @@ def _panel(name: str, text: str, *names: str) -> Any:
 
 
 ROBOT, TOPICS, SIGNS, SIGNALS, RESULTS = "Robot", "Topics", "Signs", "Signals", "Results"
+PAYLOAD = "Payload, where something is known of it"
 
 
 def identify(
@@ -103,6 +105,18 @@ def identify(
             SIGNS,
             "A known tool in the measured load, to be taken off: mass, centre of mass in the tip's"
             " frame, inertia about it: m,cx,cy,cz,Ixx,Ixy,Ixz,Iyy,Iyz,Izz.",
+        ),
+    ] = None,
+    mass: Annotated[float | None, _panel(PAYLOAD, "Its mass as it was weighed, kg.")] = None,
+    mass_deviation: Annotated[
+        float, _panel(PAYLOAD, "Standard deviation of the weighing, kg; 0 for an exact mass.")
+    ] = 0.0,
+    box: Annotated[
+        str | None,
+        _panel(
+            PAYLOAD,
+            "A box that holds all of it, in the tip's frame, m: least and largest corner,"
+            " x,y,z,x,y,z.",
         ),
     ] = None,
     delay: Annotated[
@@ -167,6 +181,9 @@ def identify(
             acceleration=accel,
             wrench_acts_on=wrench_acts_on.value,
             known_tool=_read_tool(tool_mass_properties),
+            known_mass=mass,
+            known_mass_deviation=mass_deviation,
+            bounding_box=None if box is None else np.reshape(_numbers("--box", box, 6), (2, 3)),
             delay=None if delay == "auto" else _numbers("--delay", delay, 1)[0],
             bare=bare,
             effort_gain=[] if effort_gain is None else _numbers("--effort-gain", effort_gain),

@@ -168,6 +168,18 @@ class Recording(Found, Protocol):
         """Its standard deviation, s."""
 
     @property
+    def known_mass(self) -> float | None:
+        """The payload's mass as it was given, kg; None where it was not."""
+
+    @property
+    def known_mass_deviation(self) -> float | None:
+        """Its standard deviation, kg."""
+
+    @property
+    def bounding_box(self) -> Array | None:
+        """Least and largest corner of the box that was given, (2, 3); None where it was not."""
+
+    @property
     def clock(self) -> str:
         """Where times came from."""
 

@@ -322,6 +322,9 @@ def recording_diagnostics(found: Recording) -> dict[str, Any]:
         "delay_s": _number(found.delay),
         "delay_estimate_s": found.delay_estimate,
         "delay_deviation_s": found.delay_deviation,
+        "known_mass": found.known_mass,
+        "known_mass_deviation": found.known_mass_deviation,
+        "bounding_box": None if found.bounding_box is None else found.bounding_box.tolist(),
         "dirt": [
             {"topic": topic, "what": what, "count": count, "first_s": _number(first)}
             for topic, what, count, first in found.dirt
@@ -380,8 +383,21 @@ def facts(found: tactid.Identification) -> list[str]:
         )
     elif found.delay:
         told.append(f"delay {found.delay * 1e3:g} ms (given)")
+    told += known(found)
     told.append(f"times from {'header stamps' if found.clock == 'stamps' else 'the log'}")
     return ["; ".join(told) + "."]
+
+
+def known(found: Recording) -> list[str]:
+    """What was given of the payload."""
+    told = []
+    if found.known_mass is not None:
+        around = Z95 * (found.known_mass_deviation or 0.0)
+        told.append(f"mass {found.known_mass:g}{f' ± {around:.2g}' if around else ''} kg (given)")
+    if found.bounding_box is not None:
+        low, high = (" ".join(f"{entry:g}" for entry in corner) for corner in found.bounding_box)
+        told.append(f"within a box from {low} to {high} m (given)")
+    return told
 
 
 @contextmanager
