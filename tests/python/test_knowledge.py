@@ -74,6 +74,7 @@ def test_a_box_helps_where_the_recording_says_little() -> None:
         ({"known_mass": -1.0}, "the known mass is -1, but must be a positive number"),
         ({"known_mass": np.nan}, "known mass"),
         ({"known_mass": 1.0, "known_mass_deviation": -0.1}, "deviation of the known mass is -0.1"),
+        ({"known_mass_deviation": 0.1}, "without `known_mass`"),
         ({"bounding_box": ROOM[::-1]}, "goes from 0.2 to -0.2 m along x"),
         ({"bounding_box": [[0, 0, 0], [1, 1, np.inf]]}, "along z"),
         ({"bounding_box": [0, 0, 0, 1, 1, 1]}, "bounding_box"),

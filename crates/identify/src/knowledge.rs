@@ -91,7 +91,7 @@ impl BoundingBox {
         let face = |k: usize| {
             let axis = k / 2;
             let mut plane = Vector4::zeros();
-            (plane[axis], plane[3]) = if k % 2 == 0 {
+            (plane[axis], plane[3]) = if k.is_multiple_of(2) {
                 (1.0, -self.min[axis])
             } else {
                 (-1.0, self.max[axis])

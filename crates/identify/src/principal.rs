@@ -142,9 +142,8 @@ mod tests {
         }
     }
 
-    /// Two or three equal moments, and a pair from equal to apart: no interval holds the truth less
-    /// often than it says, but for two percent where a pair is taken for apart in some draws and for
-    /// equal in others.
+    /// Two or three equal moments, and a pair from equal to five deviations apart: no interval holds the
+    /// truth less often than it says, but for what the draws scatter.
     #[test]
     fn intervals_of_moments_alike_hold_at_least_as_often() {
         let size = 1e-4;
@@ -161,7 +160,7 @@ mod tests {
         for gap in 1u8..10 {
             let moments = [1.0, 1.0 + 0.5 * size * f64::from(gap), 1.5];
             let parts = coverage(moments, size, 10 + u64::from(gap));
-            assert!(parts.iter().all(|part| *part > 0.93), "{gap}: {parts:?}");
+            assert!(parts.iter().all(|part| *part > 0.945), "{gap}: {parts:?}");
         }
     }
 

@@ -140,6 +140,11 @@ pub(crate) struct Known<'a, 'py> {
 
 impl Known<'_, '_> {
     pub(crate) fn add_to(&self, request: &mut Request) -> PyResult<()> {
+        if self.mass.is_none() && self.mass_deviation != 0.0 {
+            return Err(ArgumentError::new_err(
+                "`known_mass_deviation` is given without `known_mass`",
+            ));
+        }
         request.known_tool = self.tool.map(|body| body.0);
         request.known_mass = self.mass.map(|mass_kg| KnownMass {
             mass_kg,

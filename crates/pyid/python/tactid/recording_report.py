@@ -121,8 +121,8 @@ def _table(found: Recording) -> str:
         rows.append(f"<tr{' class=last' if last else ''}>{cells}</tr>\n")
     return f"""<div class="wide"><table>
 <caption>The interval holds the true value with 95 % probability, if nothing but noise disturbs.
-Principal moments of inertia are about the centre of mass, ascending; of moments that noise could
-make equal the intervals are wider, and hold the truth more often.</caption>
+Moments 1 to 3 are the principal moments of inertia about the centre of mass, ascending; of those
+that noise could make equal the intervals are wider, and hold the truth more often.</caption>
 <thead><tr><th></th><th></th><th></th><th colspan="3">95 % interval</th></tr>
 <tr><th>parameter</th><th></th><th>value</th><th>±</th><th>from</th><th>to</th></tr></thead>
 <tbody>{"".join(rows)}</tbody></table></div>"""
