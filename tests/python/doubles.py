@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import tactid
+from tactid.bodies import principal_moments
 from tactid.result import values_of
 
 Array = NDArray[np.float64]
@@ -24,6 +25,9 @@ BODY = tactid.MassProperties(
 LENGTH = 0.1
 SCALES = LENGTH ** np.array([0, 1, 1, 1, 2, 2, 2, 2, 2, 2])
 """By which a parameter is divided: a body of 0.1 m has them all of the size of its mass."""
+
+KINDS = ((1, slice(0, 1)), (3, slice(1, 4)), (6, slice(4, 10)))
+"""How many values there are of mass, centre of mass and inertia, and where."""
 
 
 @dataclass(frozen=True)
@@ -73,12 +77,35 @@ class RecordingDouble:
     delay: float = 0.0123
     delay_estimate: float | None = 0.0123
     delay_deviation: float | None = 0.0004
+    known_mass: float | None = None
+    known_mass_deviation: float | None = None
+    bounding_box: Array | None = None
     clock: str = "stamps"
     dirt: Sequence[tuple[str, str, int, float]] = ()
     gravity: Array = field(default_factory=GRAVITY.copy)
     motion_advice: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     damage: list[str] = field(default_factory=list)
+
+    @property
+    def principal_moments(self) -> Array:
+        if not np.isfinite(self.estimate.values).all():
+            return np.full(3, np.nan)
+        return np.array(principal_moments(self.estimate.values.tolist()))
+
+    @property
+    def principal_moment_deviation(self) -> Array:
+        """As large as that of the worst known entry of the inertia."""
+        return np.full(3, self.deviation[4:].max())
+
+    def remaining(self, within: float) -> Array:
+        """By the mean of the whole recording."""
+        values, missing = self.estimate.values, np.full(10, np.nan)
+        if not np.isfinite(values).all():
+            return missing
+        largest = np.concatenate([np.full(n, np.abs(values[k]).max()) for n, k in KINDS])
+        part = 1.96 * self.deviation / (within * largest)
+        return np.asarray(self.duration * np.maximum(part**2 - 1, 0))
 
     def but(self, **changes: object) -> "RecordingDouble":
         return replace(self, **changes)  # type: ignore[arg-type]

@@ -8,7 +8,16 @@ import numpy as np
 Record = dict[str, Any]
 Identify = Callable[..., Record]
 
-LAYOUT = ["estimate", "half_width_95", "frame", "estimator", "diagnostics", "remarks"]
+LAYOUT = [
+    "estimate",
+    "half_width_95",
+    "principal_moments",
+    "remaining_s",
+    "frame",
+    "estimator",
+    "diagnostics",
+    "remarks",
+]
 """Of a recording's record, in this order: what others read."""
 
 NAMES = ("mass", "com x", "com y", "com z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")

@@ -56,8 +56,19 @@ def test_identify_prints_json_and_nothing_else(command: TactidCommand, log: Path
 def test_identify_shows_a_table_beside_the_truth(command: TactidCommand, log: Path) -> None:
     done = command("identify", log, "--estimator", "rls", "--way", "joint-sensing")
     assert done.returncode == 0
-    for part in ("inertia zz", "kg m²", "nominal", "101.60"):
+    for part in ("inertia zz", "kg m²", "nominal", "101.60", "moment 3"):
         assert part in done.stdout
+
+
+def test_identify_tells_how_much_longer_to_move(command: TactidCommand, log: Path) -> None:
+    done = command("identify", log, "--within", "0.01%")
+    assert "Every value within 0.01 %: another" in done.stderr
+    record = json.loads(command("identify", log, "--within", "50", "--json").stdout)
+    assert record["remaining_s"]["within"] == 0.5
+    assert record["remaining_s"]["all"] == 0
+    moments = record["principal_moments"]
+    assert moments["values"] == pytest.approx([10, 10, 20], abs=0.1)
+    assert all(half > 0 for half in moments["half_width_95"])
 
 
 def test_info(command: TactidCommand, log: Path) -> None:
@@ -135,6 +146,8 @@ def test_wrong_options_are_refused(command: TactidCommand, log: Path) -> None:
     assert_refused(command("fly"), "fly")
     assert_refused(command("identify"), "Missing argument")
     assert_refused(command("identify", log, "--estimator", "magic"), "magic")
+    assert_refused(command("identify", log, "--within", "soon"), "--within", "soon")
+    assert_refused(command("identify", log, "--within", "-1%"), "--within", "-1%")
     assert_refused(command("paper", "--frequency", "fast"), "--frequency")
     assert_refused(command("paper", "--frequency", "nan"), "frequency")
     assert_refused(command("paper", "--posture", "table2"), "table2", "table1")

@@ -76,17 +76,23 @@ def test_a_report_is_one_small_file_with_every_value(tmp_path: Path) -> None:
         assert low <= value <= high
         assert around == pytest.approx(1.96 * found.deviation[index], rel=0.05)
         assert value == pytest.approx(found.estimate.values[index], abs=0.06 * around)
+    moments = [float(cells[name][1]) for name in recording_report.MOMENT_NAMES]
+    assert moments == pytest.approx(found.principal_moments, rel=0.01)
     assert float(cells["force y"][1]) == pytest.approx(0.12, rel=0.05)
     assert cells["moment z"][4] == "99.98 %"
     assert "<inertial>" in words
     assert "12.3 ms ± 0.78 ms" in words
+    assert "Every value within 0.5 %: another" in " ".join(
+        Page(recording_report.render(found, "run.mcap", 0.005)).words
+    )
 
 
 def test_what_is_not_identifiable_is_no_number() -> None:
     found = doubles.turned_about_one_axis()
     page = page_of(found)
     unknown = [row[0] for row in page.rows if row[-1] == "not identifiable"]
-    assert unknown == ["com z", *(f"inertia {axes}" for axes in ("xx", "xy", "xz", "yy", "yz"))]
+    inertia = [f"inertia {axes}" for axes in ("xx", "xy", "xz", "yy", "yz")]
+    assert unknown == ["com z", *inertia, *recording_report.MOMENT_NAMES]
     words = " ".join(page.words)
     assert words.count(found.motion_advice[0]) == 1
     assert "The centre of mass is not known." in words

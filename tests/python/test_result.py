@@ -37,6 +37,21 @@ def test_nested_and_flat_are_inverse_and_hold_no_nan() -> None:
     assert "NaN" not in result.to_json(result.nested([math.inf] * 10))
 
 
+def test_principal_moments_and_the_time_left_are_told() -> None:
+    found = doubles.tactile()
+    told = result.record(found, within=0.002)
+    moments = told["principal_moments"]
+    assert moments["values"] == pytest.approx(found.principal_moments)
+    assert moments["half_width_95"] == pytest.approx(1.96 * found.principal_moment_deviation)
+    remaining = found.remaining(0.002)
+    assert told["remaining_s"]["all"] == pytest.approx(remaining.max())
+    assert result.flat(told["remaining_s"]["each"]) == pytest.approx(remaining)
+    sentence = result.outlook(found, 0.002)
+    assert sentence is not None
+    assert sentence.startswith("Every value within 0.2 %: another ")
+    assert result.outlook(found, 10) == "Every value is within 1000 %."
+
+
 def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     path = tmp_path / "result.json"
     result.write_atomically(path, "first")
@@ -61,6 +76,10 @@ def test_a_recording_as_json_has_the_layout_that_others_read() -> None:
         unknown = [axes for axes, value in told[part]["inertia"].items() if value is None]
         assert unknown == ["xx", "xy", "xz", "yy", "yz"]
         assert told[part]["com"]["z"] is None
+    assert told["principal_moments"] == {"values": [None] * 3, "half_width_95": [None] * 3}
+    assert told["remaining_s"]["within"] == 0.01
+    assert told["remaining_s"]["all"] is None
+    assert told["remaining_s"]["each"]["mass"] == 0
     diagnostics = told["diagnostics"]
     assert diagnostics["way"] == "tactile"
     assert diagnostics["windows"] + diagnostics["held_out_windows"] == len(found.fit_time)

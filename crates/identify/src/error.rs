@@ -29,6 +29,21 @@ pub enum IdentifyError {
         /// What is possible.
         wanted: &'static str,
     },
+    /// A bounding box without room, or with a corner that is not finite.
+    #[error(
+        "the bounding box goes from {min} to {max} m along {axis}: it must end beyond where it begins"
+    )]
+    Box {
+        /// Which axis of the tool frame.
+        axis: &'static str,
+        /// Where it begins, m.
+        min: f64,
+        /// Where it ends, m.
+        max: f64,
+    },
+    /// A known mass or a bounding box with the paper's filter.
+    #[error("{0} needs least squares: the paper's filter cannot take what is known already")]
+    KnowledgeNeedsLeastSquares(&'static str),
     /// A sample with another number of wrenches than the identifier has sensors.
     #[error("a sample has {given} wrenches, but there are {expected} sensors")]
     WrenchCount {

@@ -8,7 +8,9 @@ use nalgebra::{
 
 use crate::covariance::{self, ScaledRow};
 use crate::equation::{Equation, Row};
+use crate::knowledge::KnownMass;
 use crate::noise::{Channels, Noise, ROUNDING};
+use crate::uncertainty::deviations;
 use crate::window::NOISE_CORRELATION;
 
 /// Passes of reweighting; the residuals of noise settle in a few.
@@ -41,6 +43,8 @@ pub(crate) struct Options<'a> {
     /// By how much of gravity the motion is changed: 0 as it was measured, 1 for a world without, 2
     /// for gravity of the opposite sign.
     pub(crate) gravity_off: f64,
+    /// Of the whole load.
+    pub(crate) mass: Option<KnownMass>,
 }
 
 impl<'a> Options<'a> {
@@ -52,6 +56,7 @@ impl<'a> Options<'a> {
             only: None,
             weights: None,
             gravity_off: 0.0,
+            mass: None,
         }
     }
 }
@@ -72,6 +77,8 @@ pub(crate) struct Fit {
     /// Weighted rms residual in units of the channels' deviations.
     pub(crate) misfit: f64,
     pub(crate) excitation: Directions,
+    /// Of the whole load, where it was known.
+    pub(crate) mass: Option<KnownMass>,
 }
 
 /// How strongly directions of the scaled parameters are excited.
@@ -104,7 +111,7 @@ impl Directions {
         }
     }
 
-    pub(crate) fn unknown(&self) -> impl Iterator<Item = SVector<f64, 10>> {
+    pub(crate) fn unknown(&self) -> impl Iterator<Item = SVector<f64, 10>> + Clone {
         let pairs = self.strengths.iter().zip(&self.vectors);
         let strongest = self.strengths.first().copied().unwrap_or(0.0);
         pairs
@@ -124,6 +131,10 @@ impl Fit {
         }
         let mut state = Solver::new(equations, options, channels);
         for pass in 0..MAX_PASSES {
+            if options.mass.is_some() {
+                // Beside a row of its own weight, the sizes of the others follow their noise.
+                state.scale();
+            }
             let moved = state.solve();
             if options.weights.is_none() {
                 state.reweigh();
@@ -133,6 +144,17 @@ impl Fit {
             }
         }
         Some(state.finish(count))
+    }
+
+    /// Of the ten values of parameters that are near the fit's.
+    pub(crate) fn deviations(&self, parameters: &SVector<f64, 10>) -> [f64; 10] {
+        let Directions { scales, .. } = &self.excitation;
+        deviations(
+            parameters,
+            &self.covariance,
+            scales,
+            self.excitation.unknown(),
+        )
     }
 
     /// Whether a window is an outlier.
@@ -266,9 +288,12 @@ impl<'a> Solver<'a> {
             }
         }
         let largest = squares[..10].iter().fold(0.0f64, |a, &b| a.max(b));
+        // A column of rounding stays as small as it is.
+        let least = (largest * 1e-16).max(f64::MIN_POSITIVE);
+        let of_mass = self.options.mass.map_or(0.0, |mass| mass.information());
+        squares[0] = squares[0].max(least) + of_mass;
         for (scale, square) in self.scales.iter_mut().zip(squares) {
-            // A column of rounding stays as small as it is.
-            *scale = 1.0 / square.max(largest * 1e-16).max(f64::MIN_POSITIVE).sqrt();
+            *scale = 1.0 / square.max(least).sqrt();
         }
     }
 
@@ -296,6 +321,11 @@ impl<'a> Solver<'a> {
                 }
             }
         }
+        if let Some(mass) = self.options.mass {
+            let information = self.mass_information();
+            gram[(0, 0)] += information;
+            gram[(columns, 0)] += information * (mass.mass_kg - self.solution[0]) / self.scales[0];
+        }
         gram.fill_upper_triangle_with_lower_triangle();
         let target = gram.view((0, columns), (columns, 1)).column(0).into_owned();
         self.eigen = SymmetricEigen::new(gram.view((0, 0), (columns, columns)).into_owned());
@@ -307,6 +337,12 @@ impl<'a> Solver<'a> {
         self.find_residuals();
         // The squared length of the step in the metric of the information.
         step.dot(&target).max(0.0).sqrt()
+    }
+
+    /// Of a known mass, in scaled parameters.
+    fn mass_information(&self) -> f64 {
+        let mass = self.options.mass;
+        mass.map_or(0.0, |mass| mass.information() * self.scales[0].powi(2))
     }
 
     /// What the residuals say of the noise, and weights that let no window pull for more than a rare
@@ -346,6 +382,7 @@ impl<'a> Solver<'a> {
             excitation: Directions::new(&self.eigen, self.scales.fixed_rows::<10>(0).into_owned()),
             noise: self.noise,
             weights: self.weights,
+            mass: self.options.mass,
         }
     }
 
@@ -372,7 +409,10 @@ impl<'a> Solver<'a> {
         let independent = windows * channels as f64;
         let freedom = (independent - self.columns as f64).max(1.0);
         let inflation = independent / freedom * self.noise.inflation(windows);
-        let scaled = &bread * meat * &bread * inflation;
+        let mut meat = meat * inflation;
+        // The weighing's own variance: its weight makes up for what neighbouring windows share.
+        meat[(0, 0)] += self.mass_information() * NOISE_CORRELATION;
+        let scaled = &bread * meat * &bread;
         let unscaled = DMatrix::from_fn(self.columns, self.columns, |i, j| {
             scaled[(i, j)] * self.scales[i] * self.scales[j]
         });

@@ -10,7 +10,7 @@ use crate::front::Front;
 use crate::information::{Matrix, Vector};
 use crate::method::Method;
 use crate::noise::Channels;
-use crate::physical::nearest_possible;
+use crate::physical::Follower;
 use crate::recent::RecentMean;
 use crate::recursive::Recursive;
 use crate::uncertainty::{deviations, identifiable};
@@ -71,6 +71,7 @@ pub struct Identifier {
     method: Method,
     excitation: Excitation,
     recent: Option<RecentMean>,
+    possible: Follower,
     /// As of the last window.
     latest: Latest,
     /// Windows that gave rows.
@@ -118,6 +119,7 @@ impl Identifier {
             excitation: Excitation::new(),
             recent: (settings.average_s > 0.0).then(|| RecentMean::new(settings.average_s)),
             settings,
+            possible: Follower::new(),
             latest: Latest::nothing(),
             intervals: 0,
             changes: 0,
@@ -154,6 +156,7 @@ impl Identifier {
         let begins_with_wrench = self.front.model.begins_with_wrench();
         let (pushed, equation) = self.front.push(sample)?;
         let Some(equation) = equation else {
+            self.approach();
             return Ok(pushed);
         };
         sink(equation);
@@ -189,8 +192,24 @@ impl Identifier {
         };
         self.latest = match &self.method {
             Method::TwoStage(filters) => Latest::of_filters(&filters.body(), gripper.as_ref()),
-            Method::OneStage(estimator) => Latest::of_least_squares(estimator, gripper.as_ref()),
+            Method::OneStage(estimator) => {
+                let all = *estimator.parameters();
+                let parameters =
+                    all - gripper.map_or(Vector::zeros(), |gripper| *gripper.as_vector());
+                self.possible.aim(&parameters, &estimator.information());
+                self.possible.step();
+                let composite = gripper.map(|_| body_of(&all));
+                Latest::of_least_squares(estimator, &self.possible.parameters(), composite)
+            }
         };
+    }
+
+    /// Nearer to the nearest possible body, between windows.
+    fn approach(&mut self) {
+        if !self.possible.is_settled() {
+            self.possible.step();
+            self.latest.body = body_of(&self.possible.parameters());
+        }
     }
 
     /// What each row of an equation is measured in: name and unit.
@@ -284,28 +303,31 @@ impl Latest {
         }
     }
 
-    /// The possible body nearest to the estimate.
-    fn of_least_squares(found: &Recursive, gripper: Option<&InertialParameters>) -> Self {
-        let all = *found.parameters();
-        let parameters = all - gripper.map_or(Vector::zeros(), |gripper| *gripper.as_vector());
-        // Before anything is known of the noise, all parameters are as uncertain.
+    fn of_least_squares(
+        found: &Recursive,
+        parameters: &Vector,
+        composite: Option<MassProperties>,
+    ) -> Self {
         let covariance = found.covariance();
-        let nearest = nearest_possible(&parameters, &covariance.unwrap_or_else(Matrix::identity));
-        let parameters = nearest.map_or(parameters, |nearest| nearest.parameters);
         let deviations = covariance.map_or([f64::INFINITY; 10], |covariance| {
             let (scales, unknown) = found.unknown();
-            deviations(&parameters, &covariance, &scales, unknown)
+            deviations(parameters, &covariance, &scales, unknown)
         });
-        let body = |parameters| InertialParameters::from_vector(parameters).mass_properties();
         Self {
-            body: body(parameters).unwrap_or(Self::nothing().body),
-            composite: gripper.and_then(|_| body(all)),
+            body: body_of(parameters),
+            composite,
             certainty: Some(Certainty {
                 deviations,
                 covariance: covariance.unwrap_or_else(Matrix::zeros),
             }),
         }
     }
+}
+
+/// All zero where there is no mass.
+fn body_of(parameters: &Vector) -> MassProperties {
+    let body = InertialParameters::from_vector(*parameters).mass_properties();
+    body.unwrap_or_else(|| estimate::body(&[0.0; 10]))
 }
 
 /// Whether a body can have these properties, within what an estimate may miss.

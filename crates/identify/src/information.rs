@@ -84,6 +84,19 @@ impl Information {
         inverse * middle * inverse
     }
 
+    /// `A - N`, with next to nothing in unknown directions: positive definite.
+    pub(crate) fn matrix(&self) -> Matrix {
+        let mut scaled = self.lower.transpose();
+        for (mut row, inverse) in scaled.row_iter_mut().zip(&self.inverse) {
+            row *= if *inverse > 0.0 {
+                inverse.recip()
+            } else {
+                NOTHING
+            };
+        }
+        self.lower * scaled
+    }
+
     fn inverse(&self) -> Matrix {
         let mut root = Matrix::identity();
         self.lower
@@ -96,7 +109,7 @@ impl Information {
     }
 
     /// The directions that are unknown, of any length.
-    pub(crate) fn unknown(&self) -> impl Iterator<Item = Vector> + '_ {
+    pub(crate) fn unknown(&self) -> impl Iterator<Item = Vector> + Clone + '_ {
         let unknown = (0..10).filter(|&j| self.inverse[j] == 0.0);
         unknown.map(|j| {
             let mut direction = Vector::ith(j, 1.0);
@@ -139,6 +152,7 @@ mod tests {
             let expected = Vector::from_fn(|k, _| (k as f64).sin());
             let found = information.solve(&(matrix * expected));
             assert!((found - expected).norm() < 1e-5, "{found}");
+            assert!((information.matrix() - matrix).norm() < 1e-9 * matrix.norm());
             let covariance = information.sandwich(&matrix);
             let unit = covariance * matrix;
             assert!((unit - Matrix::identity()).norm() < 1e-3, "{unit}");

@@ -27,13 +27,17 @@ mod error;
 mod estimate;
 mod excitation;
 mod fit;
+mod forecast;
 mod front;
+mod gram;
 mod identifier;
 mod information;
+mod knowledge;
 mod method;
 mod model;
 mod noise;
 mod physical;
+mod principal;
 mod recent;
 mod recording;
 mod recursive;
@@ -47,6 +51,8 @@ pub use error::IdentifyError;
 pub use estimate::{PayloadEstimate, VALUE_NAMES};
 pub use excitation::SingularValues;
 pub use identifier::{Identifier, Pushed};
+pub use knowledge::{BoundingBox, KnownMass};
+pub use principal::PrincipalMoments;
 pub use recording::{
     ActsOn, Clock, Dirt, FitReport, HistoryPoint, Identification, Progress, Request, Topics,
     identify_log, identify_samples, write_estimates,

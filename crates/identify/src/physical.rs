@@ -3,6 +3,8 @@
 use nalgebra::{Matrix4, SMatrix, SVector, SymmetricEigen};
 use tactid_dynamics::InertialParameters;
 
+use crate::knowledge::BoundingBox;
+
 type Parameters = SVector<f64, 10>;
 type Information = SMatrix<f64, 10, 10>;
 
@@ -14,6 +16,10 @@ const SHORT: f64 = 0.05;
 
 /// The result is this near to the least squared distance, relative to it.
 const GAP: f64 = 1e-9;
+
+/// The barrier's weight for an estimate that is followed, in squared deviations: with the four
+/// eigenvalues of the pseudo-inertia, a tenth of a deviation.
+const CLOSE: f64 = 2.5e-3;
 
 /// More steps are never needed: each fall takes a few.
 const MOST_STEPS: usize = 200;
@@ -35,18 +41,27 @@ pub(crate) struct Nearest {
 /// The parameters of a possible body that are nearest to an estimate, in units of its uncertainty.
 ///
 /// Least `½ (π - π̂)ᵀ Σ⁻¹ (π - π̂)` where the pseudo-inertia has no negative eigenvalue (Wensing, Kim and
-/// Slotine 2018, doi 10.1109/LRA.2017.2729659), by an interior-point method: Newton's steps with a
-/// barrier `-μ log det` (Boyd and Vandenberghe 2004, Convex Optimization, 11.3), which is within `4 μ` of
-/// the least value, and always inside the set.
+/// Slotine 2018, doi 10.1109/LRA.2017.2729659), and where the body fits into a box, if there is one: by
+/// an interior-point method, Newton's steps with a barrier `-μ log` of the determinant and of each bound
+/// (Boyd and Vandenberghe 2004, Convex Optimization, 11.3), which is within `μ` times their number (4 for
+/// the determinant) of the least value, and always inside the set.
 ///
 /// An estimate that is possible already stays as it is. `None` where the mass is not positive: no body
-/// is near. In directions that are not known the result is free to follow. Some 0.1 ms.
-pub(crate) fn nearest_possible(estimate: &Parameters, covariance: &Information) -> Option<Nearest> {
+/// is near. In directions that are not known the result is free to follow. `scales` are units of the
+/// parameters in which their deviations are of like size, so that what is very well known is told from
+/// what is unknown. Some 0.1 ms.
+pub(crate) fn nearest_possible(
+    estimate: &Parameters,
+    covariance: &Information,
+    scales: &Parameters,
+    bounding_box: Option<&BoundingBox>,
+) -> Option<Nearest> {
     let body = InertialParameters::from_vector(*estimate);
     if body.mass() <= 0.0 || !estimate.iter().all(|entry| entry.is_finite()) {
         return None;
     }
-    if body.is_physical() {
+    let bounds = bounding_box.map_or(vec![], |bounding| bounding.bounds().to_vec());
+    if body.is_physical() && bounds.iter().all(|bound| bound.dot(estimate) >= 0.0) {
         return Some(Nearest {
             parameters: *estimate,
             distance: 0.0,
@@ -54,66 +69,214 @@ pub(crate) fn nearest_possible(estimate: &Parameters, covariance: &Information) 
     }
     let units = units(estimate);
     let wanted = estimate.component_div(&units);
-    let information = information(covariance, &units);
-    let mut inside = start(&wanted);
-    let distance = |at: &Parameters| 0.5 * (information * (at - wanted)).dot(&(at - wanted));
-    let value = |at: &Parameters, weight: f64| -> Option<f64> {
-        let pseudo = InertialParameters::from_vector(*at).pseudo_inertia();
-        let cholesky = pseudo.cholesky()?;
-        Some(distance(at) - weight * cholesky.determinant().ln())
+    let problem = Problem {
+        wanted,
+        information: information(covariance, scales, &units),
+        bounds: bounds
+            .iter()
+            .map(|bound| bound.component_mul(&units))
+            .collect(),
     };
-    let mut weight = distance(&inside).max(f64::MIN_POSITIVE);
-    for _ in 0..MOST_STEPS {
-        // Rounding ends the path where the border is reached to the last digits.
-        let Some((step, slope)) = newton_step(&inside, &wanted, &information, weight) else {
-            break;
+    let start = match bounding_box {
+        Some(bounding) => bounding
+            .filled(body.mass())
+            .as_vector()
+            .component_div(&units),
+        None => start(&wanted),
+    };
+    let inside = problem.solve(start);
+    Some(Nearest {
+        parameters: inside.component_mul(&units),
+        distance: (2.0 * problem.distance(&inside)).sqrt(),
+    })
+}
+
+/// The possible body nearest to an estimate that moves: one of Newton's steps at a time.
+///
+/// It is always inside the set, and within a tenth of a deviation of the nearest body once it has
+/// settled. An estimate that is possible stays as it is, and is followed, for the next may not be.
+#[derive(Clone, Debug)]
+pub(crate) struct Follower {
+    problem: Problem,
+    units: Parameters,
+    estimate: Parameters,
+    /// In units; none before the first estimate of positive mass.
+    inside: Option<Parameters>,
+    weight: f64,
+    is_settled: bool,
+}
+
+impl Follower {
+    pub(crate) fn new() -> Self {
+        Self {
+            problem: Problem {
+                wanted: Parameters::zeros(),
+                information: Information::identity(),
+                bounds: Vec::new(),
+            },
+            units: Parameters::repeat(1.0),
+            estimate: Parameters::zeros(),
+            inside: None,
+            weight: CLOSE,
+            is_settled: true,
+        }
+    }
+
+    /// Follows another estimate, with the inverse of its covariance.
+    pub(crate) fn aim(&mut self, estimate: &Parameters, information: &Information) {
+        self.estimate = *estimate;
+        if estimate[0] <= 0.0 || !estimate.iter().all(|entry| entry.is_finite()) {
+            (self.inside, self.is_settled) = (None, true);
+            return;
+        }
+        let before = self.inside.map(|inside| {
+            let distance = self.problem.distance(&inside);
+            (inside.component_mul(&self.units), distance)
+        });
+        let units = units(estimate);
+        self.problem.wanted = estimate.component_div(&units);
+        self.problem.information =
+            Information::from_fn(|i, j| information[(i, j)] * units[i] * units[j]);
+        let (inside, distance) = match before {
+            Some((inside, distance)) => (inside.component_div(&units), distance),
+            None => (start(&self.problem.wanted), 0.0),
         };
-        let Some(now) = value(&inside, weight) else {
-            break;
+        // The weight that the path has where the estimate has moved by so much.
+        let moved = (self.problem.distance(&inside) - distance).abs();
+        self.weight = self.weight.max(moved);
+        self.units = units;
+        self.inside = Some(inside);
+        self.is_settled = false;
+    }
+
+    pub(crate) fn is_settled(&self) -> bool {
+        self.is_settled
+    }
+
+    pub(crate) fn step(&mut self) {
+        let Some(inside) = &mut self.inside else {
+            return;
         };
-        // Backtracking: half as far until it is inside, and lower.
+        match self.problem.advance(inside, self.weight) {
+            Advance::Far => {}
+            Advance::Near if self.weight > CLOSE => self.weight = CLOSE.max(FALL * self.weight),
+            Advance::Near | Advance::Stuck => self.is_settled = true,
+        }
+    }
+
+    /// The body as far as it has come; the estimate itself where no body is near, its mass not positive.
+    pub(crate) fn parameters(&self) -> Parameters {
+        match &self.inside {
+            Some(inside) if !InertialParameters::from_vector(self.estimate).is_physical() => {
+                inside.component_mul(&self.units)
+            }
+            _ => self.estimate,
+        }
+    }
+}
+
+/// What became of a step.
+enum Advance {
+    /// The path is still far.
+    Far,
+    /// On the path.
+    Near,
+    /// Rounding ends the path where the border is reached to the last digits.
+    Stuck,
+}
+
+/// The nearest point of a convex set.
+#[derive(Clone, Debug)]
+struct Problem {
+    wanted: Parameters,
+    information: Information,
+    /// Rows that are not negative on parameters.
+    bounds: Vec<Parameters>,
+}
+
+impl Problem {
+    /// From a point inside the set.
+    fn solve(&self, start: Parameters) -> Parameters {
+        let barriers = 4.0 + self.bounds.len() as f64;
+        let mut inside = start;
+        let mut weight = self.distance(&inside).max(f64::MIN_POSITIVE);
+        for _ in 0..MOST_STEPS {
+            match self.advance(&mut inside, weight) {
+                Advance::Far => {}
+                Advance::Near if barriers * weight < GAP * self.distance(&inside) => break,
+                Advance::Near => weight *= FALL,
+                Advance::Stuck => break,
+            }
+        }
+        inside
+    }
+
+    /// One of Newton's steps, half as far until it is inside, and lower.
+    fn advance(&self, inside: &mut Parameters, weight: f64) -> Advance {
+        let Some((step, slope)) = self.newton_step(inside, weight) else {
+            return Advance::Stuck;
+        };
+        let Some(now) = self.value(inside, weight) else {
+            return Advance::Stuck;
+        };
         let mut part = 1.0;
         while part > 1e-12 {
-            let tried = inside + part * step;
-            if value(&tried, weight).is_some_and(|there| there <= now - 0.1 * part * slope) {
-                inside = tried;
+            let tried = *inside + part * step;
+            let there = self.value(&tried, weight);
+            if there.is_some_and(|there| there <= now - 0.1 * part * slope) {
+                *inside = tried;
                 break;
             }
             part *= 0.5;
         }
         if slope < SHORT * weight || part <= 1e-12 {
-            if 4.0 * weight < GAP * distance(&inside) {
-                break;
-            }
-            weight *= FALL;
+            Advance::Near
+        } else {
+            Advance::Far
         }
     }
-    Some(Nearest {
-        parameters: inside.component_mul(&units),
-        distance: (2.0 * distance(&inside)).sqrt(),
-    })
-}
 
-/// Newton's step for the distance with the barrier, and how fast the value falls along it.
-fn newton_step(
-    inside: &Parameters,
-    wanted: &Parameters,
-    information: &Information,
-    weight: f64,
-) -> Option<(Parameters, f64)> {
-    let pseudo = InertialParameters::from_vector(*inside).pseudo_inertia();
-    let inverse = pseudo.cholesky()?.inverse();
-    let relative: [Matrix4<f64>; 10] = std::array::from_fn(|k| {
-        let unit = InertialParameters::from_vector(SVector::ith(k, 1.0));
-        inverse * unit.pseudo_inertia()
-    });
-    let barrier = SVector::from_fn(|k, _| relative[k].trace());
-    let gradient = information * (inside - wanted) - weight * barrier;
-    let curvature = SMatrix::from_fn(|i, j| relative[i].dot(&relative[j].transpose()));
-    let step = -(information + weight * curvature)
-        .cholesky()?
-        .solve(&gradient);
-    Some((step, -gradient.dot(&step)))
+    /// Half the squared distance from what is wanted.
+    fn distance(&self, at: &Parameters) -> f64 {
+        let off = at - self.wanted;
+        0.5 * (self.information * off).dot(&off)
+    }
+
+    /// The distance with the barrier; `None` outside.
+    fn value(&self, at: &Parameters, weight: f64) -> Option<f64> {
+        let pseudo = InertialParameters::from_vector(*at).pseudo_inertia();
+        let mut barrier = pseudo.cholesky()?.determinant().ln();
+        for bound in &self.bounds {
+            let slack = bound.dot(at);
+            if slack <= 0.0 {
+                return None;
+            }
+            barrier += slack.ln();
+        }
+        Some(self.distance(at) - weight * barrier)
+    }
+
+    /// Newton's step for the distance with the barrier, and how fast the value falls along it.
+    fn newton_step(&self, inside: &Parameters, weight: f64) -> Option<(Parameters, f64)> {
+        let pseudo = InertialParameters::from_vector(*inside).pseudo_inertia();
+        let inverse = pseudo.cholesky()?.inverse();
+        let relative: [Matrix4<f64>; 10] = std::array::from_fn(|k| {
+            let unit = InertialParameters::from_vector(SVector::ith(k, 1.0));
+            inverse * unit.pseudo_inertia()
+        });
+        let mut barrier = SVector::from_fn(|k, _| relative[k].trace());
+        let mut curvature = Information::from_fn(|i, j| relative[i].dot(&relative[j].transpose()));
+        for bound in &self.bounds {
+            let relative = bound / bound.dot(inside);
+            barrier += relative;
+            curvature += relative * relative.transpose();
+        }
+        let gradient = self.information * (inside - self.wanted) - weight * barrier;
+        let step = -(self.information + weight * curvature)
+            .cholesky()?
+            .solve(&gradient);
+        Some((step, -gradient.dot(&step)))
+    }
 }
 
 /// By which each parameter is divided to be near one: the mass, and the size of a body of this mass
@@ -131,9 +294,9 @@ fn units(estimate: &Parameters) -> Parameters {
     })
 }
 
-/// The inverse of the covariance in these units.
-fn information(covariance: &Information, units: &Parameters) -> Information {
-    let scaled = Information::from_fn(|i, j| covariance[(i, j)] / (units[i] * units[j]));
+/// The inverse of the covariance in these units; what is unknown is told in the scales.
+fn information(covariance: &Information, scales: &Parameters, units: &Parameters) -> Information {
+    let scaled = Information::from_fn(|i, j| covariance[(i, j)] / (scales[i] * scales[j]));
     let mut eigen = SymmetricEigen::new(scaled);
     let largest = eigen.eigenvalues.max().max(f64::MIN_POSITIVE);
     eigen.eigenvalues.apply(|variance| {
@@ -143,7 +306,9 @@ fn information(covariance: &Information, units: &Parameters) -> Information {
             1.0 / (largest * SLACK * SLACK)
         };
     });
-    eigen.recompose()
+    let ratio = units.component_div(scales);
+    let inverse = eigen.recompose();
+    Information::from_fn(|i, j| inverse[(i, j)] * ratio[i] * ratio[j])
 }
 
 /// A body inside the set: the estimate with its pseudo-inertia's eigenvalues brought above zero.
@@ -156,102 +321,4 @@ fn start(wanted: &Parameters) -> Parameters {
 }
 
 #[cfg(test)]
-mod tests {
-    use rand::{RngExt, SeedableRng, rngs::SmallRng};
-
-    use super::*;
-
-    fn random_covariance(random: &mut SmallRng) -> Information {
-        let root = SMatrix::<f64, 10, 10>::from_fn(|_, _| random.random_range(-1.0..1.0));
-        root * root.transpose() * 0.01 + SMatrix::identity() * 1e-4
-    }
-
-    /// Far from any body, at random, with random covariances: the conditions of Karush, Kuhn and Tucker
-    /// hold, which in a convex problem are those of the minimum. The gradient as a symmetric matrix
-    /// has no negative eigenvalue, and is orthogonal to the pseudo-inertia.
-    #[test]
-    fn meets_the_conditions_of_the_minimum() {
-        let mut random = SmallRng::seed_from_u64(1);
-        let mut moved = 0;
-        for _ in 0..300 {
-            let mut estimate = SVector::from_fn(|_, _| random.random_range(-1.0..1.0));
-            estimate[0] = random.random_range(0.5..2.0);
-            let covariance = random_covariance(&mut random);
-            let found = nearest_possible(&estimate, &covariance).unwrap().parameters;
-            let body = InertialParameters::from_vector(found);
-            assert!(body.is_physical(), "{found}");
-            moved += u32::from((found - estimate).norm() > 1e-9);
-            let gradient = covariance.try_inverse().unwrap() * (found - estimate);
-            let dual = Matrix4::from_fn(|i, j| {
-                let mut unit = Matrix4::zeros();
-                unit[(i, j)] += 0.5;
-                unit[(j, i)] += 0.5;
-                gradient.dot(InertialParameters::from_pseudo_inertia(&unit).as_vector())
-            });
-            let size = 1.0 + gradient.norm();
-            let least = SymmetricEigen::new(dual).eigenvalues.min();
-            assert!(least > -1e-6 * size, "{least} of {size}");
-            let gap = (dual * body.pseudo_inertia()).trace();
-            assert!(gap.abs() < 1e-6 * size, "{gap} of {size}");
-        }
-        assert!(moved > 250, "{moved}");
-    }
-
-    /// A possible body stays as it is, bit by bit; one on the border, too.
-    #[test]
-    fn a_possible_body_stays() {
-        let covariance = random_covariance(&mut SmallRng::seed_from_u64(2));
-        for inertia in [
-            [10.0, 0.1, 0.0, 15.0, 0.0, 10.0],
-            [10.0, 0.0, 0.0, 20.0, 0.0, 10.0],
-        ] {
-            let [xx, xy, xz, yy, yz, zz] = inertia;
-            let estimate = SVector::from([100.0, 0.0, 0.0, 0.0, xx, xy, xz, yy, yz, zz]);
-            let found = nearest_possible(&estimate, &covariance).unwrap();
-            assert_eq!((found.parameters, found.distance), (estimate, 0.0));
-        }
-    }
-
-    /// What is known exactly does not move: the others make room.
-    #[test]
-    fn what_is_certain_stays() {
-        let estimate = SVector::from([2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 2.5]);
-        let mut covariance = SMatrix::identity() * 1e-2;
-        for k in [0, 4, 7] {
-            covariance[(k, k)] = 1e-12;
-        }
-        let Nearest {
-            parameters: found,
-            distance,
-        } = nearest_possible(&estimate, &covariance).unwrap();
-        assert!((distance - 5.0).abs() < 1e-4, "{distance}");
-        assert!((found[0] - 2.0).abs() < 1e-6 && (found[4] - 1.0).abs() < 1e-6);
-        assert!((found[9] - 2.0).abs() < 1e-5, "{found}");
-    }
-
-    /// Whatever the covariance, and be it no covariance at all, the result is a possible body.
-    #[test]
-    fn any_covariance_will_do() {
-        let mut random = SmallRng::seed_from_u64(3);
-        for _ in 0..500 {
-            let mut estimate = SVector::from_fn(|_, _| random.random_range(-10.0..10.0));
-            estimate[0] = random.random_range(0.01..100.0);
-            let root = SMatrix::<f64, 10, 10>::from_fn(|_, _| random.random_range(-1.0..1.0));
-            let sizes = SVector::<f64, 10>::from_fn(|_, _| {
-                let sign = if random.random_bool(0.1) { -1.0 } else { 1.0 };
-                sign * 10f64.powf(random.random_range(-20.0..5.0))
-            });
-            let covariance = root * SMatrix::from_diagonal(&sizes) * root.transpose();
-            let found = nearest_possible(&estimate, &covariance).unwrap();
-            let body = InertialParameters::from_vector(found.parameters);
-            assert!(body.is_physical_within(1e-6), "{}", found.parameters);
-        }
-    }
-
-    /// A negative mass is near no body.
-    #[test]
-    fn no_body_is_near_a_negative_mass() {
-        let estimate = SVector::from([-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0]);
-        assert_eq!(nearest_possible(&estimate, &SMatrix::identity()), None);
-    }
-}
+mod tests;

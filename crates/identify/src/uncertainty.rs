@@ -1,6 +1,6 @@
 //! What the covariance of the linear parameters says of mass, centre of mass and inertia.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{RowSVector, SMatrix, SVector};
 use tactid_dynamics::InertialParameters;
 
 use crate::estimate::{KINDS, values};
@@ -60,27 +60,13 @@ pub(crate) fn deviations(
     parameters: &SVector<f64, 10>,
     covariance: &SMatrix<f64, 10, 10>,
     scales: &SVector<f64, 10>,
-    unknown: impl Iterator<Item = SVector<f64, 10>>,
+    unknown: impl Iterator<Item = SVector<f64, 10>> + Clone,
 ) -> [f64; 10] {
     let Some(jacobian) = jacobian(parameters) else {
         return [f64::INFINITY; 10];
     };
-    let mut scaled = jacobian;
-    for (mut column, scale) in scaled.column_iter_mut().zip(scales) {
-        column *= *scale;
-    }
-    let mut unknown_part = SVector::<f64, 10>::zeros();
-    for direction in unknown {
-        let parts = scaled * direction;
-        unknown_part += parts.component_mul(&parts);
-    }
-    let product = jacobian * covariance;
     let mut deviations: [f64; 10] = std::array::from_fn(|k| {
-        if unknown_part[k] > SHARE * scaled.row(k).norm_squared() {
-            f64::INFINITY
-        } else {
-            product.row(k).dot(&jacobian.row(k)).max(0.0).sqrt()
-        }
+        deviation(&jacobian.row(k).into(), covariance, scales, unknown.clone())
     });
     if deviations[0] > MASS_KNOWN * parameters[0].abs() {
         deviations[1..].fill(f64::INFINITY);
@@ -88,19 +74,45 @@ pub(crate) fn deviations(
     deviations
 }
 
+/// Standard deviation of a quantity with these derivatives after the parameters; infinite where the
+/// motion did not determine it.
+pub(crate) fn deviation(
+    slope: &RowSVector<f64, 10>,
+    covariance: &SMatrix<f64, 10, 10>,
+    scales: &SVector<f64, 10>,
+    unknown: impl Iterator<Item = SVector<f64, 10>>,
+) -> f64 {
+    let scaled = slope.component_mul(&scales.transpose());
+    let unknown: f64 = unknown
+        .map(|direction| (scaled * direction)[0].powi(2))
+        .sum();
+    if unknown > SHARE * scaled.norm_squared() {
+        f64::INFINITY
+    } else {
+        (slope * covariance * slope.transpose())[0].max(0.0).sqrt()
+    }
+}
+
 /// A value counts as identifiable when its 95 % interval is narrower than the largest of its kind.
 pub(crate) fn identifiable(values: &[f64; 10], deviations: &[f64; 10]) -> [bool; 10] {
     let mut known = [false; 10];
-    for kind in KINDS {
-        let largest = values[kind.clone()]
-            .iter()
-            .fold(0.0f64, |a, b| a.max(b.abs()));
-        for k in kind {
-            let half_width = HALF_WIDTH_95 * deviations[k];
-            known[k] = half_width < largest || half_width == 0.0;
-        }
+    let largest = largest_of_kind(values);
+    for k in 0..10 {
+        let half_width = HALF_WIDTH_95 * deviations[k];
+        known[k] = half_width < largest[k] || half_width == 0.0;
     }
     known
+}
+
+/// For each value the largest of its kind, of mass, centre of mass and inertia: what its interval is
+/// compared with. Many a value is zero by symmetry, and no part of zero is a measure.
+pub(crate) fn largest_of_kind(values: &[f64; 10]) -> [f64; 10] {
+    let mut largest = [0.0; 10];
+    for kind in KINDS {
+        let of_kind = values[kind.clone()].iter();
+        largest[kind].fill(of_kind.fold(0.0, |a, b| f64::max(a, b.abs())));
+    }
+    largest
 }
 
 #[cfg(test)]

@@ -46,7 +46,7 @@ impl IntoPyErr for tactid_identify::IdentifyError {
             Error::State(error) => error.into_py_err(),
             Error::Setting(error) => error.into_py_err(),
             Error::Log(error) => error.into_py_err(),
-            Error::Value { .. } | Error::WrenchCount { .. } => {
+            Error::Value { .. } | Error::Box { .. } | Error::WrenchCount { .. } => {
                 ArgumentError::new_err(self.to_string())
             }
             _ => IdentificationError::new_err(self.to_string()),

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use tactid_identify::{Clock, FitReport, HistoryPoint};
 
 use crate::arrays::output;
-use crate::errors::IntoPyErr;
+use crate::errors::{ArgumentError, IntoPyErr};
 use crate::payload::PayloadEstimate;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -102,6 +102,47 @@ impl Identification {
     fn deviation<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let deviations = self.0.estimate.deviations.unwrap_or([f64::NAN; 10]);
         output(py, deviations.to_vec(), None, &[10])
+    }
+
+    /// Principal moments of inertia about the centre of mass, ascending, (3,), kg m²; NaN where there are none.
+    #[getter]
+    fn principal_moments<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let moments = self.0.principal_moments.map(|found| found.moments);
+        output(py, moments.unwrap_or([f64::NAN; 3]).to_vec(), None, &[3])
+    }
+
+    /// Their standard deviations, (3,), kg m²: infinite where the motion did not determine the whole inertia, NaN
+    /// for the paper's filter. Moments that are nearer to each other than their noise share a deviation that holds
+    /// the noise of all their axes, since noise drives equal moments apart.
+    #[getter]
+    fn principal_moment_deviation<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let deviations = self.0.principal_moments.and_then(|found| found.deviations);
+        output(py, deviations.unwrap_or([f64::NAN; 3]).to_vec(), None, &[3])
+    }
+
+    /// How much longer the motion must go on, by its second half, until every value is known well enough.
+    ///
+    /// What the model has wrong (a sign, a frame, friction) is a bias, which no time takes away.
+    ///
+    /// Args:
+    ///     within: Half of the 95 % interval that is wanted, as a part of the largest value of its kind (mass,
+    ///         centre of mass, inertia): 0.01 for 1 %.
+    ///
+    /// Returns:
+    ///     Time for each of ``VALUE_NAMES``, (10,), s: 0 where it is so already, infinite where the motion does not
+    ///     determine the value, NaN for the paper's filter.
+    ///
+    /// Raises:
+    ///     ArgumentError: ``within`` is not positive.
+    #[pyo3(signature = (within=0.01))]
+    fn remaining<'py>(&self, py: Python<'py>, within: f64) -> PyResult<Array<'py>> {
+        if within.is_nan() || within <= 0.0 {
+            return Err(ArgumentError::new_err(format!(
+                "`within` is {within}: expected a positive part, such as 0.01"
+            )));
+        }
+        let remaining = self.0.remaining_s(within).unwrap_or([f64::NAN; 10]);
+        output(py, remaining.to_vec(), None, &[10])
     }
 
     /// The middle of each window on the recording's clock, (W,), s. Empty for the paper's filter, as is all that
@@ -225,6 +266,27 @@ impl Identification {
     #[getter]
     fn delay_deviation(&self) -> Option<f64> {
         self.0.estimated_delay.map(|delay| delay.1)
+    }
+
+    /// The payload's mass as it was given, kg; None where it was not.
+    #[getter]
+    fn known_mass(&self) -> Option<f64> {
+        self.0.known_mass.map(|mass| mass.mass_kg)
+    }
+
+    /// Its standard deviation, kg, 0 for an exact mass; None where no mass was given.
+    #[getter]
+    fn known_mass_deviation(&self) -> Option<f64> {
+        self.0.known_mass.map(|mass| mass.deviation_kg)
+    }
+
+    /// Least and largest corner of the box that was given, in the tool frame, (2, 3), m; None where it was not.
+    #[getter]
+    fn bounding_box<'py>(&self, py: Python<'py>) -> PyResult<Option<Array<'py>>> {
+        let corners = self.0.bounding_box.map(|given| [given.min, given.max]);
+        let told = corners.map(|both| both.iter().flatten().copied().collect());
+        told.map(|corners| output(py, corners, None, &[2, 3]))
+            .transpose()
     }
 
     /// ``"stamps"`` of the headers, or ``"log times"`` where there are none.

@@ -13,11 +13,11 @@ use crate::errors::{ArgumentError, IntoPyErr};
 use crate::identification::Identification;
 use crate::inertia::MassProperties;
 use crate::pulse::Pulse;
-use crate::request::{Argument, Given, Recorded};
+use crate::request::{Argument, Given, Known, Recorded};
 
 /// Identifies the payload from a log: see :func:`tactid.identify`.
 #[pyfunction]
-#[pyo3(signature = (log, *, tool=None, way=None, estimator="rls", alpha=1.8, beta=0.9, gravity=None, average=None, cutoff=None, epochs=None, max_gap=None, urdf=None, joints=Vec::new(), wrenches=Vec::new(), odometry=None, imu=None, acceleration=None, wrench_acts_on="payload", known_tool=None, delay=None, bare=None, effort_gain=Vec::new(), progress=None))]
+#[pyo3(signature = (log, *, tool=None, way=None, estimator="rls", alpha=1.8, beta=0.9, gravity=None, average=None, cutoff=None, epochs=None, max_gap=None, urdf=None, joints=Vec::new(), wrenches=Vec::new(), odometry=None, imu=None, acceleration=None, wrench_acts_on="payload", known_tool=None, known_mass=None, known_mass_deviation=0.0, bounding_box=None, delay=None, bare=None, effort_gain=Vec::new(), progress=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub(crate) fn identify_log(
     py: Python<'_>,
@@ -40,6 +40,9 @@ pub(crate) fn identify_log(
     acceleration: Option<String>,
     wrench_acts_on: &str,
     known_tool: Option<&MassProperties>,
+    known_mass: Option<f64>,
+    known_mass_deviation: f64,
+    bounding_box: Argument<'_, '_>,
     delay: Option<f64>,
     bare: Option<PathBuf>,
     effort_gain: Vec<f64>,
@@ -68,10 +71,16 @@ pub(crate) fn identify_log(
             imu,
         },
         wrench_acts_on,
-        known_tool,
         delay,
         bare,
         effort_gain,
+    }
+    .add_to(&mut request)?;
+    Known {
+        tool: known_tool,
+        mass: known_mass,
+        mass_deviation: known_mass_deviation,
+        bounding_box,
     }
     .add_to(&mut request)?;
     let mut pulse = Pulse::new(progress);
@@ -86,7 +95,7 @@ pub(crate) fn identify_log(
 
 /// Identifies the payload from arrays: see :func:`tactid.identify`.
 #[pyfunction]
-#[pyo3(signature = (time, *, robot=None, q=None, qd=None, effort=None, wrench=None, pose=None, twist=None, acceleration=None, sensors=None, tool=None, way=None, estimator="rls", alpha=1.8, beta=0.9, gravity=None, average=None, cutoff=None, epochs=None, max_gap=None, known_tool=None, delay=None, progress=None))]
+#[pyo3(signature = (time, *, robot=None, q=None, qd=None, effort=None, wrench=None, pose=None, twist=None, acceleration=None, sensors=None, tool=None, way=None, estimator="rls", alpha=1.8, beta=0.9, gravity=None, average=None, cutoff=None, epochs=None, max_gap=None, known_tool=None, known_mass=None, known_mass_deviation=0.0, bounding_box=None, delay=None, progress=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub(crate) fn identify_arrays(
     py: Python<'_>,
@@ -111,6 +120,9 @@ pub(crate) fn identify_arrays(
     epochs: Option<u32>,
     max_gap: Option<f64>,
     known_tool: Option<&MassProperties>,
+    known_mass: Option<f64>,
+    known_mass_deviation: f64,
+    bounding_box: Argument<'_, '_>,
     delay: Option<f64>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Identification> {
@@ -137,7 +149,13 @@ pub(crate) fn identify_arrays(
         });
     }
     request.delay_s = delay.or(request.delay_s);
-    request.known_tool = known_tool.map(|body| body.0);
+    Known {
+        tool: known_tool,
+        mass: known_mass,
+        mass_deviation: known_mass_deviation,
+        bounding_box,
+    }
+    .add_to(&mut request)?;
     let lone = tactid_dynamics::Manipulator::lone_body("sensor");
     let model = robot.map_or(&lone, |robot| &robot.0);
     if robot.is_none() && request.settings.gravity.is_none() {

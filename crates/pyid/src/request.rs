@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use nalgebra::Vector3;
 use pyo3::prelude::*;
-use tactid_identify::{ActsOn, EstimatorKind, Request, Settings, Topics, Way};
+use tactid_identify::{
+    ActsOn, BoundingBox, EstimatorKind, KnownMass, Request, Settings, Topics, Way,
+};
 
 use crate::arrays::Series;
 use crate::errors::ArgumentError;
@@ -100,7 +102,6 @@ pub(crate) struct Recorded<'a> {
     pub(crate) urdf: Option<String>,
     pub(crate) topics: Topics,
     pub(crate) wrench_acts_on: &'a str,
-    pub(crate) known_tool: Option<&'a MassProperties>,
     pub(crate) delay: Option<f64>,
     pub(crate) bare: Option<PathBuf>,
     pub(crate) effort_gain: Vec<f64>,
@@ -122,10 +123,41 @@ impl Recorded<'_> {
         request.tool = self.tool;
         request.urdf = self.urdf;
         request.topics = self.topics;
-        request.known_tool = self.known_tool.map(|body| body.0);
         request.delay_s = self.delay.or(request.delay_s);
         request.bare = self.bare;
         request.effort_gain = self.effort_gain;
+        Ok(())
+    }
+}
+
+/// What Python knows of tool and payload.
+pub(crate) struct Known<'a, 'py> {
+    pub(crate) tool: Option<&'a MassProperties>,
+    pub(crate) mass: Option<f64>,
+    pub(crate) mass_deviation: f64,
+    pub(crate) bounding_box: Argument<'a, 'py>,
+}
+
+impl Known<'_, '_> {
+    pub(crate) fn add_to(&self, request: &mut Request) -> PyResult<()> {
+        if self.mass.is_none() && self.mass_deviation != 0.0 {
+            return Err(ArgumentError::new_err(
+                "`known_mass_deviation` is given without `known_mass`",
+            ));
+        }
+        request.known_tool = self.tool.map(|body| body.0);
+        request.known_mass = self.mass.map(|mass_kg| KnownMass {
+            mass_kg,
+            deviation_kg: self.mass_deviation,
+        });
+        if let Some(given) = self.bounding_box {
+            let corners = Series::read(given, "bounding_box", &[2, 3])?;
+            let corners = corners.single()?;
+            request.bounding_box = Some(BoundingBox {
+                min: Vector3::from_column_slice(&corners[..3]),
+                max: Vector3::from_column_slice(&corners[3..]),
+            });
+        }
         Ok(())
     }
 }

@@ -4,6 +4,7 @@ use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
 
 use super::*;
+use crate::gram::Gram;
 
 const FORCE_NOISE: f64 = 0.3;
 const MOMENT_NOISE: f64 = 0.02;
@@ -228,4 +229,102 @@ fn too_few_equations() {
         .is_none()
     );
     assert!(Fit::new(&[], Options::new(&Channels::of_a_wrench())).is_none());
+}
+
+fn weighed(equations: &[Equation], mass_kg: f64, deviation_kg: f64) -> Fit {
+    let mass = KnownMass {
+        mass_kg,
+        deviation_kg,
+    };
+    let channels = Channels::of_a_wrench();
+    let options = Options {
+        mass: Some(mass.with(0.0)),
+        ..Options::new(&channels)
+    };
+    Fit::new(equations, options).unwrap()
+}
+
+/// An exact mass moves the others as conditioning the estimate without it does, and their covariance
+/// is the conditioned one; with fixed weights both are exact but for the given mass's own rounding.
+#[test]
+fn a_known_mass_conditions_the_others() {
+    let equations = equations(200, 11, 1.0, 0.0);
+    let alone = fit(&equations);
+    let channels = Channels::of_a_wrench();
+    let with_mass = |mass| {
+        let options = Options {
+            weights: Some(&alone),
+            mass,
+            ..Options::new(&channels)
+        };
+        Fit::new(&equations, options).unwrap()
+    };
+    let exact = KnownMass {
+        mass_kg: 3.0,
+        deviation_kg: 0.0,
+    };
+    let (alone, found) = (with_mass(None), with_mass(Some(exact.with(0.0))));
+    assert!((found.parameters[0] - 3.0).abs() < 1e-9);
+    // In the metric of the Gram matrix, not of the covariance that the residuals widen.
+    let mut gram = Gram::with_knowledge(&alone);
+    for (window, equation) in equations.iter().enumerate() {
+        gram.add(equation, window);
+    }
+    let scales = SMatrix::from_diagonal(&alone.excitation.scales);
+    let inverse = scales * gram.information.try_inverse().unwrap() * scales;
+    let gain = inverse.column(0) / inverse[(0, 0)];
+    let expected = alone.parameters + gain * (3.0 - alone.parameters[0]);
+    let deviations = alone.covariance.diagonal().map(f64::sqrt);
+    let off = (found.parameters - expected).component_div(&deviations);
+    assert!(off.amax() < 1e-6, "{off}");
+    let narrower = found
+        .covariance
+        .diagonal()
+        .map(f64::sqrt)
+        .component_div(&deviations);
+    assert!(narrower[0] < 1e-5 && narrower.max() < 1.1, "{narrower}");
+}
+
+/// Weighed as exactly as the wrench tells it, the mass is known better by the root of two or so, and
+/// all deviations are as large as they say.
+#[test]
+fn a_weighed_mass_is_as_good_as_it_says() {
+    const RUNS: u64 = 100;
+    let (mut squares, mut claimed) = (SVector::<f64, 10>::zeros(), SVector::<f64, 10>::zeros());
+    let mut alone = 0.0;
+    for seed in 0..RUNS {
+        let equations = equations(200, seed, 1.0, 0.0);
+        let without = fit(&equations);
+        alone += without.covariance[(0, 0)];
+        let deviation_kg = without.covariance[(0, 0)].sqrt();
+        let mut random = SmallRng::seed_from_u64(3000 + seed);
+        let draw: f64 = random.sample(StandardNormal);
+        let found = weighed(&equations, truth()[0] + deviation_kg * draw, deviation_kg);
+        squares += (found.parameters - truth()).map(|error| error * error);
+        claimed += found.covariance.diagonal();
+    }
+    // The mean of 100 squares scatters by 14 %.
+    let ratio = squares.component_div(&claimed);
+    assert!(ratio.min() > 0.5 && ratio.max() < 1.6, "{ratio}");
+    let gain = claimed[0] / alone;
+    assert!((0.45..0.6).contains(&gain), "{gain}");
+}
+
+/// Where the rows tell the mass only together with a first moment, a known mass tells that.
+#[test]
+fn a_known_mass_resolves_what_was_mixed() {
+    let mut mixed = equations(100, 12, 0.1, 0.0);
+    for row in mixed.iter_mut().flat_map(|equation| &mut equation.rows) {
+        row.wanted += (row.regressor[1] - row.regressor[0]) * truth()[0];
+        row.regressor[0] = row.regressor[1];
+    }
+    assert_eq!(fit(&mixed).excitation.unknown().count(), 1);
+    let found = weighed(&mixed, 3.0, 0.0);
+    assert_eq!(found.excitation.unknown().count(), 0);
+    let off = found.parameters - truth();
+    let deviations = found
+        .covariance
+        .diagonal()
+        .map(|variance| 4.0 * variance.sqrt() + 1e-8);
+    assert!(off.component_div(&deviations).amax() < 1.0, "{off}");
 }

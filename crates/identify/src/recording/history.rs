@@ -1,10 +1,12 @@
 //! How the estimate and its uncertainty came about over a recording.
 
-use nalgebra::{DMatrix, SMatrix, SVector, SymmetricEigen};
+use nalgebra::{SMatrix, SVector, SymmetricEigen};
 
 use super::outcome::HistoryPoint;
+use crate::BoundingBox;
 use crate::equation::Equation;
 use crate::fit::{self, Directions, Fit};
+use crate::gram::Gram;
 use crate::physical::nearest_possible;
 use crate::uncertainty::{deviations, values_of};
 use crate::window::NOISE_CORRELATION;
@@ -18,31 +20,18 @@ pub(crate) fn history(
     equations: &[Equation],
     fit: &Fit,
     known: &SVector<f64, 10>,
+    bounding_box: Option<&BoundingBox>,
 ) -> Vec<HistoryPoint> {
     let scales = fit.excitation.scales;
     let every = equations.len().div_ceil(POINTS).max(1);
-    let mut gram = SMatrix::<f64, 10, 10>::zeros();
-    let mut target = SVector::<f64, 10>::zeros();
+    let mut gram = Gram::with_knowledge(fit);
     let mut points = Vec::new();
-    let mut block = DMatrix::zeros(fit.noise.channels(), 11);
-    for (k, (equation, weight)) in equations.iter().zip(&fit.weights).enumerate() {
-        // What the motion's noise adds is taken off, as in the fit.
-        for (rows, sign) in [(&equation.rows, 1.0), (&equation.differences, -1.0)] {
-            for (channel, row) in rows.iter().enumerate() {
-                let scaled = row.regressor.component_mul(&scales);
-                let mut entries = block.view_mut((channel, 0), (1, 10));
-                entries.copy_from(&scaled.transpose());
-                block[(channel, 10)] = row.wanted;
-            }
-            fit.noise.whiten(&mut block);
-            let (rows, wanted) = (block.fixed_columns::<10>(0), block.column(10));
-            gram.gemm_tr(sign * weight, &rows, &rows, 1.0);
-            target.gemv_tr(sign * weight, &rows, &wanted, 1.0);
-        }
+    for (k, equation) in equations.iter().enumerate() {
+        gram.add(equation, k);
         if k % every != every - 1 && k + 1 != equations.len() {
             continue;
         }
-        if let Some((values, deviations)) = solve(&gram, &target, &scales, known) {
+        if let Some((values, deviations)) = solve(&gram, &scales, known, bounding_box) {
             points.push(HistoryPoint {
                 epoch: 0,
                 time_s: equation.time_s,
@@ -55,23 +44,23 @@ pub(crate) fn history(
 }
 
 fn solve(
-    gram: &SMatrix<f64, 10, 10>,
-    target: &SVector<f64, 10>,
+    gram: &Gram<'_>,
     scales: &SVector<f64, 10>,
     known: &SVector<f64, 10>,
+    bounding_box: Option<&BoundingBox>,
 ) -> Option<([f64; 10], [f64; 10])> {
-    let eigen = SymmetricEigen::new(*gram);
+    let eigen = SymmetricEigen::new(gram.information);
     let directions = Directions::new(&eigen, *scales);
     let mut parameters = SVector::<f64, 10>::zeros();
     let mut covariance = SMatrix::<f64, 10, 10>::zeros();
     for (value, vector) in fit::known(&eigen) {
-        parameters += vector * (vector.dot(target) / value);
+        parameters += vector * (vector.dot(&gram.target) / value);
         covariance.ger(NOISE_CORRELATION / value, &vector, &vector, 1.0);
     }
     let parameters = parameters.component_mul(scales) - known;
     let covariance = SMatrix::from_fn(|i, j| covariance[(i, j)] * scales[i] * scales[j]);
-    let parameters =
-        nearest_possible(&parameters, &covariance).map_or(parameters, |nearest| nearest.parameters);
+    let nearest = nearest_possible(&parameters, &covariance, scales, bounding_box);
+    let parameters = nearest.map_or(parameters, |nearest| nearest.parameters);
     let values = values_of(&parameters)?;
     let deviations = deviations(&parameters, &covariance, scales, directions.unknown());
     Some((values, deviations))

@@ -67,6 +67,7 @@ pub fn identify_log(
     request: &Request,
     observer: &mut Observer<'_>,
 ) -> Result<Identification, IdentifyError> {
+    request.check_knowledge()?;
     let log = LogReader::open(path)?;
     if log.topics().iter().all(|topic| topic.count == 0) {
         let damage = log.damage().iter().map(|damage| format!(": {damage}"));

@@ -10,10 +10,13 @@ use super::history::history;
 use super::request::Request;
 use super::run::Run;
 use super::suspicion::suspicions;
-use crate::fit::{Directions, Fit, Options};
+use crate::fit::{Fit, Options};
+use crate::forecast::Forecast;
 use crate::physical::nearest_possible;
-use crate::uncertainty::{HALF_WIDTH_95, deviations, identifiable};
-use crate::{IdentifyError, PayloadEstimate, Settings, Way};
+use crate::uncertainty::{HALF_WIDTH_95, identifiable};
+use crate::{
+    BoundingBox, IdentifyError, KnownMass, PayloadEstimate, PrincipalMoments, Settings, Way,
+};
 
 /// The check on what a fit has not seen leaves out every so many parts of the recording.
 const HELD_OUT_PARTS: usize = 25;
@@ -81,6 +84,8 @@ pub struct FitReport {
 pub struct Identification {
     /// At the end of the recording.
     pub estimate: PayloadEstimate,
+    /// Of the payload; `None` where its mass is zero.
+    pub principal_moments: Option<PrincipalMoments>,
     /// The estimate over time.
     pub history: Vec<HistoryPoint>,
     /// For least squares: how well it fits.
@@ -99,6 +104,10 @@ pub struct Identification {
     pub delay_s: f64,
     /// The delay as it was estimated, and its standard deviation, s.
     pub estimated_delay: Option<(f64, f64)>,
+    /// The payload's mass as it was given.
+    pub known_mass: Option<KnownMass>,
+    /// The box as it was given.
+    pub bounding_box: Option<BoundingBox>,
     /// Where times came from.
     pub clock: Clock,
     /// Messages that could not be used.
@@ -109,6 +118,24 @@ pub struct Identification {
     pub interrupted: bool,
     /// Where the log could not be read further, and why.
     pub damage: Vec<String>,
+    pub(crate) forecast: Option<Forecast>,
+}
+
+impl Identification {
+    /// How much longer the motion must go on until half of each value's 95 % interval is `within` (0.01
+    /// for 1 %) times the largest value of its kind (mass, centre of mass, inertia), in the order of
+    /// [`VALUE_NAMES`](crate::VALUE_NAMES), s. Zero where it is so already, infinite where the motion
+    /// does not determine the value; `None` for the paper's filter, which knows of no intervals.
+    ///
+    /// Information grows in proportion to the time of a motion: it is taken to grow on as it did in the
+    /// second half of the windows. What the model has wrong (a sign, a frame, friction) is a bias,
+    /// which no time takes away.
+    #[must_use]
+    pub fn remaining_s(&self, within: f64) -> Option<[f64; 10]> {
+        let deviations = self.estimate.deviations?;
+        let forecast = self.forecast.as_ref()?;
+        Some(forecast.remaining_s(&self.estimate.values(), &deviations, within))
+    }
 }
 
 /// How far the reading has come.
@@ -186,14 +213,18 @@ pub(crate) fn conclude(
 ) -> Result<Identification, IdentifyError> {
     let mut found = Identification {
         estimate: run.identifier.estimate(),
+        principal_moments: None,
         history: Vec::new(),
         fit: None,
+        forecast: None,
         duration_s: run.duration_s(),
         start_ns: origin.start_ns,
         gravity: run.gravity(),
         tool: run.plan.tool.clone(),
         delay_s: run.plan.delay_s,
         estimated_delay: run.plan.found_delay,
+        known_mass: request.known_mass,
+        bounding_box: request.bounding_box,
         clock: origin.clock,
         dirt: run.dirt.to_vec(),
         remarks: origin.remarks,
@@ -202,38 +233,78 @@ pub(crate) fn conclude(
         settings: run.plan.settings.clone(),
     };
     found.estimate.singular_values = Some(run.identifier.singular_values());
-    let tool = request.known_tool.map(InertialParameters::from);
     if run.plan.least_squares && !interrupted {
-        fit(&mut found, &run, tool.as_ref())?;
+        fit(&mut found, &run, request)?;
     } else {
         found.history.clone_from(&run.history);
-        if let Some(tool) = &tool {
-            found.estimate.body = crate::estimate::without(&found.estimate.body, tool);
+        if let Some(tool) = request.known_tool {
+            found.estimate.body = crate::estimate::without(&found.estimate.body, &tool.into());
         }
+        found.principal_moments = PrincipalMoments::of(&found.estimate.body.into());
     }
     Ok(found)
 }
 
 /// Replaces the online estimate by the fit over all equations.
-fn fit(
-    found: &mut Identification,
-    run: &Run,
-    tool: Option<&InertialParameters>,
-) -> Result<(), IdentifyError> {
+fn fit(found: &mut Identification, run: &Run, request: &Request) -> Result<(), IdentifyError> {
     let equations = &run.records.equations;
     let too_few = || IdentifyError::TooShort {
         windows: equations.len(),
         window_s: crate::window::length_s(run.plan.settings.cutoff_hz),
     };
     let channels = run.identifier.grouping();
-    let fit = Fit::new(equations, Options::new(&channels)).ok_or_else(too_few)?;
+    let alone = Fit::new(equations, Options::new(&channels)).ok_or_else(too_few)?;
+    tell_delay(found, run, &alone);
+    let known = known_bodies(run, request);
+    let weighed = match request.known_mass {
+        Some(mass) => {
+            tell_contradiction(found, &alone, known[0], &mass);
+            let options = Options {
+                mass: Some(mass.with(known[0])),
+                ..Options::new(&channels)
+            };
+            Some(Fit::new(equations, options).ok_or_else(too_few)?)
+        }
+        None => None,
+    };
+    let fit = weighed.as_ref().unwrap_or(&alone);
+    let parameters = possible(found, fit, &known, request.bounding_box.as_ref());
+    tell_payload(found, fit, &parameters);
+    found.history = history(equations, fit, &known, request.bounding_box.as_ref());
+    // A sign shows in what the data say alone.
+    let suspect = suspicions(
+        equations,
+        (&alone, &channels),
+        &found.gravity,
+        run.plan.settings.way,
+    );
+    found.remarks.extend(suspect);
+    let outliers = (0..equations.len()).filter(|&k| fit.is_outlier(k)).count();
+    if outliers > 0 {
+        found.remarks.push(format!(
+            "{outliers} of {} windows are outliers, such as an impact leaves, and hardly count.",
+            equations.len()
+        ));
+    }
+    let told = FitReport {
+        advice: advice(&found.estimate.identifiable),
+        ..report(run, fit)
+    };
+    found.forecast = Forecast::new(equations, fit, &parameters, told.stride_s);
+    found.fit = Some(told);
+    Ok(())
+}
+
+/// The delay that is left, and what was done about it.
+fn tell_delay(found: &mut Identification, run: &Run, fit: &Fit) {
     if run.plan.found_delay.is_some() {
+        let channels = run.identifier.grouping();
         let options = Options {
             delay: true,
-            weights: Some(&fit),
+            weights: Some(fit),
             ..Options::new(&channels)
         };
-        let rest = Fit::new(equations, options).and_then(|fit| fit.delay);
+        let rest = Fit::new(&run.records.equations, options).and_then(|fit| fit.delay);
         if let Some((rest_s, deviation_s)) = rest.filter(|(rest_s, _)| rest_s.is_finite()) {
             found.estimated_delay = Some((run.plan.delay_s + rest_s, deviation_s));
         }
@@ -249,30 +320,76 @@ fn fit(
             1e3 * HALF_WIDTH_95 * deviation_s
         ));
     }
+}
+
+/// What the measured load holds besides the payload.
+fn known_bodies(run: &Run, request: &Request) -> SVector<f64, 10> {
     let mut known = SVector::<f64, 10>::zeros();
     if run.plan.settings.way == Way::JointSensing {
         known += run.identifier.gripper().as_vector();
     }
-    if let Some(tool) = tool {
-        known += tool.as_vector();
+    if let Some(tool) = request.known_tool {
+        known += InertialParameters::from(tool).as_vector();
     }
-    let mut parameters = fit.parameters - known;
-    if let Some(nearest) = nearest_possible(&parameters, &fit.covariance) {
-        parameters = nearest.parameters;
-        if nearest.distance > FAR {
-            found.remarks.push(format!(
-                "No possible body explains the data within their noise; the nearest is {:.1} standard \
-                 deviations away, and is given: check frames, gravity and the sensors' offsets.",
-                nearest.distance
-            ));
-        }
+    known
+}
+
+/// That the data alone say another mass than the one that is known; `others_kg` of the load are not
+/// the payload's.
+fn tell_contradiction(found: &mut Identification, alone: &Fit, others_kg: f64, mass: &KnownMass) {
+    let deviation_kg = alone.deviations(&alone.parameters)[0];
+    let found_kg = alone.parameters[0] - others_kg;
+    let apart = (found_kg - mass.mass_kg).abs() / deviation_kg.hypot(mass.deviation_kg);
+    if apart > FAR {
+        let half_width_kg = HALF_WIDTH_95 * deviation_kg;
+        // To two figures of the interval.
+        let digits = (1.0 - half_width_kg.log10().floor()).clamp(0.0, 9.0) as usize;
+        found.remarks.push(format!(
+            "The mass is given as {} kg, but the data alone say {found_kg:.digits$} ± \
+             {half_width_kg:.digits$} kg, {apart:.1} standard deviations away: check gravity, and the \
+             sensors' gains and offsets.",
+            mass.mass_kg,
+        ));
     }
-    let Directions { scales, .. } = &fit.excitation;
-    let unknown = fit.excitation.unknown();
-    let deviations = deviations(&parameters, &fit.covariance, scales, unknown);
+}
+
+/// The possible payload that is nearest to what the data say.
+fn possible(
+    found: &mut Identification,
+    fit: &Fit,
+    known: &SVector<f64, 10>,
+    bounding_box: Option<&BoundingBox>,
+) -> SVector<f64, 10> {
+    let parameters = fit.parameters - known;
+    let scales = &fit.excitation.scales;
+    let Some(nearest) = nearest_possible(&parameters, &fit.covariance, scales, bounding_box) else {
+        return parameters;
+    };
+    if nearest.distance > FAR {
+        let (within, and) = match bounding_box {
+            Some(_) => (" within the box", ", the box"),
+            None => ("", ""),
+        };
+        found.remarks.push(format!(
+            "No possible body{within} explains the data within their noise; the nearest is {:.1} standard \
+             deviations away, and is given: check frames{and}, gravity and the sensors' offsets.",
+            nearest.distance
+        ));
+    }
+    nearest.parameters
+}
+
+/// The estimate with its uncertainty.
+fn tell_payload(found: &mut Identification, fit: &Fit, parameters: &SVector<f64, 10>) {
+    let mut deviations = fit.deviations(parameters);
+    if found
+        .known_mass
+        .is_some_and(|mass| mass.deviation_kg == 0.0)
+    {
+        deviations[0] = 0.0;
+    }
     let estimate = &mut found.estimate;
-    let payload = InertialParameters::from_vector(parameters);
-    if let Some(body) = payload.mass_properties() {
+    if let Some(body) = InertialParameters::from_vector(*parameters).mass_properties() {
         estimate.body = body;
     }
     if estimate.composite.is_some() {
@@ -281,26 +398,8 @@ fn fit(
     estimate.identifiable = identifiable(&estimate.values(), &deviations);
     estimate.deviations = Some(deviations);
     estimate.is_physical = crate::identifier::is_physical(&estimate.body);
-    found.history = history(equations, &fit, &known);
-    let suspect = suspicions(
-        equations,
-        (&fit, &channels),
-        &found.gravity,
-        run.plan.settings.way,
-    );
-    found.remarks.extend(suspect);
-    let outliers = (0..equations.len()).filter(|&k| fit.is_outlier(k)).count();
-    if outliers > 0 {
-        found.remarks.push(format!(
-            "{outliers} of {} windows are outliers, such as an impact leaves, and hardly count.",
-            equations.len()
-        ));
-    }
-    found.fit = Some(FitReport {
-        advice: advice(&found.estimate.identifiable),
-        ..report(run, &fit)
-    });
-    Ok(())
+    found.principal_moments =
+        PrincipalMoments::with_deviations(parameters, &fit.covariance, &fit.excitation);
 }
 
 fn report(run: &Run, fit: &Fit) -> FitReport {
@@ -313,6 +412,7 @@ fn report(run: &Run, fit: &Fit) -> FitReport {
     let channels = run.identifier.grouping();
     let options = Options {
         only: Some(&seen),
+        mass: fit.mass,
         ..Options::new(&channels)
     };
     let blind = Fit::new(equations, options);

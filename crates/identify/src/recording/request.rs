@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use tactid_dynamics::MassProperties;
 
-use crate::{EstimatorKind, Settings, Way};
+use crate::{BoundingBox, EstimatorKind, IdentifyError, KnownMass, Settings, Way};
 
 /// Which topics of a log to read. What is left empty is found by its type.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -49,6 +49,10 @@ pub struct Request {
     /// A known body that the measured load holds besides the payload, in the tool frame: it is taken
     /// off.
     pub known_tool: Option<MassProperties>,
+    /// The payload's mass where it was weighed: a row of its own in least squares.
+    pub known_mass: Option<KnownMass>,
+    /// Where the whole payload is: least squares then gives a body that fits in.
+    pub bounding_box: Option<BoundingBox>,
     /// By how much later than the motion wrenches are stamped, s. Default: estimated, and corrected
     /// where it is significant.
     pub delay_s: Option<f64>,
@@ -76,6 +80,23 @@ impl Request {
         }
     }
 
+    /// That what is known of the payload makes sense, and can be used.
+    pub(crate) fn check_knowledge(&self) -> Result<(), IdentifyError> {
+        let given = [
+            (self.known_mass.is_some(), "a known mass"),
+            (self.bounding_box.is_some(), "a bounding box"),
+        ];
+        match given.into_iter().find(|(given, _)| *given) {
+            Some((_, what)) if !self.is_least_squares() => {
+                return Err(IdentifyError::KnowledgeNeedsLeastSquares(what));
+            }
+            _ => {}
+        }
+        self.known_mass.map_or(Ok(()), |mass| mass.check())?;
+        self.bounding_box
+            .map_or(Ok(()), |bounding| bounding.check())
+    }
+
     pub(crate) fn is_least_squares(&self) -> bool {
         self.settings.estimator == EstimatorKind::Rls
     }
@@ -92,6 +113,8 @@ impl Default for Request {
             topics: Topics::default(),
             wrench_acts_on: ActsOn::Payload,
             known_tool: None,
+            known_mass: None,
+            bounding_box: None,
             delay_s: None,
             cutoff_hz: None,
             max_gap_s: None,

@@ -16,7 +16,7 @@ const OBSERVE_EVERY: usize = 4096;
 /// for those who read their logs themselves.
 ///
 /// `sensors` are the links in whose frames the wrenches are. Of the request its settings, its cutoff,
-/// gap and delay and its known tool count. A sensor whose own motion is known is
+/// gap and delay and what it knows of tool and payload count. A sensor whose own motion is known is
 /// [`Manipulator::lone_body`], with its motion as the base's.
 ///
 /// # Errors
@@ -29,6 +29,7 @@ pub fn identify_samples<'a>(
     request: &Request,
     observer: &mut Observer<'_>,
 ) -> Result<Identification, IdentifyError> {
+    request.check_knowledge()?;
     let mut settings = request.settings.clone();
     if let Some(way) = request.way {
         settings.way = way;

@@ -11,6 +11,7 @@ use crate::equation::Equation;
 use crate::fit::{cube_root, rare, weight};
 use crate::information::{Information, Matrix, Vector};
 use crate::noise::Channels;
+use crate::window::NOISE_CORRELATION;
 
 /// The first windows are kept. When there are so many, and at each doubling, their residuals tell the
 /// noise, and all are taken in anew with its weights.
@@ -117,8 +118,13 @@ impl Recursive {
         (self.windows >= FEWEST).then_some(self.covariance)
     }
 
+    /// The inverse of the covariance for white noise, with next to nothing in unknown directions.
+    pub(crate) fn information(&self) -> Matrix {
+        self.information.matrix() / NOISE_CORRELATION
+    }
+
     /// What a unit of each parameter is, and the directions that are unknown, unit vectors in it.
-    pub(crate) fn unknown(&self) -> (Vector, impl Iterator<Item = Vector> + '_) {
+    pub(crate) fn unknown(&self) -> (Vector, impl Iterator<Item = Vector> + Clone + '_) {
         let scales = self.sums.scales();
         let unknown = self.information.unknown();
         let scaled = unknown.map(move |direction| direction.component_div(&scales).normalize());

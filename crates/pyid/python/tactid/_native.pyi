@@ -267,6 +267,11 @@ class Identification:
     @property
     def deviation(self) -> _Array: ...
     @property
+    def principal_moments(self) -> _Array: ...
+    @property
+    def principal_moment_deviation(self) -> _Array: ...
+    def remaining(self, within: float = 0.01) -> _Array: ...
+    @property
     def fit_time(self) -> _Array: ...
     @property
     def fit_measured(self) -> _Array: ...
@@ -299,6 +304,12 @@ class Identification:
     def delay_estimate(self) -> float | None: ...
     @property
     def delay_deviation(self) -> float | None: ...
+    @property
+    def known_mass(self) -> float | None: ...
+    @property
+    def known_mass_deviation(self) -> float | None: ...
+    @property
+    def bounding_box(self) -> _Array | None: ...
     @property
     def clock(self) -> Literal["stamps", "log times"]: ...
     @property
@@ -333,6 +344,9 @@ def identify_log(
     acceleration: str | None = None,
     wrench_acts_on: Literal["payload", "sensor"] = "payload",
     known_tool: MassProperties | None = None,
+    known_mass: float | None = None,
+    known_mass_deviation: float = 0.0,
+    bounding_box: ArrayLike | None = None,
     delay: float | None = None,
     bare: _Path | None = None,
     effort_gain: Sequence[float] = ...,
@@ -361,6 +375,9 @@ def identify_arrays(
     epochs: int | None = None,
     max_gap: float | None = None,
     known_tool: MassProperties | None = None,
+    known_mass: float | None = None,
+    known_mass_deviation: float = 0.0,
+    bounding_box: ArrayLike | None = None,
     delay: float | None = None,
     progress: _Progress | None = None,
 ) -> Identification: ...

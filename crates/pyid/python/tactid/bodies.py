@@ -28,13 +28,18 @@ def inertia_about_origin(values: Sequence[float]) -> NDArray[np.float64]:
     return inertia_about_com(values) + values[0] * moved
 
 
+def principal_moments(values: Sequence[float]) -> list[float]:
+    """The principal moments of inertia about the centre of mass, ascending, kg m²."""
+    return [float(moment) for moment in np.linalg.eigvalsh(inertia_about_com(values))]
+
+
 def why_impossible(values: Sequence[float]) -> str | None:
     """What forbids that a body of these values moves in a simulator; None where nothing does."""
     if not all(math.isfinite(value) for value in values):
         return "not all of its values are finite"
     if values[0] <= 0:
         return f"its mass is {values[0]:.4g} kg"
-    moments = np.linalg.eigvalsh(inertia_about_com(values))
+    moments = principal_moments(values)
     told = ", ".join(f"{moment:.4g}" for moment in moments) + " kg m²"
     if moments[0] <= 0:
         return f"its principal moments of inertia are {told}, and none may be zero or less"

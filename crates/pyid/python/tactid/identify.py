@@ -35,6 +35,9 @@ def identify(
     acceleration: str | None = None,
     wrench_acts_on: Literal["payload", "sensor"] = "payload",
     known_tool: MassProperties | None = None,
+    known_mass: float | None = None,
+    known_mass_deviation: float = 0.0,
+    bounding_box: ArrayLike | None = None,
     delay: float | None = None,
     bare: str | os.PathLike[str] | None = None,
     effort_gain: Sequence[float] = (),
@@ -66,6 +69,9 @@ def identify(
     epochs: int | None = None,
     max_gap: float | None = None,
     known_tool: MassProperties | None = None,
+    known_mass: float | None = None,
+    known_mass_deviation: float = 0.0,
+    bounding_box: ArrayLike | None = None,
     delay: float | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> Identification: ...
@@ -114,6 +120,10 @@ def identify(source: Any, **options: Any) -> Identification:
         acceleration: Topic of the accelerations of what the odometry moves.
         wrench_acts_on: ``"payload"``, or ``"sensor"`` for what the payload exerts on the sensor.
         known_tool: A body that the load holds besides the payload, in the tool frame: taken off.
+        known_mass: The payload's mass where it was weighed, kg: it makes the others known better.
+        known_mass_deviation: Standard deviation of the weighing, kg; 0 for an exact mass.
+        bounding_box: Least and largest corner of a box that holds the whole payload, along the axes
+            of the tool frame, (2, 3), m: the result is a body that fits in.
         delay: By how much later than the motion wrenches are stamped, s; estimated where left out,
             and corrected where significant.
         bare: A recording of the same motion without the payload, whose efforts are taken off.

@@ -5,6 +5,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 from rich.console import Console
 
@@ -46,6 +47,7 @@ def _panel(name: str, text: str, *names: str) -> Any:
 
 
 ROBOT, TOPICS, SIGNS, SIGNALS, RESULTS = "Robot", "Topics", "Signs", "Signals", "Results"
+PAYLOAD = "Payload, where something is known of it"
 
 
 def identify(
@@ -105,6 +107,18 @@ def identify(
             " frame, inertia about it: m,cx,cy,cz,Ixx,Ixy,Ixz,Iyy,Iyz,Izz.",
         ),
     ] = None,
+    mass: Annotated[float | None, _panel(PAYLOAD, "Its mass as it was weighed, kg.")] = None,
+    mass_deviation: Annotated[
+        float, _panel(PAYLOAD, "Standard deviation of the weighing, kg; 0 for an exact mass.")
+    ] = 0.0,
+    box: Annotated[
+        str | None,
+        _panel(
+            PAYLOAD,
+            "A box that holds all of it, in the tip's frame, m: least and largest corner,"
+            " x,y,z,x,y,z.",
+        ),
+    ] = None,
     delay: Annotated[
         str, _panel(SIGNALS, "By how much later than the motion wrenches are stamped: auto, or s.")
     ] = "auto",
@@ -134,12 +148,21 @@ def identify(
         Path | None, _panel(RESULTS, "A JSON file with all time series to write.", "--result")
     ] = None,
     report: Annotated[Path | None, _panel(RESULTS, "An HTML file to write, with plots.")] = None,
+    within: Annotated[
+        str,
+        _panel(
+            RESULTS,
+            "The precision for which the time left is told: half of each 95 % interval in percent"
+            " of the largest value of its kind.",
+        ),
+    ] = "1%",
     estimates: Annotated[
         Path | None,
         _panel(RESULTS, "An .mcap file to write, with the estimate over time (InertiaStamped)."),
     ] = None,
 ) -> None:
     """Identifies the payload from a recording."""
+    precision = _percent("--within", within)
     with interruptible("no result"), progress("identifying") as done:
         found = tactid.identify(
             log,
@@ -158,39 +181,42 @@ def identify(
             acceleration=accel,
             wrench_acts_on=wrench_acts_on.value,
             known_tool=_read_tool(tool_mass_properties),
+            known_mass=mass,
+            known_mass_deviation=mass_deviation,
+            bounding_box=None if box is None else np.reshape(_numbers("--box", box, 6), (2, 3)),
             delay=None if delay == "auto" else _numbers("--delay", delay, 1)[0],
             bare=bare,
             effort_gain=[] if effort_gain is None else _numbers("--effort-gain", effort_gain),
             progress=done,
         )
-    _print(log, found, Form.JSON if as_json else form)
+    _print(log, found, Form.JSON if as_json else form, precision)
     with interruptible("some of the files were not written"):
-        _write(log, found, result_file, report, estimates)
+        _write(log, found, result_file, report, estimates, precision)
 
 
-def _print(log: Path, found: tactid.Identification, form: Form) -> None:
+def _print(log: Path, found: tactid.Identification, form: Form, within: float) -> None:
     for damage in found.damage:
         notes.print(f"tactid: note: {damage}; what stands before was used", style="yellow")
     values = result.estimate_values(found)
     if form is Form.JSON:
-        sys.stdout.write(result.to_json(_record(log, found)))
+        sys.stdout.write(result.to_json(_record(log, found, within)))
         return
     if form is not Form.TABLE:
         sys.stdout.write(FORMS[form](values, found.tool).rstrip() + "\n")
     else:
         truth = result.read_truth(tactid.info(log))
-        errors = None if truth is None else truth.errors_percent(values)
-        half_widths = result.half_widths(found) if found.stride > 0 else None
-        column = table.Column(found.estimator, values, errors, half_widths)
-        Console().print(table.rich_table([column], truth))
+        Console().print(table.rich_table([table.Column.of(found, truth)], truth))
     for line in result.facts(found):
         notes.print(line)
+    outlook = result.outlook(found, within)
+    if outlook is not None:
+        notes.print(outlook)
     for remark in result.recording_remarks(found):
         notes.print(remark)
 
 
-def _record(log: Path, found: tactid.Identification) -> dict[str, object]:
-    record = result.record(found)
+def _record(log: Path, found: tactid.Identification, within: float) -> dict[str, object]:
+    record = result.record(found, within)
     record["diagnostics"] |= result.read_checks(tactid.info(log))
     return record
 
@@ -201,15 +227,16 @@ def _write(
     result_file: Path | None,
     report: Path | None,
     estimates: Path | None,
+    within: float,
 ) -> None:
     if result_file is not None:
-        record = _record(log, found) | {"series": result.series(found)}
+        record = _record(log, found, within) | {"series": result.series(found)}
         result.write_atomically(result_file, result.to_json(record))
     if report is not None:
         from tactid import recording_report  # with matplotlib, which takes a while to load
 
         with notes.status("drawing"):
-            recording_report.write_report(found, log.name, report)
+            recording_report.write_report(found, log.name, report, within)
     if estimates is not None:
         with result.atomic_path(estimates) as path:
             found.write_estimates(path)
@@ -242,3 +269,14 @@ def _numbers(option: str, text: str, count: int | None = None) -> list[float]:
         many = "numbers" if count is None else f"{count} number{'s' if count > 1 else ''}"
         raise ArgumentError(f"{option} is {text!r}: expected {many}, separated by commas")
     return numbers
+
+
+def _percent(option: str, text: str) -> float:
+    """A part of one, from a number in percent, with its sign or without."""
+    try:
+        percent = float(text.strip().removesuffix("%"))
+    except ValueError:
+        percent = 0.0
+    if not 0 < percent < float("inf"):
+        raise ArgumentError(f"{option} is {text!r}: expected a positive percentage, such as 1%")
+    return percent / 100

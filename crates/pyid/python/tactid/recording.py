@@ -85,6 +85,17 @@ class Recording(Found, Protocol):
         """Standard deviation of each of the ten values, infinite where unknown, (10,)."""
 
     @property
+    def principal_moments(self) -> Array:
+        """Of inertia about the centre of mass, ascending, (3,)."""
+
+    @property
+    def principal_moment_deviation(self) -> Array:
+        """Their standard deviations, infinite where unknown, (3,)."""
+
+    def remaining(self, within: float) -> Array:
+        """How much longer the motion must go on for each of the ten values, s, (10,)."""
+
+    @property
     def start_ns(self) -> int:
         """The stamp of time 0, ns."""
 
@@ -155,6 +166,18 @@ class Recording(Found, Protocol):
     @property
     def delay_deviation(self) -> float | None:
         """Its standard deviation, s."""
+
+    @property
+    def known_mass(self) -> float | None:
+        """The payload's mass as it was given, kg; None where it was not."""
+
+    @property
+    def known_mass_deviation(self) -> float | None:
+        """Its standard deviation, kg."""
+
+    @property
+    def bounding_box(self) -> Array | None:
+        """Least and largest corner of the box that was given, (2, 3); None where it was not."""
 
     @property
     def clock(self) -> str:

@@ -12,7 +12,7 @@ from tactid import body_plot, forms, page, recording_plots, result
 from tactid.errors import IdentificationError
 from tactid.recording import Recording
 from tactid.result import KINDS, Values
-from tactid.table import NAMES, NOT_IDENTIFIABLE, UNITS
+from tactid.table import MOMENT_NAMES, MOMENT_UNIT, NAMES, NOT_IDENTIFIABLE, UNITS
 
 WAYS = {
     "tactile": "wrenches felt, and motion",
@@ -37,13 +37,15 @@ CAPTIONS = {
 }
 
 
-def write_report(found: Recording, source_name: str, path: Path) -> None:
+def write_report(
+    found: Recording, source_name: str, path: Path, within: float = result.WITHIN
+) -> None:
     """Writes the report of what a source, a log say, has told."""
-    result.write_atomically(path, render(found, source_name))
+    result.write_atomically(path, render(found, source_name, within))
 
 
-def render(found: Recording, source_name: str) -> str:
-    """The report as HTML, figures included."""
+def render(found: Recording, source_name: str, within: float = result.WITHIN) -> str:
+    """The report as HTML, figures included; ``within`` is the precision to be reached."""
     values, half_widths = result.estimate_values(found), result.half_widths(found)
     figures = recording_plots.figures(found)
 
@@ -55,7 +57,7 @@ def render(found: Recording, source_name: str) -> str:
         f"""<h1>What <code>{html.escape(found.tool)}</code> holds</h1>
 <p class="lead">From <code>{html.escape(source_name)}</code>. Everything is in the frame
 <code>{html.escape(found.tool)}</code> and along its axes, the inertia about the centre of mass.</p>
-{_table(values, half_widths)}
+{_table(found)}
 <h2>Before you trust it</h2>
 {_remarks(found)}
 <h2>Where it sits</h2>
@@ -68,7 +70,7 @@ def render(found: Recording, source_name: str) -> str:
 <h2>Over time</h2>
 {figure("parameters")}
 <h2>What the motion told</h2>
-{_advice(found)}
+{_advice(found, within)}
 {figure("excitation")}
 <h2>To take along</h2>
 {_forms(values, found.tool)}
@@ -103,10 +105,13 @@ def explained(found: Recording, part: NDArray[np.bool_]) -> list[float | None]:
     return fractions
 
 
-def _table(values: Values, half_widths: Values) -> str:
+def _table(found: Recording) -> str:
+    values = result.estimate_values(found) + result.moments(found)
+    half_widths = result.half_widths(found) + result.moment_half_widths(found)
+    names, units = NAMES + MOMENT_NAMES, UNITS + (MOMENT_UNIT,) * 3
     rows = []
     for index, (value, half) in enumerate(zip(values, half_widths, strict=True)):
-        cells = f'<td>{NAMES[index]}</td><td class="unit">{UNITS[index]}</td>'
+        cells = f'<td>{names[index]}</td><td class="unit">{units[index]}</td>'
         if value is None:
             cells += f'<td class="none" colspan="4">{NOT_IDENTIFIABLE}</td>'
         else:
@@ -116,7 +121,8 @@ def _table(values: Values, half_widths: Values) -> str:
         rows.append(f"<tr{' class=last' if last else ''}>{cells}</tr>\n")
     return f"""<div class="wide"><table>
 <caption>The interval holds the true value with 95 % probability, if nothing but noise disturbs.
-</caption>
+Moments 1 to 3 are the principal moments of inertia about the centre of mass, ascending; of those
+that noise could make equal the intervals are wider, and hold the truth more often.</caption>
 <thead><tr><th></th><th></th><th></th><th colspan="3">95 % interval</th></tr>
 <tr><th>parameter</th><th></th><th>value</th><th>±</th><th>from</th><th>to</th></tr></thead>
 <tbody>{"".join(rows)}</tbody></table></div>"""
@@ -129,9 +135,12 @@ def _remarks(found: Recording) -> str:
     return f"<ul>{''.join(f'<li>{html.escape(remark)}</li>' for remark in remarks)}</ul>"
 
 
-def _advice(found: Recording) -> str:
+def _advice(found: Recording, within: float) -> str:
     # Where something is not identifiable it stands among the remarks.
-    lines = [] if found.estimate.not_identifiable else found.motion_advice
+    lines = [] if found.estimate.not_identifiable else list(found.motion_advice)
+    outlook = result.outlook(found, within)
+    if outlook is not None:
+        lines.append(f"{outlook} An error of the model, a sign or a frame, no time takes away.")
     return "".join(f"<p>{html.escape(line)}</p>" for line in lines)
 
 
@@ -206,6 +215,7 @@ def _facts(found: Recording) -> dict[str, str]:
         "windows": f"{len(found.fit_time)}, one every {_told(found.stride, 's')}",
         "smoothed above": _told(found.cutoff, "Hz"),
         "delay of what is felt": delay,
+        "given of the payload": ", ".join(result.known(found)) or "nothing",
         "gravity": ", ".join(_told(entry, "m/s²") for entry in found.gravity),
     }
 

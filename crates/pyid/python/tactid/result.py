@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import tactid
-from tactid.bodies import why_impossible
+from tactid.bodies import principal_moments, why_impossible
 from tactid.recording import Found, Recording
 
 Way = Literal["tactile", "effort", "joint-sensing", "combined"]
@@ -36,6 +36,9 @@ KINDS = (slice(0, 1), slice(1, 4), slice(4, 10))
 
 Z95 = 1.96
 """Half the width of a 95 % interval, in standard deviations."""
+
+WITHIN = 0.01
+"""The part of the largest value of its kind that half of each interval is to reach."""
 
 MOST_POINTS = 2000
 """How many points a time series in JSON has at the most."""
@@ -93,6 +96,19 @@ class Truth:
             for value, actual, scale in zip(values, self.actual, self.scales, strict=True)
         ]
 
+    @property
+    def nominal_moments(self) -> list[float]:
+        """The principal moments that were asked for, ascending, kg m²."""
+        return principal_moments(self.nominal)
+
+    def moment_errors_percent(self, moments: Values) -> list[float | None]:
+        """Error of each principal moment in percent of its nominal value; None likewise."""
+        actual, nominal = principal_moments(self.actual), self.nominal_moments
+        return [
+            None if moment is None or scale == 0 else 100 * (moment - true) / scale
+            for moment, true, scale in zip(moments, actual, nominal, strict=True)
+        ]
+
 
 def read_truth(info: tactid.LogInfo) -> Truth | None:
     """The truth that a simulated log carries; None for any other log."""
@@ -141,11 +157,57 @@ def half_widths(found: Recording) -> list[float | None]:
     return [float(half) if known and math.isfinite(half) else None for half, known in pairs]
 
 
-def record(found: Recording) -> dict[str, Any]:
+def moments(found: Recording) -> list[float | None]:
+    """The principal moments as they are told, ascending: None unless the inertia is known."""
+    known = all(found.estimate.identifiable[KINDS[2]])
+    pairs = zip(found.principal_moments, found.principal_moment_deviation, strict=True)
+    return [_number(value) if known and not math.isinf(around) else None for value, around in pairs]
+
+
+def moment_half_widths(found: Recording) -> list[float | None]:
+    """Half of the 95 % interval of each principal moment; None where it is unknown."""
+    pairs = zip(moments(found), Z95 * found.principal_moment_deviation, strict=True)
+    return [None if value is None else _number(half) for value, half in pairs]
+
+
+def outlook(found: Recording, within: float = WITHIN) -> str | None:
+    """How much longer this motion must go on; None where the estimator knows of no intervals."""
+    remaining = found.remaining(within)
+    if np.isnan(remaining).any():
+        return None
+    worst = float(remaining.max())
+    told = f"{100 * within:g} %"
+    if worst == 0:
+        return f"Every value is within {told}."
+    names = np.array(tactid.VALUE_NAMES)
+    if math.isinf(worst):
+        never = ", ".join(names[np.isinf(remaining)])
+        return f"However long this motion goes on, not within {told}: {never}."
+    last = names[remaining.argmax()]
+    return f"Every value within {told}: another {_duration(worst)} of this motion, for {last}."
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 120:
+        return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.1f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:,.0f} h"
+
+
+def record(found: Recording, within: float = WITHIN) -> dict[str, Any]:
     """What a recording told, as JSON has it: all but its time series."""
+    remaining = found.remaining(within)
     return {
         "estimate": nested(estimate_values(found)),
         "half_width_95": nested(half_widths(found)),
+        "principal_moments": {
+            "values": moments(found),
+            "half_width_95": moment_half_widths(found),
+        },
+        "remaining_s": {
+            "within": within,
+            "all": _number(remaining.max()),
+            "each": nested([float(seconds) for seconds in remaining]),
+        },
         "frame": found.tool,
         "estimator": found.estimator,
         "diagnostics": recording_diagnostics(found),
@@ -260,6 +322,9 @@ def recording_diagnostics(found: Recording) -> dict[str, Any]:
         "delay_s": _number(found.delay),
         "delay_estimate_s": found.delay_estimate,
         "delay_deviation_s": found.delay_deviation,
+        "known_mass": found.known_mass,
+        "known_mass_deviation": found.known_mass_deviation,
+        "bounding_box": None if found.bounding_box is None else found.bounding_box.tolist(),
         "dirt": [
             {"topic": topic, "what": what, "count": count, "first_s": _number(first)}
             for topic, what, count, first in found.dirt
@@ -318,8 +383,21 @@ def facts(found: tactid.Identification) -> list[str]:
         )
     elif found.delay:
         told.append(f"delay {found.delay * 1e3:g} ms (given)")
+    told += known(found)
     told.append(f"times from {'header stamps' if found.clock == 'stamps' else 'the log'}")
     return ["; ".join(told) + "."]
+
+
+def known(found: Recording) -> list[str]:
+    """What was given of the payload."""
+    told = []
+    if found.known_mass is not None:
+        around = Z95 * (found.known_mass_deviation or 0.0)
+        told.append(f"mass {found.known_mass:g}{f' ± {around:.2g}' if around else ''} kg (given)")
+    if found.bounding_box is not None:
+        low, high = (" ".join(f"{entry:g}" for entry in corner) for corner in found.bounding_box)
+        told.append(f"within a box from {low} to {high} m (given)")
+    return told
 
 
 @contextmanager

@@ -9,6 +9,8 @@ from rich.table import Table
 from rich.text import Text
 
 import tactid
+from tactid import result
+from tactid.recording import Recording
 from tactid.result import KINDS, Truth, Values
 
 NAMES = (
@@ -24,6 +26,8 @@ NAMES = (
     "inertia zz",
 )
 UNITS = ("kg", *["m"] * 3, *["kg m²"] * 6)
+MOMENT_NAMES = ("moment 1", "moment 2", "moment 3")
+MOMENT_UNIT = "kg m²"
 
 PAPER_NOMINAL = (100.0, 0.5, 0.0, 0.0, 10.0, 0.0, 0.0, 20.0, 0.0, 10.0)
 PAPER_VALUES = (101.6, 0.51, 0.0, 0.0, 10.1, 0.0, 0.0, 20.22, 0.0, 10.13)
@@ -42,6 +46,18 @@ class Column:
     """In percent; None where the truth is not known."""
     half_widths: Values | None = None
     """Half of each 95 % interval; None where the estimator tells none."""
+
+    @classmethod
+    def of(cls, found: Recording, truth: Truth | None) -> "Column":
+        """Of a recording: the ten values, then the three principal moments."""
+        values, moments = result.estimate_values(found), result.moments(found)
+        errors = None
+        if truth is not None:
+            errors = truth.errors_percent(values) + truth.moment_errors_percent(moments)
+        half_widths = None
+        if found.stride > 0:
+            half_widths = result.half_widths(found) + result.moment_half_widths(found)
+        return cls(found.estimator, values + moments, errors, half_widths)
 
 
 def number(value: float | None, half_width: float | None = None) -> str:
@@ -70,7 +86,7 @@ def is_the_papers(truth: Truth) -> bool:
 
 
 def rich_table(columns: Sequence[Column], truth: Truth | None) -> Table:
-    """The table for a terminal."""
+    """The table for a terminal: ten rows, and three more where there are principal moments."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("parameter")
     table.add_column("unit", style="dim")
@@ -86,9 +102,10 @@ def rich_table(columns: Sequence[Column], truth: Truth | None) -> Table:
             table.add_column("± 95 %", justify="right")
         if column.errors is not None:
             table.add_column("error %", justify="right")
+    names, units = NAMES + MOMENT_NAMES, UNITS + (MOMENT_UNIT,) * 3
     for index, cells in enumerate(_cells(columns, truth, with_paper)):
         last_of_kind = any(index == kind.stop - 1 for kind in KINDS)
-        table.add_row(NAMES[index], UNITS[index], *cells, end_section=last_of_kind)
+        table.add_row(names[index], units[index], *cells, end_section=last_of_kind)
     return table
 
 
@@ -96,12 +113,13 @@ def _cells(
     columns: Sequence[Column], truth: Truth | None, with_paper: bool
 ) -> Sequence[Sequence[str]]:
     rows = []
-    for index in range(len(NAMES)):
-        cells: list[str] = []
-        if truth is not None:
-            cells.append(f"{truth.nominal[index]:.2f}")
-        if with_paper:
+    nominal = [] if truth is None else truth.nominal + truth.nominal_moments
+    for index in range(len(columns[0].values)):
+        cells = [f"{value:.2f}" for value in nominal[index : index + 1]]
+        if with_paper and index < len(NAMES):
             cells += [f"{PAPER_VALUES[index]:.2f}", f"{PAPER_ERRORS[index]:.2f}"]
+        elif with_paper:
+            cells += ["–", "–"]
         for column in columns:
             half_width = None if column.half_widths is None else column.half_widths[index]
             cells.append(number(column.values[index], half_width))
