@@ -58,10 +58,10 @@ fn the_papers_experiment() {
     let log = folder.path().join("run.mcap");
     simulate(&Experiment::paper(), &log);
     for (settings, bound) in [
-        (Settings::default(), 1.0),
-        (Settings::least_squares(), 0.1),
-        (joint_sensing(Settings::default()), 1.0),
-        (joint_sensing(Settings::least_squares()), 0.5),
+        (Settings::paper(), 1.0),
+        (Settings::default(), 0.1),
+        (joint_sensing(Settings::paper()), 1.0),
+        (joint_sensing(Settings::default()), 0.5),
     ] {
         let (worst, errors) = worst(&log, &settings);
         assert!(worst < bound, "{settings:?}: {errors:?}");
@@ -78,7 +78,7 @@ fn at_two_hertz() {
     experiment.set_frequency(2.0);
     experiment.duration_s = 30.0;
     simulate(&experiment, &log);
-    let (worst, errors) = worst(&log, &Settings::least_squares());
+    let (worst, errors) = worst(&log, &Settings::default());
     assert!(worst < 0.2, "{errors:?}");
 }
 
@@ -91,7 +91,7 @@ fn at_the_posture_of_table_1() {
     experiment.posture = Posture::Named(NamedPosture::Table1);
     experiment.duration_s = 15.0;
     simulate(&experiment, &log);
-    let estimate = identify(&log, &Settings::default()).estimate;
+    let estimate = identify(&log, &Settings::paper()).estimate;
     let unknown: Vec<_> = estimate.not_identifiable().collect();
     assert_eq!(unknown, ["Ixx"], "{:?}", estimate.singular_values);
 }
@@ -108,7 +108,7 @@ fn from_measurements_alone_and_aligned() {
     simulate(&experiment, &log);
     copy(&log, &bare, 0);
     copy(&log, &late, 10_000_000);
-    let settings = Settings::least_squares();
+    let settings = Settings::default();
     let (whole, without) = (identify(&log, &settings), identify(&bare, &settings));
     assert_eq!(whole.estimate, without.estimate);
     let (aligned, _) = worst(&log, &settings);

@@ -34,7 +34,7 @@ fn main() {
     ] {
         let settings = Settings {
             way,
-            ..Settings::least_squares()
+            ..Settings::default()
         };
         let mut identifier = identifier(&experiment, settings);
         let (mut between, mut ends) = (Vec::new(), Vec::new());

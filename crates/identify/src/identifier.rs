@@ -57,7 +57,7 @@ pub enum Pushed {
 /// #   <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
 /// #   <joint name="hinge" type="continuous"><parent link="base"/><child link="tool0"/></joint></robot>"#;
 /// let robot = Manipulator::from_urdf(urdf, BaseKind::Floating)?;
-/// let mut identifier = Identifier::new(&robot, "tool0", &["tool0"], Settings::default())?;
+/// let mut identifier = Identifier::new(&robot, "tool0", &["tool0"], Settings::paper())?;
 /// // for each sample: identifier.push(&sample)?;
 /// let estimate = identifier.estimate();
 /// assert_eq!(estimate.intervals, 0);

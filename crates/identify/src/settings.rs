@@ -55,14 +55,15 @@ impl Way {
 /// How rows become parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EstimatorKind {
-    /// The paper's filter, in its two stages (48) and (46).
+    /// The paper's filter, in its two stages (48) and (46). For exact measurements; a gradient filter.
     Nlms {
         /// α of (54), in (0, 2).
         alpha: f64,
         /// β of (54), in (0, 1).
         beta: f64,
     },
-    /// Least squares on the one-stage form, which is far better conditioned.
+    /// Least squares on the one-stage form, which is far better conditioned: weighted by the noise that it
+    /// sees, with intervals, a possible body, and an eye on the payload being another.
     Rls,
 }
 
@@ -88,21 +89,21 @@ impl EstimatorKind {
 pub struct Settings {
     /// What the wrench is learnt from. Default: tactile.
     pub way: Way,
-    /// Default: the paper's NLMS.
+    /// Default: least squares, which any robot should run; the paper's filter is for reproducing it.
     pub estimator: EstimatorKind,
     /// Gravitational acceleration in the inertial frame, m/s², pointing down. Default (`None`):
     /// zero for a floating base, 9.81 along -z for a fixed one.
     pub gravity: Option<Vector3<f64>>,
-    /// The estimate is the mean over this last time, s; 0 for the latest value. Default: 10, as in
-    /// the paper's Table 2. A gradient filter never settles; least squares does, and wants 0.
+    /// The estimate is the mean over this last time, s; 0 for the latest value. Default: 0. A gradient
+    /// filter never settles, and has 10, as in the paper's Table 2.
     pub average_s: f64,
     /// Both sides of the equations pass a low-pass that has lost 3 dB at this frequency, Hz: a mean
     /// over a window of 0.926 / `cutoff_hz`. Default: 10. It keeps faster noise out of the estimator,
     /// and adds no bias: it filters rows, not measurements.
     pub cutoff_hz: f64,
-    /// How often a log is presented to the estimator. Default: 2 for the paper's filter, which corrects
+    /// How often a log is presented to the estimator. Default: 1; 2 for the paper's filter, which corrects
     /// what it learnt of the inertia while the centre of mass was still wrong only where the motion
-    /// comes back to it; 1 for least squares. Online, the samples come once.
+    /// comes back to it. Online, the samples come once.
     pub epochs: u32,
     /// Samples further apart than this are not bridged, s. Default: 0.1.
     pub max_gap_s: f64,
@@ -112,13 +113,14 @@ pub struct Settings {
 }
 
 impl Default for Settings {
+    /// Least squares on the fingers' wrenches, and its latest value.
     fn default() -> Self {
         Self {
             way: Way::Tactile,
-            estimator: EstimatorKind::PAPER,
+            estimator: EstimatorKind::Rls,
             gravity: None,
-            average_s: 10.0,
-            epochs: 2,
+            average_s: 0.0,
+            epochs: 1,
             cutoff_hz: 10.0,
             max_gap_s: 0.1,
             effort_is_net: false,
@@ -127,22 +129,22 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// The paper's filter with the paper's settings: a mean over the last 10 s, of a log presented twice.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            estimator: EstimatorKind::PAPER,
+            average_s: 10.0,
+            epochs: 2,
+            ..Self::default()
+        }
+    }
+
     /// The gravity that holds for a kind of base.
     pub(crate) fn gravity_for(&self, base: BaseKind) -> Vector3<f64> {
         self.gravity.unwrap_or(match base {
             BaseKind::Floating => Vector3::zeros(),
             BaseKind::Fixed => Vector3::new(0.0, 0.0, -STANDARD_GRAVITY),
         })
-    }
-
-    /// Least squares instead of the paper's filter, and its latest value instead of a mean.
-    #[must_use]
-    pub fn least_squares() -> Self {
-        Self {
-            estimator: EstimatorKind::Rls,
-            average_s: 0.0,
-            epochs: 1,
-            ..Self::default()
-        }
     }
 }

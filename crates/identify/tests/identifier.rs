@@ -24,7 +24,7 @@ fn identify(experiment: &Experiment, instants: &[Instant], settings: Settings) -
 fn joint_sensing() -> Settings {
     Settings {
         way: Way::JointSensing,
-        ..Settings::least_squares()
+        ..Settings::default()
     }
 }
 
@@ -33,7 +33,7 @@ fn joint_sensing() -> Settings {
 #[test]
 fn least_squares_finds_the_payload_from_the_fingers() {
     let experiment = Experiment::default();
-    let estimate = identify(&experiment, &experiment.run(), Settings::least_squares());
+    let estimate = identify(&experiment, &experiment.run(), Settings::default());
     assert!(
         worst_percent(&estimate.body) < 1e-6,
         "{:?}",
@@ -72,7 +72,7 @@ fn least_squares_finds_the_payload_from_all_together() {
     let combined = Way::Combined { effort: false };
     let settings = Settings {
         way: combined,
-        ..Settings::least_squares()
+        ..Settings::default()
     };
     let experiment = Experiment::default();
     let instants = experiment.run();
@@ -101,7 +101,7 @@ fn least_squares_finds_the_payload_from_all_together() {
     assert!(matches!(nothing, Err(IdentifyError::NoWrench)));
     let paper = Settings {
         way: combined,
-        ..Settings::default()
+        ..Settings::paper()
     };
     let refused = Identifier::new(&robot, TOOL, &SENSORS, paper);
     assert!(matches!(
@@ -122,7 +122,7 @@ fn a_wrench_one_sample_beside_its_motion_shows() {
             let from = (k as i64 + shift).clamp(0, instants.len() as i64 - 1) as usize;
             instant.wrenches.clone_from(&instants[from].wrenches);
         }
-        let estimate = identify(&experiment, &shifted, Settings::least_squares());
+        let estimate = identify(&experiment, &shifted, Settings::default());
         assert!(
             worst_percent(&estimate.body) > 1e-2,
             "{:?}",
@@ -143,7 +143,7 @@ fn a_wrench_of_the_wrong_sign_is_an_impossible_body() {
     {
         *wrench = -*wrench;
     }
-    let estimate = identify(&experiment, &instants, Settings::least_squares());
+    let estimate = identify(&experiment, &instants, Settings::default());
     assert!((estimate.body.mass_kg + 100.0).abs() < 1e-2);
     assert!(!estimate.is_physical);
 }
@@ -160,7 +160,7 @@ fn ixx_is_not_identifiable_at_the_posture_of_table_1() {
             duration_s: 15.0,
             ..Experiment::default()
         };
-        let estimate = identify(&experiment, &experiment.run(), Settings::default());
+        let estimate = identify(&experiment, &experiment.run(), Settings::paper());
         let found: Vec<_> = estimate.not_identifiable().collect();
         assert_eq!(found, missing, "{:?}", estimate.singular_values);
     }
@@ -177,7 +177,7 @@ fn gravity_enters_with_its_sign() {
         ..Experiment::default()
     };
     let instants = experiment.run();
-    let estimate = identify(&experiment, &instants, Settings::least_squares());
+    let estimate = identify(&experiment, &instants, Settings::default());
     assert!(
         worst_percent(&estimate.body) < 1e-6,
         "{:?}",
@@ -185,7 +185,7 @@ fn gravity_enters_with_its_sign() {
     );
     let turned = Settings {
         gravity: Some(-gravity),
-        ..Settings::least_squares()
+        ..Settings::default()
     };
     let estimate = identify(&experiment, &instants, turned);
     assert!(worst_percent(&estimate.body) > 50.0);
@@ -196,7 +196,7 @@ fn gravity_enters_with_its_sign() {
 fn bad_samples_are_refused_and_gaps_cut_out() {
     let experiment = Experiment::default();
     let instants = experiment.run();
-    let mut identifier = identifier(&experiment, Settings::least_squares());
+    let mut identifier = identifier(&experiment, Settings::default());
     for (k, instant) in instants.iter().enumerate() {
         if (2000..2500).contains(&k) {
             continue;
@@ -234,10 +234,10 @@ fn impossible_requests_are_refused() {
     let robot = Experiment::default().robot();
     let new = |tool, sensors: &[&str], settings| Identifier::new(&robot, tool, sensors, settings);
     let message = |result: Result<Identifier, IdentifyError>| result.unwrap_err().to_string();
-    assert!(message(new("hand", &SENSORS, Settings::default())).contains("no link `hand`"));
-    assert!(message(new(TOOL, &["thumb"], Settings::default())).contains("no link `thumb`"));
+    assert!(message(new("hand", &SENSORS, Settings::paper())).contains("no link `hand`"));
+    assert!(message(new(TOOL, &["thumb"], Settings::paper())).contains("no link `thumb`"));
     assert!(matches!(
-        new(TOOL, &[], Settings::default()),
+        new(TOOL, &[], Settings::paper()),
         Err(IdentifyError::NoWrench)
     ));
     let hot = EstimatorKind::Nlms {
@@ -246,12 +246,12 @@ fn impossible_requests_are_refused() {
     };
     let settings = Settings {
         estimator: hot,
-        ..Settings::default()
+        ..Settings::paper()
     };
     assert!(message(new(TOOL, &SENSORS, settings)).contains("alpha is 2"));
     let settings = Settings {
         average_s: f64::NAN,
-        ..Settings::default()
+        ..Settings::paper()
     };
     assert!(message(new(TOOL, &SENSORS, settings)).contains("average_s"));
     let fixed = Experiment {
@@ -270,7 +270,7 @@ fn samples_that_do_not_fit_are_refused() {
         duration_s: 0.01,
         ..Experiment::default()
     };
-    let mut identifier = identifier(&experiment, Settings::default());
+    let mut identifier = identifier(&experiment, Settings::paper());
     let mut instant = experiment.run().remove(0);
     instant.wrenches.pop();
     let error = identifier.push(&instant.sample()).unwrap_err();

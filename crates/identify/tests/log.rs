@@ -190,7 +190,7 @@ fn recorded(change: impl FnOnce(&mut Recording<'_>)) -> (tempfile::TempDir, Path
 #[test]
 fn a_log_gives_what_its_samples_give() {
     let (_folder, path, instants) = recorded(|_| {});
-    for settings in [Settings::default(), Settings::least_squares()] {
+    for settings in [Settings::paper(), Settings::default()] {
         let from_log = identify(&path, &settings).unwrap();
         let mut online = identifier(&Experiment::default(), settings);
         for _ in 0..from_log.settings.epochs {
@@ -211,7 +211,7 @@ fn a_log_gives_what_its_samples_give() {
 #[test]
 fn the_history_tells_the_estimate_over_time() {
     let (_folder, path, _) = recorded(|_| {});
-    let result = identify(&path, &Settings::least_squares()).unwrap();
+    let result = identify(&path, &Settings::default()).unwrap();
     let last = result.history.last().unwrap();
     assert!((last.time_s - 1.95).abs() < 0.05, "{}", last.time_s);
     assert!((result.duration_s - 2.0).abs() < 1e-9);
@@ -229,7 +229,7 @@ fn the_history_tells_the_estimate_over_time() {
 #[test]
 fn log_time_stands_in_for_a_missing_stamp() {
     let (_folder, path, _) = recorded(|recording| recording.stamps = false);
-    let result = identify(&path, &Settings::least_squares()).unwrap();
+    let result = identify(&path, &Settings::default()).unwrap();
     assert!(worst_percent(&result.estimate.body) < 1e-2);
 }
 
@@ -239,7 +239,7 @@ fn a_cut_log_is_used_up_to_the_cut() {
     let (_folder, path, _) = recorded(|_| {});
     let bytes = std::fs::read(&path).unwrap();
     std::fs::write(&path, &bytes[..bytes.len() * 2 / 3]).unwrap();
-    let result = identify(&path, &Settings::least_squares()).unwrap();
+    let result = identify(&path, &Settings::default()).unwrap();
     assert!(
         result.duration_s > 0.2 && result.duration_s < 2.0,
         "{}",
@@ -252,7 +252,7 @@ fn a_cut_log_is_used_up_to_the_cut() {
 #[test]
 fn the_observer_can_stop() {
     let (_folder, path, _) = recorded(|_| {});
-    let request = request(&Settings::default());
+    let request = request(&Settings::paper());
     let mut reports = 0;
     let result = identify_log(&path, &request, &mut |progress| {
         assert!((0.0..=1.0).contains(&progress.fraction));
@@ -301,9 +301,7 @@ fn a_log_that_lacks_something_says_what() {
     ];
     for (expected, change) in cases {
         let (_folder, path, _) = recorded(change);
-        let error = identify(&path, &Settings::default())
-            .unwrap_err()
-            .to_string();
+        let error = identify(&path, &Settings::paper()).unwrap_err().to_string();
         assert!(
             error.contains(expected),
             "wanted `{expected}`, got `{error}`"
@@ -312,7 +310,7 @@ fn a_log_that_lacks_something_says_what() {
     let (_folder, path, _) = recorded(|r| r.odometry = false);
     let settings = Settings {
         way: tactid_identify::Way::JointSensing,
-        ..Settings::default()
+        ..Settings::paper()
     };
     let error = identify(&path, &settings).unwrap_err().to_string();
     assert!(
@@ -324,7 +322,7 @@ fn a_log_that_lacks_something_says_what() {
 /// A path without a log is an error that names it.
 #[test]
 fn no_log_no_panic() {
-    let error = identify(Path::new("/nonexistent/run.mcap"), &Settings::default()).unwrap_err();
+    let error = identify(Path::new("/nonexistent/run.mcap"), &Settings::paper()).unwrap_err();
     assert!(
         error.to_string().contains("/nonexistent/run.mcap"),
         "{error}"

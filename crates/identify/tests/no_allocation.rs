@@ -33,7 +33,7 @@ fn another_payload_allocates_nothing() {
     for way in [Way::Tactile, Way::Combined { effort: false }] {
         let settings = Settings {
             way,
-            ..Settings::least_squares()
+            ..Settings::default()
         };
         let mut identifier = identifier(&experiment, settings);
         let allocations = measure(|| {
@@ -57,11 +57,11 @@ fn pushing_and_asking_allocate_nothing() {
     let instants = experiment.run();
     let combined = Way::Combined { effort: false };
     for (way, settings) in [
+        (Way::Tactile, Settings::paper()),
         (Way::Tactile, Settings::default()),
-        (Way::Tactile, Settings::least_squares()),
+        (Way::JointSensing, Settings::paper()),
         (Way::JointSensing, Settings::default()),
-        (Way::JointSensing, Settings::least_squares()),
-        (combined, Settings::least_squares()),
+        (combined, Settings::default()),
     ] {
         let mut identifier = identifier(&experiment, Settings { way, ..settings });
         let allocations = measure(|| {

@@ -15,7 +15,7 @@ const COMBINED: Way = Way::Combined { effort: false };
 fn online(experiment: &Experiment, way: Way) -> Identifier {
     let settings = Settings {
         way,
-        ..Settings::least_squares()
+        ..Settings::default()
     };
     identifier(experiment, settings)
 }
@@ -261,5 +261,5 @@ fn the_covariance_goes_with_the_deviations() {
 }
 
 fn identifier_of_paper(experiment: &Experiment) -> Identifier {
-    identifier(experiment, Settings::default())
+    identifier(experiment, Settings::paper())
 }

@@ -35,9 +35,9 @@ impl Given<'_, '_> {
                     alpha: self.alpha,
                     beta: self.beta,
                 },
-                ..Settings::default()
+                ..Settings::paper()
             },
-            "rls" => Settings::least_squares(),
+            "rls" => Settings::default(),
             _ => return Err(unknown("estimator", self.estimator, "\"nlms\" or \"rls\"")),
         };
         let gravity = match self.gravity {

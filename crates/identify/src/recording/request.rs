@@ -70,7 +70,7 @@ impl Request {
     /// The paper's filter with the paper's settings, on a recording whose clocks agree.
     #[must_use]
     pub fn paper() -> Self {
-        let settings = Settings::default();
+        let settings = Settings::paper();
         Self {
             cutoff_hz: Some(settings.cutoff_hz),
             max_gap_s: Some(settings.max_gap_s),
@@ -106,7 +106,7 @@ impl Default for Request {
     /// Robust least squares, all else found in the log.
     fn default() -> Self {
         Self {
-            settings: Settings::least_squares(),
+            settings: Settings::default(),
             way: None,
             tool: None,
             urdf: None,
