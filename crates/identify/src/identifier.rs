@@ -1,24 +1,20 @@
 //! The online identifier: one sample at a time, asked at any time.
 
 use nalgebra::Vector3;
-use tactid_dynamics::{BaseKind, InertialParameters, Manipulator, MassProperties};
+use tactid_dynamics::{BaseKind, InertialParameters, Manipulator};
 
 use crate::equation::Equation;
-use crate::estimate::{self, values, without};
+use crate::estimate::{self, values};
 use crate::excitation::Excitation;
 use crate::front::Front;
 use crate::information::{Matrix, Vector};
+use crate::latest::{Latest, is_physical};
 use crate::method::Method;
 use crate::noise::Channels;
 use crate::physical::Follower;
 use crate::recent::RecentMean;
-use crate::recursive::Recursive;
-use crate::uncertainty::{deviations, identifiable};
+use crate::uncertainty::identifiable;
 use crate::{EstimatorKind, IdentifyError, PayloadEstimate, Sample, Settings, SingularValues, Way};
-
-/// By how much of its largest principal moment an estimate may miss the triangle inequality and still
-/// count as possible: plates and rods lie on the border, and no estimate is exact.
-const BORDER: f64 = 0.01;
 
 /// What became of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,24 +74,6 @@ pub struct Identifier {
     intervals: u64,
     changes: u64,
     since_s: f64,
-}
-
-/// What the last window has left.
-#[derive(Clone, Copy, Debug)]
-struct Latest {
-    /// The payload alone.
-    body: MassProperties,
-    /// With the gripper, for the joint-sensing way.
-    composite: Option<MassProperties>,
-    /// Of least squares.
-    certainty: Option<Certainty>,
-}
-
-/// How sure least squares is of the payload.
-#[derive(Clone, Copy, Debug)]
-struct Certainty {
-    deviations: [f64; 10],
-    covariance: Matrix,
 }
 
 impl Identifier {
@@ -193,13 +171,12 @@ impl Identifier {
         self.latest = match &self.method {
             Method::TwoStage(filters) => Latest::of_filters(&filters.body(), gripper.as_ref()),
             Method::OneStage(estimator) => {
-                let all = *estimator.parameters();
-                let parameters =
-                    all - gripper.map_or(Vector::zeros(), |gripper| *gripper.as_vector());
-                self.possible.aim(&parameters, &estimator.information());
+                let known = gripper.map_or(Vector::zeros(), |gripper| *gripper.as_vector());
+                let payload = estimator.parameters() - known;
+                self.possible.aim(&payload, &estimator.information());
                 self.possible.step();
-                let composite = gripper.map(|_| body_of(&all));
-                Latest::of_least_squares(estimator, &self.possible.parameters(), composite)
+                let possible = self.possible.parameters();
+                Latest::of_least_squares(estimator, &possible, gripper.as_ref())
             }
         };
     }
@@ -208,7 +185,7 @@ impl Identifier {
     fn approach(&mut self) {
         if !self.possible.is_settled() {
             self.possible.step();
-            self.latest.body = body_of(&self.possible.parameters());
+            self.latest.move_to(&self.possible.parameters());
         }
     }
 
@@ -241,7 +218,11 @@ impl Identifier {
     #[must_use]
     pub fn estimate(&self) -> PayloadEstimate {
         let mean = self.recent.as_ref().and_then(RecentMean::mean);
-        let body = mean.map_or(self.latest.body, |values| estimate::body(&values));
+        let (body, is_physical) =
+            mean.map_or((self.latest.body, self.latest.is_physical), |values| {
+                let body = estimate::body(&values);
+                (body, is_physical(&body))
+            });
         let certainty = self.latest.certainty.as_ref();
         let (singular_values, identifiable) = match certainty {
             Some(certainty) => (None, identifiable(&values(&body), &certainty.deviations)),
@@ -255,7 +236,7 @@ impl Identifier {
             composite: self.latest.composite,
             identifiable,
             singular_values,
-            is_physical: is_physical(&body),
+            is_physical,
             deviations: certainty.map(|certainty| certainty.deviations),
             intervals: self.intervals,
             changes: self.changes,
@@ -284,55 +265,6 @@ impl Identifier {
     pub fn latest_values(&self) -> [f64; 10] {
         values(&self.latest.body)
     }
-}
-
-impl Latest {
-    fn nothing() -> Self {
-        Self {
-            body: estimate::body(&[0.0; 10]),
-            composite: None,
-            certainty: None,
-        }
-    }
-
-    fn of_filters(found: &MassProperties, gripper: Option<&InertialParameters>) -> Self {
-        Self {
-            body: gripper.map_or(*found, |gripper| without(found, gripper)),
-            composite: gripper.map(|_| *found),
-            certainty: None,
-        }
-    }
-
-    fn of_least_squares(
-        found: &Recursive,
-        parameters: &Vector,
-        composite: Option<MassProperties>,
-    ) -> Self {
-        let covariance = found.covariance();
-        let deviations = covariance.map_or([f64::INFINITY; 10], |covariance| {
-            let (scales, unknown) = found.unknown();
-            deviations(parameters, &covariance, &scales, unknown)
-        });
-        Self {
-            body: body_of(parameters),
-            composite,
-            certainty: Some(Certainty {
-                deviations,
-                covariance: covariance.unwrap_or_else(Matrix::zeros),
-            }),
-        }
-    }
-}
-
-/// All zero where there is no mass.
-fn body_of(parameters: &Vector) -> MassProperties {
-    let body = InertialParameters::from_vector(*parameters).mass_properties();
-    body.unwrap_or_else(|| estimate::body(&[0.0; 10]))
-}
-
-/// Whether a body can have these properties, within what an estimate may miss.
-pub(crate) fn is_physical(body: &MassProperties) -> bool {
-    InertialParameters::from(*body).is_physical_within(BORDER)
 }
 
 fn check(robot: &Manipulator, sensors: &[&str], settings: &Settings) -> Result<(), IdentifyError> {

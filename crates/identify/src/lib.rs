@@ -33,6 +33,7 @@ mod gram;
 mod identifier;
 mod information;
 mod knowledge;
+mod latest;
 mod method;
 mod model;
 mod noise;

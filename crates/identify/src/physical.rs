@@ -100,6 +100,8 @@ pub(crate) struct Follower {
     problem: Problem,
     units: Parameters,
     estimate: Parameters,
+    /// Whether the estimate itself is a possible body.
+    is_possible: bool,
     /// In units; none before the first estimate of positive mass.
     inside: Option<Parameters>,
     weight: f64,
@@ -116,6 +118,7 @@ impl Follower {
             },
             units: Parameters::repeat(1.0),
             estimate: Parameters::zeros(),
+            is_possible: false,
             inside: None,
             weight: CLOSE,
             is_settled: true,
@@ -125,6 +128,7 @@ impl Follower {
     /// Follows another estimate, with the inverse of its covariance.
     pub(crate) fn aim(&mut self, estimate: &Parameters, information: &Information) {
         self.estimate = *estimate;
+        self.is_possible = InertialParameters::from_vector(*estimate).is_physical();
         if estimate[0] <= 0.0 || !estimate.iter().all(|entry| entry.is_finite()) {
             (self.inside, self.is_settled) = (None, true);
             return;
@@ -167,9 +171,7 @@ impl Follower {
     /// The body as far as it has come; the estimate itself where no body is near, its mass not positive.
     pub(crate) fn parameters(&self) -> Parameters {
         match &self.inside {
-            Some(inside) if !InertialParameters::from_vector(self.estimate).is_physical() => {
-                inside.component_mul(&self.units)
-            }
+            Some(inside) if !self.is_possible => inside.component_mul(&self.units),
             _ => self.estimate,
         }
     }

@@ -397,7 +397,7 @@ fn tell_payload(found: &mut Identification, fit: &Fit, parameters: &SVector<f64,
     }
     estimate.identifiable = identifiable(&estimate.values(), &deviations);
     estimate.deviations = Some(deviations);
-    estimate.is_physical = crate::identifier::is_physical(&estimate.body);
+    estimate.is_physical = crate::latest::is_physical(&estimate.body);
     found.principal_moments =
         PrincipalMoments::with_deviations(parameters, &fit.covariance, &fit.excitation);
 }
