@@ -9,7 +9,7 @@ use nalgebra::{
 use crate::covariance::{self, ScaledRow};
 use crate::equation::{Equation, Row};
 use crate::noise::{Channels, Noise};
-use crate::window::NOISE_CORRELATION;
+use crate::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
 
 /// Passes of reweighting; the residuals of noise settle in a few.
 const MAX_PASSES: usize = 20;
@@ -366,22 +366,22 @@ impl<'a> Solver<'a> {
         for (value, vector) in known(&self.eigen) {
             bread.ger(1.0 / value, &vector, &vector, 1.0);
         }
-        let scores = covariance::of_scores(&rows, channels, self.columns);
-        let noise = covariance::of_noise(&rows, channels, self.columns);
+        let independent = (count * channels) as f64 / NOISE_CORRELATION;
+        let freedom = (independent - self.columns as f64).max(1.0);
+        let scores = covariance::of_scores(&rows, channels, self.columns) * independent / freedom;
+        let noise = covariance::of_noise(&rows, channels, &bread);
         // What lasts longer than the filter shows in the scores, if there are enough of them.
         let size = |meat: &DMatrix<f64>| (&bread * meat).trace();
-        let meat = if size(&scores) > size(&noise) {
-            scores
+        let (meat, widening) = if size(&scores) > size(&noise.meat) {
+            (scores, DVector::repeat(self.columns, 1.0))
         } else {
-            noise
+            (noise.meat, noise.widening)
         };
-        let windows = count as f64 / NOISE_CORRELATION;
-        let independent = windows * channels as f64;
-        let freedom = (independent - self.columns as f64).max(1.0);
-        let inflation = independent / freedom * self.noise.inflation(windows);
+        let inflation = self.noise.inflation(count as f64 / PRODUCT_CORRELATION);
         let scaled = &bread * meat * &bread * inflation;
+        let scales = self.scales.component_mul(&widening);
         let unscaled = DMatrix::from_fn(self.columns, self.columns, |i, j| {
-            scaled[(i, j)] * self.scales[i] * self.scales[j]
+            scaled[(i, j)] * scales[i] * scales[j]
         });
         (unscaled, (squares / weights.max(f64::MIN_POSITIVE)).sqrt())
     }

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::equation::Equation;
-use crate::window::NOISE_CORRELATION;
+use crate::window::PRODUCT_CORRELATION;
 
 /// Residuals of less than this part of what is measured are rounding.
 const ROUNDING: f64 = 1e-14;
@@ -109,7 +109,7 @@ impl Noise {
         }
         even_out(&mut self.deviations, &grouping.kinds);
         let raw = self.correlation(windows);
-        let independent = count as f64 / NOISE_CORRELATION;
+        let independent = count as f64 / PRODUCT_CORRELATION;
         let share = |i, j| grouping.share_source(i, j);
         let within = kept(&raw, independent, share);
         // No more of what lies between sources than within them: the result stays positive.
