@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -type f \
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
-.PHONY: help demo test test-rust test-python lint bench study coverage bench-hour bench-swap bench-update clean tools
+.PHONY: help demo test test-rust test-python lint bench study study-logs coverage bench-hour bench-swap bench-update clean tools
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -35,6 +35,9 @@ bench: $(VENV)/installed ## measure the README's figures: five seeds of the pape
 
 study: $(VENV)/installed ## the estimators against noise, time and the Cramér-Rao bound; draws study.png
 	$(BIN)/python bench/study.py
+
+study-logs: $(VENV)/installed ## from logs with 1 % noise on every channel that the simulator draws, 20 seeds
+	$(BIN)/python bench/logs.py
 
 coverage: $(VENV)/installed ## how often 95 % intervals hold the truth, 2000 runs of each way
 	$(BIN)/python bench/coverage.py

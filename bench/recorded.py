@@ -86,11 +86,13 @@ class Recorded:
         )
 
     def identify(
-        self, robot: tactid.Manipulator, way: str, seconds: float
+        self, robot: tactid.Manipulator, way: str, seconds: float, estimator: str = "rls"
     ) -> tactid.Identification:
-        """By least squares, as a user would, from the first seconds alone."""
+        """As a user would, from the first seconds alone."""
         rows = slice(0, int(np.searchsorted(self.time, self.time[0] + seconds, side="right")))
         given = {
+            "way": way,
+            "estimator": estimator,
             "q": self.q[rows],
             "qd": self.qd[rows],
             "pose": self.pose()[rows],
@@ -102,7 +104,7 @@ class Recorded:
         if way in ("tactile", "combined"):
             given["wrench"], sensors = self.wrench[rows], FINGERS
         time = self.time[rows]
-        return tactid.identify(time, robot=robot, way=way, sensors=sensors, delay=0.0, **given)
+        return tactid.identify(time, robot=robot, sensors=sensors, delay=0.0, **given)
 
 
 def rotations(orientation: Array) -> Array:

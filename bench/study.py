@@ -2,8 +2,11 @@
 
 Run by `make study`. One motion of all six joints is simulated without noise and the noise drawn
 anew for each run: a table for each level and way, the bound beside it, and the picture study.png.
+Then the same with the paper's experiment, which moves one joint at a time, and with its filter.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -19,17 +22,17 @@ from tactid.result import values_of
 RUNS = 20
 LEVELS = [0.0, 0.001, 0.01, 0.05]
 SECONDS = [1.0, 2.0, 5.0, 10.0]
+PAPER_RUNS = 5
+ESTIMATORS = {**{way: (way, "rls") for way in WAYS}, "NLMS, tactile": ("tactile", "nlms")}
 STEP = 1e-3
 
 
 def main() -> None:
     """Prints the tables and draws the picture."""
-    experiment = tactid.Experiment.from_file(Path(__file__).with_name("all_joints.toml"))
-    recorded = Recorded.of(experiment)
-    robot = tactid.Manipulator.from_urdf(experiment.urdf, "floating")
+    together = Trial.of(tactid.Experiment.from_file(Path(__file__).with_name("all_joints.toml")))
     console = Console(width=110)
     everywhere = {
-        (level, way): errors(recorded, robot, experiment.payload, way, level, motion=True)
+        (level, way): together.errors(way, level)
         for level in LEVELS
         for way in track(WAYS, f"noise {100 * level:g} %", console=Console(stderr=True))
     }
@@ -37,28 +40,45 @@ def main() -> None:
     title = "1 % on every channel, combined: rms error in %"
     console.print(each(title, everywhere[0.01, "combined"]))
     console.print(bias_table(everywhere))
-    wrench = errors(recorded, robot, experiment.payload, "tactile", 0.01, motion=False)
-    bound = np.array([limit(recorded, robot, experiment.payload, 0.01, s) for s in SECONDS])
+    wrench = together.errors("tactile", 0.01, motion=False)
+    bound = np.array([limit(together, 0.01, s) for s in SECONDS])
     console.print(each("1 % on the wrenches alone, tactile: rms error in %", wrench))
     console.print(each("the same, Cramér-Rao bound in %", bound[None], rms=False))
     draw(everywhere, Path("study.png"))
+    console.print(one_at_a_time(Trial.of(tactid.Experiment.paper())))
 
 
-def errors(
-    recorded: Recorded,
-    robot: tactid.Manipulator,
-    payload: tactid.MassProperties,
-    way: str,
-    level: float,
-    *,
-    motion: bool,
-) -> Array:
-    """Errors in %, (runs, seconds, 10)."""
-    found = []
-    for seed in range(RUNS if level > 0 else 1):
-        noisy = recorded.with_noise(level, np.random.default_rng(seed), motion=motion)
-        found.append([noisy.identify(robot, way, s).estimate.values for s in SECONDS])
-    return 100 * (np.array(found) - values_of(payload)) / scales(payload)
+@dataclass(frozen=True)
+class Trial:
+    """A recorded motion with its robot and the payload that is to be found."""
+
+    recorded: Recorded
+    robot: tactid.Manipulator
+    payload: tactid.MassProperties
+
+    @classmethod
+    def of(cls, experiment: tactid.Experiment) -> "Trial":
+        """Simulated without noise."""
+        robot = tactid.Manipulator.from_urdf(experiment.urdf, "floating")
+        return cls(Recorded.of(experiment), robot, experiment.payload)
+
+    def errors(
+        self,
+        way: str,
+        level: float,
+        *,
+        motion: bool = True,
+        estimator: str = "rls",
+        seconds: Sequence[float] = SECONDS,
+        runs: int = RUNS,
+    ) -> Array:
+        """Errors in %, (runs, seconds, 10); a way and estimator sees the same noise as another."""
+        found = []
+        for seed in range(runs if level > 0 else 1):
+            noisy = self.recorded.with_noise(level, np.random.default_rng(seed), motion=motion)
+            results = [noisy.identify(self.robot, way, s, estimator) for s in seconds]
+            found.append([result.estimate.values for result in results])
+        return 100 * (np.array(found) - values_of(self.payload)) / scales(self.payload)
 
 
 def rms_of(errors: Array) -> Array:
@@ -66,17 +86,12 @@ def rms_of(errors: Array) -> Array:
     return np.sqrt(np.mean(errors**2, axis=0))
 
 
-def limit(
-    recorded: Recorded,
-    robot: tactid.Manipulator,
-    payload: tactid.MassProperties,
-    level: float,
-    seconds: float,
-) -> Array:
+def limit(trial: Trial, level: float, seconds: float) -> Array:
     """Least possible deviations in % with noise on the wrenches alone, without bias.
 
     (Σ YᵀΩ⁻¹Y)⁻¹, brought to the ten values by their derivatives.
     """
+    recorded, robot, payload = trial.recorded, trial.robot, trial.payload
     rows = slice(0, int(seconds / STEP) + 1)
     twist = recorded.world_twist()
     motion = robot.kinematics(
@@ -147,6 +162,20 @@ def bias_table(found: dict[tuple[float, str], Array]) -> Table:
         errors = found[LEVELS[-1], way][:, -1]
         ratio = errors.mean(axis=0) / errors.std(axis=0, ddof=1)
         result.add_row(way, *(f"{value:.2f}" for value in ratio))
+    return result
+
+
+def one_at_a_time(trial: Trial) -> Table:
+    """The worst of ten for each estimator and level, from the whole run."""
+    seconds = float(trial.recorded.time[-1] - trial.recorded.time[0])
+    what = f"one joint at a time, {seconds:.0f} s, {PAPER_RUNS} draws"
+    title = f"{what}: rms error in %, worst of ten"
+    levels = (f"{100 * level:g} %" for level in LEVELS)
+    result = Table("noise on every channel", *levels, title=title)
+    for name, (way, estimator) in track(ESTIMATORS.items(), "paper", console=Console(stderr=True)):
+        options = {"estimator": estimator, "seconds": [seconds], "runs": PAPER_RUNS}
+        worst = [rms_of(trial.errors(way, level, **options)).max() for level in LEVELS]
+        result.add_row(name, *(f"{value:.3g}" for value in worst))
     return result
 
 

@@ -170,6 +170,28 @@ def test_under_noise_it_is_better_than_weighted_least_squares(identify: Identify
     assert np.exp(np.log(ratios).mean()) < 0.8
 
 
+def test_under_noise_the_intervals_hold_the_truth(identify: Identify) -> None:
+    """Each with 95 %, so that of 28 one or two are outside; and the body is a possible one.
+
+    Five of 28 would be once in 85 times, and 3.29 deviations for any one once in a thousand.
+    """
+    deviations = []
+    for tool in TOOLS:
+        bag = DATA / f"{tool}_high"
+        record, truth = identify(bag, *UP), truth_of(bag)
+        assert record["diagnostics"]["is_physical"] is True
+        wanted = np.array([truth.mass, *truth.com, *truth.inertia])
+        half_width = values_of(record["half_width_95"])
+        known = np.isfinite(half_width)
+        # Where the motion says nothing of the inertia there is no interval.
+        assert known[:4].all()
+        error = values_of(record["estimate"]) - wanted
+        deviations.extend(1.96 * np.abs(error[known]) / half_width[known])
+    assert len(deviations) >= 28
+    assert np.sum(np.array(deviations) > 1.96) <= 4
+    assert max(deviations) < 3.29
+
+
 @pytest.mark.parametrize("tool", TOOLS)
 def test_the_yardstick_is_exact_without_noise(tool: str) -> None:
     bag = DATA / f"{tool}_none"

@@ -11,7 +11,7 @@ use crate::equation::{Equation, Row};
 use crate::knowledge::KnownMass;
 use crate::noise::{Channels, Noise, ROUNDING};
 use crate::uncertainty::deviations;
-use crate::window::NOISE_CORRELATION;
+use crate::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
 
 /// Passes of reweighting; the residuals of noise settle in a few.
 const MAX_PASSES: usize = 20;
@@ -396,25 +396,29 @@ impl<'a> Solver<'a> {
         for (value, vector) in known(&self.eigen) {
             bread.ger(1.0 / value, &vector, &vector, 1.0);
         }
-        let scores = covariance::of_scores(&rows, channels, self.columns);
-        let noise = covariance::of_noise(&rows, channels, self.columns);
+        let independent = (count * channels) as f64 / NOISE_CORRELATION;
+        let freedom = (independent - self.columns as f64).max(1.0);
+        let scores = covariance::of_scores(&rows, channels, self.columns) * independent / freedom;
+        let noise = covariance::of_noise(&rows, channels, &bread);
         // What lasts longer than the filter shows in the scores, if there are enough of them.
         let size = |meat: &DMatrix<f64>| (&bread * meat).trace();
-        let meat = if size(&scores) > size(&noise) {
-            scores
+        let (meat, widening) = if size(&scores) > size(&noise.meat) {
+            (scores, DVector::repeat(self.columns, 1.0))
         } else {
-            noise
+            (noise.meat, noise.widening)
         };
-        let windows = count as f64 / NOISE_CORRELATION;
-        let independent = windows * channels as f64;
-        let freedom = (independent - self.columns as f64).max(1.0);
-        let inflation = independent / freedom * self.noise.inflation(windows);
+        let inflation = self.noise.inflation(count as f64 / PRODUCT_CORRELATION);
         let mut meat = meat * inflation;
         // The weighing's own variance: its weight makes up for what neighbouring windows share.
         meat[(0, 0)] += self.mass_information() * NOISE_CORRELATION;
         let scaled = &bread * meat * &bread;
+        let mut scales = self.scales.component_mul(&widening);
+        if self.mass_information() > 0.0 {
+            // A mass that was weighed was not learnt from the residuals.
+            scales[0] = self.scales[0];
+        }
         let unscaled = DMatrix::from_fn(self.columns, self.columns, |i, j| {
-            scaled[(i, j)] * self.scales[i] * self.scales[j]
+            scaled[(i, j)] * scales[i] * scales[j]
         });
         (unscaled, (squares / weights.max(f64::MIN_POSITIVE)).sqrt())
     }

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, SVector};
 
 use crate::equation::Equation;
-use crate::window::NOISE_CORRELATION;
+use crate::window::PRODUCT_CORRELATION;
 
 /// Residuals of less than this part of what is measured are rounding.
 pub(crate) const ROUNDING: f64 = 1e-14;
@@ -173,7 +173,7 @@ impl Noise {
     /// believed.
     fn believe(&mut self, products: &mut DMatrix<f64>, windows: f64) {
         to_correlation(products);
-        let independent = windows / NOISE_CORRELATION;
+        let independent = windows / PRODUCT_CORRELATION;
         let source_of = &self.source_of;
         let share = |i: usize, j: usize| source_of[i] == source_of[j];
         let within = kept(products, independent, share);

@@ -33,6 +33,10 @@ pub(crate) fn stride_s(cutoff_hz: f64) -> f64 {
 /// by so much is the variance of a slow quantity larger than if each were a measurement of its own.
 pub(crate) const NOISE_CORRELATION: f64 = 54.0 / 35.0;
 
+/// The same sum of the correlations' squares: by so much is the variance of a product of two channels'
+/// noise larger, and so of what is learnt of how they are correlated.
+pub(crate) const PRODUCT_CORRELATION: f64 = 1.1453;
+
 /// Means with weight `cos⁴` over windows that overlap, causal: one is complete with the sample that
 /// ends it.
 ///
@@ -209,7 +213,7 @@ mod tests {
         assert!(filter(&even(100, 0.03), |t| t).is_empty());
     }
 
-    /// Means of white noise are correlated between windows as the constant says.
+    /// Means of white noise are correlated between windows as the constants say.
     #[test]
     fn correlation_of_noise() {
         let mut state = 1u64;
@@ -231,7 +235,10 @@ mod tests {
                 .sum::<f64>()
                 / mean.len() as f64
         };
-        let sum = 1.0 + 2.0 * (product(1) + product(2)) / product(0);
+        let [first, second] = [1, 2].map(|lag| product(lag) / product(0));
+        let sum = 1.0 + 2.0 * (first + second);
         assert!((sum - NOISE_CORRELATION).abs() < 0.03, "{sum}");
+        let squares = 1.0 + 2.0 * (first * first + second * second);
+        assert!((squares - PRODUCT_CORRELATION).abs() < 0.015, "{squares}");
     }
 }

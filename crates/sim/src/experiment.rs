@@ -1,6 +1,7 @@
 //! What is run, as one plain struct and as the TOML file it is read from.
 
 mod check;
+mod noise;
 
 use std::path::{Path, PathBuf};
 
@@ -8,6 +9,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::{MassProperties, symmetric_matrix};
 
+pub use self::noise::{Deviation, Noise};
 use crate::{BUILT_IN_URDF, SimError};
 
 /// The paper's experiment as a file: every field with its meaning, unit and default.
@@ -289,37 +291,6 @@ fn default_amplitude() -> f64 {
 
 fn default_frequency() -> f64 {
     0.2
-}
-
-/// Standard deviation of the white noise on each sensor channel, a new value for every sample and axis.
-/// Default zero for all.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Noise {
-    /// Joint positions, rad (m for a prismatic joint).
-    pub joint_position_rad: f64,
-    /// Joint velocities, rad/s (m/s).
-    pub joint_velocity_rad_s: f64,
-    /// Joint torques, N m (N).
-    pub joint_torque_nm: f64,
-    /// Position of the base, m.
-    pub base_position_m: f64,
-    /// Orientation of the base, as a rotation vector, rad.
-    pub base_orientation_rad: f64,
-    /// Velocity of the base, m/s.
-    pub base_velocity_m_s: f64,
-    /// Angular velocity of the base, rad/s.
-    pub base_angular_velocity_rad_s: f64,
-    /// Angular velocity by the IMU, rad/s.
-    pub imu_angular_velocity_rad_s: f64,
-    /// Linear acceleration by the IMU, m/s².
-    pub imu_acceleration_m_s2: f64,
-    /// Force of each finger, N.
-    pub finger_force_n: f64,
-    /// Moment of each finger, N m.
-    pub finger_moment_nm: f64,
-    /// Force at each contact point, N.
-    pub contact_force_n: f64,
 }
 
 /// What every run must keep to; a run that does not is given up with the reason.

@@ -55,7 +55,7 @@ mod simulation;
 pub use checks::Checks;
 pub use error::SimError;
 pub use experiment::{
-    BaseProperties, Bounds, Excitation, ExcitationMode, Experiment, Gripper, Handle,
+    BaseProperties, Bounds, Deviation, Excitation, ExcitationMode, Experiment, Gripper, Handle,
     JointExcitation, NamedPosture, Noise, PAPER_TOML, Payload, Posture, RobotChoice,
 };
 pub use robot::BUILT_IN_URDF;

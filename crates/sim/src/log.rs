@@ -14,7 +14,7 @@ use tactid_logs::messages::{
 };
 use tactid_logs::{Channel, Durability, LogWriter, messages};
 
-use crate::experiment::Noise;
+use crate::experiment::{Deviation, Noise};
 use crate::robot::{LinkFrame, Robot};
 use crate::sample::{Contact, FingerSample, Sample};
 use crate::scene::State;
@@ -279,12 +279,12 @@ fn joint_state(simulation: &Simulation) -> JointState {
     }
 }
 
-/// The diagonal of a covariance whose first three entries have one standard deviation, the last three another.
-fn covariance(first: f64, last: f64) -> [f64; 36] {
+/// A covariance of two vectors without correlation, of which these are the standard deviations.
+fn covariance(first: &Deviation, last: &Deviation) -> [f64; 36] {
     let mut covariance = [0.0; 36];
     for i in 0..3 {
-        covariance[7 * i] = first * first;
-        covariance[7 * (i + 3)] = last * last;
+        covariance[7 * i] = first.of(i).powi(2);
+        covariance[7 * (i + 3)] = last.of(i).powi(2);
     }
     covariance
 }
@@ -295,9 +295,9 @@ fn odometry(base: &str, noise: &Noise) -> Odometry {
         child_frame_id: base.to_owned(),
         ..Odometry::default()
     };
-    message.pose.covariance = covariance(noise.base_position_m, noise.base_orientation_rad);
+    message.pose.covariance = covariance(&noise.base_position_m, &noise.base_orientation_rad);
     message.twist.covariance =
-        covariance(noise.base_velocity_m_s, noise.base_angular_velocity_rad_s);
+        covariance(&noise.base_velocity_m_s, &noise.base_angular_velocity_rad_s);
     message
 }
 
@@ -314,17 +314,17 @@ fn fill_odometry(message: &mut Odometry, stamp: Time, sample: &Sample) {
 }
 
 fn imu(base: &str, noise: &Noise) -> Imu {
-    let diagonal = |deviation: f64| {
+    let diagonal = |deviation: &Deviation| {
         let mut covariance = [0.0; 9];
         for i in 0..3 {
-            covariance[4 * i] = deviation * deviation;
+            covariance[4 * i] = deviation.of(i).powi(2);
         }
         covariance
     };
     let mut message = Imu {
         header: header(base),
-        angular_velocity_covariance: diagonal(noise.imu_angular_velocity_rad_s),
-        linear_acceleration_covariance: diagonal(noise.imu_acceleration_m_s2),
+        angular_velocity_covariance: diagonal(&noise.imu_angular_velocity_rad_s),
+        linear_acceleration_covariance: diagonal(&noise.imu_acceleration_m_s2),
         ..Imu::default()
     };
     message.orientation_covariance[0] = -1.0; // not measured

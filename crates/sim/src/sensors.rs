@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use tactid_dynamics::Wrench;
 
 use crate::contact::ContactPoint;
-use crate::experiment::Noise;
+use crate::experiment::{Deviation, Noise};
 use crate::robot::{LinkFrame, Robot};
 use crate::sample::{BaseSample, Contact, FingerSample, ImuSample, Sample, Truth};
 use crate::scene::{BodyState, State};
@@ -138,31 +138,36 @@ impl Sensors {
 
     fn add_noise(&mut self, sample: &mut Sample) {
         let Self { noise, random, .. } = self;
-        let values = |values: &mut [f64], deviation: f64, random: &mut StdRng| {
-            for value in values {
-                *value += deviation * normal(random);
+        let values = |values: &mut [f64], deviation: &Deviation, random: &mut StdRng| {
+            for (channel, value) in values.iter_mut().enumerate() {
+                *value += deviation.of(channel) * normal(random);
             }
         };
-        values(&mut sample.joint_position, noise.joint_position_rad, random);
         values(
-            &mut sample.joint_velocity,
-            noise.joint_velocity_rad_s,
+            &mut sample.joint_position,
+            &noise.joint_position_rad,
             random,
         );
-        values(&mut sample.joint_torque, noise.joint_torque_nm, random);
+        values(
+            &mut sample.joint_velocity,
+            &noise.joint_velocity_rad_s,
+            random,
+        );
+        values(&mut sample.joint_torque, &noise.joint_torque_nm, random);
         let base = &mut sample.base;
-        base.pose.translation.vector += vector(noise.base_position_m, random);
-        let turn = UnitQuaternion::from_scaled_axis(vector(noise.base_orientation_rad, random));
-        base.pose.rotation = turn * base.pose.rotation;
-        base.velocity += vector(noise.base_velocity_m_s, random);
-        base.angular_velocity += vector(noise.base_angular_velocity_rad_s, random);
-        sample.imu.angular_velocity += vector(noise.imu_angular_velocity_rad_s, random);
-        sample.imu.acceleration += vector(noise.imu_acceleration_m_s2, random);
-        for finger in &mut sample.fingers {
-            finger.wrench.force += vector(noise.finger_force_n, random);
-            finger.wrench.moment += vector(noise.finger_moment_nm, random);
+        base.pose.translation.vector += vector(&noise.base_position_m, 0, random);
+        let turn = vector(&noise.base_orientation_rad, 0, random);
+        base.pose.rotation = UnitQuaternion::from_scaled_axis(turn) * base.pose.rotation;
+        base.velocity += vector(&noise.base_velocity_m_s, 0, random);
+        base.angular_velocity += vector(&noise.base_angular_velocity_rad_s, 0, random);
+        let imu = &mut sample.imu;
+        imu.angular_velocity += vector(&noise.imu_angular_velocity_rad_s, 0, random);
+        imu.acceleration += vector(&noise.imu_acceleration_m_s2, 0, random);
+        for (k, finger) in sample.fingers.iter_mut().enumerate() {
+            finger.wrench.force += vector(&noise.finger_force_n, 3 * k, random);
+            finger.wrench.moment += vector(&noise.finger_moment_nm, 3 * k, random);
             for contact in &mut finger.contacts {
-                contact.force += vector(noise.contact_force_n, random);
+                contact.force += vector(&noise.contact_force_n, 0, random);
             }
         }
     }
@@ -172,8 +177,9 @@ fn normal(random: &mut StdRng) -> f64 {
     StandardNormal.sample(random)
 }
 
-fn vector(deviation: f64, random: &mut StdRng) -> Vector3<f64> {
-    deviation * Vector3::from_fn(|_, _| normal(random))
+/// Of three channels from the first.
+fn vector(deviation: &Deviation, first: usize, random: &mut StdRng) -> Vector3<f64> {
+    Vector3::from_fn(|axis, _| deviation.of(first + axis) * normal(random))
 }
 
 fn measure_finger(finger: &BodyState, contacts: &[ContactPoint], sample: &mut FingerSample) {

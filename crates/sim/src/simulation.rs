@@ -57,6 +57,7 @@ impl Simulation {
         let robot = scene.robot();
         let tool = robot.link(&experiment.robot.tool)?.clone();
         let (noise, seed) = (&experiment.noise, experiment.seed);
+        noise.check_joints(robot.joints().count())?;
         let sensors = Sensors::new(robot, tool, scene.finger_bodies(), noise, seed, dt);
         let mut start = State::new(robot.bodies.len());
         scene.read(&mut start);

@@ -42,7 +42,7 @@ fn record(experiment: &Experiment, name: &str) -> (TempFile, Vec<u8>) {
 #[test]
 fn the_log_is_a_function_of_the_experiment() {
     let mut experiment = short();
-    experiment.noise.finger_force_n = 0.1;
+    experiment.noise.finger_force_n = 0.1.into();
     let (_a, first) = record(&experiment, "first");
     let (_b, second) = record(&experiment, "second");
     assert!(first == second, "the same seed gave another log");

@@ -8,7 +8,7 @@ mod common;
 use nalgebra::{Isometry3, Matrix4, Rotation3, Vector3};
 use tactid_dynamics::{BaseKind, FrameMotion, JointMotion, Manipulator, Workspace, motion};
 use tactid_sim::{
-    BUILT_IN_URDF, ExcitationMode, Experiment, NamedPosture, Posture, Sample, Simulation,
+    BUILT_IN_URDF, Deviation, ExcitationMode, Experiment, NamedPosture, Posture, Sample, Simulation,
 };
 
 /// Every joint moves within three seconds.
@@ -270,7 +270,8 @@ fn base_sensors_agree() {
     }
 }
 
-/// Each noise channel has the deviation that was asked for and touches no other; the motion itself is the same.
+/// Each noise channel has the deviation that was asked for, of its kind or its own, and touches no other; the motion
+/// itself is the same.
 #[test]
 fn measurement_noise_is_as_asked() {
     let mut experiment = Experiment {
@@ -278,8 +279,9 @@ fn measurement_noise_is_as_asked() {
         ..short()
     };
     let (_, clean) = run(&experiment);
-    experiment.noise.joint_position_rad = 1e-3;
-    experiment.noise.finger_force_n = 0.5;
+    experiment.noise.joint_position_rad = 1e-3.into();
+    experiment.noise.finger_force_n = Deviation::Each(vec![0.0, 0.0, 0.1, 0.2, 0.5, 0.0]);
+    experiment.noise.imu_acceleration_m_s2 = Deviation::Each(vec![0.0, 0.0, 0.02]);
     let (_, noisy) = run(&experiment);
     let rms = |error: &dyn Fn(&Sample, &Sample) -> f64| {
         let sum: f64 = clean
@@ -293,10 +295,28 @@ fn measurement_noise_is_as_asked() {
     assert!((position / 1e-3 - 1.0).abs() < 0.1, "{position}");
     let force = rms(&|a, b| b.fingers[1].wrench.force.y - a.fingers[1].wrench.force.y);
     assert!((force / 0.5 - 1.0).abs() < 0.1, "{force}");
+    let other = rms(&|a, b| b.fingers[0].wrench.force.z - a.fingers[0].wrench.force.z);
+    assert!((other / 0.1 - 1.0).abs() < 0.1, "{other}");
+    let acceleration = rms(&|a, b| b.imu.acceleration.z - a.imu.acceleration.z);
+    assert!((acceleration / 0.02 - 1.0).abs() < 0.1, "{acceleration}");
+    let none = rms(&|a, b| b.fingers[1].wrench.force.z - a.fingers[1].wrench.force.z);
+    assert_eq!(none, 0.0);
     assert_eq!(rms(&|a, b| b.joint_velocity[3] - a.joint_velocity[3]), 0.0);
     assert_eq!(
         rms(&|a, b| b.truth.payload_velocity.x - a.truth.payload_velocity.x),
         0.0
+    );
+}
+
+/// A list for the joints that is too short is refused before anything moves.
+#[test]
+fn noise_of_each_joint_is_for_all_joints() {
+    let mut experiment = short();
+    experiment.noise.joint_torque_nm = Deviation::Each(vec![0.1; 6]);
+    let error = Simulation::new(&experiment).err().unwrap().to_string();
+    assert_eq!(
+        error,
+        "robot: noise.joint_torque_nm has 6 values, but the robot has 8 moving joints"
     );
 }
 

@@ -158,6 +158,47 @@ fn common_noise_is_seen_through() {
     assert!((squares / claimed - 1.0).abs() < 0.6, "{squares} {claimed}");
 }
 
+/// 28 windows, with noise that neighbours share as the filter makes it, and moments with the forces'
+/// noise in them; nine of ten parameters are in the moments. Of 1000 intervals of 95 % at least 91 %
+/// hold the truth, where chance makes 0.7 %: twice as many fail when noise is taken as the residuals are.
+#[test]
+fn few_windows_leave_honest_intervals() {
+    const RUNS: u64 = 1000;
+    // Correlation 0.27 between neighbours, as for windows of white noise that overlap by two thirds.
+    const SHARED: f64 = 0.29;
+    let mut inside = SVector::<f64, 10>::zeros();
+    for seed in 0..RUNS {
+        let mut noisy = equations(28, seed, 0.0, 0.0);
+        let mut random = SmallRng::seed_from_u64(10_000 + seed);
+        let mut draw = || SVector::<f64, 6>::from_fn(|_, _| random.sample(StandardNormal));
+        let mut before = draw();
+        for equation in &mut noisy {
+            let now = draw();
+            let noise = (now + SHARED * before) / (1.0 + SHARED * SHARED).sqrt();
+            before = now;
+            // Forces tell mass and centre of mass, moments all but the mass.
+            for row in &mut equation.rows[..3] {
+                row.regressor.fixed_rows_mut::<6>(4).fill(0.0);
+                row.wanted = row.regressor.dot(&truth());
+            }
+            for row in &mut equation.rows[3..] {
+                row.regressor[0] = 0.0;
+                row.wanted = row.regressor.dot(&truth());
+            }
+            for channel in 0..3 {
+                let moment = MOMENT_NOISE * (noise[channel + 3] + 3.0 * noise[channel]);
+                equation.rows[channel].wanted += FORCE_NOISE * noise[channel];
+                equation.rows[channel + 3].wanted += moment;
+            }
+        }
+        let found = fit(&noisy);
+        let deviations = found.covariance.diagonal().map(f64::sqrt);
+        let error = (found.parameters - truth()).component_div(&deviations);
+        inside += error.map(|error| f64::from(error.abs() < 1.96) / RUNS as f64);
+    }
+    assert!(inside.min() > 0.91 && inside.max() < 0.97, "{inside}");
+}
+
 /// One window in twenty that is wrong by a hundred deviations moves the estimate by less than the
 /// noise does, and is told apart from the others.
 #[test]

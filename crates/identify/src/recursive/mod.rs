@@ -11,7 +11,7 @@ use crate::equation::Equation;
 use crate::fit::{cube_root, rare, weight};
 use crate::information::{Information, Matrix, Vector};
 use crate::noise::Channels;
-use crate::window::NOISE_CORRELATION;
+use crate::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
 
 /// The first windows are kept. When there are so many, and at each doubling, their residuals tell the
 /// noise, and all are taken in anew with its weights.
@@ -30,12 +30,11 @@ const SLOW_ALARM: ChangeSettings = ChangeSettings {
 };
 
 /// The alarm takes at least four windows, more than a single bump disturbs: each adds at most
-/// `(4 · 3.5 - 8) / 1.15` to a sum that must reach `ln(3e8 / 1.15)`. Squares of means over windows that
-/// overlap by two thirds are alike for 1.15 windows. Two deviations more than the noise was known to
-/// have are let pass: noise may grow with the motion.
+/// `(4 · 3.5 - 8) / 1.15` to a sum that must reach `ln(3e8 / 1.15)`. Two deviations more than the noise was
+/// known to have are let pass: noise may grow with the motion.
 const ALARM: ChangeSettings = ChangeSettings {
     rows_between_false_alarms: 1e8,
-    correlation_rows: 1.15,
+    correlation_rows: PRODUCT_CORRELATION,
     shift: 4.0,
     growth: 6.0,
     clip: 3.5,

@@ -6,7 +6,7 @@ use super::sums::{MODEL, Pair};
 use crate::equation::Equation;
 use crate::information::Vector;
 use crate::noise::{Channels, Noise};
-use crate::window::NOISE_CORRELATION;
+use crate::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
 
 /// What is known of the noise is from about so many windows, the last ones.
 const MEMORY: f64 = 500.0;
@@ -179,7 +179,7 @@ impl RunningNoise {
 
     /// By how much variances in its units are larger than one, as it is itself an estimate.
     pub(crate) fn inflation(&self) -> f64 {
-        self.noise.inflation(self.windows / NOISE_CORRELATION)
+        self.noise.inflation(self.windows / PRODUCT_CORRELATION)
     }
 
     /// A window's rows in units of the noise, uncorrelated.

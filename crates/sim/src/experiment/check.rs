@@ -4,7 +4,7 @@ use nalgebra::SymmetricEigen;
 use tactid_dynamics::symmetric_matrix;
 use toml::de::{DeTable, DeValue};
 
-use super::{Experiment, JointExcitation, Noise, Posture};
+use super::{Deviation, Experiment, JointExcitation, Noise, Posture};
 use crate::SimError;
 
 /// Refuses with the field, its value and what would be right.
@@ -153,21 +153,42 @@ fn excitation(e: &Experiment) -> Result<(), SimError> {
 }
 
 fn noise(n: &Noise) -> Result<(), SimError> {
-    for (field, value) in [
-        ("joint_position_rad", n.joint_position_rad),
-        ("joint_velocity_rad_s", n.joint_velocity_rad_s),
-        ("joint_torque_nm", n.joint_torque_nm),
-        ("base_position_m", n.base_position_m),
-        ("base_orientation_rad", n.base_orientation_rad),
-        ("base_velocity_m_s", n.base_velocity_m_s),
-        ("base_angular_velocity_rad_s", n.base_angular_velocity_rad_s),
-        ("imu_angular_velocity_rad_s", n.imu_angular_velocity_rad_s),
-        ("imu_acceleration_m_s2", n.imu_acceleration_m_s2),
-        ("finger_force_n", n.finger_force_n),
-        ("finger_moment_nm", n.finger_moment_nm),
-        ("contact_force_n", n.contact_force_n),
+    for (field, deviation, channels) in [
+        ("joint_position_rad", &n.joint_position_rad, None),
+        ("joint_velocity_rad_s", &n.joint_velocity_rad_s, None),
+        ("joint_torque_nm", &n.joint_torque_nm, None),
+        ("base_position_m", &n.base_position_m, Some(3)),
+        ("base_orientation_rad", &n.base_orientation_rad, Some(3)),
+        ("base_velocity_m_s", &n.base_velocity_m_s, Some(3)),
+        (
+            "base_angular_velocity_rad_s",
+            &n.base_angular_velocity_rad_s,
+            Some(3),
+        ),
+        (
+            "imu_angular_velocity_rad_s",
+            &n.imu_angular_velocity_rad_s,
+            Some(3),
+        ),
+        ("imu_acceleration_m_s2", &n.imu_acceleration_m_s2, Some(3)),
+        ("finger_force_n", &n.finger_force_n, Some(6)),
+        ("finger_moment_nm", &n.finger_moment_nm, Some(6)),
+        ("contact_force_n", &n.contact_force_n, Some(3)),
     ] {
-        not_negative(format!("noise.{field}"), value)?;
+        let field = format!("noise.{field}");
+        match deviation {
+            Deviation::All(value) => not_negative(field, *value)?,
+            Deviation::Each(values) => {
+                // How many joints there are, the robot says.
+                if let Some(channels) = channels.filter(|&channels| channels != values.len()) {
+                    let why = format!("must be one number, or {channels}");
+                    return Err(refuse(field, values, &why));
+                }
+                for (k, value) in values.iter().enumerate() {
+                    not_negative(format!("{field}[{k}]"), *value)?;
+                }
+            }
+        }
     }
     Ok(())
 }
@@ -248,6 +269,14 @@ mod tests {
             (
                 "[noise]\nfinger_force_n = -1",
                 "line 2: noise.finger_force_n",
+            ),
+            (
+                "[noise]\nbase_position_m = [0, 1e-4, -1e-4]",
+                "line 2: noise.base_position_m[2] = -0.0001: ",
+            ),
+            (
+                "[noise]\nfinger_moment_nm = [1, 1, 1]",
+                "line 2: noise.finger_moment_nm = [1.0, 1.0, 1.0]: must be one number, or 6",
             ),
             (
                 "[[excitation.joints]]\nname = 'joint_1'\n[[excitation.joints]]\nname = 'joint_2'\nfrequency_hz = inf",
