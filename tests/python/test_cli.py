@@ -223,3 +223,10 @@ def test_without_a_command_there_is_help(command: TactidCommand) -> None:
     assert done.returncode == 2
     assert "identify" in done.stdout
     assert done.stderr == ""
+
+
+def test_no_number_loses_digits_in_a_narrow_terminal(
+    command: TactidCommand, log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "40")
+    assert "…" not in command("identify", log).stdout

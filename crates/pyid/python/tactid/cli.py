@@ -11,7 +11,7 @@ from typer.exceptions import TyperException
 
 import tactid
 from tactid import table
-from tactid.console import interruptible, notes, progress
+from tactid.console import interruptible, notes, print_whole, progress
 from tactid.identify_command import identify
 from tactid.result import Filter
 
@@ -107,7 +107,7 @@ def paper(
         outcome = paper_run.Outcome(experiment, report, found, tactid.info(files.log))
         with notes.status("drawing"):
             outcome.write(files)
-    Console().print(table.rich_table(outcome.columns[:1], outcome.truth))
+    print_whole(table.rich_table(outcome.columns[:1], outcome.truth))
     for remark in outcome.remarks:
         notes.print(remark)
     notes.print(f"Wrote {files.log}, {files.result}, {files.report} and the figures beside them.")

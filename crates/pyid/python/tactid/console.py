@@ -6,9 +6,19 @@ from contextlib import contextmanager
 
 import typer
 from rich.console import Console
+from rich.measure import Measurement
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
 
 notes = Console(stderr=True, highlight=False, soft_wrap=True)
+
+
+def print_whole(table: Table) -> None:
+    """Prints a table on standard output, in a narrow terminal too: no number loses its digits."""
+    console = Console()
+    needed = Measurement.get(console, console.options.update(max_width=1000), table).maximum
+    console.width = max(console.width, needed)
+    console.print(table, soft_wrap=True)
 
 
 @contextmanager

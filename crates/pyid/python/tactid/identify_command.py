@@ -7,11 +7,10 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich.console import Console
 
 import tactid
 from tactid import forms, result, table
-from tactid.console import interruptible, notes, progress
+from tactid.console import interruptible, notes, print_whole, progress
 from tactid.errors import ArgumentError
 from tactid.result import Filter, Way
 
@@ -205,7 +204,7 @@ def _print(log: Path, found: tactid.Identification, form: Form, within: float) -
         sys.stdout.write(FORMS[form](values, found.tool).rstrip() + "\n")
     else:
         truth = result.read_truth(tactid.info(log))
-        Console().print(table.rich_table([table.Column.of(found, truth)], truth))
+        print_whole(table.rich_table([table.Column.of(found, truth)], truth))
     for line in result.facts(found):
         notes.print(line)
     outlook = result.outlook(found, within)
