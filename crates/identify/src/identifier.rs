@@ -121,15 +121,6 @@ impl Identifier {
     /// # Errors
     /// Where a slice does not fit the robot or the sensors. Bad data are no error: see [`Pushed`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<Pushed, IdentifyError> {
-        self.push_with(sample, &mut |_| ())
-    }
-
-    /// The same, showing the equation that the sample completed.
-    pub(crate) fn push_with(
-        &mut self,
-        sample: &Sample<'_>,
-        sink: &mut dyn FnMut(&Equation),
-    ) -> Result<Pushed, IdentifyError> {
         self.front.check_lengths(sample)?;
         let begins_with_wrench = self.front.model.begins_with_wrench();
         let (pushed, equation) = self.front.push(sample)?;
@@ -137,7 +128,6 @@ impl Identifier {
             self.approach();
             return Ok(pushed);
         };
-        sink(equation);
         self.intervals += 1;
         let (changed, time_s) = (self.method.update(equation), equation.time_s);
         if begins_with_wrench {
@@ -151,6 +141,25 @@ impl Identifier {
             recent.push(sample.time_s, &values(&self.latest.body));
         }
         Ok(if changed { Pushed::Changed } else { pushed })
+    }
+
+    /// Shows the equation that the sample completed, and learns nothing but how the motion excites: for
+    /// those who solve all equations together.
+    pub(crate) fn filter(
+        &mut self,
+        sample: &Sample<'_>,
+        sink: impl FnOnce(&Equation),
+    ) -> Result<(), IdentifyError> {
+        self.front.check_lengths(sample)?;
+        let begins_with_wrench = self.front.model.begins_with_wrench();
+        if let (_, Some(equation)) = self.front.push(sample)? {
+            self.intervals += 1;
+            if begins_with_wrench {
+                self.excitation.update(equation);
+            }
+            sink(equation);
+        }
+        Ok(())
     }
 
     /// Another payload: means and excitation are those of the new one.

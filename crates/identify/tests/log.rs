@@ -252,21 +252,23 @@ fn a_cut_log_is_used_up_to_the_cut() {
 #[test]
 fn the_observer_can_stop() {
     let (_folder, path, _) = recorded(|_| {});
-    let request = request(&Settings::paper());
-    let mut reports = 0;
-    let result = identify_log(&path, &request, &mut |progress| {
-        assert!((0.0..=1.0).contains(&progress.fraction));
-        reports += u32::from(progress.fraction > 0.0);
-        if reports == 2 {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
-    });
-    let result = result.unwrap();
-    assert!(result.interrupted && result.estimate.intervals > 0);
-    let result = identify_log(&path, &request, &mut |_| ControlFlow::Break(()));
-    assert!(matches!(result, Err(IdentifyError::Interrupted)));
+    for settings in [Settings::paper(), Settings::default()] {
+        let request = request(&settings);
+        let mut reports = 0;
+        let result = identify_log(&path, &request, &mut |progress| {
+            assert!((0.0..=1.0).contains(&progress.fraction));
+            reports += u32::from(progress.fraction > 0.0);
+            if reports == 2 {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        });
+        let result = result.unwrap();
+        assert!(result.interrupted && result.estimate.intervals > 0);
+        let result = identify_log(&path, &request, &mut |_| ControlFlow::Break(()));
+        assert!(matches!(result, Err(IdentifyError::Interrupted)));
+    }
 }
 
 /// What the log lacks, or has twice, is said by topic and type.

@@ -233,8 +233,12 @@ pub(crate) fn conclude(
         settings: run.plan.settings.clone(),
     };
     found.estimate.singular_values = Some(run.identifier.singular_values());
-    if run.plan.least_squares && !interrupted {
-        fit(&mut found, &run, request)?;
+    if run.plan.least_squares {
+        match fit(&mut found, &run, request) {
+            // Of so little nothing is known.
+            Err(IdentifyError::TooShort { .. }) if interrupted => {}
+            other => other?,
+        }
     } else {
         found.history.clone_from(&run.history);
         if let Some(tool) = request.known_tool {

@@ -139,14 +139,14 @@ impl Run {
             if self.plan.layout.bare {
                 self.subtract_bare(&mut aligned);
             }
-            let records = &mut self.records;
-            let keep = self.plan.least_squares;
-            let taken = &mut |equation: &crate::equation::Equation| {
-                if keep {
-                    records.push(equation);
-                }
-            };
-            self.identifier.push_with(&sample(&aligned), taken)?;
+            let sample = sample(&aligned);
+            if self.plan.least_squares {
+                let records = &mut self.records;
+                self.identifier
+                    .filter(&sample, |equation| records.push(equation))?;
+            } else {
+                self.identifier.push(&sample)?;
+            }
             self.first_s.get_or_insert(aligned.time_s);
             self.last_s = aligned.time_s;
             self.record(aligned.time_s);
