@@ -273,7 +273,7 @@ fn fit(
         estimate.body = body;
     }
     if estimate.composite.is_some() {
-        estimate.composite = InertialParameters::from_vector(fit.parameters).mass_properties();
+        estimate.composite = InertialParameters::from_vector(parameters + known).mass_properties();
     }
     estimate.identifiable = identifiable(&estimate.values(), &deviations);
     estimate.deviations = Some(deviations);
