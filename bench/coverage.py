@@ -26,7 +26,7 @@ PAYLOADS = {"plate": [10.0, 0.0, 0.0, 20.0, 0.0, 10.0], "body": [12.0, 0.5, -0.3
 
 def main() -> None:
     """Prints the coverage of each value."""
-    console = Console(width=120)
+    console = Console(width=130)
     table = Table("payload", "way", "noise on", *tactid.VALUE_NAMES, "impossible")
     what = f"{RUNS} runs of {SECONDS:g} s, {100 * LEVEL:g} % noise"
     table.title = f"{what}: how many 95 % intervals hold the truth, %"

@@ -169,7 +169,7 @@ def one_at_a_time(trial: Trial) -> Table:
     """The worst of ten for each estimator and level, from the whole run."""
     seconds = float(trial.recorded.time[-1] - trial.recorded.time[0])
     what = f"one joint at a time, {seconds:.0f} s, {PAPER_RUNS} draws"
-    title = f"{what}: rms error in %, worst of ten"
+    title = f"{what}: worst rms error in %"
     levels = (f"{100 * level:g} %" for level in LEVELS)
     result = Table("noise on every channel", *levels, title=title)
     for name, (way, estimator) in track(ESTIMATORS.items(), "paper", console=Console(stderr=True)):

@@ -397,7 +397,7 @@ fn tell_payload(found: &mut Identification, fit: &Fit, parameters: &SVector<f64,
         estimate.body = body;
     }
     if estimate.composite.is_some() {
-        estimate.composite = InertialParameters::from_vector(fit.parameters).mass_properties();
+        estimate.composite = InertialParameters::from_vector(parameters + known).mass_properties();
     }
     estimate.identifiable = identifiable(&estimate.values(), &deviations);
     estimate.deviations = Some(deviations);
