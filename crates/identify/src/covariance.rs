@@ -24,8 +24,10 @@ const FILTER_REACH: usize = 2;
 /// The least variance that common samples, or a fit, can leave; relative to what it is without.
 const LEAST: f64 = 0.05;
 
-/// Each pass leaves of the covariance's error what the parameters are of the rows: a tenth or so.
+/// Each pass leaves of the covariance's error what the parameters are of the rows: a tenth or so where
+/// these are few. No more are needed, and fewer once so small a part is left.
 const PASSES: usize = 3;
+const SETTLED: f64 = 2e-3;
 
 /// With fewer degrees of freedom Student's t has hardly a deviation.
 const LEAST_FREEDOM: f64 = 3.0;
@@ -72,12 +74,18 @@ pub(crate) fn of_noise(rows: &[ScaledRow], channels: usize, bread: &DMatrix<f64>
         .map(|rows| Window::new(rows, bread))
         .collect();
     let columns = bread.nrows();
-    let mut meat = DMatrix::<f64>::zeros(columns, columns);
-    for _ in 0..PASSES {
-        meat = meat_of(&windows, &(bread * &meat * bread));
-    }
     let independent = rows.len() as f64 / NOISE_CORRELATION;
-    let left = (1.0 - columns as f64 / independent).max(LEAST);
+    let fitted = columns as f64 / independent;
+    let mut meat = meat_of(&windows, None);
+    let mut error = fitted;
+    for _ in 1..PASSES {
+        if error < SETTLED {
+            break;
+        }
+        meat = meat_of(&windows, Some(&(bread * &meat * bread)));
+        error *= fitted;
+    }
+    let left = (1.0 - fitted).max(LEAST);
     OfNoise {
         meat,
         widening: widening(&windows, left),
@@ -85,7 +93,7 @@ pub(crate) fn of_noise(rows: &[ScaledRow], channels: usize, bread: &DMatrix<f64>
 }
 
 /// The scores' covariance, that of the parameters given, which they took from the residuals.
-fn meat_of(windows: &[Window], taken: &DMatrix<f64>) -> DMatrix<f64> {
+fn meat_of(windows: &[Window], taken: Option<&DMatrix<f64>>) -> DMatrix<f64> {
     let (channels, columns) = windows[0].entries.shape();
     let mut alone = DMatrix::<f64>::zeros(columns, columns);
     let mut shared = DMatrix::<f64>::zeros(columns, columns);
@@ -95,7 +103,9 @@ fn meat_of(windows: &[Window], taken: &DMatrix<f64>) -> DMatrix<f64> {
         let mut weights = f64::MIN_POSITIVE;
         for (now, later) in pairs() {
             products.ger(1.0, &now.residuals, &later.residuals, 1.0);
-            products += &now.entries * (taken * later.entries.transpose());
+            if let Some(taken) = taken {
+                products += &now.entries * (taken * later.entries.transpose());
+            }
             weights += (now.weight * later.weight).sqrt();
         }
         let covariance = products / weights;

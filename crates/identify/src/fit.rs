@@ -40,6 +40,8 @@ pub(crate) struct Options<'a> {
     pub(crate) only: Option<&'a [bool]>,
     /// Weights of windows and deviations of channels from another fit, kept as they are.
     pub(crate) weights: Option<&'a Fit>,
+    /// Whether the covariance is asked for, which takes about as long as a pass.
+    pub(crate) covariance: bool,
     /// By how much of gravity the motion is changed: 0 as it was measured, 1 for a world without, 2
     /// for gravity of the opposite sign.
     pub(crate) gravity_off: f64,
@@ -55,6 +57,7 @@ impl<'a> Options<'a> {
             delay: false,
             only: None,
             weights: None,
+            covariance: true,
             gravity_off: 0.0,
             mass: None,
         }
@@ -369,7 +372,14 @@ impl<'a> Solver<'a> {
     }
 
     fn finish(self, count: usize) -> Fit {
-        let (covariance, misfit) = self.covariance(count);
+        let rows = self.scaled_rows();
+        let squares: f64 = rows.iter().map(|row| row.residual * row.residual).sum();
+        let weights: f64 = rows.iter().map(|row| row.weight).sum();
+        let covariance = if self.options.covariance {
+            self.covariance(&rows, count)
+        } else {
+            DMatrix::zeros(self.columns, self.columns)
+        };
         let delay = self
             .options
             .delay
@@ -378,7 +388,7 @@ impl<'a> Solver<'a> {
             parameters: self.solution.fixed_rows::<10>(0).into_owned(),
             covariance: covariance.fixed_view::<10, 10>(0, 0).into_owned(),
             delay,
-            misfit,
+            misfit: (squares / weights.max(f64::MIN_POSITIVE)).sqrt(),
             excitation: Directions::new(&self.eigen, self.scales.fixed_rows::<10>(0).into_owned()),
             noise: self.noise,
             weights: self.weights,
@@ -386,20 +396,17 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// Of the parameters, and the weighted rms residual.
-    fn covariance(&self, count: usize) -> (DMatrix<f64>, f64) {
+    /// Of the parameters, from so many windows.
+    fn covariance(&self, rows: &[ScaledRow], count: usize) -> DMatrix<f64> {
         let channels = self.noise.channels();
-        let rows = self.scaled_rows();
-        let squares: f64 = rows.iter().map(|row| row.residual * row.residual).sum();
-        let weights: f64 = rows.iter().map(|row| row.weight).sum();
         let mut bread = DMatrix::<f64>::zeros(self.columns, self.columns);
         for (value, vector) in known(&self.eigen) {
             bread.ger(1.0 / value, &vector, &vector, 1.0);
         }
         let independent = (count * channels) as f64 / NOISE_CORRELATION;
         let freedom = (independent - self.columns as f64).max(1.0);
-        let scores = covariance::of_scores(&rows, channels, self.columns) * independent / freedom;
-        let noise = covariance::of_noise(&rows, channels, &bread);
+        let scores = covariance::of_scores(rows, channels, self.columns) * independent / freedom;
+        let noise = covariance::of_noise(rows, channels, &bread);
         // What lasts longer than the filter shows in the scores, if there are enough of them.
         let size = |meat: &DMatrix<f64>| (&bread * meat).trace();
         let (meat, widening) = if size(&scores) > size(&noise.meat) {
@@ -417,10 +424,9 @@ impl<'a> Solver<'a> {
             // A mass that was weighed was not learnt from the residuals.
             scales[0] = self.scales[0];
         }
-        let unscaled = DMatrix::from_fn(self.columns, self.columns, |i, j| {
+        DMatrix::from_fn(self.columns, self.columns, |i, j| {
             scaled[(i, j)] * scales[i] * scales[j]
-        });
-        (unscaled, (squares / weights.max(f64::MIN_POSITIVE)).sqrt())
+        })
     }
 
     /// The rows of the windows that are used, each times the root of its weight.

@@ -273,7 +273,7 @@ fn fit(found: &mut Identification, run: &Run, request: &Request) -> Result<(), I
     };
     let fit = weighed.as_ref().unwrap_or(&alone);
     let parameters = possible(found, fit, &known, request.bounding_box.as_ref());
-    tell_payload(found, fit, &parameters);
+    tell_payload(found, fit, &parameters, &known);
     found.history = history(equations, fit, &known, request.bounding_box.as_ref());
     // A sign shows in what the data say alone.
     let suspect = suspicions(
@@ -383,8 +383,13 @@ fn possible(
     nearest.parameters
 }
 
-/// The estimate with its uncertainty.
-fn tell_payload(found: &mut Identification, fit: &Fit, parameters: &SVector<f64, 10>) {
+/// The estimate with its uncertainty; `known` bodies were felt with it.
+fn tell_payload(
+    found: &mut Identification,
+    fit: &Fit,
+    parameters: &SVector<f64, 10>,
+    known: &SVector<f64, 10>,
+) {
     let mut deviations = fit.deviations(parameters);
     if found
         .known_mass
@@ -417,6 +422,7 @@ fn report(run: &Run, fit: &Fit) -> FitReport {
     let options = Options {
         only: Some(&seen),
         mass: fit.mass,
+        covariance: false,
         ..Options::new(&channels)
     };
     let blind = Fit::new(equations, options);

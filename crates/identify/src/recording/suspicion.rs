@@ -34,6 +34,7 @@ pub(crate) fn suspicions(
             let options = Options {
                 gravity_off,
                 weights: Some(fit),
+                covariance: false,
                 ..Options::new(channels)
             };
             match Fit::new(equations, options) {
