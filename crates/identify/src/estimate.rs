@@ -32,7 +32,7 @@ pub struct PayloadEstimate {
     pub is_physical: bool,
     /// Windows that gave rows.
     pub intervals: u64,
-    /// How often the payload was seen to be another than before.
+    /// How often the payload was seen to be another than before, by least squares online.
     pub changes: u64,
     /// The time from which on the estimate is made, on the samples' clock, s: that of the last change,
     /// or minus infinity.

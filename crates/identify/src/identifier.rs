@@ -21,8 +21,8 @@ use crate::{EstimatorKind, IdentifyError, PayloadEstimate, Sample, Settings, Sin
 pub enum Pushed {
     /// It was added to the windows that are open, and gave rows if it ended one.
     Used,
-    /// The same, and it shows that the payload is another than before: the estimate begins anew. Least
-    /// squares alone tells.
+    /// The same, and it shows that the payload is another than before, or the noise far larger: the
+    /// estimate begins anew. Least squares alone tells.
     Changed,
     /// It starts anew: it is the first, or comes after a gap.
     Started,
@@ -213,7 +213,8 @@ impl Identifier {
         self.front.model.gripper()
     }
 
-    /// Prepares for the same samples once more: what was learnt stays, times begin anew.
+    /// Prepares for the same samples once more: what was learnt stays, times begin anew. It is for the
+    /// paper's filter: least squares would take the samples for new ones, and be too sure.
     pub fn rewind(&mut self) {
         self.front.rewind();
         self.excitation = Excitation::new();

@@ -175,7 +175,8 @@ impl Identifier {
         })
     }
 
-    /// Prepares for the same samples once more: what was learnt stays, times and counts begin anew.
+    /// Prepares for the same samples once more: what was learnt stays, times and counts begin anew. It is for the
+    /// paper's filter: least squares would take the samples for new ones, and be too sure.
     fn rewind(&self, py: Python<'_>) {
         py.detach(|| self.lock().rewind());
     }
