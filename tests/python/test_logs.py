@@ -50,6 +50,8 @@ def stopped(folder: Path, how: signal.Signals, moment: float) -> tuple[int, str,
         cwd=folder,
         stderr=subprocess.PIPE,
         text=True,
+        # A shell lets what it runs in the background ignore Ctrl-C, and so these tests.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     log = folder / "run.mcap"
     deadline = time.monotonic() + 120
