@@ -64,6 +64,27 @@ class Recorded:
         twist = self.twist.reshape(-1, 2, 3)
         return np.einsum("nij,nkj->nki", rotations(self.orientation), twist).reshape(-1, 6)
 
+    def kinematics(self, robot: tactid.Manipulator, frame: str) -> tactid.FrameMotion:
+        """Of a frame, its accelerations derived."""
+        step, twist = self.time[1] - self.time[0], self.world_twist()
+        return robot.kinematics(
+            frame,
+            self.q,
+            self.qd,
+            np.gradient(self.qd, step, axis=0),
+            base_pose=self.pose(),
+            base_twist=twist,
+            base_acceleration=np.gradient(twist, step, axis=0),
+        )
+
+    def regressor(self, robot: tactid.Manipulator) -> Array:
+        """Of the wrench on the payload in the tool's frame and about its origin, (n, 6, 10)."""
+        tool = self.kinematics(robot, "tool0")
+        vectors = [tool.acceleration, tool.angular_velocity, tool.angular_acceleration]
+        tool_from_world = np.swapaxes(tool.pose[:, :3, :3], 1, 2)
+        own = (np.einsum("nij,nj->ni", tool_from_world, vector) for vector in vectors)
+        return tactid.wrench_regressor(*own)
+
     def with_noise(self, level: float, random: np.random.Generator, *, motion: bool) -> "Recorded":
         """White noise of ``level`` times each channel's peak; without motion on wrenches alone."""
 

@@ -93,20 +93,7 @@ def limit(trial: Trial, level: float, seconds: float) -> Array:
     """
     recorded, robot, payload = trial.recorded, trial.robot, trial.payload
     rows = slice(0, int(seconds / STEP) + 1)
-    twist = recorded.world_twist()
-    motion = robot.kinematics(
-        "tool0",
-        recorded.q[rows],
-        recorded.qd[rows],
-        np.gradient(recorded.qd, STEP, axis=0)[rows],
-        base_pose=recorded.pose()[rows],
-        base_twist=twist[rows],
-        base_acceleration=np.gradient(twist, STEP, axis=0)[rows],
-    )
-    vectors = [motion.acceleration, motion.angular_velocity, motion.angular_acceleration]
-    tool_from_world = np.swapaxes(motion.pose[:, :3, :3], 1, 2)
-    own = (np.einsum("nij,nj->ni", tool_from_world, vector) for vector in vectors)
-    regressor = tactid.wrench_regressor(*own)
+    regressor = recorded.regressor(robot)[rows]
     noise = wrench_noise(recorded, robot, level)
     white = np.linalg.solve(np.linalg.cholesky(noise), regressor)
     covariance = np.linalg.inv(np.einsum("nki,nkj->ij", white, white))

@@ -56,26 +56,10 @@ def swapped(
     recorded: Recorded, robot: tactid.Manipulator, heavy: tactid.MassProperties
 ) -> Recorded:
     """The same motion, with the other payload's wrench from `SWAP` on, by the right finger."""
-    step = recorded.time[1] - recorded.time[0]
-    twist = recorded.world_twist()
-    base = {
-        "base_pose": recorded.pose(),
-        "base_twist": twist,
-        "base_acceleration": np.gradient(twist, step, axis=0),
-    }
-    qdd = np.gradient(recorded.qd, step, axis=0)
-    tool, finger = (
-        robot.kinematics(frame, recorded.q, recorded.qd, qdd, **base)
-        for frame in ("tool0", FINGERS[1])
-    )
-    back = np.swapaxes(tool.pose[:, :3, :3], 1, 2)
-    motion = (
-        np.einsum("nij,nj->ni", back, vectors)
-        for vectors in (tool.acceleration, tool.angular_velocity, tool.angular_acceleration)
-    )
-    more = tactid.wrench_regressor(*motion) @ (LIGHT.parameters - heavy.parameters)
+    more = recorded.regressor(robot) @ (LIGHT.parameters - heavy.parameters)
     more[recorded.time - recorded.time[0] < SWAP] = 0
-    finger_from_tool = np.linalg.inv(finger.pose) @ tool.pose
+    tool, finger = (recorded.kinematics(robot, frame).pose for frame in ("tool0", FINGERS[1]))
+    finger_from_tool = np.linalg.inv(finger) @ tool
     turn, arm = finger_from_tool[:, :3, :3], finger_from_tool[:, :3, 3]
     force, moment = (np.einsum("nij,nj->ni", turn, part) for part in (more[:, :3], more[:, 3:]))
     wrench = recorded.wrench.copy()

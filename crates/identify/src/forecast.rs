@@ -32,19 +32,20 @@ impl Forecast {
         stride_s: f64,
     ) -> Option<Self> {
         let middle = equations.len() / 2;
-        let (mut whole, mut second) = (Gram::with_knowledge(fit), Gram::without_windows(fit));
+        let (mut first, mut second) = (Gram::with_knowledge(fit), Gram::without_windows(fit));
         for (window, equation) in equations.iter().enumerate() {
-            whole.add(equation, window);
-            if window >= middle {
-                second.add(equation, window);
-            }
+            let half = if window < middle {
+                &mut first
+            } else {
+                &mut second
+            };
+            half.add(equation, window);
         }
+        let whole = first.information + second.information;
         let second_s = (equations.len() - middle) as f64 * stride_s;
         // W Wᵀ is the covariance, in directions that are known.
         let mut root = SMatrix::<f64, 10, 10>::zeros();
-        for (k, (information, direction)) in
-            known(&SymmetricEigen::new(whole.information)).enumerate()
-        {
+        for (k, (information, direction)) in known(&SymmetricEigen::new(whole)).enumerate() {
             root.set_column(k, &(direction / information.sqrt()));
         }
         let growth = SymmetricEigen::new(root.transpose() * second.information * root / second_s);

@@ -121,18 +121,14 @@ impl Identifier {
     /// # Errors
     /// Where a slice does not fit the robot or the sensors. Bad data are no error: see [`Pushed`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<Pushed, IdentifyError> {
-        self.front.check_lengths(sample)?;
-        let begins_with_wrench = self.front.model.begins_with_wrench();
-        let (pushed, equation) = self.front.push(sample)?;
-        let Some(equation) = equation else {
+        let mut ended = None;
+        let pushed = self.filter(sample, |method, equation| {
+            ended = Some((method.update(equation), equation.time_s));
+        })?;
+        let Some((changed, time_s)) = ended else {
             self.approach();
             return Ok(pushed);
         };
-        self.intervals += 1;
-        let (changed, time_s) = (self.method.update(equation), equation.time_s);
-        if begins_with_wrench {
-            self.excitation.update(equation);
-        }
         if changed {
             self.begin_anew(time_s);
         }
@@ -143,23 +139,24 @@ impl Identifier {
         Ok(if changed { Pushed::Changed } else { pushed })
     }
 
-    /// Shows the equation that the sample completed, and learns nothing but how the motion excites: for
-    /// those who solve all equations together.
+    /// Gives the equation that the sample completed to `learn`, and learns nothing itself but how the
+    /// motion excites: for those who solve all equations together.
     pub(crate) fn filter(
         &mut self,
         sample: &Sample<'_>,
-        sink: impl FnOnce(&Equation),
-    ) -> Result<(), IdentifyError> {
+        learn: impl FnOnce(&mut Method, &Equation),
+    ) -> Result<Pushed, IdentifyError> {
         self.front.check_lengths(sample)?;
         let begins_with_wrench = self.front.model.begins_with_wrench();
-        if let (_, Some(equation)) = self.front.push(sample)? {
+        let (pushed, equation) = self.front.push(sample)?;
+        if let Some(equation) = equation {
             self.intervals += 1;
             if begins_with_wrench {
                 self.excitation.update(equation);
             }
-            sink(equation);
+            learn(&mut self.method, equation);
         }
-        Ok(())
+        Ok(pushed)
     }
 
     /// Another payload: means and excitation are those of the new one.

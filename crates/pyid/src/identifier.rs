@@ -6,7 +6,7 @@ use nalgebra::{SMatrix, Vector3};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use tactid_dynamics::Wrench;
-use tactid_identify::{BaseState, Pushed, Sample, Way};
+use tactid_identify::{BaseState, Pushed, Sample};
 
 use crate::arrays::{Poses, Series, common_length, output};
 use crate::dynamics::Manipulator;
@@ -70,8 +70,9 @@ impl Identifier {
         cutoff: f64,
         max_gap: f64,
     ) -> PyResult<Self> {
-        let mut settings = Given {
+        let settings = Given {
             way: Some(way),
+            effort,
             estimator,
             alpha,
             beta,
@@ -82,9 +83,6 @@ impl Identifier {
             max_gap: Some(max_gap),
         }
         .settings()?;
-        if let Way::Combined { effort: has_effort } = &mut settings.way {
-            *has_effort = effort;
-        }
         let names: Vec<&str> = sensors.iter().map(String::as_str).collect();
         let identifier = tactid_identify::Identifier::new(&robot.0, tool, &names, settings)
             .map_err(IntoPyErr::into_py_err)?;

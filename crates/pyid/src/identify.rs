@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use nalgebra::Vector3;
 use pyo3::prelude::*;
 use tactid_dynamics::Wrench;
-use tactid_identify::{BaseState, Sample, Topics, Way, states_of_poses};
+use tactid_identify::{BaseState, Sample, Topics, states_of_poses};
 
 use crate::arrays::{Poses, Series, common_length};
 use crate::dynamics::Manipulator;
@@ -50,6 +50,7 @@ pub(crate) fn identify_log(
 ) -> PyResult<Identification> {
     let mut request = Given {
         way,
+        effort: true,
         estimator,
         alpha,
         beta,
@@ -133,6 +134,7 @@ pub(crate) fn identify_arrays(
     };
     let mut request = Given {
         way: way.or(Some(default_way)),
+        effort: effort.is_some(),
         estimator,
         alpha,
         beta,
@@ -143,11 +145,6 @@ pub(crate) fn identify_arrays(
         max_gap,
     }
     .request()?;
-    if matches!(request.way, Some(Way::Combined { .. })) {
-        request.way = Some(Way::Combined {
-            effort: effort.is_some(),
-        });
-    }
     request.delay_s = delay.or(request.delay_s);
     Known {
         tool: known_tool,

@@ -17,6 +17,8 @@ pub(crate) type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 /// The settings as Python gives them; `None` where there is a default.
 pub(crate) struct Given<'a, 'py> {
     pub(crate) way: Option<&'a str>,
+    /// Whether there are joint efforts, for the combined way.
+    pub(crate) effort: bool,
     pub(crate) estimator: &'a str,
     pub(crate) alpha: f64,
     pub(crate) beta: f64,
@@ -66,7 +68,9 @@ impl Given<'_, '_> {
             Way::Tactile,
             Way::Effort,
             Way::JointSensing,
-            Way::Combined { effort: true },
+            Way::Combined {
+                effort: self.effort,
+            },
         ];
         match ways.into_iter().find(|way| way.name() == name) {
             Some(way) => Ok(Some(way)),

@@ -143,7 +143,7 @@ impl Run {
             if self.plan.least_squares {
                 let records = &mut self.records;
                 self.identifier
-                    .filter(&sample, |equation| records.push(equation))?;
+                    .filter(&sample, |_, equation| records.push(equation))?;
             } else {
                 self.identifier.push(&sample)?;
             }

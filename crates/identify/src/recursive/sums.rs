@@ -104,11 +104,8 @@ impl Sums {
         covariance: &Matrix,
     ) -> Surprise {
         let channels = rows.len() as f64;
-        let split = |row: &Pair| {
-            let entries = row.fixed_rows::<10>(0).into_owned();
-            (entries, entries.dot(parameters))
-        };
-        let load: f64 = rows.iter().map(|row| split(row).1.powi(2)).sum();
+        let predict = |row: &Pair| row.fixed_rows::<10>(0).dot(parameters);
+        let load: f64 = rows.iter().map(|row| predict(row).powi(2)).sum();
         let model = MODEL * MODEL * load / channels;
         let mut surprise = Surprise {
             distance: 0.0,
@@ -116,8 +113,8 @@ impl Sums {
             leverage: 0.0,
         };
         for row in rows {
-            let (entries, predicted) = split(row);
-            let square = (row[10] - predicted).powi(2);
+            let entries = row.fixed_rows::<10>(0).into_owned();
+            let square = (row[10] - predict(row)).powi(2);
             // The triangle alone tells of a direction that no row has had yet.
             let known = (covariance * entries).dot(&entries);
             let leverage = known.max(NOISE_CORRELATION * self.rls.leverage(&entries));
