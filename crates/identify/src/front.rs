@@ -6,33 +6,38 @@ use tactid_dynamics::Manipulator;
 
 use crate::equation::Equation;
 use crate::model::Model;
-use crate::sample::{Instant, Node, SPAN};
+use crate::sample::{Instant, Node};
+use crate::stencil::{FEWEST, MOST};
 use crate::window::Windows;
 use crate::{IdentifyError, Pushed, Sample, Settings};
 
-/// Samples that are held: as many as derivatives over every second one need.
-const HELD: usize = 2 * SPAN - 1;
+/// Samples that are held at most: polynomials are over every second one of them.
+const HELD: usize = 2 * MOST - 1;
+/// And at least.
+const FEWEST_HELD: usize = 2 * FEWEST - 1;
 
-/// Derivatives are over every second sample while a step of two is no longer than this, in radians at
-/// the cutoff; their error is then below 3e-4 there, and falls with the fourth power of frequency.
-const SHORT_STEP: f64 = 0.3;
+/// Polynomials reach so far to each side, in radians at the cutoff; the error of a derivative is then
+/// below 4e-4 there, and falls with the fourth power of frequency.
+const REACH: f64 = 0.65;
 
 /// Takes samples one at a time and gives the filtered equations of motion, without allocation.
 ///
-/// An equation lags its last sample by four, which the derivatives need to their right. They are over
-/// every second sample where these are dense: neighbours then have no noise in common, which lets
-/// the noise be told from the motion (see [`Equation::differences`]).
+/// An equation lags its last sample by four to ten, which the polynomials need to their right. They
+/// are over every second sample where these are dense: neighbours then have no noise in common, which
+/// lets the noise be told from the motion (see [`Equation::differences`]).
 #[derive(Clone, Debug)]
 pub(crate) struct Front {
     pub(crate) model: Model,
     max_gap_s: f64,
     /// The last samples without a gap, the newest at `newest`.
     nodes: [Node; HELD],
-    /// The longest step of two samples that derivatives may be over, s.
-    longest_step_s: f64,
+    /// How far polynomials reach to each side, s.
+    reach_s: f64,
     newest: usize,
     /// How many of them there are.
     held: usize,
+    /// By how many samples an instant lags the newest; none before the first of a stretch.
+    lag: Option<usize>,
     instant: Instant,
     windows: Windows,
     pub(crate) refused: u64,
@@ -51,9 +56,10 @@ impl Front {
         Ok(Self {
             max_gap_s: settings.max_gap_s,
             nodes: std::array::from_fn(|_| Node::new(joints, wrenches)),
-            longest_step_s: SHORT_STEP / (TAU * settings.cutoff_hz),
+            reach_s: REACH / (TAU * settings.cutoff_hz),
             newest: 0,
             held: 0,
+            lag: None,
             instant: Instant::new(joints, wrenches),
             windows: Windows::new(settings.cutoff_hz, model.row_count()),
             refused: 0,
@@ -64,9 +70,8 @@ impl Front {
 
     /// Forgets the samples and the counts, for the same samples once more.
     pub(crate) fn rewind(&mut self) {
-        self.held = 0;
+        self.begin();
         self.nodes[self.newest].time_s = f64::NEG_INFINITY;
-        self.windows.clear();
         (self.refused, self.gaps) = (0, 0);
     }
 
@@ -88,13 +93,12 @@ impl Front {
         let started = passed_s > self.max_gap_s;
         if started {
             self.gaps += u64::from(passed_s.is_finite());
-            self.held = 0;
-            self.windows.clear();
+            self.begin();
         }
         self.newest = (self.newest + 1) % HELD;
         self.nodes[self.newest].set(sample);
         self.held = HELD.min(self.held + 1);
-        if self.held < HELD {
+        if !self.set_instant() {
             let pushed = if started {
                 Pushed::Started
             } else {
@@ -102,19 +106,38 @@ impl Front {
             };
             return Ok((pushed, None));
         }
-        let oldest = self.newest + 1;
-        let at = |k: usize| &self.nodes[(oldest + k) % HELD];
-        let length_s = at(HELD - 1).time_s - at(0).time_s;
-        let steps = if length_s <= (SPAN - 1) as f64 * self.longest_step_s {
-            2
-        } else {
-            1
-        };
-        let first = HELD / 2 - steps * (SPAN / 2);
-        let nodes = std::array::from_fn(|k| at(first + steps * k));
-        self.instant.set(&nodes);
         let rows = self.model.rows(&self.instant)?;
         Ok((Pushed::Used, self.windows.push(self.instant.time_s, rows)))
+    }
+
+    /// Forgets the samples before a gap.
+    fn begin(&mut self) {
+        self.held = 0;
+        self.lag = None;
+        self.windows.clear();
+    }
+
+    /// The instant that the newest sample completes, if there is one.
+    fn set_instant(&mut self) -> bool {
+        let newest = self.newest;
+        let back = |k: usize| (newest + HELD - k) % HELD;
+        let nodes = &self.nodes;
+        let span_s = |first: usize, last: usize| nodes[back(last)].time_s - nodes[back(first)].time_s;
+        let is_wide = |first, last| span_s(first, last) > 2.0 * self.reach_s;
+        let lag = match self.lag {
+            Some(lag) => lag,
+            None if self.held < FEWEST_HELD => return false,
+            None if self.held < HELD && !is_wide(self.held - 1, 0) => return false,
+            // The same number of whole steps to both sides.
+            None => *self.lag.insert((self.held - 1) / 4 * 2),
+        };
+        let mut side = lag / 2;
+        while side > FEWEST / 2 && is_wide(lag + 2 * side, lag - 2 * side) {
+            side -= 1;
+        }
+        let step = if is_wide(lag + 2 * side, lag - 2 * side) { 1 } else { 2 };
+        self.instant.set(2 * side + 1, |k| &nodes[back(lag + step * side - step * k)]);
+        true
     }
 
     /// That a sample's slices fit the robot and the sensors.

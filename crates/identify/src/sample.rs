@@ -1,9 +1,9 @@
 //! Samples, and the instant in the middle of a few of them.
 
-use nalgebra::{Isometry3, Quaternion, Vector3};
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3, Vector4};
 use tactid_dynamics::{FrameMotion, Wrench};
 
-use crate::stencil::weights;
+use crate::stencil::{FEWEST, MOST, weights};
 
 /// The base's pose and motion at one time, in the inertial frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,29 +64,35 @@ pub fn states_of_poses(times_s: &[f64], poses: &[Isometry3<f64>]) -> Vec<BaseSta
             pose,
             ..BaseState::fixed()
         };
-        if count < SPAN {
+        if count < FEWEST {
             return still;
         }
-        let first = k.saturating_sub(SPAN / 2).min(count - SPAN);
-        let nodes: [f64; SPAN] = std::array::from_fn(|j| times_s[first + j]);
-        let [_, slope, _] = weights(&nodes, times_s[k]);
-        let near = || poses[first..first + SPAN].iter().zip(&slope);
-        let rate: nalgebra::Vector4<f64> = near()
-            .map(|(other, w)| {
-                let coords = other.rotation.coords;
-                // Either sign is the same rotation: all on the side of this one.
-                coords * (w * 1f64.copysign(coords.dot(&pose.rotation.coords)))
-            })
-            .sum();
+        let first = k.saturating_sub(FEWEST / 2).min(count - FEWEST);
+        let near = first..first + FEWEST;
+        let [_, slope, _] = weights(&times_s[near.clone()], times_s[k]);
+        let near = || poses[near.clone()].iter().zip(slope);
+        let rate = blend(near().map(|(other, w)| (&other.rotation, w)), &pose.rotation);
         // q̇ = ω q / 2 with ω in the inertial frame.
         let turn = Quaternion::from(rate) * pose.rotation.conjugate().into_inner() * 2.0;
         BaseState {
-            velocity: near().map(|(p, w)| p.translation.vector * *w).sum(),
+            velocity: near().map(|(p, w)| p.translation.vector * w).sum(),
             angular_velocity: turn.imag(),
             ..still
         }
     };
     (0..count).map(state).collect()
+}
+
+/// A weighted sum of rotations' quaternions, each of the two that is on the side of one of them.
+fn blend<'a>(
+    rotations: impl Iterator<Item = (&'a UnitQuaternion<f64>, f64)>,
+    near: &UnitQuaternion<f64>,
+) -> Vector4<f64> {
+    let signed = |(rotation, weight): (&UnitQuaternion<f64>, f64)| {
+        let coords = rotation.coords;
+        coords * (weight * 1f64.copysign(coords.dot(&near.coords)))
+    };
+    rotations.map(signed).sum()
 }
 
 /// What a robot measures at one time. Slices are in the order of the robot's joints and of the
@@ -159,14 +165,12 @@ impl Node {
     }
 }
 
-/// How many samples an [`Instant`] is made of.
-pub(crate) const SPAN: usize = 5;
-
-/// Everything at the time of one sample, with what was not measured of its motion: derivatives of
-/// the polynomial through it and two neighbours on each side.
+/// Everything at the time of one sample: motion is that of the polynomial near it and some neighbours
+/// on each side, and so are the derivatives that were not measured.
 ///
-/// Derivatives are linear in what is measured and local, so that a filter over many instants later
-/// treats what is derived and what is measured alike.
+/// Angles and rates enter products, where noise does not average out: so they are made smooth first.
+/// All of it is linear in what is measured and local, so that a filter over many instants later
+/// treats what is derived, what is smooth and what is neither alike.
 #[derive(Clone, Debug)]
 pub(crate) struct Instant {
     pub(crate) time_s: f64,
@@ -191,46 +195,75 @@ impl Instant {
         }
     }
 
-    /// From samples in the order of time, at the time of the middle one.
-    pub(crate) fn set(&mut self, nodes: &[&Node; SPAN]) {
-        let center = nodes[SPAN / 2];
+    /// From an odd number of samples in the order of time, at most [`MOST`], at the time of the middle
+    /// one.
+    pub(crate) fn set<'a>(&mut self, count: usize, node: impl Fn(usize) -> &'a Node) {
+        let center = node(count / 2);
+        let times: [f64; MOST] = std::array::from_fn(|k| if k < count { node(k).time_s } else { 0.0 });
+        let [value, first, second] = weights(&times[..count], center.time_s);
+        let near = Near {
+            count,
+            node,
+            center,
+        };
         self.time_s = center.time_s;
-        let [_, first, second] = weights(&nodes.map(|node| node.time_s), center.time_s);
-        self.base = base_motion(nodes, &first);
-        self.joint_position.copy_from_slice(&center.joint_position);
+        self.base = near.base_motion(&value, &first);
         self.joint_effort.copy_from_slice(&center.joint_effort);
         self.wrenches.copy_from_slice(&center.wrenches);
-        let measured = nodes.iter().all(|node| node.has_velocity);
+        let measured = (0..count).all(|k| (near.node)(k).has_velocity);
         for joint in 0..self.joint_position.len() {
-            let positions = nodes.map(|node| node.joint_position[joint]);
-            let velocities = nodes.map(|node| node.joint_velocity[joint]);
+            let position = |weights| near.sum(weights, |node| node.joint_position[joint]);
+            let velocity = |weights| near.sum(weights, |node| node.joint_velocity[joint]);
+            self.joint_position[joint] = position(&value);
             (self.joint_velocity[joint], self.joint_acceleration[joint]) = if measured {
-                (center.joint_velocity[joint], dot(&velocities, &first))
+                (velocity(&value), velocity(&first))
             } else {
-                (dot(&positions, &first), dot(&positions, &second))
+                (position(&first), position(&second))
             };
         }
     }
 }
 
-fn dot(values: &[f64; SPAN], weights: &[f64; SPAN]) -> f64 {
-    values.iter().zip(weights).map(|(x, w)| x * w).sum()
+/// Samples near one of them.
+struct Near<'a, F> {
+    count: usize,
+    node: F,
+    center: &'a Node,
 }
 
-fn base_motion(nodes: &[&Node; SPAN], first: &[f64; SPAN]) -> FrameMotion {
-    let center = &nodes[SPAN / 2].base;
-    let derivative = |of: fn(&BaseState) -> Vector3<f64>| -> Vector3<f64> {
-        nodes.iter().zip(first).map(|(n, w)| of(&n.base) * *w).sum()
-    };
-    FrameMotion {
-        pose: center.pose,
-        velocity: center.velocity,
-        angular_velocity: center.angular_velocity,
-        acceleration: center
-            .acceleration
-            .unwrap_or_else(|| derivative(|base| base.velocity)),
-        angular_acceleration: center
-            .angular_acceleration
-            .unwrap_or_else(|| derivative(|base| base.angular_velocity)),
+impl<'a, F: Fn(usize) -> &'a Node> Near<'a, F> {
+    fn weighted<'b>(
+        &'b self,
+        weights: &'b [f64; MOST],
+    ) -> impl Iterator<Item = (&'a Node, f64)> + use<'a, 'b, F> {
+        (0..self.count).map(|k| ((self.node)(k), weights[k]))
+    }
+
+    fn sum<T>(&self, weights: &[f64; MOST], of: impl Fn(&'a Node) -> T) -> T
+    where
+        T: std::ops::Mul<f64, Output = T> + std::iter::Sum,
+    {
+        self.weighted(weights).map(|(node, w)| of(node) * w).sum()
+    }
+
+    fn base_motion(&self, value: &[f64; MOST], first: &[f64; MOST]) -> FrameMotion {
+        let center = &self.center.base;
+        let rotations = self.weighted(value);
+        let rotations = rotations.map(|(node, w)| (&node.base.pose.rotation, w));
+        let rotation = blend(rotations, &center.pose.rotation);
+        FrameMotion {
+            pose: Isometry3::from_parts(
+                center.pose.translation,
+                UnitQuaternion::new_normalize(rotation.into()),
+            ),
+            velocity: center.velocity,
+            angular_velocity: self.sum(value, |node| node.base.angular_velocity),
+            acceleration: center
+                .acceleration
+                .unwrap_or_else(|| self.sum(first, |node| node.base.velocity)),
+            angular_acceleration: center
+                .angular_acceleration
+                .unwrap_or_else(|| self.sum(first, |node| node.base.angular_velocity)),
+        }
     }
 }

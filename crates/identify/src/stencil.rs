@@ -1,35 +1,46 @@
-//! Weights of the polynomial through a few samples: its value and its derivatives at a time.
+//! Weights of the polynomial nearest to a few samples: its value and its derivatives at a time.
 
-/// Weights of values at `nodes` for the value, the first and the second derivative at `at` of the
-/// polynomial through them (Fornberg 1988, Mathematics of Computation 51, 699-706).
+/// The polynomial of degree four passes through so many samples.
+pub(crate) const FEWEST: usize = 5;
+
+/// The most samples; a third of the noise's variance is left in a value from so many.
+pub(crate) const MOST: usize = 11;
+
+/// Weights of values at `nodes`, at most [`MOST`] of them, for the value, the first and the second
+/// derivative at `at` of the polynomial of degree four that is nearest in least squares (of less where
+/// there are fewer nodes, and through all of them), by polynomials that are orthogonal on the nodes
+/// (Forsythe 1957, doi 10.1137/0105007).
 ///
-/// Nodes need not be equidistant, but must differ. Exact for polynomials of degree `N - 1`.
-pub(crate) fn weights<const N: usize>(nodes: &[f64; N], at: f64) -> [[f64; N]; 3] {
-    let mut weights = [[0.0; N]; 3];
-    weights[0][0] = 1.0;
-    let mut product = 1.0;
-    let mut from_at = nodes[0] - at;
-    for i in 1..N {
-        let before = from_at;
-        from_at = nodes[i] - at;
-        let mut next_product = 1.0;
-        for j in 0..i {
-            let distance = nodes[i] - nodes[j];
-            next_product *= distance;
-            if j + 1 == i {
-                let scale = product / next_product;
-                for k in (1..3).rev() {
-                    weights[k][i] =
-                        scale * (k as f64 * weights[k - 1][i - 1] - before * weights[k][i - 1]);
-                }
-                weights[0][i] = -scale * before * weights[0][i - 1];
-            }
-            for k in (1..3).rev() {
-                weights[k][j] = (from_at * weights[k][j] - k as f64 * weights[k - 1][j]) / distance;
-            }
-            weights[0][j] *= from_at / distance;
+/// Nodes need not be equidistant, but must differ. Weights of nodes that are not there are zero.
+pub(crate) fn weights(nodes: &[f64], at: f64) -> [[f64; MOST]; 3] {
+    let count = nodes.len();
+    let mut weights = [[0.0; MOST]; 3];
+    // A polynomial and the one of a degree less: at the nodes; value and derivatives at `at`.
+    let (mut now, mut before) = ([1.0; MOST], [0.0; MOST]);
+    let (mut here, mut here_before) = ([1.0, 0.0, 0.0], [0.0; 3]);
+    let mut norm_before = f64::INFINITY;
+    for _ in 0..count.min(FEWEST) {
+        let (mut norm, mut moment) = (0.0, 0.0);
+        for (p, t) in now[..count].iter().zip(nodes) {
+            norm += p * p;
+            moment += (t - at) * p * p;
         }
-        product = next_product;
+        for (weights, here) in weights.iter_mut().zip(here) {
+            for (weight, p) in weights[..count].iter_mut().zip(now) {
+                *weight += here / norm * p;
+            }
+        }
+        let (middle, part) = (moment / norm, norm / norm_before);
+        for k in 0..count {
+            let next = (nodes[k] - at - middle) * now[k] - part * before[k];
+            (before[k], now[k]) = (now[k], next);
+        }
+        let next = std::array::from_fn(|k| {
+            let product = if k == 0 { 0.0 } else { k as f64 * here[k - 1] };
+            product - middle * here[k] - part * here_before[k]
+        });
+        (here_before, here) = (here, next);
+        norm_before = norm;
     }
     weights
 }
@@ -38,39 +49,53 @@ pub(crate) fn weights<const N: usize>(nodes: &[f64; N], at: f64) -> [[f64; N]; 3
 mod tests {
     use super::*;
 
-    /// A polynomial of degree four through five uneven nodes is met with its derivatives.
+    const UNEVEN: [f64; MOST] = [
+        -0.49, -0.41, -0.32, -0.21, -0.1, 0.013, 0.09, 0.2, 0.31, 0.38, 0.52,
+    ];
+
+    /// A polynomial of degree four is met with its derivatives, however many nodes there are.
     #[test]
     fn is_exact_for_polynomials() {
-        let nodes = [-0.21, -0.1, 0.013, 0.09, 0.2];
         let value = |t: f64| 3.0 - 2.0 * t + 5.0 * t.powi(2) - 7.0 * t.powi(3) + 11.0 * t.powi(4);
-        for at in [0.013, 0.05, -0.3] {
+        for (nodes, at) in [
+            (&UNEVEN[3..8], 0.013),
+            (&UNEVEN[3..8], -0.3),
+            (&UNEVEN[2..9], 0.05),
+            (&UNEVEN[..], 0.013),
+        ] {
             let wanted = [
                 value(at),
                 -2.0 + 10.0 * at - 21.0 * at * at + 44.0 * at.powi(3),
                 10.0 - 42.0 * at + 132.0 * at * at,
             ];
-            for (order, weights) in weights(&nodes, at).iter().enumerate() {
+            for (order, weights) in weights(nodes, at).iter().enumerate() {
                 let found: f64 = nodes.iter().zip(weights).map(|(t, w)| w * value(*t)).sum();
                 assert!((found - wanted[order]).abs() < 1e-10, "{order}: {found}");
             }
         }
     }
 
-    /// On equal steps these are the well-known central differences, with their sign.
+    /// Five equal steps have the well-known central differences, with their sign; eleven the smoothing
+    /// of Savitzky and Golay (1964), table of the quartic: 143 of 429 in the middle, 18 at the end.
     #[test]
-    fn gives_the_central_differences() {
-        let [value, first, second] = weights(&[-2.0, -1.0, 0.0, 1.0, 2.0], 0.0);
+    fn gives_the_well_known_weights() {
+        let five = weights(&[-2.0, -1.0, 0.0, 1.0, 2.0], 0.0);
         let expected = [
             [0.0, 0.0, 1.0, 0.0, 0.0],
             [1.0 / 12.0, -2.0 / 3.0, 0.0, 2.0 / 3.0, -1.0 / 12.0],
             [-1.0 / 12.0, 4.0 / 3.0, -2.5, 4.0 / 3.0, -1.0 / 12.0],
         ];
-        for (found, wanted) in [value, first, second]
-            .iter()
-            .flatten()
-            .zip(expected.as_flattened())
-        {
-            assert!((found - wanted).abs() < 1e-14);
+        for (found, wanted) in five.iter().zip(expected) {
+            for (found, wanted) in found.iter().zip(wanted) {
+                assert!((found - wanted).abs() < 1e-14);
+            }
+        }
+        let steps: Vec<f64> = (0..11).map(|k| f64::from(k) - 5.0).collect();
+        let [value, ..] = weights(&steps, 0.0);
+        let expected = [18.0, -45.0, -10.0, 60.0, 120.0, 143.0];
+        for (k, wanted) in expected.iter().enumerate() {
+            assert!((value[k] - wanted / 429.0).abs() < 1e-14, "{k}");
+            assert!((value[10 - k] - wanted / 429.0).abs() < 1e-14, "{k}");
         }
     }
 }

@@ -28,14 +28,13 @@ fn joint_sensing() -> Settings {
     }
 }
 
-/// Exact samples give the payload but for the fourth order of the sample step, which the derivatives
-/// cost.
+/// Exact samples give the payload but for the fourth order of the time that polynomials reach over.
 #[test]
 fn least_squares_finds_the_payload_from_the_fingers() {
     let experiment = Experiment::default();
     let estimate = identify(&experiment, &experiment.run(), Settings::default());
     assert!(
-        worst_percent(&estimate.body) < 1e-6,
+        worst_percent(&estimate.body) < 1e-5,
         "{:?}",
         errors_percent(&estimate.body)
     );
@@ -55,7 +54,7 @@ fn least_squares_finds_the_payload_from_the_joints() {
     let instants = experiment.run();
     let estimate = identify(&experiment, &instants, joint_sensing());
     assert!(
-        worst_percent(&estimate.body) < 1e-6,
+        worst_percent(&estimate.body) < 1e-5,
         "{:?}",
         errors_percent(&estimate.body)
     );
@@ -78,7 +77,7 @@ fn least_squares_finds_the_payload_from_all_together() {
     let instants = experiment.run();
     let estimate = identify(&experiment, &instants, settings.clone());
     assert!(
-        worst_percent(&estimate.body) < 1e-6,
+        worst_percent(&estimate.body) < 1e-5,
         "{:?}",
         errors_percent(&estimate.body)
     );
@@ -94,7 +93,7 @@ fn least_squares_finds_the_payload_from_all_together() {
         identifier.push(&sample).unwrap();
     }
     let body = identifier.estimate().body;
-    assert!(worst_percent(&body) < 1e-6, "{:?}", errors_percent(&body));
+    assert!(worst_percent(&body) < 1e-5, "{:?}", errors_percent(&body));
 
     let fixed = Manipulator::from_urdf(URDF, BaseKind::Fixed).unwrap();
     let nothing = Identifier::new(&fixed, TOOL, &[], settings);
@@ -179,7 +178,7 @@ fn gravity_enters_with_its_sign() {
     let instants = experiment.run();
     let estimate = identify(&experiment, &instants, Settings::default());
     assert!(
-        worst_percent(&estimate.body) < 1e-6,
+        worst_percent(&estimate.body) < 1e-5,
         "{:?}",
         errors_percent(&estimate.body)
     );
@@ -222,7 +221,7 @@ fn bad_samples_are_refused_and_gaps_cut_out() {
         (140, 9002, 1)
     );
     assert!(
-        worst_percent(&estimate.body) < 1e-6,
+        worst_percent(&estimate.body) < 1e-5,
         "{:?}",
         errors_percent(&estimate.body)
     );

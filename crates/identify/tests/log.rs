@@ -202,7 +202,7 @@ fn a_log_gives_what_its_samples_give() {
         let online = online.estimate();
         assert_eq!(from_log.estimate.intervals, online.intervals);
         for (a, b) in from_log.estimate.values().iter().zip(online.values()) {
-            assert!((a - b).abs() < 1e-7 * (1.0 + b.abs()), "{a} {b}");
+            assert!((a - b).abs() < 2e-7 * (1.0 + b.abs()), "{a} {b}");
         }
     }
 }
