@@ -23,13 +23,13 @@ impl Row {
         }
     }
 
-    fn add(&mut self, row: &Self, weight: f64) {
+    pub(crate) fn add(&mut self, row: &Self, weight: f64) {
         self.regressor += row.regressor * weight;
         self.wanted += row.wanted * weight;
         self.gravity += row.gravity * weight;
     }
 
-    fn scale(&mut self, by: f64) {
+    pub(crate) fn scale(&mut self, by: f64) {
         self.regressor *= by;
         self.wanted *= by;
         self.gravity *= by;

@@ -41,8 +41,8 @@ pub enum IdentifyError {
         /// Where it ends, m.
         max: f64,
     },
-    /// A known mass or a bounding box with the paper's filter.
-    #[error("{0} needs least squares: the paper's filter cannot take what is known already")]
+    /// A known mass, a bounding box, unknown offsets or the like with the paper's filter.
+    #[error("{0} needs least squares: the paper's filter has ten parameters and nothing else")]
     KnowledgeNeedsLeastSquares(&'static str),
     /// A sample with another number of wrenches than the identifier has sensors.
     #[error("a sample has {given} wrenches, but there are {expected} sensors")]

@@ -10,6 +10,7 @@ use crate::covariance::{self, ScaledRow};
 use crate::equation::{Equation, Row};
 use crate::knowledge::KnownMass;
 use crate::noise::{Channels, Noise, ROUNDING};
+use crate::offset::Offset;
 use crate::uncertainty::deviations;
 use crate::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
 
@@ -82,6 +83,8 @@ pub(crate) struct Fit {
     pub(crate) excitation: Directions,
     /// Of the whole load, where it was known.
     pub(crate) mass: Option<KnownMass>,
+    /// Of the first channels, where they may be off by a constant.
+    pub(crate) offsets: Vec<Offset>,
 }
 
 /// How strongly directions of the scaled parameters are excited.
@@ -141,6 +144,7 @@ impl Fit {
             let moved = state.solve();
             if options.weights.is_none() {
                 state.reweigh();
+                state.centre();
             }
             if pass > 2 && moved < SETTLED {
                 break;
@@ -174,6 +178,8 @@ struct Solver<'a> {
     /// The ten parameters, then the delay.
     solution: DVector<f64>,
     scales: DVector<f64>,
+    /// Of the rows of the channels that may be off by a constant: it is eliminated as their mean.
+    means: Vec<(Entries, f64)>,
     /// Of all windows, the channels of each in a row.
     residuals: Vec<f64>,
     noise: Noise,
@@ -200,11 +206,13 @@ impl<'a> Solver<'a> {
             columns,
             solution: DVector::zeros(columns),
             scales: DVector::repeat(columns, 1.0),
+            means: vec![([0.0; 11], 0.0); options.channels.offsets],
             residuals: vec![0.0; equations.len() * channels],
             noise,
             weights,
             eigen: SymmetricEigen::new(DMatrix::zeros(columns, columns)),
         };
+        solver.find_means();
         solver.scale();
         solver.find_residuals();
         solver
@@ -220,12 +228,50 @@ impl<'a> Solver<'a> {
         entries
     }
 
-    fn entries(&self, window: usize, channel: usize) -> Entries {
+    /// Entries, and what is wanted.
+    fn row(&self, window: usize, channel: usize) -> (Entries, f64) {
         let equation = &self.equations[window];
-        let mut entries = self.without_delay(&equation.rows[channel]);
+        let row = &equation.rows[channel];
+        let mut entries = self.without_delay(row);
         // wanted(t + delay) = wanted(t) + delay · rate is what belongs to the motion at t.
         entries[10] = -equation.rates[channel];
-        entries
+        (entries, row.wanted)
+    }
+
+    /// The same less the mean, where the channel may be off by a constant.
+    fn centred(&self, window: usize, channel: usize) -> (Entries, f64) {
+        let (mut entries, mut wanted) = self.row(window, channel);
+        if let Some((mean, mean_wanted)) = self.means.get(channel) {
+            for (entry, mean) in entries.iter_mut().zip(mean) {
+                *entry -= mean;
+            }
+            wanted -= mean_wanted;
+        }
+        (entries, wanted)
+    }
+
+    /// With the weights as they are now.
+    fn centre(&mut self) {
+        if !self.means.is_empty() {
+            self.find_means();
+            self.find_residuals();
+        }
+    }
+
+    fn find_means(&mut self) {
+        for channel in 0..self.means.len() {
+            let (mut sum, mut sum_wanted, mut weights) = ([0.0; 11], 0.0, f64::MIN_POSITIVE);
+            for window in self.windows() {
+                let weight = self.weights[window];
+                let (entries, wanted) = self.row(window, channel);
+                for (sum, entry) in sum.iter_mut().zip(entries) {
+                    *sum += weight * entry;
+                }
+                sum_wanted += weight * wanted;
+                weights += weight;
+            }
+            self.means[channel] = (sum.map(|sum| sum / weights), sum_wanted / weights);
+        }
     }
 
     fn predicted(&self, entries: &Entries) -> f64 {
@@ -237,9 +283,8 @@ impl<'a> Solver<'a> {
         let channels = self.noise.channels();
         for window in 0..self.equations.len() {
             for channel in 0..channels {
-                let entries = self.entries(window, channel);
-                self.residuals[window * channels + channel] =
-                    self.equations[window].rows[channel].wanted - self.predicted(&entries);
+                let (entries, wanted) = self.centred(window, channel);
+                self.residuals[window * channels + channel] = wanted - self.predicted(&entries);
             }
         }
     }
@@ -249,7 +294,7 @@ impl<'a> Solver<'a> {
     fn whiten(&self, window: usize, block: &mut DMatrix<f64>) {
         let channels = self.noise.channels();
         for channel in 0..channels {
-            let entries = self.entries(window, channel);
+            let (entries, _) = self.centred(window, channel);
             for (k, scale) in self.scales.iter().enumerate() {
                 block[(channel, k)] = scale * entries[k];
             }
@@ -284,7 +329,7 @@ impl<'a> Solver<'a> {
         let mut squares = [0.0; 11];
         for window in self.windows() {
             for (channel, deviation) in self.noise.deviations.iter().enumerate() {
-                let entries = self.entries(window, channel);
+                let (entries, _) = self.centred(window, channel);
                 for (square, entry) in squares.iter_mut().zip(entries) {
                     *square += (entry / deviation).powi(2);
                 }
@@ -380,6 +425,7 @@ impl<'a> Solver<'a> {
         } else {
             DMatrix::zeros(self.columns, self.columns)
         };
+        let offsets = self.offsets(&covariance, count);
         let delay = self
             .options
             .delay
@@ -393,6 +439,7 @@ impl<'a> Solver<'a> {
             noise: self.noise,
             weights: self.weights,
             mass: self.options.mass,
+            offsets,
         }
     }
 
@@ -404,7 +451,8 @@ impl<'a> Solver<'a> {
             bread.ger(1.0 / value, &vector, &vector, 1.0);
         }
         let independent = (count * channels) as f64 / NOISE_CORRELATION;
-        let freedom = (independent - self.columns as f64).max(1.0);
+        let unknowns = self.columns + self.means.len();
+        let freedom = (independent - unknowns as f64).max(1.0);
         let scores = covariance::of_scores(rows, channels, self.columns) * independent / freedom;
         let noise = covariance::of_noise(rows, channels, &bread);
         // What lasts longer than the filter shows in the scores, if there are enough of them.
@@ -427,6 +475,21 @@ impl<'a> Solver<'a> {
         DMatrix::from_fn(self.columns, self.columns, |i, j| {
             scaled[(i, j)] * scales[i] * scales[j]
         })
+    }
+
+    /// What the solution leaves of the means.
+    fn offsets(&self, covariance: &DMatrix<f64>, count: usize) -> Vec<Offset> {
+        let noise = self.noise.deviations.iter();
+        let offset = |((mean, wanted), noise): (&(Entries, f64), &f64)| {
+            let mean_row = DVector::from_column_slice(&mean[..self.columns]);
+            let of_parameters = mean_row.dot(&(covariance * &mean_row));
+            let of_mean = noise * noise * NOISE_CORRELATION / count as f64;
+            Offset {
+                value: wanted - self.predicted(mean),
+                deviation: (of_parameters + of_mean).max(0.0).sqrt(),
+            }
+        };
+        self.means.iter().zip(noise).map(offset).collect()
     }
 
     /// The rows of the windows that are used, each times the root of its weight.

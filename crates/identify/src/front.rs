@@ -122,7 +122,8 @@ impl Front {
         let newest = self.newest;
         let back = |k: usize| (newest + HELD - k) % HELD;
         let nodes = &self.nodes;
-        let span_s = |first: usize, last: usize| nodes[back(last)].time_s - nodes[back(first)].time_s;
+        let span_s =
+            |first: usize, last: usize| nodes[back(last)].time_s - nodes[back(first)].time_s;
         let is_wide = |first, last| span_s(first, last) > 2.0 * self.reach_s;
         let lag = match self.lag {
             Some(lag) => lag,
@@ -135,8 +136,13 @@ impl Front {
         while side > FEWEST / 2 && is_wide(lag + 2 * side, lag - 2 * side) {
             side -= 1;
         }
-        let step = if is_wide(lag + 2 * side, lag - 2 * side) { 1 } else { 2 };
-        self.instant.set(2 * side + 1, |k| &nodes[back(lag + step * side - step * k)]);
+        let step = if is_wide(lag + 2 * side, lag - 2 * side) {
+            1
+        } else {
+            2
+        };
+        self.instant
+            .set(2 * side + 1, |k| &nodes[back(lag + step * side - step * k)]);
         true
     }
 

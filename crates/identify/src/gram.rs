@@ -2,14 +2,17 @@
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 
-use crate::equation::Equation;
+use crate::equation::{Equation, Row};
 use crate::fit::Fit;
+use crate::offset::Centering;
 
 /// Normal equations in scaled parameters, to which windows are added one by one.
 pub(crate) struct Gram<'a> {
     fit: &'a Fit,
     pub(crate) information: SMatrix<f64, 10, 10>,
     pub(crate) target: SVector<f64, 10>,
+    centering: Centering,
+    rows: Vec<Row>,
     block: DMatrix<f64>,
 }
 
@@ -31,6 +34,8 @@ impl<'a> Gram<'a> {
             fit,
             information: SMatrix::zeros(),
             target: SVector::zeros(),
+            centering: Centering::new(fit.offsets.len()),
+            rows: Vec::new(),
             block: DMatrix::zeros(fit.noise.channels(), 11),
         }
     }
@@ -38,7 +43,9 @@ impl<'a> Gram<'a> {
     /// Adds the fit's `window`; what the motion's noise adds is taken off, as in the fit.
     pub(crate) fn add(&mut self, equation: &Equation, window: usize) {
         let weight = self.fit.weights[window];
-        for (rows, sign) in [(&equation.rows, 1.0), (&equation.differences, -1.0)] {
+        self.rows.clone_from(&equation.rows);
+        self.centering.take(&mut self.rows, weight);
+        for (rows, sign) in [(&self.rows, 1.0), (&equation.differences, -1.0)] {
             for (channel, row) in rows.iter().enumerate() {
                 let scaled = row.regressor.component_mul(&self.fit.excitation.scales);
                 let mut entries = self.block.view_mut((channel, 0), (1, 10));

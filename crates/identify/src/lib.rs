@@ -37,6 +37,7 @@ mod latest;
 mod method;
 mod model;
 mod noise;
+mod offset;
 mod physical;
 mod principal;
 mod recent;
@@ -53,6 +54,7 @@ pub use estimate::{PayloadEstimate, VALUE_NAMES};
 pub use excitation::SingularValues;
 pub use identifier::{Identifier, Pushed};
 pub use knowledge::{BoundingBox, KnownMass};
+pub use offset::Offset;
 pub use principal::PrincipalMoments;
 pub use recording::{
     ActsOn, Clock, Dirt, FitReport, HistoryPoint, Identification, Progress, Request, Topics,

@@ -40,6 +40,7 @@ pub(crate) struct Model {
     sources: Vec<Source>,
     gravity: Vector3<f64>,
     effort_is_net: bool,
+    wrench_offset: bool,
     robot: Manipulator,
     /// The robot as the equations know it: without its end-effector for the joint-sensing way.
     known: Manipulator,
@@ -83,6 +84,7 @@ impl Model {
             way: settings.way,
             gravity: settings.gravity_for(robot.base_kind()),
             effort_is_net: settings.effort_is_net,
+            wrench_offset: settings.wrench_offset,
             known: match settings.way {
                 Way::Tactile | Way::Effort | Way::Combined { .. } => robot.clone(),
                 Way::JointSensing => robot.without_subtree(tool),
@@ -121,6 +123,10 @@ impl Model {
         Channels {
             kinds: kinds.collect(),
             sources: sources.map(|source| source.rows(&self.loaded)).collect(),
+            offsets: match self.sources.first() {
+                Some(Source::Sensors) if self.wrench_offset => 6,
+                _ => 0,
+            },
         }
     }
 

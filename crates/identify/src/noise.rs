@@ -21,6 +21,8 @@ pub(crate) struct Channels {
     pub(crate) kinds: Vec<usize>,
     /// How many come from each source.
     pub(crate) sources: Vec<usize>,
+    /// How many, the first ones, may be off by a constant.
+    pub(crate) offsets: usize,
 }
 
 impl Channels {
@@ -29,7 +31,13 @@ impl Channels {
         Self {
             kinds: vec![3, 3],
             sources: vec![6],
+            offsets: 0,
         }
+    }
+
+    /// Where each of the first ones may be off by a constant.
+    pub(crate) fn with_offsets(self, offsets: usize) -> Self {
+        Self { offsets, ..self }
     }
 
     /// All of them.

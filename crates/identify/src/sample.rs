@@ -71,7 +71,10 @@ pub fn states_of_poses(times_s: &[f64], poses: &[Isometry3<f64>]) -> Vec<BaseSta
         let near = first..first + FEWEST;
         let [_, slope, _] = weights(&times_s[near.clone()], times_s[k]);
         let near = || poses[near.clone()].iter().zip(slope);
-        let rate = blend(near().map(|(other, w)| (&other.rotation, w)), &pose.rotation);
+        let rate = blend(
+            near().map(|(other, w)| (&other.rotation, w)),
+            &pose.rotation,
+        );
         // q̇ = ω q / 2 with ω in the inertial frame.
         let turn = Quaternion::from(rate) * pose.rotation.conjugate().into_inner() * 2.0;
         BaseState {
@@ -199,7 +202,8 @@ impl Instant {
     /// one.
     pub(crate) fn set<'a>(&mut self, count: usize, node: impl Fn(usize) -> &'a Node) {
         let center = node(count / 2);
-        let times: [f64; MOST] = std::array::from_fn(|k| if k < count { node(k).time_s } else { 0.0 });
+        let times: [f64; MOST] =
+            std::array::from_fn(|k| if k < count { node(k).time_s } else { 0.0 });
         let [value, first, second] = weights(&times[..count], center.time_s);
         let near = Near {
             count,

@@ -110,6 +110,11 @@ pub struct Settings {
     /// For the effort way: the efforts in the samples are what the payload alone adds, the arm's own
     /// part is off already. Default: false.
     pub effort_is_net: bool,
+    /// Whether the sensors' wrenches may be off by a constant, in their sum and in the tool frame: a
+    /// zero that was not set, or fingers that differ under their grip. These are six more unknowns of
+    /// least squares, so the motion must tell the payload from them: by other accelerations, or by
+    /// turning it under gravity. Default: false.
+    pub wrench_offset: bool,
 }
 
 impl Default for Settings {
@@ -124,6 +129,7 @@ impl Default for Settings {
             cutoff_hz: 10.0,
             max_gap_s: 0.1,
             effort_is_net: false,
+            wrench_offset: false,
         }
     }
 }

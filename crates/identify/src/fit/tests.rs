@@ -369,3 +369,60 @@ fn a_known_mass_resolves_what_was_mixed() {
         .map(|variance| 4.0 * variance.sqrt() + 1e-8);
     assert!(off.component_div(&deviations).amax() < 1.0, "{off}");
 }
+
+/// An unknown constant in each channel is found with its deviation, and costs the parameters no more than
+/// their covariance says; taken for none, it is a bias.
+#[test]
+fn constant_offsets_are_found() {
+    const RUNS: u64 = 200;
+    let offsets = [4.0, -2.0, 1.0, 0.3, 0.1, -0.2];
+    let channels = Channels::of_a_wrench().with_offsets(6);
+    let mut squares = SVector::<f64, 10>::zeros();
+    let mut of_offsets = SVector::<f64, 6>::zeros();
+    for seed in 0..RUNS {
+        let mut equations = equations(300, seed, 1.0, 0.0);
+        for equation in &mut equations {
+            for (row, offset) in equation.rows.iter_mut().zip(offsets) {
+                row.wanted += offset;
+            }
+        }
+        let found = Fit::new(&equations, Options::new(&channels)).unwrap();
+        let deviations = found.covariance.diagonal().map(f64::sqrt);
+        let error = (found.parameters - truth()).component_div(&deviations);
+        squares += error.component_mul(&error);
+        for (square, (found, offset)) in
+            of_offsets.iter_mut().zip(found.offsets.iter().zip(offsets))
+        {
+            *square += ((found.value - offset) / found.deviation).powi(2);
+        }
+        let without = fit(&equations);
+        assert!(without.misfit * without.noise.deviations[0] > 2.0 * found.noise.deviations[0]);
+    }
+    let (ratio, of_offsets) = (squares / RUNS as f64, of_offsets / RUNS as f64);
+    assert!(ratio.min() > 0.65 && ratio.max() < 1.45, "{ratio}");
+    // Windows of these equations share no noise, for which the deviation allows.
+    assert!(
+        of_offsets.min() > 0.4 && of_offsets.max() < 1.0,
+        "{of_offsets}"
+    );
+}
+
+/// Without noise, offsets come out to rounding, also as the recording grows.
+#[test]
+fn exact_equations_give_exact_offsets() {
+    let mut equations = equations(60, 1, 0.0, 0.0);
+    for equation in &mut equations {
+        equation.rows[4].wanted -= 3.0;
+    }
+    let channels = Channels::of_a_wrench().with_offsets(6);
+    let found = Fit::new(&equations, Options::new(&channels)).unwrap();
+    assert!((found.parameters - truth()).amax() < 1e-11);
+    assert!((found.offsets[4].value + 3.0).abs() < 1e-11);
+    let mut gram = Gram::with_knowledge(&found);
+    for (window, equation) in equations.iter().enumerate() {
+        gram.add(equation, window);
+    }
+    let scaled = gram.information.cholesky().unwrap().solve(&gram.target);
+    let solution = scaled.component_mul(&found.excitation.scales);
+    assert!((solution - truth()).amax() < 1e-8, "{solution}");
+}

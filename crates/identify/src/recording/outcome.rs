@@ -9,13 +9,13 @@ use super::dirt::Dirt;
 use super::history::history;
 use super::request::Request;
 use super::run::Run;
-use super::suspicion::suspicions;
+use super::suspicion::{suspect_offset, suspicions};
 use crate::fit::{Fit, Options};
 use crate::forecast::Forecast;
 use crate::physical::nearest_possible;
 use crate::uncertainty::{HALF_WIDTH_95, identifiable};
 use crate::{
-    BoundingBox, IdentifyError, KnownMass, PayloadEstimate, PrincipalMoments, Settings, Way,
+    BoundingBox, IdentifyError, KnownMass, Offset, PayloadEstimate, PrincipalMoments, Settings, Way,
 };
 
 /// The check on what a fit has not seen leaves out every so many parts of the recording.
@@ -73,6 +73,8 @@ pub struct FitReport {
     pub directions: Vec<[f64; 10]>,
     /// What motion would make known what is not, a sentence each.
     pub advice: Vec<String>,
+    /// Of the first channels, where the settings let them be off by a constant.
+    pub offsets: Vec<Offset>,
     /// Between two windows, s.
     pub stride_s: f64,
     /// Of the filter, Hz.
@@ -283,6 +285,13 @@ fn fit(found: &mut Identification, run: &Run, request: &Request) -> Result<(), I
         run.plan.settings.way,
     );
     found.remarks.extend(suspect);
+    let feels_wrenches = !run.plan.sensors.is_empty() && run.plan.settings.way.uses_wrench();
+    if feels_wrenches && channels.offsets == 0 {
+        let names = run.identifier.channels();
+        found
+            .remarks
+            .extend(suspect_offset(equations, fit, &channels, &names));
+    }
     let outliers = (0..equations.len()).filter(|&k| fit.is_outlier(k)).count();
     if outliers > 0 {
         found.remarks.push(format!(
@@ -429,15 +438,19 @@ fn report(run: &Run, fit: &Fit) -> FitReport {
     let channels = run.identifier.channels();
     let merged = f64::from(run.records.merged.max(1));
     let cutoff_hz = run.plan.settings.cutoff_hz;
-    let predict = |parameters: &SVector<f64, 10>| -> Vec<f64> {
-        let rows = equations.iter().flat_map(|equation| &equation.rows);
-        rows.map(|row| row.regressor.dot(parameters)).collect()
+    let predict = |fit: &Fit| -> Vec<f64> {
+        let offset = |channel: usize| fit.offsets.get(channel).map_or(0.0, |offset| offset.value);
+        let rows = equations
+            .iter()
+            .flat_map(|equation| equation.rows.iter().enumerate());
+        rows.map(|(channel, row)| row.regressor.dot(&fit.parameters) + offset(channel))
+            .collect()
     };
     let measured: Vec<f64> = equations
         .iter()
         .flat_map(|equation| equation.rows.iter().map(|row| row.wanted))
         .collect();
-    let predicted = predict(&fit.parameters);
+    let predicted = predict(fit);
     let rms = |predicted: &[f64], windows: &dyn Fn(usize) -> f64| -> Vec<f64> {
         let count = channels.len();
         let sum = |channel: usize| {
@@ -452,7 +465,7 @@ fn report(run: &Run, fit: &Fit) -> FitReport {
         (0..count).map(sum).collect()
     };
     let held_out_rms = blind.map_or(vec![f64::NAN; channels.len()], |blind| {
-        rms(&predict(&blind.parameters), &|k| {
+        rms(&predict(&blind), &|k| {
             if held_out[k] { fit.weights[k] } else { 0.0 }
         })
     });
@@ -466,6 +479,7 @@ fn report(run: &Run, fit: &Fit) -> FitReport {
         stride_s: crate::window::stride_s(cutoff_hz) * merged,
         cutoff_hz: cutoff_hz / merged,
         advice: Vec::new(),
+        offsets: fit.offsets.clone(),
         channels,
         measured,
         predicted,

@@ -111,6 +111,11 @@ impl Chain<'_> {
         Ok(chosen.unwrap_or(flattest).cutoff_hz)
     }
 
+    fn channels(&self) -> Channels {
+        let offsets = if self.settings.wrench_offset { 6 } else { 0 };
+        Channels::of_a_wrench().with_offsets(offsets)
+    }
+
     /// Geometric mean of the channels' residual deviations, and the mean square of the accelerations;
     /// `None` where there is too little.
     pub(crate) fn misfit(
@@ -120,7 +125,7 @@ impl Chain<'_> {
     ) -> Result<Option<(f64, f64)>, IdentifyError> {
         let equations = self.equations(events, 0.0, cutoff_hz)?;
         Ok(
-            Fit::new(&equations, Options::new(&Channels::of_a_wrench())).map(|fit| {
+            Fit::new(&equations, Options::new(&self.channels())).map(|fit| {
                 let deviations = &fit.noise.deviations;
                 let logarithms: f64 = deviations.iter().map(|deviation| deviation.ln()).sum();
                 let misfit = (logarithms / deviations.len() as f64).exp();
@@ -142,7 +147,7 @@ impl Chain<'_> {
         let Some(mut delay_s) = coarse_delay_s(&equations, window::stride_s(cutoff_hz)) else {
             return Ok(None);
         };
-        let channels = Channels::of_a_wrench();
+        let channels = self.channels();
         let mut found = None;
         for _ in 0..4 {
             if delay_s != 0.0 {

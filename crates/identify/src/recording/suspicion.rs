@@ -6,9 +6,44 @@ use crate::Way;
 use crate::equation::Equation;
 use crate::fit::{Fit, Options};
 use crate::noise::Channels;
+use crate::offset::Offset;
+use crate::uncertainty::HALF_WIDTH_95;
 
 /// Another gravity is worth a word when it leaves less than this part of the residual.
 const FAR_BETTER: f64 = 0.5;
+
+/// A constant offset is worth a word when one channel's is so many times its deviation, and all leave
+/// less than this part of the residual.
+const SIGNIFICANT: f64 = 6.0;
+const CLEARLY_BETTER: f64 = 0.8;
+
+/// That the sensors seem to be off by a constant, where their offset was not among the unknowns.
+pub(crate) fn suspect_offset(
+    equations: &[Equation],
+    fit: &Fit,
+    channels: &Channels,
+    named: &[(String, &'static str)],
+) -> Option<String> {
+    let with_offsets = channels.clone().with_offsets(6);
+    let options = Options {
+        weights: Some(fit),
+        mass: fit.mass,
+        ..Options::new(&with_offsets)
+    };
+    let other = Fit::new(equations, options)?;
+    let size = |offset: &Offset| offset.value.abs() / offset.deviation;
+    let pairs = other.offsets.iter().zip(named);
+    let (largest, (name, unit)) = pairs.max_by(|a, b| size(a.0).total_cmp(&size(b.0)))?;
+    let is_better = other.misfit < CLEARLY_BETTER * fit.misfit;
+    (size(largest) > SIGNIFICANT && is_better).then(|| {
+        format!(
+            "The wrenches seem to be off by a constant ({name} by {:.3} ± {:.3} {unit}): --wrench-offset \
+             identifies it as well.",
+            largest.value,
+            HALF_WIDTH_95 * largest.deviation
+        )
+    })
+}
 
 /// What is suspect about the given signs, a sentence each. Nothing is switched.
 pub(crate) fn suspicions(
