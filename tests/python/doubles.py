@@ -80,6 +80,8 @@ class RecordingDouble:
     known_mass: float | None = None
     known_mass_deviation: float | None = None
     bounding_box: Array | None = None
+    offset: Array = field(default_factory=lambda: np.zeros(0))
+    offset_deviation: Array = field(default_factory=lambda: np.zeros(0))
     clock: str = "stamps"
     dirt: Sequence[tuple[str, str, int, float]] = ()
     gravity: Array = field(default_factory=GRAVITY.copy)

@@ -44,6 +44,18 @@ pub enum IdentifyError {
     /// A known mass, a bounding box, unknown offsets or the like with the paper's filter.
     #[error("{0} needs least squares: the paper's filter has ten parameters and nothing else")]
     KnowledgeNeedsLeastSquares(&'static str),
+    /// Noise that is given neither once nor for each.
+    #[error("{name} has {given} entries: give one for all, or one for each of the {expected} {of}")]
+    NoiseCount {
+        /// Which setting.
+        name: &'static str,
+        /// How many entries it has.
+        given: usize,
+        /// What there is one of for each.
+        of: &'static str,
+        /// How many there are.
+        expected: usize,
+    },
     /// A sample with another number of wrenches than the identifier has sensors.
     #[error("a sample has {given} wrenches, but there are {expected} sensors")]
     WrenchCount {

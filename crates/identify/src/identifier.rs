@@ -1,7 +1,7 @@
 //! The online identifier: one sample at a time, asked at any time.
 
 use nalgebra::Vector3;
-use tactid_dynamics::{BaseKind, InertialParameters, Manipulator};
+use tactid_dynamics::{InertialParameters, Manipulator};
 
 use crate::equation::Equation;
 use crate::estimate::{self, values};
@@ -14,7 +14,7 @@ use crate::noise::Channels;
 use crate::physical::Follower;
 use crate::recent::RecentMean;
 use crate::uncertainty::identifiable;
-use crate::{EstimatorKind, IdentifyError, PayloadEstimate, Sample, Settings, SingularValues, Way};
+use crate::{IdentifyError, PayloadEstimate, Sample, Settings, SingularValues, Way};
 
 /// What became of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,7 +89,7 @@ impl Identifier {
         sensors: &[&str],
         settings: Settings,
     ) -> Result<Self, IdentifyError> {
-        check(robot, sensors, &settings)?;
+        settings.check(robot, sensors)?;
         let front = Front::new(robot, tool, sensors, &settings)?;
         let mut identifier = Self {
             method: Method::new(settings.estimator, &front.model.grouping())?,
@@ -271,49 +271,5 @@ impl Identifier {
     #[must_use]
     pub fn latest_values(&self) -> [f64; 10] {
         values(&self.latest.body)
-    }
-}
-
-fn check(robot: &Manipulator, sensors: &[&str], settings: &Settings) -> Result<(), IdentifyError> {
-    match settings.way {
-        Way::Tactile if sensors.is_empty() => return Err(IdentifyError::NoWrench),
-        Way::Effort | Way::Combined { .. }
-            if matches!(settings.estimator, EstimatorKind::Nlms { .. }) =>
-        {
-            return Err(IdentifyError::NeedsLeastSquares(settings.way.name()));
-        }
-        Way::Combined { effort: false }
-            if sensors.is_empty() && robot.base_kind() == BaseKind::Fixed =>
-        {
-            return Err(IdentifyError::NoWrench);
-        }
-        Way::JointSensing if robot.base_kind() == BaseKind::Fixed => {
-            return Err(IdentifyError::FixedBase);
-        }
-        _ => {}
-    }
-    let refuse = |name, given, wanted| {
-        Err(IdentifyError::Value {
-            name,
-            given,
-            wanted,
-        })
-    };
-    if !(settings.average_s >= 0.0 && settings.average_s.is_finite()) {
-        return refuse("average_s", settings.average_s, "zero or more");
-    }
-    if !(settings.cutoff_hz > 0.0 && settings.cutoff_hz.is_finite()) {
-        return refuse("cutoff_hz", settings.cutoff_hz, "more than zero");
-    }
-    if settings.epochs == 0 {
-        return refuse("epochs", 0.0, "one or more");
-    }
-    if settings.max_gap_s.is_nan() || settings.max_gap_s <= 0.0 {
-        return refuse("max_gap_s", settings.max_gap_s, "more than zero");
-    }
-    let gravity = settings.gravity_for(robot.base_kind());
-    match gravity.iter().find(|entry| !entry.is_finite()) {
-        Some(&entry) => refuse("gravity", entry, "finite"),
-        None => Ok(()),
     }
 }

@@ -1,13 +1,13 @@
 //! From an instant to its row equations: which load, and whose motion.
 
-use nalgebra::{Isometry3, SMatrix, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Isometry3, SMatrix, SVector, Vector3, Vector6};
 use tactid_dynamics::{
     BaseKind, FrameId, InertialParameters, JointKind, JointMotion, Manipulator, StateError,
     ToolMotion, Workspace, Wrench, forces, motion, wrench_on_end_effector, wrench_regressor,
 };
 
 use crate::equation::Row;
-use crate::noise::Channels;
+use crate::noise::{Channels, GivenNoise};
 use crate::sample::Instant;
 use crate::{IdentifyError, Settings, Way};
 
@@ -41,6 +41,9 @@ pub(crate) struct Model {
     gravity: Vector3<f64>,
     effort_is_net: bool,
     wrench_offset: bool,
+    /// Deviations of a sample of each sensor, and of each joint's effort; none where they are not known.
+    wrench_noise: Vec<SVector<f64, 6>>,
+    effort_noise: Vec<f64>,
     robot: Manipulator,
     /// The robot as the equations know it: without its end-effector for the joint-sensing way.
     known: Manipulator,
@@ -80,11 +83,15 @@ impl Model {
             .collect(),
         };
         let rows: usize = sources.iter().map(|source| source.rows(&loaded)).sum();
-        Ok(Self {
+        let mut model = Self {
             way: settings.way,
             gravity: settings.gravity_for(robot.base_kind()),
             effort_is_net: settings.effort_is_net,
             wrench_offset: settings.wrench_offset,
+            wrench_noise: each(&settings.wrench_noise, sensors.len())
+                .map(SVector::from)
+                .collect(),
+            effort_noise: each(&settings.effort_noise, robot.dof()).collect(),
             known: match settings.way {
                 Way::Tactile | Way::Effort | Way::Combined { .. } => robot.clone(),
                 Way::JointSensing => robot.without_subtree(tool),
@@ -97,7 +104,11 @@ impl Model {
             workspace: Workspace::new(robot),
             jacobian: vec![Vector6::zeros(); robot.dof()],
             rows: vec![Row::zero(); rows],
-        })
+        };
+        // Where the sensors are before the first sample says so.
+        let still = Instant::new(robot.dof(), model.sensors.len());
+        model.rows(&still)?;
+        Ok(model)
     }
 
     pub(crate) fn gravity(&self) -> Vector3<f64> {
@@ -127,7 +138,44 @@ impl Model {
                 Some(Source::Sensors) if self.wrench_offset => 6,
                 _ => 0,
             },
+            given: self.given_noise(),
         }
+    }
+
+    /// What the settings say of the sensors, in the channels' frames, at the posture of the last instant.
+    fn given_noise(&self) -> Vec<GivenNoise> {
+        let mut given = Vec::new();
+        let mut first = 0;
+        for &source in &self.sources {
+            match source {
+                Source::Sensors if !self.wrench_noise.is_empty() => {
+                    let covariance = self.wrench_covariance();
+                    let covariance = DMatrix::from_column_slice(6, 6, covariance.as_slice());
+                    given.push(GivenNoise::new(first, covariance));
+                }
+                Source::Efforts if !self.effort_noise.is_empty() => {
+                    let loaded = self.loaded.iter();
+                    let variances = loaded.map(|&joint| self.effort_noise[joint].powi(2));
+                    let variances = DVector::from_iterator(self.loaded.len(), variances);
+                    given.push(GivenNoise::new(first, DMatrix::from_diagonal(&variances)));
+                }
+                Source::Sensors | Source::Efforts | Source::Rest | Source::Base => {}
+            }
+            first += source.rows(&self.loaded);
+        }
+        given
+    }
+
+    /// Of the noise of a sample of the sensors' sum, in `Σ_U` and about its origin.
+    fn wrench_covariance(&self) -> SMatrix<f64, 6, 6> {
+        let tool_from_world = self.workspace.pose(&self.known, self.tool).inverse();
+        let mut covariance = SMatrix::zeros();
+        for (&sensor, deviations) in self.sensors.iter().zip(&self.wrench_noise) {
+            let tool_from_sensor = tool_from_world * self.workspace.pose(&self.known, sensor);
+            let root = moved(&SMatrix::from_diagonal(deviations), &tool_from_sensor);
+            covariance += root * root.transpose();
+        }
+        covariance
     }
 
     /// Whether the first six rows are the force and the moment on the end-effector, in its frame.
@@ -270,6 +318,12 @@ impl Model {
     pub(crate) fn gripper(&self) -> InertialParameters {
         self.robot.subtree_parameters(&self.workspace, self.tool)
     }
+}
+
+/// What is given once for all, or for each of so many, or not at all.
+fn each<T: Clone>(given: &[T], count: usize) -> impl Iterator<Item = T> {
+    let count = if given.is_empty() { 0 } else { count };
+    given.iter().cloned().cycle().take(count)
 }
 
 /// Writes the six rows of a wrench.

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, SVector};
 
 use crate::equation::Equation;
-use crate::window::PRODUCT_CORRELATION;
+use crate::window::{NOISE_BANDWIDTH, PRODUCT_CORRELATION};
 
 /// Residuals of less than this part of what is measured are rounding.
 pub(crate) const ROUNDING: f64 = 1e-14;
@@ -23,6 +23,43 @@ pub(crate) struct Channels {
     pub(crate) sources: Vec<usize>,
     /// How many, the first ones, may be off by a constant.
     pub(crate) offsets: usize,
+    /// What is known of the sensors of some sources.
+    pub(crate) given: Vec<GivenNoise>,
+}
+
+/// White noise of a source's channels, from those who know the sensors.
+#[derive(Clone, Debug)]
+pub(crate) struct GivenNoise {
+    /// The source's first channel.
+    first: usize,
+    /// Of one sample, in each channel's unit.
+    deviations: Vec<f64>,
+    /// Lower triangle, and what it is the product of.
+    correlation: DMatrix<f64>,
+    root: DMatrix<f64>,
+}
+
+impl GivenNoise {
+    /// From the covariance of one sample's channels, which is positive definite.
+    pub(crate) fn new(first: usize, mut covariance: DMatrix<f64>) -> Self {
+        let deviations = covariance.diagonal().map(f64::sqrt);
+        to_correlation(&mut covariance);
+        let mut root = covariance.clone();
+        if !factor(&mut root) {
+            // Rounding has left one finger's lever no room beside the other's.
+            root.fill_with_identity();
+        }
+        Self {
+            first,
+            deviations: deviations.as_slice().to_vec(),
+            correlation: covariance,
+            root,
+        }
+    }
+
+    fn channels(&self) -> std::ops::Range<usize> {
+        self.first..self.first + self.deviations.len()
+    }
 }
 
 impl Channels {
@@ -32,6 +69,7 @@ impl Channels {
             kinds: vec![3, 3],
             sources: vec![6],
             offsets: 0,
+            given: Vec::new(),
         }
     }
 
@@ -67,6 +105,9 @@ pub(crate) struct Noise {
     learnt: f64,
     kinds: Vec<usize>,
     source_of: Vec<usize>,
+    given: Vec<GivenNoise>,
+    /// The variance of a window's mean of white noise, that of one sample being one.
+    of_a_window: f64,
     exact: f64,
 }
 
@@ -87,6 +128,8 @@ impl Noise {
             learnt: 0.0,
             kinds: channels.kinds.clone(),
             source_of,
+            given: channels.given.clone(),
+            of_a_window: 1.0,
             exact,
         };
         noise.begin(equations);
@@ -101,6 +144,21 @@ impl Noise {
         }
         self.root.fill_with_identity();
         self.learnt = 0.0;
+        let instants: u32 = equations.iter().map(|equation| equation.instants).sum();
+        self.of_a_window = NOISE_BANDWIDTH * equations.len() as f64 / f64::from(instants.max(1));
+        for given in &self.given {
+            let size = self.of_a_window.sqrt();
+            let part = (given.first, given.first);
+            self.root
+                .view_mut(part, given.root.shape())
+                .copy_from(&given.root);
+            for (deviation, of_a_sample) in self.deviations[given.channels()]
+                .iter_mut()
+                .zip(&given.deviations)
+            {
+                *deviation = size * of_a_sample;
+            }
+        }
     }
 
     /// By how much the covariance of parameters is larger than it seems, so many independent windows
@@ -175,6 +233,28 @@ impl Noise {
                 *deviation = deviation.max(ALIKE * largest);
             }
         }
+        self.stay_as_given();
+    }
+
+    /// What is given stays in proportion, and is larger as a whole where the residuals are: noise in the
+    /// motion is in them, too.
+    fn stay_as_given(&mut self) {
+        for given in &self.given {
+            let learnt = &mut self.deviations[given.channels()];
+            let pairs = learnt.iter().zip(&given.deviations);
+            let squares: f64 = pairs.map(|(learnt, given)| (learnt / given).powi(2)).sum();
+            let square = (squares / learnt.len() as f64).max(self.of_a_window);
+            for (deviation, of_a_sample) in learnt.iter_mut().zip(&given.deviations) {
+                *deviation = square.sqrt() * of_a_sample;
+            }
+        }
+    }
+
+    /// The given noise that a channel belongs to.
+    fn given_of(&self, channel: usize) -> Option<&GivenNoise> {
+        self.given
+            .iter()
+            .find(|given| given.channels().contains(&channel))
     }
 
     /// Learns the correlations from the lower triangle of products, as far as so many windows are to be
@@ -182,18 +262,28 @@ impl Noise {
     fn believe(&mut self, products: &mut DMatrix<f64>, windows: f64) {
         to_correlation(products);
         let independent = windows / PRODUCT_CORRELATION;
-        let source_of = &self.source_of;
-        let share = |i: usize, j: usize| source_of[i] == source_of[j];
-        let within = kept(products, independent, share);
+        let share = |i: usize, j: usize| self.source_of[i] == self.source_of[j];
+        let is_learnt = |i: usize, j: usize| self.given_of(i).or(self.given_of(j)).is_none();
+        let within = kept(products, independent, |i, j| share(i, j) && is_learnt(i, j));
         // No more of what lies between sources than within them: the result stays positive.
-        let between = kept(products, independent, |i, j| !share(i, j)).min(within);
+        let between = kept(products, independent, |i, j| {
+            !share(i, j) && is_learnt(i, j)
+        })
+        .min(within);
         let channels = self.channels();
         let mut squares = 0.0;
         for i in 0..channels {
             for j in 0..i {
-                let part = if share(i, j) { within } else { between };
-                products[(i, j)] *= part;
-                squares += part * part;
+                if is_learnt(i, j) {
+                    let part = if share(i, j) { within } else { between };
+                    products[(i, j)] *= part;
+                    squares += part * part;
+                } else {
+                    let given = self.given_of(i).filter(|_| share(i, j));
+                    products[(i, j)] = given.map_or(0.0, |given| {
+                        given.correlation[(i - given.first, j - given.first)]
+                    });
+                }
             }
         }
         // A mean of a correlation and the identity, which a triangle takes without fail.

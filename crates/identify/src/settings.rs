@@ -1,3 +1,5 @@
+mod check;
+
 use nalgebra::Vector3;
 use tactid_dynamics::BaseKind;
 use tactid_nlms::{PAPER_ALPHA, PAPER_BETA};
@@ -111,10 +113,16 @@ pub struct Settings {
     /// part is off already. Default: false.
     pub effort_is_net: bool,
     /// Whether the sensors' wrenches may be off by a constant, in their sum and in the tool frame: a
-    /// zero that was not set, or fingers that differ under their grip. These are six more unknowns of
-    /// least squares, so the motion must tell the payload from them: by other accelerations, or by
-    /// turning it under gravity. Default: false.
+    /// zero that was not set. These are six more unknowns of least squares, so the motion must tell the
+    /// payload from them: by other accelerations, or by turning it under gravity. Default: false.
     pub wrench_offset: bool,
+    /// The noise of one sample of each wrench sensor, white, as standard deviations in its frame: three
+    /// forces in N, three moments in N m. One for all sensors, or one each; empty (the default) where
+    /// the residuals are to tell it. It weighs the channels of least squares, which in the first second
+    /// is better than what few residuals say; intervals follow the residuals all the same.
+    pub wrench_noise: Vec<[f64; 6]>,
+    /// The same of each joint's effort, N m or N, in the robot's order.
+    pub effort_noise: Vec<f64>,
 }
 
 impl Default for Settings {
@@ -130,6 +138,8 @@ impl Default for Settings {
             max_gap_s: 0.1,
             effort_is_net: false,
             wrench_offset: false,
+            wrench_noise: Vec::new(),
+            effort_noise: Vec::new(),
         }
     }
 }
@@ -144,6 +154,11 @@ impl Settings {
             epochs: 2,
             ..Self::default()
         }
+    }
+
+    /// Whether anything is said of the sensors' noise.
+    pub(crate) fn gives_noise(&self) -> bool {
+        !(self.wrench_noise.is_empty() && self.effort_noise.is_empty())
     }
 
     /// The gravity that holds for a kind of base.

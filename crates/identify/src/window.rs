@@ -29,6 +29,9 @@ pub(crate) fn stride_s(cutoff_hz: f64) -> f64 {
     length_s(cutoff_hz) / OVERLAP as f64
 }
 
+/// The variance of the mean of white noise over a window, times how many instants are in it.
+pub(crate) const NOISE_BANDWIDTH: f64 = 35.0 / 18.0;
+
 /// Sum over neighbours of the correlation between the means of white noise in overlapping windows:
 /// by so much is the variance of a slow quantity larger than if each were a measurement of its own.
 pub(crate) const NOISE_CORRELATION: f64 = 54.0 / 35.0;
@@ -236,6 +239,8 @@ mod tests {
                 / mean.len() as f64
         };
         let [first, second] = [1, 2].map(|lag| product(lag) / product(0));
+        let bandwidth = product(0) * 12.0 * 100.0; // uniform noise, 100 instants a window
+        assert!((bandwidth - NOISE_BANDWIDTH).abs() < 0.05, "{bandwidth}");
         let sum = 1.0 + 2.0 * (first + second);
         assert!((sum - NOISE_CORRELATION).abs() < 0.03, "{sum}");
         let squares = 1.0 + 2.0 * (first * first + second * second);

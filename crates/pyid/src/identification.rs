@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
-use tactid_identify::{Clock, FitReport, HistoryPoint};
+use tactid_identify::{Clock, FitReport, HistoryPoint, Offset};
 
 use crate::arrays::output;
 use crate::errors::{ArgumentError, IntoPyErr};
@@ -209,6 +209,19 @@ impl Identification {
         output(py, rms, Some(count), &[])
     }
 
+    /// What the wrenches are off by, where ``wrench_offset`` made that unknown: of the first six ``channels``, (6,);
+    /// else empty.
+    #[getter]
+    fn offset<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        self.of_offsets(py, |offset| offset.value)
+    }
+
+    /// Standard deviations of ``offset``, (6,), or empty.
+    #[getter]
+    fn offset_deviation<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        self.of_offsets(py, |offset| offset.deviation)
+    }
+
     /// How strongly directions of the ten linear parameters were excited, descending, 1 for the strongest, (10,).
     #[getter]
     fn excitation_values<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
@@ -335,6 +348,12 @@ impl Identification {
     /// Something of the fit, or nothing of it for the paper's filter.
     fn fit<T: Default>(&self, of: impl Fn(&FitReport) -> T) -> T {
         self.0.fit.as_ref().map(of).unwrap_or_default()
+    }
+
+    fn of_offsets<'py>(&self, py: Python<'py>, of: fn(&Offset) -> f64) -> PyResult<Array<'py>> {
+        let values = self.fit(|fit| fit.offsets.iter().map(of).collect::<Vec<_>>());
+        let count = values.len();
+        output(py, values, Some(count), &[])
     }
 
     fn by_channel<'py>(&self, py: Python<'py>, values: Vec<f64>) -> PyResult<Array<'py>> {

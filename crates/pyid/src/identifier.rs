@@ -35,6 +35,10 @@ use crate::request::{Argument, Given};
 ///     cutoff: Both sides of the equations pass a low-pass that has lost 3 dB here, Hz. It keeps noise out of
 ///         the estimator and adds no bias.
 ///     max_gap: Samples further apart are not bridged, s.
+///     wrench_offset: Whether the wrenches, summed in the tool frame, may be off by a constant: six more unknowns.
+///     wrench_noise: Standard deviations of one sample of a sensor's wrench, (6,), N and N m, or (S, 6) for S
+///         sensors. Learnt from the residuals where left out.
+///     effort_noise: The same of a joint's effort, () or (n,), N m or N.
 ///
 /// Least squares learns the noise from the first 32 windows, 1 s at a cutoff of 10 Hz; before, intervals are
 /// rough and no change is seen. One sample takes some microseconds, a call from Python more: give many at once
@@ -54,7 +58,7 @@ pub(crate) struct Identifier {
 #[pymethods]
 impl Identifier {
     #[new]
-    #[pyo3(signature = (robot, tool, sensors=Vec::new(), *, way="tactile", estimator="rls", effort=true, alpha=1.8, beta=0.9, gravity=None, average=None, cutoff=10.0, max_gap=0.1))]
+    #[pyo3(signature = (robot, tool, sensors=Vec::new(), *, way="tactile", estimator="rls", effort=true, alpha=1.8, beta=0.9, gravity=None, average=None, cutoff=10.0, max_gap=0.1, wrench_offset=false, wrench_noise=None, effort_noise=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         robot: &Manipulator,
@@ -69,6 +73,9 @@ impl Identifier {
         average: Option<f64>,
         cutoff: f64,
         max_gap: f64,
+        wrench_offset: bool,
+        wrench_noise: Argument<'_, '_>,
+        effort_noise: Argument<'_, '_>,
     ) -> PyResult<Self> {
         let settings = Given {
             way: Some(way),
@@ -81,6 +88,9 @@ impl Identifier {
             cutoff: Some(cutoff),
             epochs: None,
             max_gap: Some(max_gap),
+            wrench_offset,
+            wrench_noise,
+            effort_noise,
         }
         .settings()?;
         let names: Vec<&str> = sensors.iter().map(String::as_str).collect();

@@ -17,7 +17,7 @@ use crate::request::{Argument, Given, Known, Recorded};
 
 /// Identifies the payload from a log: see :func:`tactid.identify`.
 #[pyfunction]
-#[pyo3(signature = (log, *, tool=None, way=None, estimator="rls", alpha=1.8, beta=0.9, gravity=None, average=None, cutoff=None, epochs=None, max_gap=None, urdf=None, joints=Vec::new(), wrenches=Vec::new(), odometry=None, imu=None, acceleration=None, wrench_acts_on="payload", known_tool=None, known_mass=None, known_mass_deviation=0.0, bounding_box=None, delay=None, bare=None, effort_gain=Vec::new(), progress=None))]
+#[pyo3(signature = (log, *, tool=None, way=None, estimator="rls", alpha=1.8, beta=0.9, gravity=None, average=None, cutoff=None, epochs=None, max_gap=None, wrench_offset=false, wrench_noise=None, effort_noise=None, urdf=None, joints=Vec::new(), wrenches=Vec::new(), odometry=None, imu=None, acceleration=None, wrench_acts_on="payload", known_tool=None, known_mass=None, known_mass_deviation=0.0, bounding_box=None, delay=None, bare=None, effort_gain=Vec::new(), progress=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub(crate) fn identify_log(
     py: Python<'_>,
@@ -32,6 +32,9 @@ pub(crate) fn identify_log(
     cutoff: Option<f64>,
     epochs: Option<u32>,
     max_gap: Option<f64>,
+    wrench_offset: bool,
+    wrench_noise: Argument<'_, '_>,
+    effort_noise: Argument<'_, '_>,
     urdf: Option<String>,
     joints: Vec<String>,
     wrenches: Vec<String>,
@@ -59,6 +62,9 @@ pub(crate) fn identify_log(
         cutoff,
         epochs,
         max_gap,
+        wrench_offset,
+        wrench_noise,
+        effort_noise,
     }
     .request()?;
     Recorded {
@@ -96,7 +102,7 @@ pub(crate) fn identify_log(
 
 /// Identifies the payload from arrays: see :func:`tactid.identify`.
 #[pyfunction]
-#[pyo3(signature = (time, *, robot=None, q=None, qd=None, effort=None, wrench=None, pose=None, twist=None, acceleration=None, sensors=None, tool=None, way=None, estimator="rls", alpha=1.8, beta=0.9, gravity=None, average=None, cutoff=None, epochs=None, max_gap=None, known_tool=None, known_mass=None, known_mass_deviation=0.0, bounding_box=None, delay=None, progress=None))]
+#[pyo3(signature = (time, *, robot=None, q=None, qd=None, effort=None, wrench=None, pose=None, twist=None, acceleration=None, sensors=None, tool=None, way=None, estimator="rls", alpha=1.8, beta=0.9, gravity=None, average=None, cutoff=None, epochs=None, max_gap=None, wrench_offset=false, wrench_noise=None, effort_noise=None, known_tool=None, known_mass=None, known_mass_deviation=0.0, bounding_box=None, delay=None, progress=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub(crate) fn identify_arrays(
     py: Python<'_>,
@@ -120,6 +126,9 @@ pub(crate) fn identify_arrays(
     cutoff: Option<f64>,
     epochs: Option<u32>,
     max_gap: Option<f64>,
+    wrench_offset: bool,
+    wrench_noise: Argument<'_, '_>,
+    effort_noise: Argument<'_, '_>,
     known_tool: Option<&MassProperties>,
     known_mass: Option<f64>,
     known_mass_deviation: f64,
@@ -143,6 +152,9 @@ pub(crate) fn identify_arrays(
         cutoff,
         epochs,
         max_gap,
+        wrench_offset,
+        wrench_noise,
+        effort_noise,
     }
     .request()?;
     request.delay_s = delay.or(request.delay_s);

@@ -8,7 +8,7 @@ use tactid_identify::{
     ActsOn, BoundingBox, EstimatorKind, KnownMass, Request, Settings, Topics, Way,
 };
 
-use crate::arrays::Series;
+use crate::arrays::{Series, common_length};
 use crate::errors::ArgumentError;
 use crate::inertia::MassProperties;
 
@@ -27,6 +27,9 @@ pub(crate) struct Given<'a, 'py> {
     pub(crate) cutoff: Option<f64>,
     pub(crate) epochs: Option<u32>,
     pub(crate) max_gap: Option<f64>,
+    pub(crate) wrench_offset: bool,
+    pub(crate) wrench_noise: Argument<'a, 'py>,
+    pub(crate) effort_noise: Argument<'a, 'py>,
 }
 
 impl Given<'_, '_> {
@@ -56,6 +59,11 @@ impl Given<'_, '_> {
             cutoff_hz: self.cutoff.unwrap_or(defaults.cutoff_hz),
             epochs: self.epochs.unwrap_or(defaults.epochs),
             max_gap_s: self.max_gap.unwrap_or(defaults.max_gap_s),
+            wrench_offset: self.wrench_offset,
+            wrench_noise: read_each(self.wrench_noise, "wrench_noise", &[6], |six| {
+                std::array::from_fn(|k| six[k])
+            })?,
+            effort_noise: read_each(self.effort_noise, "effort_noise", &[], |one| one[0])?,
             ..defaults
         })
     }
@@ -164,6 +172,21 @@ impl Known<'_, '_> {
         }
         Ok(())
     }
+}
+
+/// What is given once for all, or for each; nothing where it is not given.
+fn read_each<T>(
+    given: Argument<'_, '_>,
+    name: &'static str,
+    item: &[usize],
+    of: impl Fn(&[f64]) -> T,
+) -> PyResult<Vec<T>> {
+    let Some(given) = given else {
+        return Ok(Vec::new());
+    };
+    let each = Series::read(given, name, item)?;
+    let count = common_length(&[&each])?.unwrap_or(1);
+    Ok((0..count).map(|k| of(each.at(k))).collect())
 }
 
 fn unknown(name: &str, given: &str, expected: &str) -> PyErr {

@@ -85,10 +85,6 @@ impl Request {
         let given = [
             (self.known_mass.is_some(), "a known mass"),
             (self.bounding_box.is_some(), "a bounding box"),
-            (
-                self.settings.wrench_offset,
-                "an unknown offset of the wrenches",
-            ),
         ];
         match given.into_iter().find(|(given, _)| *given) {
             Some((_, what)) if !self.is_least_squares() => {

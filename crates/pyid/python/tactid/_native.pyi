@@ -286,6 +286,10 @@ class Identification:
     @property
     def channel_units(self) -> list[str]: ...
     @property
+    def offset(self) -> _Array: ...
+    @property
+    def offset_deviation(self) -> _Array: ...
+    @property
     def residual_rms(self) -> _Array: ...
     @property
     def held_out_rms(self) -> _Array: ...
@@ -336,6 +340,9 @@ def identify_log(
     cutoff: float | None = None,
     epochs: int | None = None,
     max_gap: float | None = None,
+    wrench_offset: bool = False,
+    wrench_noise: ArrayLike | None = None,
+    effort_noise: ArrayLike | None = None,
     urdf: str | None = None,
     joints: Sequence[str] = ...,
     wrenches: Sequence[str] = ...,
@@ -374,6 +381,9 @@ def identify_arrays(
     cutoff: float | None = None,
     epochs: int | None = None,
     max_gap: float | None = None,
+    wrench_offset: bool = False,
+    wrench_noise: ArrayLike | None = None,
+    effort_noise: ArrayLike | None = None,
     known_tool: MassProperties | None = None,
     known_mass: float | None = None,
     known_mass_deviation: float = 0.0,

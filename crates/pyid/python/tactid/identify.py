@@ -27,6 +27,9 @@ def identify(
     cutoff: float | None = None,
     epochs: int | None = None,
     max_gap: float | None = None,
+    wrench_offset: bool = False,
+    wrench_noise: ArrayLike | None = None,
+    effort_noise: ArrayLike | None = None,
     urdf: str | None = None,
     joints: Sequence[str] = (),
     wrenches: Sequence[str] = (),
@@ -68,6 +71,9 @@ def identify(
     cutoff: float | None = None,
     epochs: int | None = None,
     max_gap: float | None = None,
+    wrench_offset: bool = False,
+    wrench_noise: ArrayLike | None = None,
+    effort_noise: ArrayLike | None = None,
     known_tool: MassProperties | None = None,
     known_mass: float | None = None,
     known_mass_deviation: float = 0.0,
@@ -111,6 +117,12 @@ def identify(source: Any, **options: Any) -> Identification:
             the data where left out (10 for NLMS).
         epochs: How often the recording is presented to NLMS: 2.
         max_gap: Samples further apart are not bridged, s: five periods of the slowest stream.
+        wrench_offset: Whether the wrenches, summed in the tool frame, may be off by a constant, a
+            zero that was not set: six more unknowns.
+        wrench_noise: White noise of a sensor's wrench where it is known: standard deviations of one
+            sample, (6,), N and N m, or (S, 6) for S sensors. They weigh the channels; where left
+            out, the residuals do.
+        effort_noise: The same of a joint's effort, () or (n,), N m or N.
         urdf: The robot's URDF as text; the log's robot description where left out.
         joints: Topics of joint states; several where each has a part of the joints.
         wrenches: Topics of wrenches, whose sum acts on the payload.

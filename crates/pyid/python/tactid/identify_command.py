@@ -129,6 +129,26 @@ def identify(
         float | None,
         _panel(SIGNALS, "Samples further apart are not bridged, s. Default: five periods."),
     ] = None,
+    wrench_offset: Annotated[
+        bool,
+        _panel(
+            SIGNALS,
+            "The wrenches may be off by a constant: identify it as well.",
+            "--wrench-offset",
+        ),
+    ] = False,
+    wrench_noise: Annotated[
+        list[str] | None,
+        _panel(
+            SIGNALS,
+            "Noise of one sample of a wrench, N and N m: fx,fy,fz,mx,my,mz. Once for all sensors,"
+            " or once for each. Default: from the residuals.",
+        ),
+    ] = None,
+    effort_noise: Annotated[
+        str | None,
+        _panel(SIGNALS, "The same of a joint's effort: one for all, or 0.5,0.5,0.2,..."),
+    ] = None,
     estimator: Annotated[
         Filter, _panel(SIGNALS, "Robust least squares, or the paper's filter.")
     ] = "rls",
@@ -172,6 +192,9 @@ def identify(
             gravity=gravity,
             cutoff=cutoff,
             max_gap=max_gap,
+            wrench_offset=wrench_offset,
+            wrench_noise=_each("--wrench-noise", wrench_noise, 6),
+            effort_noise=None if effort_noise is None else _numbers("--effort-noise", effort_noise),
             urdf=None if urdf is None else _read(urdf),
             joints=joints or [],
             wrenches=wrench or [],
@@ -268,6 +291,10 @@ def _numbers(option: str, text: str, count: int | None = None) -> list[float]:
         many = "numbers" if count is None else f"{count} number{'s' if count > 1 else ''}"
         raise ArgumentError(f"{option} is {text!r}: expected {many}, separated by commas")
     return numbers
+
+
+def _each(option: str, texts: list[str] | None, count: int) -> list[list[float]] | None:
+    return [_numbers(option, text, count) for text in texts] if texts else None
 
 
 def _percent(option: str, text: str) -> float:

@@ -180,6 +180,14 @@ class Recording(Found, Protocol):
         """Least and largest corner of the box that was given, (2, 3); None where it was not."""
 
     @property
+    def offset(self) -> Array:
+        """What the first channels are off by, in their units; empty where that was not asked."""
+
+    @property
+    def offset_deviation(self) -> Array:
+        """Its standard deviations, likewise."""
+
+    @property
     def clock(self) -> str:
         """Where times came from."""
 

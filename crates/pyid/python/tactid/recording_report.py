@@ -215,6 +215,7 @@ def _facts(found: Recording) -> dict[str, str]:
         "windows": f"{len(found.fit_time)}, one every {_told(found.stride, 's')}",
         "smoothed above": _told(found.cutoff, "Hz"),
         "delay of what is felt": delay,
+        "offsets": "; ".join(result.told_offsets(found)) or "taken to be none",
         "given of the payload": ", ".join(result.known(found)) or "nothing",
         "gravity": ", ".join(_told(entry, "m/s²") for entry in found.gravity),
     }

@@ -325,6 +325,10 @@ def recording_diagnostics(found: Recording) -> dict[str, Any]:
         "known_mass": found.known_mass,
         "known_mass_deviation": found.known_mass_deviation,
         "bounding_box": None if found.bounding_box is None else found.bounding_box.tolist(),
+        "offset": {
+            name: {"value": value, "half_width_95": around, "unit": unit}
+            for name, unit, value, around in offsets(found)
+        },
         "dirt": [
             {"topic": topic, "what": what, "count": count, "first_s": _number(first)}
             for topic, what, count, first in found.dirt
@@ -384,6 +388,7 @@ def facts(found: tactid.Identification) -> list[str]:
     elif found.delay:
         told.append(f"delay {found.delay * 1e3:g} ms (given)")
     told += known(found)
+    told += told_offsets(found)
     told.append(f"times from {'header stamps' if found.clock == 'stamps' else 'the log'}")
     return ["; ".join(told) + "."]
 
@@ -398,6 +403,22 @@ def known(found: Recording) -> list[str]:
         low, high = (" ".join(f"{entry:g}" for entry in corner) for corner in found.bounding_box)
         told.append(f"within a box from {low} to {high} m (given)")
     return told
+
+
+def offsets(found: Recording) -> list[tuple[str, str, float | None, float | None]]:
+    """What channels are off by: name, unit, value, and half of its 95 % interval."""
+    values, around = _numbers(found.offset), _numbers(Z95 * found.offset_deviation)
+    return list(zip(found.channels, found.channel_units, values, around, strict=False))
+
+
+def told_offsets(found: Recording) -> list[str]:
+    """The same in words, or nothing."""
+    told = [
+        f"{name} {value:.3g} ± {around:.2g} {unit}"
+        for name, unit, value, around in offsets(found)
+        if value is not None and around is not None
+    ]
+    return [f"wrenches off by {', '.join(told)}"] if told else []
 
 
 @contextmanager

@@ -1,0 +1,94 @@
+"""What is known of the sensors: that wrenches may be off by a constant, and their noise."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tactid
+from conftest import TactidCommand
+from test_cli import assert_refused
+from wrist import BODY, EARLY, NOISE, identified
+
+TRUTH = np.array([BODY.mass, *BODY.com, *BODY.inertia[np.triu_indices(3)]])
+OFFSET = np.array([1.5, -2.0, 3.0, 0.05, 0.1, -0.08])
+
+
+def normalised(found: tactid.Identification) -> np.ndarray:
+    return (found.estimate.values - TRUTH) / found.deviation
+
+
+def test_an_offset_is_suspected_and_found() -> None:
+    taken_for_none = identified(EARLY, 1, offset=OFFSET)
+    found = identified(EARLY, 1, offset=OFFSET, wrench_offset=True)
+    assert np.abs(normalised(taken_for_none)).max() > 10
+    assert np.abs(normalised(found)).max() < 3.5
+    assert (np.abs(found.offset - OFFSET) < 3.5 * found.offset_deviation).all()
+    assert (found.offset_deviation < 0.1).all()
+    (remark,) = (line for line in taken_for_none.remarks if "off by a constant" in line)
+    assert remark.endswith("--wrench-offset identifies it as well.")
+    assert found.remarks == []
+    # The history ends where the estimate is, and the prediction has the offset in it.
+    np.testing.assert_allclose(found.history[-1], found.estimate.values, rtol=1e-3, atol=1e-5)
+    assert (found.residual_rms < 1.2 * identified(EARLY, 1).residual_rms).all()
+
+
+def test_without_an_offset_nothing_is_suspected_and_asking_costs_little() -> None:
+    plain, asked = identified(EARLY, 2), identified(EARLY, 2, wrench_offset=True)
+    assert plain.remarks == asked.remarks == []
+    assert plain.offset.shape == (0,)
+    assert (asked.deviation >= 0.9 * plain.deviation).all()
+    assert np.abs(normalised(asked)).max() < 3.5
+
+
+def test_at_rest_an_offset_cannot_be_told_from_a_mass() -> None:
+    found = identified(EARLY, 3, swings=False, wrench_offset=True)
+    assert not any(found.estimate.identifiable)
+    assert found.deviation[0] > 1e6
+
+
+def test_given_noise_weighs_the_channels() -> None:
+    """In half a second the residuals hardly tell the noise: rms errors over 60 draws."""
+    # Forces that differ by far, and moments that say most.
+    noise = NOISE * [1, 20, 5, 1, 4, 0.3]
+    squares = np.zeros((2, 10))
+    for seed in range(60):
+        for k, options in enumerate(({}, {"wrench_noise": noise})):
+            found = identified(0.8, seed, noise=noise, **options)
+            squares[k] += (found.estimate.values - TRUTH) ** 2
+    gain = np.sqrt(squares[1] / squares[0])
+    assert np.median(gain) < 0.85, gain
+    assert gain.max() < 1.1, gain
+
+
+@pytest.mark.parametrize(
+    ("options", "what"),
+    [
+        ({"wrench_noise": [0.1] * 5}, "wrench_noise"),
+        ({"wrench_noise": [0.0, 1, 1, 1, 1, 1]}, "wrench_noise is 0, but must be a positive"),
+        ({"wrench_noise": np.ones((3, 6))}, "wrench_noise has 3 entries: give one for all"),
+        ({"wrench_offset": True, "estimator": "nlms"}, "an unknown offset of the wrenches needs"),
+        ({"wrench_noise": NOISE, "estimator": "nlms"}, "the noise of the sensors needs"),
+    ],
+)
+def test_what_cannot_be_is_refused(options: dict[str, object], what: str) -> None:
+    with pytest.raises(tactid.TactidError, match=what):
+        identified(EARLY, 1, **options)
+
+
+def test_the_command_takes_offset_and_noise(command: TactidCommand, log: Path) -> None:
+    noise = ["--wrench-noise", "1,1,1,.1,.1,.1"]
+    done = command("identify", log, "--wrench-offset", *noise, *noise, "--json")
+    assert done.returncode == 0, done.stderr
+    offset = json.loads(done.stdout)["diagnostics"]["offset"]
+    assert next(iter(offset)) == "force x"
+    assert offset["moment z"]["unit"] == "N m"
+    assert abs(offset["force x"]["value"]) < 0.01
+    assert "; wrenches off by force x " in command("identify", log, "--wrench-offset").stderr
+    assert_refused(
+        command("identify", log, "--wrench-noise", "1,2,3"), "--wrench-noise", "6 numbers"
+    )
+    three = [word for _ in range(3) for word in noise]
+    assert_refused(command("identify", log, *three), "wrench_noise has 3 entries", "2 sensors")
+    assert_refused(command("identify", log, "--effort-noise", "1,2"), "effort_noise has 2 entries")
