@@ -17,6 +17,9 @@ use crate::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
 /// Passes of reweighting; the residuals of noise settle in a few.
 const MAX_PASSES: usize = 20;
 
+/// In so many of them the noise is that of medians, while outliers are not told yet.
+const MEDIANS: usize = 5;
+
 /// The parameters have settled when a pass moves them by less than this part of their deviations.
 const SETTLED: f64 = 1e-5;
 
@@ -143,10 +146,10 @@ impl Fit {
             }
             let moved = state.solve();
             if options.weights.is_none() {
-                state.reweigh();
+                state.reweigh(pass);
                 state.centre();
             }
-            if pass > 2 && moved < SETTLED {
+            if pass > MEDIANS && moved < SETTLED {
                 break;
             }
         }
@@ -395,7 +398,7 @@ impl<'a> Solver<'a> {
 
     /// What the residuals say of the noise, and weights that let no window pull for more than a rare
     /// one would.
-    fn reweigh(&mut self) {
+    fn reweigh(&mut self, pass: usize) {
         let channels = self.noise.channels();
         let windows: Vec<usize> = self.windows().collect();
         let residuals = windows.iter().map(|&window| {
@@ -405,7 +408,11 @@ impl<'a> Solver<'a> {
                 self.weights[window],
             )
         });
-        self.noise.measure(residuals);
+        if pass < MEDIANS {
+            self.noise.measure_medians(residuals);
+        } else {
+            self.noise.measure(residuals);
+        }
         let rare = rare(channels);
         let mut residual = DMatrix::zeros(channels, 1);
         for window in 0..self.equations.len() {

@@ -11,6 +11,11 @@ pub(crate) const ROUNDING: f64 = 1e-14;
 /// No channel has less noise than this part of the noisiest of its kind.
 const ALIKE: f64 = 1e-2;
 
+/// So many independent windows for each channel know all correlations well enough.
+const PLENTY: f64 = 10.0;
+/// Less than all of them, so that channels which are the same but for rounding leave a triangle, too.
+const NEARLY: f64 = 1.0 - 1e-6;
+
 /// Median of the absolute value of a standard normal variable.
 const NORMAL_MEDIAN: f64 = 0.6745;
 
@@ -194,21 +199,41 @@ impl Noise {
         }
     }
 
-    /// Learns from the residuals of some windows and the windows' weights: deviations from medians,
-    /// which outliers do not move, and correlations from weighted products.
+    /// Learns from the residuals of some windows and the windows' weights, once these tell outliers.
+    ///
+    /// Sizes and correlations are then of one sum: channels that follow each other closely tell most by
+    /// their difference, which does not bear that one is a few percent off.
     pub(crate) fn measure<'a>(&mut self, windows: impl Iterator<Item = (&'a [f64], f64)> + Clone) {
-        let count = windows.clone().count();
-        if count == 0 {
-            return;
+        let (mut count, mut weights) = (0.0, f64::MIN_POSITIVE);
+        for (_, weight) in windows.clone() {
+            count += 1.0;
+            weights += weight;
         }
+        let mut products = self.products(windows) / weights;
+        for i in 0..self.channels() {
+            for j in 0..=i {
+                products[(i, j)] *= self.deviations[i] * self.deviations[j];
+            }
+        }
+        self.take(&mut products, count);
+    }
+
+    /// The same while outliers are still to be told: deviations from medians, which these do not move, and
+    /// no correlations, which they would make.
+    pub(crate) fn measure_medians<'a>(
+        &mut self,
+        windows: impl Iterator<Item = (&'a [f64], f64)> + Clone,
+    ) {
         for channel in 0..self.channels() {
             let mut sizes: Vec<f64> = windows.clone().map(|(r, _)| r[channel].abs()).collect();
-            let (_, median, _) = sizes.select_nth_unstable_by(count / 2, f64::total_cmp);
+            if sizes.is_empty() {
+                return;
+            }
+            let middle = sizes.len() / 2;
+            let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
             self.deviations[channel] = *median / NORMAL_MEDIAN;
         }
         self.even_out();
-        let mut products = self.products(windows);
-        self.believe(&mut products, count as f64);
     }
 
     /// Takes the covariance of the channels as so many windows told it, which is destroyed. Allocates
@@ -344,7 +369,12 @@ fn factor(matrix: &mut DMatrix<f64>) -> bool {
 
 /// The part of estimated correlations that is to be believed, where few windows know little of many:
 /// what leaves the least error on the average (Schäfer and Strimmer 2005, doi 10.2202/1544-6115.1175).
+/// Of [many](PLENTY) nearly all: channels that follow each other closely tell most by their difference,
+/// and would lose it by a percent less.
 fn kept(raw: &DMatrix<f64>, independent: f64, among: impl Fn(usize, usize) -> bool) -> f64 {
+    if independent >= PLENTY * raw.nrows() as f64 {
+        return NEARLY;
+    }
     let (mut errors, mut squares) = (0.0, 0.0);
     for i in 0..raw.nrows() {
         for j in (0..i).filter(|&j| among(i, j)) {
