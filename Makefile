@@ -21,7 +21,7 @@ test-rust: tools
 	cargo test --workspace --locked
 
 test-python: $(VENV)/tested
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist worksteal
 
 lint: tools $(VENV)/linters ## formatting, clippy, ruff and mypy, with warnings as errors
 	cargo fmt --all --check
@@ -68,9 +68,9 @@ $(VENV)/installed: $(SOURCES) | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check .
 	@touch $@
 
-$(VENV)/tested: $(VENV)/installed
+$(VENV)/tested: $(SOURCES) | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[test]'
-	@touch $@
+	@touch $(VENV)/installed $@
 
 $(VENV)/linters: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'mypy>=1.13' 'ruff>=0.8' 'numpy>=1.26' 'typer>=0.12' 'rich>=13.7' 'matplotlib>=3.9' 'rerun-sdk>=0.41'
