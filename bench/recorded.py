@@ -107,7 +107,12 @@ class Recorded:
         )
 
     def identify(
-        self, robot: tactid.Manipulator, way: str, seconds: float, estimator: str = "rls"
+        self,
+        robot: tactid.Manipulator,
+        way: str,
+        seconds: float,
+        estimator: str = "rls",
+        **options: object,
     ) -> tactid.Identification:
         """As a user would, from the first seconds alone."""
         rows = slice(0, int(np.searchsorted(self.time, self.time[0] + seconds, side="right")))
@@ -125,7 +130,11 @@ class Recorded:
         if way in ("tactile", "combined"):
             given["wrench"], sensors = self.wrench[rows], FINGERS
         time = self.time[rows]
-        return tactid.identify(time, robot=robot, sensors=sensors, delay=0.0, **given)
+        return tactid.identify(time, robot=robot, sensors=sensors, delay=0.0, **given, **options)
+
+    def wrench_deviation(self, level: float) -> Array:
+        """Of the noise that each finger's channels have at a level, (2, 6)."""
+        return level * np.abs(self.wrench).max(axis=0)
 
 
 def rotations(orientation: Array) -> Array:

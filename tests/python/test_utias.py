@@ -134,12 +134,6 @@ def test_the_usual_gravity_is_suspected(identify: Identify, tool: str, noise: st
     assert mass is None or abs(mass / truth_of(bag).mass - 1) > 0.05
 
 
-MISSED = pytest.mark.xfail(
-    strict=True,
-    reason="1.14 of its error: a recording says this light tool's centre to some percent",
-)
-
-
 def error_ratio(record: Record, tool: str) -> float:
     """The error in mass and centre over that of weighted least squares."""
     bag = DATA / f"{tool}_high"
@@ -149,9 +143,7 @@ def error_ratio(record: Record, tool: str) -> float:
     return ours / error(*weighted_least_squares(bag), truth)
 
 
-@pytest.mark.parametrize(
-    "tool", [pytest.param(t, marks=MISSED) if "screwdriver" in t else t for t in TOOLS]
-)
+@pytest.mark.parametrize("tool", TOOLS)
 def test_under_noise_it_is_no_worse_than_weighted_least_squares(
     identify: Identify, tool: str
 ) -> None:
