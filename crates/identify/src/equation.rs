@@ -89,12 +89,15 @@ impl Equation {
     }
 
     /// Adds an instant with its weight, the weight of its part in the derivative, and its side in the
-    /// differences, 1 or -1.
+    /// differences, 1 or -1. Until the end, `rows` has the sums of the one side, `differences` of the other.
     pub(crate) fn add(&mut self, rows: &[Row], weight: f64, slope_weight: f64, side: f64) {
-        let sums = self.rows.iter_mut().zip(&mut self.differences);
-        for (((sum, difference), rate), row) in sums.zip(&mut self.rates).zip(rows) {
+        let sums = if side > 0.0 {
+            &mut self.rows
+        } else {
+            &mut self.differences
+        };
+        for ((sum, rate), row) in sums.iter_mut().zip(&mut self.rates).zip(rows) {
             sum.add(row, weight);
-            difference.add(row, side * weight);
             *rate += row.wanted * slope_weight;
         }
         self.difference_weight += side * weight;
@@ -122,6 +125,10 @@ impl Equation {
         let share = 1.0 / self.weight;
         let sums = self.rows.iter_mut().zip(&mut self.differences);
         for ((row, difference), rate) in sums.zip(&mut self.rates) {
+            let other = *difference;
+            difference.scale(-1.0);
+            difference.add(row, 1.0);
+            row.add(&other, 1.0);
             row.scale(share);
             // Both sides weigh the same but for the ends of the window and uneven times.
             difference.add(row, -self.difference_weight);

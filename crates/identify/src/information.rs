@@ -15,108 +15,106 @@ const ROUNDING: f64 = 1e-10;
 /// The same where rows of unit noise say no more than this: what an estimator starts with.
 const NOTHING: f64 = 1e-10;
 
-/// `A - N` as `L D Lᵀ`, `A` being the rows' information and `N` the part of it that is noise.
+/// `A - N` as `Uᵀ D U`, `A` being the rows' information and `N` the part of it that is noise.
 ///
 /// Directions are taken one after another, each what is left of a parameter once those before it
 /// are known; where the data say nothing of one, it stands still in [`solve`](Self::solve).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Information {
-    /// `L`, with a diagonal of ones.
-    lower: Matrix,
+    /// `U`, with a diagonal of ones.
+    upper: Matrix,
     /// `D⁻¹`; zero for a direction that is unknown.
     inverse: Vector,
+    /// The directions, `U⁻¹`.
+    directions: Matrix,
 }
 
 impl Information {
-    /// From the triangle of all rows, `A = RᵀR`, and `N`. Cost: some 400 multiplications.
+    /// From the triangle of all rows, `A = RᵀR`, and `N`. Cost: some 1000 multiplications.
     pub(crate) fn new(root: &Matrix, noise: &Matrix) -> Self {
-        let rows = root.tr_mul(root);
-        let mut lower = rows - noise;
+        let rows = root.transpose() * root;
+        let mut rest = rows - noise;
+        let mut upper = Matrix::identity();
         let mut inverse = Vector::zeros();
         for j in 0..10 {
+            let mut column = Vector::zeros();
+            column.copy_from(&rest.column(j));
             // What the elimination of A itself has left here is the square of R's diagonal.
             let all = root[(j, j)] * root[(j, j)];
             let least = (SIGNAL * all).max(ROUNDING * rows[(j, j)]).max(NOTHING);
-            let pivot = lower[(j, j)];
-            if pivot > least {
-                inverse[j] = pivot.recip();
+            if column[j] > least {
+                inverse[j] = column[j].recip();
             }
             for i in j + 1..10 {
-                let part = lower[(i, j)] * inverse[j];
-                for k in i..10 {
-                    lower[(k, i)] -= part * lower[(k, j)];
-                }
-            }
-            for i in j + 1..10 {
-                lower[(i, j)] *= inverse[j];
+                let part = column[i] * inverse[j];
+                upper[(j, i)] = part;
+                // Above the pivots nothing is read again.
+                rest.column_mut(i).axpy(-part, &column, 1.0);
             }
         }
-        for j in 0..10 {
-            lower[(j, j)] = 1.0;
-            for i in 0..j {
-                lower[(i, j)] = 0.0;
-            }
+        Self {
+            upper,
+            inverse,
+            directions: inverse_of_upper(&upper),
         }
-        Self { lower, inverse }
     }
 
     /// Nothing known.
     pub(crate) fn none() -> Self {
         Self {
-            lower: Matrix::identity(),
+            upper: Matrix::identity(),
             inverse: Vector::zeros(),
+            directions: Matrix::identity(),
         }
     }
 
     /// `(A - N)⁻¹ v` in the known directions.
     pub(crate) fn solve(&self, vector: &Vector) -> Vector {
-        let mut solved = *vector;
-        self.lower
-            .solve_lower_triangular_with_diag_mut(&mut solved, 1.0);
-        solved.component_mul_assign(&self.inverse);
-        self.lower.tr_solve_lower_triangular_mut(&mut solved);
-        solved
+        let along = self.directions.tr_mul(vector);
+        self.directions * along.component_mul(&self.inverse)
     }
 
     /// `(A - N)⁻¹ S (A - N)⁻¹` of a symmetric `S`, in the known directions.
     pub(crate) fn sandwich(&self, middle: &Matrix) -> Matrix {
-        let inverse = self.inverse();
+        let mut scaled = self.directions;
+        for (mut column, inverse) in scaled.column_iter_mut().zip(&self.inverse) {
+            column *= *inverse;
+        }
+        let inverse = scaled * self.directions.transpose();
         inverse * middle * inverse
     }
 
     /// `A - N`, with next to nothing in unknown directions: positive definite.
     pub(crate) fn matrix(&self) -> Matrix {
-        let mut scaled = self.lower.transpose();
-        for (mut row, inverse) in scaled.row_iter_mut().zip(&self.inverse) {
-            row *= if *inverse > 0.0 {
+        let mut scaled = self.upper.transpose();
+        for (mut column, inverse) in scaled.column_iter_mut().zip(&self.inverse) {
+            column *= if *inverse > 0.0 {
                 inverse.recip()
             } else {
                 NOTHING
             };
         }
-        self.lower * scaled
-    }
-
-    fn inverse(&self) -> Matrix {
-        let mut root = Matrix::identity();
-        self.lower
-            .solve_lower_triangular_with_diag_mut(&mut root, 1.0);
-        let mut scaled = root;
-        for (mut row, inverse) in scaled.row_iter_mut().zip(&self.inverse) {
-            row *= *inverse;
-        }
-        root.tr_mul(&scaled)
+        scaled * self.upper
     }
 
     /// The directions that are unknown, of any length.
     pub(crate) fn unknown(&self) -> impl Iterator<Item = Vector> + Clone + '_ {
         let unknown = (0..10).filter(|&j| self.inverse[j] == 0.0);
-        unknown.map(|j| {
-            let mut direction = Vector::ith(j, 1.0);
-            self.lower.tr_solve_lower_triangular_mut(&mut direction);
-            direction
-        })
+        unknown.map(|j| self.directions.column(j).into_owned())
     }
+}
+
+/// `U⁻¹` of an upper triangle without zeros on its diagonal.
+pub(crate) fn inverse_of_upper(upper: &Matrix) -> Matrix {
+    let mut inverse = Matrix::identity();
+    for j in 0..10 {
+        let mut column = Vector::ith(j, 1.0);
+        for i in 0..j {
+            column.axpy(-upper[(i, j)], &inverse.column(i), 1.0);
+        }
+        inverse.set_column(j, &(column * upper[(j, j)].recip()));
+    }
+    inverse
 }
 
 #[cfg(test)]

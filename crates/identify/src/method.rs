@@ -36,7 +36,8 @@ impl Method {
         })
     }
 
-    /// True where the rows show that the payload is another.
+    /// True where the rows show that the payload is another. What is known with them comes
+    /// [in stages](Self::proceed).
     pub(crate) fn update(&mut self, equation: &Equation) -> bool {
         match self {
             Self::TwoStage(filters) => {
@@ -44,6 +45,14 @@ impl Method {
                 false
             }
             Self::OneStage(estimator) => estimator.update(equation),
+        }
+    }
+
+    /// Does the next stage; false where none is left.
+    pub(crate) fn proceed(&mut self) -> bool {
+        match self {
+            Self::TwoStage(_) => false,
+            Self::OneStage(estimator) => estimator.proceed(),
         }
     }
 }

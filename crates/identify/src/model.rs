@@ -314,6 +314,11 @@ impl Model {
         })
     }
 
+    /// The [gripper](Self::gripper), where its parameters are found with the payload's.
+    pub(crate) fn gripper_to_subtract(&self) -> Option<InertialParameters> {
+        (self.way == Way::JointSensing).then(|| self.gripper())
+    }
+
     /// The links below the tool, at the posture of the last instant.
     pub(crate) fn gripper(&self) -> InertialParameters {
         self.robot.subtree_parameters(&self.workspace, self.tool)

@@ -186,16 +186,22 @@ impl Noise {
         self.root.solve_lower_triangular_mut(columns);
     }
 
-    /// The same of rows that each hold what belongs to one channel, without allocation.
-    pub(crate) fn whiten_rows<const N: usize>(&self, rows: &mut [SVector<f64, N>]) {
+    /// The same of rows with their wanted values, without allocation.
+    pub(crate) fn whiten_rows(&self, rows: &mut [(SVector<f64, 10>, f64)]) {
         for i in 0..rows.len() {
             let (before, rest) = rows.split_at_mut(i);
-            let row = &mut rest[0];
-            *row /= self.deviations[i];
-            for (j, other) in before.iter().enumerate() {
-                *row -= other * self.root[(i, j)];
+            let (row, wanted) = &mut rest[0];
+            let scale = self.deviations[i].recip();
+            *row *= scale;
+            *wanted *= scale;
+            for (j, (other, other_wanted)) in before.iter().enumerate() {
+                let part = self.root[(i, j)];
+                row.axpy(-part, other, 1.0);
+                *wanted -= part * other_wanted;
             }
-            *row /= self.root[(i, i)];
+            let scale = self.root[(i, i)].recip();
+            *row *= scale;
+            *wanted *= scale;
         }
     }
 

@@ -1,6 +1,8 @@
 //! The possible body that explains the data best.
 
-use nalgebra::{Matrix4, SMatrix, SVector, SymmetricEigen};
+use std::ops::{Add, Mul, Sub};
+
+use nalgebra::{SMatrix, SVector, SymmetricEigen};
 use tactid_dynamics::InertialParameters;
 
 use crate::knowledge::BoundingBox;
@@ -262,12 +264,12 @@ impl Problem {
     fn newton_step(&self, inside: &Parameters, weight: f64) -> Option<(Parameters, f64)> {
         let pseudo = InertialParameters::from_vector(*inside).pseudo_inertia();
         let inverse = pseudo.cholesky()?.inverse();
-        let relative: [Matrix4<f64>; 10] = std::array::from_fn(|k| {
-            let unit = InertialParameters::from_vector(SVector::ith(k, 1.0));
-            inverse * unit.pseudo_inertia()
-        });
-        let mut barrier = SVector::from_fn(|k, _| relative[k].trace());
-        let mut curvature = Information::from_fn(|i, j| relative[i].dot(&relative[j].transpose()));
+        // Derivatives of the log of the determinant, tr(P⁻¹ dP) and tr(P⁻¹ dP P⁻¹ dP).
+        let mut barrier = Parameters::from(traces(|i, j| inverse[(i, j)]));
+        let mut curvature = Information::from_columns(&traces(|a, b| {
+            let (a, b) = (inverse.column(a), inverse.column(b));
+            Parameters::from(traces(|i, j| 0.5 * (a[i] * b[j] + b[i] * a[j])))
+        }));
         for bound in &self.bounds {
             let relative = bound / bound.dot(inside);
             barrier += relative;
@@ -279,6 +281,28 @@ impl Problem {
             .solve(&gradient);
         Some((step, -gradient.dot(&step)))
     }
+}
+
+/// For each parameter, the trace of a symmetric matrix, given by its entries, times the parameter's
+/// part in the pseudo-inertia.
+fn traces<T>(entry: impl Fn(usize, usize) -> T) -> [T; 10]
+where
+    T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T>,
+{
+    let diagonal = [entry(0, 0), entry(1, 1), entry(2, 2)];
+    let half = (diagonal[0] + diagonal[1] + diagonal[2]) * 0.5;
+    [
+        entry(3, 3),
+        entry(0, 3) * 2.0,
+        entry(1, 3) * 2.0,
+        entry(2, 3) * 2.0,
+        half - diagonal[0],
+        entry(0, 1) * -2.0,
+        entry(0, 2) * -2.0,
+        half - diagonal[1],
+        entry(1, 2) * -2.0,
+        half - diagonal[2],
+    ]
 }
 
 /// By which each parameter is divided to be near one: the mass, and the size of a body of this mass

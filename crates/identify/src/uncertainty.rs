@@ -60,13 +60,18 @@ pub(crate) fn deviations(
     parameters: &SVector<f64, 10>,
     covariance: &SMatrix<f64, 10, 10>,
     scales: &SVector<f64, 10>,
-    unknown: impl Iterator<Item = SVector<f64, 10>> + Clone,
+    unknown: impl Iterator<Item = SVector<f64, 10>>,
 ) -> [f64; 10] {
     let Some(jacobian) = jacobian(parameters) else {
         return [f64::INFINITY; 10];
     };
+    // Each is needed for each value.
+    let mut directions = [SVector::zeros(); 10];
+    let places = directions.iter_mut().zip(unknown);
+    let count = places.map(|(place, direction)| *place = direction).count();
     let mut deviations: [f64; 10] = std::array::from_fn(|k| {
-        deviation(&jacobian.row(k).into(), covariance, scales, unknown.clone())
+        let unknown = directions[..count].iter().copied();
+        deviation(&jacobian.row(k).into(), covariance, scales, unknown)
     });
     if deviations[0] > MASS_KNOWN * parameters[0].abs() {
         deviations[1..].fill(f64::INFINITY);
@@ -89,7 +94,13 @@ pub(crate) fn deviation(
     if unknown > SHARE * scaled.norm_squared() {
         f64::INFINITY
     } else {
-        (slope * covariance * slope.transpose())[0].max(0.0).sqrt()
+        // Most derivatives are zero.
+        let pairs = slope.iter().zip(covariance.column_iter());
+        let pulled: SVector<f64, 10> = pairs
+            .filter(|(slope, _)| **slope != 0.0)
+            .map(|(slope, column)| column * *slope)
+            .sum();
+        (slope * pulled)[0].max(0.0).sqrt()
     }
 }
 

@@ -173,6 +173,43 @@ fn a_swap_below_the_noise_of_a_window_is_seen_in_the_end() {
     }
 }
 
+/// What a window says is told as a whole, with the eighth sample after its end at the latest, and is the same as
+/// when it is finished at once.
+#[test]
+fn a_window_is_told_as_a_whole() {
+    let experiment = Experiment::default();
+    let instants = experiment.run();
+    for way in [Way::Tactile, COMBINED, Way::JointSensing] {
+        let mut identifier = online(&experiment, way);
+        let mut samples = noisy(&instants, Noise::part(0.01), 11);
+        let mut told = 0;
+        while let Some(instant) = samples.next() {
+            let before = (identifier.estimate(), identifier.covariance());
+            identifier.push(&instant.sample()).unwrap();
+            if identifier.estimate().intervals == before.0.intervals || before.0.intervals < 10 {
+                continue;
+            }
+            let mut at_once = identifier.clone();
+            at_once.finish();
+            let mut passed = 0;
+            while identifier.covariance() == before.1 {
+                let now = identifier.estimate();
+                assert_eq!(now.body, before.0.body);
+                assert_eq!(now.deviations, before.0.deviations);
+                identifier.push(&samples.next().unwrap().sample()).unwrap();
+                passed += 1;
+            }
+            assert!(passed <= 8, "{passed}");
+            let (now, expected) = (identifier.estimate(), at_once.estimate());
+            assert_eq!(identifier.covariance(), at_once.covariance());
+            assert_eq!(now.body, expected.body);
+            assert_eq!(now.deviations, expected.deviations);
+            told += 1;
+        }
+        assert!(told > 100, "{told}");
+    }
+}
+
 /// A blow of ten times the load, 20 ms long, is no other payload, and moves the estimate by less than
 /// its deviations.
 #[test]

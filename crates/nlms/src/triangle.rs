@@ -8,6 +8,9 @@ use crate::SettingError;
 /// direction, large enough to hold a direction that no row excites where it started.
 const WEAK: f64 = 1e-6;
 
+/// Squares and what rounding is of them are in range.
+const SAFE_SQUARES: std::ops::Range<f64> = 1e-250..1e250;
+
 /// What least squares need of the rows so far: `R`, `z` and the residuals' squares, such that
 /// `|A x - b|² = |R x - z|² + residual_squares` for every `x`.
 #[derive(Clone, Debug)]
@@ -71,6 +74,58 @@ impl<const N: usize> Triangle<N> {
             wanted = cosine * wanted - sine * above;
         }
         self.residual_squares += wanted * wanted;
+    }
+
+    /// Takes several rows in with their wanted values, and uses them up: Householder's reflections turn
+    /// an entry of all rows at once (Golub and Van Loan, *Matrix Computations*, algorithm 5.1.1). As many
+    /// multiplications as one after another, but `N` square roots in all.
+    pub(crate) fn turn_in_all(&mut self, rows: &mut [(SVector<f64, N>, f64)]) {
+        for k in 0..N {
+            let diagonal = self.root[(k, k)];
+            let squares: f64 = rows.iter().map(|(row, _)| row[k] * row[k]).sum();
+            let square = diagonal * diagonal + squares;
+            if !SAFE_SQUARES.contains(&square) {
+                // Single rotations bear any entry.
+                rows.iter()
+                    .for_each(|(row, wanted)| self.turn_in(row, *wanted));
+                return;
+            }
+            if squares > f64::EPSILON.powi(2) * square {
+                self.reflect(k, rows, squares, square.sqrt());
+            }
+            rows.iter_mut().for_each(|(row, _)| row[k] = 0.0);
+        }
+        self.residual_squares += rows.iter().map(|(_, wanted)| wanted * wanted).sum::<f64>();
+    }
+
+    /// Reflects row `k` of the triangle and the rows such that the rows' entries `k` vanish.
+    fn reflect(
+        &mut self,
+        k: usize,
+        rows: &mut [(SVector<f64, N>, f64)],
+        squares: f64,
+        length: f64,
+    ) {
+        // The reflection is by (own, column k of the rows); diagonal less length, without cancellation.
+        let own = -squares / (self.root[(k, k)] + length);
+        let scale = -(own * length).recip();
+        let mut above = self.root.row(k).transpose();
+        let (mut along, mut along_wanted) = (above * own, self.target[k] * own);
+        for (row, wanted) in &*rows {
+            along.axpy(row[k], row, 1.0);
+            along_wanted += wanted * row[k];
+        }
+        along *= scale;
+        along_wanted *= scale;
+        above.axpy(-own, &along, 1.0);
+        above[k] = length;
+        self.root.set_row(k, &above.transpose());
+        self.target[k] -= along_wanted * own;
+        for (row, wanted) in rows {
+            let entry = row[k];
+            row.axpy(-entry, &along, 1.0);
+            *wanted -= along_wanted * entry;
+        }
     }
 
     /// Takes in all rows of another.
@@ -282,6 +337,27 @@ mod tests {
             prop_assert!((gained - expected).abs() < 1e-9 * (1.0 + expected));
             *moved.residual_squares_mut() += expected;
             prop_assert!(difference(&moved, &turned) < 1e-9);
+        }
+
+        /// Several rows at once are the same as one after another, also where squares are out of range.
+        #[test]
+        fn all_at_once_is_one_after_another(
+            entries in proptest::collection::vec(-5.0..5.0f64, 4 * 20),
+            size in proptest::sample::select(vec![1.0, 1e-160, 1e-120, 1e120]),
+        ) {
+            let start = filled(&entries[..4 * 8]);
+            let (mut one, mut all) = (start.clone(), start);
+            one.scale(size);
+            all.scale(size);
+            let mut rows: Vec<_> = entries[4 * 8..]
+                .chunks(4)
+                .map(|row| (Vector3::new(row[0], row[1], row[2]) * size, row[3] * size))
+                .collect();
+            rows.iter().for_each(|(row, wanted)| one.turn_in(row, *wanted));
+            all.turn_in_all(&mut rows);
+            let difference = (one.root - all.root).abs().max() / one.root.abs().max()
+                + (one.target - all.target).abs().max() / one.target.abs().max();
+            prop_assert!(difference < 1e-12, "{difference:e}");
         }
 
         /// A triangle holds `AᵀA`, `Aᵀb` and `bᵀb`.

@@ -179,6 +179,7 @@ impl Identifier {
                 let pushed = identifier.push(&sample).map_err(IntoPyErr::into_py_err)?;
                 used += usize::from(matches!(pushed, Pushed::Used | Pushed::Changed));
             }
+            identifier.finish();
             Ok(used)
         })
     }

@@ -1,6 +1,6 @@
 //! The nearest body on random problems.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Matrix4, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 
 use super::*;

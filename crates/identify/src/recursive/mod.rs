@@ -6,7 +6,7 @@ mod sums;
 use tactid_nlms::{ChangeDetector, ChangeSettings, SettingError};
 
 use self::running::RunningNoise;
-use self::sums::{Pair, Sums, Surprise};
+use self::sums::{Prediction, Sums, Surprise, Window};
 use crate::equation::Equation;
 use crate::fit::{cube_root, rare, weight};
 use crate::information::{Information, Matrix, Vector};
@@ -40,6 +40,17 @@ const ALARM: ChangeSettings = ChangeSettings {
     clip: 3.5,
 };
 
+/// What is left to do of the last window, in this order.
+#[derive(Clone, Copy, Debug)]
+enum Stage {
+    /// Into the sums, with its weight, and with its share in what is learnt of the noise, if it has one.
+    Take(f64, Option<f64>),
+    TurnIn(Option<f64>),
+    Follow(f64),
+    Solve,
+    Spread,
+}
+
 /// Weighted least squares, recursive, without the bias that noise in the motion makes.
 ///
 /// Rows are weighted by the noise that their own innovations show, whitened across channels. The
@@ -47,8 +58,12 @@ const ALARM: ChangeSettings = ChangeSettings {
 /// it is taken off as the differences show it, as in [`Fit`](crate::fit::Fit). A window that is rare
 /// pulls no harder than others; several in a row say that the payload has changed, and the estimate
 /// begins anew. Nothing is allocated after construction.
+///
+/// A window is judged at once; what follows from it is computed [in stages](Self::proceed), one a sample,
+/// so that no sample takes much longer than others.
 #[derive(Clone, Debug)]
 pub(crate) struct Recursive {
+    stage: Option<Stage>,
     sums: Sums,
     noise: RunningNoise,
     /// The first windows.
@@ -58,7 +73,9 @@ pub(crate) struct Recursive {
     slow_detector: ChangeDetector,
     /// Windows since the estimate began, or began anew.
     since_start: usize,
-    rows: Vec<Pair>,
+    /// The last one, whitened as far as it was needed.
+    window: Window,
+    prediction: Prediction,
     parameters: Vector,
     information: Information,
     covariance: Matrix,
@@ -68,6 +85,7 @@ impl Recursive {
     pub(crate) fn new(channels: &Channels) -> Result<Self, SettingError> {
         let count = channels.count();
         Ok(Self {
+            stage: None,
             sums: Sums::new(count),
             noise: RunningNoise::new(channels),
             kept: vec![Equation::new(count); REHEARSED],
@@ -75,36 +93,65 @@ impl Recursive {
             detector: ChangeDetector::new(ALARM)?,
             slow_detector: ChangeDetector::new(SLOW_ALARM)?,
             since_start: 0,
-            rows: vec![Pair::zeros(); count],
+            window: Window::new(count),
+            prediction: Prediction::new(count),
             parameters: Vector::zeros(),
             information: Information::none(),
             covariance: Matrix::zeros(),
         })
     }
 
-    /// Takes a window in; true where it shows that the payload is another, and the estimate begins
-    /// anew.
+    /// Judges a window; true where it shows that the payload is another, and the estimate begins anew.
+    /// What is known with it comes with the last [stage](Self::proceed).
     pub(crate) fn update(&mut self, equation: &Equation) -> bool {
+        while self.proceed() {}
         if let Some(place) = self.kept.get_mut(self.windows) {
             place.copy_from(equation);
         }
         self.windows += 1;
         self.since_start += 1;
-        let changed = if self.windows < FEWEST {
+        let stage = if self.windows < FEWEST {
             self.noise.begin(&self.kept[..self.windows]);
-            self.noise.whiten(equation, &mut self.rows);
-            self.sums.take(&self.rows, 1.0, &self.noise);
-            false
+            self.window.copy_from(equation);
+            self.noise.whiten(&mut self.window.rows);
+            Some(Stage::Take(1.0, None))
         } else if self.windows <= REHEARSED && self.windows.is_power_of_two() {
             self.rehearse();
-            false
+            Some(Stage::Solve)
         } else {
             self.judge(equation)
         };
-        (self.parameters, self.information) = self.sums.solve();
-        let scores = self.sums.scores() * (self.noise.inflation() * self.noise.lasting());
-        self.covariance = self.information.sandwich(&scores);
-        changed
+        self.stage = stage.or(Some(Stage::Solve));
+        stage.is_none()
+    }
+
+    /// Does the next stage; false where it was the last.
+    pub(crate) fn proceed(&mut self) -> bool {
+        self.stage = self.stage.and_then(|stage| match stage {
+            Stage::Take(weight, share) => {
+                self.noise.whiten(&mut self.window.differences);
+                self.sums.take(&self.window, weight, &self.noise);
+                Some(Stage::TurnIn(share))
+            }
+            Stage::TurnIn(share) => {
+                self.sums.turn_in();
+                Some(share.map_or(Stage::Solve, Stage::Follow))
+            }
+            Stage::Follow(share) => {
+                self.noise.follow(&self.prediction, share);
+                Some(Stage::Solve)
+            }
+            Stage::Solve => {
+                (self.parameters, self.information) = self.sums.solve();
+                Some(Stage::Spread)
+            }
+            Stage::Spread => {
+                let scores = self.sums.scores() * (self.noise.inflation() * self.noise.lasting());
+                self.covariance = self.information.sandwich(&scores);
+                None
+            }
+        });
+        self.stage.is_some()
     }
 
     /// In the order of [`InertialParameters`](tactid_dynamics::InertialParameters).
@@ -133,35 +180,38 @@ impl Recursive {
     /// Learns the noise from all windows that were kept, and takes them in with its weights.
     fn rehearse(&mut self) {
         let kept = &self.kept[..self.windows];
-        self.noise.learn(kept, &self.parameters, &mut self.rows);
+        let (window, prediction) = (&mut self.window, &mut self.prediction);
+        self.noise.learn(kept, &self.parameters, window, prediction);
         self.sums.begin_anew();
         for equation in kept {
-            self.noise.whiten(equation, &mut self.rows);
-            self.sums.take(&self.rows, 1.0, &self.noise);
+            self.window.copy_from(equation);
+            self.noise.whiten(&mut self.window.rows);
+            self.noise.whiten(&mut self.window.differences);
+            self.sums.take(&self.window, 1.0, &self.noise);
+            self.sums.turn_in();
         }
     }
 
-    fn judge(&mut self, equation: &Equation) -> bool {
-        self.noise.whiten(equation, &mut self.rows);
+    /// How a window is to be taken in; not at all where the payload is another.
+    fn judge(&mut self, equation: &Equation) -> Option<Stage> {
+        self.window.copy_from(equation);
+        self.noise.whiten(&mut self.window.rows);
+        self.prediction.predict(&self.window.rows, &self.parameters);
         let surprise = self
             .sums
-            .surprise(&self.rows, &self.parameters, &self.covariance);
+            .surprise(&self.window.rows, &self.prediction, &self.covariance);
         // Else a window says more of the parameters than they of it.
         let is_known = surprise.leverage < 1.0;
         let is_settled = self.since_start > REHEARSED;
         if is_known && is_settled && self.is_alarming(&surprise) {
             self.begin_anew();
-            return true;
+            return None;
         }
-        let weight = weight(surprise.distance, rare(self.rows.len()));
+        self.noise.measure(equation, &self.parameters);
+        let weight = weight(surprise.distance, rare(self.window.rows.len()));
         let used = if is_settled { weight } else { 1.0 };
-        self.sums.take(&self.rows, used, &self.noise);
-        if is_known {
-            let share = weight / (1.0 + surprise.leverage);
-            self.noise
-                .follow(equation, &self.parameters, &self.rows, share);
-        }
-        false
+        let share = weight / (1.0 + surprise.leverage);
+        Some(Stage::Take(used, is_known.then_some(share)))
     }
 
     /// Another payload, unless the noise has grown.
@@ -177,7 +227,7 @@ impl Recursive {
 
     /// Whether the windows up to this one say that something has changed.
     fn is_alarming(&mut self, surprise: &Surprise) -> bool {
-        let channels = self.rows.len();
+        let channels = self.window.rows.len();
         let (mean, deviation) = cube_root(channels);
         // Less than was expected is no sign of another payload.
         let score = |distance: f64| {

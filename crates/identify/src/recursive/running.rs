@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::sums::{MODEL, Pair};
+use super::sums::{MODEL, Prediction, Row, Window};
 use crate::equation::Equation;
 use crate::information::Vector;
 use crate::noise::{Channels, Noise};
@@ -119,37 +119,42 @@ impl RunningNoise {
         self.noise.begin(equations);
     }
 
-    /// From the residuals of the windows that the parameters were learnt from. `rows` is scratch.
-    pub(crate) fn learn(&mut self, equations: &[Equation], parameters: &Vector, rows: &mut [Pair]) {
+    /// From the residuals of the windows that the parameters were learnt from. `window` and `prediction`
+    /// are scratch.
+    pub(crate) fn learn(
+        &mut self,
+        equations: &[Equation],
+        parameters: &Vector,
+        window: &mut Window,
+        prediction: &mut Prediction,
+    ) {
         self.windows = equations.len() as f64;
-        let independent = self.windows / NOISE_CORRELATION * rows.len() as f64;
+        let independent = self.windows / NOISE_CORRELATION * self.residuals.len() as f64;
         let freedom = (independent - 10.0).max(1.0);
         self.covariance.fill(0.0);
         for equation in equations {
-            self.add(equation, parameters, independent / freedom / self.windows);
+            self.measure(equation, parameters);
+            self.add(independent / freedom / self.windows);
         }
         self.believe();
         self.memories.fill(Memory::WHITE);
         (self.slow_square, self.square) = (WHITE_SLOW, 1.0);
         for (before, equation) in equations.iter().enumerate() {
-            self.whiten(equation, rows);
-            self.remember(parameters, rows, 1.0, before as f64);
+            window.copy_from(equation);
+            self.whiten(&mut window.rows);
+            prediction.predict(&window.rows, parameters);
+            self.remember(prediction, 1.0, before as f64);
         }
     }
 
-    /// From one window more, whose rows are these, with its share in what it shows.
-    pub(crate) fn follow(
-        &mut self,
-        equation: &Equation,
-        parameters: &Vector,
-        rows: &[Pair],
-        weight: f64,
-    ) {
+    /// From the window that was [measured](Self::measure) last, of which this was predicted, with its share
+    /// in what it shows.
+    pub(crate) fn follow(&mut self, prediction: &Prediction, weight: f64) {
         self.windows = (self.windows + 1.0).min(MEMORY);
-        self.remember(parameters, rows, weight, self.windows);
+        self.remember(prediction, weight, self.windows);
         let share = self.windows.recip();
         self.covariance *= 1.0 - share;
-        self.add(equation, parameters, share * weight);
+        self.add(share * weight);
         self.believe();
     }
 
@@ -182,25 +187,20 @@ impl RunningNoise {
         self.noise.inflation(self.windows / PRODUCT_CORRELATION)
     }
 
-    /// A window's rows in units of the noise, uncorrelated.
-    pub(crate) fn whiten(&self, equation: &Equation, rows: &mut [Pair]) {
-        let pairs = equation.rows.iter().zip(&equation.differences);
-        for (whitened, (row, difference)) in rows.iter_mut().zip(pairs) {
-            let halves = [(0, row), (11, difference)];
-            for (first, half) in halves {
-                let mut entries = whitened.fixed_rows_mut::<10>(first);
-                entries.copy_from(&half.regressor);
-                whitened[first + 10] = half.wanted;
-            }
-        }
+    /// Brings rows to units of the noise, uncorrelated.
+    pub(crate) fn whiten(&self, rows: &mut [Row]) {
         self.noise.whiten_rows(rows);
     }
 
-    /// Adds a share of the residuals' products.
-    fn add(&mut self, equation: &Equation, parameters: &Vector, share: f64) {
+    /// What parameters leave of a window, in the channels' units.
+    pub(crate) fn measure(&mut self, equation: &Equation, parameters: &Vector) {
         for (residual, row) in self.residuals.iter_mut().zip(&equation.rows) {
             *residual = row.wanted - row.regressor.dot(parameters);
         }
+    }
+
+    /// Adds a share of the residuals' products.
+    fn add(&mut self, share: f64) {
         for (i, left) in self.residuals.iter().enumerate() {
             for (j, right) in self.residuals[..=i].iter().enumerate() {
                 self.covariance[(i, j)] += share * left * right;
@@ -214,21 +214,19 @@ impl RunningNoise {
     }
 
     /// How a window's residuals go with those before them.
-    fn remember(&mut self, parameters: &Vector, rows: &[Pair], weight: f64, before: f64) {
+    fn remember(&mut self, prediction: &Prediction, weight: f64, before: f64) {
         let share = 1.0 / (before + PRIOR);
-        let (mut slow_square, mut square, mut load) = (0.0, 0.0, 0.0);
-        for (memory, row) in self.memories.iter_mut().zip(rows) {
-            let predicted = row.fixed_rows::<10>(0).dot(parameters);
-            let residual = row[10] - predicted;
-            memory.follow(weight.sqrt() * residual, share);
-            load += predicted * predicted;
+        let root = weight.sqrt();
+        let (mut slow_square, mut square) = (0.0, 0.0);
+        for (memory, residual) in self.memories.iter_mut().zip(&prediction.residuals) {
+            memory.follow(root * residual, share);
             slow_square += memory.slow * memory.slow;
             square += weight * residual * residual;
         }
-        let channels = rows.len() as f64;
+        let channels = prediction.residuals.len() as f64;
         self.slow_square += share * (slow_square / channels - self.slow_square);
         self.square += share * (square / channels - self.square);
-        self.slow_load += FOLLOW * (load / channels - self.slow_load);
+        self.slow_load += FOLLOW * (prediction.load - self.slow_load);
     }
 }
 
