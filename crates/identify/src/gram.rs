@@ -44,7 +44,14 @@ impl<'a> Gram<'a> {
     pub(crate) fn add(&mut self, equation: &Equation, window: usize) {
         let weight = self.fit.weights[window];
         self.rows.clone_from(&equation.rows);
-        self.centering.take(&mut self.rows, weight);
+        if self.centering.is_needed() {
+            let is_first = self.centering.is_empty();
+            self.centering.centre(&mut self.rows, weight);
+            self.centering.add(&equation.rows, weight);
+            if is_first {
+                return;
+            }
+        }
         for (rows, sign) in [(&self.rows, 1.0), (&equation.differences, -1.0)] {
             for (channel, row) in rows.iter().enumerate() {
                 let scaled = row.regressor.component_mul(&self.fit.excitation.scales);

@@ -14,7 +14,7 @@ use crate::noise::Channels;
 use crate::physical::Follower;
 use crate::recent::RecentMean;
 use crate::uncertainty::identifiable;
-use crate::{IdentifyError, PayloadEstimate, Sample, Settings, SingularValues, Way};
+use crate::{IdentifyError, PayloadEstimate, Sample, Settings, SingularValues};
 
 /// What became of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -320,6 +320,16 @@ impl Identifier {
     #[must_use]
     pub fn covariance(&self) -> Option<Matrix> {
         self.latest.certainty.map(|certainty| certainty.covariance)
+    }
+
+    /// What the wrenches are off by, in the end-effector's frame and about its origin: force in N, then
+    /// moment in N m. `None` unless [`Settings::wrench_offset`] asks for it.
+    #[must_use]
+    pub fn wrench_offset(&self) -> Option<[f64; 6]> {
+        match &self.method {
+            Method::TwoStage(_) => None,
+            Method::OneStage(estimator) => estimator.offsets(),
+        }
     }
 
     /// How strongly the motion excited mass and inertia. Cost: two eigenvalue problems.

@@ -4,6 +4,8 @@
 //! by one, it is that of each row less the mean of those before it, times a factor (Welford 1962,
 //! Technometrics 4, 419-420): the same information, and the same parameters.
 
+use nalgebra::SVector;
+
 use crate::equation::Row;
 
 /// What a channel is off by, and how well that is known, in the channel's unit.
@@ -30,19 +32,46 @@ impl Centering {
         }
     }
 
-    /// Makes a window's rows say what they add to the parameters, with the noise they had; the first
-    /// window's say nothing.
-    pub(crate) fn take(&mut self, rows: &mut [Row], weight: f64) {
-        let whole = self.weight + weight;
-        if whole <= 0.0 {
-            return;
-        }
-        for (row, mean) in rows.iter_mut().zip(&mut self.means) {
+    /// Forgets all windows.
+    pub(crate) fn begin_anew(&mut self) {
+        self.means.fill(Row::zero());
+        self.weight = 0.0;
+    }
+
+    /// Whether any channel has an offset.
+    pub(crate) fn is_needed(&self) -> bool {
+        !self.means.is_empty()
+    }
+
+    /// Whether no window has been added yet: the first tells of the offsets alone.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.weight == 0.0
+    }
+
+    /// Makes a window's rows say what they will add to the parameters, with the noise they had.
+    pub(crate) fn centre(&self, rows: &mut [Row], weight: f64) {
+        let factor = (self.weight / (self.weight + weight).max(f64::MIN_POSITIVE)).sqrt();
+        for (row, mean) in rows.iter_mut().zip(&self.means) {
             row.add(mean, -1.0);
-            mean.add(row, weight / whole);
-            row.scale((self.weight / whole).sqrt());
+            row.scale(factor);
         }
-        self.weight = whole;
+    }
+
+    /// Adds a window, as it was before it was [centred](Self::centre).
+    pub(crate) fn add(&mut self, rows: &[Row], weight: f64) {
+        self.weight += weight;
+        let share = weight / self.weight.max(f64::MIN_POSITIVE);
+        for (row, mean) in rows.iter().zip(&mut self.means) {
+            let mut beyond = *row;
+            beyond.add(mean, -1.0);
+            mean.add(&beyond, share);
+        }
+    }
+
+    /// What each of six channels is off by, the parameters given; `None` before any window.
+    pub(crate) fn offsets(&self, parameters: &SVector<f64, 10>) -> Option<[f64; 6]> {
+        let means: &[Row; 6] = self.means.as_slice().try_into().ok()?;
+        (!self.is_empty()).then(|| means.map(|mean| mean.wanted - mean.regressor.dot(parameters)))
     }
 }
 
@@ -79,7 +108,8 @@ mod tests {
             whole += less.regressor * less.regressor.transpose() * weight;
             // A second channel has no offset and stays as it is.
             let mut rows = [row, row];
-            centering.take(&mut rows, weight);
+            centering.centre(&mut rows, weight);
+            centering.add(&[row], weight);
             assert_eq!(rows[1], row);
             summed += rows[0].regressor * rows[0].regressor.transpose() * weight;
         }

@@ -30,9 +30,15 @@ fn another_payload_allocates_nothing() {
         .iter()
         .map(|instant| noise.on(instant, &mut random))
         .collect();
-    for way in [Way::Tactile, Way::Combined { effort: false }] {
+    let combined = Way::Combined { effort: false };
+    for (way, wrench_offset) in [
+        (Way::Tactile, false),
+        (Way::Tactile, true),
+        (combined, false),
+    ] {
         let settings = Settings {
             way,
+            wrench_offset,
             ..Settings::default()
         };
         let mut identifier = identifier(&experiment, settings);

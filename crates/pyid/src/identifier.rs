@@ -205,6 +205,15 @@ impl Identifier {
             .map(|matrix| output(py, rows(matrix), None, &[10, 10]))
             .transpose()
     }
+
+    /// What the wrenches are off by, in the end-effector's frame and about its origin, (6,), N and N m; None unless
+    /// ``wrench_offset`` asks for it.
+    fn wrench_offset<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
+        let offset = py.detach(|| self.lock().wrench_offset());
+        offset
+            .map(|six| output(py, six.to_vec(), None, &[6]))
+            .transpose()
+    }
 }
 
 impl Identifier {

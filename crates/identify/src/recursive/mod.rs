@@ -11,6 +11,7 @@ use crate::equation::Equation;
 use crate::fit::{cube_root, rare, weight};
 use crate::information::{Information, Matrix, Vector};
 use crate::noise::Channels;
+use crate::offset::Centering;
 use crate::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
 
 /// The first windows are kept. When there are so many, and at each doubling, their residuals tell the
@@ -18,6 +19,9 @@ use crate::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
 const FEWEST: usize = 8;
 /// The last time. As many windows after the estimate began, they are judged by it.
 const REHEARSED: usize = 32;
+
+/// Windows that say less of the parameters than this part of a typical one are of a robot at rest.
+const REST: f64 = 0.02;
 
 /// An alarm so few windows after the estimate began may also be that the noise is larger than was known.
 const PROBATION: usize = 100;
@@ -68,6 +72,9 @@ pub(crate) struct Recursive {
     noise: RunningNoise,
     /// The first windows.
     kept: Vec<Equation>,
+    /// Of channels that may be off by a constant, and the last window without it.
+    centering: Centering,
+    centred: Equation,
     windows: usize,
     detector: ChangeDetector,
     slow_detector: ChangeDetector,
@@ -89,6 +96,8 @@ impl Recursive {
             sums: Sums::new(count),
             noise: RunningNoise::new(channels),
             kept: vec![Equation::new(count); REHEARSED],
+            centering: Centering::new(channels.offsets),
+            centred: Equation::new(count),
             windows: 0,
             detector: ChangeDetector::new(ALARM)?,
             slow_detector: ChangeDetector::new(SLOW_ALARM)?,
@@ -105,6 +114,28 @@ impl Recursive {
     /// What is known with it comes with the last [stage](Self::proceed).
     pub(crate) fn update(&mut self, equation: &Equation) -> bool {
         while self.proceed() {}
+        if !self.centering.is_needed() {
+            return self.take_in(equation);
+        }
+        if self.centering.is_empty() {
+            self.centering.add(&equation.rows, 1.0);
+            return false;
+        }
+        let mut centred = std::mem::replace(&mut self.centred, Equation::new(0));
+        centred.copy_from(equation);
+        self.centering.centre(&mut centred.rows, 1.0);
+        let changed = self.take_in(&centred);
+        self.centred = centred;
+        match self.stage {
+            _ if changed => self.centering.begin_anew(),
+            Some(Stage::Take(weight, _)) => self.centering.add(&equation.rows, weight),
+            _ => self.centering.add(&equation.rows, 1.0),
+        }
+        changed
+    }
+
+    /// A window that is off by nothing.
+    fn take_in(&mut self, equation: &Equation) -> bool {
         if let Some(place) = self.kept.get_mut(self.windows) {
             place.copy_from(equation);
         }
@@ -164,6 +195,11 @@ impl Recursive {
         (self.windows >= FEWEST).then_some(self.covariance)
     }
 
+    /// What the first six channels are off by, where they may be, in their units.
+    pub(crate) fn offsets(&self) -> Option<[f64; 6]> {
+        self.centering.offsets(&self.parameters)
+    }
+
     /// The inverse of the covariance for white noise, with next to nothing in unknown directions.
     pub(crate) fn information(&self) -> Matrix {
         self.information.matrix() / NOISE_CORRELATION
@@ -202,6 +238,8 @@ impl Recursive {
             .surprise(&self.window.rows, &self.prediction, &self.covariance);
         // Else a window says more of the parameters than they of it.
         let is_known = surprise.leverage < 1.0;
+        // At rest, errors of the model do not show: it says nothing of the noise in motion.
+        let moves = surprise.leverage > REST * self.typical_leverage();
         let is_settled = self.since_start > REHEARSED;
         if is_known && is_settled && self.is_alarming(&surprise) {
             self.begin_anew();
@@ -211,7 +249,12 @@ impl Recursive {
         let weight = weight(surprise.distance, rare(self.window.rows.len()));
         let used = if is_settled { weight } else { 1.0 };
         let share = weight / (1.0 + surprise.leverage);
-        Some(Stage::Take(used, is_known.then_some(share)))
+        Some(Stage::Take(used, (is_known && moves).then_some(share)))
+    }
+
+    /// Of the windows since the estimate began: ten parameters are shared among all rows.
+    fn typical_leverage(&self) -> f64 {
+        10.0 * NOISE_CORRELATION / (self.since_start * self.window.rows.len()) as f64
     }
 
     /// Another payload, unless the noise has grown.

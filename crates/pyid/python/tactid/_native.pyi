@@ -222,6 +222,9 @@ class Identifier:
         average: float | None = None,
         cutoff: float = 10.0,
         max_gap: float = 0.1,
+        wrench_offset: bool = False,
+        wrench_noise: ArrayLike | None = None,
+        effort_noise: ArrayLike | None = None,
     ) -> Identifier: ...
     def push(
         self,
@@ -237,6 +240,7 @@ class Identifier:
     def rewind(self) -> None: ...
     def estimate(self) -> PayloadEstimate: ...
     def covariance(self) -> _Array | None: ...
+    def wrench_offset(self) -> _Array | None: ...
 
 @final
 class Identification:
