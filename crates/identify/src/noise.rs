@@ -422,3 +422,55 @@ fn parts<'a>(
         Some(kind)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng, rngs::SmallRng};
+    use rand_distr::StandardNormal;
+
+    use super::*;
+
+    /// Three channels are given, two are learnt: the first keep their proportions and correlations, and
+    /// have none with the others, whatever the residuals say; all are as large as these.
+    #[test]
+    fn given_noise_stays_in_proportion() {
+        let covariance = DMatrix::from_row_slice(
+            3,
+            3,
+            &[4.0, 1.8, 0.0, 1.8, 1.0, 0.0, 0.0, 0.0, 9.0], // correlation 0.9
+        );
+        let channels = Channels {
+            kinds: vec![3, 2],
+            sources: vec![3, 2],
+            offsets: 0,
+            given: vec![GivenNoise::new(0, covariance)],
+        };
+        let mut equation = Equation::new(5);
+        equation.instants = 70;
+        equation.rows.iter_mut().for_each(|row| row.wanted = 100.0);
+        let mut noise = Noise::before_residuals(&[equation], &channels, ROUNDING);
+        let of_a_window = (35.0 / 18.0 / 70.0f64).sqrt();
+        for (found, of_a_sample) in noise.deviations.iter().zip([2.0, 1.0, 3.0]) {
+            assert!((found / of_a_sample / of_a_window - 1.0).abs() < 1e-12);
+        }
+        assert!((noise.deviations[3] - 100.0).abs() < 1e-9);
+
+        let mut random = SmallRng::seed_from_u64(5);
+        let mut draw = || -> f64 { random.sample(StandardNormal) };
+        // Five times as large as given, and all five channels alike.
+        let residuals: Vec<[f64; 5]> = (0..2000)
+            .map(|_| {
+                let common = draw();
+                [10.0, 5.0, 15.0, 1.0, 2.0].map(|size| size * of_a_window * (common + 0.1 * draw()))
+            })
+            .collect();
+        noise.measure(residuals.iter().map(|residual| (&residual[..], 1.0)));
+        for (found, wanted) in noise.deviations.iter().zip([10.0, 5.0, 15.0, 1.0, 2.0]) {
+            assert!((found / wanted / of_a_window - 1.0).abs() < 0.06, "{found}");
+        }
+        let correlation = &noise.root * noise.root.transpose();
+        assert!((correlation[(1, 0)] - 0.9).abs() < 1e-12);
+        assert!(correlation[(2, 0)].abs() < 1e-12 && correlation[(3, 1)].abs() < 1e-12);
+        assert!((correlation[(4, 3)] - 1.0 / 1.01).abs() < 0.01);
+    }
+}
