@@ -51,7 +51,7 @@ def main() -> None:
         progress = track(range(BOUND_RUNS), what, console=Console(stderr=True))
         wrench = together.errors("tactile", 0.01, motion=False, seeds=progress, **options)
         title = f"rms error of {BOUND_RUNS} draws over the bound, {what}"
-        console.print(each(title, rms_of(wrench) / bound))
+        console.print(each(title, rms_of(wrench) / bound, ".2f"))
     draw(everywhere, Path("study.png"))
     console.print(one_at_a_time(Trial.of(tactid.Experiment.paper())))
 
@@ -140,11 +140,11 @@ def table(title: str, found: dict[tuple[float, str], Array]) -> Table:
     return result
 
 
-def each(title: str, numbers: Array) -> Table:
+def each(title: str, numbers: Array, form: str = ".2g") -> Table:
     """All ten for each time."""
     result = Table("after", *tactid.VALUE_NAMES, title=title)
     for seconds, row in zip(SECONDS, numbers, strict=True):
-        result.add_row(f"{seconds:g} s", *(f"{value:.2g}" for value in row))
+        result.add_row(f"{seconds:g} s", *(f"{value:{form}}" for value in row))
     return result
 
 
