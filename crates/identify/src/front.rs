@@ -141,8 +141,11 @@ impl Front {
         } else {
             2
         };
-        self.instant
-            .set(2 * side + 1, |k| &nodes[back(lag + step * side - step * k)]);
+        let mut near = [&nodes[back(lag)]; MOST];
+        for (k, node) in near[..=2 * side].iter_mut().enumerate() {
+            *node = &nodes[back(lag + step * side - step * k)];
+        }
+        self.instant.set(&near[..=2 * side]);
         true
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3, Vector4};
 use tactid_dynamics::{FrameMotion, Wrench};
 
-use crate::stencil::{FEWEST, MOST, weights};
+use crate::stencil::{FEWEST, MOST, Stencil, weights};
 
 /// The base's pose and motion at one time, in the inertial frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -183,6 +183,7 @@ pub(crate) struct Instant {
     pub(crate) joint_acceleration: Vec<f64>,
     pub(crate) joint_effort: Vec<f64>,
     pub(crate) wrenches: Vec<Wrench>,
+    stencil: Stencil,
 }
 
 impl Instant {
@@ -195,79 +196,64 @@ impl Instant {
             joint_acceleration: vec![0.0; joints],
             joint_effort: vec![0.0; joints],
             wrenches: vec![Wrench::zero(); wrenches],
+            stencil: Stencil::new(),
         }
     }
 
     /// From an odd number of samples in the order of time, at most [`MOST`], at the time of the middle
     /// one.
-    pub(crate) fn set<'a>(&mut self, count: usize, node: impl Fn(usize) -> &'a Node) {
-        let center = node(count / 2);
-        let times: [f64; MOST] =
-            std::array::from_fn(|k| if k < count { node(k).time_s } else { 0.0 });
-        let [value, first, second] = weights(&times[..count], center.time_s);
-        let near = Near {
-            count,
-            node,
-            center,
-        };
+    pub(crate) fn set(&mut self, nodes: &[&Node]) {
+        let center = nodes[nodes.len() / 2];
+        let times_s = nodes.iter().map(|node| node.time_s);
+        let [value, first, second] = self.stencil.at_middle(times_s);
         self.time_s = center.time_s;
-        self.base = near.base_motion(&value, &first);
+        self.base = base_motion(nodes, &value, &first);
         self.joint_effort.copy_from_slice(&center.joint_effort);
         self.wrenches.copy_from_slice(&center.wrenches);
-        let measured = (0..count).all(|k| (near.node)(k).has_velocity);
-        for joint in 0..self.joint_position.len() {
-            let position = |weights| near.sum(weights, |node| node.joint_position[joint]);
-            let velocity = |weights| near.sum(weights, |node| node.joint_velocity[joint]);
-            self.joint_position[joint] = position(&value);
-            (self.joint_velocity[joint], self.joint_acceleration[joint]) = if measured {
-                (velocity(&value), velocity(&first))
+        let measured = nodes.iter().all(|node| node.has_velocity);
+        self.joint_position.fill(0.0);
+        self.joint_velocity.fill(0.0);
+        self.joint_acceleration.fill(0.0);
+        for (k, node) in nodes.iter().enumerate() {
+            let (rates, velocity, acceleration) = if measured {
+                (&node.joint_velocity, value[k], first[k])
             } else {
-                (position(&first), position(&second))
+                (&node.joint_position, first[k], second[k])
             };
+            add(&mut self.joint_position, value[k], &node.joint_position);
+            add(&mut self.joint_velocity, velocity, rates);
+            add(&mut self.joint_acceleration, acceleration, rates);
         }
     }
 }
 
-/// Samples near one of them.
-struct Near<'a, F> {
-    count: usize,
-    node: F,
-    center: &'a Node,
+fn add(sums: &mut [f64], weight: f64, values: &[f64]) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += weight * value;
+    }
 }
 
-impl<'a, F: Fn(usize) -> &'a Node> Near<'a, F> {
-    fn weighted<'b>(
-        &'b self,
-        weights: &'b [f64; MOST],
-    ) -> impl Iterator<Item = (&'a Node, f64)> + use<'a, 'b, F> {
-        (0..self.count).map(|k| ((self.node)(k), weights[k]))
-    }
-
-    fn sum<T>(&self, weights: &[f64; MOST], of: impl Fn(&'a Node) -> T) -> T
-    where
-        T: std::ops::Mul<f64, Output = T> + std::iter::Sum,
-    {
-        self.weighted(weights).map(|(node, w)| of(node) * w).sum()
-    }
-
-    fn base_motion(&self, value: &[f64; MOST], first: &[f64; MOST]) -> FrameMotion {
-        let center = &self.center.base;
-        let rotations = self.weighted(value);
-        let rotations = rotations.map(|(node, w)| (&node.base.pose.rotation, w));
-        let rotation = blend(rotations, &center.pose.rotation);
-        FrameMotion {
-            pose: Isometry3::from_parts(
-                center.pose.translation,
-                UnitQuaternion::new_normalize(rotation.into()),
-            ),
-            velocity: center.velocity,
-            angular_velocity: self.sum(value, |node| node.base.angular_velocity),
-            acceleration: center
-                .acceleration
-                .unwrap_or_else(|| self.sum(first, |node| node.base.velocity)),
-            angular_acceleration: center
-                .angular_acceleration
-                .unwrap_or_else(|| self.sum(first, |node| node.base.angular_velocity)),
-        }
+fn base_motion(nodes: &[&Node], value: &[f64; MOST], first: &[f64; MOST]) -> FrameMotion {
+    let center = &nodes[nodes.len() / 2].base;
+    let sum = |weights: &[f64; MOST], of: fn(&BaseState) -> Vector3<f64>| -> Vector3<f64> {
+        let pairs = nodes.iter().zip(weights);
+        pairs.map(|(node, weight)| of(&node.base) * *weight).sum()
+    };
+    let rotations = nodes.iter().zip(value);
+    let rotations = rotations.map(|(node, weight)| (&node.base.pose.rotation, *weight));
+    let rotation = blend(rotations, &center.pose.rotation);
+    FrameMotion {
+        pose: Isometry3::from_parts(
+            center.pose.translation,
+            UnitQuaternion::new_normalize(rotation.into()),
+        ),
+        velocity: center.velocity,
+        angular_velocity: sum(value, |base| base.angular_velocity),
+        acceleration: center
+            .acceleration
+            .unwrap_or_else(|| sum(first, |base| base.velocity)),
+        angular_acceleration: center
+            .angular_acceleration
+            .unwrap_or_else(|| sum(first, |base| base.angular_velocity)),
     }
 }

@@ -26,8 +26,9 @@ pub(crate) fn weights(nodes: &[f64], at: f64) -> [[f64; MOST]; 3] {
             moment += (t - at) * p * p;
         }
         for (weights, here) in weights.iter_mut().zip(here) {
+            let share = here / norm;
             for (weight, p) in weights[..count].iter_mut().zip(now) {
-                *weight += here / norm * p;
+                *weight += share * p;
             }
         }
         let (middle, part) = (moment / norm, norm / norm_before);
@@ -43,6 +44,50 @@ pub(crate) fn weights(nodes: &[f64], at: f64) -> [[f64; MOST]; 3] {
         norm_before = norm;
     }
     weights
+}
+
+/// Times that differ by less than this part of their span have the same weights.
+const ALIKE: f64 = 1e-7;
+
+/// The weights of an odd number of nodes at their middle, which even samples have again and again.
+#[derive(Clone, Debug)]
+pub(crate) struct Stencil {
+    count: usize,
+    /// The nodes' times from that of the middle one.
+    from_middle: [f64; MOST],
+    weights: [[f64; MOST]; 3],
+}
+
+impl Stencil {
+    pub(crate) fn new() -> Self {
+        Self {
+            count: 0,
+            from_middle: [0.0; MOST],
+            weights: [[0.0; MOST]; 3],
+        }
+    }
+
+    /// As [`weights`] has them, to one part in ten million.
+    pub(crate) fn at_middle(
+        &mut self,
+        nodes: impl ExactSizeIterator<Item = f64>,
+    ) -> [[f64; MOST]; 3] {
+        let count = nodes.len();
+        let mut times = [0.0; MOST];
+        for (time, node) in times.iter_mut().zip(nodes) {
+            *time = node;
+        }
+        let middle = times[count / 2];
+        let span = times[count - 1] - times[0];
+        let pairs = times[..count].iter().zip(&self.from_middle);
+        let is_alike = |(time, before): (&f64, &f64)| (time - middle - before).abs() < ALIKE * span;
+        if self.count != count || !pairs.map(is_alike).fold(true, |all, one| all & one) {
+            self.count = count;
+            self.from_middle = times.map(|time| time - middle);
+            self.weights = weights(&self.from_middle[..count], 0.0);
+        }
+        self.weights
+    }
 }
 
 #[cfg(test)]
@@ -96,6 +141,22 @@ mod tests {
         for (k, wanted) in expected.iter().enumerate() {
             assert!((value[k] - wanted / 429.0).abs() < 1e-14, "{k}");
             assert!((value[10 - k] - wanted / 429.0).abs() < 1e-14, "{k}");
+        }
+    }
+
+    /// Even nodes have their weights again, uneven ones their own.
+    #[test]
+    fn weights_follow_the_nodes() {
+        let mut stencil = Stencil::new();
+        for nodes in [&UNEVEN[..], &UNEVEN[3..8], &UNEVEN[2..9], &UNEVEN[4..9]] {
+            for shift in [0.0, 0.25, 3.0] {
+                let shifted: Vec<f64> = nodes.iter().map(|t| t + shift).collect();
+                let found = stencil.at_middle(shifted.iter().copied());
+                let wanted = weights(&shifted, shifted[nodes.len() / 2]);
+                for (found, wanted) in found.as_flattened().iter().zip(wanted.as_flattened()) {
+                    assert!((found - wanted).abs() < 1e-9 * (1.0 + wanted.abs()));
+                }
+            }
         }
     }
 }
