@@ -8,9 +8,8 @@ import pytest
 import tactid
 from conftest import TactidCommand
 from test_cli import assert_refused
-from wrist import BODY, EARLY, NOISE, identified
+from wrist import BODY, EARLY, NOISE, TRUTH, identified
 
-TRUTH = np.array([BODY.mass, *BODY.com, *BODY.inertia[np.triu_indices(3)]])
 ROOM = [[-0.2, -0.2, -0.1], [0.2, 0.2, 0.3]]
 DULL = NOISE * [100, 100, 100, 1, 1, 1]
 """Of a sensor whose forces say little: it tells the centre of mass only beside the mass."""

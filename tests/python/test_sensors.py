@@ -9,9 +9,8 @@ import pytest
 import tactid
 from conftest import TactidCommand
 from test_cli import assert_refused
-from wrist import BODY, EARLY, NOISE, identified
+from wrist import EARLY, NOISE, TRUTH, identified
 
-TRUTH = np.array([BODY.mass, *BODY.com, *BODY.inertia[np.triu_indices(3)]])
 OFFSET = np.array([1.5, -2.0, 3.0, 0.05, 0.1, -0.08])
 
 
@@ -49,7 +48,7 @@ def test_at_rest_an_offset_cannot_be_told_from_a_mass() -> None:
 
 
 def test_given_noise_weighs_the_channels() -> None:
-    """In half a second the residuals hardly tell the noise: rms errors over 60 draws."""
+    """In less than a second the residuals hardly tell the noise: rms errors over 60 draws."""
     # Forces that differ by far, and moments that say most.
     noise = NOISE * [1, 20, 5, 1, 4, 0.3]
     squares = np.zeros((2, 10))

@@ -14,6 +14,7 @@ BODY = tactid.MassProperties(
     [0.012, -0.031, 0.094],
     [[0.0112, 0.0011, -0.0009], [0.0011, 0.0093, 0.0014], [-0.0009, 0.0014, 0.0046]],
 )
+TRUTH = np.array([BODY.mass, *BODY.com, *BODY.inertia[np.triu_indices(3)]])
 NOISE = np.array([0.3, 0.3, 0.3, 0.02, 0.02, 0.02])
 PERIOD, RATE, EARLY = 4.0, 100.0, 8.0
 KINDS = np.repeat([0, 1, 2], [1, 3, 6])

@@ -149,7 +149,13 @@ impl Fit {
                 state.reweigh(pass);
                 state.centre();
             }
-            if pass > MEDIANS && moved < SETTLED {
+            // Weights that are kept have settled already.
+            let learning = if options.weights.is_none() {
+                MEDIANS
+            } else {
+                2
+            };
+            if pass > learning && moved < SETTLED {
                 break;
             }
         }

@@ -131,15 +131,14 @@ impl Model {
             Source::Efforts => vec![self.loaded.len()],
             Source::Sensors | Source::Rest | Source::Base => vec![3, 3],
         });
-        Channels {
+        let channels = Channels {
             kinds: kinds.collect(),
             sources: sources.map(|source| source.rows(&self.loaded)).collect(),
-            offsets: match self.sources.first() {
-                Some(Source::Sensors) if self.wrench_offset => 6,
-                _ => 0,
-            },
+            offsets: 0,
             given: self.given_noise(),
-        }
+        };
+        let feels = self.sources.first() == Some(&Source::Sensors);
+        channels.with_offsets(self.wrench_offset && feels)
     }
 
     /// What the settings say of the sensors, in the channels' frames, at the posture of the last instant.

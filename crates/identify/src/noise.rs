@@ -65,6 +65,13 @@ impl GivenNoise {
     fn channels(&self) -> std::ops::Range<usize> {
         self.first..self.first + self.deviations.len()
     }
+
+    /// So many times the deviations of one sample.
+    fn write(&self, size: f64, deviations: &mut [f64]) {
+        for (deviation, of_a_sample) in deviations.iter_mut().zip(&self.deviations) {
+            *deviation = size * of_a_sample;
+        }
+    }
 }
 
 impl Channels {
@@ -78,8 +85,9 @@ impl Channels {
         }
     }
 
-    /// Where each of the first ones may be off by a constant.
-    pub(crate) fn with_offsets(self, offsets: usize) -> Self {
+    /// Where those of the wrench, which are the first, may be off by a constant, or none.
+    pub(crate) fn with_offsets(self, unknown: bool) -> Self {
+        let offsets = if unknown { 6 } else { 0 };
         Self { offsets, ..self }
     }
 
@@ -152,17 +160,12 @@ impl Noise {
         let instants: u32 = equations.iter().map(|equation| equation.instants).sum();
         self.of_a_window = NOISE_BANDWIDTH * equations.len() as f64 / f64::from(instants.max(1));
         for given in &self.given {
-            let size = self.of_a_window.sqrt();
             let part = (given.first, given.first);
             self.root
                 .view_mut(part, given.root.shape())
                 .copy_from(&given.root);
-            for (deviation, of_a_sample) in self.deviations[given.channels()]
-                .iter_mut()
-                .zip(&given.deviations)
-            {
-                *deviation = size * of_a_sample;
-            }
+            let size = self.of_a_window.sqrt();
+            given.write(size, &mut self.deviations[given.channels()]);
         }
     }
 
@@ -215,13 +218,8 @@ impl Noise {
             count += 1.0;
             weights += weight;
         }
-        let mut products = self.products(windows) / weights;
-        for i in 0..self.channels() {
-            for j in 0..=i {
-                products[(i, j)] *= self.deviations[i] * self.deviations[j];
-            }
-        }
-        self.take(&mut products, count);
+        let mut covariance = self.products(windows) / weights;
+        self.take(&mut covariance, count);
     }
 
     /// The same while outliers are still to be told: deviations from medians, which these do not move, and
@@ -275,9 +273,7 @@ impl Noise {
             let pairs = learnt.iter().zip(&given.deviations);
             let squares: f64 = pairs.map(|(learnt, given)| (learnt / given).powi(2)).sum();
             let square = (squares / learnt.len() as f64).max(self.of_a_window);
-            for (deviation, of_a_sample) in learnt.iter_mut().zip(&given.deviations) {
-                *deviation = square.sqrt() * of_a_sample;
-            }
+            given.write(square.sqrt(), learnt);
         }
     }
 
@@ -331,8 +327,7 @@ impl Noise {
         for (residuals, weight) in windows {
             for i in 0..channels {
                 for j in 0..=i {
-                    let scale = self.deviations[i] * self.deviations[j];
-                    products[(i, j)] += weight * residuals[i] * residuals[j] / scale;
+                    products[(i, j)] += weight * residuals[i] * residuals[j];
                 }
             }
         }

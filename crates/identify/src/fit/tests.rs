@@ -376,7 +376,7 @@ fn a_known_mass_resolves_what_was_mixed() {
 fn constant_offsets_are_found() {
     const RUNS: u64 = 200;
     let offsets = [4.0, -2.0, 1.0, 0.3, 0.1, -0.2];
-    let channels = Channels::of_a_wrench().with_offsets(6);
+    let channels = Channels::of_a_wrench().with_offsets(true);
     let mut squares = SVector::<f64, 10>::zeros();
     let mut of_offsets = SVector::<f64, 6>::zeros();
     for seed in 0..RUNS {
@@ -414,7 +414,7 @@ fn exact_equations_give_exact_offsets() {
     for equation in &mut equations {
         equation.rows[4].wanted -= 3.0;
     }
-    let channels = Channels::of_a_wrench().with_offsets(6);
+    let channels = Channels::of_a_wrench().with_offsets(true);
     let found = Fit::new(&equations, Options::new(&channels)).unwrap();
     assert!((found.parameters - truth()).amax() < 1e-11);
     assert!((found.offsets[4].value + 3.0).abs() < 1e-11);

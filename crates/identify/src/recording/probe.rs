@@ -112,8 +112,7 @@ impl Chain<'_> {
     }
 
     fn channels(&self) -> Channels {
-        let offsets = if self.settings.wrench_offset { 6 } else { 0 };
-        Channels::of_a_wrench().with_offsets(offsets)
+        Channels::of_a_wrench().with_offsets(self.settings.wrench_offset)
     }
 
     /// Geometric mean of the channels' residual deviations, and the mean square of the accelerations;

@@ -24,7 +24,7 @@ pub(crate) fn suspect_offset(
     channels: &Channels,
     named: &[(String, &'static str)],
 ) -> Option<String> {
-    let with_offsets = channels.clone().with_offsets(6);
+    let with_offsets = channels.clone().with_offsets(true);
     let options = Options {
         weights: Some(fit),
         mass: fit.mass,
