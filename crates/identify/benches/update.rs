@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use common::{Experiment, Noise, identifier};
 use rand::{SeedableRng, rngs::SmallRng};
-use tactid_identify::{Settings, Way};
+use tactid_identify::{Settings, Method};
 
 /// Samples from the end of a window to the end of the next, at most.
 const PLACES: usize = 32;
@@ -28,15 +28,15 @@ fn main() {
     println!("one update at 1 kHz of a 6-joint arm, sample to estimate with uncertainty, µs");
     println!(
         "{:<16}{:>8}{:>22}{:>22}{:>22}",
-        "way", "mean", "median, most samples", "median, window's end", "dearest of its stages"
+        "method", "mean", "median, most samples", "median, window's end", "dearest of its stages"
     );
-    for (name, way) in [
-        ("tactile", Way::Tactile),
-        ("joint-sensing", Way::JointSensing),
-        ("combined", Way::Combined { effort: false }),
+    for (name, method) in [
+        ("tactile", Method::Tactile),
+        ("joint-sensing", Method::JointSensing),
+        ("combined", Method::Combined { effort: false }),
     ] {
         let settings = Settings {
-            way,
+            method,
             ..Settings::default()
         };
         let mut identifier = identifier(&experiment, settings);

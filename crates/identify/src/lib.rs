@@ -1,64 +1,48 @@
 //! Identifies the mass, centre of mass and inertia of a payload that a robot holds.
 //!
-//! An [`Identifier`] takes one [`Sample`] at a time (joints, base, wrenches) and can be asked at any
-//! time for its [`PayloadEstimate`]; [`identify_log`] feeds the same identifier from a rosbag2 log.
-//! Measurements become the end-effector's motion by (1)-(20) of Hou et al. 2016, motion and wrench
-//! become rows by (29)-(48), and rows become parameters by (49)-(54).
+//! A [`Sample`] (joints, base, wrenches) enters an [`EquationStream`], which turns the measurements into the
+//! end-effector's motion by (1)-(20) of Hou et al. 2016 and motion and wrench into rows by (29)-(48). Three
+//! solvers take its equations: [`Identifier`], least squares in the control loop; [`BatchIdentifier`], robust
+//! least squares over a whole recording; and [`PaperFilter`], the paper's two-stage filter (49)-(54).
 //!
-//! ```no_run
-//! use std::ops::ControlFlow;
-//! use std::path::Path;
-//! use tactid_identify::{Request, identify_log};
+//! ```
+//! use tactid_dynamics::{BaseKind, Manipulator};
+//! use tactid_identify::{EquationSettings, Identifier};
 //!
-//! let result = identify_log(
-//!     Path::new("run.mcap"),
-//!     &Request::default(),
-//!     &mut |_progress| ControlFlow::Continue(()),
-//! )?;
-//! println!("{} kg", result.estimate.body.mass_kg);
+//! # let urdf = r#"<robot name="arm"><link name="base"><inertial><mass value="9"/>
+//! #   <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+//! #   <link name="tool0"><inertial><mass value="1"/>
+//! #   <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+//! #   <joint name="hinge" type="continuous"><parent link="base"/><child link="tool0"/></joint></robot>"#;
+//! let robot = Manipulator::from_urdf(urdf, BaseKind::Floating)?;
+//! let mut identifier = Identifier::new(&robot, "tool0", &["tool0"], &EquationSettings::default())?;
+//! // for each sample: identifier.push(&sample)?;
+//! let estimate = identifier.estimate();
+//! assert_eq!(estimate.not_identifiable().count(), 10); // nothing is known yet
 //! # Ok::<(), tactid_identify::IdentifyError>(())
 //! ```
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
-mod covariance;
-mod equation;
+pub mod batch;
+pub mod equations;
 mod error;
-mod estimate;
-mod excitation;
-mod fit;
-mod forecast;
-mod front;
-mod gram;
-mod identifier;
-mod information;
-mod knowledge;
-mod latest;
+mod finding;
 mod method;
-mod model;
-mod noise;
-mod offset;
-mod physical;
-mod principal;
-mod recent;
-mod recording;
-mod recursive;
-mod sample;
-mod settings;
-mod stencil;
-mod uncertainty;
-mod window;
+mod online;
+mod paper;
+mod result;
+mod solve;
 
-pub use error::IdentifyError;
-pub use estimate::{PayloadEstimate, VALUE_NAMES};
-pub use excitation::SingularValues;
-pub use identifier::{Identifier, Pushed};
-pub use knowledge::{BoundingBox, KnownMass};
-pub use offset::Offset;
-pub use principal::PrincipalMoments;
-pub use recording::{
-    ActsOn, Clock, Dirt, FitReport, HistoryPoint, Identification, Progress, Request, Topics,
-    identify_log, identify_samples, write_estimates,
+pub use batch::{BatchIdentifier, BatchResult, BatchSettings, Delay, FitReport};
+pub use equations::{
+    BaseState, Channel, Channels, EquationSettings, EquationStream, PushOutcome, Sample,
+    states_of_poses,
 };
-pub use sample::{BaseState, Sample, states_of_poses};
-pub use settings::{EstimatorKind, Settings, Way};
+pub use error::IdentifyError;
+pub use finding::Finding;
+pub use method::Method;
+pub use online::Identifier;
+pub use paper::{PaperFilter, PaperSettings, SingularValues};
+pub use result::{HistoryPoint, PayloadEstimate, VALUE_NAMES, without};
+pub use solve::{BoundingBox, HALF_WIDTH_95, KnownMass, Offset, PrincipalMoments};

@@ -1,80 +1,56 @@
-//! Which rows go to which estimator.
+use std::fmt;
 
-use nalgebra::SVector;
-use tactid_dynamics::{MassProperties, symmetric_matrix};
-use tactid_nlms::{Estimator, Nlms, SettingError};
-
-use crate::EstimatorKind;
-use crate::equation::Equation;
-use crate::noise::Channels;
-use crate::recursive::Recursive;
-
-/// The rows' way to the ten parameters.
-#[derive(Clone, Debug)]
-pub(crate) enum Method {
-    /// (48), then (46) with the centre of mass that (48) has found so far.
-    TwoStage(Box<TwoStage>),
-    /// `[f_U; n_U] = Y π` at once.
-    OneStage(Box<Recursive>),
-}
-
-/// The paper's filters.
-#[derive(Clone, Debug)]
-pub(crate) struct TwoStage {
-    mass: Nlms<4>,
-    inertia: Nlms<6>,
+/// Which measurements the payload is identified from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// The contact wrenches of the fingers or of a wrist sensor, (47)-(48) and (46): the payload alone.
+    #[default]
+    Tactile,
+    /// The motion of the free-floating base and the links, (30) and (44): gripper and payload as one
+    /// body, from which the known gripper is subtracted.
+    JointSensing,
+    /// The joint efforts beyond those that the arm itself needs, `Jᵀ [f_U; n_U]`: the payload alone.
+    /// The arm and the gripper are known from the robot's description.
+    Effort,
+    /// All measurements together, each channel weighted by its own residuals: the wrenches of the sensors
+    /// if there are any, the joint efforts if they are measured, and the momentum of a floating base on
+    /// which nothing external acts. The payload alone.
+    ///
+    /// Each source must satisfy its model: joint friction, or a thruster that fires, biases the whole
+    /// estimate.
+    Combined {
+        /// Whether the joint efforts are measured.
+        effort: bool,
+    },
 }
 
 impl Method {
-    pub(crate) fn new(kind: EstimatorKind, channels: &Channels) -> Result<Self, SettingError> {
-        Ok(match kind {
-            EstimatorKind::Nlms { alpha, beta } => Self::TwoStage(Box::new(TwoStage {
-                mass: Nlms::new(alpha, beta)?,
-                inertia: Nlms::new(alpha, beta)?,
-            })),
-            EstimatorKind::Rls => Self::OneStage(Box::new(Recursive::new(channels)?)),
-        })
-    }
-
-    /// True where the rows show that the payload is another. What is known with them comes
-    /// [in stages](Self::proceed).
-    pub(crate) fn update(&mut self, equation: &Equation) -> bool {
+    /// Short name: `tactile`, `joint-sensing`, `effort` or `combined`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
         match self {
-            Self::TwoStage(filters) => {
-                filters.update(equation);
-                false
-            }
-            Self::OneStage(estimator) => estimator.update(equation),
+            Self::Tactile => "tactile",
+            Self::JointSensing => "joint-sensing",
+            Self::Effort => "effort",
+            Self::Combined { .. } => "combined",
         }
     }
 
-    /// Does the next stage; false where none is left.
-    pub(crate) fn proceed(&mut self) -> bool {
-        match self {
-            Self::TwoStage(_) => false,
-            Self::OneStage(estimator) => estimator.proceed(),
-        }
+    /// Returns whether the wrenches of sensors are used.
+    #[must_use]
+    pub fn uses_wrench(self) -> bool {
+        matches!(self, Self::Tactile | Self::Combined { .. })
+    }
+
+    /// Returns whether the joint efforts are used.
+    #[must_use]
+    pub fn uses_effort(self) -> bool {
+        matches!(self, Self::Effort | Self::Combined { effort: true })
     }
 }
 
-impl TwoStage {
-    fn update(&mut self, equation: &Equation) {
-        for (row, wanted) in equation.mass().iter() {
-            self.mass.update(&row, wanted);
-        }
-        let a_u = self.mass.parameters().fixed_rows::<3>(1).into_owned();
-        for (row, wanted) in equation.inertia(&a_u).iter() {
-            self.inertia.update(&row, wanted);
-        }
-    }
-
-    /// The body as known now, in `Σ_U`.
-    pub(crate) fn body(&self) -> MassProperties {
-        let first: SVector<f64, 4> = self.mass.parameters();
-        MassProperties {
-            mass_kg: 1.0 / first[0], // x_3 = [1/m_U; a_U], (32)
-            center_of_mass: first.fixed_rows::<3>(1).into_owned(),
-            inertia: symmetric_matrix(self.inertia.parameters().into()),
-        }
+impl fmt::Display for Method {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.name())
     }
 }

@@ -10,7 +10,7 @@ use common::{
 use nalgebra::Vector3;
 use tactid_dynamics::{BaseKind, InertialParameters, Manipulator, Workspace};
 use tactid_identify::{
-    EstimatorKind, Identifier, IdentifyError, PayloadEstimate, Pushed, Sample, Settings, Way,
+    EstimatorKind, Identifier, IdentifyError, PayloadEstimate, PushOutcome, Sample, Settings, Method,
 };
 
 fn identify(experiment: &Experiment, instants: &[Instant], settings: Settings) -> PayloadEstimate {
@@ -23,7 +23,7 @@ fn identify(experiment: &Experiment, instants: &[Instant], settings: Settings) -
 
 fn joint_sensing() -> Settings {
     Settings {
-        way: Way::JointSensing,
+        method: Method::JointSensing,
         ..Settings::default()
     }
 }
@@ -68,9 +68,9 @@ fn least_squares_finds_the_payload_from_the_joints() {
 /// filter cannot take their rows.
 #[test]
 fn least_squares_finds_the_payload_from_all_together() {
-    let combined = Way::Combined { effort: false };
+    let combined = Method::Combined { effort: false };
     let settings = Settings {
-        way: combined,
+        method: combined,
         ..Settings::default()
     };
     let experiment = Experiment::default();
@@ -99,7 +99,7 @@ fn least_squares_finds_the_payload_from_all_together() {
     let nothing = Identifier::new(&fixed, TOOL, &[], settings);
     assert!(matches!(nothing, Err(IdentifyError::NoWrench)));
     let paper = Settings {
-        way: combined,
+        method: combined,
         ..Settings::paper()
     };
     let refused = Identifier::new(&robot, TOOL, &SENSORS, paper);
@@ -204,16 +204,16 @@ fn bad_samples_are_refused_and_gaps_cut_out() {
         assert_eq!(
             pushed,
             if k == 0 || k == 2500 {
-                Pushed::Started
+                PushOutcome::Started
             } else {
-                Pushed::Used
+                PushOutcome::Used
             }
         );
         let mut bad = instant.clone();
         bad.wrenches[1].moment.y = f64::NAN;
         bad.time_s += 1e-4;
-        assert_eq!(identifier.push(&bad.sample()).unwrap(), Pushed::Refused);
-        assert_eq!(identifier.push(&instant.sample()).unwrap(), Pushed::Refused);
+        assert_eq!(identifier.push(&bad.sample()).unwrap(), PushOutcome::Refused);
+        assert_eq!(identifier.push(&instant.sample()).unwrap(), PushOutcome::Refused);
     }
     let estimate = identifier.estimate();
     assert_eq!(

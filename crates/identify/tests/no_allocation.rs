@@ -8,7 +8,7 @@ use allocation_counter::measure;
 use common::{Experiment, Noise, identifier, payload};
 use rand::{SeedableRng, rngs::SmallRng};
 use tactid_dynamics::MassProperties;
-use tactid_identify::{Settings, Way};
+use tactid_identify::{Settings, Method};
 
 /// Neither does what follows a change of payload: noise is learnt, the change is seen, all begins anew.
 #[test]
@@ -30,14 +30,14 @@ fn another_payload_allocates_nothing() {
         .iter()
         .map(|instant| noise.on(instant, &mut random))
         .collect();
-    let combined = Way::Combined { effort: false };
-    for (way, wrench_offset) in [
-        (Way::Tactile, false),
-        (Way::Tactile, true),
+    let combined = Method::Combined { effort: false };
+    for (method, wrench_offset) in [
+        (Method::Tactile, false),
+        (Method::Tactile, true),
         (combined, false),
     ] {
         let settings = Settings {
-            way,
+            method,
             wrench_offset,
             ..Settings::default()
         };
@@ -61,15 +61,15 @@ fn pushing_and_asking_allocate_nothing() {
         ..Experiment::default()
     };
     let instants = experiment.run();
-    let combined = Way::Combined { effort: false };
-    for (way, settings) in [
-        (Way::Tactile, Settings::paper()),
-        (Way::Tactile, Settings::default()),
-        (Way::JointSensing, Settings::paper()),
-        (Way::JointSensing, Settings::default()),
+    let combined = Method::Combined { effort: false };
+    for (method, settings) in [
+        (Method::Tactile, Settings::paper()),
+        (Method::Tactile, Settings::default()),
+        (Method::JointSensing, Settings::paper()),
+        (Method::JointSensing, Settings::default()),
         (combined, Settings::default()),
     ] {
-        let mut identifier = identifier(&experiment, Settings { way, ..settings });
+        let mut identifier = identifier(&experiment, Settings { method, ..settings });
         let allocations = measure(|| {
             for instant in &instants {
                 identifier.push(&instant.sample()).unwrap();

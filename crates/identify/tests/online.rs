@@ -8,13 +8,13 @@ use common::{Experiment, Instant, Noise, identifier, payload};
 use nalgebra::{Matrix3, Vector3};
 use rand::{SeedableRng, rngs::SmallRng};
 use tactid_dynamics::MassProperties;
-use tactid_identify::{Identifier, PayloadEstimate, Pushed, Settings, Way};
+use tactid_identify::{Identifier, PayloadEstimate, PushOutcome, Settings, Method};
 
-const COMBINED: Way = Way::Combined { effort: false };
+const COMBINED: Method = Method::Combined { effort: false };
 
-fn online(experiment: &Experiment, way: Way) -> Identifier {
+fn online(experiment: &Experiment, method: Method) -> Identifier {
     let settings = Settings {
-        way,
+        method,
         ..Settings::default()
     };
     identifier(experiment, settings)
@@ -28,7 +28,7 @@ fn follow(
 ) -> (Vec<PayloadEstimate>, Vec<f64>) {
     let (mut estimates, mut changes) = (Vec::new(), Vec::new());
     for instant in instants {
-        if identifier.push(&instant.sample()).unwrap() == Pushed::Changed {
+        if identifier.push(&instant.sample()).unwrap() == PushOutcome::Changed {
             changes.push(instant.time_s);
         }
         let estimate = identifier.estimate();
@@ -60,33 +60,33 @@ fn intervals_are_as_wide_as_the_errors() {
         ..Noise::part(0.01)
     };
     // Rms of 40 runs x 3 times that are half alike: 0.1 and less of each other by chance.
-    for (noise, way, narrow) in [
-        (wrench, Way::Tactile, 0.7),
-        (Noise::part(0.01), Way::Tactile, 0.25),
+    for (noise, method, narrow) in [
+        (wrench, Method::Tactile, 0.7),
+        (Noise::part(0.01), Method::Tactile, 0.25),
         (Noise::part(0.01), COMBINED, 0.25),
-        (Noise::part(0.01), Way::JointSensing, 0.2),
+        (Noise::part(0.01), Method::JointSensing, 0.2),
     ] {
         let mut squares = [0.0; 10];
         let mut count = 0.0;
         for seed in 0..40 {
-            let mut identifier = online(&experiment, way);
+            let mut identifier = online(&experiment, method);
             let samples = noisy(&instants, noise, seed);
             let (estimates, changes) = follow(&mut identifier, samples, &times_s);
             assert_eq!(changes, []);
             for estimate in estimates {
                 let truth = Vec::from(values(&payload()));
                 let found = estimate.values();
-                let deviations = estimate.deviations.unwrap();
-                for k in (0..10).filter(|&k| deviations[k].is_finite()) {
-                    squares[k] += ((found[k] - truth[k]) / deviations[k]).powi(2);
+                let std_devs = estimate.std_devs.unwrap();
+                for k in (0..10).filter(|&k| std_devs[k].is_finite()) {
+                    squares[k] += ((found[k] - truth[k]) / std_devs[k]).powi(2);
                 }
-                count += f64::from(deviations.iter().all(|d| d.is_finite()));
+                count += f64::from(std_devs.iter().all(|d| d.is_finite()));
             }
         }
-        assert!(count > 90.0, "{way:?}: {count}");
+        assert!(count > 90.0, "{method:?}: {count}");
         let ratios = squares.map(|square| (square / count).sqrt());
         for ratio in ratios {
-            assert!((narrow..1.3).contains(&ratio), "{way:?}: {ratios:?}");
+            assert!((narrow..1.3).contains(&ratio), "{method:?}: {ratios:?}");
         }
     }
 }
@@ -124,11 +124,11 @@ fn a_swapped_payload_is_seen_and_identified() {
         ..Experiment::default()
     };
     let cases = [
-        (Experiment::default(), Way::Tactile),
+        (Experiment::default(), Method::Tactile),
         (Experiment::default(), COMBINED),
-        (on_the_ground, Way::Tactile),
+        (on_the_ground, Method::Tactile),
     ];
-    for (experiment, way) in cases {
+    for (experiment, method) in cases {
         for (seed, swap_s) in [(0, 2.5), (1, 3.017), (2, 4.4)] {
             let experiment = Experiment {
                 swap: Some((swap_s, other)),
@@ -138,7 +138,7 @@ fn a_swapped_payload_is_seen_and_identified() {
                 ..experiment
             };
             let instants = experiment.run();
-            let mut identifier = online(&experiment, way);
+            let mut identifier = online(&experiment, method);
             let samples = noisy(&instants, Noise::part(0.001), seed);
             let end_s = instants.last().unwrap().time_s;
             let (estimates, changes) = follow(&mut identifier, samples, &[end_s]);
@@ -165,7 +165,7 @@ fn a_swap_below_the_noise_of_a_window_is_seen_in_the_end() {
     };
     let instants = experiment.run();
     for seed in 0..5 {
-        let mut identifier = online(&experiment, Way::JointSensing);
+        let mut identifier = online(&experiment, Method::JointSensing);
         let samples = noisy(&instants, Noise::part(0.005), seed);
         let (_, changes) = follow(&mut identifier, samples, &[]);
         assert_eq!(changes.len(), 1, "{changes:?}");
@@ -179,8 +179,8 @@ fn a_swap_below_the_noise_of_a_window_is_seen_in_the_end() {
 fn a_window_is_told_as_a_whole() {
     let experiment = Experiment::default();
     let instants = experiment.run();
-    for way in [Way::Tactile, COMBINED, Way::JointSensing] {
-        let mut identifier = online(&experiment, way);
+    for method in [Method::Tactile, COMBINED, Method::JointSensing] {
+        let mut identifier = online(&experiment, method);
         let mut samples = noisy(&instants, Noise::part(0.01), 11);
         let mut told = 0;
         while let Some(instant) = samples.next() {
@@ -195,7 +195,7 @@ fn a_window_is_told_as_a_whole() {
             while identifier.covariance() == before.1 {
                 let now = identifier.estimate();
                 assert_eq!(now.body, before.0.body);
-                assert_eq!(now.deviations, before.0.deviations);
+                assert_eq!(now.std_devs, before.0.std_devs);
                 identifier.push(&samples.next().unwrap().sample()).unwrap();
                 passed += 1;
             }
@@ -203,7 +203,7 @@ fn a_window_is_told_as_a_whole() {
             let (now, expected) = (identifier.estimate(), at_once.estimate());
             assert_eq!(identifier.covariance(), at_once.covariance());
             assert_eq!(now.body, expected.body);
-            assert_eq!(now.deviations, expected.deviations);
+            assert_eq!(now.std_devs, expected.std_devs);
             told += 1;
         }
         assert!(told > 100, "{told}");
@@ -217,7 +217,7 @@ fn a_bump_is_no_other_payload() {
     let experiment = Experiment::default();
     let instants = experiment.run();
     let estimate = |bump_n: f64| {
-        let mut identifier = online(&experiment, Way::Tactile);
+        let mut identifier = online(&experiment, Method::Tactile);
         let bumped = noisy(&instants, Noise::part(0.01), 7).map(|mut instant| {
             if (3.0..3.02).contains(&instant.time_s) {
                 instant.wrenches[0].force.x += bump_n;
@@ -229,9 +229,9 @@ fn a_bump_is_no_other_payload() {
         estimates[0]
     };
     let (calm, bumped) = (estimate(0.0), estimate(2000.0));
-    let deviations = calm.deviations.unwrap();
-    for (k, deviation) in deviations.iter().enumerate() {
-        let moved = (bumped.values()[k] - calm.values()[k]) / deviation;
+    let std_devs = calm.std_devs.unwrap();
+    for (k, std_dev) in std_devs.iter().enumerate() {
+        let moved = (bumped.values()[k] - calm.values()[k]) / std_dev;
         assert!(moved.abs() < 1.0, "{k}: {moved}");
     }
 }
@@ -262,11 +262,11 @@ fn rest_is_no_change() {
         force.z *= 0.98;
     }
     for seed in 0..8 {
-        let mut identifier = online(&experiment, Way::Tactile);
+        let mut identifier = online(&experiment, Method::Tactile);
         let samples = noisy(&instants, Noise::part(0.001), seed);
         let (estimates, changes) = follow(&mut identifier, samples, &[5.0, 35.0, 42.0]);
         assert_eq!(changes, [], "{seed}");
-        let mass = |k: usize| estimates[k].deviations.unwrap()[0];
+        let mass = |k: usize| estimates[k].std_devs.unwrap()[0];
         // 1000 windows of rest, 150 of motion.
         assert!(
             (0.5..2.0).contains(&(mass(1) / mass(0))),
@@ -314,9 +314,9 @@ fn an_offset_is_told_from_the_payload() {
             let (estimates, changes) = follow(&mut identifier, samples, &[4.5, 8.0]);
             let found = estimates[0].values();
             let truth = Vec::from(values(&payload()));
-            let deviations = estimates[0].deviations.unwrap();
+            let std_devs = estimates[0].std_devs.unwrap();
             for k in 0..10 {
-                *square += ((found[k] - truth[k]) / deviations[k]).powi(2) / 100.0;
+                *square += ((found[k] - truth[k]) / std_devs[k]).powi(2) / 100.0;
             }
             if wrench_offset {
                 assert_eq!(changes.len(), 1, "{seed} {changes:?}");
@@ -336,7 +336,7 @@ fn an_offset_is_told_from_the_payload() {
 #[test]
 fn the_covariance_goes_with_the_deviations() {
     let experiment = Experiment::default();
-    let mut identifier = online(&experiment, Way::Tactile);
+    let mut identifier = online(&experiment, Method::Tactile);
     let instants = experiment.run();
     let (estimates, _) = follow(
         &mut identifier,
@@ -344,8 +344,8 @@ fn the_covariance_goes_with_the_deviations() {
         &[5.0],
     );
     let covariance = identifier.covariance().unwrap();
-    let deviation = estimates[0].deviations.unwrap()[0];
-    assert!((covariance[(0, 0)].sqrt() / deviation - 1.0).abs() < 1e-12);
+    let std_dev = estimates[0].std_devs.unwrap()[0];
+    assert!((covariance[(0, 0)].sqrt() / std_dev - 1.0).abs() < 1e-12);
     assert!((covariance - covariance.transpose()).norm() < 1e-12 * covariance.norm());
     assert!(covariance.symmetric_eigenvalues().min() > 0.0);
     let paper = identifier_of_paper(&experiment);

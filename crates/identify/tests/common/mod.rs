@@ -76,9 +76,9 @@ impl Noise {
     }
 
     pub(crate) fn on(&self, instant: &Instant, random: &mut SmallRng) -> Instant {
-        let mut draw = |deviation: f64| -> f64 {
+        let mut draw = |std_dev: f64| -> f64 {
             let normal: f64 = random.sample(StandardNormal);
-            deviation * normal
+            std_dev * normal
         };
         let mut noisy = instant.clone();
         for k in 0..noisy.position.len() {

@@ -1,0 +1,428 @@
+//! The fit on synthetic equations.
+
+use rand::{RngExt, SeedableRng, rngs::SmallRng};
+use rand_distr::StandardNormal;
+
+use super::*;
+use crate::batch::accumulation::Gram;
+
+const FORCE_NOISE: f64 = 0.3;
+const MOMENT_NOISE: f64 = 0.02;
+
+fn truth() -> SVector<f64, 10> {
+    SVector::from([3.0, 0.2, -0.1, 0.4, 0.5, 0.01, -0.02, 0.6, 0.03, 0.3])
+}
+
+/// Wrenches of a smooth random motion, with white noise on them; `delay_s` late.
+fn equations(count: usize, seed: u64, noise: f64, delay_s: f64) -> Vec<Equation> {
+    let mut random = SmallRng::seed_from_u64(seed);
+    let mut phases = [[0.0; 10]; 6];
+    let mut rates = [[0.0; 10]; 6];
+    for value in phases.iter_mut().flatten() {
+        *value = random.random_range(0.0..6.0);
+    }
+    for value in rates.iter_mut().flatten() {
+        *value = random.random_range(2.0..9.0);
+    }
+    let row_at = |channel: usize, time_s: f64| {
+        SVector::<f64, 10>::from_fn(|k, _| (rates[channel][k] * time_s + phases[channel][k]).sin())
+    };
+    let mut equation_at = |time_s: f64| {
+        let mut equation = Equation::new(6);
+        equation.clear(time_s);
+        for channel in 0..6 {
+            let target = |at_s: f64| row_at(channel, at_s).dot(&truth());
+            let size = if channel < 3 {
+                FORCE_NOISE
+            } else {
+                MOMENT_NOISE
+            };
+            let draw: f64 = random.sample(StandardNormal);
+            equation.rows[channel] = Row {
+                regressor: row_at(channel, time_s),
+                target: target(time_s - delay_s) + noise * size * draw,
+                gravity: nalgebra::Vector4::zeros(),
+            };
+            let step_s = 1e-4;
+            equation.rates[channel] = (target(time_s - delay_s + step_s)
+                - target(time_s - delay_s - step_s))
+                / (2.0 * step_s);
+        }
+        equation
+    };
+    (0..count).map(|k| equation_at(0.05 * k as f64)).collect()
+}
+
+fn fit(equations: &[Equation]) -> Fit {
+    Fit::new(equations, Options::new(&Channels::of_a_wrench())).unwrap()
+}
+
+/// Without noise the parameters come out to rounding.
+#[test]
+fn exact_equations_give_exact_parameters() {
+    let found = fit(&equations(60, 1, 0.0, 0.0));
+    assert!((found.parameters - truth()).amax() < 1e-12);
+}
+
+/// Over 400 draws of the noise: no bias, deviations of the channels as drawn, and errors as large
+/// as the covariance says. The mean of 400 squares of a standard normal has a deviation of 0.07.
+#[test]
+fn covariance_is_what_the_errors_are() {
+    const RUNS: u64 = 400;
+    let mut squares = SVector::<f64, 10>::zeros();
+    let mut sum = SVector::<f64, 10>::zeros();
+    let mut channels = [0.0; 6];
+    for seed in 0..RUNS {
+        let found = fit(&equations(300, seed, 1.0, 0.0));
+        let std_devs = found.covariance.diagonal().map(f64::sqrt);
+        let error = (found.parameters - truth()).component_div(&std_devs);
+        sum += error;
+        squares += error.component_mul(&error);
+        for (mean, std_dev) in channels.iter_mut().zip(&found.noise.std_devs) {
+            *mean += std_dev / RUNS as f64;
+        }
+    }
+    let mean = sum / (RUNS as f64).sqrt();
+    assert!(mean.amax() < 4.0, "bias {mean}");
+    let ratio = squares / RUNS as f64;
+    assert!(ratio.min() > 0.75 && ratio.max() < 1.35, "{ratio}");
+    for (channel, mean) in channels.into_iter().enumerate() {
+        let size = if channel < 3 {
+            FORCE_NOISE
+        } else {
+            MOMENT_NOISE
+        };
+        assert!((mean / size - 1.0).abs() < 0.05, "{channel}: {mean}");
+    }
+}
+
+/// Noise in the motion makes plain least squares too small; taken off as the differences show it,
+/// it does not. The noise is a tenth of the motion: the bias would be a hundredth.
+#[test]
+fn noise_in_the_motion_is_no_bias() {
+    const RUNS: u64 = 100;
+    let mut sums = [SVector::<f64, 10>::zeros(); 2];
+    let mut squares = SVector::<f64, 10>::zeros();
+    for seed in 0..RUNS {
+        let mut noisy = equations(400, seed, 0.1, 0.0);
+        let mut random = SmallRng::seed_from_u64(1000 + seed);
+        for equation in &mut noisy {
+            for (row, difference) in equation.rows.iter_mut().zip(&mut equation.differences) {
+                for k in 0..10 {
+                    let half = |draw: f64| 0.1 * draw / std::f64::consts::SQRT_2;
+                    let even = half(random.sample(StandardNormal));
+                    let odd = half(random.sample(StandardNormal));
+                    row.regressor[k] += even + odd;
+                    difference.regressor[k] = even - odd;
+                }
+            }
+        }
+        let corrected = fit(&noisy);
+        for equation in &mut noisy {
+            equation.differences.fill(Row::zero());
+        }
+        let plain = fit(&noisy);
+        for (sum, found) in sums.iter_mut().zip([&corrected, &plain]) {
+            *sum += (found.parameters - truth()) / RUNS as f64;
+        }
+        squares += (corrected.parameters - truth()).map(|error| error * error);
+    }
+    let std_devs = squares.map(|square| square.sqrt() / RUNS as f64);
+    let [corrected, plain] = sums.map(|sum| sum.component_div(&std_devs));
+    assert!(corrected.amax() < 4.0, "{corrected}");
+    assert!(plain[0] < -10.0, "{plain}");
+}
+
+/// Noise that channels have in common is told from the motion: the error falls to that of the
+/// independent part.
+#[test]
+fn common_noise_is_seen_through() {
+    let (mut squares, mut claimed) = (0.0, 0.0);
+    for seed in 0..100 {
+        let mut shaken = equations(300, seed, 0.1, 0.0);
+        let mut random = SmallRng::seed_from_u64(2000 + seed);
+        for equation in &mut shaken {
+            let draw: f64 = random.sample(StandardNormal);
+            for row in &mut equation.rows[..3] {
+                row.target += FORCE_NOISE * draw;
+            }
+        }
+        let found = fit(&shaken);
+        squares += (found.parameters[0] - truth()[0]).powi(2);
+        claimed += found.covariance[(0, 0)];
+    }
+    // Of three equal channels two differences are left, with the noise's tenth: 600 rows of mean
+    // square 1/2 know a parameter to 0.1 · 0.3 / √300. Seen as independent, it would be ten times that.
+    let expected = 100.0 * (0.1 * FORCE_NOISE).powi(2) / 300.0;
+    assert!(squares < 2.0 * expected, "{squares} {expected}");
+    assert!((squares / claimed - 1.0).abs() < 0.6, "{squares} {claimed}");
+}
+
+/// 28 windows, with noise that neighbours share as the filter makes it, and moments with the forces'
+/// noise in them; nine of ten parameters are in the moments. Of 1000 intervals of 95 % at least 91 %
+/// hold the truth, where chance makes 0.7 %: twice as many fail when noise is taken as the residuals are.
+#[test]
+fn few_windows_leave_honest_intervals() {
+    const RUNS: u64 = 1000;
+    // Correlation 0.27 between neighbours, as for windows of white noise that overlap by two thirds.
+    const SHARED: f64 = 0.29;
+    let mut inside = SVector::<f64, 10>::zeros();
+    for seed in 0..RUNS {
+        let mut noisy = equations(28, seed, 0.0, 0.0);
+        let mut random = SmallRng::seed_from_u64(10_000 + seed);
+        let mut draw = || SVector::<f64, 6>::from_fn(|_, _| random.sample(StandardNormal));
+        let mut before = draw();
+        for equation in &mut noisy {
+            let now = draw();
+            let noise = (now + SHARED * before) / (1.0 + SHARED * SHARED).sqrt();
+            before = now;
+            // Forces tell mass and centre of mass, moments all but the mass.
+            for row in &mut equation.rows[..3] {
+                row.regressor.fixed_rows_mut::<6>(4).fill(0.0);
+                row.target = row.regressor.dot(&truth());
+            }
+            for row in &mut equation.rows[3..] {
+                row.regressor[0] = 0.0;
+                row.target = row.regressor.dot(&truth());
+            }
+            for channel in 0..3 {
+                let moment = MOMENT_NOISE * (noise[channel + 3] + 3.0 * noise[channel]);
+                equation.rows[channel].target += FORCE_NOISE * noise[channel];
+                equation.rows[channel + 3].target += moment;
+            }
+        }
+        let found = fit(&noisy);
+        let std_devs = found.covariance.diagonal().map(f64::sqrt);
+        let error = (found.parameters - truth()).component_div(&std_devs);
+        inside += error.map(|error| f64::from(error.abs() < 1.96) / RUNS as f64);
+    }
+    assert!(inside.min() > 0.91 && inside.max() < 0.97, "{inside}");
+}
+
+/// One window in twenty that is wrong by a hundred deviations moves the estimate by less than the
+/// noise does, and is told apart from the others.
+#[test]
+fn outliers_do_not_count() {
+    let clean = equations(400, 7, 1.0, 0.0);
+    let mut hit = clean.clone();
+    for equation in hit.iter_mut().step_by(20) {
+        for row in &mut equation.rows[..3] {
+            row.target += 100.0 * FORCE_NOISE;
+        }
+    }
+    let (without, with) = (fit(&clean), fit(&hit));
+    let std_devs = without.covariance.diagonal().map(f64::sqrt);
+    let moved = (with.parameters - without.parameters).component_div(&std_devs);
+    assert!(moved.amax() < 1.0, "{moved}");
+    for window in 0..hit.len() {
+        assert_eq!(with.is_outlier(window), window % 20 == 0, "{window}");
+    }
+}
+
+/// A short delay of the load comes out, with its sign and within its deviation; without noise to
+/// second order.
+#[test]
+fn a_delay_is_found() {
+    let channels = Channels::of_a_wrench();
+    let options = Options {
+        delay: true,
+        ..Options::new(&channels)
+    };
+    let (delay_s, _) = Fit::new(&equations(300, 3, 0.0, 1e-4), options)
+        .and_then(|fit| fit.delay)
+        .unwrap();
+    assert!((delay_s - 1e-4).abs() < 1e-7, "{delay_s}");
+    let (delay_s, std_dev_s) = Fit::new(&equations(300, 3, 1.0, -2e-3), options)
+        .and_then(|fit| fit.delay)
+        .unwrap();
+    assert!(
+        (delay_s + 2e-3).abs() < 4.0 * std_dev_s,
+        "{delay_s} {std_dev_s}"
+    );
+    assert!(std_dev_s < 1e-3, "{std_dev_s}");
+}
+
+/// A parameter that no row contains stays unknown, and the others do not suffer.
+#[test]
+fn a_direction_without_rows_is_unknown() {
+    let mut blind = equations(60, 5, 0.0, 0.0);
+    for row in blind.iter_mut().flat_map(|equation| &mut equation.rows) {
+        row.target -= row.regressor[4] * truth()[4];
+        row.regressor[4] = 0.0;
+    }
+    let found = fit(&blind);
+    let unknown: Vec<_> = found.excitation.unknown().collect();
+    assert_eq!(unknown.len(), 1);
+    assert!((unknown[0][4].abs() - 1.0).abs() < 1e-9);
+    let mut error = found.parameters - truth();
+    error[4] = 0.0;
+    assert!(error.amax() < 1e-12, "{error}");
+}
+
+/// Too few rows are no fit.
+#[test]
+fn too_few_equations() {
+    assert!(
+        Fit::new(
+            &equations(3, 1, 0.0, 0.0),
+            Options::new(&Channels::of_a_wrench())
+        )
+        .is_none()
+    );
+    assert!(Fit::new(&[], Options::new(&Channels::of_a_wrench())).is_none());
+}
+
+fn weighed(equations: &[Equation], mass_kg: f64, std_dev_kg: f64) -> Fit {
+    let mass = KnownMass {
+        mass_kg,
+        std_dev_kg,
+    };
+    let channels = Channels::of_a_wrench();
+    let options = Options {
+        mass: Some(mass.with(0.0)),
+        ..Options::new(&channels)
+    };
+    Fit::new(equations, options).unwrap()
+}
+
+/// An exact mass moves the others as conditioning the estimate without it does, and their covariance
+/// is the conditioned one; with fixed weights both are exact but for the given mass's own rounding.
+#[test]
+fn a_known_mass_conditions_the_others() {
+    let equations = equations(200, 11, 1.0, 0.0);
+    let alone = fit(&equations);
+    let channels = Channels::of_a_wrench();
+    let with_mass = |mass| {
+        let options = Options {
+            weights: Some(&alone),
+            mass,
+            ..Options::new(&channels)
+        };
+        Fit::new(&equations, options).unwrap()
+    };
+    let exact = KnownMass {
+        mass_kg: 3.0,
+        std_dev_kg: 0.0,
+    };
+    let (alone, found) = (with_mass(None), with_mass(Some(exact.with(0.0))));
+    assert!((found.parameters[0] - 3.0).abs() < 1e-9);
+    // In the metric of the Gram matrix, not of the covariance that the residuals widen.
+    let mut gram = Gram::with_knowledge(&alone);
+    for (window, equation) in equations.iter().enumerate() {
+        gram.add(equation, window);
+    }
+    let scales = SMatrix::from_diagonal(&alone.excitation.scales);
+    let inverse = scales * gram.information.try_inverse().unwrap() * scales;
+    let gain = inverse.column(0) / inverse[(0, 0)];
+    let expected = alone.parameters + gain * (3.0 - alone.parameters[0]);
+    let std_devs = alone.covariance.diagonal().map(f64::sqrt);
+    let off = (found.parameters - expected).component_div(&std_devs);
+    assert!(off.amax() < 1e-6, "{off}");
+    let narrower = found
+        .covariance
+        .diagonal()
+        .map(f64::sqrt)
+        .component_div(&std_devs);
+    assert!(narrower[0] < 1e-5 && narrower.max() < 1.1, "{narrower}");
+}
+
+/// Weighed as exactly as the wrench tells it, the mass is known better by the root of two or so, and
+/// all deviations are as large as they say.
+#[test]
+fn a_weighed_mass_is_as_good_as_it_says() {
+    const RUNS: u64 = 100;
+    let (mut squares, mut claimed) = (SVector::<f64, 10>::zeros(), SVector::<f64, 10>::zeros());
+    let mut alone = 0.0;
+    for seed in 0..RUNS {
+        let equations = equations(200, seed, 1.0, 0.0);
+        let without = fit(&equations);
+        alone += without.covariance[(0, 0)];
+        let std_dev_kg = without.covariance[(0, 0)].sqrt();
+        let mut random = SmallRng::seed_from_u64(3000 + seed);
+        let draw: f64 = random.sample(StandardNormal);
+        let found = weighed(&equations, truth()[0] + std_dev_kg * draw, std_dev_kg);
+        squares += (found.parameters - truth()).map(|error| error * error);
+        claimed += found.covariance.diagonal();
+    }
+    // The mean of 100 squares scatters by 14 %.
+    let ratio = squares.component_div(&claimed);
+    assert!(ratio.min() > 0.5 && ratio.max() < 1.6, "{ratio}");
+    let gain = claimed[0] / alone;
+    assert!((0.45..0.6).contains(&gain), "{gain}");
+}
+
+/// Where the rows tell the mass only together with a first moment, a known mass tells that.
+#[test]
+fn a_known_mass_resolves_what_was_mixed() {
+    let mut mixed = equations(100, 12, 0.1, 0.0);
+    for row in mixed.iter_mut().flat_map(|equation| &mut equation.rows) {
+        row.target += (row.regressor[1] - row.regressor[0]) * truth()[0];
+        row.regressor[0] = row.regressor[1];
+    }
+    assert_eq!(fit(&mixed).excitation.unknown().count(), 1);
+    let found = weighed(&mixed, 3.0, 0.0);
+    assert_eq!(found.excitation.unknown().count(), 0);
+    let off = found.parameters - truth();
+    let std_devs = found
+        .covariance
+        .diagonal()
+        .map(|variance| 4.0 * variance.sqrt() + 1e-8);
+    assert!(off.component_div(&std_devs).amax() < 1.0, "{off}");
+}
+
+/// An unknown constant in each channel is found with its deviation, and costs the parameters no more than
+/// their covariance says; taken for none, it is a bias.
+#[test]
+fn constant_offsets_are_found() {
+    const RUNS: u64 = 200;
+    let offsets = [4.0, -2.0, 1.0, 0.3, 0.1, -0.2];
+    let channels = Channels::of_a_wrench().with_offsets(true);
+    let mut squares = SVector::<f64, 10>::zeros();
+    let mut of_offsets = SVector::<f64, 6>::zeros();
+    for seed in 0..RUNS {
+        let mut equations = equations(300, seed, 1.0, 0.0);
+        for equation in &mut equations {
+            for (row, offset) in equation.rows.iter_mut().zip(offsets) {
+                row.target += offset;
+            }
+        }
+        let found = Fit::new(&equations, Options::new(&channels)).unwrap();
+        let std_devs = found.covariance.diagonal().map(f64::sqrt);
+        let error = (found.parameters - truth()).component_div(&std_devs);
+        squares += error.component_mul(&error);
+        for (square, (found, offset)) in
+            of_offsets.iter_mut().zip(found.offsets.iter().zip(offsets))
+        {
+            *square += ((found.value - offset) / found.std_dev).powi(2);
+        }
+        let without = fit(&equations);
+        assert!(without.misfit * without.noise.std_devs[0] > 2.0 * found.noise.std_devs[0]);
+    }
+    let (ratio, of_offsets) = (squares / RUNS as f64, of_offsets / RUNS as f64);
+    assert!(ratio.min() > 0.65 && ratio.max() < 1.45, "{ratio}");
+    // Windows of these equations share no noise, for which the deviation allows.
+    assert!(
+        of_offsets.min() > 0.4 && of_offsets.max() < 1.0,
+        "{of_offsets}"
+    );
+}
+
+/// Without noise, offsets come out to rounding, also as the recording grows.
+#[test]
+fn exact_equations_give_exact_offsets() {
+    let mut equations = equations(60, 1, 0.0, 0.0);
+    for equation in &mut equations {
+        equation.rows[4].target -= 3.0;
+    }
+    let channels = Channels::of_a_wrench().with_offsets(true);
+    let found = Fit::new(&equations, Options::new(&channels)).unwrap();
+    assert!((found.parameters - truth()).amax() < 1e-11);
+    assert!((found.offsets[4].value + 3.0).abs() < 1e-11);
+    let mut gram = Gram::with_knowledge(&found);
+    for (window, equation) in equations.iter().enumerate() {
+        gram.add(equation, window);
+    }
+    let scaled = gram.information.cholesky().unwrap().solve(&gram.target);
+    let solution = scaled.component_mul(&found.excitation.scales);
+    assert!((solution - truth()).amax() < 1e-8, "{solution}");
+}

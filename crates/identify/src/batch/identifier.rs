@@ -1,0 +1,322 @@
+//! The batch identifier: samples in, one result at the end.
+
+use std::sync::Arc;
+
+use nalgebra::SVector;
+use tactid_dynamics::{InertialParameters, Manipulator, MassProperties};
+
+use super::equation_batch::EquationBatch;
+use super::fit::{Delay, Fit, Options};
+use super::forecast::Forecast;
+use super::history::history;
+use super::report::FitReport;
+use super::suspicions::{suspected_offset, suspected_signs};
+use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample, window};
+use crate::finding::Finding;
+use crate::result::{self, HistoryPoint, PayloadEstimate, is_physical};
+use crate::solve::consistency::nearest_possible;
+use crate::solve::uncertainty::identifiable;
+use crate::solve::{BoundingBox, KnownMass, PrincipalMoments};
+use crate::IdentifyError;
+
+/// A contradiction of so many standard deviations is reported.
+const CONTRADICTION: f64 = 5.0;
+
+/// What the batch identifier knows besides the samples.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BatchSettings {
+    /// A known body that the measured load contains besides the payload, in the tool frame: it is
+    /// subtracted.
+    pub known_tool: Option<MassProperties>,
+    /// The payload's mass from a scale: one more row of least squares.
+    pub known_mass: Option<KnownMass>,
+    /// A box that contains the whole payload: the estimate is a body that fits in.
+    pub bounding_box: Option<BoundingBox>,
+    /// Whether the delay of the load relative to the motion is estimated, too.
+    pub delay: bool,
+}
+
+impl BatchSettings {
+    /// Checks that the values are in range.
+    ///
+    /// # Errors
+    /// A mass that is not positive, a negative standard deviation, or a box without volume.
+    pub fn check(&self) -> Result<(), IdentifyError> {
+        self.known_mass.map_or(Ok(()), |mass| mass.check())?;
+        self.bounding_box.map_or(Ok(()), |given| given.check())
+    }
+}
+
+/// Identifies the payload by robust weighted least squares over all samples at once.
+///
+/// Memory is bounded: at most 30 000 windows are kept, and neighbours are merged beyond that.
+#[derive(Clone, Debug)]
+pub struct BatchIdentifier {
+    frame: Arc<str>,
+    stream: EquationStream,
+    equations: EquationSettings,
+    settings: BatchSettings,
+    has_sensors: bool,
+    batch: EquationBatch,
+    windows: u64,
+}
+
+/// The result of a batch identification.
+#[derive(Clone, Debug)]
+pub struct BatchResult {
+    /// The payload.
+    pub estimate: PayloadEstimate,
+    /// Principal moments of the payload; `None` where its mass is zero.
+    pub principal_moments: Option<PrincipalMoments>,
+    /// The estimate over time.
+    pub history: Vec<HistoryPoint>,
+    /// How well the payload explains what was measured.
+    pub fit: FitReport,
+    /// Delay of the load that is left in the samples, where [`BatchSettings::delay`] asked for it.
+    pub delay: Option<Delay>,
+    /// What the data say about the assumptions.
+    pub findings: Vec<Finding>,
+    forecast: Option<Forecast>,
+}
+
+impl BatchResult {
+    /// Time for which the motion must continue until half of each value's 95 % interval is `within` (0.01
+    /// for 1 %) times the largest value of its kind (mass, centre of mass, inertia), in the order of
+    /// [`VALUE_NAMES`](crate::VALUE_NAMES), s. Zero where it is so already, infinite where the motion does
+    /// not determine the value.
+    ///
+    /// The information is extrapolated at the rate of the second half of the windows. An error of the model
+    /// (a sign, a frame, friction) is a bias, which no time removes.
+    #[must_use]
+    pub fn remaining_s(&self, within: f64) -> [f64; 10] {
+        let std_devs = self.estimate.std_devs.unwrap_or([f64::INFINITY; 10]);
+        let values = self.estimate.values();
+        self.forecast
+            .as_ref()
+            .map_or([f64::INFINITY; 10], |forecast| {
+                forecast.remaining_s(&values, &std_devs, within)
+            })
+    }
+}
+
+impl BatchIdentifier {
+    /// Creates an identifier for a robot whose end-effector frame is the link `tool` and whose wrenches are
+    /// measured in the links `sensors`.
+    ///
+    /// # Errors
+    /// A link that the robot does not have, a setting out of range, or a method that this robot does
+    /// not allow.
+    pub fn new(
+        robot: &Manipulator,
+        tool: &str,
+        sensors: &[&str],
+        equations: EquationSettings,
+        settings: BatchSettings,
+    ) -> Result<Self, IdentifyError> {
+        settings.check()?;
+        Ok(Self {
+            frame: tool.into(),
+            stream: EquationStream::new(robot, tool, sensors, &equations)?,
+            equations,
+            settings,
+            has_sensors: !sensors.is_empty(),
+            batch: EquationBatch::default(),
+            windows: 0,
+        })
+    }
+
+    /// Takes one sample.
+    ///
+    /// # Errors
+    /// Where a slice does not fit the robot or the sensors. Bad data are no error: see [`PushOutcome`].
+    pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
+        let (outcome, equation) = self.stream.push(sample)?;
+        if let Some(equation) = equation {
+            self.windows += 1;
+            self.batch.push(equation);
+        }
+        Ok(outcome)
+    }
+
+    /// Number of averaging windows so far.
+    #[must_use]
+    pub fn windows(&self) -> u64 {
+        self.windows
+    }
+
+    /// The equation stream behind the identifier.
+    #[must_use]
+    pub fn stream(&self) -> &EquationStream {
+        &self.stream
+    }
+
+    /// Solves for the payload. Cost: up to 20 passes over all windows, several times.
+    ///
+    /// # Errors
+    /// [`IdentifyError::TooFewWindows`] where the samples are too few.
+    pub fn solve(&self) -> Result<BatchResult, IdentifyError> {
+        let equations = self.batch.equations();
+        let channels = self.stream.channels();
+        let too_few = || IdentifyError::TooFewWindows {
+            windows: equations.len(),
+            window_s: window::length_s(self.equations.cutoff_hz),
+        };
+        let unweighed = Fit::new(equations, Options::new(&channels)).ok_or_else(too_few)?;
+        let known = self.known_bodies();
+        let mut findings = Vec::new();
+        let weighed = match self.settings.known_mass {
+            Some(mass) => {
+                findings.extend(contradiction(&unweighed, known[0], mass));
+                let options = Options {
+                    mass: Some(mass.with(known[0])),
+                    ..Options::new(&channels)
+                };
+                Some(Fit::new(equations, options).ok_or_else(too_few)?)
+            }
+            None => None,
+        };
+        let fit = weighed.as_ref().unwrap_or(&unweighed);
+        let (parameters, inconsistent) = self.consistent_payload(fit, &known);
+        findings.extend(inconsistent);
+        findings.extend(self.data_findings(&unweighed, fit, &channels));
+        let report = FitReport::new(&self.batch, fit, &channels, self.equations.cutoff_hz);
+        let bounding_box = self.settings.bounding_box.as_ref();
+        Ok(BatchResult {
+            estimate: self.estimate(fit, &parameters, &known),
+            principal_moments: PrincipalMoments::with_std_devs(
+                &parameters,
+                &fit.covariance,
+                &fit.excitation,
+            ),
+            history: history(equations, fit, &known, bounding_box),
+            forecast: Forecast::new(equations, fit, &parameters, report.stride_s),
+            fit: report,
+            delay: self.remaining_delay(&unweighed, &channels),
+            findings,
+        })
+    }
+
+    /// The estimate before anything is known.
+    #[must_use]
+    pub fn unknown(&self) -> PayloadEstimate {
+        let body = result::body(&[0.0; 10]);
+        PayloadEstimate {
+            frame: self.frame.clone(),
+            body,
+            composite: None,
+            identifiable: [false; 10],
+            std_devs: Some([f64::INFINITY; 10]),
+            is_physical: is_physical(&body),
+            windows: self.windows,
+            payload_changes: 0,
+            since_s: f64::NEG_INFINITY,
+            rejected: self.stream.rejected(),
+            gaps: self.stream.gaps(),
+        }
+    }
+
+    /// Inertial parameters of the known bodies that the measured load contains besides the payload.
+    fn known_bodies(&self) -> SVector<f64, 10> {
+        let mut known = SVector::<f64, 10>::zeros();
+        if let Some(gripper) = self.stream.gripper_to_subtract() {
+            known += gripper.as_vector();
+        }
+        if let Some(tool) = self.settings.known_tool {
+            known += InertialParameters::from(tool).as_vector();
+        }
+        known
+    }
+
+    /// Projects the payload's parameters onto physically consistent ones.
+    fn consistent_payload(
+        &self,
+        fit: &Fit,
+        known: &SVector<f64, 10>,
+    ) -> (SVector<f64, 10>, Option<Finding>) {
+        let parameters = fit.parameters - known;
+        let scales = &fit.excitation.scales;
+        let bounding_box = self.settings.bounding_box.as_ref();
+        match nearest_possible(&parameters, &fit.covariance, scales, bounding_box) {
+            None => (parameters, None),
+            Some(nearest) => {
+                let finding = Finding::Inconsistent {
+                    distance: nearest.distance,
+                    within_box: bounding_box.is_some(),
+                };
+                let is_far = nearest.distance > CONTRADICTION;
+                (nearest.parameters, is_far.then_some(finding))
+            }
+        }
+    }
+
+    /// The estimate with its uncertainty; the load contained the `known` bodies.
+    fn estimate(
+        &self,
+        fit: &Fit,
+        parameters: &SVector<f64, 10>,
+        known: &SVector<f64, 10>,
+    ) -> PayloadEstimate {
+        let mut std_devs = fit.std_devs(parameters);
+        let known_mass = self.settings.known_mass;
+        if known_mass.is_some_and(|mass| mass.std_dev_kg == 0.0) {
+            std_devs[0] = 0.0;
+        }
+        let body_of = |p: SVector<f64, 10>| InertialParameters::from_vector(p).mass_properties();
+        let unknown = self.unknown();
+        let body = body_of(*parameters).unwrap_or(unknown.body);
+        let has_gripper = self.stream.gripper_to_subtract().is_some();
+        PayloadEstimate {
+            body,
+            composite: body_of(parameters + known).filter(|_| has_gripper),
+            identifiable: identifiable(&result::values(&body), &std_devs),
+            std_devs: Some(std_devs),
+            is_physical: is_physical(&body),
+            ..unknown
+        }
+    }
+
+    /// What the data say about signs, offsets and outliers.
+    fn data_findings(&self, unweighed: &Fit, fit: &Fit, channels: &Channels) -> Vec<Finding> {
+        let equations = self.batch.equations();
+        let (gravity, method) = (self.stream.gravity(), self.equations.method);
+        // A known mass would hide a wrong sign.
+        let mut findings = suspected_signs(equations, unweighed, channels, &gravity, method);
+        if self.has_sensors && method.uses_wrench() && channels.offsets == 0 {
+            findings.extend(suspected_offset(equations, fit, channels));
+        }
+        let windows = equations.len();
+        let outliers = (0..windows).filter(|&k| fit.is_outlier(k)).count();
+        if outliers > 0 {
+            findings.push(Finding::Outliers { outliers, windows });
+        }
+        findings
+    }
+
+    /// The delay of the load that is left in the samples.
+    fn remaining_delay(&self, fit: &Fit, channels: &Channels) -> Option<Delay> {
+        if !self.settings.delay {
+            return None;
+        }
+        let options = Options {
+            delay: true,
+            weights: Some(fit),
+            ..Options::new(channels)
+        };
+        let delay = Fit::new(self.batch.equations(), options)?.delay;
+        delay.filter(|delay| delay.delay_s.is_finite())
+    }
+}
+
+/// Reports a mass from the data alone that contradicts the known one; `others_kg` of the load are not
+/// the payload's.
+fn contradiction(unweighed: &Fit, others_kg: f64, known: KnownMass) -> Option<Finding> {
+    let std_dev_kg = unweighed.std_devs(&unweighed.parameters)[0];
+    let found_kg = unweighed.parameters[0] - others_kg;
+    let distance = (found_kg - known.mass_kg).abs() / std_dev_kg.hypot(known.std_dev_kg);
+    (distance > CONTRADICTION).then_some(Finding::MassContradicted {
+        known,
+        found_kg,
+        std_dev_kg,
+        distance,
+    })
+}

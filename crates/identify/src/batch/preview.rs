@@ -1,0 +1,153 @@
+//! Statistics of the beginning of a recording, from which its filter and its delay are chosen.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::fit::{Delay, Fit, Options};
+use crate::equations::{Channels, Equation, Row, window};
+use crate::solve::noise;
+
+/// Longest delay that is searched for, s.
+pub const LONGEST_DELAY_S: f64 = 0.5;
+/// Increase of the log-likelihood, as a difference of sums of squares in units of noise, from which a coarse
+/// delay is accepted: the best of many candidates is better by chance.
+const SIGNIFICANT_GAIN: f64 = 60.0;
+/// Gravity of the opposite sign that leaves less than this fraction of the mean square residual makes any
+/// delay meaningless.
+const OTHER_GRAVITY: f64 = 0.25;
+/// Fewest pairs of windows from which a residual is computed.
+const FEWEST_PAIRS: u32 = 20;
+
+/// Mean square of the regressors' entries that are angular accelerations and products of angular
+/// velocities, 1/s⁴: the power of the motion.
+#[must_use]
+pub fn motion_power(equations: &[Equation]) -> f64 {
+    power(equations, |equation| &equation.rows)
+}
+
+/// The part of [`motion_power`] that is white noise of the motion, from the half-differences of neighbouring
+/// instants, 1/s⁴.
+#[must_use]
+pub fn motion_noise_power(equations: &[Equation]) -> f64 {
+    power(equations, |equation| &equation.differences)
+}
+
+fn power(equations: &[Equation], rows: impl Fn(&Equation) -> &Vec<Row>) -> f64 {
+    let rows = equations.iter().flat_map(rows);
+    let squares: f64 = rows
+        .map(|row| row.regressor.fixed_rows::<6>(4).norm_squared())
+        .sum();
+    squares / equations.len() as f64
+}
+
+/// Geometric mean over the channels of the standard deviation of the residuals of a fit, in the channels'
+/// units; `None` where the equations are too few.
+#[must_use]
+pub fn residual_size(equations: &[Equation], channels: &Channels) -> Option<f64> {
+    let channels = without_given_noise(channels);
+    let fit = Fit::new(equations, Options::new(&channels))?;
+    let std_devs = &fit.noise.std_devs;
+    let logarithms: f64 = std_devs.iter().map(|std_dev| std_dev.ln()).sum();
+    Some((logarithms / std_devs.len() as f64).exp())
+}
+
+/// Delay of the load relative to the motion, as one more unknown of a fit; `None` where the equations are
+/// too few.
+#[must_use]
+pub fn fitted_delay(equations: &[Equation], channels: &Channels) -> Option<Delay> {
+    let channels = without_given_noise(channels);
+    let options = Options {
+        delay: true,
+        ..Options::new(&channels)
+    };
+    Fit::new(equations, options)?.delay
+}
+
+/// The multiple of the windows' stride by which the wrenches fit the motion best, s; `None` where the sign
+/// of gravity is in doubt or the equations are too few. The first six channels are those of a wrench.
+#[must_use]
+pub fn coarse_delay_s(equations: &[Equation], stride_s: f64) -> Option<f64> {
+    let reach = (LONGEST_DELAY_S / stride_s).ceil() as i64;
+    let mut sizes = [0.0; 6];
+    noise::sizes(equations, &[3, 3], &mut sizes);
+    let at = |shift, gravity_scale| {
+        let pairs = Pairs {
+            equations,
+            stride_s,
+            shift,
+        };
+        pairs.mean_square_residual(gravity_scale, &sizes)
+    };
+    let unshifted = at(0, 1.0)?;
+    if at(0, -1.0).is_some_and(|other| other < OTHER_GRAVITY * unshifted) {
+        return None;
+    }
+    let shifts = (-reach..=reach).filter_map(|shift| Some((at(shift, 1.0)?, shift)));
+    let (best, shift) = shifts.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let independent = equations.len() as f64 / window::NOISE_CORRELATION * 6.0;
+    let gain = (unshifted - best) / best.max(f64::MIN_POSITIVE) * independent;
+    Some(if gain > SIGNIFICANT_GAIN {
+        shift as f64 * stride_s
+    } else {
+        0.0
+    })
+}
+
+fn without_given_noise(channels: &Channels) -> Channels {
+    Channels {
+        given: Vec::new(),
+        ..channels.clone()
+    }
+}
+
+/// Motions paired with the wrenches `shift` windows later.
+struct Pairs<'a> {
+    equations: &'a [Equation],
+    stride_s: f64,
+    shift: i64,
+}
+
+impl Pairs<'_> {
+    fn iter(&self) -> impl Iterator<Item = (&Equation, &Equation)> {
+        let equations = self.equations.iter().enumerate();
+        equations.filter_map(|(k, motion)| {
+            let at = usize::try_from(k as i64 + self.shift).ok()?;
+            let load = self.equations.get(at)?;
+            let gap_s = load.time_s - motion.time_s - self.shift as f64 * self.stride_s;
+            (gap_s.abs() <= 0.1 * self.stride_s).then_some((motion, load))
+        })
+    }
+
+    /// Mean square residual of plain least squares, relative to the `sizes` of the channels.
+    fn mean_square_residual(&self, gravity_scale: f64, sizes: &[f64]) -> Option<f64> {
+        let mut gram = SMatrix::<f64, 10, 10>::zeros();
+        let mut right_side = SVector::<f64, 10>::zeros();
+        let (mut squares, mut count) = (0.0, 0u32);
+        for (motion, load) in self.iter() {
+            for (channel, size) in sizes.iter().enumerate() {
+                let mut regressor = motion.rows[channel].regressor;
+                let mut first = regressor.fixed_rows_mut::<4>(0);
+                first += motion.rows[channel].gravity * (1.0 - gravity_scale);
+                let row = regressor / *size;
+                let target = load.rows[channel].target / size;
+                gram.syger(1.0, &row, &row, 1.0);
+                right_side += row * target;
+                squares += target * target;
+            }
+            count += 1;
+        }
+        if count < FEWEST_PAIRS {
+            return None;
+        }
+        gram.fill_upper_triangle_with_lower_triangle();
+        let scale = gram
+            .diagonal()
+            .map(|x| 1.0 / x.max(f64::MIN_POSITIVE).sqrt());
+        let scaled = SMatrix::<f64, 10, 10>::from_fn(|i, j| {
+            gram[(i, j)] * scale[i] * scale[j] + if i == j { 1e-9 } else { 0.0 }
+        });
+        let right_side = right_side.component_mul(&scale);
+        let solution = scaled.cholesky()?.solve(&right_side);
+        // Rounding must not make an exact fit less than exact.
+        Some(((squares - solution.dot(&right_side)) / f64::from(count)).max(1e-12))
+    }
+}

@@ -1,0 +1,126 @@
+//! How well a fit explains what was measured.
+
+use super::equation_batch::EquationBatch;
+use super::fit::{Fit, Options};
+use crate::equations::{Channel, Channels, Equation, window};
+use crate::solve::Offset;
+
+/// Number of parts of a recording of which some are held out.
+const HELD_OUT_PARTS: usize = 25;
+/// One part in so many is held out.
+const HELD_OUT_EVERY: usize = 5;
+
+/// How well the payload explains what was measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FitReport {
+    /// Names and units of the C channels.
+    pub channels: Vec<Channel>,
+    /// The middle of each of W windows, on the recording's clock, s.
+    pub times_s: Vec<f64>,
+    /// Measured load after the filter, W x C, window by window, in the channels' units.
+    pub measured: Vec<f64>,
+    /// Load predicted from the motion and the identified parameters, W x C.
+    pub predicted: Vec<f64>,
+    /// Robust weight of each window: 1, or less for an outlier.
+    pub weights: Vec<f64>,
+    /// Whether each window was held out from the validation fit.
+    pub held_out: Vec<bool>,
+    /// Weighted rms of measured less predicted, for each channel.
+    pub residual_rms: Vec<f64>,
+    /// Weighted rms of measured less predicted on the held-out windows, predicted by a fit to all others;
+    /// NaN where these are too few.
+    pub held_out_rms: Vec<f64>,
+    /// Strength with which the motion excites ten directions of the scaled parameters, descending, 1 for
+    /// the strongest.
+    pub strengths: Vec<f64>,
+    /// These directions: unit vectors in the linear parameters, each divided by its scale.
+    pub directions: Vec<[f64; 10]>,
+    /// Offset of each of the first six channels, where offsets were among the unknowns.
+    pub offsets: Vec<Offset>,
+    /// Time between two windows, s.
+    pub stride_s: f64,
+    /// Cutoff of the filter, Hz.
+    pub cutoff_hz: f64,
+}
+
+impl FitReport {
+    /// Reports on a fit to all equations of a batch, whose filter has the cutoff `cutoff_hz`.
+    pub(crate) fn new(
+        batch: &EquationBatch,
+        fit: &Fit,
+        channels: &Channels,
+        cutoff_hz: f64,
+    ) -> Self {
+        let equations = batch.equations();
+        let part = equations.len().div_ceil(HELD_OUT_PARTS).max(1);
+        let held_out: Vec<bool> = (0..equations.len())
+            .map(|k| (k / part) % HELD_OUT_EVERY == HELD_OUT_EVERY / 2)
+            .collect();
+        let targets = equations.iter().flat_map(|equation| &equation.rows);
+        let measured: Vec<f64> = targets.map(|row| row.target).collect();
+        let predicted = predict(equations, fit);
+        let merged = f64::from(batch.merged().max(1));
+        Self {
+            times_s: equations.iter().map(|equation| equation.time_s).collect(),
+            residual_rms: rms(&measured, &predicted, &fit.weights, channels.count()),
+            held_out_rms: validate(equations, fit, channels, &held_out, &measured),
+            weights: fit.weights.clone(),
+            strengths: fit.excitation.strengths.clone(),
+            directions: fit.excitation.vectors.iter().map(|v| (*v).into()).collect(),
+            stride_s: window::stride_s(cutoff_hz) * merged,
+            cutoff_hz: cutoff_hz / merged,
+            offsets: fit.offsets.clone(),
+            channels: channels.channels.clone(),
+            measured,
+            predicted,
+            held_out,
+        }
+    }
+}
+
+/// Held-out validation: the rms residual of each channel on windows that a second fit has not seen.
+fn validate(
+    equations: &[Equation],
+    fit: &Fit,
+    channels: &Channels,
+    held_out: &[bool],
+    measured: &[f64],
+) -> Vec<f64> {
+    let seen: Vec<bool> = held_out.iter().map(|held| !held).collect();
+    let options = Options {
+        only: Some(&seen),
+        mass: fit.mass,
+        covariance: false,
+        ..Options::new(channels)
+    };
+    let Some(blind) = Fit::new(equations, options) else {
+        return vec![f64::NAN; channels.count()];
+    };
+    let pairs = fit.weights.iter().zip(held_out);
+    let weights: Vec<f64> = pairs.map(|(w, held)| if *held { *w } else { 0.0 }).collect();
+    rms(measured, &predict(equations, &blind), &weights, channels.count())
+}
+
+/// Predicted load, window by window.
+fn predict(equations: &[Equation], fit: &Fit) -> Vec<f64> {
+    let offset = |channel: usize| fit.offsets.get(channel).map_or(0.0, |offset| offset.value);
+    let rows = equations
+        .iter()
+        .flat_map(|equation| equation.rows.iter().enumerate());
+    rows.map(|(channel, row)| row.regressor.dot(&fit.parameters) + offset(channel))
+        .collect()
+}
+
+/// Weighted rms difference of each channel; `weights` has an entry for each window.
+fn rms(measured: &[f64], predicted: &[f64], weights: &[f64], channels: usize) -> Vec<f64> {
+    let total = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let of_channel = |channel: usize| {
+        let windows = weights.iter().enumerate();
+        let squares = windows.map(|(window, weight)| {
+            let k = window * channels + channel;
+            weight * (measured[k] - predicted[k]).powi(2)
+        });
+        (squares.sum::<f64>() / total).sqrt()
+    };
+    (0..channels).map(of_channel).collect()
+}

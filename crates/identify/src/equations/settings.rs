@@ -1,0 +1,145 @@
+//! Settings of the equation stream, and their checks against a robot.
+
+use nalgebra::Vector3;
+use tactid_dynamics::{BaseKind, Manipulator};
+
+use crate::{IdentifyError, Method};
+
+/// Standard acceleration of free fall used on the ground, m/s².
+const GRAVITY: f64 = 9.81;
+
+/// How measurements become equations.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EquationSettings {
+    /// Measurements that the payload is identified from. Default: [`Method::Tactile`].
+    pub method: Method,
+    /// Gravitational acceleration in the inertial frame, m/s², pointing down. Default (`None`): zero for
+    /// a floating base, 9.81 along -z for a fixed one.
+    pub gravity: Option<Vector3<f64>>,
+    /// Cutoff of the low-pass on both sides of the equations, Hz (-3 dB): a weighted mean over a window of
+    /// 0.926 / `cutoff_hz`. Default: 10. It filters equations and not measurements, so it adds no bias.
+    pub cutoff_hz: f64,
+    /// Longest time between two samples that is bridged, s. Default: 0.1.
+    pub max_gap_s: f64,
+    /// Whether the efforts of the samples are those of the payload alone, the arm's own being subtracted
+    /// already. Used by [`Method::Effort`]. Default: false.
+    pub effort_is_net: bool,
+    /// Whether the sum of the sensors' wrenches may have an unknown constant offset in the tool frame, a
+    /// sensor zero that was not set. Least squares then has six more unknowns, so the motion must
+    /// distinguish the payload from them: by its accelerations, or by turning the payload under
+    /// gravity. Default: false.
+    pub wrench_offset: bool,
+    /// Standard deviations of the white noise of one sample of each wrench sensor, in the sensor's frame:
+    /// three forces in N, three moments in N m. One entry for all sensors, or one each; empty (the
+    /// default) where the noise is estimated from the residuals. It weights the channels of least
+    /// squares, which improves the first second; the intervals still follow the residuals.
+    pub wrench_noise: Vec<[f64; 6]>,
+    /// Standard deviation of the white noise of one sample of each joint effort, N m or N: one entry for
+    /// all joints, or one each in the robot's order; empty (the default) where it is estimated.
+    pub effort_noise: Vec<f64>,
+}
+
+impl Default for EquationSettings {
+    fn default() -> Self {
+        Self {
+            method: Method::Tactile,
+            gravity: None,
+            cutoff_hz: 10.0,
+            max_gap_s: 0.1,
+            effort_is_net: false,
+            wrench_offset: false,
+            wrench_noise: Vec::new(),
+            effort_noise: Vec::new(),
+        }
+    }
+}
+
+impl EquationSettings {
+    /// Returns the gravitational acceleration for a kind of base, in the inertial frame, m/s².
+    #[must_use]
+    pub fn gravity_for(&self, base: BaseKind) -> Vector3<f64> {
+        self.gravity.unwrap_or(match base {
+            BaseKind::Floating => Vector3::zeros(),
+            BaseKind::Fixed => Vector3::new(0.0, 0.0, -GRAVITY),
+        })
+    }
+
+    /// Checks the settings against a robot and its sensors.
+    ///
+    /// # Errors
+    /// A value out of range, or a method that this robot does not allow.
+    pub(crate) fn check(&self, robot: &Manipulator, sensors: &[&str]) -> Result<(), IdentifyError> {
+        self.check_method(robot, sensors)?;
+        self.check_values(robot)?;
+        self.check_noise(robot, sensors)
+    }
+
+    fn check_method(&self, robot: &Manipulator, sensors: &[&str]) -> Result<(), IdentifyError> {
+        let is_fixed = robot.base_kind() == BaseKind::Fixed;
+        match self.method {
+            Method::Tactile if sensors.is_empty() => Err(IdentifyError::NoWrench),
+            Method::Combined { effort: false } if sensors.is_empty() && is_fixed => {
+                Err(IdentifyError::NoWrench)
+            }
+            Method::JointSensing if is_fixed => Err(IdentifyError::FixedBase),
+            _ => Ok(()),
+        }
+    }
+
+    fn check_values(&self, robot: &Manipulator) -> Result<(), IdentifyError> {
+        if !(self.cutoff_hz > 0.0 && self.cutoff_hz.is_finite()) {
+            return out_of_range("cutoff_hz", self.cutoff_hz, "more than zero");
+        }
+        if self.max_gap_s.is_nan() || self.max_gap_s <= 0.0 {
+            return out_of_range("max_gap_s", self.max_gap_s, "more than zero");
+        }
+        let gravity = self.gravity_for(robot.base_kind());
+        match gravity.iter().find(|entry| !entry.is_finite()) {
+            Some(&entry) => out_of_range("gravity", entry, "finite"),
+            None => Ok(()),
+        }
+    }
+
+    fn check_noise(&self, robot: &Manipulator, sensors: &[&str]) -> Result<(), IdentifyError> {
+        let wrench = self.wrench_noise.as_flattened();
+        let (wrenches, efforts) = (self.wrench_noise.len(), self.effort_noise.len());
+        check_each("wrench_noise", wrenches, "sensors", sensors.len(), wrench)?;
+        let effort = &self.effort_noise;
+        check_each("effort_noise", efforts, "joints", robot.dof(), effort)
+    }
+}
+
+/// Checks standard deviations that are given once for all, or once for each.
+fn check_each(
+    name: &'static str,
+    given: usize,
+    of: &'static str,
+    expected: usize,
+    values: &[f64],
+) -> Result<(), IdentifyError> {
+    if ![0, 1, expected].contains(&given) {
+        return Err(IdentifyError::NoiseCount {
+            name,
+            given,
+            of,
+            expected,
+        });
+    }
+    let is_invalid = |value: &&f64| !(**value > 0.0 && value.is_finite());
+    match values.iter().find(is_invalid) {
+        Some(&value) => out_of_range(name, value, "a positive standard deviation"),
+        None => Ok(()),
+    }
+}
+
+fn out_of_range(
+    name: &'static str,
+    given: f64,
+    expected: &'static str,
+) -> Result<(), IdentifyError> {
+    Err(IdentifyError::Value {
+        name,
+        given,
+        expected,
+    })
+}

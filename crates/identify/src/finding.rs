@@ -1,0 +1,62 @@
+//! What an identification noticed about the data, for a program to match.
+
+use nalgebra::Vector3;
+
+use crate::Method;
+use crate::equations::Channel;
+use crate::solve::{KnownMass, Offset};
+
+/// Something that the data say about the assumptions of an identification. Nothing is corrected silently:
+/// each finding is for the user to judge.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Finding {
+    /// Another gravity explains the load far better than the given one.
+    GravityContradicted {
+        /// The better gravitational acceleration in the inertial frame, m/s²: none at all, or the opposite.
+        better: Vector3<f64>,
+        /// Rms residual with it, relative to that with the given one.
+        residual_ratio: f64,
+        /// The measurements that were used.
+        method: Method,
+    },
+    /// The mass comes out negative: the load has the opposite sign.
+    NegativeMass {
+        /// The measurements that were used.
+        method: Method,
+        /// Whether gravity of the opposite sign would explain the data just as well.
+        or_gravity: bool,
+    },
+    /// The wrenches seem to have a constant offset that was not among the unknowns.
+    OffsetSuspected {
+        /// The channel with the most significant offset.
+        channel: Channel,
+        /// Its offset, in the tool frame and about its origin.
+        offset: Offset,
+    },
+    /// The data contradict the known mass.
+    MassContradicted {
+        /// The known mass of the payload.
+        known: KnownMass,
+        /// The mass from the data alone, kg.
+        found_kg: f64,
+        /// Its standard deviation, kg.
+        std_dev_kg: f64,
+        /// Their distance in standard deviations.
+        distance: f64,
+    },
+    /// No physically consistent body explains the data within their noise; the nearest one is returned.
+    Inconsistent {
+        /// Its Mahalanobis distance from the unconstrained estimate, in standard deviations.
+        distance: f64,
+        /// Whether the body also had to fit into a bounding box.
+        within_box: bool,
+    },
+    /// Some windows are outliers, such as an impact leaves, and have next to no weight.
+    Outliers {
+        /// Number of outliers.
+        outliers: usize,
+        /// Number of windows.
+        windows: usize,
+    },
+}

@@ -1,0 +1,245 @@
+//! The two-stage NLMS filter of the paper, online.
+
+use std::sync::Arc;
+
+use nalgebra::SVector;
+use tactid_dynamics::{Manipulator, MassProperties, symmetric_matrix};
+use tactid_nlms::{Estimator, Nlms, PAPER_ALPHA, PAPER_BETA};
+
+use super::excitation::{Excitation, SingularValues};
+use super::recent_mean::RecentMean;
+use crate::equations::{Equation, EquationSettings, EquationStream, PushOutcome, Sample};
+use crate::result::{self, PayloadEstimate, is_physical, values, without};
+use crate::{IdentifyError, Method};
+
+/// Settings of the paper's filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PaperSettings {
+    /// Step size α of (54), in (0, 2). Default: 1.8, as in the paper.
+    pub alpha: f64,
+    /// Regularisation β of (54), in (0, 1). Default: 0.9, as in the paper.
+    pub beta: f64,
+    /// The estimate is the mean over this last time, s; 0 for the latest value. Default: 10, as in the
+    /// paper's Table 2: a gradient filter never settles.
+    pub average_s: f64,
+    /// Number of times that a recording is presented to the filter. Default: 2: what the filter learnt of
+    /// the inertia while the centre of mass was still wrong is corrected only where the motion
+    /// recurs.
+    pub epochs: u32,
+}
+
+impl Default for PaperSettings {
+    fn default() -> Self {
+        Self {
+            alpha: PAPER_ALPHA,
+            beta: PAPER_BETA,
+            average_s: 10.0,
+            epochs: 2,
+        }
+    }
+}
+
+impl PaperSettings {
+    /// Checks the settings, also against those of the equations.
+    fn check(&self, equations: &EquationSettings) -> Result<(), IdentifyError> {
+        if !(self.average_s >= 0.0 && self.average_s.is_finite()) {
+            return Err(IdentifyError::Value {
+                name: "average_s",
+                given: self.average_s,
+                expected: "zero or more",
+            });
+        }
+        if self.epochs == 0 {
+            return Err(IdentifyError::Value {
+                name: "epochs",
+                given: 0.0,
+                expected: "one or more",
+            });
+        }
+        let gives_noise =
+            !(equations.wrench_noise.is_empty() && equations.effort_noise.is_empty());
+        let beyond = [
+            (equations.wrench_offset, "an unknown offset of the wrenches"),
+            (gives_noise, "the noise of the sensors"),
+        ];
+        if let Some((_, what)) = beyond.into_iter().find(|(given, _)| *given) {
+            return Err(IdentifyError::KnowledgeNeedsLeastSquares(what));
+        }
+        match equations.method {
+            Method::Effort | Method::Combined { .. } => Err(IdentifyError::NeedsLeastSquares(
+                equations.method.name(),
+            )),
+            Method::Tactile | Method::JointSensing => Ok(()),
+        }
+    }
+}
+
+/// The paper's filter: the normalised LMS filter (54) on (48), then on (46) with the centre of mass found
+/// so far.
+///
+/// It estimates no uncertainty, detects no payload change and needs exact measurements; for anything but a
+/// comparison with the paper use [`Identifier`](crate::Identifier). Nothing is allocated after construction.
+#[derive(Clone, Debug)]
+pub struct PaperFilter {
+    settings: PaperSettings,
+    frame: Arc<str>,
+    stream: EquationStream,
+    mass: Nlms<4>,
+    inertia: Nlms<6>,
+    excitation: Excitation,
+    /// `None` where the latest value is asked for.
+    recent: Option<RecentMean>,
+    latest: Latest,
+    windows: u64,
+}
+
+/// The estimate after the last window.
+#[derive(Clone, Copy, Debug)]
+struct Latest {
+    /// The payload alone.
+    body: MassProperties,
+    /// Gripper and payload, for the joint-sensing method.
+    composite: Option<MassProperties>,
+}
+
+impl PaperFilter {
+    /// Creates a filter for a robot whose end-effector frame is the link `tool` and whose wrenches are
+    /// measured in the links `sensors`.
+    ///
+    /// # Errors
+    /// A link that the robot does not have, a setting out of range, or a method that this robot or the
+    /// filter does not allow: it needs the force and the moment on the end-effector.
+    pub fn new(
+        robot: &Manipulator,
+        tool: &str,
+        sensors: &[&str],
+        equations: &EquationSettings,
+        settings: PaperSettings,
+    ) -> Result<Self, IdentifyError> {
+        settings.check(equations)?;
+        let mut filter = Self {
+            frame: tool.into(),
+            stream: EquationStream::new(robot, tool, sensors, equations)?,
+            mass: Nlms::new(settings.alpha, settings.beta)?,
+            inertia: Nlms::new(settings.alpha, settings.beta)?,
+            excitation: Excitation::new(),
+            recent: recent_mean(&settings),
+            latest: Latest {
+                body: result::body(&[0.0; 10]),
+                composite: None,
+            },
+            windows: 0,
+            settings,
+        };
+        filter.read_out();
+        Ok(filter)
+    }
+
+    /// Takes one sample.
+    ///
+    /// Cost: one pass over the robot's bodies; no allocation.
+    ///
+    /// # Errors
+    /// Where a slice does not fit the robot or the sensors. Bad data are no error: see [`PushOutcome`].
+    pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
+        let (outcome, equation) = self.stream.push(sample)?;
+        if let Some(equation) = equation {
+            self.windows += 1;
+            self.excitation.update(equation);
+            update(&mut self.mass, &mut self.inertia, equation);
+            self.read_out();
+            let time_s = self.stream.time_s();
+            if let Some(recent) = &mut self.recent {
+                recent.push(time_s, &values(&self.latest.body));
+            }
+        }
+        Ok(outcome)
+    }
+
+    /// Prepares for the same samples once more: the parameters stay, times and counts start again.
+    pub fn rewind(&mut self) {
+        self.stream.rewind();
+        self.excitation = Excitation::new();
+        self.windows = 0;
+        self.recent = recent_mean(&self.settings);
+    }
+
+    /// The payload as known now: the mean over the last [`PaperSettings::average_s`], or the latest value.
+    #[must_use]
+    pub fn estimate(&self) -> PayloadEstimate {
+        let mean = self.recent.as_ref().and_then(RecentMean::mean);
+        let body = mean.map_or(self.latest.body, |values| result::body(&values));
+        PayloadEstimate {
+            frame: self.frame.clone(),
+            body,
+            composite: self.latest.composite,
+            identifiable: self.excitation.assess().1,
+            std_devs: None,
+            is_physical: is_physical(&body),
+            windows: self.windows,
+            payload_changes: 0,
+            since_s: f64::NEG_INFINITY,
+            rejected: self.stream.rejected(),
+            gaps: self.stream.gaps(),
+        }
+    }
+
+    /// The latest ten values, not averaged, in the order of [`VALUE_NAMES`](crate::VALUE_NAMES).
+    #[must_use]
+    pub fn latest_values(&self) -> [f64; 10] {
+        values(&self.latest.body)
+    }
+
+    /// Strength with which the motion excited mass and inertia. Cost: two eigenvalue problems.
+    #[must_use]
+    pub fn singular_values(&self) -> SingularValues {
+        self.excitation.assess().0
+    }
+
+    /// The equation stream behind the filter.
+    #[must_use]
+    pub fn stream(&self) -> &EquationStream {
+        &self.stream
+    }
+
+    /// Subtracts the gripper from what the filters have found.
+    fn read_out(&mut self) {
+        let found = body(&self.mass, &self.inertia);
+        let gripper = self.stream.gripper_to_subtract();
+        self.latest = match gripper {
+            Some(gripper) => Latest {
+                body: without(&found, &gripper),
+                composite: Some(found),
+            },
+            None => Latest {
+                body: found,
+                composite: None,
+            },
+        };
+    }
+}
+
+fn recent_mean(settings: &PaperSettings) -> Option<RecentMean> {
+    (settings.average_s > 0.0).then(|| RecentMean::new(settings.average_s))
+}
+
+/// Updates both filters with the rows of one equation.
+fn update(mass: &mut Nlms<4>, inertia: &mut Nlms<6>, equation: &Equation) {
+    for (row, target) in equation.mass().iter() {
+        mass.update(&row, target);
+    }
+    let a_u = mass.parameters().fixed_rows::<3>(1).into_owned();
+    for (row, target) in equation.inertia(&a_u).iter() {
+        inertia.update(&row, target);
+    }
+}
+
+/// The body as the filters know it, in `Σ_U`.
+fn body(mass: &Nlms<4>, inertia: &Nlms<6>) -> MassProperties {
+    let first: SVector<f64, 4> = mass.parameters();
+    MassProperties {
+        mass_kg: 1.0 / first[0], // x_3 = [1/m_U; a_U], (32)
+        center_of_mass: first.fixed_rows::<3>(1).into_owned(),
+        inertia: symmetric_matrix(inertia.parameters().into()),
+    }
+}

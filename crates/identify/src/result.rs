@@ -1,0 +1,105 @@
+//! The identified payload, as every solver returns it.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use tactid_dynamics::{InertialParameters, MassProperties, symmetric_entries, symmetric_matrix};
+
+/// The names of [`PayloadEstimate::values`], in order.
+pub const VALUE_NAMES: [&str; 10] = [
+    "mass", "com.x", "com.y", "com.z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz",
+];
+
+/// Index ranges of mass, centre of mass and inertia among the ten values.
+pub(crate) const KINDS: [Range<usize>; 3] = [0..1, 1..4, 4..10];
+
+/// Fraction of the largest principal moment by which an estimate may violate the triangle inequality and
+/// still count as physically consistent: plates and rods lie on the boundary, and no estimate is exact.
+const BOUNDARY: f64 = 0.01;
+
+/// An identified payload.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PayloadEstimate {
+    /// Name of the frame in which the payload is expressed: the end-effector frame.
+    pub frame: Arc<str>,
+    /// Mass, centre of mass in `frame`, and inertia about the centre of mass along the axes of `frame`.
+    pub body: MassProperties,
+    /// Gripper and payload as one body, in `frame`; for the joint-sensing method only.
+    pub composite: Option<MassProperties>,
+    /// Whether the motion determined each of [`VALUE_NAMES`]. Where it did not, the number in `body` is
+    /// meaningless.
+    pub identifiable: [bool; 10],
+    /// Standard deviation of each of [`VALUE_NAMES`], in its unit, infinite where the motion did not
+    /// determine the value; `None` for the paper's filter, which estimates none.
+    pub std_devs: Option<[f64; 10]>,
+    /// Whether a body with these parameters can exist, within 1 % of its largest principal moment.
+    pub is_physical: bool,
+    /// Number of averaging windows used.
+    pub windows: u64,
+    /// Number of detected payload changes. Online least squares only.
+    pub payload_changes: u64,
+    /// Time of the last payload change on the samples' clock, s, or minus infinity: the estimate uses
+    /// the samples after it.
+    pub since_s: f64,
+    /// Number of samples that were rejected: not finite, or not later than the one before.
+    pub rejected: u64,
+    /// Number of gaps that were too long to be bridged.
+    pub gaps: u64,
+}
+
+impl PayloadEstimate {
+    /// Mass, kg; centre of mass, m; inertia about it, kg m²: in the order of [`VALUE_NAMES`].
+    #[must_use]
+    pub fn values(&self) -> [f64; 10] {
+        values(&self.body)
+    }
+
+    /// Names of the values that the motion did not determine.
+    pub fn not_identifiable(&self) -> impl Iterator<Item = &'static str> + '_ {
+        let named = VALUE_NAMES.iter().zip(&self.identifiable);
+        named.filter(|(_, known)| !**known).map(|(name, _)| *name)
+    }
+}
+
+/// The estimate at one time of a recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HistoryPoint {
+    /// Index of the presentation of the recording to the paper's filter; 0 for least squares.
+    pub epoch: u32,
+    /// Time on the recording's clock, whose zero is its first message, s.
+    pub time_s: f64,
+    /// The ten values, in the order of [`VALUE_NAMES`]; not averaged.
+    pub values: [f64; 10],
+    /// Their standard deviations; `None` for the paper's filter.
+    pub std_devs: Option<[f64; 10]>,
+}
+
+/// Returns the ten values of a body, in the order of [`VALUE_NAMES`].
+pub(crate) fn values(body: &MassProperties) -> [f64; 10] {
+    let a = &body.center_of_mass;
+    let [xx, xy, xz, yy, yz, zz] = symmetric_entries(&body.inertia);
+    [body.mass_kg, a.x, a.y, a.z, xx, xy, xz, yy, yz, zz]
+}
+
+/// Returns the body with these ten values, in the order of [`VALUE_NAMES`].
+pub(crate) fn body(values: &[f64; 10]) -> MassProperties {
+    let [mass_kg, x, y, z, xx, xy, xz, yy, yz, zz] = *values;
+    MassProperties {
+        mass_kg,
+        center_of_mass: nalgebra::Vector3::new(x, y, z),
+        inertia: symmetric_matrix([xx, xy, xz, yy, yz, zz]),
+    }
+}
+
+/// Returns whether a body can have these properties, within 1 % of its largest principal moment.
+pub(crate) fn is_physical(body: &MassProperties) -> bool {
+    InertialParameters::from(*body).is_physical_within(BOUNDARY)
+}
+
+/// Subtracts a known body, such as the gripper, from an identified one.
+#[must_use]
+pub fn without(composite: &MassProperties, known: &InertialParameters) -> MassProperties {
+    let rest = InertialParameters::from(*composite) - *known;
+    // A mass of exactly zero has no centre; then there is nothing to subtract from.
+    rest.mass_properties().unwrap_or(*composite)
+}

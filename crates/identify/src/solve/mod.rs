@@ -1,0 +1,17 @@
+//! What every least-squares solver shares: noise, offsets, the observable subspace, covariance, physical
+//! consistency and prior knowledge. Nothing here knows a robot.
+
+pub(crate) mod consistency;
+pub(crate) mod covariance;
+pub(crate) mod noise;
+pub(crate) mod offsets;
+pub(crate) mod principal_moments;
+pub(crate) mod prior;
+pub(crate) mod subspace;
+pub(crate) mod uncertainty;
+pub(crate) mod weights;
+
+pub use offsets::Offset;
+pub use principal_moments::PrincipalMoments;
+pub use prior::{BoundingBox, KnownMass};
+pub use uncertainty::HALF_WIDTH_95;

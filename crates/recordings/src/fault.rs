@@ -1,0 +1,96 @@
+//! What is wrong with a recording's messages, counted.
+
+use std::collections::BTreeMap;
+
+/// No quantity of a robot is larger in SI units: an absurd value is a fault of a driver or a file.
+const ABSURD: f64 = 1e9;
+
+/// What is wrong with a message or a sample, and what was done about it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum FaultKind {
+    /// A silence longer than the longest bridged gap. It is not bridged.
+    Gap,
+    /// A message that is not later than the one before of its publisher. It is left out.
+    OutOfOrder,
+    /// A message that cannot be decoded. It is left out.
+    Undecodable,
+    /// A value that is not finite. The message is left out.
+    NotFinite,
+    /// A value beyond 1e9 in SI units. The message is left out.
+    Absurd,
+    /// A message that has only some of its publisher's joints. It is left out.
+    PartialJoints,
+    /// A message whose positions are not as many as its names. It is left out.
+    PositionCount,
+    /// A velocity that is not finite. The velocities are derived from the positions.
+    VelocityNotFinite,
+    /// A message without velocities. They are derived from the positions.
+    NoVelocity,
+    /// A message without efforts. It is left out.
+    NoEffort,
+    /// An effort of this joint that is not finite. The message is left out.
+    EffortNotFinite(String),
+    /// An orientation that is no unit quaternion. The message is left out.
+    NotUnitQuaternion,
+    /// A message without a stamp among others that have one. The time of logging is used.
+    NoStamp,
+    /// A stamp far from the time of logging. The message is left out.
+    FarStamp,
+    /// A sample of the motion at which another stream has no value. It is left out.
+    Incomplete,
+}
+
+/// A kind of fault on one topic.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DataFault {
+    /// Topic of the messages, or `samples` for what could not be aligned.
+    pub topic: String,
+    /// What is wrong.
+    pub kind: FaultKind,
+    /// Number of occurrences.
+    pub count: u64,
+    /// Time of the first occurrence on the recording's clock, s; NaN where it is not known.
+    pub first_s: f64,
+}
+
+/// Counts of faults by topic and kind.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct FaultCounts(BTreeMap<(String, FaultKind), (u64, f64)>);
+
+impl FaultCounts {
+    pub(crate) fn add(&mut self, topic: &str, kind: FaultKind, time_s: f64) {
+        self.add_many(topic, kind, 1, time_s);
+    }
+
+    pub(crate) fn add_many(&mut self, topic: &str, kind: FaultKind, count: u64, first_s: f64) {
+        let entry = self.0.entry((topic.to_owned(), kind));
+        entry.or_insert((0, first_s)).0 += count;
+    }
+
+    pub(crate) fn to_vec(&self) -> Vec<DataFault> {
+        let entries = self.0.iter();
+        entries
+            .map(|((topic, kind), &(count, first_s))| DataFault {
+                topic: topic.clone(),
+                kind: kind.clone(),
+                count,
+                first_s,
+            })
+            .collect()
+    }
+}
+
+/// Checks that numbers can be used.
+pub(crate) fn check<'a>(values: impl IntoIterator<Item = &'a f64>) -> Result<(), FaultKind> {
+    let fault = values.into_iter().find_map(|value| {
+        if !value.is_finite() {
+            Some(FaultKind::NotFinite)
+        } else if value.abs() > ABSURD {
+            Some(FaultKind::Absurd)
+        } else {
+            None
+        }
+    });
+    fault.map_or(Ok(()), Err)
+}

@@ -1,0 +1,75 @@
+//! What was noticed on the way from a recording to the payload, for a program to match.
+
+use tactid_identify::Delay;
+
+/// Something that a reader of the result should know.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Finding {
+    /// What the data say about the assumptions of the identification.
+    Data(tactid_identify::Finding),
+    /// Measured accelerations are not used, because those derived from the velocities are better.
+    AccelerationNotUsed {
+        /// Topic of the measured accelerations.
+        topic: String,
+        /// Whether the derived ones explain the wrench better; otherwise they have less noise.
+        explains_better: bool,
+        /// Residual with the derived accelerations, relative to that with the measured ones.
+        residual_ratio: f64,
+        /// Power of the derived accelerations, relative to that of the measured ones.
+        power_ratio: f64,
+    },
+    /// A topic names no frame: its wrenches are taken to be in this one.
+    FrameAssumed {
+        /// Topic of the wrenches.
+        topic: String,
+        /// The assumed frame.
+        frame: String,
+    },
+    /// The wrenches of several topics are summed.
+    WrenchesSummed {
+        /// The topics.
+        topics: Vec<String>,
+    },
+    /// Joints in the log that the URDF does not have. They are left out.
+    UnknownJoints {
+        /// Their names.
+        joints: Vec<String>,
+    },
+    /// Joints of the URDF that are not in the log and do not move the tool. They are taken to be at zero.
+    AbsentJoints {
+        /// Their names.
+        joints: Vec<String>,
+    },
+    /// A topic begins long after the others: what came before is left out.
+    LateStart {
+        /// The topic.
+        topic: String,
+        /// Time after the first of the others, s.
+        late_s: f64,
+    },
+    /// A topic ends long before the others: what came after is left out.
+    EarlyEnd {
+        /// The topic.
+        topic: String,
+        /// Time of its last message on the recording's clock, s.
+        end_s: f64,
+        /// Time before the last of the others, s.
+        early_s: f64,
+    },
+    /// The messages have no stamps: their times are those of logging.
+    NoStamps,
+    /// A delay of the wrenches was corrected.
+    DelayCorrected {
+        /// The corrected delay, s; positive where the wrenches are stamped later than the motion.
+        applied_s: f64,
+        /// The delay as it was estimated.
+        estimated: Delay,
+    },
+}
+
+impl From<tactid_identify::Finding> for Finding {
+    fn from(finding: tactid_identify::Finding) -> Self {
+        Self::Data(finding)
+    }
+}

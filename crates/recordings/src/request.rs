@@ -1,0 +1,106 @@
+//! What to identify from a recording, and how: every option once.
+
+use std::path::PathBuf;
+
+use nalgebra::Vector3;
+use tactid_dynamics::MassProperties;
+use tactid_identify::{BoundingBox, KnownMass, Method, PaperSettings};
+
+/// How equations become parameters.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Estimator {
+    /// Robust weighted least squares over the whole recording.
+    #[default]
+    LeastSquares,
+    /// The paper's two-stage NLMS filter.
+    Paper(PaperSettings),
+}
+
+/// On which body a measured wrench acts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ActsOn {
+    /// The payload: the wrench that the robot exerts on it.
+    #[default]
+    Payload,
+    /// The sensor: the wrench that the payload exerts on it, as most force-torque sensors report it.
+    Sensor,
+}
+
+/// Which topics of a log to read. What is left empty is found by its type.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Topics {
+    /// `sensor_msgs/msg/JointState`; several where each has some of the joints.
+    pub joints: Vec<String>,
+    /// `geometry_msgs/msg/WrenchStamped`; their sum acts on the payload.
+    pub wrenches: Vec<String>,
+    /// `nav_msgs/msg/Odometry` of the base, or of the sensor itself where there are no joints.
+    pub odometry: Option<String>,
+    /// `geometry_msgs/msg/AccelStamped` of the body that the odometry moves.
+    pub acceleration: Option<String>,
+    /// `sensor_msgs/msg/Imu` on the tool, where there are neither joints nor odometry; or on a moving base,
+    /// in its frame.
+    pub imu: Option<String>,
+}
+
+/// What to identify from a recording, and how. Every field is optional, and this is the only place where an
+/// option is declared; what is left open is chosen from the recording, in one place for logs and arrays.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Request {
+    /// Measurements that the payload is identified from. Default: tactile where there are wrenches, else
+    /// effort. Whether [`Method::Combined`] uses efforts is decided by the recording.
+    pub method: Option<Method>,
+    /// Default: [`Estimator::LeastSquares`].
+    pub estimator: Option<Estimator>,
+    /// End-effector frame, a link of the robot. Default: `tool0`, or the wrench's frame where there is no
+    /// robot.
+    pub tip: Option<String>,
+    /// The robot's URDF as text. Default: the robot description in the log.
+    pub urdf: Option<String>,
+    /// Which topics of a log to read.
+    pub topics: Topics,
+    /// On which body the measured wrenches act. Default: the payload.
+    pub wrench_acts_on: Option<ActsOn>,
+    /// Gravitational acceleration in the world, m/s², pointing down. Default: zero for a floating base, 9.81
+    /// along -z for a fixed one and for a sensor alone.
+    pub gravity: Option<Vector3<f64>>,
+    /// Cutoff of the low-pass on both sides of the equations, Hz. Default: chosen from the data; 10 for the
+    /// paper's filter.
+    pub cutoff_hz: Option<f64>,
+    /// Longest time between two samples that is bridged, s. Default: five periods of the slowest stream; 0.1
+    /// for the paper's filter.
+    pub max_gap_s: Option<f64>,
+    /// Delay of the wrenches' stamps relative to the motion, s. Default: estimated, and corrected where it is
+    /// significant; 0 for the paper's filter.
+    pub delay_s: Option<f64>,
+    /// Whether the sum of the wrenches may have an unknown constant offset. Default: false.
+    pub wrench_offset: Option<bool>,
+    /// Standard deviations of one sample of each wrench sensor, N and N m: one entry for all, or one each.
+    /// Default: estimated from the residuals.
+    pub wrench_noise: Option<Vec<[f64; 6]>>,
+    /// Standard deviation of one sample of each joint effort, N m or N: one entry for all, or one each.
+    /// Default: estimated from the residuals.
+    pub effort_noise: Option<Vec<f64>>,
+    /// Effort of a joint in N m (N) for one unit of the recorded value, one entry for each joint in the
+    /// robot's order. Default: 1.
+    pub effort_gain: Option<Vec<f64>>,
+    /// An unloaded recording of the same motion, whose efforts are subtracted.
+    pub unloaded: Option<PathBuf>,
+    /// A known body that the measured load contains besides the payload, in the tool frame: it is
+    /// subtracted.
+    pub known_tool: Option<MassProperties>,
+    /// The payload's mass from a scale.
+    pub known_mass: Option<KnownMass>,
+    /// A box that contains the whole payload, along the axes of the tool frame.
+    pub bounding_box: Option<BoundingBox>,
+}
+
+impl Request {
+    /// The paper's filter with the paper's settings, on a recording whose clocks agree.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            estimator: Some(Estimator::Paper(PaperSettings::default())),
+            ..Self::default()
+        }
+    }
+}
