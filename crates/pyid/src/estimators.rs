@@ -219,7 +219,7 @@ impl Rls {
     fn new(size: usize, start: Argument<'_, '_>) -> PyResult<PyClassInitializer<Self>> {
         fn make<const N: usize>(start: &[f64]) -> PyResult<Estimator> {
             let start = SVector::from_column_slice(start);
-            finish(Ok(tactid_nlms::Rls::<N>::new().starting_at(start)))
+            finish(Ok(tactid_nlms::Rls::<N>::starting_at(start)))
         }
         let start = read_start(start, size)?;
         let estimator = with_size!(size, make(&start))?;
