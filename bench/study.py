@@ -2,10 +2,11 @@
 
 Run by `make study`. One motion of all six joints is simulated without noise and the noise drawn
 anew for each run: a table for each level and way, the bound beside it, and the picture study.png.
-Then the same with the paper's experiment, which moves one joint at a time, and with its filter.
+The recursive filters LMS, NLMS and RLS are compared on the same rows of that motion. Then the same
+with the paper's experiment, which moves one joint at a time, and with its filter.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -52,6 +53,7 @@ def main() -> None:
         wrench = together.errors("tactile", 0.01, motion=False, seeds=progress, **options)
         title = f"rms error of {BOUND_RUNS} draws over the bound, {what}"
         console.print(each(title, rms_of(wrench) / bound, ".2f"))
+    console.print(filter_table(together))
     draw(everywhere, Path("study.png"))
     console.print(one_at_a_time(Trial.of(tactid.Experiment.paper())))
 
@@ -119,16 +121,58 @@ def limit(trial: Trial, level: float, seconds: float) -> Array:
 
 def wrench_noise(recorded: Recorded, robot: tactid.Manipulator, level: float) -> Array:
     """Covariance of the fingers' summed wrench in the tool's frame, about its origin."""
+    noise = np.zeros((6, 6))
+    fingers = tool_from_fingers(recorded, robot)
+    for move, deviations in zip(fingers, recorded.wrench_deviation(level), strict=True):
+        noise += move @ np.diag(deviations**2) @ move.T
+    return noise
+
+
+def tool_from_fingers(recorded: Recorded, robot: tactid.Manipulator) -> Array:
+    """Matrices (2, 6, 6) that move each finger's wrench to the tool's frame and origin."""
     posture = recorded.q[:1]
     tool_from_world = np.linalg.inv(robot.kinematics("tool0", posture).pose[0])
-    noise = np.zeros((6, 6))
-    for link, deviations in zip(FINGERS, recorded.wrench_deviation(level), strict=True):
+    moves = []
+    for link in FINGERS:
         tool_from_finger = tool_from_world @ robot.kinematics(link, posture).pose[0]
         turn, (x, y, z) = tool_from_finger[:3, :3], tool_from_finger[:3, 3]
         arm = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        move = np.block([[turn, np.zeros((3, 3))], [arm @ turn, turn]])
-        noise += move @ np.diag(deviations**2) @ move.T
-    return noise
+        moves.append(np.block([[turn, np.zeros((3, 3))], [arm @ turn, turn]]))
+    return np.array(moves)
+
+
+def filter_table(trial: Trial) -> Table:
+    """The worst of ten for LMS, NLMS and RLS, each updated once with every row ``Y pi = [f; n]``.
+
+    The motion is exact, and the noise is on the wrenches alone. LMS takes half of the largest step
+    size at which no row makes it diverge.
+    """
+    recorded, robot, payload = trial.recorded, trial.robot, trial.payload
+    rows = recorded.regressor(robot).reshape(-1, 10)
+    fingers = tool_from_fingers(recorded, robot)
+    step = 1.0 / np.square(rows).sum(axis=1).max()
+    filters: dict[str, Callable[[], tactid.Estimator]] = {
+        "LMS": lambda: tactid.Lms(10, step),
+        "NLMS": lambda: tactid.Nlms(10),
+        "RLS": lambda: tactid.Rls(10),
+    }
+
+    def errors(make: Callable[[], tactid.Estimator], level: float) -> Array:
+        found = []
+        for seed in range(RUNS) if level > 0 else [0]:
+            noisy = recorded.with_noise(level, np.random.default_rng(seed), motion=False)
+            recursive = make()
+            recursive.update(rows, np.einsum("fij,nfj->ni", fingers, noisy.wrench).ravel())
+            found.append(values_of(tactid.MassProperties.from_parameters(recursive.parameters)))
+        return 100 * (np.array(found) - values_of(payload)) / scales(payload)
+
+    title = f"recursive filters on the same rows, {SECONDS[-1]:g} s: worst rms error in %"
+    levels = (f"{100 * level:g} %" for level in LEVELS)
+    result = Table("noise on the wrenches", *levels, title=title)
+    for name, make in filters.items():
+        worst = [rms_of(errors(make, level)).max() for level in LEVELS]
+        result.add_row(name, *(f"{value:.3g}" for value in worst))
+    return result
 
 
 def table(title: str, found: dict[tuple[float, str], Array]) -> Table:

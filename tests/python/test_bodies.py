@@ -85,13 +85,13 @@ def test_regressor_times_parameters_is_newton_and_euler(
 
 
 def test_nlms_is_the_papers(rng: np.random.Generator) -> None:
-    rows, wanted = rng.normal(size=(200, 4)), rng.normal(size=200)
+    rows, targets = rng.normal(size=(200, 4)), rng.normal(size=200)
     weights = np.ones(4)
-    for row, d in zip(rows, wanted, strict=True):
+    for row, d in zip(rows, targets, strict=True):
         weights = weights + 1.8 * (d - weights @ row) / (0.9 + row @ row) * row  # (52)-(54)
     block, single = tactid.Nlms(4), tactid.Nlms(4)
-    assert block.update(rows, wanted) == 200
-    assert all(single.update(row, d) == 1 for row, d in zip(rows, wanted, strict=True))
+    assert block.update(rows, targets) == 200
+    assert all(single.update(row, d) == 1 for row, d in zip(rows, targets, strict=True))
     np.testing.assert_allclose(block.parameters, weights, rtol=1e-12)
     np.testing.assert_array_equal(single.parameters, block.parameters)
 
@@ -104,10 +104,10 @@ def test_lms_takes_a_fixed_step() -> None:
 
 def test_rls_is_least_squares(rng: np.random.Generator) -> None:
     rows, truth = rng.normal(size=(300, 10)), rng.normal(size=10)
-    wanted = rows @ truth + 0.1 * rng.normal(size=300)
+    targets = rows @ truth + 0.1 * rng.normal(size=300)
     rls = tactid.Rls(10)
-    rls.update(rows, wanted)
-    batch, squares, *_ = np.linalg.lstsq(rows, wanted, rcond=None)
+    rls.update(rows, targets)
+    batch, squares, *_ = np.linalg.lstsq(rows, targets, rcond=None)
     np.testing.assert_allclose(rls.parameters, batch, atol=1e-9)
     covariance = np.linalg.inv(rows.T @ rows) * squares[0] / 290
     np.testing.assert_allclose(rls.covariance, covariance, rtol=1e-7, atol=1e-12)

@@ -1,22 +1,28 @@
-//! The Adaline of section 3: a linear neuron whose weights are the parameters, with both of its
-//! learning rules.
+//! The Adaline of the paper's section 3: a linear neuron whose weights are the parameters.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 
-use crate::{Counts, Estimator, Outcome, SettingError, check_within};
+use crate::error::ensure;
+use crate::{Counts, Estimator, Outcome, SettingError};
 
-/// The paper's α.
+/// The step size α of (54) that the paper uses (section 3.2).
 pub const PAPER_ALPHA: f64 = 1.8;
-/// The paper's β.
+/// The regularisation β of (54) that the paper uses (section 3.2).
 pub const PAPER_BETA: f64 = 0.9;
 
-/// How far a row moves the weights: μ of (53).
+/// Chooses the step size μ of (53).
 pub trait LearningRule {
-    /// μ for a row with this squared norm, `uᵀu`.
+    /// Returns μ for a row `u` whose squared norm is `row_squared = uᵀu`, in the inverse unit of
+    /// `row_squared`.
     fn step(&self, row_squared: f64) -> f64;
 }
 
-/// A linear neuron, trained once on each row: `w ← w + μ e u`, (53).
+/// Linear neuron `y = A(k) w`, (51) without bias, whose weights `w` are trained to fulfil
+/// `A(k) w = b(k)`, (52).
+///
+/// Each row trains the weights once: `w ← w + μ e u`, (53), where `u = A(k)ᵀ` is the row, `e` is the
+/// target less the output of the neuron, and the [`LearningRule`] chooses μ. [`Lms`] and [`Nlms`] are
+/// its two forms.
 #[derive(Clone, Debug)]
 pub struct Adaline<R, const N: usize> {
     weights: SVector<f64, N>,
@@ -25,34 +31,27 @@ pub struct Adaline<R, const N: usize> {
 }
 
 impl<R, const N: usize> Adaline<R, N> {
-    /// The same with the given weights instead of ones, the paper's `w_0`.
+    /// Replaces the weights, which are initially ones (the paper's `w_0`), by `weights`.
     #[must_use]
     pub fn starting_at(self, weights: SVector<f64, N>) -> Self {
         Self { weights, ..self }
     }
 
-    pub(crate) fn with_rule(rule: R) -> Self {
+    fn with_rule(rule: R) -> Self {
         Self {
-            weights: SVector::repeat(1.0),
+            weights: SVector::repeat(1.0), // w_0, section 3.2
             rule,
             counts: Counts::default(),
         }
     }
 }
 
-impl<R: LearningRule, const N: usize> Adaline<R, N> {
-    /// One step on a row that is known to be finite.
-    pub(crate) fn learn(&mut self, row: &SVector<f64, N>, wanted: f64) {
-        let error = wanted - self.weights.dot(row); // (52)
-        self.weights += row * (self.rule.step(row.norm_squared()) * error); // (53)
-    }
-}
-
 impl<R: LearningRule, const N: usize> Estimator<N> for Adaline<R, N> {
-    fn update(&mut self, row: &SVector<f64, N>, wanted: f64) -> Outcome {
-        let outcome = self.counts.admit(row, wanted);
+    fn update(&mut self, row: &SVector<f64, N>, target: f64) -> Outcome {
+        let outcome = self.counts.admit(row, target);
         if outcome == Outcome::Used {
-            self.learn(row, wanted);
+            let error = target - row.dot(&self.weights); // residual of (52)
+            self.weights += row * (self.rule.step(row.norm_squared()) * error); // (53)
         }
         outcome
     }
@@ -61,17 +60,12 @@ impl<R: LearningRule, const N: usize> Estimator<N> for Adaline<R, N> {
         self.weights
     }
 
-    /// `None`: gradient filters keep no second moments.
-    fn covariance(&self) -> Option<SMatrix<f64, N, N>> {
-        None
-    }
-
     fn counts(&self) -> Counts {
         self.counts
     }
 }
 
-/// A step that is the same for every row: section 3.1.
+/// Step size μ that is the same for every row: the LMS rule of section 3.1.
 #[derive(Clone, Copy, Debug)]
 pub struct FixedStep(f64);
 
@@ -81,11 +75,11 @@ impl LearningRule for FixedStep {
     }
 }
 
-/// A step that shrinks with the row's own power: (54).
+/// Step size `μ = α / (β + uᵀu)`, (54), which shrinks as the row grows.
 #[derive(Clone, Copy, Debug)]
 pub struct NormalisedStep {
-    pub(crate) alpha: f64,
-    pub(crate) beta: f64,
+    alpha: f64,
+    beta: f64,
 }
 
 impl LearningRule for NormalisedStep {
@@ -94,40 +88,75 @@ impl LearningRule for NormalisedStep {
     }
 }
 
-/// Least mean squares with a fixed step, section 3.1.
+/// Least mean squares with a fixed step size, section 3.1 of the paper.
 ///
-/// Assumes rows of a known scale: it diverges where `step · |row|²` reaches 2.
+/// The rows and targets are assumed to be exact. The estimate may diverge where `step · |row|²` reaches
+/// 2, so that the step size must fit the largest row. White noise of variance `σ²` on the targets of
+/// rows with unit norm leaves a mean squared prediction error of `σ² step/(2 - step)`, however many rows
+/// follow. One row costs `2 N` multiplications.
+///
+/// ```
+/// use nalgebra::Vector1;
+/// use tactid_nlms::{Estimator, Lms};
+///
+/// let mut lms = Lms::<1>::new(0.1)?;
+/// for _ in 0..100 {
+///     lms.update(&Vector1::new(2.0), 6.0);
+/// }
+/// assert!((lms.parameters()[0] - 3.0).abs() < 1e-9);
+/// # Ok::<(), tactid_nlms::SettingError>(())
+/// ```
 pub type Lms<const N: usize> = Adaline<FixedStep, N>;
 
-/// Normalised least mean squares, (53)-(54).
+/// Normalised least mean squares, equations (53)-(54): the paper's filter.
 ///
-/// Assumes exact rows: noise on the wanted value is amplified by the misadjustment `α/(2 - α)`,
-/// which is 9 at the paper's α.
+/// The rows and targets are assumed to be exact. White noise of variance `σ²` on the targets of rows
+/// with unit norm leaves a mean squared prediction error of `σ² α/(2 - α)` (the misadjustment: 9 at the
+/// paper's α), however many rows follow. Columns of different scale slow the convergence down. One row
+/// costs `3 N` multiplications.
+///
+/// ```
+/// use nalgebra::Vector2;
+/// use tactid_nlms::{Estimator, Nlms};
+///
+/// let mut nlms = Nlms::<2>::new(1.0, 0.5)?.starting_at(Vector2::zeros());
+/// for k in 0..100 {
+///     let row = Vector2::new(f64::from(k).cos(), f64::from(k).sin());
+///     nlms.update(&row, row.dot(&Vector2::new(3.0, -0.5)));
+/// }
+/// assert!((nlms.parameters() - Vector2::new(3.0, -0.5)).norm() < 1e-6);
+/// # Ok::<(), tactid_nlms::SettingError>(())
+/// ```
 pub type Nlms<const N: usize> = Adaline<NormalisedStep, N>;
 
 impl<const N: usize> Lms<N> {
-    /// With weights of one, as the paper starts.
+    /// Returns a filter with step size μ = `step` and weights of one, the paper's `w_0`.
+    ///
+    /// `step` has the inverse unit of a row's squared norm.
     ///
     /// # Errors
-    /// Where `step` (μ) is not positive and finite.
+    /// [`SettingError::Step`] if `step` is not positive and finite.
     pub fn new(step: f64) -> Result<Self, SettingError> {
-        check_within("step", step, (0.0, f64::INFINITY), "(0, inf)")?;
+        ensure(step > 0.0 && step.is_finite(), SettingError::Step(step))?;
         Ok(Self::with_rule(FixedStep(step)))
     }
 }
 
 impl<const N: usize> Nlms<N> {
-    /// With weights of one, as the paper starts.
+    /// Returns a filter with the given α and β of (54) and weights of one, the paper's `w_0`.
+    ///
+    /// `alpha` has no unit, and `beta` that of a row's squared norm.
     ///
     /// # Errors
-    /// Where `alpha` is outside (0, 2) or `beta` outside (0, 1): the conditions below (54).
+    /// [`SettingError::Alpha`] if `alpha` is outside (0, 2), and [`SettingError::Beta`] if `beta` is
+    /// outside (0, 1): the conditions for convergence below (54).
     pub fn new(alpha: f64, beta: f64) -> Result<Self, SettingError> {
-        check_within("alpha", alpha, (0.0, 2.0), "(0, 2)")?;
-        check_within("beta", beta, (0.0, 1.0), "(0, 1)")?;
+        ensure(alpha > 0.0 && alpha < 2.0, SettingError::Alpha(alpha))?;
+        ensure(beta > 0.0 && beta < 1.0, SettingError::Beta(beta))?;
         Ok(Self::with_rule(NormalisedStep { alpha, beta }))
     }
 
-    /// With the paper's settings: α = 1.8, β = 0.9, weights of one.
+    /// Returns the paper's filter: α = 1.8, β = 0.9 and weights of one (section 3.2).
     #[must_use]
     pub fn paper() -> Self {
         Self::with_rule(NormalisedStep {
@@ -143,7 +172,7 @@ mod tests {
 
     use super::*;
 
-    /// One step of (53)-(54), by hand: e = 7 - 4 = 3, μ = 1.8 / (0.9 + 6).
+    /// One step of (53)-(54) by hand: e = 7 - 4 = 3, μ = 1.8 / (0.9 + 6).
     #[test]
     fn one_step_is_the_papers() {
         let mut filter = Nlms::<3>::paper();
@@ -153,7 +182,7 @@ mod tests {
         assert!((filter.parameters() - expected).norm() < 1e-15);
     }
 
-    /// At β = 0⁺ and α = 1 the last row is fulfilled exactly: the step is a projection.
+    /// At α = 1 and as β approaches 0, the step projects the weights onto the solutions of the row.
     #[test]
     fn unit_step_projects_onto_the_row() {
         let mut filter = Nlms::<2>::new(1.0, 1e-300).unwrap();
@@ -162,7 +191,7 @@ mod tests {
         assert!((filter.parameters().dot(&row) - 2.5).abs() < 1e-14);
     }
 
-    /// LMS diverges beyond its stable step and NLMS does not, on the same large rows.
+    /// On the same large rows LMS diverges beyond its stable step size and NLMS converges.
     #[test]
     fn normalisation_is_what_keeps_large_rows_stable() {
         let truth = Vector2::new(2.0, -1.0);
@@ -170,7 +199,7 @@ mod tests {
         let mut nlms = Nlms::<2>::paper();
         for k in 0..1000 {
             let row = Vector2::new((f64::from(k)).cos(), (f64::from(k)).sin()) * 30.0;
-            // After a hundred rows its weights are about to overflow.
+            // After a hundred rows its weights approach the limit of f64.
             if k < 100 {
                 lms.update(&row, row.dot(&truth));
             }
@@ -181,11 +210,11 @@ mod tests {
         assert!(error < 1e-9, "{error}");
     }
 
-    /// With white noise on the wanted value the mean squared error settles at the misadjustment
-    /// α/(2 - α) times what is inevitable, so a larger α is noisier.
+    /// With white noise on the targets the mean squared error settles at the misadjustment α/(2 - α)
+    /// times the variance of the noise, so a larger α is noisier.
     #[test]
     fn misadjustment_grows_with_alpha() {
-        let spread = |alpha: f64| {
+        let squared_error = |alpha: f64| {
             let mut filter = Nlms::<2>::new(alpha, 1e-6).unwrap();
             let (mut seed, mut sum) = (1u64, 0.0);
             let mut uniform = || {
@@ -204,7 +233,7 @@ mod tests {
             }
             sum
         };
-        let ratio = spread(1.8) / spread(0.5);
+        let ratio = squared_error(1.8) / squared_error(0.5);
         let expected = (1.8 / 0.2) / (0.5 / 1.5);
         assert!(
             (ratio / expected - 1.0).abs() < 0.2,

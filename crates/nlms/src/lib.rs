@@ -1,169 +1,102 @@
-//! Online estimators of the parameters `x` in `A x = b`: rows in, parameters out.
+//! Online estimators of the parameters `x` of a linear equation `A x = b`, (49), one row at a time.
 //!
-//! Section 3 of Hou et al. 2016 (doi 10.3873/j.issn.1000-1328.2016.10.009), equations (49)-(54): a
-//! linear neuron (Adaline) whose weights are the parameters, trained once on each row by least
-//! mean squares ([`Lms`]) or its normalised form ([`Nlms`]). [`Rls`] is plain recursive least
-//! squares, the yardstick that any gradient filter is measured by. None knows of robots.
+//! The crate implements section 3 of Hou et al. 2016 (doi 10.3873/j.issn.1000-1328.2016.10.009),
+//! equations (49)-(54): an Adaline, a linear neuron whose weights are the parameters, is trained on
+//! the rows by least mean squares ([`Lms`]) or by normalised least mean squares ([`Nlms`]). It adds
+//! recursive least squares ([`Rls`]) and a [`ChangeDetector`]. Nothing in it knows of robots, and
+//! nothing allocates.
 //!
 //! ```
 //! use nalgebra::Vector2;
-//! use tactid_nlms::{Estimator, Nlms};
+//! use tactid_nlms::{Estimator, Nlms, Rls};
 //!
 //! let truth = Vector2::new(3.0, -0.5);
-//! let mut filter = Nlms::<2>::paper();
+//! let (mut nlms, mut rls) = (Nlms::<2>::paper(), Rls::<2>::new());
 //! for k in 0..100 {
 //!     let row = Vector2::new((f64::from(k) * 0.7).cos(), (f64::from(k) * 0.3).sin());
-//!     filter.update(&row, row.dot(&truth));
+//!     let target = row.dot(&truth);
+//!     nlms.update(&row, target);
+//!     rls.update(&row, target);
 //! }
-//! assert!((filter.parameters() - truth).norm() < 1e-6);
+//! assert!((nlms.parameters() - truth).norm() < 1e-6);
+//! assert!((rls.parameters() - truth).norm() < 1e-9);
+//! assert!(rls.covariance().is_some());
 //! ```
 //!
-//! | estimator | what it assumes | cost a row, multiplications | choose it when |
-//! |---|---|---|---|
-//! | [`Lms`] | exact rows of a known scale | `2 N` | reproducing section 3.1; the step must fit the rows' scale |
-//! | [`Nlms`] | exact measurements, rows of like scale | `3 N` | reproducing the paper |
-//! | [`Kaczmarz`] | exact measurements | `3 N` for each projection | a gradient baseline that uses rows again |
-//! | [`Rls`] | white noise on the wanted value | `2 N²` | anything else: it reaches what the rows contain; weights, a prior, forgetting |
-//! | [`SlidingWindow`] | the same, and nothing older than the window matters | `4 N²` | the past must be gone for certain |
-//! | [`TotalLeastSquares`] | noise on both sides, covariances known up to a factor | `2 N²` | the rows themselves are measured |
-//! | [`Robust`] | white noise with bumps | `4 N²` | contacts and impacts disturb single rows |
+//! # Which estimator to choose
 //!
-//! [`ChangeDetector`] tells from an estimator's innovations when what is held has changed.
+//! | type | choose it | it assumes | multiplications per row |
+//! |---|---|---|---|
+//! | [`Rls`] | in general: it returns the least-squares solution of all rows, and its covariance | exact rows; white noise of one standard deviation on the targets | `2 N²` |
+//! | [`Rls::update_all`] | when several rows arrive together: they share `N` square roots | as [`Rls`] | `2 N²` |
+//! | [`Nlms`] | to reproduce the paper's filter | exact rows and targets; columns of similar scale | `3 N` |
+//! | [`Lms`] | to reproduce section 3.1 of the paper | as [`Nlms`], and a known bound on the norm of the rows | `2 N` |
+//! | [`ChangeDetector`] | beside an estimator, to detect that the parameters have changed | Gaussian innovations, normalised to variance one | about 12 |
+//!
+//! [`Lms`] and [`Nlms`] follow parameters that change, but noise on the targets never averages out. [`Rls`]
+//! weights all rows equally and never forgets: after a change of the parameters, start a new one with
+//! [`Rls::starting_at`]. To weight rows whose noise differs, divide each row and its target by the
+//! standard deviation of the noise. `make study` compares the three on the same rows.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod adaline;
 mod change;
-mod kaczmarz;
+mod error;
 mod rls;
-mod robust;
-mod total;
-mod triangle;
-mod window;
+mod square_root;
 
-use nalgebra::{SMatrix, SVector};
-use thiserror::Error;
+use nalgebra::SVector;
 
 pub use adaline::{
     Adaline, FixedStep, LearningRule, Lms, Nlms, NormalisedStep, PAPER_ALPHA, PAPER_BETA,
 };
-pub use change::{Change, ChangeDetector, ChangeKind, ChangeSettings};
-pub use kaczmarz::{Kaczmarz, KaczmarzSettings};
+pub use change::{ChangeDetector, ChangeSettings};
+pub use error::SettingError;
 pub use rls::Rls;
-pub use robust::Robust;
-pub use total::{RowNoise, TotalLeastSquares};
-pub use triangle::Innovation;
-pub use window::SlidingWindow;
 
-/// From where on numbers are refused: beyond, their squares overflow.
+/// Smallest magnitude that is refused: sums of squares stay finite below it.
 const TOO_LARGE: f64 = 1e150;
 
-/// Estimates `N` parameters from the rows of `A x = b`, one at a time, without allocation.
+/// Estimates the `N` parameters `x` of `A x = b` from one row at a time, without allocation.
 pub trait Estimator<const N: usize> {
-    /// Takes the row `A(k)` and the wanted `b(k)`. A row with an entry that is not finite changes
-    /// nothing, is counted, and gives [`Outcome::Refused`].
-    fn update(&mut self, row: &SVector<f64, N>, wanted: f64) -> Outcome;
+    /// Updates the estimate with row `A(k)` and its target `b(k)`, (50).
+    ///
+    /// A row or target with a magnitude of 1e150 or more, or that is not finite, changes nothing but
+    /// the [counts](Self::counts).
+    fn update(&mut self, row: &SVector<f64, N>, target: f64) -> Outcome;
 
-    /// The parameters as known now, in the units that the rows imply.
+    /// Returns the current estimate. Each parameter has the unit of the target over that of its
+    /// column.
     fn parameters(&self) -> SVector<f64, N>;
 
-    /// Covariance of the parameters; `None` where the estimator has none, or not yet.
-    fn covariance(&self) -> Option<SMatrix<f64, N, N>>;
-
-    /// How many rows came, and what became of them.
+    /// Returns how many rows were used and how many were refused.
     fn counts(&self) -> Counts;
 }
 
-/// What became of a row.
+/// Says whether an estimator used a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// It was used.
+    /// The row has updated the estimate.
     Used,
-    /// It was not finite, or so large (1e150) that its square is not, and changed nothing.
+    /// The row or its target is not finite, or has a magnitude of 1e150 or more. The estimate is
+    /// unchanged.
     Refused,
 }
 
-/// Settings out of the range in which an estimator is stable.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
-#[error("{name} is {given}, but must lie in {range}")]
-pub struct SettingError {
-    /// Which setting.
-    pub name: &'static str,
-    /// What was given.
-    pub given: f64,
-    /// What is possible.
-    pub range: &'static str,
-}
-
-/// That `given` lies strictly between `low` and `high`; NaN does not.
-fn check_within(
-    name: &'static str,
-    given: f64,
-    (low, high): (f64, f64),
-    range: &'static str,
-) -> Result<(), SettingError> {
-    if given > low && given < high {
-        return Ok(());
-    }
-    Err(SettingError { name, given, range })
-}
-
-/// That each of `given` does.
-fn check_all_within<const N: usize>(
-    name: &'static str,
-    given: &SVector<f64, N>,
-    limits: (f64, f64),
-    range: &'static str,
-) -> Result<(), SettingError> {
-    given
-        .iter()
-        .try_for_each(|&entry| check_within(name, entry, limits, range))
-}
-
-/// That a number is finite, and its square.
-fn is_sane(number: f64) -> bool {
-    number.abs() < TOO_LARGE
-}
-
-/// That a row may be used.
-fn is_sane_row<const N: usize>(row: &SVector<f64, N>, wanted: f64) -> bool {
-    is_sane(wanted) && row.iter().all(|&entry| is_sane(entry))
-}
-
-/// How many rows came, and what became of them.
+/// Number of rows that an estimator has used and refused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Rows that were used.
+    /// Number of rows with [`Outcome::Used`].
     pub used: u64,
-    /// Rows that were not finite, and changed nothing.
+    /// Number of rows with [`Outcome::Refused`].
     pub refused: u64,
 }
 
 impl Counts {
-    /// Counts a row, and says whether it may be used.
-    fn admit<const N: usize>(&mut self, row: &SVector<f64, N>, wanted: f64) -> Outcome {
-        self.admit_if(is_sane_row(row, wanted))
-    }
-
-    /// The row and the wanted value in units of the deviation of their noise, if they may be used.
-    fn admit_scaled<const N: usize>(
-        &mut self,
-        row: &SVector<f64, N>,
-        wanted: f64,
-        deviation: f64,
-    ) -> Option<(SVector<f64, N>, f64)> {
-        // Of no use, and NaN, where the deviation is not positive and finite.
-        let scale = if deviation > 0.0 && deviation.is_finite() {
-            deviation.recip()
-        } else {
-            f64::NAN
-        };
-        let (row, wanted) = (row * scale, wanted * scale);
-        (self.admit(&row, wanted) == Outcome::Used).then_some((row, wanted))
-    }
-
-    fn admit_if(&mut self, usable: bool) -> Outcome {
-        if usable {
+    /// Counts a row and returns whether it may be used.
+    fn admit<const N: usize>(&mut self, row: &SVector<f64, N>, target: f64) -> Outcome {
+        if has_finite_square(target) && row.iter().all(|&entry| has_finite_square(entry)) {
             self.used += 1;
             Outcome::Used
         } else {
@@ -171,4 +104,9 @@ impl Counts {
             Outcome::Refused
         }
     }
+}
+
+/// Returns whether `number` is finite and small enough for sums of its square.
+fn has_finite_square(number: f64) -> bool {
+    number.abs() < TOO_LARGE
 }

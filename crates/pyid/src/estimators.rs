@@ -1,4 +1,4 @@
-//! The estimators, with the number of parameters chosen when they are made.
+//! Python classes of the recursive filters, whose number of parameters is chosen at run time.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -15,7 +15,7 @@ type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 /// An estimator whose number of parameters is known at run time.
 trait AnyEstimator: Send {
     fn size(&self) -> usize;
-    fn update(&mut self, row: &[f64], wanted: f64) -> Outcome;
+    fn update(&mut self, row: &[f64], target: f64) -> Outcome;
     fn parameters(&self) -> Vec<f64>;
     fn covariance(&self) -> Option<Vec<f64>>;
     fn counts(&self) -> Counts;
@@ -27,9 +27,9 @@ macro_rules! any_estimator {
             fn size(&self) -> usize {
                 N
             }
-            fn update(&mut self, row: &[f64], wanted: f64) -> Outcome {
+            fn update(&mut self, row: &[f64], target: f64) -> Outcome {
                 let row = SVector::from_column_slice(row);
-                tactid_nlms::Estimator::update(self, &row, wanted)
+                tactid_nlms::Estimator::update(self, &row, target)
             }
             fn parameters(&self) -> Vec<f64> {
                 tactid_nlms::Estimator::parameters(self).as_slice().to_vec()
@@ -46,7 +46,7 @@ macro_rules! any_estimator {
 
 any_estimator!(Lms, self => None);
 any_estimator!(Nlms, self => None);
-// Symmetric: row by row and column by column are the same.
+// The matrix is symmetric, so that its order in memory does not matter.
 any_estimator!(Rls, self => self.covariance().map(|matrix| matrix.as_slice().to_vec()));
 
 /// Calls a function with the constant `N` that equals `size`.
@@ -70,7 +70,7 @@ macro_rules! with_size {
     };
 }
 
-/// What :class:`Lms`, :class:`Nlms` and :class:`Rls` have in common: rows of ``A x = b`` in, ``x`` out.
+/// Recursive estimator of ``x`` in ``A x = b``: :class:`Lms`, :class:`Nlms` or :class:`Rls`.
 #[pyclass(module = "tactid", frozen, subclass)]
 pub(crate) struct Estimator(Mutex<Box<dyn AnyEstimator>>);
 
@@ -83,16 +83,17 @@ impl Estimator {
 
 #[pymethods]
 impl Estimator {
-    /// Takes one row, or a block of rows one after the other.
+    /// Updates the estimate with one row, or with several rows one after the other.
     ///
-    /// A row that is not finite is refused: it is counted and changes nothing.
+    /// A row or target that is not finite, or has a magnitude of 1e150 or more, changes nothing but
+    /// :attr:`refused`.
     ///
     /// Args:
     ///     rows: Rows of ``A``, (size,) or (N, size).
-    ///     wanted: What ``A x`` is for them, () or (N,).
+    ///     targets: Entries of ``b``, () or (N,).
     ///
     /// Returns:
-    ///     How many of the rows were used.
+    ///     Number of the rows that were used.
     ///
     /// Raises:
     ///     ArgumentError: A shape does not fit.
@@ -100,20 +101,20 @@ impl Estimator {
         &self,
         py: Python<'_>,
         rows: &Bound<'_, PyAny>,
-        wanted: &Bound<'_, PyAny>,
+        targets: &Bound<'_, PyAny>,
     ) -> PyResult<usize> {
         let size = py.detach(|| self.lock().size());
         let rows = Series::read(rows, "rows", &[size])?;
-        let wanted = Series::read(wanted, "wanted", &[])?;
-        let count = common_length(&[&rows, &wanted])?.unwrap_or(1);
+        let targets = Series::read(targets, "targets", &[])?;
+        let count = common_length(&[&rows, &targets])?.unwrap_or(1);
         Ok(py.detach(|| {
             let mut estimator = self.lock();
-            let used = |&k: &usize| estimator.update(rows.at(k), wanted.at(k)[0]) == Outcome::Used;
+            let used = |&k: &usize| estimator.update(rows.at(k), targets.at(k)[0]) == Outcome::Used;
             (0..count).filter(used).count()
         }))
     }
 
-    /// The parameters ``x`` as known now, (size,), in the units that the rows imply.
+    /// Current estimate of ``x``, (size,), each in the unit of the target over that of its column.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let parameters = py.detach(|| self.lock().parameters());
@@ -121,27 +122,27 @@ impl Estimator {
         output(py, parameters, None, &[size])
     }
 
-    /// How many rows were used.
+    /// Number of rows that were used.
     #[getter]
     fn used(&self, py: Python<'_>) -> u64 {
         py.detach(|| self.lock().counts().used)
     }
 
-    /// How many rows were refused.
+    /// Number of rows that were refused.
     #[getter]
     fn refused(&self, py: Python<'_>) -> u64 {
         py.detach(|| self.lock().counts().refused)
     }
 }
 
-/// Least mean squares with a fixed step, section 3.1 of the paper.
+/// Least mean squares with a fixed step size, section 3.1 of the paper.
 ///
-/// Diverges where ``step · |row|²`` reaches 2.
+/// The estimate may diverge where ``step · |row|²`` reaches 2.
 ///
 /// Args:
-///     size: How many parameters there are, 1 to 10.
-///     step: The step, positive.
-///     start: Starting parameters, (size,); ones where left out.
+///     size: Number of parameters, 1 to 10.
+///     step: Step size, positive, in the inverse unit of a row's squared norm.
+///     start: Initial parameters, (size,); ones by default.
 ///
 /// Raises:
 ///     ArgumentError: A setting is out of its range.
@@ -163,15 +164,16 @@ impl Lms {
     }
 }
 
-/// Normalised least mean squares, equations (53)-(54) of the paper: the paper's own filter.
+/// Normalised least mean squares, equations (53)-(54): the paper's filter.
 ///
-/// It amplifies noise on the wanted values by ``alpha / (2 - alpha)``, which is 9 at the paper's alpha.
+/// The prediction of a row has ``alpha / (2 - alpha)`` times the variance of white noise on the targets,
+/// which is 9 times at the paper's alpha.
 ///
 /// Args:
-///     size: How many parameters there are, 1 to 10.
-///     alpha: In (0, 2).
-///     beta: In (0, 1).
-///     start: Starting parameters, (size,); ones where left out, as in the paper.
+///     size: Number of parameters, 1 to 10.
+///     alpha: Step size, in (0, 2).
+///     beta: Regularisation, in (0, 1), in the unit of a row's squared norm.
+///     start: Initial parameters, (size,); ones by default, as in the paper.
 ///
 /// Raises:
 ///     ArgumentError: A setting is out of its range.
@@ -199,13 +201,13 @@ impl Nlms {
     }
 }
 
-/// Recursive least squares over all rows with equal weight, in square-root form.
+/// Recursive least squares over all rows with equal weight, in square-root information form.
 ///
-/// A direction that no row excites keeps its start.
+/// A direction that no row excites keeps its initial value.
 ///
 /// Args:
-///     size: How many parameters there are, 1 to 10.
-///     start: Starting parameters, (size,); ones where left out.
+///     size: Number of parameters, 1 to 10.
+///     start: Initial parameters, (size,); ones by default.
 ///
 /// Raises:
 ///     ArgumentError: A setting is out of its range.
@@ -219,15 +221,15 @@ impl Rls {
     fn new(size: usize, start: Argument<'_, '_>) -> PyResult<PyClassInitializer<Self>> {
         fn make<const N: usize>(start: &[f64]) -> PyResult<Estimator> {
             let start = SVector::from_column_slice(start);
-            finish(Ok(tactid_nlms::Rls::<N>::new().starting_at(start)))
+            finish(Ok(tactid_nlms::Rls::<N>::starting_at(start)))
         }
         let start = read_start(start, size)?;
         let estimator = with_size!(size, make(&start))?;
         Ok(PyClassInitializer::from(estimator).add_subclass(Self))
     }
 
-    /// Covariance of the parameters, (size, size), from the rows and the variance of the residuals; None
-    /// until there are more rows than parameters.
+    /// Covariance of the estimate, (size, size), with the noise variance estimated from the residuals;
+    /// None until there are more rows than parameters.
     #[getter]
     fn covariance<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
         let py = slf.py();
@@ -247,7 +249,7 @@ fn finish<E: AnyEstimator + 'static>(estimator: Result<E, SettingError>) -> PyRe
     Ok(Estimator(Mutex::new(Box::new(estimator))))
 }
 
-/// The start, of the right length.
+/// Reads the initial parameters, of length `size`; ones by default.
 fn read_start(start: Argument<'_, '_>, size: usize) -> PyResult<Vec<f64>> {
     match start {
         None => Ok(vec![1.0; size.min(10)]),

@@ -276,6 +276,6 @@ impl Recursive {
         };
         let sudden = self.detector.update(score(innovation.beyond_model));
         let slow = self.slow_detector.update(score(self.noise.slow_distance()));
-        sudden.or(slow).is_some()
+        sudden || slow
     }
 }

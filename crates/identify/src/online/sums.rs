@@ -129,7 +129,7 @@ impl Sums {
 
     /// Forgets all but where it stands.
     pub(crate) fn begin_anew(&mut self) {
-        self.rls = Rls::new().starting_at(self.rls.parameters());
+        self.rls = Rls::starting_at(self.rls.parameters());
         self.noise = Matrix::zeros();
         self.noise_targets = Vector::zeros();
         self.alike = Matrix::zeros();
@@ -168,9 +168,9 @@ impl Sums {
     /// The parameters without the bias of the motion's noise, `(A - N) π = b - n` for least squares'
     /// `A π = b`, and their information.
     pub(crate) fn solve(&mut self) -> (Vector, Information) {
-        self.whitening = inverse_of_upper(self.rls.root()).transpose();
+        self.whitening = inverse_of_upper(self.rls.information_root()).transpose();
         let biased = self.rls.parameters();
-        let information = Information::new(self.rls.root(), &self.noise);
+        let information = Information::new(self.rls.information_root(), &self.noise);
         let bias = information.solve(&(self.noise * biased - self.noise_targets));
         (biased + bias, information)
     }
@@ -183,7 +183,7 @@ impl Sums {
 
     /// What makes the columns of all rows of length one.
     pub(crate) fn scales(&self) -> Vector {
-        let root = self.rls.root();
+        let root = self.rls.information_root();
         Vector::from_fn(|k, _| root.column(k).norm().recip())
     }
 
