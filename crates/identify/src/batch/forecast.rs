@@ -2,10 +2,10 @@
 
 use nalgebra::{SMatrix, SVector, SymmetricEigen};
 
-use crate::equations::Equation;
-use super::fit::Fit;
-use crate::solve::subspace::known;
 use super::accumulation::Gram;
+use super::fit::Fit;
+use crate::equations::Equation;
+use crate::solve::subspace::known;
 use crate::solve::uncertainty::{HALF_WIDTH_95, jacobian, largest_of_kind};
 
 /// What would take more than so many times the recording's length is never reached: the motion does
