@@ -14,7 +14,7 @@ const NEVER: f64 = 1e6;
 
 /// How the ten values become known when a motion goes on as in the recording's second half.
 #[derive(Clone, Debug)]
-pub(crate) struct Forecast {
+pub struct Forecast {
     /// By how much the information of each independent direction grows in a second, in units of what
     /// there is, 1/s.
     growth: SVector<f64, 10>,
@@ -68,7 +68,7 @@ impl Forecast {
 
     /// For each value the time until half of its 95 % interval is `within` times the largest value of
     /// its kind, s.
-    pub(crate) fn remaining_s(
+    pub fn remaining_s(
         &self,
         values: &[f64; 10],
         std_devs: &[f64; 10],

@@ -76,7 +76,8 @@ pub struct BatchResult {
     pub delay: Option<Delay>,
     /// What the data say about the assumptions.
     pub findings: Vec<Finding>,
-    forecast: Option<Forecast>,
+    /// Forecast of the uncertainty for a motion that continues; `None` where the mass is zero.
+    pub forecast: Option<Forecast>,
 }
 
 impl BatchResult {
