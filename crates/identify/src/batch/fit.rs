@@ -159,7 +159,7 @@ impl<'a> Solver<'a> {
         let (noise, weights) = match options.weights {
             Some(fit) => (fit.noise.clone(), fit.weights.clone()),
             None => (
-                Noise::before_residuals(equations, options.channels, ROUNDING),
+                Noise::from_targets(equations, options.channels, ROUNDING),
                 vec![1.0; equations.len()],
             ),
         };
@@ -369,9 +369,9 @@ impl<'a> Solver<'a> {
             )
         });
         if pass < MEDIANS {
-            self.noise.measure_medians(residuals);
+            self.noise.estimate_from_medians(residuals);
         } else {
-            self.noise.measure(residuals);
+            self.noise.estimate(residuals);
         }
         let rare = rare(channels);
         let mut residual = DMatrix::zeros(channels, 1);

@@ -68,12 +68,7 @@ impl Forecast {
 
     /// For each value the time until half of its 95 % interval is `within` times the largest value of
     /// its kind, s.
-    pub fn remaining_s(
-        &self,
-        values: &[f64; 10],
-        std_devs: &[f64; 10],
-        within: f64,
-    ) -> [f64; 10] {
+    pub fn remaining_s(&self, values: &[f64; 10], std_devs: &[f64; 10], within: f64) -> [f64; 10] {
         let largest = largest_of_kind(values);
         std::array::from_fn(|value| {
             let half_width = HALF_WIDTH_95 * std_devs[value];
