@@ -2,15 +2,15 @@
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, SymmetricEigen};
 
-use crate::solve::covariance::{self, Entries, ScaledRow};
-use crate::equations::{Channels, Equation, Row};
-use crate::solve::prior::KnownMass;
-use crate::solve::noise::{Noise, ROUNDING};
-use crate::solve::subspace::{Directions, known};
-use crate::solve::weights::{OUTLIER, rare, weight};
-use crate::solve::offsets::Offset;
-use crate::solve::uncertainty::std_devs;
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
+use crate::equations::{Channels, Equation, Row};
+use crate::solve::covariance::{self, Entries, ScaledRow};
+use crate::solve::noise::{Noise, ROUNDING};
+use crate::solve::offsets::Offset;
+use crate::solve::prior::KnownMass;
+use crate::solve::subspace::{Directions, known};
+use crate::solve::uncertainty::std_devs;
+use crate::solve::weights::{OUTLIER, rare, weight};
 
 /// Passes of reweighting; the residuals of noise settle in a few.
 const MAX_PASSES: usize = 20;
@@ -159,7 +159,7 @@ impl<'a> Solver<'a> {
         let (noise, weights) = match options.weights {
             Some(fit) => (fit.noise.clone(), fit.weights.clone()),
             None => (
-                Noise::before_residuals(equations, options.channels, ROUNDING),
+                Noise::from_targets(equations, options.channels, ROUNDING),
                 vec![1.0; equations.len()],
             ),
         };
@@ -369,9 +369,9 @@ impl<'a> Solver<'a> {
             )
         });
         if pass < MEDIANS {
-            self.noise.measure_medians(residuals);
+            self.noise.estimate_from_medians(residuals);
         } else {
-            self.noise.measure(residuals);
+            self.noise.estimate(residuals);
         }
         let rare = rare(channels);
         let mut residual = DMatrix::zeros(channels, 1);
@@ -393,13 +393,10 @@ impl<'a> Solver<'a> {
             DMatrix::zeros(self.columns, self.columns)
         };
         let offsets = self.offsets(&covariance, count);
-        let delay = self
-            .options
-            .delay
-            .then(|| Delay {
-                delay_s: self.solution[10],
-                std_dev_s: covariance[(10, 10)].max(0.0).sqrt(),
-            });
+        let delay = self.options.delay.then(|| Delay {
+            delay_s: self.solution[10],
+            std_dev_s: covariance[(10, 10)].max(0.0).sqrt(),
+        });
         Fit {
             parameters: self.solution.fixed_rows::<10>(0).into_owned(),
             covariance: covariance.fixed_view::<10, 10>(0, 0).into_owned(),

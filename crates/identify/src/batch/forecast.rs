@@ -2,10 +2,10 @@
 
 use nalgebra::{SMatrix, SVector, SymmetricEigen};
 
-use crate::equations::Equation;
-use super::fit::Fit;
-use crate::solve::subspace::known;
 use super::accumulation::Gram;
+use super::fit::Fit;
+use crate::equations::Equation;
+use crate::solve::subspace::known;
 use crate::solve::uncertainty::{HALF_WIDTH_95, jacobian, largest_of_kind};
 
 /// What would take more than so many times the recording's length is never reached: the motion does
@@ -14,7 +14,7 @@ const NEVER: f64 = 1e6;
 
 /// How the ten values become known when a motion goes on as in the recording's second half.
 #[derive(Clone, Debug)]
-pub(crate) struct Forecast {
+pub struct Forecast {
     /// By how much the information of each independent direction grows in a second, in units of what
     /// there is, 1/s.
     growth: SVector<f64, 10>,
@@ -68,12 +68,7 @@ impl Forecast {
 
     /// For each value the time until half of its 95 % interval is `within` times the largest value of
     /// its kind, s.
-    pub(crate) fn remaining_s(
-        &self,
-        values: &[f64; 10],
-        std_devs: &[f64; 10],
-        within: f64,
-    ) -> [f64; 10] {
+    pub fn remaining_s(&self, values: &[f64; 10], std_devs: &[f64; 10], within: f64) -> [f64; 10] {
         let largest = largest_of_kind(values);
         std::array::from_fn(|value| {
             let half_width = HALF_WIDTH_95 * std_devs[value];

@@ -68,7 +68,7 @@ pub fn fitted_delay(equations: &[Equation], channels: &Channels) -> Option<Delay
 pub fn coarse_delay_s(equations: &[Equation], stride_s: f64) -> Option<f64> {
     let reach = (LONGEST_DELAY_S / stride_s).ceil() as i64;
     let mut sizes = [0.0; 6];
-    noise::sizes(equations, &[3, 3], &mut sizes);
+    noise::target_sizes(equations, &[3, 3], &mut sizes);
     let at = |shift, gravity_scale| {
         let pairs = Pairs {
             equations,
@@ -94,7 +94,7 @@ pub fn coarse_delay_s(equations: &[Equation], stride_s: f64) -> Option<f64> {
 
 fn without_given_noise(channels: &Channels) -> Channels {
     Channels {
-        given: Vec::new(),
+        known_noise: Vec::new(),
         ..channels.clone()
     }
 }

@@ -56,8 +56,7 @@ impl PaperSettings {
                 expected: "one or more",
             });
         }
-        let gives_noise =
-            !(equations.wrench_noise.is_empty() && equations.effort_noise.is_empty());
+        let gives_noise = !(equations.wrench_noise.is_empty() && equations.effort_noise.is_empty());
         let beyond = [
             (equations.wrench_offset, "an unknown offset of the wrenches"),
             (gives_noise, "the noise of the sensors"),
@@ -66,9 +65,9 @@ impl PaperSettings {
             return Err(IdentifyError::KnowledgeNeedsLeastSquares(what));
         }
         match equations.method {
-            Method::Effort | Method::Combined { .. } => Err(IdentifyError::NeedsLeastSquares(
-                equations.method.name(),
-            )),
+            Method::Effort | Method::Combined { .. } => {
+                Err(IdentifyError::NeedsLeastSquares(equations.method.name()))
+            }
             Method::Tactile | Method::JointSensing => Ok(()),
         }
     }
@@ -225,11 +224,11 @@ fn recent_mean(settings: &PaperSettings) -> Option<RecentMean> {
 
 /// Updates both filters with the rows of one equation.
 fn update(mass: &mut Nlms<4>, inertia: &mut Nlms<6>, equation: &Equation) {
-    for (row, target) in equation.mass().iter() {
+    for (row, target) in equation.mass_rows().iter() {
         mass.update(&row, target);
     }
     let a_u = mass.parameters().fixed_rows::<3>(1).into_owned();
-    for (row, target) in equation.inertia(&a_u).iter() {
+    for (row, target) in equation.inertia_rows(&a_u).iter() {
         inertia.update(&row, target);
     }
 }
