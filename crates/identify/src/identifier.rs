@@ -89,7 +89,7 @@ pub struct Identifier {
     samples: u32,
     /// The links below the tool, where the estimator finds them with the payload; at the window's end.
     gripper: Option<InertialParameters>,
-    /// As of the last window that is done.
+    /// What a user reads, as of the last window whose stages are done.
     latest: Latest,
     /// Windows that gave rows.
     intervals: u64,
@@ -225,8 +225,13 @@ impl Identifier {
             }
             Stage::Approach if self.possible.is_settled() => {}
             Stage::Approach => {
+                let was_far = self.possible.is_far();
                 self.possible.step();
-                self.latest.move_to(&self.possible.parameters());
+                if was_far && !self.possible.is_far() {
+                    self.latest = self.knowledge();
+                } else {
+                    self.latest.move_to(&self.possible);
+                }
             }
         }
     }
@@ -240,18 +245,22 @@ impl Identifier {
         }
     }
 
-    /// Turns what the estimator knows into what a user reads.
+    /// Updates what a user reads.
     fn look(&mut self) {
-        let gripper = self.gripper.as_ref();
-        self.latest = match &self.method {
-            Method::TwoStage(filters) => Latest::of_filters(&filters.body(), gripper),
-            Method::OneStage(estimator) => {
-                let possible = self.possible.parameters();
-                Latest::of_least_squares(estimator, &possible, gripper)
-            }
-        };
+        self.latest = self.knowledge();
         if let Some(recent) = self.recent.as_mut().filter(|_| self.intervals > 0) {
             recent.push(self.front.time_s(), &values(&self.latest.body));
+        }
+    }
+
+    /// What the estimator knows of the payload, in the terms that a user reads.
+    fn knowledge(&self) -> Latest {
+        let gripper = self.gripper.as_ref();
+        match &self.method {
+            Method::TwoStage(filters) => Latest::of_filters(&filters.body(), gripper),
+            Method::OneStage(estimator) => {
+                Latest::of_least_squares(estimator, &self.possible, gripper)
+            }
         }
     }
 
@@ -315,8 +324,11 @@ impl Identifier {
     }
 
     /// Covariance of the payload's linear parameters, 10x10, in the order and units of
-    /// [`InertialParameters`], in the directions that the motion determined; `None` for the paper's
-    /// filter.
+    /// [`InertialParameters`]; `None` for the paper's filter.
+    ///
+    /// A direction that the motion does not determine has the variance of a parameter of plausible size:
+    /// one whose load alone would be all that is measured, or that is as large as the estimate before the
+    /// last change. Before eight windows nothing is known, and all entries are zero.
     #[must_use]
     pub fn covariance(&self) -> Option<Matrix> {
         self.latest.certainty.map(|certainty| certainty.covariance)

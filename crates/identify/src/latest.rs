@@ -2,10 +2,11 @@
 
 use tactid_dynamics::{InertialParameters, MassProperties};
 
-use crate::estimate::{self, without};
+use crate::estimate::{self, values, without};
 use crate::information::{Matrix, Vector};
+use crate::physical::Follower;
 use crate::recursive::Recursive;
-use crate::uncertainty::deviations;
+use crate::uncertainty::{deviations, widened};
 
 /// By how much of its largest principal moment an estimate may miss the triangle inequality and still
 /// count as possible: plates and rods lie on the border, and no estimate is exact.
@@ -27,6 +28,10 @@ pub(crate) struct Latest {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Certainty {
     pub(crate) deviations: [f64; 10],
+    /// The values at which deviations are known, and these: those of the estimate while the reported body is
+    /// far from the nearest consistent one, else those of the body.
+    estimate: [f64; 10],
+    linear: [f64; 10],
     pub(crate) covariance: Matrix,
 }
 
@@ -44,26 +49,40 @@ impl Latest {
     /// the payload.
     pub(crate) fn of_least_squares(
         found: &Recursive,
-        possible: &Vector,
+        possible: &Follower,
         gripper: Option<&InertialParameters>,
     ) -> Self {
+        let reported = possible.parameters();
+        let estimate = match gripper {
+            _ if !possible.is_far() => reported,
+            Some(gripper) => found.parameters() - gripper.as_vector(),
+            None => *found.parameters(),
+        };
         let covariance = found.covariance();
-        let deviations = covariance.map_or([f64::INFINITY; 10], |covariance| {
+        let linear = covariance.map_or([f64::INFINITY; 10], |covariance| {
             let (scales, unknown) = found.unknown();
-            deviations(possible, &covariance, &scales, unknown)
+            deviations(&estimate, &covariance, &scales, unknown)
         });
+        let estimate = values(&body_of(&estimate));
+        let body = body_of(&reported);
         let certainty = Certainty {
-            deviations,
+            deviations: widened(&estimate, &values(&body), &linear),
+            estimate,
+            linear,
             covariance: covariance.unwrap_or_else(Matrix::zeros),
         };
         let composite = gripper.map(|_| body_of(found.parameters()));
-        Self::new(body_of(possible), composite, Some(certainty))
+        Self::new(body, composite, Some(certainty))
     }
 
-    /// A nearer possible body.
-    pub(crate) fn move_to(&mut self, possible: &Vector) {
-        self.body = body_of(possible);
+    /// Reports a consistent body that is nearer to the estimate.
+    pub(crate) fn move_to(&mut self, possible: &Follower) {
+        self.body = body_of(&possible.parameters());
         self.is_physical = is_physical(&self.body);
+        if let Some(certainty) = self.certainty.as_mut().filter(|_| possible.is_far()) {
+            let reported = values(&self.body);
+            certainty.deviations = widened(&certainty.estimate, &reported, &certainty.linear);
+        }
     }
 
     fn new(
