@@ -302,9 +302,10 @@ fn an_offset_is_told_from_the_payload() {
         base: [0.0; 2],
         ..Noise::part(0.001)
     };
-    let mut squares = [0.0; 2];
+    // Of the values that are reported as known: with the bias some runs find no consistent body at all.
+    let (mut squares, mut counts) = ([0.0; 2], [0.0; 2]);
     for seed in 0..10 {
-        for (square, wrench_offset) in squares.iter_mut().zip([true, false]) {
+        for (case, wrench_offset) in [true, false].into_iter().enumerate() {
             let settings = EquationSettings {
                 wrench_offset,
                 ..EquationSettings::default()
@@ -315,8 +316,9 @@ fn an_offset_is_told_from_the_payload() {
             let found = estimates[0].values();
             let truth = Vec::from(values(&payload()));
             let std_devs = estimates[0].std_devs.unwrap();
-            for k in 0..10 {
-                *square += ((found[k] - truth[k]) / std_devs[k]).powi(2) / 100.0;
+            for k in (0..10).filter(|&k| std_devs[k].is_finite()) {
+                squares[case] += ((found[k] - truth[k]) / std_devs[k]).powi(2);
+                counts[case] += 1.0;
             }
             if wrench_offset {
                 assert_eq!(changes.len(), 1, "{seed} {changes:?}");
@@ -327,6 +329,8 @@ fn an_offset_is_told_from_the_payload() {
             }
         }
     }
+    assert_eq!(counts[0], 100.0);
+    let squares = [0, 1].map(|case| squares[case] / counts[case]);
     assert!((0.5..1.6).contains(&squares[0]), "{squares:?}");
     assert!(squares[1] > 20.0, "{squares:?}");
 }

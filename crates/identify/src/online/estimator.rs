@@ -9,6 +9,7 @@ use crate::equations::Equation;
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
 use crate::solve::offsets::Centering;
 use crate::solve::subspace::{Information, Matrix, Vector};
+use crate::solve::uncertainty::students_widening;
 use crate::solve::weights::{cube_root, rare, weight};
 
 /// The first windows are kept. When there are so many, and at each doubling, their residuals tell the
@@ -187,9 +188,21 @@ impl Recursive {
         &self.parameters
     }
 
-    /// Of the parameters, in the directions that are known; `None` before the noise is.
+    /// Covariance of the parameters; `None` before the noise is known.
+    ///
+    /// It is larger than that of the score covariance alone by what the noise's own uncertainty adds, and
+    /// in unobservable directions has the [plausible size](Information::unobservable) of the parameters.
     pub(crate) fn covariance(&self) -> Option<Matrix> {
-        (self.windows >= FEWEST).then_some(self.covariance)
+        if self.windows < FEWEST {
+            return None;
+        }
+        let widening = students_widening(self.noise.freedom());
+        let mut covariance = self.covariance * widening.powi(2);
+        let prior = self.sums.plausible_std_devs();
+        for (k, direction) in self.information.unobservable() {
+            covariance.ger(prior[k].powi(2), &direction, &direction, 1.0);
+        }
+        Some(covariance)
     }
 
     /// What the first six channels are off by, where they may be, in their units.
@@ -197,9 +210,12 @@ impl Recursive {
         self.centering.offsets(&self.parameters)
     }
 
-    /// The inverse of the covariance for white noise, with next to nothing in unknown directions.
+    /// The inverse of the covariance for white noise. Of unobservable directions it knows the plausible
+    /// size of the parameters.
     pub(crate) fn information(&self) -> Matrix {
-        self.information.matrix() / NOISE_CORRELATION
+        let std_devs = self.sums.plausible_std_devs();
+        let prior = std_devs.map(|std_dev| NOISE_CORRELATION / std_dev.powi(2));
+        self.information.matrix(&prior) / NOISE_CORRELATION
     }
 
     /// What a unit of each parameter is, and the directions that are unknown, unit vectors in it.
@@ -214,7 +230,8 @@ impl Recursive {
     fn rehearse(&mut self) {
         let kept = &self.kept[..self.windows];
         let (window, prediction) = (&mut self.window, &mut self.prediction);
-        self.noise.learn(kept, &self.parameters, window, prediction);
+        let parameters = self.sums.best_fit();
+        self.noise.learn(kept, &parameters, window, prediction);
         self.sums.begin_anew();
         for equation in kept {
             self.window.copy_from(equation);
@@ -259,7 +276,7 @@ impl Recursive {
         if self.since_start < PROBATION {
             self.noise.grow();
         }
-        self.sums.begin_anew();
+        self.sums.begin_anew_at(&self.parameters);
         self.detector.restart();
         self.slow_detector.restart();
         self.since_start = 0;

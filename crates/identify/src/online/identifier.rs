@@ -173,15 +173,18 @@ impl Identifier {
                 self.stage = Stage::Look;
             }
             Stage::Look => {
-                let possible = self.possible.parameters();
-                let gripper = self.gripper.as_ref();
-                self.latest = Latest::of_least_squares(&self.estimator, &possible, gripper);
+                self.latest = self.read_out();
                 self.stage = Stage::Approach;
             }
             Stage::Approach if self.possible.is_settled() => {}
             Stage::Approach => {
+                let was_far = self.possible.is_far();
                 self.possible.step();
-                self.latest.move_to(&self.possible.parameters());
+                if was_far && !self.possible.is_far() {
+                    self.latest = self.read_out();
+                } else {
+                    self.latest.move_to(&self.possible);
+                }
             }
         }
     }
@@ -191,6 +194,11 @@ impl Identifier {
         let gripper = self.gripper.unwrap_or_else(InertialParameters::zero);
         let payload = self.estimator.parameters() - gripper.as_vector();
         self.possible.aim(&payload, &self.estimator.information());
+    }
+
+    /// What the estimator knows of the payload, in the terms that a user reads.
+    fn read_out(&self) -> Latest {
+        Latest::of_least_squares(&self.estimator, &self.possible, self.gripper.as_ref())
     }
 
     /// The payload as known now. A window counts from the eighth sample after its end on, or once
@@ -215,7 +223,11 @@ impl Identifier {
     }
 
     /// Covariance of the payload's linear parameters, 10x10, in the order and units of
-    /// [`InertialParameters`], in the directions that the motion determined.
+    /// [`InertialParameters`].
+    ///
+    /// A direction that the motion does not determine has the variance of a parameter of plausible size:
+    /// one whose load alone would be all that is measured, or that is as large as the estimate before the
+    /// last payload change. Before eight windows nothing is known, and all entries are zero.
     #[must_use]
     pub fn covariance(&self) -> Matrix {
         self.latest.certainty.covariance

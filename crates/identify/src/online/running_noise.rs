@@ -188,6 +188,12 @@ impl RunningNoise {
         self.noise.inflation(self.windows / PRODUCT_CORRELATION)
     }
 
+    /// Degrees of freedom of a channel's variance: the independent windows that it was estimated from,
+    /// less its share of ten parameters.
+    pub(crate) fn freedom(&self) -> f64 {
+        self.windows / PRODUCT_CORRELATION - 10.0 / self.residuals.len() as f64
+    }
+
     /// Brings rows to units of the noise, uncorrelated.
     pub(crate) fn whiten(&self, rows: &mut [Row]) {
         self.noise.whiten(rows);

@@ -101,6 +101,8 @@ impl Scored {
 #[derive(Clone, Debug)]
 pub(crate) struct Sums {
     rls: Rls<10>,
+    /// Parameters before the first row, which unobservable directions keep.
+    start: Vector,
     /// `N = Σ D Dᵀ`, the differences' information.
     noise: Matrix,
     /// `Σ D d`, with what the differences want.
@@ -116,8 +118,10 @@ pub(crate) struct Sums {
 
 impl Sums {
     pub(crate) fn new(channels: usize) -> Self {
+        let rls = Rls::new();
         Self {
-            rls: Rls::new(),
+            start: rls.parameters(),
+            rls,
             noise: Matrix::zeros(),
             noise_targets: Vector::zeros(),
             alike: Matrix::zeros(),
@@ -127,9 +131,16 @@ impl Sums {
         }
     }
 
-    /// Forgets all but where it stands.
+    /// Discards all rows, and starts from other parameters: they are the estimate in every direction that
+    /// later rows leave unobservable.
+    pub(crate) fn begin_anew_at(&mut self, start: &Vector) {
+        self.start = *start;
+        self.begin_anew();
+    }
+
+    /// Discards all rows, and starts from the same parameters as before.
     pub(crate) fn begin_anew(&mut self) {
-        self.rls = Rls::starting_at(self.rls.parameters());
+        self.rls = Rls::starting_at(self.start);
         self.noise = Matrix::zeros();
         self.noise_targets = Vector::zeros();
         self.alike = Matrix::zeros();
@@ -165,14 +176,33 @@ impl Sums {
         self.rls.update_all(&mut self.turned);
     }
 
-    /// The parameters without the bias of the motion's noise, `(A - N) π = b - n` for least squares'
-    /// `A π = b`, and their information.
+    /// Returns the parameters that explain all rows best, however uncertain they are: what the rows
+    /// leave is then noise.
+    pub(crate) fn best_fit(&self) -> Vector {
+        let biased = self.rls.parameters();
+        let information = Information::new(self.rls.information_root(), &self.noise, f64::INFINITY);
+        biased + information.solve(&(self.noise * biased - self.noise_targets))
+    }
+
+    /// Returns the parameters, `(A - N) π = b - n` for least squares' `A π = b`, and their information.
+    ///
+    /// Least squares moves along a nearly singular direction by as much as noise over its singular value:
+    /// by up to 1e6 units after few windows. Such a direction counts as unobservable, and keeps its
+    /// [start](Self::begin_anew_at).
     pub(crate) fn solve(&mut self) -> (Vector, Information) {
         self.whitening = inverse_of_upper(self.rls.information_root()).transpose();
         let biased = self.rls.parameters();
-        let information = Information::new(self.rls.information_root(), &self.noise);
-        let bias = information.solve(&(self.noise * biased - self.noise_targets));
-        (biased + bias, information)
+        let information =
+            Information::new(self.rls.information_root(), &self.noise, self.plausible());
+        let parameters = if information.is_complete() {
+            biased + information.solve(&(self.noise * biased - self.noise_targets))
+        } else {
+            // What is left of both sides at the start.
+            let root = self.rls.information_root();
+            let target = root.tr_mul(&(root * (biased - self.start)));
+            self.start + information.solve(&(target + self.noise * self.start - self.noise_targets))
+        };
+        (parameters, information)
     }
 
     /// Covariance of the sum of scores `A r - D d`, a row times what it leaves: residual and difference
@@ -185,6 +215,21 @@ impl Sums {
     pub(crate) fn scales(&self) -> Vector {
         let root = self.rls.information_root();
         Vector::from_fn(|k, _| root.column(k).norm().recip())
+    }
+
+    /// The plausible size of a parameter, in its [unit](Self::scales).
+    ///
+    /// One parameter of a payload alone hardly causes a larger load than all that is measured; and none is
+    /// larger than it was before the first row, as far as that is known.
+    pub(crate) fn plausible(&self) -> f64 {
+        let load = (self.rls.information_root() * self.rls.parameters()).norm();
+        let scaled = self.start.component_div(&self.scales()).norm();
+        load.hypot(scaled)
+    }
+
+    /// The same in the parameters' units: the standard deviation of one that the rows leave unobservable.
+    pub(crate) fn plausible_std_devs(&self) -> Vector {
+        self.scales() * self.plausible()
     }
 
     /// Of rows of which this was predicted, given the parameters' covariance in known directions.

@@ -23,6 +23,17 @@ const GAP: f64 = 1e-9;
 /// eigenvalues of the pseudo-inertia, a tenth of a deviation.
 const CLOSE: f64 = 2.5e-3;
 
+/// The barrier's weight at most, for an estimate that is followed. At the weight `μ` the body is about
+/// `2 √μ` deviations away: far from the estimate of few windows, which knows some directions to 1e5 kg m²
+/// only. Without a bound a change of payload drove the body to 1e10 kg. In the mean over the first 0.2 s
+/// after a change 1 to 1000 bring it near equally soon, and half the samples are far without a bound; below
+/// 1000 an estimate that moves takes more than 30 steps at times.
+const HEAVIEST: f64 = 1000.0;
+
+/// The change of half the squared distance between body and estimate, in deviations, with which the estimate
+/// counts as having jumped: from none to six deviations.
+const JUMP: f64 = 18.0;
+
 /// More steps are never needed: each fall takes a few.
 const MOST_STEPS: usize = 200;
 
@@ -108,6 +119,8 @@ pub(crate) struct ProjectionTracker {
     inside: Option<Parameters>,
     weight: f64,
     is_settled: bool,
+    /// Whether the estimate has jumped away, and the body has not reached the nearest one since.
+    is_far: bool,
 }
 
 impl ProjectionTracker {
@@ -124,6 +137,7 @@ impl ProjectionTracker {
             inside: None,
             weight: CLOSE,
             is_settled: true,
+            is_far: true,
         }
     }
 
@@ -149,7 +163,8 @@ impl ProjectionTracker {
         };
         // The weight that the path has where the estimate has moved by so much.
         let moved = (self.problem.distance(&inside) - distance).abs();
-        self.weight = self.weight.max(moved);
+        self.weight = self.weight.max(moved.min(HEAVIEST));
+        self.is_far |= before.is_none() || moved > JUMP;
         self.units = units;
         self.inside = Some(inside);
         self.is_settled = false;
@@ -165,9 +180,18 @@ impl ProjectionTracker {
         };
         match self.problem.advance(inside, self.weight) {
             Advance::Far => {}
-            Advance::Near if self.weight > CLOSE => self.weight = CLOSE.max(FALL * self.weight),
-            Advance::Near | Advance::Stuck => self.is_settled = true,
+            Advance::Near | Advance::Blocked if self.weight > CLOSE => {
+                self.weight = CLOSE.max(FALL * self.weight);
+            }
+            Advance::Near => (self.is_settled, self.is_far) = (true, false),
+            Advance::Blocked | Advance::Stuck => self.is_settled = true,
         }
+    }
+
+    /// Whether the [body](Self::parameters) may be farther than a tenth of a deviation from the nearest
+    /// consistent one, as it is for some steps after the estimate has jumped.
+    pub(crate) fn is_far(&self) -> bool {
+        self.is_far && !self.is_possible
     }
 
     /// The body as far as it has come; the estimate itself where no body is near, its mass not positive.
@@ -185,6 +209,8 @@ enum Advance {
     Far,
     /// On the path.
     Near,
+    /// No lower point was found along the step.
+    Blocked,
     /// Rounding ends the path where the border is reached to the last digits.
     Stuck,
 }
@@ -207,8 +233,12 @@ impl Problem {
         for _ in 0..MOST_STEPS {
             match self.advance(&mut inside, weight) {
                 Advance::Far => {}
-                Advance::Near if barriers * weight < GAP * self.distance(&inside) => break,
-                Advance::Near => weight *= FALL,
+                Advance::Near | Advance::Blocked
+                    if barriers * weight < GAP * self.distance(&inside) =>
+                {
+                    break;
+                }
+                Advance::Near | Advance::Blocked => weight *= FALL,
                 Advance::Stuck => break,
             }
         }
@@ -233,8 +263,10 @@ impl Problem {
             }
             part *= 0.5;
         }
-        if slope < SHORT * weight || part <= 1e-12 {
+        if slope < SHORT * weight {
             Advance::Near
+        } else if part <= 1e-12 {
+            Advance::Blocked
         } else {
             Advance::Far
         }

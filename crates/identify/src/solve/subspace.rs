@@ -19,22 +19,28 @@ const NOTHING: f64 = 1e-10;
 /// `A - N` as `Uᵀ D U`, `A` being the rows' information and `N` the part of it that is noise.
 ///
 /// Directions are taken one after another, each what is left of a parameter once those before it
-/// are known; where the data say nothing of one, it stands still in [`solve`](Self::solve).
+/// are known. Where the data say nothing of one, its parameter keeps its value in [`solve`](Self::solve), and
+/// the others are solved for given this value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Information {
-    /// `U`, with a diagonal of ones.
-    upper: Matrix,
+    /// `A - N`.
+    difference: Matrix,
     /// `D⁻¹`; zero for a direction that is unknown.
     inverse: Vector,
-    /// The directions, `U⁻¹`.
+    /// The directions, `U⁻¹`, `U` having a diagonal of ones.
     directions: Matrix,
 }
 
 impl Information {
-    /// From the triangle of all rows, `A = RᵀR`, and `N`. Cost: some 1000 multiplications.
-    pub(crate) fn new(root: &Matrix, noise: &Matrix) -> Self {
+    /// Factors `A - N` from the triangle of all rows, `A = RᵀR`, and `N`. Cost: some 1000 multiplications.
+    ///
+    /// `plausible` is the size of a parameter that can be expected, in units that make the columns of `R`
+    /// of length one. A direction of which the rows know less than that counts as unobservable: its
+    /// estimate would be noise of any size.
+    pub(crate) fn new(root: &Matrix, noise: &Matrix, plausible: f64) -> Self {
         let rows = root.transpose() * root;
-        let mut rest = rows - noise;
+        let difference = rows - noise;
+        let mut rest = difference;
         let mut upper = Matrix::identity();
         let mut inverse = Vector::zeros();
         for j in 0..10 {
@@ -42,7 +48,8 @@ impl Information {
             column.copy_from(&rest.column(j));
             // What the elimination of A itself has left here is the square of R's diagonal.
             let all = root[(j, j)] * root[(j, j)];
-            let least = (SIGNAL * all).max(ROUNDING * rows[(j, j)]).max(NOTHING);
+            let vague = ROUNDING.max(plausible.powi(-2));
+            let least = (SIGNAL * all).max(vague * rows[(j, j)]).max(NOTHING);
             if column[j] > least {
                 inverse[j] = column[j].recip();
             }
@@ -54,7 +61,7 @@ impl Information {
             }
         }
         Self {
-            upper,
+            difference,
             inverse,
             directions: inverse_of_upper(&upper),
         }
@@ -63,7 +70,7 @@ impl Information {
     /// Nothing known.
     pub(crate) fn none() -> Self {
         Self {
-            upper: Matrix::identity(),
+            difference: Matrix::zeros(),
             inverse: Vector::zeros(),
             directions: Matrix::identity(),
         }
@@ -73,6 +80,11 @@ impl Information {
     pub(crate) fn solve(&self, vector: &Vector) -> Vector {
         let along = self.directions.tr_mul(vector);
         self.directions * along.component_mul(&self.inverse)
+    }
+
+    /// Whether every direction is observable.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.inverse.iter().all(|inverse| *inverse > 0.0)
     }
 
     /// `(A - N)⁻¹ S (A - N)⁻¹` of a symmetric `S`, in the known directions.
@@ -85,23 +97,36 @@ impl Information {
         inverse * middle * inverse
     }
 
-    /// `A - N`, with next to nothing in unknown directions: positive definite.
-    pub(crate) fn matrix(&self) -> Matrix {
-        let mut scaled = self.upper.transpose();
-        for (mut column, inverse) in scaled.column_iter_mut().zip(&self.inverse) {
-            column *= if *inverse > 0.0 {
-                inverse.recip()
-            } else {
-                NOTHING
-            };
+    /// Returns `A - N`, in which each unobservable direction has the information that `prior` has of the
+    /// parameter that keeps its value: positive definite.
+    ///
+    /// Its inverse is that of `A - N` among the other parameters, plus `d dᵀ / prior` for each
+    /// [direction](Self::unobservable) `d`.
+    pub(crate) fn matrix(&self, prior: &Vector) -> Matrix {
+        let mut matrix = self.difference;
+        for (k, direction) in self.unobservable() {
+            let explained = self.difference * (Vector::ith(k, 1.0) - direction);
+            for i in (0..10).filter(|&i| self.inverse[i] == 0.0) {
+                matrix[(i, k)] = explained[i];
+            }
+            matrix[(k, k)] += prior[k];
         }
-        scaled * self.upper
+        matrix
+    }
+
+    /// Unobservable directions: the index of a parameter that keeps its value in [`solve`](Self::solve), and
+    /// by how much all parameters change with a unit of it, the others being solved for anew.
+    pub(crate) fn unobservable(&self) -> impl Iterator<Item = (usize, Vector)> + Clone + '_ {
+        let indices = (0..10).filter(|&k| self.inverse[k] == 0.0);
+        indices.map(|k| {
+            let coupling = self.difference.column(k).into_owned();
+            (k, Vector::ith(k, 1.0) - self.solve(&coupling))
+        })
     }
 
     /// The directions that are unknown, of any length.
     pub(crate) fn unknown(&self) -> impl Iterator<Item = Vector> + Clone + '_ {
-        let unknown = (0..10).filter(|&j| self.inverse[j] == 0.0);
-        unknown.map(|j| self.directions.column(j).into_owned())
+        self.unobservable().map(|(_, direction)| direction)
     }
 }
 
@@ -203,13 +228,13 @@ mod tests {
     fn solves_without_the_noise() {
         for seed in 0..50 {
             let (root, noise) = rows_and_noise(seed, 0.1);
-            let information = Information::new(&root, &noise);
+            let information = Information::new(&root, &noise, f64::INFINITY);
             assert_eq!(information.unknown().count(), 0);
             let matrix = root.tr_mul(&root) - noise;
             let expected = Vector::from_fn(|k, _| (k as f64).sin());
             let found = information.solve(&(matrix * expected));
             assert!((found - expected).norm() < 1e-5, "{found}");
-            assert!((information.matrix() - matrix).norm() < 1e-9 * matrix.norm());
+            assert!((information.matrix(&Vector::zeros()) - matrix).norm() < 1e-9 * matrix.norm());
             let covariance = information.sandwich(&matrix);
             let unit = covariance * matrix;
             assert!((unit - Matrix::identity()).norm() < 1e-3, "{unit}");
@@ -229,7 +254,7 @@ mod tests {
                 let noise = direction * direction.transpose() * noise;
                 let all = rows + noise + Matrix::identity() * 1e-12;
                 let root = all.cholesky().unwrap().l().transpose();
-                let information = Information::new(&root, &noise);
+                let information = Information::new(&root, &noise, f64::INFINITY);
                 let unknown: Vec<Vector> = information.unknown().collect();
                 assert_eq!(unknown.len(), 1);
                 let found = unknown[0].normalize();

@@ -79,6 +79,63 @@ pub(crate) fn std_devs(
     std_devs
 }
 
+/// Six standard deviations are meant to be exceeded once in a million estimates. Of a normal variable,
+/// [`RARE_NORMAL`] are: the rest is left for what is not normal.
+const COVERED: f64 = 6.0;
+
+/// The two-sided quantile of the standard normal distribution that is exceeded once in a million.
+const RARE_NORMAL: f64 = 4.892;
+
+/// Deviations of quotients are widened by no more than this factor, which they reach where the mass is
+/// known to a fifth: up to [`MASS_KNOWN`], six of them are then exceeded with a probability of 5e-5.
+const WIDEST: f64 = 20.0;
+
+/// Standard deviations of the ten values at an estimate that is not yet known well, such that an error
+/// of six of them remains as rare as once in a million. Where the mass is known to 3.7 %, the inertia is
+/// far from the least that a body with this uncertainty of its centre of mass can have, and `reported` is
+/// the estimate itself, they are the [linear ones](deviations).
+///
+/// - Centre of mass and inertia are divided by the mass `m`. With the error `z s` of the mass the error of a
+///   quotient in units of its linear deviation is `z m / (m - z s)`, which for the rare `z` stays below
+///   six only where `m / s` is above 26.5.
+/// - The inertia about the centre of mass contains its square. Second order adds `m |δ|²` for the error `δ`
+///   of the centre of mass, whose square in a plane is rarely above `28 s²`.
+/// - `reported` may differ from the estimate, as the nearest consistent body does while it is approached.
+///   A difference `d` adds the variance `d² / 12`: `d + z s` is then below `6 √(s² + d² / 12)` for each
+///   `z` up to `√24 = 4.899`.
+pub(crate) fn widened(estimate: &[f64; 10], reported: &[f64; 10], linear: &[f64; 10]) -> [f64; 10] {
+    let mass = estimate[0].abs();
+    let known = mass / linear[0].max(f64::MIN_POSITIVE);
+    let quotient = if known > RARE_NORMAL {
+        RARE_NORMAL / COVERED * known / (known - RARE_NORMAL)
+    } else {
+        f64::INFINITY
+    };
+    let quotient = quotient.clamp(1.0, WIDEST);
+    let of_center = linear[1..4].iter().fold(0.0, |a, &b| f64::max(a, b)) * quotient;
+    // 4.892 s + 28 c ≤ 6 √(s² + (8 c)²).
+    let second_order = 8.0 * mass * of_center * of_center;
+    std::array::from_fn(|k| {
+        let of_estimate = match k {
+            0 => linear[0],
+            1..=3 => linear[k] * quotient,
+            _ => (linear[k] * quotient).hypot(second_order),
+        };
+        let difference = reported[k] - estimate[k];
+        of_estimate.hypot(difference / 12f64.sqrt())
+    })
+}
+
+/// By how much a standard deviation that was itself estimated with so many degrees of freedom is to be
+/// larger, for six of it to be exceeded once in a million: Student's quantile, as Wallace (1959, Annals of
+/// Mathematical Statistics 30, 1124) approximates it, over six; one from 34 degrees of freedom on.
+pub(crate) fn students_widening(freedom: f64) -> f64 {
+    let freedom = freedom.max(1.0);
+    let normal = RARE_NORMAL * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0);
+    let student = (freedom * (normal * normal / freedom).exp_m1()).sqrt();
+    (student / COVERED).max(1.0)
+}
+
 /// Standard deviation of a quantity with these derivatives after the parameters; infinite where the
 /// motion did not determine it.
 pub(crate) fn std_dev(
