@@ -33,17 +33,17 @@ fn velocities_and_accelerations_are_differences_of_poses() {
         let samples = |t: f64| state.at(t).moved(&robot);
         for name in robot.frame_names() {
             let frame = robot.frame(name).unwrap();
-            let position = |t| samples(t).pose(&robot, frame).translation.vector;
+            let position = |t| samples(t).pose(frame).translation.vector;
             let rotation = |t| {
-                let pose = samples(t).pose(&robot, frame);
+                let pose = samples(t).pose(frame);
                 pose.rotation.to_rotation_matrix().into_inner()
             };
-            let given = workspace.frame_motion(&robot, frame);
+            let given = workspace.frame_motion(frame);
             let to_body = rotation(0.0).transpose();
             // Ṙ Rᵀ = [ω]× and R̈ Rᵀ = [ω̇]× + [ω]×², the last symmetric.
             let w = vee(&(derivative(rotation) * to_body));
             let dw = vee(&(second_derivative(rotation) * to_body));
-            assert_eq!(given.pose, workspace.pose(&robot, frame));
+            assert_eq!(given.pose, workspace.pose(frame));
             assert_close(&given.velocity, &derivative(position), TOLERANCE, name);
             assert_close(&given.angular_velocity, &w, TOLERANCE, name);
             assert_close(
@@ -79,8 +79,8 @@ fn on_turning_base(kind: &str) -> FrameMotion {
         acceleration: &[0.0],
     };
     let mut workspace = Workspace::new(&robot);
-    motion(&robot, &mut workspace, &base, joints).unwrap();
-    workspace.frame_motion(&robot, robot.frame("arm").unwrap())
+    motion(&mut workspace, &base, joints).unwrap();
+    workspace.frame_motion(robot.frame("arm").unwrap())
 }
 
 /// A link that turns steadily about x on a base turning about z has the angular acceleration
@@ -129,10 +129,8 @@ fn fixed_frames_and_tool_motion() {
         robot.frame("tool0").unwrap(),
     );
     let wrist_from_tool = robot.fixed_transform(wrist, tool).unwrap();
-    let by_hand = workspace
-        .frame_motion(&robot, wrist)
-        .of_fixed(&wrist_from_tool);
-    let given = workspace.frame_motion(&robot, tool);
+    let by_hand = workspace.frame_motion(wrist).of_fixed(&wrist_from_tool);
+    let given = workspace.frame_motion(tool);
     assert_close(&by_hand.acceleration, &given.acceleration, 1e-14, "p̈");
     assert_close(&by_hand.velocity, &given.velocity, 1e-14, "ṗ");
     assert!(robot.fixed_transform(robot.base_frame(), tool).is_none());
@@ -178,7 +176,7 @@ fn wrong_lengths_are_refused() {
             acceleration,
         };
         let given = [position, velocity, acceleration];
-        let wanted = StateError {
+        let wanted = StateError::Length {
             what,
             given: given
                 .iter()
@@ -188,8 +186,8 @@ fn wrong_lengths_are_refused() {
             expected: 1,
             joints: "joint".to_owned(),
         };
-        assert_eq!(motion(&robot, &mut workspace, &base, joints), Err(wanted));
-        let error = base_acceleration(&robot, &mut workspace, &base, joints).unwrap_err();
+        assert_eq!(motion(&mut workspace, &base, joints), Err(wanted));
+        let error = base_acceleration(&mut workspace, &base, joints).unwrap_err();
         let message = error.to_string();
         assert!(
             message.contains(what) && message.contains("1 joints: joint"),

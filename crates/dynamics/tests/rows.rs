@@ -49,10 +49,10 @@ fn two_stages(body: &MassProperties) -> (Vector4<f64>, SVector<f64, 6>) {
 
 #[track_caller]
 fn assert_satisfied<const N: usize>(rows: &Rows<N>, unknowns: &SVector<f64, N>, what: &str) {
-    assert_close(&(rows.matrix * unknowns), &rows.wanted, 1e-12, what);
+    assert_close(&(rows.matrix * unknowns), &rows.target, 1e-12, what);
     for (k, (row, wanted)) in rows.iter().enumerate() {
         assert_eq!(row.transpose(), rows.matrix.row(k));
-        assert_eq!(wanted, rows.wanted[k]);
+        assert_eq!(wanted, rows.target[k]);
     }
 }
 
@@ -100,11 +100,11 @@ fn payload_wrench(
 ) -> Wrench {
     let at_base = |robot: &Manipulator| {
         let mut workspace = state.moved(robot);
-        forces(robot, &mut workspace, gravity);
-        workspace.base_wrench()
+        forces(&mut workspace, gravity);
+        workspace.base_wrench().unwrap()
     };
     let on_payload = at_base(&robot.with_payload(tool, payload)) - at_base(robot);
-    let world_from_tool = state.moved(robot).pose(robot, tool);
+    let world_from_tool = state.moved(robot).pose(tool);
     let world_from_base = Isometry3::from(state.base.pose.translation);
     on_payload.expressed_in(&(world_from_tool.inverse() * world_from_base))
 }
@@ -125,7 +125,7 @@ fn regressor_agrees_with_forces() {
             let payload = Cloud::random(rng).parameters();
             let state = State::random(rng, robot.dof());
             let gravity = vector(rng, 10.0);
-            let frame_motion = state.moved(&robot).frame_motion(&robot, tool);
+            let frame_motion = state.moved(&robot).frame_motion(tool);
             let by_rows = wrench_regressor(&frame_motion.in_frame(&gravity)) * payload.as_vector();
             let by_forces = payload_wrench(&weightless, &state, tool, &payload, &gravity);
             // The base link keeps its own mass, which is large beside the payload's.
@@ -150,7 +150,7 @@ fn unturned(motion: &FrameMotion) -> ToolMotion {
 /// Least squares over stacked rows: the solution, and the residual relative to what was wanted.
 fn least_squares<const N: usize>(rows: &[Rows<N>]) -> (SVector<f64, N>, f64) {
     let matrix = DMatrix::from_fn(3 * rows.len(), N, |r, c| rows[r / 3].matrix[(r % 3, c)]);
-    let wanted = DVector::from_fn(3 * rows.len(), |r, _| rows[r / 3].wanted[r % 3]);
+    let wanted = DVector::from_fn(3 * rows.len(), |r, _| rows[r / 3].target[r % 3]);
     let solution = matrix
         .clone()
         .svd(true, true)
@@ -172,7 +172,7 @@ fn rows_hold_in_the_end_effector_frame_alone() {
     let (mut in_tool, mut in_world) = ((Vec::new(), Vec::new()), (Vec::new(), Vec::new()));
     for _ in 0..30 {
         let state = State::random(rng, robot.dof());
-        let seen = state.moved(&robot).frame_motion(&robot, tool);
+        let seen = state.moved(&robot).frame_motion(tool);
         let motion = seen.in_frame(&Vector3::zeros());
         let wrench = newton_euler(&body, &motion);
         in_tool.0.push(tactile_mass_rows(&motion, &wrench.force));
@@ -221,7 +221,7 @@ fn rows_do_not_depend_on_the_inertial_frame() {
         };
         let gravity = vector(rng, 10.0);
         let rows = |state: &State, gravity: &Vector3<f64>| {
-            let seen = state.moved(&robot).frame_motion(&robot, tool);
+            let seen = state.moved(&robot).frame_motion(tool);
             wrench_regressor(&seen.in_frame(gravity))
         };
         let (given, wanted) = (rows(&turned, &(turn * gravity)), rows(&state, &gravity));
@@ -236,7 +236,7 @@ fn floating(robot: &Manipulator, mut state: State, still: &[&str]) -> State {
         (state.velocity[joint], state.acceleration[joint]) = (0.0, 0.0);
     }
     let mut workspace = Workspace::new(robot);
-    let found = base_acceleration(robot, &mut workspace, &state.base, state.joints()).unwrap();
+    let found = base_acceleration(&mut workspace, &state.base, state.joints()).unwrap();
     (state.base.acceleration, state.base.angular_acceleration) = (found.linear, found.angular);
     state
 }
@@ -256,25 +256,23 @@ fn wrench_on_end_effector_moves_gripper_and_payload() {
         let state = floating(&robot, State::random(rng, robot.dof()), &still);
 
         let workspace = state.moved(&robot);
-        let composite = robot.subtree_parameters(&workspace, tool) + payload;
-        let seen = workspace
-            .frame_motion(&robot, tool)
-            .in_frame(&Vector3::zeros());
+        let composite = workspace.subtree_parameters(tool) + payload;
+        let seen = workspace.frame_motion(tool).in_frame(&Vector3::zeros());
         let felt = wrench_regressor(&seen) * composite.as_vector();
 
         let rest = empty.without_subtree(tool);
         let mut workspace = Workspace::new(&rest);
-        motion(&rest, &mut workspace, &state.base, state.joints()).unwrap();
-        let found = wrench_on_end_effector(&rest, &workspace, tool);
+        motion(&mut workspace, &state.base, state.joints()).unwrap();
+        let found = wrench_on_end_effector(&workspace, tool);
         assert_close(&six(found), &felt, 1e-11, "[f_U; n_U]");
 
         // Then the joint-sensing rows hold, too: (32) with f_K = -f_U, (46).
         let body = composite.mass_properties().unwrap();
         let (first, second) = two_stages(&body);
         let rows = mass_rows(&seen, &-found.force);
-        assert_close(&(rows.matrix * first), &rows.wanted, 1e-11, "(32)");
+        assert_close(&(rows.matrix * first), &rows.target, 1e-11, "(32)");
         let rows = inertia_rows(&seen, &found, &body.center_of_mass);
-        assert_close(&(rows.matrix * second), &rows.wanted, 1e-11, "(46)");
+        assert_close(&(rows.matrix * second), &rows.target, 1e-11, "(46)");
         // The mistakes that this guards against are not small.
         let a_cross_f = body.center_of_mass.cross(&found.force);
         assert!(a_cross_f.norm() > 1e-6 * felt.norm());
@@ -292,19 +290,19 @@ fn wrench_on_end_effector_is_the_sum_over_the_links_below() {
         let workspace = state.moved(&robot);
         for index in 0..tree.0.len() {
             let tool = robot.frame(&format!("link_{index}")).unwrap();
-            let tool_from_world = workspace.pose(&robot, tool).inverse();
+            let tool_from_world = workspace.pose(tool).inverse();
             let mut wanted = Wrench::zero();
             let mut parameters = InertialParameters::zero();
             for link in tree.below(index) {
                 let frame = robot.frame(&format!("link_{link}")).unwrap();
-                let seen = workspace.frame_motion(&robot, frame);
+                let seen = workspace.frame_motion(frame);
                 let own = &tree.0[link].parameters;
                 let needed = wrench_regressor(&seen.in_frame(&Vector3::zeros())) * own.as_vector();
                 let tool_from_link = tool_from_world * seen.pose;
                 wanted = wanted + of_six(&needed).expressed_in(&tool_from_link);
                 parameters = parameters + own.expressed_in(&tool_from_link);
             }
-            let taken_off = robot.subtree_parameters(&workspace, tool);
+            let taken_off = workspace.subtree_parameters(tool);
             assert_close(
                 taken_off.as_vector(),
                 parameters.as_vector(),
@@ -313,7 +311,7 @@ fn wrench_on_end_effector_is_the_sum_over_the_links_below() {
             );
             let rest = robot.without_subtree(tool);
             assert!((rest.mass() + taken_off.mass() - robot.mass()).abs() < 1e-12 * robot.mass());
-            let found = wrench_on_end_effector(&rest, &state.moved(&rest), tool);
+            let found = wrench_on_end_effector(&state.moved(&rest), tool);
             assert_close(&six(found), &six(wanted), 1e-11, robot.frame_name(tool));
         }
     }

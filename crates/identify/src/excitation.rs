@@ -50,7 +50,7 @@ impl Excitation {
     pub(crate) fn update(&mut self, equation: &Equation) {
         let rows = equation.mass();
         self.mass += rows.matrix.tr_mul(&rows.matrix);
-        self.wanted_squares += rows.wanted.norm_squared();
+        self.wanted_squares += rows.target.norm_squared();
         let matrix = equation.inertia(&Vector3::zeros()).matrix;
         self.inertia += matrix.tr_mul(&matrix);
         self.intervals += 1;

@@ -45,12 +45,11 @@ pub(crate) struct Model {
     wrench_noise: Vec<SVector<f64, 6>>,
     effort_noise: Vec<f64>,
     robot: Manipulator,
-    /// The robot as the equations know it: without its end-effector for the joint-sensing way.
-    known: Manipulator,
     tool: FrameId,
     sensors: Vec<FrameId>,
     /// The joints that feel the payload.
     loaded: Vec<usize>,
+    /// State of the robot whose masses count as known: without its end-effector for joint sensing.
     workspace: Workspace,
     jacobian: Vec<Vector6<f64>>,
     rows: Vec<Row>,
@@ -92,16 +91,15 @@ impl Model {
                 .map(SVector::from)
                 .collect(),
             effort_noise: each(&settings.effort_noise, robot.dof()).collect(),
-            known: match settings.way {
-                Way::Tactile | Way::Effort | Way::Combined { .. } => robot.clone(),
-                Way::JointSensing => robot.without_subtree(tool),
-            },
             sources,
             robot: robot.clone(),
             tool,
             sensors,
             loaded,
-            workspace: Workspace::new(robot),
+            workspace: match settings.way {
+                Way::Tactile | Way::Effort | Way::Combined { .. } => Workspace::new(robot),
+                Way::JointSensing => Workspace::new(&robot.without_subtree(tool)),
+            },
             jacobian: vec![Vector6::zeros(); robot.dof()],
             rows: vec![Row::zero(); rows],
         };
@@ -167,10 +165,10 @@ impl Model {
 
     /// Of the noise of a sample of the sensors' sum, in `Σ_U` and about its origin.
     fn wrench_covariance(&self) -> SMatrix<f64, 6, 6> {
-        let tool_from_world = self.workspace.pose(&self.known, self.tool).inverse();
+        let tool_from_world = self.workspace.pose(self.tool).inverse();
         let mut covariance = SMatrix::zeros();
         for (&sensor, deviations) in self.sensors.iter().zip(&self.wrench_noise) {
-            let tool_from_sensor = tool_from_world * self.workspace.pose(&self.known, sensor);
+            let tool_from_sensor = tool_from_world * self.workspace.pose(sensor);
             let root = moved(&SMatrix::from_diagonal(deviations), &tool_from_sensor);
             covariance += root * root.transpose();
         }
@@ -222,8 +220,8 @@ impl Model {
             velocity: &instant.joint_velocity,
             acceleration: &instant.joint_acceleration,
         };
-        motion(&self.known, &mut self.workspace, &instant.base, joints)?;
-        let frame = self.workspace.frame_motion(&self.known, self.tool);
+        motion(&mut self.workspace, &instant.base, joints)?;
+        let frame = self.workspace.frame_motion(self.tool);
         let regressor = wrench_regressor(&frame.in_frame(&self.gravity));
         let gravity =
             gravity_regressor(&frame.pose.rotation.inverse_transform_vector(&self.gravity));
@@ -233,19 +231,21 @@ impl Model {
             Source::Sensors | Source::Rest => false,
         };
         if self.sources.iter().copied().any(needs_forces) {
-            forces(&self.known, &mut self.workspace, &self.gravity);
+            forces(&mut self.workspace, &self.gravity);
         }
         let mut first = 0;
         for k in 0..self.sources.len() {
             let source = self.sources[k];
             let count = source.rows(&self.loaded);
             match source {
-                Source::Efforts => self.effort_rows(first, instant, &regressor, &gravity),
+                Source::Efforts => self.effort_rows(first, instant, &regressor, &gravity)?,
                 Source::Sensors | Source::Rest => {
                     let wrench = self.wrench_on_end_effector(source, instant);
                     fill(&mut self.rows[first..], &wrench, &regressor, &gravity);
                 }
-                Source::Base => self.base_rows(first, &instant.base.pose, &regressor, &gravity),
+                Source::Base => {
+                    self.base_rows(first, &instant.base.pose, &regressor, &gravity)?;
+                }
             }
             first += count;
         }
@@ -259,18 +259,19 @@ impl Model {
         instant: &Instant,
         regressor: &SMatrix<f64, 6, 10>,
         gravity: &SMatrix<f64, 6, 4>,
-    ) {
-        let workspace = &mut self.workspace;
-        workspace.jacobian(&self.known, self.tool, &mut self.jacobian);
+    ) -> Result<(), StateError> {
+        let workspace = &self.workspace;
+        workspace.jacobian(self.tool, &mut self.jacobian)?;
         for (row, &joint) in self.rows[first..].iter_mut().zip(&self.loaded) {
             let column = &self.jacobian[joint];
             row.regressor = regressor.tr_mul(column);
             row.gravity = gravity.tr_mul(column);
             row.wanted = instant.joint_effort[joint];
             if !self.effort_is_net {
-                row.wanted -= workspace.joint_torques()[joint];
+                row.wanted -= workspace.joint_torques()?[joint];
             }
         }
+        Ok(())
     }
 
     /// What moves the payload comes from the robot's own momentum: both wrenches on a base that floats
@@ -284,31 +285,32 @@ impl Model {
         world_from_base: &Isometry3<f64>,
         regressor: &SMatrix<f64, 6, 10>,
         gravity: &SMatrix<f64, 6, 4>,
-    ) {
-        let on_known = self.workspace.base_wrench();
+    ) -> Result<(), StateError> {
+        let on_known = self.workspace.base_wrench()?;
         let base_from_world = world_from_base.rotation.inverse();
         let wanted = Wrench {
             force: base_from_world * -on_known.force,
             moment: base_from_world * -on_known.moment,
         };
-        let base_from_tool = world_from_base.inv_mul(&self.workspace.pose(&self.known, self.tool));
+        let base_from_tool = world_from_base.inv_mul(&self.workspace.pose(self.tool));
         let (regressor, gravity) = (
             moved(regressor, &base_from_tool),
             moved(gravity, &base_from_tool),
         );
         fill(&mut self.rows[first..], &wanted, &regressor, &gravity);
+        Ok(())
     }
 
     /// On the body that is sought, in `Σ_U` and about its origin.
     fn wrench_on_end_effector(&self, source: Source, instant: &Instant) -> Wrench {
         if source == Source::Rest {
-            return wrench_on_end_effector(&self.known, &self.workspace, self.tool);
+            return wrench_on_end_effector(&self.workspace, self.tool);
         }
         // (47): f_U and n_U are the sums over all fingers.
-        let tool_from_world = self.workspace.pose(&self.known, self.tool).inverse();
+        let tool_from_world = self.workspace.pose(self.tool).inverse();
         let wrenches = self.sensors.iter().zip(&instant.wrenches);
         wrenches.fold(Wrench::zero(), |sum, (&sensor, wrench)| {
-            let world_from_sensor = self.workspace.pose(&self.known, sensor);
+            let world_from_sensor = self.workspace.pose(sensor);
             sum + wrench.expressed_in(&(tool_from_world * world_from_sensor))
         })
     }
@@ -320,7 +322,7 @@ impl Model {
 
     /// The links below the tool, at the posture of the last instant.
     pub(crate) fn gripper(&self) -> InertialParameters {
-        self.robot.subtree_parameters(&self.workspace, self.tool)
+        self.workspace.subtree_parameters(self.tool)
     }
 }
 

@@ -153,6 +153,18 @@ pub struct BaseProperties {
     pub inertia_kg_m2: [f64; 6],
 }
 
+impl BaseProperties {
+    /// Returns the mass properties as one value, in the frame of the URDF's root link.
+    #[must_use]
+    pub fn mass_properties(&self) -> MassProperties {
+        MassProperties {
+            mass_kg: self.mass_kg,
+            center_of_mass: Vector3::from(self.center_of_mass_m),
+            inertia: symmetric_matrix(self.inertia_kg_m2),
+        }
+    }
+}
+
 /// The body that is held, in the tool frame when the excitation begins.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]

@@ -117,3 +117,25 @@ fn a_robot_that_does_not_fit_is_reported() {
         assert!(error.contains(wanted), "{error}");
     }
 }
+
+/// The simulation reads URDFs as `tactid_dynamics` does: names with an undeclared prefix are ignored, and a fault is
+/// reported with the same error.
+#[test]
+fn urdfs_are_read_as_the_dynamics_read_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("robot.urdf");
+    let run_with = |urdf: &str| {
+        std::fs::write(&path, urdf).unwrap();
+        let mut experiment = short();
+        experiment.robot.urdf = Some(path.clone());
+        Simulation::new(&experiment).map(|simulation| simulation.joint_names().to_vec())
+    };
+    let built_in = Simulation::new(&short()).unwrap().joint_names().to_vec();
+    let prefixed = tactid_sim::BUILT_IN_URDF.replace("<limit ", "<limit drake:acceleration='5' ");
+    assert!(prefixed.len() > tactid_sim::BUILT_IN_URDF.len());
+    assert_eq!(run_with(&prefixed).unwrap(), built_in);
+    let broken = tactid_sim::BUILT_IN_URDF.replace("<box size=\"", "<box size=\"-");
+    assert!(broken.len() > tactid_sim::BUILT_IN_URDF.len());
+    let error = run_with(&broken).unwrap_err();
+    assert!(matches!(error, SimError::Model(_)), "{error}");
+}

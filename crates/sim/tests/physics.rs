@@ -156,7 +156,6 @@ fn tool_is_frame_6_of_table_1() {
             acceleration: &sample.joint_velocity,
         };
         motion(
-            &robot,
             &mut workspace,
             &FrameMotion::at_rest(sample.base.pose),
             joints,
@@ -167,7 +166,7 @@ fn tool_is_frame_6_of_table_1() {
             ("finger_left_link", sample.fingers[0].pose),
             ("finger_right_link", sample.fingers[1].pose),
         ] {
-            let by_urdf = workspace.pose(&robot, robot.frame(name).unwrap());
+            let by_urdf = workspace.pose(robot.frame(name).unwrap());
             assert!(
                 (by_urdf.to_homogeneous() - pose.to_homogeneous()).norm() < 1e-9,
                 "{name}"

@@ -107,7 +107,7 @@ impl State {
 
     pub(crate) fn moved(&self, robot: &Manipulator) -> Workspace {
         let mut workspace = Workspace::new(robot);
-        motion(robot, &mut workspace, &self.base, self.joints()).unwrap();
+        motion(&mut workspace, &self.base, self.joints()).unwrap();
         workspace
     }
 
@@ -254,6 +254,12 @@ impl RandomTree {
 
     pub(crate) fn robot(&self) -> Manipulator {
         Manipulator::from_urdf(&self.urdf(true), BaseKind::Floating).unwrap()
+    }
+
+    /// Removes the mass of a link.
+    pub(crate) fn remove_mass(&mut self, link: usize) {
+        self.0[link].inertial.clear();
+        self.0[link].parameters = InertialParameters::zero();
     }
 
     /// The links below one, itself not included.

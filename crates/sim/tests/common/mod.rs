@@ -87,11 +87,12 @@ impl Middle {
 
 /// Forms rows from the intervals between samples, in both ways, and compares joint torques on the way.
 pub(crate) struct Identifier {
-    robot: Manipulator,
-    /// Without gripper: what the joint-sensing way knows.
-    rest: Manipulator,
-    loaded: Manipulator,
-    workspace: Workspace,
+    /// State of the robot as it is.
+    robot: Workspace,
+    /// State of the robot without its gripper, which joint sensing treats as part of the unknown body.
+    rest: Workspace,
+    /// State of the robot with the payload.
+    loaded: Workspace,
     tool: FrameId,
     fingers: [FrameId; 2],
     last: Option<Sample>,
@@ -109,15 +110,14 @@ impl Identifier {
         let tool = robot.frame("tool0")?;
         let payload = InertialParameters::from(*simulation.payload_in_tool());
         Ok(Self {
-            rest: robot.without_subtree(tool),
-            loaded: robot.with_payload(tool, &payload),
-            workspace: Workspace::new(&robot),
+            rest: Workspace::new(&robot.without_subtree(tool)),
+            loaded: Workspace::new(&robot.with_payload(tool, &payload)),
             tool,
             fingers: [
                 robot.frame("finger_left_link")?,
                 robot.frame("finger_right_link")?,
             ],
-            robot,
+            robot: Workspace::new(&robot),
             last: None,
             tactile: LeastSquares::default(),
             joint_sensing: LeastSquares::default(),
@@ -134,15 +134,14 @@ impl Identifier {
             acceleration: &sample.joint_velocity,
         };
         motion(
-            &self.robot,
-            &mut self.workspace,
+            &mut self.robot,
             &FrameMotion::at_rest(sample.base.pose),
             joints,
         )?;
-        let tool_from_world = self.workspace.pose(&self.robot, self.tool).inverse();
+        let tool_from_world = self.robot.pose(self.tool).inverse();
         let mut sum = Wrench::zero();
         for (frame, finger) in self.fingers.into_iter().zip(&sample.fingers) {
-            let tool_from_finger = tool_from_world * self.workspace.pose(&self.robot, frame);
+            let tool_from_finger = tool_from_world * self.robot.pose(frame);
             sum = sum + finger.wrench.expressed_in(&tool_from_finger);
         }
         Ok(sum)
@@ -161,38 +160,20 @@ impl Identifier {
         let middle = Middle::new(&last, sample);
         let gravity = Vector3::zeros();
 
-        motion(
-            &self.robot,
-            &mut self.workspace,
-            &middle.base,
-            middle.joints(),
-        )?;
-        let tool = self
-            .workspace
-            .frame_motion(&self.robot, self.tool)
-            .in_frame(&gravity);
+        motion(&mut self.robot, &middle.base, middle.joints())?;
+        let tool = self.robot.frame_motion(self.tool).in_frame(&gravity);
         self.tactile.push(&tool, &mean);
 
-        motion(
-            &self.loaded,
-            &mut self.workspace,
-            &middle.base,
-            middle.joints(),
-        )?;
-        forces(&self.loaded, &mut self.workspace, &gravity);
-        for (joint, wanted) in self.workspace.joint_torques().iter().take(6).enumerate() {
+        motion(&mut self.loaded, &middle.base, middle.joints())?;
+        forces(&mut self.loaded, &gravity);
+        for (joint, expected) in self.loaded.joint_torques()?.iter().take(6).enumerate() {
             let torque = 0.5 * (last.joint_torque[joint] + sample.joint_torque[joint]);
-            self.torque_error += (torque - wanted).powi(2);
-            self.torque += wanted.powi(2);
+            self.torque_error += (torque - expected).powi(2);
+            self.torque += expected.powi(2);
         }
 
-        motion(
-            &self.rest,
-            &mut self.workspace,
-            &middle.base,
-            middle.joints(),
-        )?;
-        let wrench = wrench_on_end_effector(&self.rest, &self.workspace, self.tool);
+        motion(&mut self.rest, &middle.base, middle.joints())?;
+        let wrench = wrench_on_end_effector(&self.rest, self.tool);
         self.joint_sensing.push(&tool, &wrench);
         Ok(())
     }
@@ -207,8 +188,8 @@ impl Identifier {
         let Some(sample) = self.last.clone() else {
             return Err("no samples".into());
         };
-        self.wrench_in_tool(&sample)?; // moves the workspace there
-        let gripper = self.robot.subtree_parameters(&self.workspace, self.tool);
+        self.wrench_in_tool(&sample)?; // moves the robot there
+        let gripper = self.robot.subtree_parameters(self.tool);
         let payload = self.joint_sensing.solve()? - gripper;
         Ok(payload.mass_properties().ok_or("no mass")?)
     }
