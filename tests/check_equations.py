@@ -1,7 +1,7 @@
-"""Checks that the index of the paper's equations, docs/equations.md, is complete and names existing items and tests.
+"""Checks docs/equations.md: each equation of the paper has a row, each item and test exists.
 
-Run it from anywhere: ``python3 tests/check_equations.py [FILE]``. It prints each fault and exits with
-status 1 if there is one.
+Run it from anywhere: ``python3 tests/check_equations.py [FILE]``. It prints each fault and exits
+with status 1 if there is one.
 """
 
 import re
@@ -27,7 +27,7 @@ def read_table(text: str) -> list[list[str]]:
 def item_fault(item: str, source: str) -> str | None:
     """Returns what is wrong with an item of a source file, or None.
 
-    The last segment of the path must be defined there. So must the segment before it if it names a type.
+    The last segment of the path must be defined there. A type before it must be known there.
     """
     *path, name = item.split("::")
     owner = path[-1] if path and path[-1][0].isupper() else None
@@ -65,7 +65,7 @@ def row_faults(number: str, items: str, tests: str) -> list[str]:
     for cell, column, check in ((items, COLUMNS[2], item_fault), (tests, COLUMNS[3], test_fault)):
         references = REFERENCE.findall(cell)
         if "; ".join(f"`{name}`, `{file}`" for name, file in references) != cell or not references:
-            faults.append(f"{number}: {column}: `name`, `file` pairs with semicolons expected: {cell}")
+            faults.append(f"{number}: {column}: expected `name`, `file`; ...: {cell}")
         for name, file in references:
             path = ROOT / file
             fault = check(name, path.read_text()) if path.is_file() else "does not exist"
