@@ -8,7 +8,7 @@ mod common;
 use nalgebra::{Isometry3, Matrix4, Rotation3, Vector3};
 use tactid_dynamics::{BaseKind, FrameMotion, JointMotion, Manipulator, Workspace, motion};
 use tactid_sim::{
-    BUILT_IN_URDF, Deviation, ExcitationMode, Experiment, NamedPosture, Posture, Sample, Simulation,
+    BUILT_IN_URDF, ExcitationMode, Experiment, NamedPosture, Posture, Sample, Simulation, StdDev,
 };
 
 /// Every joint moves within three seconds.
@@ -279,8 +279,8 @@ fn measurement_noise_is_as_asked() {
     };
     let (_, clean) = run(&experiment);
     experiment.noise.joint_position_rad = 1e-3.into();
-    experiment.noise.finger_force_n = Deviation::Each(vec![0.0, 0.0, 0.1, 0.2, 0.5, 0.0]);
-    experiment.noise.imu_acceleration_m_s2 = Deviation::Each(vec![0.0, 0.0, 0.02]);
+    experiment.noise.finger_force_n = StdDev::Each(vec![0.0, 0.0, 0.1, 0.2, 0.5, 0.0]);
+    experiment.noise.imu_acceleration_m_s2 = StdDev::Each(vec![0.0, 0.0, 0.02]);
     let (_, noisy) = run(&experiment);
     let rms = |error: &dyn Fn(&Sample, &Sample) -> f64| {
         let sum: f64 = clean
@@ -311,7 +311,7 @@ fn measurement_noise_is_as_asked() {
 #[test]
 fn noise_of_each_joint_is_for_all_joints() {
     let mut experiment = short();
-    experiment.noise.joint_torque_nm = Deviation::Each(vec![0.1; 6]);
+    experiment.noise.joint_torque_nm = StdDev::Each(vec![0.1; 6]);
     let error = Simulation::new(&experiment).err().unwrap().to_string();
     assert_eq!(
         error,
