@@ -1,4 +1,4 @@
-//! What runs in a control loop allocates nothing.
+//! Computations of a control loop do not allocate.
 
 #![allow(clippy::unwrap_used)]
 
@@ -13,8 +13,8 @@ use tactid_dynamics::{
     wrench_on_end_effector, wrench_regressor,
 };
 
-/// Once a workspace exists, motion, forces, the base's acceleration, momentum, the end-effector's
-/// wrench and all rows allocate nothing.
+/// With an existing workspace, motion, forces, acceleration of the base, momentum, wrench on the end-effector and all
+/// regressors allocate nothing.
 #[test]
 fn the_loop_allocates_nothing() {
     let rng = &mut rng(1);

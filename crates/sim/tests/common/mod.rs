@@ -1,4 +1,5 @@
-//! The payload by least squares on `[f; n] = Y π`, straight from the samples: no log, no filter, no tactid-identify.
+//! Identification of the payload by least squares on `[f; n] = Y π` from the samples, without log, filter or
+//! tactid-identify.
 
 use nalgebra::{Isometry3, SMatrix, SVector, Translation3, Vector3};
 use tactid_dynamics::{
@@ -10,7 +11,7 @@ use tactid_sim::{Sample, Simulation};
 
 type Failure = Box<dyn std::error::Error>;
 
-/// Sums of the rows `[f; n] = Y π`.
+/// Normal equations of `[f; n] = Y π`.
 pub(crate) struct LeastSquares {
     normal: SMatrix<f64, 10, 10>,
     right: SVector<f64, 10>,
@@ -40,7 +41,7 @@ impl LeastSquares {
     }
 }
 
-/// The middle of the interval between two samples.
+/// State in the middle between two samples.
 struct Middle {
     base: FrameMotion,
     position: Vec<f64>,
@@ -85,11 +86,11 @@ impl Middle {
     }
 }
 
-/// Forms rows from the intervals between samples, in both ways, and compares joint torques on the way.
+/// Forms the equations of both methods from consecutive samples, and compares joint torques with the inverse dynamics.
 pub(crate) struct Identifier {
     /// State of the robot as it is.
     robot: Workspace,
-    /// State of the robot without its gripper, which joint sensing treats as part of the unknown body.
+    /// State of the robot without its gripper, which joint sensing identifies together with the payload.
     rest: Workspace,
     /// State of the robot with the payload.
     loaded: Workspace,
@@ -98,7 +99,7 @@ pub(crate) struct Identifier {
     last: Option<Sample>,
     tactile: LeastSquares,
     joint_sensing: LeastSquares,
-    /// Sums of squares.
+    /// Sum of squares of the torque errors.
     torque_error: f64,
     torque: f64,
 }
@@ -126,7 +127,7 @@ impl Identifier {
         })
     }
 
-    /// What the fingers feel, in the tool frame; the fingers' frames stand where their joints say.
+    /// Returns the sum of the fingers' wrenches in the tool frame, with the fingers' poses from their joint positions.
     fn wrench_in_tool(&mut self, sample: &Sample) -> Result<Wrench, Failure> {
         let joints = JointMotion {
             position: &sample.joint_position,
@@ -147,7 +148,7 @@ impl Identifier {
         Ok(sum)
     }
 
-    /// One set of rows for the interval that ends with `sample`.
+    /// Adds the equations of the interval that ends with `sample`.
     pub(crate) fn push(&mut self, sample: &Sample) -> Result<(), Failure> {
         let Some(last) = self.last.replace(sample.clone()) else {
             return Ok(());
@@ -178,12 +179,12 @@ impl Identifier {
         Ok(())
     }
 
-    /// The payload by the contact wrenches.
+    /// Returns the payload from the contact wrenches.
     pub(crate) fn tactile(&self) -> Result<MassProperties, Failure> {
         Ok(self.tactile.solve()?.mass_properties().ok_or("no mass")?)
     }
 
-    /// The payload by the motion of base and links, the gripper taken off.
+    /// Returns the payload from the motion of base and links, with the gripper subtracted.
     pub(crate) fn joint_sensing(&mut self) -> Result<MassProperties, Failure> {
         let Some(sample) = self.last.clone() else {
             return Err("no samples".into());
@@ -194,13 +195,13 @@ impl Identifier {
         Ok(payload.mass_properties().ok_or("no mass")?)
     }
 
-    /// How far measured joint torques are from inverse dynamics: the rms of the difference over that of the torque.
+    /// Returns the rms difference between measured joint torques and inverse dynamics, relative to the rms torque.
     pub(crate) fn torque_error(&self) -> f64 {
         (self.torque_error / self.torque).sqrt()
     }
 }
 
-/// In percent of the nominal value, or for a zero of the largest of its kind.
+/// Returns the error of each parameter in percent of its nominal value, or of the largest of its kind for a zero.
 pub(crate) fn errors_percent(
     estimate: &MassProperties,
     nominal: &MassProperties,
@@ -223,7 +224,7 @@ pub(crate) fn errors_percent(
     errors
 }
 
-/// The worst of the ten, in percent.
+/// Returns the largest error of the ten parameters in percent.
 #[allow(dead_code)] // not every user of this module asks
 pub(crate) fn worst_percent(estimate: &MassProperties, nominal: &MassProperties) -> f64 {
     let errors = errors_percent(estimate, nominal);
