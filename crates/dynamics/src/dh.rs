@@ -98,7 +98,7 @@ impl Manipulator {
         let mut parent_from_table = robot.base_from_table;
         for link in &robot.links {
             check_link(&model, link)?;
-            // The joint's axis is z of the table's previous frame. The body's frame stands there and moves with the joint.
+            // The joint moves about or along z of the table's previous frame. The body's frame is there and moves with it.
             let theta = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), link.theta);
             let lift = Translation3::new(0.0, 0.0, link.d);
             let joint = Joint {

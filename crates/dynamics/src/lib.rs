@@ -21,8 +21,7 @@
 //! ```
 //!
 //! The crate computes equations (1)-(48), sections 1 and 2, of Hou et al. 2016 (doi
-//! 10.3873/j.issn.1000-1328.2016.10.009). Where a printed equation needs a correction, the comment beside the code states
-//! it.
+//! 10.3873/j.issn.1000-1328.2016.10.009). Where a printed equation needs a correction, a comment at the code states it.
 //!
 //! [`Manipulator`] is an immutable model, built from a [`Urdf`] or a Denavit-Hartenberg table ([`DhRobot`]).
 //! [`Workspace`] is the state of one manipulator, allocated once: [`motion()`] computes the motion of every body and

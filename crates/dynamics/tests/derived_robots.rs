@@ -153,7 +153,7 @@ fn with_payload_is_the_robot_with_that_mass() {
 }
 
 /// A robot without a subtree lacks the masses of the links below, also of a payload at a frame that was added there, and
-/// still knows what was removed.
+/// its workspace still returns the parameters that were removed.
 #[test]
 fn without_subtree_removes_all_masses_below() {
     let rng = &mut rng(3);
@@ -232,7 +232,7 @@ fn a_new_workspace_is_at_rest_at_zero() {
     }
 }
 
-/// Forces exist after `forces` and until the next motion. A motion that is refused leaves the state as it is.
+/// Forces exist after `forces` and until the next motion. A motion that is refused leaves the state unchanged.
 #[test]
 fn stale_forces_are_an_error() {
     let rng = &mut rng(5);

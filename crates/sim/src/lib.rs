@@ -20,7 +20,7 @@
 //! # Ok::<(), tactid_sim::SimError>(())
 //! ```
 //!
-//! [`Experiment`] describes a run, as a struct or as a TOML file. [`run`] simulates it and writes a log. [`Simulation`]
+//! [`Experiment`] describes a run, as a struct or as a TOML file. [`run()`] simulates it and writes a log. [`Simulation`]
 //! simulates it step by step without a log, for tests and controllers.
 //!
 //! # Conventions

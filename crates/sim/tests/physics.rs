@@ -110,7 +110,7 @@ fn wrench_is_the_sum_of_contacts() {
 
 /// The payload is where the experiment places it, at every posture.
 #[test]
-fn the_payload_sits_where_it_was_put() {
+fn the_payload_is_at_its_nominal_pose() {
     for posture in [
         Posture::Named(NamedPosture::Identifiable),
         Posture::Named(NamedPosture::Table1),
@@ -121,15 +121,18 @@ fn the_payload_sits_where_it_was_put() {
             ..Experiment::paper()
         };
         let simulation = Simulation::new(&experiment).unwrap();
-        let (sits, nominal) = (
+        let (actual, nominal) = (
             simulation.payload_in_tool(),
             experiment.payload.mass_properties(),
         );
         assert!(
-            (sits.center_of_mass - nominal.center_of_mass).norm() < 1e-6,
-            "{sits:?}"
+            (actual.center_of_mass - nominal.center_of_mass).norm() < 1e-6,
+            "{actual:?}"
         );
-        assert!((sits.inertia - nominal.inertia).norm() < 1e-4, "{sits:?}");
+        assert!(
+            (actual.inertia - nominal.inertia).norm() < 1e-4,
+            "{actual:?}"
+        );
     }
 }
 

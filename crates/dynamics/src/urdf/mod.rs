@@ -239,7 +239,7 @@ fn not_finite(what: &'static str, name: &str) -> ModelError {
     }
 }
 
-/// Returns an `<origin>` as a transform; `what` and `name` say in an error where it stands.
+/// Returns an `<origin>` as a transform; `what` and `name` identify it in an error.
 fn isometry(
     origin: &urdf_rs::Pose,
     what: &'static str,

@@ -81,9 +81,9 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
 /// folder.
 fn locate(folder: &Path, listed: &str) -> PathBuf {
     let listed = Path::new(listed);
-    let beside = listed.file_name().map(|name| folder.join(name));
-    match beside {
-        Some(beside) if !folder.join(listed).exists() && beside.exists() => beside,
+    let in_bag = listed.file_name().map(|name| folder.join(name));
+    match in_bag {
+        Some(in_bag) if !folder.join(listed).exists() && in_bag.exists() => in_bag,
         _ => folder.join(listed),
     }
 }

@@ -54,7 +54,7 @@ impl Records {
         let compressed_size = usize::try_from(header.compressed_size).unwrap_or(usize::MAX);
         let end = header.data.saturating_add(compressed_size);
         if end > body.len() && !cut {
-            return Err("a chunk that is shorter than its header says".to_owned());
+            return Err("a chunk that is shorter than the size in its header".to_owned());
         }
         let end = end.min(body.len());
         let data = body.get(header.data..end).unwrap_or_default();

@@ -71,7 +71,7 @@ impl Segment {
                 let body = file.body(record)?;
                 Records::of_chunk(body, cut).map_err(|what| file.damage(self.at_byte, what))
             }
-            _ => Err(file.damage(self.at_byte, "no chunk where the index says one")),
+            _ => Err(file.damage(self.at_byte, "no chunk at the position in the index")),
         }
     }
 }

@@ -216,7 +216,10 @@ impl Parts {
         let mut metadata = Metadata::new();
         for index in &self.metadata {
             let broken = |file: &LogFile| {
-                file.damage(index.offset, "no metadata record where the index says one")
+                file.damage(
+                    index.offset,
+                    "no metadata record at the position in the index",
+                )
             };
             let record = file.record_at(index.offset)?;
             let Some(record) = record.filter(|record| record.opcode == op::METADATA) else {
@@ -256,7 +259,7 @@ fn times_in(
         return Ok(None);
     };
     let broken =
-        |file: &LogFile| file.damage(at_byte, "no message index where the log's index says one");
+        |file: &LogFile| file.damage(at_byte, "no message index at the position in the index");
     let record = file.record_at(at_byte)?;
     let Some(record) = record.filter(|record| record.opcode == op::MESSAGE_INDEX) else {
         return Err(broken(file));

@@ -7,7 +7,7 @@ use toml::de::{DeTable, DeValue};
 use super::{Experiment, JointExcitation, Noise, Posture, StdDev};
 use crate::SimError;
 
-/// Returns the error for a field's value; `why` says which values are allowed.
+/// Returns the error for a field's value; `why` states which values are allowed.
 fn refuse(field: impl Into<String>, value: impl std::fmt::Debug, why: &str) -> SimError {
     SimError::Value {
         line: None,
@@ -179,7 +179,7 @@ fn noise(n: &Noise) -> Result<(), SimError> {
         match std_dev {
             StdDev::All(value) => not_negative(field, *value)?,
             StdDev::Each(values) => {
-                // How many joints there are, the robot says.
+                // The number of joints is known when the robot is read.
                 if let Some(channels) = channels.filter(|&channels| channels != values.len()) {
                     let why = format!("must be one number, or {channels}");
                     return Err(refuse(field, values, &why));

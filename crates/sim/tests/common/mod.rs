@@ -88,7 +88,7 @@ impl Middle {
 
 /// Forms the equations of both methods from consecutive samples, and compares joint torques with the inverse dynamics.
 pub(crate) struct Identifier {
-    /// State of the robot as it is.
+    /// State of the robot with its gripper and without payload.
     robot: Workspace,
     /// State of the robot without its gripper, which joint sensing identifies together with the payload.
     rest: Workspace,
