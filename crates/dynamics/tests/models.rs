@@ -369,3 +369,18 @@ fn long_chains_are_read() {
     let below = workspace.subtree_parameters(robot.base_frame());
     assert_eq!(below, InertialParameters::zero());
 }
+
+/// The kind of a joint is its own also if a joint of another kind mimics it with multiplier 1 and precedes it.
+#[test]
+fn joint_kind_is_not_that_of_a_mimic() {
+    let xml = format!(
+        "<robot name='m'><link name='base'/><link name='a'>{BALL}</link><link name='b'>{BALL}</link>\
+         <joint name='follower' type='prismatic'><parent link='base'/><child link='a'/>\
+         <limit lower='0' upper='1' effort='1' velocity='1'/><mimic joint='leader'/></joint>\
+         <joint name='leader' type='continuous'><parent link='base'/><child link='b'/></joint></robot>"
+    );
+    let robot = Manipulator::from_urdf(&xml, BaseKind::Fixed).unwrap();
+    assert_eq!(robot.joint_names(), ["leader"]);
+    assert_eq!(robot.joint_kind(0), Some(JointKind::Revolute));
+    assert_eq!(robot.joint_kind(1), None);
+}
