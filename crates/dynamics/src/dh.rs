@@ -1,46 +1,46 @@
-//! From a Denavit-Hartenberg table to a [`Manipulator`].
+//! Construction of a [`Manipulator`] from a Denavit-Hartenberg table.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::manipulator::{BaseKind, Joint, JointKind, Manipulator, check_body};
 use crate::{InertialParameters, ModelError};
 
-/// One row of a standard Denavit-Hartenberg table, with the link it describes.
+/// One row of a standard Denavit-Hartenberg table and the link that it describes.
 ///
-/// Frame `i` of the table is `Rz(θ) Tz(d) Tx(a) Rx(α)` away from frame `i - 1`, and joint `i` moves
-/// along or about `z` of frame `i - 1`.
+/// The transform from frame `i - 1` to frame `i` of the table is `Rz(θ) Tz(d) Tx(a) Rx(α)`. Joint `i` moves about or
+/// along the z axis of frame `i - 1`.
 #[derive(Clone, Debug)]
 pub struct DhLink {
-    /// The joint's name.
+    /// Name of the joint.
     pub joint: String,
-    /// The link's name, which becomes the name of frame `i`.
+    /// Name of the link and of frame `i`.
     pub link: String,
-    /// A revolute joint adds to `theta`, a prismatic one to `d`.
+    /// Kind of the joint. The position of a revolute joint adds to `theta`, that of a prismatic joint to `d`.
     pub kind: JointKind,
-    /// θ at position zero, rad.
+    /// Joint angle θ at joint position zero, rad.
     pub theta: f64,
-    /// d at position zero, m.
+    /// Link offset d at joint position zero, m.
     pub d: f64,
-    /// a, m.
+    /// Link length a, m.
     pub a: f64,
-    /// α, rad.
+    /// Link twist α, rad.
     pub alpha: f64,
-    /// The link, in frame `i` of the table.
+    /// Inertial parameters of the link, expressed in frame `i` of the table.
     pub parameters: InertialParameters,
 }
 
-/// A serial manipulator on its base.
+/// Description of a serial manipulator on its base by a Denavit-Hartenberg table.
 #[derive(Clone, Debug)]
 pub struct DhRobot {
     /// Whether the base moves.
     pub base_kind: BaseKind,
-    /// The base's name, and that of its frame.
+    /// Name of the base and of its frame.
     pub base: String,
-    /// The base, in its frame.
+    /// Inertial parameters of the base, expressed in its frame. They may be zero for a fixed base.
     pub base_parameters: InertialParameters,
-    /// Frame 0 of the table in the base's frame.
+    /// Pose of the table's frame 0 in the base frame.
     pub base_from_table: Isometry3<f64>,
-    /// From the base outwards.
+    /// Rows of the table, from the base outwards.
     pub links: Vec<DhLink>,
 }
 
@@ -79,7 +79,8 @@ impl Manipulator {
     /// ```
     ///
     /// # Errors
-    /// An impossible mass or inertia, a number that is not finite, or a name used twice.
+    /// Returns [`ModelError::Mass`] or [`ModelError::Inertia`] for an impossible body, [`ModelError::NotFinite`] for a number
+    /// that is not finite and [`ModelError::Duplicate`] for a name used twice.
     pub fn from_dh(robot: &DhRobot) -> Result<Self, ModelError> {
         let mut model = Self::with_root(robot.base_kind, &robot.base, robot.base_parameters);
         let massless = robot.base_parameters == InertialParameters::zero();
@@ -89,15 +90,15 @@ impl Manipulator {
         let base_from_table = robot.base_from_table.to_homogeneous();
         if !base_from_table.iter().all(|entry| entry.is_finite()) {
             return Err(ModelError::NotFinite {
-                what: "the pose of the table's frame 0",
+                what: "the pose of frame 0 of the table",
                 name: robot.base.clone(),
             });
         }
-        let (mut parent, mut frame) = (0, 0);
+        let (mut parent_body, mut parent_link) = (0, 0);
         let mut parent_from_table = robot.base_from_table;
         for link in &robot.links {
             check_link(&model, link)?;
-            // The joint stands at the table's previous frame; what turns with it is the link.
+            // The joint moves about or along z of the table's previous frame. The body's frame is there and moves with it.
             let theta = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), link.theta);
             let lift = Translation3::new(0.0, 0.0, link.d);
             let joint = Joint {
@@ -107,20 +108,28 @@ impl Manipulator {
                 coordinate: model.joint_names.len(),
                 ratio: 1.0,
                 offset: 0.0,
+                is_mimic: false,
             };
             let body_from_frame = Isometry3::from_parts(
                 lift * Translation3::new(link.a, 0.0, 0.0),
                 UnitQuaternion::from_axis_angle(&Vector3::x_axis(), link.alpha),
             );
-            parent = model.add_body(parent, joint);
+            parent_body = model.add_body(parent_body, joint);
             model.joint_names.push(link.joint.clone());
-            frame = model.add_frame(&link.link, frame, parent, body_from_frame, link.parameters);
+            parent_link = model.add_link(
+                &link.link,
+                parent_link,
+                parent_body,
+                body_from_frame,
+                link.parameters,
+            );
             parent_from_table = body_from_frame;
         }
         Ok(model)
     }
 }
 
+/// Checks that a row has new names, finite numbers and a possible body.
 fn check_link(model: &Manipulator, link: &DhLink) -> Result<(), ModelError> {
     if model.frame_names().any(|name| name == link.link) {
         return Err(ModelError::Duplicate("link", link.link.clone()));
@@ -133,7 +142,7 @@ fn check_link(model: &Manipulator, link: &DhLink) -> Result<(), ModelError> {
         .all(|value| value.is_finite())
     {
         return Err(ModelError::NotFinite {
-            what: "the table's row",
+            what: "the row of the table",
             name: link.joint.clone(),
         });
     }

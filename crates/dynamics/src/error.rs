@@ -1,58 +1,63 @@
+//! Errors of building a model and of using it.
+
 use thiserror::Error;
 
-/// Why a robot cannot be modelled. Each message names the link or joint at fault.
+/// Reason why a robot cannot be modelled. Each message names the link or joint at fault.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ModelError {
     /// The file cannot be read.
     #[error("cannot read the URDF `{path}`: {source}")]
     File {
-        /// As it was given.
+        /// Path of the file, as given.
         path: String,
-        /// What the operating system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// Not XML, or not a URDF.
+    /// The text is not XML or not a URDF.
     #[error("not a URDF: {0}")]
     Syntax(String),
-    /// A moving link's bodies have no mass between them.
+    /// A moving link and all links fixed to it have no mass. The fields are the link and the joint that moves it.
     #[error(
         "link `{0}` moves but has no mass: give it an <inertial> with a positive mass, or make joint `{1}` fixed"
     )]
     NoInertial(String, String),
-    /// The base floats and has no mass.
+    /// The base, named by the field, floats and has no mass.
     #[error("the floating base `{0}` has no mass: give it an <inertial>, or fix the base")]
     MasslessBase(String),
-    /// A mass that no body has.
+    /// The mass of a link is not positive or not finite.
     #[error("link `{link}` has a mass of {mass_kg} kg: it must be positive and finite")]
     Mass {
         /// The link at fault.
         link: String,
-        /// Its mass.
+        /// Its mass, kg.
         mass_kg: f64,
     },
-    /// An inertia that no body has.
+    /// No rigid body has the inertia of a link.
     #[error(
         "link `{link}` has an impossible inertia: its principal moments {moments:?} kg m² must not be negative, and none may exceed the sum of the other two"
     )]
     Inertia {
         /// The link at fault.
         link: String,
-        /// Ascending principal moments about the centre of mass.
+        /// Principal moments about the centre of mass in ascending order, kg m².
         moments: [f64; 3],
     },
-    /// A number that is not one.
+    /// A collision box of a link, named by the field, has a side that is not positive.
+    #[error("link `{0}` has a collision box with a side that is not positive")]
+    BoxSize(String),
+    /// A number is infinite or NaN.
     #[error("{what} of `{name}` is not finite")]
     NotFinite {
-        /// Which property.
+        /// The quantity at fault.
         what: &'static str,
         /// The link or joint at fault.
         name: String,
     },
-    /// An axis without direction.
+    /// The axis of a joint, named by the field, has length zero.
     #[error("joint `{0}` has an axis of length zero")]
     Axis(String),
-    /// A joint type that tactid has no equations for.
+    /// A joint has a type that is not supported.
     #[error(
         "joint `{joint}` is of type {kind}: only revolute, continuous, prismatic and fixed joints are supported"
     )]
@@ -62,39 +67,39 @@ pub enum ModelError {
         /// Its type.
         kind: String,
     },
-    /// A joint names a link that is not there.
+    /// A joint names a link that does not exist.
     #[error("joint `{joint}` names the link `{link}`, which the URDF does not have")]
     MissingLink {
         /// The joint at fault.
         joint: String,
-        /// The link it names.
+        /// The link that it names.
         link: String,
     },
-    /// Two parents, or a way back.
+    /// A link, named by the field, has two parents or is its own ancestor.
     #[error("link `{0}` closes a loop: it is the child of more than one joint or its own ancestor")]
     Loop(String),
-    /// More than one link without a parent.
+    /// More than one link, listed in the field, has no parent.
     #[error("the links {0:?} all have no parent: a robot has one root")]
     Roots(Vec<String>),
-    /// The same name twice.
+    /// A name is used twice. The fields are the kind of object and the name.
     #[error("the {0} name `{1}` is used twice")]
     Duplicate(&'static str, String),
-    /// A mimic joint that cannot be honoured.
+    /// A mimic joint cannot follow the joint that it names.
     #[error("joint `{joint}` mimics `{source_joint}`, {why}")]
     Mimic {
         /// The joint at fault.
         joint: String,
-        /// The joint it wants to follow.
+        /// The joint that it names.
         source_joint: String,
-        /// What is wrong with that.
+        /// The reason, as a relative clause.
         why: &'static str,
     },
-    /// A base, tip or other frame that the robot does not have.
+    /// The robot does not have the requested link.
     #[error("the robot has no link `{name}`; it has: {known}")]
     UnknownFrame {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// Every name there is.
+        /// Names of all links of the robot.
         known: String,
     },
 }
@@ -108,16 +113,23 @@ impl ModelError {
     }
 }
 
-/// A state that does not fit the robot.
+/// Reason why a state does not fit the robot, or why a result does not exist yet.
 #[derive(Debug, Error, PartialEq)]
-#[error("{what} has {given} entries, but the robot has {expected} joints: {joints}")]
-pub struct StateError {
-    /// Which of position, velocity or acceleration.
-    pub what: &'static str,
-    /// How many numbers were given.
-    pub given: usize,
-    /// How many there must be.
-    pub expected: usize,
-    /// The joints' names, in order.
-    pub joints: String,
+#[non_exhaustive]
+pub enum StateError {
+    /// A slice does not have one entry for each independent joint.
+    #[error("{what} has {given} entries, but the robot has {expected} joints: {joints}")]
+    Length {
+        /// The quantity at fault, for instance `position`.
+        what: &'static str,
+        /// Number of entries given.
+        given: usize,
+        /// Number of entries required.
+        expected: usize,
+        /// Names of the joints in their order.
+        joints: String,
+    },
+    /// The forces of the workspace's motion have not been computed.
+    #[error("the forces of this motion have not been computed: call `forces` after `motion`")]
+    NoForces,
 }

@@ -1,26 +1,33 @@
-//! Forces and moments between bodies, (21)-(41), and what they say of an unknown end-effector.
+//! Forces and moments between bodies, (21)-(41), and the wrench on an unknown end-effector, (28)-(30) and (42)-(44).
 
 use nalgebra::Vector3;
 
 use crate::Wrench;
-use crate::manipulator::{Body, FrameId, JointKind, Manipulator};
-use crate::motion::{BodyState, Workspace};
+use crate::manipulator::{Body, FrameId, JointKind};
+use crate::workspace::{BodyState, Workspace};
 
-/// Computes the force and moment on every body from its parent, (21)-(41), for the motion that the
-/// workspace holds. `gravity` is the gravitational acceleration in the inertial frame, m/s²,
-/// pointing down; zero in orbit.
+/// Computes the force and the moment on every body from its parent, (21)-(41) of Hou et al. 2016, for the motion that
+/// the workspace holds, and stores them there. `gravity` is the gravitational acceleration in the inertial frame, m/s²,
+/// pointing down; it is zero in orbit.
 ///
-/// Cost: one pass over the bodies outwards, one inwards, no allocation.
-pub fn forces(robot: &Manipulator, workspace: &mut Workspace, gravity: &Vector3<f64>) {
-    for (body, state) in robot.bodies.iter().zip(&mut workspace.bodies) {
+/// Read the result with [`Workspace::joint_torques`] and [`Workspace::base_wrench`]. The cost is one pass over the
+/// bodies outwards and one inwards. Nothing is allocated.
+pub fn forces(workspace: &mut Workspace, gravity: &Vector3<f64>) {
+    let Workspace {
+        robot,
+        bodies: states,
+        joint_torques,
+        has_forces,
+    } = workspace;
+    for (body, state) in robot.bodies.iter().zip(states.iter_mut()) {
         let inertial = inertial_wrench(body, state, gravity);
         state.force = inertial.force; // f_U = f̂_U, (24), until the children are added
         state.moment = inertial.moment + state.a.cross(&inertial.force); // (37)
     }
-    workspace.joint_torques.fill(0.0);
+    joint_torques.fill(0.0);
     for (index, body) in robot.bodies.iter().enumerate().rev() {
         let Some(joint) = &body.joint else { continue };
-        let (before, after) = workspace.bodies.split_at_mut(index);
+        let (before, after) = states.split_at_mut(index);
         let (parent, state) = (&mut before[body.parent], &after[0]);
         // a × f_{i-1} + b × f_i of (34) is a × f̂_{i-1}, added above, and (a + b) × f_i.
         parent.force += state.force; // (22), (23)
@@ -29,14 +36,16 @@ pub fn forces(robot: &Manipulator, workspace: &mut Workspace, gravity: &Vector3<
             JointKind::Revolute => state.axis.dot(&state.moment), // τ_i = z_i · n_i
             JointKind::Prismatic => state.axis.dot(&state.force),
         };
-        workspace.joint_torques[joint.coordinate] += joint.ratio * torque;
+        joint_torques[joint.coordinate] += joint.ratio * torque;
     }
+    *has_forces = true;
 }
 
-/// `f̂` and `n̂` of one body, about its centre of mass, in the inertial frame.
+/// Returns `f̂` and `n̂` of one body in the inertial frame, the moment about its centre of mass, with `-m g` added to
+/// `f̂`.
 fn inertial_wrench(body: &Body, state: &BodyState, gravity: &Vector3<f64>) -> Wrench {
     let rotation = &state.origin.pose.rotation;
-    // I is constant in the body's frame alone.
+    // The inertia is constant in the body's frame only.
     let w = rotation.inverse_transform_vector(&state.origin.angular_velocity);
     let dw = rotation.inverse_transform_vector(&state.origin.angular_acceleration);
     let moment = body.inertia * dw + w.cross(&(body.inertia * w)); // (38)-(41)
@@ -46,37 +55,19 @@ fn inertial_wrench(body: &Body, state: &BodyState, gravity: &Vector3<f64>) -> Wr
     }
 }
 
-impl Workspace {
-    /// Torque of each joint (force of a prismatic one) along its axis on the link it moves, N m or
-    /// N, as [`forces`] found it. A mimic joint's torque counts towards the joint it follows.
-    #[must_use]
-    pub fn joint_torques(&self) -> &[f64] {
-        &self.joint_torques
-    }
-
-    /// What the outside must apply to the base for this motion, about the base frame's origin, in
-    /// the inertial frame; zero for a free-floating robot whose motion is its own.
-    #[must_use]
-    pub fn base_wrench(&self) -> Wrench {
-        Wrench {
-            force: self.bodies[0].force,
-            moment: self.bodies[0].moment,
-        }
-    }
-}
-
-/// The wrench on an unknown end-effector that the motion of all the rest implies when nothing acts
-/// from outside: `f_U = -f_K` of (30) and `n_U` of (44), in the frame `tool` and about its origin.
+/// Returns the wrench on an unknown end-effector that follows from the motion of all other bodies if nothing acts from
+/// outside: `f_U = -f_K` by (28)-(30) and `n_U` of (44) in Hou et al. 2016, expressed in the frame `tool` and about its
+/// origin.
 ///
-/// `robot` is the robot without its end-effector, [`Manipulator::without_subtree`] of `tool`, and the
-/// workspace holds the [`motion`](crate::motion()) of that same robot: the full robot's workspace
-/// has other centres of mass. [`forces`] is not needed.
+/// The workspace holds the [`motion`](crate::motion()) of the robot without its end-effector, which is
+/// [`Manipulator::without_subtree`](crate::Manipulator::without_subtree) of `tool`: the masses of its robot count as
+/// known. [`forces`] is not needed. The cost is one pass over the bodies. Nothing is allocated.
 #[must_use]
-pub fn wrench_on_end_effector(robot: &Manipulator, workspace: &Workspace, tool: FrameId) -> Wrench {
-    let world_from_tool = workspace.pose(robot, tool);
+pub fn wrench_on_end_effector(workspace: &Workspace, tool: FrameId) -> Wrench {
+    let world_from_tool = workspace.pose(tool);
     let p_u = world_from_tool.translation.vector;
     let mut on_rest = Wrench::zero();
-    for (body, state) in robot.bodies.iter().zip(&workspace.bodies) {
+    for (body, state) in workspace.robot.bodies.iter().zip(&workspace.bodies) {
         let inertial = inertial_wrench(body, state, &Vector3::zeros());
         on_rest.force += inertial.force; // f_K, below (29)
         on_rest.moment += inertial.moment + (state.center - p_u).cross(&inertial.force); // -n_U, (44)

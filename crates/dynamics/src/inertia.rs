@@ -1,4 +1,4 @@
-//! Ten inertial parameters of a rigid body, and what a user reads of them.
+//! Inertial parameters of a rigid body, in linear form and as mass properties.
 
 use std::ops::{Add, Neg, Sub};
 
@@ -6,12 +6,12 @@ use nalgebra::{Isometry3, Matrix3, Matrix4, SVector, SymmetricEigen, Vector3};
 
 use crate::cross;
 
-/// Position of each parameter in [`InertialParameters`], for readers of rows and covariances.
+/// Names of the ten entries of [`InertialParameters`], in their order, for labels of regressor columns and covariances.
 pub const PARAMETER_NAMES: [&str; 10] = [
     "m", "m*ax", "m*ay", "m*az", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz",
 ];
 
-/// The six distinct entries `[Ixx, Ixy, Ixz, Iyy, Iyz, Izz]` of a symmetric 3x3 matrix, row by row.
+/// Returns the six distinct entries `[Ixx, Ixy, Ixz, Iyy, Iyz, Izz]` of a symmetric 3x3 matrix, row by row.
 ///
 /// Products of inertia are the off-diagonal matrix entries (no sign flip), as in URDF and in
 /// `geometry_msgs/Inertia`.
@@ -27,25 +27,25 @@ pub fn symmetric_entries(matrix: &Matrix3<f64>) -> [f64; 6] {
     ]
 }
 
-/// The symmetric 3x3 matrix with the entries `[xx, xy, xz, yy, yz, zz]`.
+/// Returns the symmetric 3x3 matrix with the entries `[xx, xy, xz, yy, yz, zz]`.
 #[must_use]
 pub fn symmetric_matrix([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> Matrix3<f64> {
     Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
 }
 
-/// What a user reads: mass, centre of mass, and the inertia about the centre of mass, all in one
-/// frame whose name the owner of the value knows.
+/// Mass, centre of mass and inertia about the centre of mass of a rigid body, expressed in one frame. The context names
+/// the frame: the value does not carry it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassProperties {
     /// Mass, kg.
     pub mass_kg: f64,
-    /// From the frame's origin to the centre of mass, m (`a` in the paper).
+    /// Vector from the frame's origin to the centre of mass, m (`a` in the paper).
     pub center_of_mass: Vector3<f64>,
-    /// Inertia about the centre of mass, with the frame's axes, kg m² (`I` in the paper).
+    /// Inertia about the centre of mass, along the frame's axes, kg m² (`I` in the paper).
     pub inertia: Matrix3<f64>,
 }
 
-/// The ten numbers in which a rigid body's dynamics are linear.
+/// The ten inertial parameters of a rigid body, in which its equations of motion are linear.
 ///
 /// Order: `[m, m·ax, m·ay, m·az, Ixx, Ixy, Ixz, Iyy, Iyz, Izz]`, with the inertia about the
 /// **frame's origin** (not about the centre of mass) and products of inertia without a sign flip.
@@ -69,25 +69,26 @@ pub struct MassProperties {
 pub struct InertialParameters(SVector<f64, 10>);
 
 impl InertialParameters {
-    /// Nothing: the neutral element of addition.
+    /// Returns the parameters of a body without mass: the neutral element of addition.
     #[must_use]
     pub fn zero() -> Self {
         Self(SVector::zeros())
     }
 
-    /// From the ten numbers, in the order of the type.
+    /// Wraps ten numbers in the order of the type. They are not checked.
     #[must_use]
     pub fn from_vector(parameters: SVector<f64, 10>) -> Self {
         Self(parameters)
     }
 
-    /// The ten numbers, in the order of the type.
+    /// Returns the ten numbers in the order of the type.
     #[must_use]
     pub fn as_vector(&self) -> &SVector<f64, 10> {
         &self.0
     }
 
-    /// From a mass, its first moment `m·a` and the inertia about the frame's origin.
+    /// Builds the parameters from a mass (kg), the first moment `m·a` (kg m) and the inertia about the frame's origin
+    /// (kg m²), of which the upper triangle is read.
     #[must_use]
     pub fn from_moments(
         mass_kg: f64,
@@ -101,19 +102,19 @@ impl InertialParameters {
         ]))
     }
 
-    /// Mass, kg.
+    /// Returns the mass, kg.
     #[must_use]
     pub fn mass(&self) -> f64 {
         self.0[0]
     }
 
-    /// Mass times the centre of mass, kg m, about the frame's origin.
+    /// Returns the first moment of mass `m·a` about the frame's origin, kg m.
     #[must_use]
     pub fn first_moment(&self) -> Vector3<f64> {
         Vector3::new(self.0[1], self.0[2], self.0[3])
     }
 
-    /// Inertia about the frame's origin, kg m².
+    /// Returns the inertia about the frame's origin, kg m².
     #[must_use]
     pub fn inertia_about_origin(&self) -> Matrix3<f64> {
         symmetric_matrix([
@@ -121,7 +122,7 @@ impl InertialParameters {
         ])
     }
 
-    /// Mass, centre of mass and inertia about it; `None` where the mass is zero, which has none.
+    /// Returns mass, centre of mass and inertia about the centre of mass, or `None` if the mass is zero.
     #[must_use]
     pub fn mass_properties(&self) -> Option<MassProperties> {
         let mass_kg = self.mass();
@@ -136,15 +137,15 @@ impl InertialParameters {
         })
     }
 
-    /// The same body in frame `a`, where `self` is in frame `b`.
+    /// Returns the parameters of the same body expressed in frame `a` and about its origin, where `self` is in frame `b`.
     #[must_use]
     pub fn expressed_in(&self, a_from_b: &Isometry3<f64>) -> Self {
         let t = a_from_b.to_homogeneous();
         Self::from_pseudo_inertia(&(t * self.pseudo_inertia() * t.transpose()))
     }
 
-    /// The 4x4 pseudo-inertia `[[Σ, h], [hᵀ, m]]` with the second moments `Σ = ½ tr(I) 1 - I`:
-    /// the integral of `[x; 1][x; 1]ᵀ` over the body's mass.
+    /// Returns the 4x4 pseudo-inertia `[[Σ, h], [hᵀ, m]]` with the second moments `Σ = ½ tr(I) 1 - I`:
+    /// the integral of `[x; 1][x; 1]ᵀ` over the body's mass. Units: kg m², kg m, kg.
     #[must_use]
     pub fn pseudo_inertia(&self) -> Matrix4<f64> {
         let inertia = self.inertia_about_origin();
@@ -162,7 +163,8 @@ impl InertialParameters {
         pseudo
     }
 
-    /// The inverse of [`Self::pseudo_inertia`]; only the symmetric part is read.
+    /// Returns the parameters with a given pseudo-inertia, the inverse of [`Self::pseudo_inertia`]. Only the symmetric
+    /// part is read.
     #[must_use]
     pub fn from_pseudo_inertia(pseudo: &Matrix4<f64>) -> Self {
         let symmetric = (pseudo + pseudo.transpose()) * 0.5;
@@ -172,25 +174,25 @@ impl InertialParameters {
         Self::from_moments(symmetric[(3, 3)], &h, &inertia)
     }
 
-    /// Whether some distribution of positive mass has these parameters: the mass is positive and the
-    /// pseudo-inertia has no negative eigenvalue, but for rounding.
+    /// Returns whether some distribution of positive mass has these parameters: the mass is positive and the
+    /// pseudo-inertia has no negative eigenvalue, up to rounding.
     ///
-    /// Points, rods and plates without thickness lie on the border and count as physical. So does the
-    /// paper's payload, diag(10, 20, 10) kg m²: it is a plate, and half of all good estimates of it
-    /// miss the border by their noise; judge those by [`Self::is_physical_within`].
+    /// Point masses, rods and plates without thickness lie on the boundary and count as physical. The paper's payload,
+    /// diag(10, 20, 10) kg m², is such a plate: half of all unbiased estimates of it lie outside. Use
+    /// [`Self::is_physical_within`] for estimates.
     #[must_use]
     pub fn is_physical(&self) -> bool {
         self.is_physical_within(1e-9)
     }
 
-    /// As [`Self::is_physical`], where the largest principal moment about the centre of mass may
-    /// exceed the sum of the two others by `tolerance` times itself.
+    /// Returns whether the mass is positive and the largest principal moment about the centre of mass exceeds the sum of
+    /// the two others by at most `tolerance` times itself.
     ///
-    /// For a positive mass this triangle inequality says the same as the pseudo-inertia's
-    /// eigenvalues, by its Schur complement about the centre of mass.
+    /// For a positive mass this triangle inequality is equivalent to a pseudo-inertia without negative eigenvalues, by
+    /// the Schur complement about the centre of mass.
     #[must_use]
     pub fn is_physical_within(&self, tolerance: f64) -> bool {
-        // What is left of a moment when the parallel-axis term is taken off bears that term's rounding.
+        // The inertia about the centre of mass inherits the rounding error of the parallel-axis term.
         let rounding = 1e-14 * self.inertia_about_origin().trace();
         self.mass() > 0.0
             && self.principal_moments().is_some_and(|moments| {
@@ -199,8 +201,8 @@ impl InertialParameters {
             })
     }
 
-    /// Principal moments of inertia about the centre of mass, ascending, kg m²; `None` where the
-    /// mass is zero or a parameter is not finite.
+    /// Returns the principal moments of inertia about the centre of mass in ascending order, kg m², or `None` if the mass
+    /// is zero or a parameter is not finite.
     #[must_use]
     pub fn principal_moments(&self) -> Option<Vector3<f64>> {
         let finite = self.0.iter().all(|entry| entry.is_finite());
@@ -211,7 +213,8 @@ impl InertialParameters {
     }
 }
 
-/// What the parallel-axis theorem adds to an inertia about the centre of mass, `a` away from it.
+/// Returns the term `-m [a]×²` (kg m²) that the parallel-axis theorem adds to an inertia about the centre of mass, for a
+/// point `a` (m) away from it.
 fn parallel_axis(mass_kg: f64, a: &Vector3<f64>) -> Matrix3<f64> {
     -cross(a) * cross(a) * mass_kg
 }

@@ -1,11 +1,4 @@
-//! Dynamics of a robot that holds an unknown body: sections 1 and 2 of Hou et al. 2016
-//! (doi 10.3873/j.issn.1000-1328.2016.10.009), equations (1)-(48), with the corrections that the
-//! printed equations need said where they are computed.
-//!
-//! A [`Manipulator`] is read from a URDF or a Denavit-Hartenberg table and does not change; a
-//! [`Workspace`] is allocated once. [`motion()`] moves every body, [`forces()`] loads it, and the
-//! functions [`tactile_mass_rows`], [`inertia_rows`] and [`wrench_regressor`] turn what a robot
-//! measures into equations that are linear in the payload's ten [`InertialParameters`].
+//! Dynamics of a robot that holds an unknown body, and the linear equations for that body's inertial parameters.
 //!
 //! ```
 //! use nalgebra::{Matrix3, Vector3};
@@ -16,7 +9,7 @@
 //!     center_of_mass: Vector3::new(0.0, 0.0, 0.1),
 //!     inertia: Matrix3::identity() * 0.02,
 //! });
-//! // Held still on the ground: p̈ = 0, so p̈ - g points up.
+//! // The payload is held still on the ground with y up: p̈ = 0, so p̈ - g points up.
 //! let motion = ToolMotion {
 //!     acceleration: Vector3::new(0.0, 9.81, 0.0),
 //!     angular_velocity: Vector3::zeros(),
@@ -27,16 +20,27 @@
 //! assert!((wrench[3] + 0.1 * 2.0 * 9.81).abs() < 1e-12); // z × y = -x
 //! ```
 //!
+//! The crate computes equations (1)-(48), sections 1 and 2, of Hou et al. 2016 (doi
+//! 10.3873/j.issn.1000-1328.2016.10.009). Where a printed equation needs a correction, a comment at the code states it.
+//!
+//! [`Manipulator`] is an immutable model, built from a [`Urdf`] or a Denavit-Hartenberg table ([`DhRobot`]).
+//! [`Workspace`] is the state of one manipulator, allocated once: [`motion()`] computes the motion of every body and
+//! [`forces()`] the forces between them. [`tactile_mass_rows`], [`inertia_rows`] and [`wrench_regressor`] form equations
+//! that are linear in the payload's ten [`InertialParameters`].
+//!
 //! # Conventions
 //!
-//! SI units. Bodies move in an inertial frame (`world`); the unknowns are constant only in the
-//! end-effector frame `Σ_U` (`tool`), so every vector that enters a row is expressed there.
-//! Accelerations of points are classical: the derivative of the point's inertial velocity.
-//! Gravity is an acceleration pointing down, zero by default in orbit; it enters as `p̈ - g`.
-//! Products of inertia are matrix entries, without a sign flip.
+//! - Units are SI.
+//! - `world` is the inertial frame, `tool` the end-effector frame `Σ_U`. A transform `a_from_b` maps coordinates in
+//!   frame `b` to coordinates in frame `a`.
+//! - The unknown parameters are constant only in `Σ_U`, so every vector in an equation for them is expressed there.
+//! - Accelerations of points are classical: the derivative of the point's inertial velocity.
+//! - Gravity is an acceleration that points down, and zero in orbit. It enters as `p̈ - g`.
+//! - Products of inertia are matrix entries without a sign flip.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
+mod derived;
 mod dh;
 mod error;
 mod forces;
@@ -46,7 +50,9 @@ mod momentum;
 mod motion;
 mod rows;
 mod spatial;
+mod structure;
 mod urdf;
+mod workspace;
 
 pub use dh::{DhLink, DhRobot};
 pub use error::{ModelError, StateError};
@@ -56,9 +62,12 @@ pub use inertia::{
 };
 pub use manipulator::{BaseKind, FrameId, JointKind, Manipulator};
 pub use momentum::{BaseAcceleration, Momentum, base_acceleration, momentum};
-pub use motion::{JointMotion, Workspace, motion};
+pub use motion::{JointMotion, motion};
 pub use rows::{
     Rows, inertia_regressor, inertia_rows, mass_rows, omega_matrix, tactile_mass_rows,
     wrench_regressor,
 };
 pub use spatial::{FrameMotion, ToolMotion, Wrench, cross, inertia_product};
+pub use structure::{BodyView, JointView, LinkView};
+pub use urdf::{CollisionBox, Urdf};
+pub use workspace::Workspace;

@@ -1,46 +1,47 @@
 //! The immutable model of a robot: a base and a tree of moving bodies.
 
-use std::ops::Range;
-
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::{InertialParameters, ModelError, StateError};
 
-/// Whether the base moves.
+/// Whether the base of a robot moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BaseKind {
-    /// A spacecraft, or anything else whose motion is measured.
+    /// The base moves and its motion is measured, as on a spacecraft. The base must have mass.
     Floating,
-    /// Bolted to the ground; its own mass does not matter.
+    /// The base is bolted to the ground. It need not have mass.
     Fixed,
 }
 
-/// How a moving body may move against its parent.
+/// How a joint lets a body move relative to its parent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
-    /// Turns about the axis; position in rad. URDF's `revolute` and `continuous`.
+    /// The body rotates about the axis. The position is an angle in rad. Covers URDF's `revolute` and `continuous`.
     Revolute,
-    /// Slides along the axis; position in m.
+    /// The body slides along the axis. The position is a distance in m.
     Prismatic,
 }
 
-/// A joint: the one way in which a body moves against its parent.
+/// A joint with one degree of freedom between a body and its parent.
 #[derive(Clone, Debug)]
 pub(crate) struct Joint {
     pub(crate) kind: JointKind,
-    /// In the frame of the body it moves.
+    /// Axis of the joint, expressed in the frame of the body that it moves.
     pub(crate) axis: Unit<Vector3<f64>>,
-    /// The moved body's frame in its parent body's, at position zero.
+    /// Pose of the moved body's frame in the parent body's frame at joint position zero.
     pub(crate) parent_from_zero: Isometry3<f64>,
-    /// Which entry of `q` moves it; a mimic joint shares its source's.
+    /// Index in `q` of the coordinate that moves the joint. A mimic joint has the index of the joint it follows.
     pub(crate) coordinate: usize,
-    /// Position = `ratio · q + offset`: 1 and 0, but for a mimic joint.
+    /// Joint position divided by coordinate: `position = ratio · q + offset`. It is 1 unless the joint mimics another.
     pub(crate) ratio: f64,
+    /// Joint position at coordinate zero, rad or m. It is 0 unless the joint mimics another.
     pub(crate) offset: f64,
+    /// Whether the joint follows another joint.
+    pub(crate) is_mimic: bool,
 }
 
 impl Joint {
-    /// `parent_from_body` at a joint position.
+    /// Returns `parent_from_body` at a joint position in rad or m.
     pub(crate) fn transform(&self, position: f64) -> Isometry3<f64> {
         let moved = match self.kind {
             JointKind::Revolute => Isometry3::from_parts(
@@ -56,17 +57,20 @@ impl Joint {
     }
 }
 
-/// A rigid body: a link and everything on fixed joints below it. Its frame is the link's.
+/// A rigid body: a link and all links that fixed joints attach to it. Its frame is the frame of that first link.
 #[derive(Clone, Debug)]
 pub(crate) struct Body {
+    /// Index of the parent body; 0 for the base itself.
     pub(crate) parent: usize,
-    /// `None` for the base alone.
+    /// Joint between the parent and the body; `None` for the base only.
     pub(crate) joint: Option<Joint>,
+    /// Sum of the links' parameters, in the body's frame.
     pub(crate) parameters: InertialParameters,
+    /// Mass, kg.
     pub(crate) mass_kg: f64,
-    /// `a`: from the frame's origin to the centre of mass; zero where there is no mass.
+    /// `a`: vector from the frame's origin to the centre of mass, m, in the body's frame. It is zero for zero mass.
     pub(crate) center_of_mass: Vector3<f64>,
-    /// `I`: about the centre of mass.
+    /// `I`: inertia about the centre of mass, kg m², in the body's frame.
     pub(crate) inertia: Matrix3<f64>,
 }
 
@@ -82,7 +86,7 @@ impl Body {
         }
     }
 
-    fn set_parameters(&mut self, parameters: InertialParameters) {
+    pub(crate) fn set_parameters(&mut self, parameters: InertialParameters) {
         self.parameters = parameters;
         if let Some(properties) = parameters.mass_properties() {
             self.mass_kg = properties.mass_kg;
@@ -96,28 +100,34 @@ impl Body {
     }
 }
 
-/// A named frame: a link of the URDF, fixed to one body.
+/// A link: a named frame that is fixed to one body.
 #[derive(Clone, Debug)]
-pub(crate) struct Frame {
+pub(crate) struct Link {
     pub(crate) name: String,
-    /// The frame above; its own index for the root.
+    /// Position of the parent link in [`Manipulator::links`]; its own position for the root.
     pub(crate) parent: usize,
+    /// Index of the body that the link is fixed to.
     pub(crate) body: usize,
-    pub(crate) body_from_frame: Isometry3<f64>,
-    /// The link's own, in the link's frame.
+    pub(crate) body_from_link: Isometry3<f64>,
+    /// Parameters that count towards the body, in the link's frame.
     pub(crate) parameters: InertialParameters,
+    /// Parameters that [`Manipulator::without_subtree`] has removed from the body, in the link's frame.
+    pub(crate) removed: InertialParameters,
 }
 
-/// A frame of one [`Manipulator`], as [`Manipulator::frame`] finds it by name. It holds for that
-/// robot, and for it with a payload or without its end-effector.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FrameId(pub(crate) usize);
-
-/// A base and a tree of links, as identification needs it: masses, joints and frames.
+/// Handle of a link's frame in a [`Manipulator`].
 ///
-/// Immutable; what a computation needs of memory is in a [`Workspace`](crate::Workspace). Joints are
-/// in the order in which they appear walking down the tree depth first, children in the order of
-/// the file; match them by name.
+/// [`Manipulator::frame`] finds it by the link's name. It holds for that robot and for every robot derived from it by
+/// [`with_frame`](Manipulator::with_frame), [`with_payload`](Manipulator::with_payload) or
+/// [`without_subtree`](Manipulator::without_subtree). A method panics, or answers for another link, where it is given
+/// the handle of an unrelated robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FrameId(usize);
+
+/// Immutable model of a robot: a base and a tree of links with their masses, joints and frames.
+///
+/// Computations keep their state in a [`Workspace`](crate::Workspace). Links and joints are ordered depth first, with
+/// children in the order of the URDF; match them by name.
 ///
 /// ```
 /// use tactid_dynamics::{BaseKind, Manipulator};
@@ -136,208 +146,210 @@ pub struct FrameId(pub(crate) usize);
 #[derive(Clone, Debug)]
 pub struct Manipulator {
     pub(crate) base_kind: BaseKind,
-    /// Parents before children; the base is the first.
+    /// Bodies in depth-first order, the base first.
     pub(crate) bodies: Vec<Body>,
-    /// Depth first, the root link the first.
-    pub(crate) frames: Vec<Frame>,
+    /// Links in depth-first order, the root first: parents precede children and each subtree is contiguous.
+    pub(crate) links: Vec<Link>,
+    /// Position in `links` of each [`FrameId`].
+    positions: Vec<usize>,
     pub(crate) joint_names: Vec<String>,
 }
 
 impl Manipulator {
+    /// Returns a robot of one link, whose frame is the base's.
     pub(crate) fn with_root(base_kind: BaseKind, root: &str, own: InertialParameters) -> Self {
         let mut robot = Self {
             base_kind,
             bodies: vec![Body::new(0, None)],
-            frames: Vec::new(),
+            links: Vec::new(),
+            positions: Vec::new(),
             joint_names: Vec::new(),
         };
-        robot.add_frame(root, 0, 0, Isometry3::identity(), own);
+        robot.insert_link(0, root, (0, 0), Isometry3::identity(), own);
         robot
     }
 
+    /// Appends a body and returns its index. Bodies must be added in depth-first order.
     pub(crate) fn add_body(&mut self, parent_body: usize, joint: Joint) -> usize {
         self.bodies.push(Body::new(parent_body, Some(joint)));
         self.bodies.len() - 1
     }
 
-    pub(crate) fn add_frame(
+    /// Appends a link and returns its position. Links must be added in depth-first order.
+    pub(crate) fn add_link(
         &mut self,
         name: &str,
         parent: usize,
         body: usize,
-        body_from_frame: Isometry3<f64>,
+        body_from_link: Isometry3<f64>,
         parameters: InertialParameters,
     ) -> usize {
-        self.frames.push(Frame {
+        let position = self.links.len();
+        self.insert_link(position, name, (parent, body), body_from_link, parameters);
+        position
+    }
+
+    /// Inserts a link at a position after its parent, where `(parent, body)` are the parent link's position and the
+    /// body's index, and adds its parameters to the body.
+    pub(crate) fn insert_link(
+        &mut self,
+        position: usize,
+        name: &str,
+        (parent, body): (usize, usize),
+        body_from_link: Isometry3<f64>,
+        parameters: InertialParameters,
+    ) {
+        // Appending is the usual case and shifts nothing.
+        if position < self.links.len() {
+            let parents = self.links.iter_mut().map(|link| &mut link.parent);
+            for shifted in parents.chain(&mut self.positions) {
+                *shifted += usize::from(*shifted >= position);
+            }
+        }
+        let link = Link {
             name: name.to_owned(),
             parent,
             body,
-            body_from_frame,
+            body_from_link,
             parameters,
-        });
-        let lumped = self.bodies[body].parameters + parameters.expressed_in(&body_from_frame);
+            removed: InertialParameters::zero(),
+        };
+        self.links.insert(position, link);
+        self.positions.push(position);
+        let lumped = self.bodies[body].parameters + parameters.expressed_in(&body_from_link);
         self.bodies[body].set_parameters(lumped);
-        self.frames.len() - 1
     }
 
-    /// Whether the base moves.
-    #[must_use]
-    pub fn base_kind(&self) -> BaseKind {
-        self.base_kind
-    }
-
-    /// How many independent joints there are: the length of `q`. Mimic joints do not count.
-    #[must_use]
-    pub fn dof(&self) -> usize {
-        self.joint_names.len()
-    }
-
-    /// The independent joints' names, in the order of `q`.
-    #[must_use]
-    pub fn joint_names(&self) -> &[String] {
-        &self.joint_names
-    }
-
-    /// Where a joint stands in `q`; `None` for an unknown joint, and for one that is fixed or mimics.
-    #[must_use]
-    pub fn joint_index(&self, name: &str) -> Option<usize> {
-        self.joint_names.iter().position(|known| known == name)
-    }
-
-    /// How a joint moves, by its place in `q`; `None` for a place beyond it.
-    #[must_use]
-    pub fn joint_kind(&self, place: usize) -> Option<JointKind> {
-        let mut joints = self.bodies.iter().filter_map(|body| body.joint.as_ref());
-        let found = joints.find(|joint| joint.coordinate == place && joint.ratio == 1.0);
-        found.map(|joint| joint.kind)
-    }
-
-    /// The frame of a link.
-    ///
-    /// # Errors
-    /// [`ModelError::UnknownFrame`], which lists the links there are.
-    pub fn frame(&self, name: &str) -> Result<FrameId, ModelError> {
-        let found = self.frames.iter().position(|frame| frame.name == name);
-        found
-            .map(FrameId)
-            .ok_or_else(|| ModelError::unknown_frame(name, self.frame_names()))
-    }
-
-    /// The names of all links, the root first.
-    pub fn frame_names(&self) -> impl Iterator<Item = &str> {
-        self.frames.iter().map(|frame| frame.name.as_str())
-    }
-
-    /// The name of a frame of this robot.
-    #[must_use]
-    pub fn frame_name(&self, frame: FrameId) -> &str {
-        &self.frames[frame.0].name
-    }
-
-    /// The frame of the root link, whose pose is the base's.
-    #[must_use]
-    pub fn base_frame(&self) -> FrameId {
-        FrameId(0)
-    }
-
-    /// The transform `a_from_b` between two frames of one body; `None` where a joint lies between.
-    #[must_use]
-    pub fn fixed_transform(&self, a: FrameId, b: FrameId) -> Option<Isometry3<f64>> {
-        let (a, b) = (&self.frames[a.0], &self.frames[b.0]);
-        (a.body == b.body).then(|| a.body_from_frame.inverse() * b.body_from_frame)
-    }
-
-    /// Mass of everything, kg.
-    #[must_use]
-    pub fn mass(&self) -> f64 {
-        self.bodies.iter().map(|body| body.mass_kg).sum()
-    }
-
-    /// The robot with one more frame, `parent_from_frame` fixed to a link: a sensor that the URDF does
-    /// not know.
-    #[must_use]
-    pub fn with_frame(
-        &self,
-        name: &str,
-        parent: FrameId,
-        parent_from_frame: &Isometry3<f64>,
-    ) -> Self {
-        let mut robot = self.clone();
-        let above = &self.frames[parent.0];
-        let body_from_frame = above.body_from_frame * parent_from_frame;
-        let nothing = InertialParameters::zero();
-        // It stands last, not in depth-first order, which only matters to links that weigh something.
-        robot.add_frame(name, parent.0, above.body, body_from_frame, nothing);
-        robot
-    }
-
-    /// A lone rigid body with one frame: for a sensor whose own motion is measured, without an arm.
+    /// Returns a floating rigid body with one frame and no mass: the model of a sensor whose own motion is measured
+    /// where there is no arm.
     #[must_use]
     pub fn lone_body(name: &str) -> Self {
         Self::with_root(BaseKind::Floating, name, InertialParameters::zero())
     }
 
-    /// The robot with a body attached rigidly to a frame; `payload` is in that frame.
+    /// Returns whether the base moves.
     #[must_use]
-    pub fn with_payload(&self, frame: FrameId, payload: &InertialParameters) -> Self {
-        let mut robot = self.clone();
-        let Frame {
-            body,
-            body_from_frame,
-            ..
-        } = self.frames[frame.0];
-        robot.frames[frame.0].parameters = self.frames[frame.0].parameters + *payload;
-        let lumped = self.bodies[body].parameters + payload.expressed_in(&body_from_frame);
-        robot.bodies[body].set_parameters(lumped);
-        robot
+    pub fn base_kind(&self) -> BaseKind {
+        self.base_kind
     }
 
-    /// The robot with the masses of the links below `frame` (the frame's own link not included)
-    /// taken off: what is known of it when the end-effector counts as unknown. Joints stay.
+    /// Returns the number of independent joints, which is the length of `q`. Mimic joints do not count.
     #[must_use]
-    pub fn without_subtree(&self, frame: FrameId) -> Self {
-        let mut robot = self.clone();
-        for index in self.links_below(frame) {
-            robot.frames[index].parameters = InertialParameters::zero();
-        }
-        let mut lumped = vec![InertialParameters::zero(); robot.bodies.len()];
-        for link in &robot.frames {
-            lumped[link.body] =
-                lumped[link.body] + link.parameters.expressed_in(&link.body_from_frame);
-        }
-        for (body, parameters) in robot.bodies.iter_mut().zip(lumped) {
-            body.set_parameters(parameters);
-        }
-        robot
+    pub fn dof(&self) -> usize {
+        self.joint_names.len()
     }
 
-    /// The indices of the frames below `frame`, itself not included.
-    pub(crate) fn links_below(&self, frame: FrameId) -> Range<usize> {
-        // Frames stand in depth-first order: what hangs below one follows it without a gap.
-        let after = frame.0 + 1;
-        let below = self.frames[after..].iter();
-        let count = below.take_while(|link| link.parent >= frame.0).count();
-        after..after + count
+    /// Returns the names of the independent joints in the order of `q`.
+    #[must_use]
+    pub fn joint_names(&self) -> &[String] {
+        &self.joint_names
     }
 
-    /// That a slice, called `what`, has one entry for each joint.
+    /// Returns the index of a joint in `q`, or `None` for a joint that is unknown, fixed or a mimic joint.
+    #[must_use]
+    pub fn joint_index(&self, name: &str) -> Option<usize> {
+        self.joint_names.iter().position(|known| known == name)
+    }
+
+    /// Returns the kind of the joint with an index in `q`, or `None` for an index beyond it.
+    #[must_use]
+    pub fn joint_kind(&self, index: usize) -> Option<JointKind> {
+        let mut joints = self.bodies.iter().filter_map(|body| body.joint.as_ref());
+        let found = joints.find(|joint| joint.coordinate == index && !joint.is_mimic);
+        found.map(|joint| joint.kind)
+    }
+
+    /// Returns the frame of the link with a name.
     ///
     /// # Errors
-    /// Where it does not.
+    /// Returns [`ModelError::UnknownFrame`], which lists the existing links.
+    pub fn frame(&self, name: &str) -> Result<FrameId, ModelError> {
+        let is_named = |&position: &usize| self.links[position].name == name;
+        let found = self.positions.iter().position(is_named);
+        found
+            .map(FrameId)
+            .ok_or_else(|| ModelError::unknown_frame(name, self.frame_names()))
+    }
+
+    /// Returns the names of all links in depth-first order, the root first.
+    pub fn frame_names(&self) -> impl Iterator<Item = &str> {
+        self.links.iter().map(|link| link.name.as_str())
+    }
+
+    /// Returns the name of the link with a frame of this robot.
+    #[must_use]
+    pub fn frame_name(&self, frame: FrameId) -> &str {
+        &self.link(frame).name
+    }
+
+    /// Returns the frame of the root link, whose pose is the pose of the base.
+    #[must_use]
+    pub fn base_frame(&self) -> FrameId {
+        FrameId(0)
+    }
+
+    /// Returns the transform `a_from_b` between two frames of one body, or `None` if a joint lies between them.
+    #[must_use]
+    pub fn fixed_transform(&self, a: FrameId, b: FrameId) -> Option<Isometry3<f64>> {
+        let (a, b) = (self.link(a), self.link(b));
+        (a.body == b.body).then(|| a.body_from_link.inverse() * b.body_from_link)
+    }
+
+    /// Returns whether the joint with an index in `q` moves a frame.
+    #[must_use]
+    pub fn moves(&self, joint: usize, frame: FrameId) -> bool {
+        let mut index = self.link(frame).body;
+        while let Some(above) = &self.bodies[index].joint {
+            if above.coordinate == joint {
+                return true;
+            }
+            index = self.bodies[index].parent;
+        }
+        false
+    }
+
+    /// Returns the total mass of the robot, kg.
+    #[must_use]
+    pub fn mass(&self) -> f64 {
+        self.bodies.iter().map(|body| body.mass_kg).sum()
+    }
+
+    /// Returns the position in `links` of a frame's link.
+    pub(crate) fn position(&self, frame: FrameId) -> usize {
+        self.positions[frame.0]
+    }
+
+    /// Returns the link of a frame.
+    pub(crate) fn link(&self, frame: FrameId) -> &Link {
+        &self.links[self.position(frame)]
+    }
+
+    /// Checks that a slice has one entry for each independent joint; `what` names it in the error.
+    ///
+    /// # Errors
+    /// Returns [`StateError::Length`] if it does not.
     pub fn check_length(&self, what: &'static str, given: &[f64]) -> Result<(), StateError> {
-        if given.len() == self.dof() {
+        self.check_count(what, given.len())
+    }
+
+    /// Checks that there is one entry for each independent joint, as [`Self::check_length`] does.
+    pub(crate) fn check_count(&self, what: &'static str, given: usize) -> Result<(), StateError> {
+        if given == self.dof() {
             return Ok(());
         }
-        Err(StateError {
+        Err(StateError::Length {
             what,
-            given: given.len(),
+            given,
             expected: self.dof(),
             joints: self.joint_names.join(", "),
         })
     }
 }
 
-/// A mass and an inertia that a body can have.
+/// Checks that a link has a positive finite mass and an inertia that a rigid body can have.
+///
+/// # Errors
+/// Returns [`ModelError::Mass`], [`ModelError::NotFinite`] or [`ModelError::Inertia`].
 pub(crate) fn check_body(link: &str, parameters: &InertialParameters) -> Result<(), ModelError> {
     let mass_kg = parameters.mass();
     if !(mass_kg.is_finite() && mass_kg > 0.0) {
@@ -367,6 +379,6 @@ pub(crate) fn check_body(link: &str, parameters: &InertialParameters) -> Result<
     }
 }
 
-/// By how much, relative to the largest moment, a written inertia may miss the triangle inequality:
-/// robots are described with few digits, and a thin rod or plate lies on the border.
+/// Violation of the triangle inequality of principal moments that is tolerated, as a fraction of the largest moment.
+/// Descriptions of robots round to three or four digits, and a thin rod or plate lies on the boundary.
 const INERTIA_TOLERANCE: f64 = 1e-3;

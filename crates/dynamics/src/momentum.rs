@@ -1,28 +1,30 @@
-//! Momentum of the whole robot, and the base's motion that follows from its conservation.
+//! Momentum of the whole robot, and the motion of the base that follows from its conservation.
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::manipulator::Manipulator;
-use crate::motion::{JointMotion, Workspace, motion};
+use crate::motion::{JointMotion, motion};
+use crate::workspace::Workspace;
 use crate::{FrameMotion, StateError, Wrench, cross, forces};
 
-/// Momentum in the inertial frame.
+/// Momentum of a robot, expressed in the inertial frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Momentum {
-    /// Linear, kg m/s.
+    /// Linear momentum, kg m/s.
     pub linear: Vector3<f64>,
-    /// Angular, about the inertial frame's origin, kg m²/s.
+    /// Angular momentum about the inertial frame's origin, kg m²/s.
     pub angular: Vector3<f64>,
 }
 
-/// Total momentum of the robot in the motion that the workspace holds.
+/// Returns the total momentum of the robot in the motion that the workspace holds.
+///
+/// The cost is one pass over the bodies. Nothing is allocated.
 #[must_use]
-pub fn momentum(robot: &Manipulator, workspace: &Workspace) -> Momentum {
+pub fn momentum(workspace: &Workspace) -> Momentum {
     let mut total = Momentum {
         linear: Vector3::zeros(),
         angular: Vector3::zeros(),
     };
-    for (body, state) in robot.bodies.iter().zip(&workspace.bodies) {
+    for (body, state) in workspace.robot.bodies.iter().zip(&workspace.bodies) {
         let rotation = &state.origin.pose.rotation;
         let spin = rotation.inverse() * state.origin.angular_velocity;
         let linear = state.center_velocity * body.mass_kg;
@@ -32,25 +34,24 @@ pub fn momentum(robot: &Manipulator, workspace: &Workspace) -> Momentum {
     total
 }
 
-/// The base's acceleration.
+/// Acceleration of the base, expressed in the inertial frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BaseAcceleration {
-    /// Classical acceleration of the base frame's origin in the inertial frame, m/s².
+    /// Classical acceleration of the base frame's origin, m/s².
     pub linear: Vector3<f64>,
-    /// Angular acceleration in the inertial frame, rad/s².
+    /// Angular acceleration, rad/s².
     pub angular: Vector3<f64>,
 }
 
-/// How a free-floating base accelerates when its joints do as `joints` says and nothing acts from
-/// outside: what makes the sum of (28) and the total moment zero. The accelerations in `base` are
-/// not read. Leaves the workspace with the motion and the forces that result.
+/// Computes the acceleration of a free-floating base for a motion of its joints if nothing acts from outside: the
+/// acceleration for which the sum of forces (28) and the total moment vanish. The accelerations in `base` are ignored.
 ///
-/// Cost: two passes for the motion, two for the forces, one 3x3 solution; no allocation.
+/// The workspace then holds the resulting motion and its forces. The cost is two passes for the motion, two for the
+/// forces and the solution of one 3x3 system. Nothing is allocated.
 ///
 /// # Errors
-/// Where a slice does not have one entry for each joint.
+/// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint.
 pub fn base_acceleration(
-    robot: &Manipulator,
     workspace: &mut Workspace,
     base: &FrameMotion,
     joints: JointMotion<'_>,
@@ -60,22 +61,20 @@ pub fn base_acceleration(
         angular_acceleration: Vector3::zeros(),
         ..*base
     };
-    motion(robot, workspace, &base, joints)?;
-    forces(robot, workspace, &Vector3::zeros());
-    let needed = workspace.base_wrench();
-    let acceleration = acceleration_that_cancels(robot, workspace, &needed);
+    motion(workspace, &base, joints)?;
+    forces(workspace, &Vector3::zeros());
+    let needed = workspace.base_wrench()?;
+    let acceleration = acceleration_that_cancels(workspace, &needed);
     (base.acceleration, base.angular_acceleration) = (acceleration.linear, acceleration.angular);
-    motion(robot, workspace, &base, joints)?;
-    forces(robot, workspace, &Vector3::zeros());
+    motion(workspace, &base, joints)?;
+    forces(workspace, &Vector3::zeros());
     Ok(acceleration)
 }
 
-/// Solves the locked robot's Newton-Euler equations about its centre of mass.
-fn acceleration_that_cancels(
-    robot: &Manipulator,
-    workspace: &Workspace,
-    needed: &Wrench,
-) -> BaseAcceleration {
+/// Solves the Newton-Euler equations of the robot with locked joints about its centre of mass, for the base
+/// acceleration that makes the wrench `needed` on the base, in the inertial frame and about the base's origin, zero.
+fn acceleration_that_cancels(workspace: &Workspace, needed: &Wrench) -> BaseAcceleration {
+    let robot = &workspace.robot;
     let p_b = workspace.bodies[0].origin.pose.translation.vector;
     let states = || robot.bodies.iter().zip(&workspace.bodies);
     let mass: f64 = robot.mass();
@@ -91,8 +90,7 @@ fn acceleration_that_cancels(
         })
         .sum();
     let about_center = needed.moment - c.cross(&needed.force);
-    // A robot with mass has an inertia that can be inverted, but for a lone point: that one cannot
-    // be turned by any moment.
+    // The inertia of a robot with mass is invertible, except that of a point mass, which no moment can turn.
     let angular = inertia
         .cholesky()
         .map_or_else(Vector3::zeros, |factor| -factor.solve(&about_center));

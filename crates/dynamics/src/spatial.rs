@@ -1,16 +1,16 @@
-//! Vectors of mechanics: products, wrenches and the motion of a frame.
+//! Cross-product matrices, wrenches and the motion of a frame.
 
 use std::ops::{Add, Neg, Sub};
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-/// The matrix `[v]×` with `[v]× w = v × w`.
+/// Returns the matrix `[v]×` with `[v]× w = v × w`.
 #[must_use]
 pub fn cross(v: &Vector3<f64>) -> Matrix3<f64> {
     v.cross_matrix()
 }
 
-/// `L(v)` as the rows of a 3x6 matrix: `L(v) I_vec = I v` with `I_vec = [Ixx, Ixy, Ixz, Iyy, Iyz, Izz]`.
+/// Returns the 3x6 matrix `L(v)` for which `L(v) I_vec = I v`, with `I_vec = [Ixx, Ixy, Ixz, Iyy, Iyz, Izz]`.
 #[must_use]
 #[rustfmt::skip]
 pub fn inertia_product(v: &Vector3<f64>) -> nalgebra::Matrix3x6<f64> {
@@ -21,8 +21,8 @@ pub fn inertia_product(v: &Vector3<f64>) -> nalgebra::Matrix3x6<f64> {
     )
 }
 
-/// A force and a moment on a body, expressed in one frame and taken about that frame's origin.
-/// Which frame, and which body is acted upon, is said by the name of the value.
+/// A force and a moment on a body, expressed in one frame and about that frame's origin. The name of the value states
+/// the frame and the body: the value does not carry them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wrench {
     /// Force, N.
@@ -32,7 +32,7 @@ pub struct Wrench {
 }
 
 impl Wrench {
-    /// No force and no moment.
+    /// Returns the wrench without force and moment.
     #[must_use]
     pub fn zero() -> Self {
         Self {
@@ -41,7 +41,7 @@ impl Wrench {
         }
     }
 
-    /// The same wrench about the origin of frame `a` and expressed there, where `self` is in `b`.
+    /// Returns the same wrench expressed in frame `a` and about its origin, where `self` is in frame `b`.
     #[must_use]
     pub fn expressed_in(&self, a_from_b: &Isometry3<f64>) -> Self {
         let force = a_from_b * self.force;
@@ -51,7 +51,7 @@ impl Wrench {
         }
     }
 
-    /// Whether all six numbers are finite.
+    /// Returns whether all six numbers are finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         self.force
@@ -88,24 +88,24 @@ impl Neg for Wrench {
     }
 }
 
-/// How a frame moves: everything expressed in the inertial frame.
+/// Pose, velocity and acceleration of a frame, expressed in the inertial frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameMotion {
-    /// `world_from_frame`; its translation is `p`, m.
+    /// Pose `world_from_frame`. Its translation is the position `p` of the frame's origin, m.
     pub pose: Isometry3<f64>,
-    /// Velocity of the frame's origin, `ṗ`, m/s.
+    /// Velocity `ṗ` of the frame's origin, m/s.
     pub velocity: Vector3<f64>,
-    /// Angular velocity, `ω`, rad/s.
+    /// Angular velocity `ω`, rad/s.
     pub angular_velocity: Vector3<f64>,
-    /// Classical acceleration of the frame's origin, `p̈`, m/s²: the derivative of `velocity`, not
-    /// the linear part of a spatial acceleration.
+    /// Classical acceleration `p̈` of the frame's origin, m/s²: the derivative of `velocity`, not the linear part of a
+    /// spatial acceleration.
     pub acceleration: Vector3<f64>,
-    /// Angular acceleration, `ω̇`, rad/s².
+    /// Angular acceleration `ω̇`, rad/s².
     pub angular_acceleration: Vector3<f64>,
 }
 
 impl FrameMotion {
-    /// At rest at `pose`.
+    /// Returns the motion of a frame at rest at `pose`.
     #[must_use]
     pub fn at_rest(pose: Isometry3<f64>) -> Self {
         Self {
@@ -117,7 +117,7 @@ impl FrameMotion {
         }
     }
 
-    /// The motion of a frame fixed to the same body, `frame_from_fixed` away.
+    /// Returns the motion of another frame that is fixed to the same body at `frame_from_fixed`.
     #[must_use]
     pub fn of_fixed(&self, frame_from_fixed: &Isometry3<f64>) -> Self {
         let (w, dw) = (&self.angular_velocity, &self.angular_acceleration);
@@ -131,8 +131,8 @@ impl FrameMotion {
         }
     }
 
-    /// What the identification rows need, expressed in the frame itself. `gravity` is the
-    /// gravitational acceleration in the inertial frame, pointing down: zero in orbit.
+    /// Returns the accelerations and the angular velocity that the regressors need, expressed in the frame itself.
+    /// `gravity` is the gravitational acceleration in the inertial frame, m/s², pointing down; it is zero in orbit.
     #[must_use]
     pub fn in_frame(&self, gravity: &Vector3<f64>) -> ToolMotion {
         let frame_from_world = self.pose.rotation.inverse();
@@ -144,13 +144,13 @@ impl FrameMotion {
     }
 }
 
-/// The motion of the end-effector frame `Σ_U`, expressed in `Σ_U`, where the unknowns are constant.
+/// Motion of the end-effector frame `Σ_U`, expressed in `Σ_U`, in which the unknown parameters are constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToolMotion {
-    /// `p̈_U - g`, m/s²: classical acceleration of the origin less gravity.
+    /// `p̈_U - g`: classical acceleration of the origin minus the gravitational acceleration, m/s².
     pub acceleration: Vector3<f64>,
-    /// `ω_U`, rad/s.
+    /// `ω_U`: angular velocity, rad/s.
     pub angular_velocity: Vector3<f64>,
-    /// `ω̇_U`, rad/s².
+    /// `ω̇_U`: angular acceleration, rad/s².
     pub angular_acceleration: Vector3<f64>,
 }

@@ -15,7 +15,7 @@ use tactid_dynamics::{
     forces,
 };
 
-/// Table 1: θ, a, d, α of each joint.
+/// Table 1 of the paper: θ, a, d, α of each joint.
 const TABLE_1: [[f64; 4]; 6] = [
     [0.0, 0.0, 0.089159, FRAC_PI_2],
     [0.0, -0.42500, 0.0, 0.0],
@@ -53,7 +53,7 @@ fn table_1(base_from_table: Isometry3<f64>) -> DhRobot {
     }
 }
 
-/// The standard matrix of one row, written out.
+/// Returns the transform of one row as a matrix.
 #[rustfmt::skip]
 fn dh_matrix(theta: f64, a: f64, d: f64, alpha: f64) -> Matrix4<f64> {
     let ((s, c), (sa, ca)) = (theta.sin_cos(), alpha.sin_cos());
@@ -65,7 +65,7 @@ fn dh_matrix(theta: f64, a: f64, d: f64, alpha: f64) -> Matrix4<f64> {
     )
 }
 
-/// A state with the base at rest at the inertial frame.
+/// Returns a state at rest with the base at the inertial frame.
 fn at(position: Vec<f64>) -> State {
     let none = vec![0.0; position.len()];
     State {
@@ -76,7 +76,7 @@ fn at(position: Vec<f64>) -> State {
     }
 }
 
-/// Each frame of Table 1 stands at the product of the table's matrices up to it.
+/// The pose of each frame of Table 1 is the product of the table's matrices up to it.
 #[test]
 fn dh_frames_are_products_of_matrices() {
     let rng = &mut rng(1);
@@ -85,17 +85,17 @@ fn dh_frames_are_products_of_matrices() {
     for _ in 0..50 {
         let state = at(numbers(rng, 6, 3.0));
         let workspace = state.moved(&robot);
-        let mut wanted = Matrix4::identity();
+        let mut expected = Matrix4::identity();
         for (joint, [theta, a, d, alpha]) in TABLE_1.into_iter().enumerate() {
-            wanted *= dh_matrix(theta + state.position[joint], a, d, alpha);
+            expected *= dh_matrix(theta + state.position[joint], a, d, alpha);
             let frame = robot.frame(&format!("frame_{}", joint + 1)).unwrap();
-            let given = workspace.pose(&robot, frame).to_homogeneous();
-            assert_close(&given, &wanted, 1e-14, "frame");
+            let given = workspace.pose(frame).to_homogeneous();
+            assert_close(&given, &expected, 1e-14, "frame");
         }
     }
 }
 
-/// The project's robot is Table 1 on its spacecraft: `tool0` is frame 6 at every posture.
+/// The project's robot is the arm of Table 1 on its spacecraft: `tool0` is frame 6 at every posture.
 #[test]
 fn tool0_is_frame_6_of_table_1() {
     let rng = &mut rng(2);
@@ -111,17 +111,14 @@ fn tool0_is_frame_6_of_table_1() {
         for (joint, name) in table.joint_names().iter().enumerate() {
             of_urdf.position[urdf.joint_index(name).unwrap()] = of_table.position[joint];
         }
-        let given = of_urdf.moved(&urdf).pose(&urdf, tool).to_homogeneous();
-        let wanted = of_table
-            .moved(&table)
-            .pose(&table, frame_6)
-            .to_homogeneous();
-        assert_close(&given, &wanted, 1e-14, "tool0");
+        let given = of_urdf.moved(&urdf).pose(tool).to_homogeneous();
+        let expected = of_table.moved(&table).pose(frame_6).to_homogeneous();
+        assert_close(&given, &expected, 1e-14, "tool0");
     }
 }
 
-/// The same arm from a table and from a URDF, with the joints' frames and the table's frames as
-/// links of their own, has the same loads: masses sit in the table's frames, prismatic joints slide.
+/// An arm has the same joint torques from a table and from a URDF with the joints' frames and the table's frames as links
+/// of their own, also with prismatic joints.
 #[test]
 fn dh_and_urdf_of_one_arm_agree() {
     let rng = &mut rng(3);
@@ -178,18 +175,18 @@ fn dh_and_urdf_of_one_arm_agree() {
         let gravity = vector(rng, 10.0);
         let torques = [&of_table, &of_urdf].map(|robot| {
             let mut workspace = state.moved(robot);
-            forces(robot, &mut workspace, &gravity);
-            Vec::from(workspace.joint_torques())
+            forces(&mut workspace, &gravity);
+            Vec::from(workspace.joint_torques().unwrap())
         });
-        for (given, wanted) in torques[0].iter().zip(&torques[1]) {
-            assert!((given - wanted).abs() < 1e-12 * (1.0 + wanted.abs()));
+        for (given, expected) in torques[0].iter().zip(&torques[1]) {
+            assert!((given - expected).abs() < 1e-12 * (1.0 + expected.abs()));
         }
     }
 }
 
 const BALL: &str = "<inertial><mass value='2'/><inertia ixx='0.1' ixy='0' ixz='0' iyy='0.1' iyz='0' izz='0.1'/></inertial>";
 
-/// A table with a fault is refused with the joint or link at fault.
+/// The error for a faulty table names the joint or link at fault.
 #[test]
 fn dh_faults_are_named() {
     let refused = |change: fn(&mut DhRobot)| {
@@ -217,7 +214,7 @@ fn dh_faults_are_named() {
     );
 }
 
-/// Joints stand in depth-first order, children as in the file, whatever the order of the links.
+/// Joints are in depth-first order, with children in the order of the file, independently of the order of the links.
 #[test]
 fn joints_are_in_depth_first_order() {
     let link = |name: &str| format!("<link name='{name}'>{BALL}</link>");
@@ -245,18 +242,19 @@ fn joints_are_in_depth_first_order() {
     assert_eq!(robot.base_kind(), BaseKind::Floating);
 }
 
-/// A robot has the mass of all its links; taking the end-effector off leaves the rest, and a
-/// payload adds its own.
+/// A robot has the mass of all its links. Removing the end-effector subtracts its mass, and a payload adds its own.
 #[test]
 fn masses_add_up() {
     for tree in (0..20).map(RandomTree::new) {
         let robot = tree.robot();
-        let wanted: f64 = tree.0.iter().map(|link| link.parameters.mass()).sum();
-        assert!((robot.mass() - wanted).abs() < 1e-13 * wanted);
+        let expected: f64 = tree.0.iter().map(|link| link.parameters.mass()).sum();
+        assert!((robot.mass() - expected).abs() < 1e-13 * expected);
     }
     let robot = tactid();
     let tool = robot.frame("tool0").unwrap();
-    let gripper = robot.subtree_parameters(&at(vec![0.0; robot.dof()]).moved(&robot), tool);
+    let gripper = at(vec![0.0; robot.dof()])
+        .moved(&robot)
+        .subtree_parameters(tool);
     assert!(
         (gripper.mass() - 6.0).abs() < 1e-12,
         "palm 4 kg, two fingers of 1 kg"
@@ -272,7 +270,7 @@ fn masses_add_up() {
     );
 }
 
-/// A robot below a link is that part of the tree, with that link as its base.
+/// The robot below a link is that subtree, with the link as its base.
 #[test]
 fn below_a_link_is_that_part_of_the_tree() {
     let xml = RandomTree::new(3).urdf(false);
@@ -295,21 +293,21 @@ fn below_a_link_is_that_part_of_the_tree() {
             .collect()
     };
     let state = State {
-        base: moved.frame_motion(&whole, whole.frame("link_1").unwrap()),
+        base: moved.frame_motion(whole.frame("link_1").unwrap()),
         position: of_part(&state.position),
         velocity: of_part(&state.velocity),
         acceleration: of_part(&state.acceleration),
     };
     let moved_part = state.moved(&part);
     for name in part.frame_names() {
-        let given = moved_part.frame_motion(&part, part.frame(name).unwrap());
-        let wanted = moved.frame_motion(&whole, whole.frame(name).unwrap());
-        assert_close(&given.acceleration, &wanted.acceleration, 1e-12, name);
+        let given = moved_part.frame_motion(part.frame(name).unwrap());
+        let expected = moved.frame_motion(whole.frame(name).unwrap());
+        assert_close(&given.acceleration, &expected.acceleration, 1e-12, name);
     }
 }
 
-/// A root `world` without mass, with the robot bolted to it by a fixed joint, is a fixed base; mesh
-/// files need not exist, and a frame without mass on a fixed joint is a frame.
+/// A massless root `world` with the robot on a fixed joint is accepted as a fixed base. Mesh files need not exist, and a
+/// massless link on a fixed joint is accepted.
 #[test]
 fn world_root_meshes_and_massless_frames() {
     let mesh = "<visual><geometry><mesh filename='package://nowhere/arm.stl'/></geometry></visual>";
@@ -324,7 +322,7 @@ fn world_root_meshes_and_massless_frames() {
     assert_eq!(robot.joint_names(), ["hinge"]);
     let pose = at(vec![FRAC_PI_2])
         .moved(&robot)
-        .pose(&robot, robot.frame("tool").unwrap());
+        .pose(robot.frame("tool").unwrap());
     // A joint without <axis> turns about x: 2 m along z become 2 m along -y.
     assert_close(
         &pose.translation.vector,
@@ -336,7 +334,7 @@ fn world_root_meshes_and_massless_frames() {
     assert!(matches!(error, ModelError::MasslessBase(link) if link == "world"));
 }
 
-/// A moving link may have its mass on a link that is fixed to it.
+/// A moving link may have its mass in a link that is fixed to it.
 #[test]
 fn mass_may_sit_on_a_fixed_link() {
     let xml = format!(
@@ -348,7 +346,7 @@ fn mass_may_sit_on_a_fixed_link() {
     assert_eq!(robot.mass(), 2.0);
 }
 
-/// A chain of twenty thousand links is read, moved and taken apart without exhausting the stack.
+/// A chain of twenty thousand links is read and moved without exhausting the stack.
 #[test]
 fn long_chains_are_read() {
     let count = 20_000;
@@ -365,9 +363,24 @@ fn long_chains_are_read() {
     let robot = Manipulator::from_urdf(&(xml + "</robot>"), BaseKind::Floating).unwrap();
     let tip = robot.frame(&format!("l{}", count - 1)).unwrap();
     let workspace = at(Vec::new()).moved(&robot);
-    let height = workspace.pose(&robot, tip).translation.z;
+    let height = workspace.pose(tip).translation.z;
     assert!((height - 0.001 * f64::from(count - 1)).abs() < 1e-9);
     assert_eq!(robot.without_subtree(robot.base_frame()).mass(), 2.0);
-    let below = robot.subtree_parameters(&workspace, robot.base_frame());
+    let below = workspace.subtree_parameters(robot.base_frame());
     assert_eq!(below, InertialParameters::zero());
+}
+
+/// The kind of a joint is its own also if a joint of another kind mimics it with multiplier 1 and precedes it.
+#[test]
+fn joint_kind_is_not_that_of_a_mimic() {
+    let xml = format!(
+        "<robot name='m'><link name='base'/><link name='a'>{BALL}</link><link name='b'>{BALL}</link>\
+         <joint name='follower' type='prismatic'><parent link='base'/><child link='a'/>\
+         <limit lower='0' upper='1' effort='1' velocity='1'/><mimic joint='leader'/></joint>\
+         <joint name='leader' type='continuous'><parent link='base'/><child link='b'/></joint></robot>"
+    );
+    let robot = Manipulator::from_urdf(&xml, BaseKind::Fixed).unwrap();
+    assert_eq!(robot.joint_names(), ["leader"]);
+    assert_eq!(robot.joint_kind(0), Some(JointKind::Revolute));
+    assert_eq!(robot.joint_kind(1), None);
 }

@@ -1,4 +1,4 @@
-//! Motion (1)-(20) against differences of poses along a trajectory.
+//! Motion (1)-(20) against numerical derivatives of poses along a trajectory.
 
 #![allow(clippy::unwrap_used)]
 
@@ -13,17 +13,16 @@ use tactid_dynamics::{
 
 const TOLERANCE: f64 = 1e-8;
 
-/// The vector of the skew-symmetric part.
+/// Returns the vector of the skew-symmetric part of a matrix.
 fn vee(m: &Matrix3<f64>) -> Vector3<f64> {
     Vector3::new(m.m32 - m.m23, m.m13 - m.m31, m.m21 - m.m12) * 0.5
 }
 
-/// Velocity and acceleration of every link are the first and second differences of its pose.
+/// Velocity and acceleration of every link are the first and second derivatives of its pose.
 ///
-/// The poses know nothing of (2)-(20), so this fails without the transport term `ω × θ̇ z` of (15),
-/// which the paper leaves out, without the Coriolis term `2 ω × v` of a prismatic joint, without a
-/// centripetal `ω × (ω × a)`, with a multiplier of a mimic joint left out of its velocity, and with
-/// a spatial acceleration in the place of the classical one.
+/// The poses are independent of (2)-(20), so that the test detects a missing transport term `ω × θ̇ z` of (15), which the
+/// print omits, a missing Coriolis term `2 ω × v` of a prismatic joint, a missing centripetal term `ω × (ω × a)`, a
+/// missing multiplier of a mimic joint's velocity, and a spatial acceleration in place of the classical one.
 #[test]
 fn velocities_and_accelerations_are_differences_of_poses() {
     let rng = &mut rng(1);
@@ -33,17 +32,17 @@ fn velocities_and_accelerations_are_differences_of_poses() {
         let samples = |t: f64| state.at(t).moved(&robot);
         for name in robot.frame_names() {
             let frame = robot.frame(name).unwrap();
-            let position = |t| samples(t).pose(&robot, frame).translation.vector;
+            let position = |t| samples(t).pose(frame).translation.vector;
             let rotation = |t| {
-                let pose = samples(t).pose(&robot, frame);
+                let pose = samples(t).pose(frame);
                 pose.rotation.to_rotation_matrix().into_inner()
             };
-            let given = workspace.frame_motion(&robot, frame);
+            let given = workspace.frame_motion(frame);
             let to_body = rotation(0.0).transpose();
             // Ṙ Rᵀ = [ω]× and R̈ Rᵀ = [ω̇]× + [ω]×², the last symmetric.
             let w = vee(&(derivative(rotation) * to_body));
             let dw = vee(&(second_derivative(rotation) * to_body));
-            assert_eq!(given.pose, workspace.pose(&robot, frame));
+            assert_eq!(given.pose, workspace.pose(frame));
             assert_close(&given.velocity, &derivative(position), TOLERANCE, name);
             assert_close(&given.angular_velocity, &w, TOLERANCE, name);
             assert_close(
@@ -57,7 +56,7 @@ fn velocities_and_accelerations_are_differences_of_poses() {
     }
 }
 
-/// One link on a joint of the given kind along or about x.
+/// Returns a robot of one link on a joint of the given kind along or about x.
 fn on_x(kind: &str) -> Manipulator {
     let xml = format!(
         "<robot name='one'><link name='base'/><link name='arm'><inertial><mass value='1'/>\
@@ -68,7 +67,7 @@ fn on_x(kind: &str) -> Manipulator {
     Manipulator::from_urdf(&xml, BaseKind::Fixed).unwrap()
 }
 
-/// The arm's motion at position 0.5 and velocity 3, on a base that turns about z at 2 rad/s.
+/// Returns the arm's motion at position 0.5 and velocity 3 on a base that turns about z at 2 rad/s.
 fn on_turning_base(kind: &str) -> FrameMotion {
     let robot = on_x(kind);
     let mut base = FrameMotion::at_rest(Isometry3::identity());
@@ -79,12 +78,12 @@ fn on_turning_base(kind: &str) -> FrameMotion {
         acceleration: &[0.0],
     };
     let mut workspace = Workspace::new(&robot);
-    motion(&robot, &mut workspace, &base, joints).unwrap();
-    workspace.frame_motion(&robot, robot.frame("arm").unwrap())
+    motion(&mut workspace, &base, joints).unwrap();
+    workspace.frame_motion(robot.frame("arm").unwrap())
 }
 
 /// A link that turns steadily about x on a base turning about z has the angular acceleration
-/// `ω × θ̇ x = 6 y`: the transport term of (15), missing in print.
+/// `ω × θ̇ x = 6 y`: the transport term of (15), which the print omits.
 #[test]
 fn revolute_joint_has_its_transport_term() {
     let arm = on_turning_base("continuous");
@@ -103,7 +102,7 @@ fn revolute_joint_has_its_transport_term() {
 }
 
 /// A link that slides steadily along x on a base turning about z has the Coriolis acceleration
-/// `2 ω × v = 12 y` beside the centripetal one.
+/// `2 ω × v = 12 y` in addition to the centripetal one.
 #[test]
 fn prismatic_joint_has_its_coriolis_term() {
     let arm = on_turning_base("prismatic");
@@ -116,8 +115,8 @@ fn prismatic_joint_has_its_coriolis_term() {
     );
 }
 
-/// A frame fixed to a body moves as the robot's own frames on fixed joints do, and what the rows
-/// read of it is turned into that frame with gravity taken off.
+/// A frame fixed to a body moves like the robot's frames on fixed joints, and its tool motion is expressed in the frame
+/// with gravity subtracted.
 #[test]
 fn fixed_frames_and_tool_motion() {
     let rng = &mut rng(2);
@@ -129,10 +128,8 @@ fn fixed_frames_and_tool_motion() {
         robot.frame("tool0").unwrap(),
     );
     let wrist_from_tool = robot.fixed_transform(wrist, tool).unwrap();
-    let by_hand = workspace
-        .frame_motion(&robot, wrist)
-        .of_fixed(&wrist_from_tool);
-    let given = workspace.frame_motion(&robot, tool);
+    let by_hand = workspace.frame_motion(wrist).of_fixed(&wrist_from_tool);
+    let given = workspace.frame_motion(tool);
     assert_close(&by_hand.acceleration, &given.acceleration, 1e-14, "p̈");
     assert_close(&by_hand.velocity, &given.velocity, 1e-14, "ṗ");
     assert!(robot.fixed_transform(robot.base_frame(), tool).is_none());
@@ -160,7 +157,7 @@ fn fixed_frames_and_tool_motion() {
     );
 }
 
-/// A slice of the wrong length is refused with its name, both lengths and the joints.
+/// The error for a slice of the wrong length contains its name, both lengths and the joints.
 #[test]
 fn wrong_lengths_are_refused() {
     let robot = on_x("prismatic");
@@ -178,7 +175,7 @@ fn wrong_lengths_are_refused() {
             acceleration,
         };
         let given = [position, velocity, acceleration];
-        let wanted = StateError {
+        let expected = StateError::Length {
             what,
             given: given
                 .iter()
@@ -188,8 +185,8 @@ fn wrong_lengths_are_refused() {
             expected: 1,
             joints: "joint".to_owned(),
         };
-        assert_eq!(motion(&robot, &mut workspace, &base, joints), Err(wanted));
-        let error = base_acceleration(&robot, &mut workspace, &base, joints).unwrap_err();
+        assert_eq!(motion(&mut workspace, &base, joints), Err(expected));
+        let error = base_acceleration(&mut workspace, &base, joints).unwrap_err();
         let message = error.to_string();
         assert!(
             message.contains(what) && message.contains("1 joints: joint"),

@@ -1,4 +1,4 @@
-//! What runs in a control loop allocates nothing.
+//! Computations of a control loop do not allocate.
 
 #![allow(clippy::unwrap_used)]
 
@@ -13,8 +13,8 @@ use tactid_dynamics::{
     wrench_on_end_effector, wrench_regressor,
 };
 
-/// Once a workspace exists, motion, forces, the base's acceleration, momentum, the end-effector's
-/// wrench and all rows allocate nothing.
+/// With an existing workspace, motion, forces, acceleration of the base, momentum, wrench on the end-effector and all
+/// regressors allocate nothing.
 #[test]
 fn the_loop_allocates_nothing() {
     let rng = &mut rng(1);
@@ -24,17 +24,15 @@ fn the_loop_allocates_nothing() {
         let payload = Cloud::random(rng).mass_properties();
         let mut workspace = Workspace::new(&robot);
         let counted = measure(|| {
-            motion(&robot, &mut workspace, &state.base, state.joints()).unwrap();
-            forces(&robot, &mut workspace, &Vector3::new(0.0, 0.0, -9.81));
-            base_acceleration(&robot, &mut workspace, &state.base, state.joints()).unwrap();
-            black_box(momentum(&robot, &workspace));
-            black_box(robot.subtree_parameters(&workspace, robot.base_frame()));
-            let wrench = wrench_on_end_effector(&robot, &workspace, tool);
-            let seen = workspace
-                .frame_motion(&robot, tool)
-                .in_frame(&Vector3::zeros());
+            motion(&mut workspace, &state.base, state.joints()).unwrap();
+            forces(&mut workspace, &Vector3::new(0.0, 0.0, -9.81));
+            base_acceleration(&mut workspace, &state.base, state.joints()).unwrap();
+            black_box(momentum(&workspace));
+            black_box(workspace.subtree_parameters(robot.base_frame()));
+            let wrench = wrench_on_end_effector(&workspace, tool);
+            let seen = workspace.frame_motion(tool).in_frame(&Vector3::zeros());
             let first = tactile_mass_rows(&seen, &wrench.force);
-            black_box(first.iter().map(|(_, wanted)| wanted).sum::<f64>());
+            black_box(first.iter().map(|(_, target)| target).sum::<f64>());
             black_box(inertia_rows(&seen, &wrench, &payload.center_of_mass));
             black_box(wrench_regressor(&seen));
         });

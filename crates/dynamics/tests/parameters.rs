@@ -1,4 +1,4 @@
-//! The ten inertial parameters, against clouds of point masses.
+//! The ten inertial parameters against clouds of point masses.
 
 #![allow(clippy::unwrap_used)]
 
@@ -18,7 +18,7 @@ fn box_of(mass_kg: f64, moments: [f64; 3]) -> InertialParameters {
     })
 }
 
-/// Ten parameters and mass properties say the same of a body: there and back changes nothing.
+/// Conversion between the ten parameters and mass properties is exact in both directions.
 #[test]
 fn mass_properties_round_trip() {
     let rng = &mut rng(1);
@@ -32,10 +32,10 @@ fn mass_properties_round_trip() {
     assert_eq!(InertialParameters::zero().mass_properties(), None);
 }
 
-/// The ten parameters of a cloud are its sums over the points about the frame's origin, so the
-/// parallel-axis term has the right sign and the products of inertia no flip.
+/// The ten parameters of a cloud are sums over its points about the frame's origin: the parallel-axis term has the right
+/// sign, and products of inertia are matrix entries.
 #[test]
-fn parallel_axis_is_what_points_say() {
+fn parameters_are_sums_over_points() {
     let rng = &mut rng(2);
     for _ in 0..100 {
         let cloud = Cloud::random(rng);
@@ -70,7 +70,7 @@ fn parallel_axis_is_what_points_say() {
     }
 }
 
-/// The pseudo-inertia is the sum of `m [x; 1][x; 1]ᵀ` over the points, and leads back.
+/// The pseudo-inertia is the sum of `m [x; 1][x; 1]ᵀ` over the points, and determines the parameters.
 #[test]
 fn pseudo_inertia_is_the_second_moment_of_points() {
     let rng = &mut rng(3);
@@ -80,20 +80,20 @@ fn pseudo_inertia_is_the_second_moment_of_points() {
             let x = at.push(1.0);
             x * x.transpose() * *mass
         };
-        let wanted: Matrix4<f64> = cloud.0.iter().map(second_moment).sum();
+        let expected: Matrix4<f64> = cloud.0.iter().map(second_moment).sum();
         let parameters = cloud.parameters();
         assert_close(
             &parameters.pseudo_inertia(),
-            &wanted,
+            &expected,
             TOLERANCE,
             "pseudo-inertia",
         );
-        let back = InertialParameters::from_pseudo_inertia(&wanted);
+        let back = InertialParameters::from_pseudo_inertia(&expected);
         assert_close(back.as_vector(), parameters.as_vector(), TOLERANCE, "back");
     }
 }
 
-/// A body in another frame is the cloud with its points moved there, and coming back restores it.
+/// A change of frame moves the points of the cloud, and the inverse change restores the parameters.
 #[test]
 fn change_of_frame_moves_the_points() {
     let rng = &mut rng(4);
@@ -104,14 +104,14 @@ fn change_of_frame_moves_the_points() {
         let moved = |(mass, at): &(f64, Vector3<f64>)| {
             (*mass, (a_from_b * nalgebra::Point3::from(*at)).coords)
         };
-        let wanted = Cloud(cloud.0.iter().map(moved).collect()).parameters();
-        assert_close(in_a.as_vector(), wanted.as_vector(), TOLERANCE, "there");
+        let expected = Cloud(cloud.0.iter().map(moved).collect()).parameters();
+        assert_close(in_a.as_vector(), expected.as_vector(), TOLERANCE, "there");
         let back = in_a.expressed_in(&a_from_b.inverse());
         assert_close(back.as_vector(), in_b.as_vector(), TOLERANCE, "and back");
     }
 }
 
-/// The sum of two bodies is the body of both, and the difference takes one off again.
+/// The sum of two bodies has the parameters of all points, and subtraction removes one body again.
 #[test]
 fn bodies_add_and_subtract() {
     let rng = &mut rng(5);
@@ -137,7 +137,7 @@ fn bodies_add_and_subtract() {
     }
 }
 
-/// Every cloud of positive masses that fills space is physical, wherever its frame stands.
+/// Every three-dimensional cloud of positive masses is physical in any frame.
 #[test]
 fn clouds_of_positive_mass_are_physical() {
     let rng = &mut rng(6);
@@ -149,8 +149,8 @@ fn clouds_of_positive_mass_are_physical() {
     }
 }
 
-/// What no distribution of positive mass has is not physical: a negative mass, a moment above the
-/// sum of the two others, a negative moment, a number that is not one.
+/// A negative mass, a principal moment above the sum of the two others, a negative moment and a number that is not finite
+/// are not physical.
 #[test]
 fn impossible_bodies_are_not_physical() {
     assert!(box_of(2.0, [1.0, 2.0, 2.9]).is_physical());
@@ -182,8 +182,8 @@ fn impossible_bodies_are_not_physical() {
     assert!(!InertialParameters::zero().is_physical(), "nothing");
 }
 
-/// Bodies on the border are physical wherever their frame stands: points, rods, and plates such as
-/// the paper's payload, which a test for a definite matrix takes or refuses as rounding will have it.
+/// Bodies on the boundary are physical in any frame: points, rods and plates such as the paper's payload. A test for a
+/// positive definite pseudo-inertia would depend on rounding.
 #[test]
 fn plates_rods_and_points_are_physical() {
     let rng = &mut rng(8);
@@ -197,8 +197,8 @@ fn plates_rods_and_points_are_physical() {
     assert!(!missed.is_physical() && missed.is_physical_within(0.01));
 }
 
-/// A body whose inertia about the origin satisfies the triangle inequality is still impossible when
-/// its inertia about the centre of mass does not: ten numbers are judged together.
+/// A body whose inertia about the origin satisfies the triangle inequality is impossible if its inertia about the centre
+/// of mass does not.
 #[test]
 fn first_moment_counts_in_physical_consistency() {
     let inertia = Matrix3::identity() * 2.0;
@@ -208,11 +208,11 @@ fn first_moment_counts_in_physical_consistency() {
     assert!(!far.is_physical());
 }
 
-/// Principal moments do not depend on the frame in which a body is expressed, and ascend.
+/// Principal moments ascend and do not depend on the frame in which a body is expressed.
 #[test]
 fn principal_moments_do_not_depend_on_the_frame() {
     let rng = &mut rng(7);
-    let wanted = Vector3::new(1.0, 2.0, 2.5);
+    let expected = Vector3::new(1.0, 2.0, 2.5);
     let body = InertialParameters::from(MassProperties {
         mass_kg: 3.0,
         center_of_mass: vector(rng, 1.0),
@@ -222,7 +222,7 @@ fn principal_moments_do_not_depend_on_the_frame() {
         let moved = body.expressed_in(&isometry(rng));
         assert_close(
             &moved.principal_moments().unwrap(),
-            &wanted,
+            &expected,
             1e-12,
             "moments",
         );

@@ -1,4 +1,4 @@
-//! The identification rows (30)-(32), (44)-(48) and the one-stage form, with true parameters.
+//! The equations (30)-(32) and (44)-(48) and the regressor of a rigid body, with true parameters.
 
 #![allow(clippy::unwrap_used)]
 
@@ -21,8 +21,8 @@ fn of_six(six: &Vector6<f64>) -> Wrench {
     }
 }
 
-/// What a body needs in order to move so, by the law of motion and not by the regressor: force at
-/// the centre of mass, moment about it, moved to the origin.
+/// Returns the wrench that a body needs for a motion, by Newton's and Euler's equations at the
+/// centre of mass, moved to the origin, independently of the regressor.
 fn newton_euler(body: &MassProperties, motion: &ToolMotion) -> Wrench {
     let (w, dw) = (motion.angular_velocity, motion.angular_acceleration);
     let a = body.center_of_mass;
@@ -40,7 +40,7 @@ fn tool_motion(rng: &mut rand::rngs::StdRng) -> ToolMotion {
     }
 }
 
-/// `[1/m, a]` and the six entries of the inertia: what the two stages seek.
+/// Returns the unknowns of the two stages: `[1/m, a]` and the six entries of the inertia.
 fn two_stages(body: &MassProperties) -> (Vector4<f64>, SVector<f64, 6>) {
     let a = body.center_of_mass;
     let first = Vector4::new(1.0 / body.mass_kg, a.x, a.y, a.z);
@@ -49,14 +49,14 @@ fn two_stages(body: &MassProperties) -> (Vector4<f64>, SVector<f64, 6>) {
 
 #[track_caller]
 fn assert_satisfied<const N: usize>(rows: &Rows<N>, unknowns: &SVector<f64, N>, what: &str) {
-    assert_close(&(rows.matrix * unknowns), &rows.wanted, 1e-12, what);
-    for (k, (row, wanted)) in rows.iter().enumerate() {
+    assert_close(&(rows.matrix * unknowns), &rows.target, 1e-12, what);
+    for (k, (row, expected)) in rows.iter().enumerate() {
         assert_eq!(row.transpose(), rows.matrix.row(k));
-        assert_eq!(wanted, rows.wanted[k]);
+        assert_eq!(expected, rows.target[k]);
     }
 }
 
-/// Regressor times the ten parameters is the wrench that moves the body.
+/// The regressor times the ten parameters is the wrench that moves the body.
 #[test]
 fn regressor_identity() {
     let rng = &mut rng(1);
@@ -64,13 +64,13 @@ fn regressor_identity() {
         let (body, motion) = (Cloud::random(rng).mass_properties(), tool_motion(rng));
         let parameters = InertialParameters::from(body);
         let given = wrench_regressor(&motion) * parameters.as_vector();
-        let wanted = newton_euler(&body, &motion);
-        assert_close(&given, &six(wanted), 1e-13, "wrench");
+        let expected = newton_euler(&body, &motion);
+        assert_close(&given, &six(expected), 1e-13, "wrench");
     }
 }
 
-/// The true parameters satisfy the rows of both stages: (48) from the force on the body, (32) from
-/// the force on the rest, (46) from the moment about the tool's origin.
+/// The true parameters satisfy the equations of both stages: (48) with the force on the body, (32)
+/// with the force on all other bodies, (46) with the moment about the tool's origin.
 #[test]
 fn true_parameters_satisfy_the_rows() {
     let rng = &mut rng(2);
@@ -90,7 +90,7 @@ fn true_parameters_satisfy_the_rows() {
     }
 }
 
-/// The wrench at the base with a payload less the one without it.
+/// Returns the difference between the base wrenches with and without a payload, in the tool frame.
 fn payload_wrench(
     robot: &Manipulator,
     state: &State,
@@ -100,22 +100,22 @@ fn payload_wrench(
 ) -> Wrench {
     let at_base = |robot: &Manipulator| {
         let mut workspace = state.moved(robot);
-        forces(robot, &mut workspace, gravity);
-        workspace.base_wrench()
+        forces(&mut workspace, gravity);
+        workspace.base_wrench().unwrap()
     };
     let on_payload = at_base(&robot.with_payload(tool, payload)) - at_base(robot);
-    let world_from_tool = state.moved(robot).pose(robot, tool);
+    let world_from_tool = state.moved(robot).pose(tool);
     let world_from_base = Isometry3::from(state.base.pose.translation);
     on_payload.expressed_in(&(world_from_tool.inverse() * world_from_base))
 }
 
-/// The regressor, fed with the tool's motion, gives what a payload adds to the wrench at the base:
-/// motion, forces, gravity, change of frame and rows speak of the same thing.
+/// The regressor of the tool's motion gives the wrench that a payload adds to the base wrench, so
+/// motion, forces, gravity, change of frame and regressor are consistent.
 #[test]
 fn regressor_agrees_with_forces() {
     let rng = &mut rng(3);
     for robot in robots() {
-        // Without its own masses the robot leaves the payload's wrench alone, to the last digits.
+        // Without the robot's own masses the payload's wrench is obtained to the last digits.
         let weightless = robot.without_subtree(robot.base_frame());
         let names: Vec<_> = robot.frame_names().collect();
         for _ in 0..10 {
@@ -125,10 +125,10 @@ fn regressor_agrees_with_forces() {
             let payload = Cloud::random(rng).parameters();
             let state = State::random(rng, robot.dof());
             let gravity = vector(rng, 10.0);
-            let frame_motion = state.moved(&robot).frame_motion(&robot, tool);
+            let frame_motion = state.moved(&robot).frame_motion(tool);
             let by_rows = wrench_regressor(&frame_motion.in_frame(&gravity)) * payload.as_vector();
             let by_forces = payload_wrench(&weightless, &state, tool, &payload, &gravity);
-            // The base link keeps its own mass, which is large beside the payload's.
+            // The base link keeps its own mass, which is large compared with the payload's.
             let tolerance = 1e-12 * (1.0 + weightless.mass() / payload.mass());
             assert_close(&six(by_forces), &by_rows, tolerance, robot.frame_name(tool));
             let loaded = payload_wrench(&robot, &state, tool, &payload, &gravity);
@@ -137,8 +137,7 @@ fn regressor_agrees_with_forces() {
     }
 }
 
-/// Motion as the inertial frame sees it: what the paper's rows would be made of, had one not turned
-/// it into the end-effector frame.
+/// Returns the motion expressed in the inertial frame, as the paper prints the equations.
 fn unturned(motion: &FrameMotion) -> ToolMotion {
     ToolMotion {
         acceleration: motion.acceleration,
@@ -147,21 +146,22 @@ fn unturned(motion: &FrameMotion) -> ToolMotion {
     }
 }
 
-/// Least squares over stacked rows: the solution, and the residual relative to what was wanted.
+/// Solves stacked equations by least squares and returns the solution and the residual relative to
+/// the targets.
 fn least_squares<const N: usize>(rows: &[Rows<N>]) -> (SVector<f64, N>, f64) {
     let matrix = DMatrix::from_fn(3 * rows.len(), N, |r, c| rows[r / 3].matrix[(r % 3, c)]);
-    let wanted = DVector::from_fn(3 * rows.len(), |r, _| rows[r / 3].wanted[r % 3]);
+    let targets = DVector::from_fn(3 * rows.len(), |r, _| rows[r / 3].target[r % 3]);
     let solution = matrix
         .clone()
         .svd(true, true)
-        .solve(&wanted, 1e-14)
+        .solve(&targets, 1e-14)
         .unwrap();
-    let residual = (matrix * &solution - &wanted).norm() / wanted.norm();
+    let residual = (matrix * &solution - &targets).norm() / targets.norm();
     (SVector::from_column_slice(solution.as_slice()), residual)
 }
 
-/// The unknowns are constant in the end-effector frame alone: rows formed there agree on the true
-/// parameters, rows formed in the inertial frame agree on nothing.
+/// The unknowns are constant in the end-effector frame only: equations formed there have the true
+/// parameters as common solution, equations formed in the inertial frame have none.
 #[test]
 fn rows_hold_in_the_end_effector_frame_alone() {
     let rng = &mut rng(4);
@@ -172,7 +172,7 @@ fn rows_hold_in_the_end_effector_frame_alone() {
     let (mut in_tool, mut in_world) = ((Vec::new(), Vec::new()), (Vec::new(), Vec::new()));
     for _ in 0..30 {
         let state = State::random(rng, robot.dof());
-        let seen = state.moved(&robot).frame_motion(&robot, tool);
+        let seen = state.moved(&robot).frame_motion(tool);
         let motion = seen.in_frame(&Vector3::zeros());
         let wrench = newton_euler(&body, &motion);
         in_tool.0.push(tactile_mass_rows(&motion, &wrench.force));
@@ -185,7 +185,8 @@ fn rows_hold_in_the_end_effector_frame_alone() {
         ));
         let motion = unturned(&seen);
         in_world.0.push(tactile_mass_rows(&motion, &turned.force));
-        // Even with the centre of mass turned along, so that this stage is judged by itself.
+        // The centre of mass is expressed in the inertial frame, too, so that only this stage is
+        // tested.
         let a = seen.pose.rotation * body.center_of_mass;
         in_world.1.push(inertia_rows(&motion, &turned, &a));
     }
@@ -202,7 +203,7 @@ fn rows_hold_in_the_end_effector_frame_alone() {
     assert!((inertia_found - second).norm() > 0.05 * second.norm());
 }
 
-/// Rows of one motion do not change when the whole robot is turned in the inertial frame.
+/// The equations of a motion do not change when the whole robot is rotated in the inertial frame.
 #[test]
 fn rows_do_not_depend_on_the_inertial_frame() {
     let rng = &mut rng(5);
@@ -221,29 +222,30 @@ fn rows_do_not_depend_on_the_inertial_frame() {
         };
         let gravity = vector(rng, 10.0);
         let rows = |state: &State, gravity: &Vector3<f64>| {
-            let seen = state.moved(&robot).frame_motion(&robot, tool);
+            let seen = state.moved(&robot).frame_motion(tool);
             wrench_regressor(&seen.in_frame(gravity))
         };
-        let (given, wanted) = (rows(&turned, &(turn * gravity)), rows(&state, &gravity));
-        assert_close(&given, &wanted, 1e-13, "rows");
+        let (given, expected) = (rows(&turned, &(turn * gravity)), rows(&state, &gravity));
+        assert_close(&given, &expected, 1e-13, "rows");
     }
 }
 
-/// The motion of a free-floating robot that nothing acts upon, with `below` held still.
+/// Returns the motion of a free-floating robot without external wrench, with the joints `still` at
+/// rest.
 fn floating(robot: &Manipulator, mut state: State, still: &[&str]) -> State {
     for name in still {
         let joint = robot.joint_index(name).unwrap();
         (state.velocity[joint], state.acceleration[joint]) = (0.0, 0.0);
     }
     let mut workspace = Workspace::new(robot);
-    let found = base_acceleration(robot, &mut workspace, &state.base, state.joints()).unwrap();
+    let found = base_acceleration(&mut workspace, &state.base, state.joints()).unwrap();
     (state.base.acceleration, state.base.angular_acceleration) = (found.linear, found.angular);
     state
 }
 
-/// `f_U` and `n_U` of (30) and (44), made of the other bodies' motion alone, are the wrench that
-/// gripper and payload feel as one body, about the tool's origin. A flipped sign of `n_U`, another
-/// reference point (`a_U × f_U` left out) or the printed inner sum from j = 2 would miss it.
+/// `f_U` and `n_U` of (30) and (44), computed from the motion of all other bodies, are the wrench
+/// on gripper and payload as one body, about the tool's origin. A wrong sign of `n_U`, another
+/// reference point (without `a_U × f_U`) or the printed inner sum from j = 2 would violate this.
 #[test]
 fn wrench_on_end_effector_moves_gripper_and_payload() {
     let rng = &mut rng(6);
@@ -256,33 +258,31 @@ fn wrench_on_end_effector_moves_gripper_and_payload() {
         let state = floating(&robot, State::random(rng, robot.dof()), &still);
 
         let workspace = state.moved(&robot);
-        let composite = robot.subtree_parameters(&workspace, tool) + payload;
-        let seen = workspace
-            .frame_motion(&robot, tool)
-            .in_frame(&Vector3::zeros());
+        let composite = workspace.subtree_parameters(tool) + payload;
+        let seen = workspace.frame_motion(tool).in_frame(&Vector3::zeros());
         let felt = wrench_regressor(&seen) * composite.as_vector();
 
         let rest = empty.without_subtree(tool);
         let mut workspace = Workspace::new(&rest);
-        motion(&rest, &mut workspace, &state.base, state.joints()).unwrap();
-        let found = wrench_on_end_effector(&rest, &workspace, tool);
+        motion(&mut workspace, &state.base, state.joints()).unwrap();
+        let found = wrench_on_end_effector(&workspace, tool);
         assert_close(&six(found), &felt, 1e-11, "[f_U; n_U]");
 
-        // Then the joint-sensing rows hold, too: (32) with f_K = -f_U, (46).
+        // The equations of joint sensing hold as well: (32) with f_K = -f_U, and (46).
         let body = composite.mass_properties().unwrap();
         let (first, second) = two_stages(&body);
         let rows = mass_rows(&seen, &-found.force);
-        assert_close(&(rows.matrix * first), &rows.wanted, 1e-11, "(32)");
+        assert_close(&(rows.matrix * first), &rows.target, 1e-11, "(32)");
         let rows = inertia_rows(&seen, &found, &body.center_of_mass);
-        assert_close(&(rows.matrix * second), &rows.wanted, 1e-11, "(46)");
-        // The mistakes that this guards against are not small.
+        assert_close(&(rows.matrix * second), &rows.target, 1e-11, "(46)");
+        // The term `a_U × f_U` is large enough for the test to detect its absence.
         let a_cross_f = body.center_of_mass.cross(&found.force);
         assert!(a_cross_f.norm() > 1e-6 * felt.norm());
     }
 }
 
-/// For any frame of any tree, `f_U` and `n_U` are the sum of what each link below it needs, also
-/// where joints below it move.
+/// For any frame of any tree, `f_U` and `n_U` are the sum of the wrenches on the links below it,
+/// also if joints below it move.
 #[test]
 fn wrench_on_end_effector_is_the_sum_over_the_links_below() {
     let rng = &mut rng(7);
@@ -292,34 +292,34 @@ fn wrench_on_end_effector_is_the_sum_over_the_links_below() {
         let workspace = state.moved(&robot);
         for index in 0..tree.0.len() {
             let tool = robot.frame(&format!("link_{index}")).unwrap();
-            let tool_from_world = workspace.pose(&robot, tool).inverse();
-            let mut wanted = Wrench::zero();
+            let tool_from_world = workspace.pose(tool).inverse();
+            let mut expected = Wrench::zero();
             let mut parameters = InertialParameters::zero();
             for link in tree.below(index) {
                 let frame = robot.frame(&format!("link_{link}")).unwrap();
-                let seen = workspace.frame_motion(&robot, frame);
+                let seen = workspace.frame_motion(frame);
                 let own = &tree.0[link].parameters;
                 let needed = wrench_regressor(&seen.in_frame(&Vector3::zeros())) * own.as_vector();
                 let tool_from_link = tool_from_world * seen.pose;
-                wanted = wanted + of_six(&needed).expressed_in(&tool_from_link);
+                expected = expected + of_six(&needed).expressed_in(&tool_from_link);
                 parameters = parameters + own.expressed_in(&tool_from_link);
             }
-            let taken_off = robot.subtree_parameters(&workspace, tool);
+            let removed = workspace.subtree_parameters(tool);
             assert_close(
-                taken_off.as_vector(),
+                removed.as_vector(),
                 parameters.as_vector(),
                 1e-12,
-                "taken off",
+                "removed",
             );
             let rest = robot.without_subtree(tool);
-            assert!((rest.mass() + taken_off.mass() - robot.mass()).abs() < 1e-12 * robot.mass());
-            let found = wrench_on_end_effector(&rest, &state.moved(&rest), tool);
-            assert_close(&six(found), &six(wanted), 1e-11, robot.frame_name(tool));
+            assert!((rest.mass() + removed.mass() - robot.mass()).abs() < 1e-12 * robot.mass());
+            let found = wrench_on_end_effector(&state.moved(&rest), tool);
+            assert_close(&six(found), &six(expected), 1e-11, robot.frame_name(tool));
         }
     }
 }
 
-/// A wrench moved to another frame and back is the same, and its power does not change on the way.
+/// A wrench moved to another frame and back is unchanged, and its power is the same in both frames.
 #[test]
 fn wrenches_change_frames() {
     let rng = &mut rng(8);

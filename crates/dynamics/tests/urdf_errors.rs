@@ -1,10 +1,10 @@
-//! Every fault of a URDF is named: which link or joint, and why.
+//! Errors for faulty URDFs name the link or joint at fault and the reason.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use tactid_dynamics::{BaseKind, Manipulator, ModelError};
 
-/// A one-joint robot whose parts a case replaces.
+/// A robot with one joint, of which each test replaces an element.
 struct Urdf {
     base: String,
     arm: String,
@@ -65,7 +65,7 @@ fn error(xml: &str) -> ModelError {
     }
 }
 
-/// Asserts the variant and that the message has each of these words.
+/// Asserts that an error is the variant and that its message contains each of the words.
 macro_rules! assert_says {
     ($error:expr, $variant:pat, $($word:expr),+) => {{
         let error: ModelError = $error;
@@ -75,13 +75,13 @@ macro_rules! assert_says {
     }};
 }
 
-/// The robot that the cases break is itself sound.
+/// The robot that the tests modify is valid.
 #[test]
 fn the_sound_robot_is_read() {
     assert!(Manipulator::from_urdf(&Urdf::default().xml(), BaseKind::Floating).is_ok());
 }
 
-/// What is not a URDF is refused as such, and a file that is not there by its path.
+/// Text that is not a URDF is refused, and the error for a missing file contains its path.
 #[test]
 fn not_a_urdf() {
     for xml in [
@@ -112,8 +112,8 @@ fn not_a_urdf() {
     );
 }
 
-/// A link that moves, or a base that floats, must have mass; the message says which, and names the
-/// joint that moves it, also where that joint mimics another.
+/// A moving link and a floating base must have mass. The message names the link and the joint that
+/// moves it, also for a mimic joint.
 #[test]
 fn massless_links() {
     let massless = |name: &str| format!("<link name='{name}'/>");
@@ -150,7 +150,7 @@ fn massless_links() {
     );
 }
 
-/// A mass must be positive and finite, also where the inertia is zero or the mass alone is.
+/// A mass must be positive and finite, also with zero inertia.
 #[test]
 fn impossible_masses() {
     for (mass, moments) in [
@@ -200,7 +200,7 @@ fn impossible_inertias() {
     );
 }
 
-/// No number of a URDF may be infinite or none, wherever it stands.
+/// Every number of a URDF must be finite.
 #[test]
 fn numbers_that_are_not_finite() {
     let in_joint = |rest: &str| Urdf {
@@ -237,7 +237,7 @@ fn numbers_that_are_not_finite() {
     }
 }
 
-/// A moving joint needs an axis, and a type that there are equations for.
+/// A moving joint must have an axis and a supported type.
 #[test]
 fn joints_without_axis_or_of_another_kind() {
     let urdf = Urdf {
@@ -254,7 +254,7 @@ fn joints_without_axis_or_of_another_kind() {
     }
 }
 
-/// A joint must name links that there are.
+/// A joint must name existing links.
 #[test]
 fn missing_links() {
     for (parent, child) in [("bse", "arm"), ("base", "bse")] {
@@ -271,8 +271,8 @@ fn missing_links() {
     }
 }
 
-/// A loop is refused with a link that is in it, not with one that merely hangs below it: two
-/// parents, a way back to the root, a ring beside the tree.
+/// The error for a loop names a link of the loop and not a link below it: for two parents, for a
+/// loop through the root and for a loop beside the tree.
 #[test]
 fn loops() {
     let two_parents = Urdf {
@@ -311,7 +311,7 @@ fn loops() {
     );
 }
 
-/// A robot has one root, and each name once.
+/// A robot has one root, and each name is used once.
 #[test]
 fn roots_and_names() {
     let two_roots = Urdf {
@@ -339,7 +339,8 @@ fn roots_and_names() {
     );
 }
 
-/// A mimic joint must follow a joint that leads, moves and is there, in finite proportion.
+/// A mimic joint must follow an existing, moving and independent joint with a finite multiplier and
+/// offset.
 #[test]
 fn mimic_joints_that_cannot_be_honoured() {
     let following = |mimic: &str| Urdf {
@@ -387,7 +388,7 @@ fn mimic_joints_that_cannot_be_honoured() {
     );
 }
 
-/// An unknown base or tip is refused with the list of the links there are.
+/// The error for an unknown base or tip lists the existing links.
 #[test]
 fn unknown_frames_list_the_links() {
     let xml = Urdf::default().xml();

@@ -65,7 +65,7 @@ fn least_squares_finds_the_payload_from_the_joints() {
         errors_percent(&estimate.body)
     );
     let robot = experiment.robot();
-    let gripper = robot.subtree_parameters(&Workspace::new(&robot), robot.frame(TOOL).unwrap());
+    let gripper = Workspace::new(&robot).subtree_parameters(robot.frame(TOOL).unwrap());
     let mass = estimate.composite.unwrap().mass_kg;
     assert!((mass - 100.0 - gripper.mass()).abs() < 1e-3, "{mass}");
 }
@@ -322,7 +322,7 @@ fn the_gripper_is_taken_off_at_its_opening() {
     let robot = experiment.robot();
     let tool = robot.frame(TOOL).unwrap();
     let mut instants = experiment.run();
-    let closed = robot.subtree_parameters(&Workspace::new(&robot), tool);
+    let closed = Workspace::new(&robot).subtree_parameters(tool);
     for instant in &mut instants {
         instant.position[6] += 0.02;
         instant.position[7] += 0.02;

@@ -1,4 +1,4 @@
-//! Writes a log with messages of every type, to be opened with any ROS 2 tool:
+//! Writes a log with messages of every type, which any ROS 2 tool can open.
 //!
 //! `cargo run --example write_log -- run.mcap`
 
@@ -56,7 +56,7 @@ fn transforms(header: Header) -> TFMessage {
     }
 }
 
-/// A topic of each type that has a header, and two that have none.
+/// A topic of each type with a header, and two topics of types without.
 struct Topics {
     tf: Channel<TFMessage>,
     joints: Channel<JointState>,
@@ -176,13 +176,13 @@ impl Topics {
     }
 }
 
-/// Writes a message of which only the header matters here.
+/// Writes a message at the time of its stamp.
 fn plain<M: Message>(log: &mut Log, channel: &Channel<M>, message: M) -> Result<(), LogError> {
     let time_ns = message.stamp().map_or(0, Time::as_ns).unsigned_abs();
     log.write(channel, time_ns, &message)
 }
 
-/// One point at the frame's origin.
+/// Returns a cloud of one point at the frame's origin.
 fn contact(header: Header) -> PointCloud2 {
     let field = |(i, name): (u32, &str)| PointField {
         name: name.to_owned(),

@@ -1,5 +1,5 @@
-//! CDR, the encoding of ROS 2 messages: four bytes that say the byte order, then the fields, each
-//! number aligned to its size counted from after those four bytes.
+//! CDR, the encoding of ROS 2 messages: a header of four bytes with the byte order, then the fields, each number aligned
+//! to its size relative to the end of the header.
 
 use std::marker::PhantomData;
 
@@ -10,37 +10,37 @@ use serde::{
     de::{DeserializeOwned, DeserializeSeed},
 };
 
-/// Plain CDR, little endian, no options.
+/// Header of plain CDR in little endian without options.
 const LITTLE_ENDIAN_HEADER: [u8; 4] = [0, 1, 0, 0];
 
-/// A writer may pad a message to a multiple of four bytes.
+/// Largest number of padding bytes: a writer may pad a message to a multiple of four bytes.
 const MAX_PADDING: usize = 3;
 
-/// Why bytes are not a message, or a message has no bytes.
+/// Reason why bytes cannot be decoded or a message cannot be encoded.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CdrError {
-    /// The four bytes are not there, or do not name plain CDR.
+    /// The header is missing or is not that of plain CDR. The field contains the first bytes.
     #[error("does not start as CDR (00 01 00 00 or 00 00 00 00) but with {0:02x?}")]
     Header(Vec<u8>),
     /// The bytes end inside a field.
     #[error("ends within its fields: {length} bytes do not hold a whole message")]
     Truncated {
-        /// The bytes that there are.
+        /// Number of bytes given.
         length: usize,
     },
-    /// The fields end before the bytes.
+    /// Bytes follow the last field. Their number is the field of the variant.
     #[error("{0} bytes follow its last field")]
     Trailing(usize),
-    /// A field has no such value.
+    /// A field has an impossible value.
     #[error("{0}")]
     Value(String),
 }
 
-/// Encodes a message in little endian. `buffer` is cleared first; its allocation is reused.
+/// Encodes a message in little endian. The content of `buffer` is replaced and its allocation is reused.
 ///
 /// # Errors
-/// If a sequence has no length.
+/// Returns [`CdrError::Value`] for a sequence of unknown length, which the message types of this crate do not have.
 pub fn encode<M: Serialize>(message: &M, buffer: &mut Vec<u8>) -> Result<(), CdrError> {
     buffer.clear();
     buffer.extend_from_slice(&LITTLE_ENDIAN_HEADER);
@@ -48,20 +48,20 @@ pub fn encode<M: Serialize>(message: &M, buffer: &mut Vec<u8>) -> Result<(), Cdr
         .map_err(|error| CdrError::Value(error.to_string()))
 }
 
-/// Decodes a message of either byte order. Lengths are checked against the bytes that are there,
-/// so damaged ones cost no memory.
+/// Decodes a message of either byte order. Lengths are checked against the number of bytes, so that a damaged length
+/// costs no memory.
 ///
 /// # Errors
-/// If the bytes are not exactly one message, up to three bytes of padding.
+/// Returns the fault if the bytes are not exactly one message with at most three bytes of padding.
 pub fn decode<M: DeserializeOwned>(bytes: &[u8]) -> Result<M, CdrError> {
     decode_by(bytes, PhantomData::<M>)
 }
 
-/// The same into a message that is there already, whose strings and sequences keep their
-/// allocations. After an error its fields mean nothing.
+/// Decodes a message of either byte order into an existing one, whose strings and sequences keep their allocations.
+/// After an error the fields of `message` are unspecified.
 ///
 /// # Errors
-/// As [`decode`].
+/// Returns the errors of [`decode`].
 pub fn decode_into<M: DeserializeOwned>(bytes: &[u8], message: &mut M) -> Result<(), CdrError> {
     decode_by(bytes, InPlace(message))
 }
@@ -82,7 +82,7 @@ fn decode_by<'de, S: DeserializeSeed<'de>>(
 ) -> Result<S::Value, CdrError> {
     let header = || CdrError::Header(bytes.iter().take(4).copied().collect());
     let (head, fields) = bytes.split_at_checked(4).ok_or_else(header)?;
-    // The last two bytes are options, which plain CDR does not have but some writers set.
+    // The last two bytes are options. Plain CDR has none, but some writers set them.
     let decoded = match head {
         [0, 1, ..] => fields_by::<S, LittleEndian>(fields, seed),
         [0, 0, ..] => fields_by::<S, BigEndian>(fields, seed),
@@ -100,7 +100,7 @@ fn decode_by<'de, S: DeserializeSeed<'de>>(
     }
 }
 
-/// What the fields hold, and how many bytes they are.
+/// Decodes the fields and returns the message with the number of bytes it takes.
 fn fields_by<'de, S: DeserializeSeed<'de>, BO: ByteOrder>(
     fields: &'de [u8],
     seed: S,

@@ -1,99 +1,101 @@
+//! Errors of reading and writing logs.
+
 use std::{io, path::PathBuf};
 
 use crate::cdr::CdrError;
 
-/// What can go wrong with a log. Each message names the file or the topic.
+/// Reason why a log cannot be read or written. Each message names the file or the topic.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LogError {
-    /// The operating system refused.
+    /// An operation on a file failed.
     #[error("cannot {action} {}: {source}", path.display())]
     Io {
-        /// Such as `read`.
+        /// The operation, for instance `read`.
         action: &'static str,
-        /// The file or folder.
+        /// Path of the file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// The file is not an MCAP log, or is none that can be read.
+    /// The file is not an MCAP log, or is not readable as one.
     #[error("{} is not an MCAP log: {what}", path.display())]
     NotALog {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What it is instead.
+        /// Description of what the file is instead.
         what: &'static str,
     },
-    /// The folder is not a rosbag2 bag, or is none that can be read.
+    /// The folder is not a rosbag2 bag of MCAP files.
     #[error("{} is not a rosbag2 bag of MCAP files: {what}", path.display())]
     NotABag {
-        /// The folder or its `metadata.yaml`.
+        /// Path of the folder or of its `metadata.yaml`.
         path: PathBuf,
-        /// Why not, and what would help.
+        /// The reason, and what to do.
         what: String,
     },
-    /// A topic was asked for that the log does not have.
+    /// The log does not have the requested topic.
     #[error("{} has no topic {topic}; it has {available}", path.display())]
     NoSuchTopic {
-        /// The log.
+        /// Path of the log.
         path: PathBuf,
-        /// The topic that was asked for.
+        /// The requested topic.
         topic: String,
-        /// The topics that it has.
+        /// Names of the existing topics.
         available: String,
     },
-    /// A topic name that ROS 2 would refuse, or one that the log has already.
+    /// ROS 2 does not allow the topic's name, or the log already has the topic.
     #[error("topic {topic:?} cannot be logged: {why}")]
     BadTopic {
-        /// The name.
+        /// Name of the topic.
         topic: String,
-        /// What is wrong with it.
+        /// The reason.
         why: &'static str,
     },
-    /// A message was to be decoded as another type than its topic has.
-    #[error("topic {topic} holds {type_name}, not {wanted}")]
+    /// A message was requested as another type than that of its topic.
+    #[error("topic {topic} holds {type_name}, not {requested}")]
     WrongType {
-        /// The topic.
+        /// Name of the topic.
         topic: String,
-        /// Its type.
+        /// Type of the topic.
         type_name: String,
-        /// The type that was asked for.
-        wanted: &'static str,
+        /// The requested type.
+        requested: &'static str,
     },
-    /// The topic's messages are not in CDR.
+    /// The messages of the topic are not encoded as CDR.
     #[error("topic {topic} is encoded as {encoding:?}; only \"cdr\" can be decoded")]
     Encoding {
-        /// The topic.
+        /// Name of the topic.
         topic: String,
-        /// Its message encoding.
+        /// Encoding of the messages.
         encoding: String,
     },
     /// A message could not be decoded.
     #[error("message on {topic} at {log_time_ns} ns: {source}")]
     Decode {
-        /// The topic.
+        /// Name of the topic.
         topic: String,
-        /// The message's log time in ns.
+        /// Log time of the message, ns.
         log_time_ns: u64,
-        /// What is wrong with its bytes.
+        /// Fault of the encoded message.
         source: CdrError,
     },
     /// A message could not be encoded.
     #[error("message for {topic} at {log_time_ns} ns: {source}")]
     Encode {
-        /// The topic.
+        /// Name of the topic.
         topic: String,
-        /// The message's log time in ns.
+        /// Log time of the message, ns.
         log_time_ns: u64,
-        /// What is wrong with it.
+        /// Reason why it cannot be encoded.
         source: CdrError,
     },
-    /// The log cannot take what was written to it.
+    /// The log cannot store what is written to it.
     #[error("cannot write {}: {what}", path.display())]
     Write {
-        /// The log.
+        /// Path of the log.
         path: PathBuf,
-        /// Why not.
+        /// The reason.
         what: String,
     },
 }

@@ -1,8 +1,4 @@
-//! ROS 2 logs: messages in MCAP files, as rosbag2 writes and plays them.
-//!
-//! [`LogWriter`] writes a log that `ros2 bag play`, Foxglove, PlotJuggler and Rerun open.
-//! [`LogReader`] reads an `.mcap` file or the folder of a bag, of any length and in any state, and
-//! gives the messages in the order of their log times.
+//! Reading and writing of ROS 2 logs: messages in MCAP files, as rosbag2 records and plays them.
 //!
 //! ```
 //! use tactid_logs::{Durability, LogError, LogReader, LogWriter};
@@ -36,11 +32,16 @@
 //! # Ok::<(), LogError>(())
 //! ```
 //!
-//! A log whose writer was killed, or which is damaged, gives what stands before the damage and
-//! says where that is: [`LogReader::damage`], [`Messages::damage`].
+//! [`LogWriter`] writes a log that `ros2 bag play`, Foxglove, PlotJuggler and Rerun can open. [`LogReader`] reads an
+//! `.mcap` file or the folder of a bag of any length and returns the messages in the order of their log times.
 //!
-//! Times are in ns since the epoch of the log's clock. A message's log time says when it was
-//! logged; its header's stamp says when its data was measured.
+//! A damaged log, or the log of a writer that was killed, is readable up to the damage, which [`LogReader::damage`] and
+//! [`Messages::damage`] report.
+//!
+//! # Conventions
+//!
+//! Times are nanoseconds since the epoch of the log's clock. The log time of a message is the time at which it was
+//! recorded; the stamp in its header is the time of measurement.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 

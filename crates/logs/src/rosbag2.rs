@@ -1,20 +1,20 @@
-//! What rosbag2 adds to MCAP: quality of service with each channel, and a description of the bag.
+//! Metadata that rosbag2 adds to MCAP: the quality of service of each channel and a description of the bag.
 
 use std::fmt::Write;
 
-/// How a topic's publisher treats subscribers that come late.
+/// Durability of a topic: whether late subscribers receive earlier messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Durability {
-    /// They get what is published from then on: measurements.
+    /// Late subscribers receive later messages only, as for measurements.
     Volatile,
-    /// They get the last message, too: `/robot_description`, `/tf_static`.
+    /// Late subscribers also receive the last message, as for `/robot_description` and `/tf_static`.
     TransientLocal,
 }
 
-/// What rosbag2 of ROS 2 Jazzy writes and reads; policies are words from this version on.
+/// Version of the metadata of rosbag2 in ROS 2 Jazzy. From this version on, policies are written as words.
 const METADATA_VERSION: u32 = 9;
 
-/// `RMW_DURATION_INFINITE`.
+/// Seconds and nanoseconds of `RMW_DURATION_INFINITE`.
 const INFINITE: (u64, u64) = (9_223_372_036, 854_775_807);
 
 impl Durability {
@@ -25,8 +25,8 @@ impl Durability {
         }
     }
 
-    /// The `offered_qos_profiles` of a channel: one reliable publisher. Its history is unknown, as
-    /// in every recording, because publishers do not announce it.
+    /// Returns the `offered_qos_profiles` of a channel with one reliable publisher. Its history is unknown, as in every
+    /// recording, because publishers do not announce it.
     pub(crate) fn offered_qos_profiles(self) -> String {
         let (sec, nsec) = INFINITE;
         let duration = |name: &str| format!("  {name}:\n    sec: {sec}\n    nsec: {nsec}\n");
@@ -41,7 +41,7 @@ impl Durability {
     }
 }
 
-/// A topic as the bag's description lists it.
+/// A topic in the description of a bag.
 pub(crate) struct TopicDescription {
     pub(crate) name: String,
     pub(crate) type_name: &'static str,
@@ -49,19 +49,19 @@ pub(crate) struct TopicDescription {
     pub(crate) count: u32,
 }
 
-/// The name in a log's description of itself. rosbag2 puts in its place the name under which it opens the file; a log
-/// must not depend on its own.
+/// File name in the description of a log. rosbag2 replaces it by the name of the file that it opens, so that the content
+/// of a log does not depend on its name.
 const ANY_NAME: &str = "log.mcap";
 
-/// A bag of one file.
+/// Description of a bag of one file.
 pub(crate) struct BagDescription<'a> {
-    /// First and last log time; zero in an empty log.
+    /// First and last log time, ns; zero for an empty log.
     pub(crate) times_ns: (u64, u64),
     pub(crate) topics: &'a [TopicDescription],
 }
 
 impl BagDescription<'_> {
-    /// The value of `serialized_metadata` in the `rosbag2` record: YAML.
+    /// Returns the value of `serialized_metadata` in the `rosbag2` record, which is YAML.
     pub(crate) fn serialized(&self) -> String {
         let (start, end) = self.times_ns;
         let (duration, count) = (end - start, self.message_count());
@@ -105,7 +105,7 @@ fn describe(topic: &TopicDescription) -> String {
     )
 }
 
-/// Why ROS 2 would refuse a topic of this name, if it would.
+/// Returns the reason why ROS 2 does not allow a topic name, or `None` if it is allowed.
 pub(crate) fn invalid_topic(name: &str) -> Option<&'static str> {
     let Some(tokens) = name.strip_prefix('/') else {
         return Some("a topic's full name starts with \"/\"");
@@ -119,7 +119,9 @@ pub(crate) fn invalid_topic(name: &str) -> Option<&'static str> {
     {
         None
     } else {
-        Some("between \"/\" stand letters, digits and \"_\", not starting with a digit")
+        Some(
+            "the names between \"/\" consist of letters, digits and \"_\" and do not start with a digit",
+        )
     }
 }
 

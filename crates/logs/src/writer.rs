@@ -16,31 +16,32 @@ use crate::{
     rosbag2::{BagDescription, Durability, TopicDescription, invalid_topic},
 };
 
-/// A chunk ends after this much of the log's time or after so many bytes, whichever is first:
-/// what a killed writer can lose.
+/// A chunk ends after this duration of log time, ns, or after [`CHUNK_BYTES`], whichever comes
+/// first. This is the most that a killed writer loses.
 const CHUNK_DURATION_NS: u64 = 1_000_000_000;
 const CHUNK_BYTES: usize = 4 << 20;
 
-/// Writes a log that rosbag2 can play: MCAP of profile `ros2`, in compressed and indexed chunks.
+/// Writes a log that rosbag2 can play: MCAP with the profile `ros2` in compressed and indexed
+/// chunks.
 ///
-/// Each second of log time is a chunk of its own, which is handed to the operating system when it
-/// is complete, so that a log whose writer was killed is readable up to there. The bytes depend on
-/// nothing but what is written. A writer that is dropped still leaves an indexed log;
-/// [`finish`](Self::finish) adds rosbag2's description and reports what went wrong.
+/// Each second of log time is a chunk of its own. A complete chunk is handed to the operating
+/// system, so that the log of a killed writer is readable up to there. The bytes of the log depend
+/// only on what is written. A writer that is dropped still leaves an indexed log;
+/// [`finish`](Self::finish) also writes the description for rosbag2 and reports errors.
 pub struct LogWriter<W: Write + Seek> {
     mcap: mcap::Writer<W>,
     path: PathBuf,
     topics: Vec<TopicDescription>,
-    /// First and last log time.
+    /// First and last log time, ns.
     times_ns: Option<(u64, u64)>,
-    /// The log time at which the open chunk began, and its bytes so far.
+    /// Log time at which the open chunk starts, ns.
     chunk_start_ns: Option<u64>,
     chunk_bytes: usize,
-    /// One encoded message; kept for its allocation.
+    /// One encoded message, kept for its allocation.
     buffer: Vec<u8>,
 }
 
-/// A topic of a [`LogWriter`], which takes messages of one type.
+/// A topic of a [`LogWriter`], which accepts messages of one type.
 pub struct Channel<M> {
     id: u16,
     index: usize,
@@ -48,10 +49,10 @@ pub struct Channel<M> {
 }
 
 impl LogWriter<BufWriter<File>> {
-    /// Creates a log under its final name; a file that is there is replaced.
+    /// Creates a log file. An existing file is replaced.
     ///
     /// # Errors
-    /// If the file cannot be created or written.
+    /// Returns [`LogError::Io`] if the file cannot be created or written.
     pub fn create(path: impl AsRef<Path>) -> Result<Self, LogError> {
         let path = path.as_ref();
         let file = File::create(path).map_err(|source| LogError::Io {
@@ -64,10 +65,10 @@ impl LogWriter<BufWriter<File>> {
 }
 
 impl<W: Write + Seek> LogWriter<W> {
-    /// Writes a log to any stream that starts empty.
+    /// Creates a log on an empty stream.
     ///
     /// # Errors
-    /// If the stream cannot be written.
+    /// Returns [`LogError::Io`] or [`LogError::Write`] if the stream cannot be written.
     pub fn new(stream: W) -> Result<Self, LogError> {
         Self::with_path(stream, PathBuf::from("log.mcap"))
     }
@@ -76,14 +77,14 @@ impl<W: Write + Seek> LogWriter<W> {
         let options = WriteOptions::new()
             .profile("ros2")
             .library(concat!("tactid ", env!("CARGO_PKG_VERSION")))
-            // Measured on 1 kHz of doubles: smaller than lz4, and faster both ways.
+            // Measured on doubles at 1 kHz: smaller than lz4, and faster to write and to read.
             .compression(Some(Compression::Zstd))
             .compression_level(1)
-            // None beside this one.
+            // The writer needs no other threads.
             .compression_threads(0)
-            // A chunk is written when it is whole, so that nothing half-written has to be mended.
+            // A complete chunk is written at once, so that no header has to be corrected later.
             .disable_seeking(true)
-            // Chunks end where this writer says.
+            // This writer decides where chunks end.
             .chunk_size(None);
         let mcap = options
             .create(stream)
@@ -101,11 +102,11 @@ impl<W: Write + Seek> LogWriter<W> {
         Ok(writer)
     }
 
-    /// Adds a topic. rosbag2 plays it with the durability that is given here.
+    /// Adds a topic. rosbag2 plays it with the given durability.
     ///
     /// # Errors
-    /// If the log has the topic already, if ROS 2 would refuse its name, or if the log cannot be
-    /// written.
+    /// Returns [`LogError::BadTopic`] if the log already has the topic or ROS 2 does not allow its
+    /// name, and [`LogError::Io`] or [`LogError::Write`] if the log cannot be written.
     pub fn channel<M: Message>(
         &mut self,
         topic: &str,
@@ -143,11 +144,13 @@ impl<W: Write + Seek> LogWriter<W> {
         })
     }
 
-    /// Appends a message. `time_ns` is its log time, on the clock that the stamps are on; messages
-    /// may come in any order.
+    /// Appends a message. `time_ns` is its log time, ns, on the clock of the stamps. Messages may
+    /// come in any order.
     ///
     /// # Errors
-    /// If the log cannot be written, or the channel belongs to another one.
+    /// Returns [`LogError::Encode`] if the message cannot be encoded, [`LogError::Io`] or
+    /// [`LogError::Write`] if the log cannot be written, and [`LogError::Write`] for the channel of
+    /// another log.
     pub fn write<M: Message>(
         &mut self,
         channel: &Channel<M>,
@@ -178,7 +181,8 @@ impl<W: Write + Seek> LogWriter<W> {
             .map_err(|error| write_error(&self.path, error))
     }
 
-    /// Ends the open chunk if the message in the buffer, of this time, belongs into the next one.
+    /// Ends the open chunk if the message in the buffer, with this log time, belongs to the next
+    /// one.
     fn make_room(&mut self, time_ns: u64) -> Result<(), LogError> {
         let (first, last) = self.times_ns.unwrap_or((time_ns, time_ns));
         self.times_ns = Some((first.min(time_ns), last.max(time_ns)));
@@ -195,7 +199,7 @@ impl<W: Write + Seek> LogWriter<W> {
     /// Adds a metadata record, which ends the open chunk.
     ///
     /// # Errors
-    /// If the log cannot be written.
+    /// Returns [`LogError::Io`] or [`LogError::Write`] if the log cannot be written.
     pub fn metadata(
         &mut self,
         name: &str,
@@ -210,11 +214,11 @@ impl<W: Write + Seek> LogWriter<W> {
             .map_err(|error| write_error(&self.path, error))
     }
 
-    /// Ends the open chunk and hands it to the operating system: everything so far is readable,
-    /// whatever happens to this process.
+    /// Ends the open chunk and hands it to the operating system. Everything written so far is then
+    /// readable, even if the process is killed.
     ///
     /// # Errors
-    /// If the log cannot be written.
+    /// Returns [`LogError::Io`] or [`LogError::Write`] if the log cannot be written.
     pub fn flush(&mut self) -> Result<(), LogError> {
         self.chunk_start_ns = None;
         self.chunk_bytes = 0;
@@ -223,10 +227,10 @@ impl<W: Write + Seek> LogWriter<W> {
             .map_err(|error| write_error(&self.path, error))
     }
 
-    /// Writes rosbag2's description, the index and the statistics, and gives the stream back.
+    /// Writes the description for rosbag2, the index and the statistics, and returns the stream.
     ///
     /// # Errors
-    /// If the log cannot be written.
+    /// Returns [`LogError::Io`] or [`LogError::Write`] if the log cannot be written.
     pub fn finish(mut self) -> Result<W, LogError> {
         let description = BagDescription {
             times_ns: self.times_ns.unwrap_or_default(),

@@ -1,4 +1,4 @@
-//! The bytes of messages are those of other implementations, and damaged ones are refused.
+//! Encoded messages have the bytes of other implementations, and damaged ones are refused.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -19,7 +19,7 @@ fn encoded<M: Message>(message: &M) -> Vec<u8> {
     bytes
 }
 
-/// The bytes that `rosbags` made of a message, in little and in big endian.
+/// Returns a message as `rosbags` encodes it, in little and in big endian.
 fn golden_bytes(name: &str) -> [Vec<u8>; 2] {
     let text = std::fs::read_to_string(common::golden("cdr.txt")).unwrap();
     let bytes = |order: &str| {
@@ -42,7 +42,7 @@ fn golden<M: Message + PartialEq + Debug>() -> M {
     message
 }
 
-/// Every type is read from another implementation's bytes of both orders, and written as they are.
+/// Every type is decoded from another implementation's bytes in both orders and encoded to the same bytes.
 #[test]
 fn every_type_has_the_bytes_of_another_implementation() {
     golden::<Time>();
@@ -58,7 +58,7 @@ fn every_type_has_the_bytes_of_another_implementation() {
     golden::<TransformStamped>();
 }
 
-/// The golden messages' numbers count upwards from 1 in the order of the fields.
+/// Returns the header of the golden messages, whose numbers count upwards from 1 in the order of the fields.
 fn golden_header() -> Header {
     Header {
         stamp: Time { sec: 1, nanosec: 2 },
@@ -131,7 +131,7 @@ fn odometry_is_decoded() {
 fn transforms_are_decoded() {
     let transforms = golden::<TFMessage>().transforms;
     assert_eq!(transforms.len(), 3);
-    // Each of the three has eleven numbers and texts.
+    // Each of the three transforms has eleven numbers and texts.
     let last = Transform {
         translation: counted(27).into(),
         rotation: counted_quaternion(30),
@@ -147,7 +147,7 @@ fn transforms_are_decoded() {
     assert_eq!(transforms[2].transform, last);
 }
 
-/// Field names of a definition's first part, without constants.
+/// Returns the field names of a schema's first definition, without constants.
 fn schema_fields(schema: &str) -> Vec<&str> {
     let own = schema.split("====").next().unwrap();
     let fields = own.lines().filter(|line| !line.contains('='));
@@ -156,7 +156,7 @@ fn schema_fields(schema: &str) -> Vec<&str> {
         .collect()
 }
 
-/// Field names of a struct as its `Debug` shows them.
+/// Returns the field names of a struct from its `Debug` output.
 fn debug_fields(value: &impl Debug) -> Vec<String> {
     let text = format!("{value:#?}");
     let own = text.lines().filter_map(|line| line.strip_prefix("    "));
@@ -192,8 +192,7 @@ fn fields_are_named_as_in_the_definitions() {
     check::<TFMessage>();
 }
 
-/// A message that lacks any of its last bytes is refused, as is one with bytes too many; up to
-/// three bytes of padding are not.
+/// A message without its last bytes is refused, as is one with more than three bytes of padding.
 #[test]
 fn lengths_are_checked() {
     let whole = encoded(&common::joint_state(1));
@@ -215,7 +214,7 @@ fn lengths_are_checked() {
     }
 }
 
-/// Lengths far beyond the bytes are refused at once; memory for them would abort the test.
+/// Lengths far beyond the number of bytes are refused without allocating memory for them.
 #[test]
 fn impossible_lengths_cost_nothing() {
     let whole = encoded(&common::joint_state(1));
@@ -257,8 +256,7 @@ fn any_vector() -> impl Strategy<Value = Vector3> {
 }
 
 proptest! {
-    /// Whatever the values, also texts that leave numbers unaligned, what is read is what was
-    /// written.
+    /// Decoding returns the encoded message for any values, also for texts that need padding after them.
     #[test]
     fn joint_states_survive(
         header in any_header(),
@@ -291,7 +289,7 @@ proptest! {
         prop_assert_eq!(cdr::decode::<PointCloud2>(&encoded(&message)).unwrap(), message);
     }
 
-    /// Any bytes at all are a message or an error.
+    /// Decoding any bytes returns a message or an error.
     #[test]
     fn any_bytes_are_read_or_refused(mut bytes in vec(any::<u8>(), 4..200)) {
         bytes[..2].copy_from_slice(&[0, 1]);

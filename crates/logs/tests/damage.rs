@@ -1,4 +1,4 @@
-//! Logs that are cut off or damaged give what stands before the damage, and say where it is.
+//! Logs that are cut off or damaged are readable up to the damage, which is reported.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -9,7 +9,7 @@ use std::fs;
 use common::{foreign_log, log, read, read_file};
 use mcap::Compression;
 
-/// A small log of each kind that there is.
+/// Returns a small log of each kind.
 fn kinds() -> Vec<(&'static str, Vec<u8>)> {
     let steps: Vec<u64> = (0..12).collect();
     vec![
@@ -21,7 +21,7 @@ fn kinds() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// Wherever a log is cut off, the first messages of the whole log are read, and the cut is said.
+/// A log that is cut off at any byte gives the first messages of the whole log and reports the cut.
 #[test]
 fn a_cut_log_gives_a_prefix() {
     for (kind, bytes) in kinds() {
@@ -44,7 +44,7 @@ fn a_cut_log_gives_a_prefix() {
                     );
                     assert_eq!(damage.len(), 1, "{kind} cut at {length}: {damage:?}");
                     assert!(damage[0].at_byte <= length);
-                    // The index alone was cut.
+                    // The cut is within the index.
                     let lost = length + 1 == bytes.len() as u64 && messages.len() < whole.len();
                     assert!(!lost, "{kind}: messages are lost with the index");
                     shortest = messages.len();
@@ -58,7 +58,7 @@ fn a_cut_log_gives_a_prefix() {
     }
 }
 
-/// Numbers that look random and are the same each time.
+/// Returns a pseudorandom number and advances the seed.
 fn random(seed: &mut u64) -> usize {
     *seed ^= *seed << 13;
     *seed ^= *seed >> 7;
@@ -66,8 +66,7 @@ fn random(seed: &mut u64) -> usize {
     (*seed >> 11) as usize
 }
 
-/// Bytes that change are no reason to panic; where chunks have checksums, every message that is
-/// read is one of the log.
+/// Changed bytes cause no panic. If chunks have checksums, every message that is read is one of the log.
 #[test]
 fn changed_bytes_never_panic() {
     let mut seed = 0x9e37_79b9_7f4a_7c15;
@@ -94,8 +93,7 @@ fn changed_bytes_never_panic() {
     }
 }
 
-/// One bad chunk in the middle of a finished log: its messages and those after it are not given,
-/// and the damage is said once, where it is.
+/// A damaged chunk in the middle of a finished log ends the messages, and the damage is reported once with its position.
 #[test]
 fn a_bad_checksum_ends_the_log() {
     let bytes = log(50);
@@ -131,7 +129,7 @@ fn a_bad_checksum_ends_the_log() {
     );
 }
 
-/// An index that is damaged is not used: every message is found without it.
+/// A damaged index is not used, and every message is found without it.
 #[test]
 fn a_bad_index_loses_nothing() {
     let bytes = log(25);

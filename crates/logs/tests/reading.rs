@@ -1,4 +1,4 @@
-//! Logs of other writers, in any order, in several files, and things that are no logs.
+//! Reading of logs by other writers, in any order and in several files, and of files that are not logs.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -15,7 +15,7 @@ use tactid_logs::{
 
 const START_NS: u64 = 1_700_000_000_000_000_000;
 
-/// The bags of `make_golden.py`: 40 joint states and 20 wrenches of another writer.
+/// Checks a bag of `make_golden.py`, with 40 joint states and 20 wrenches of another writer.
 fn check_golden_bag(path: &Path) {
     let log = LogReader::open(path).unwrap();
     let topics: Vec<_> = log
@@ -69,7 +69,7 @@ fn a_bag_of_another_writer_is_read() {
     check_golden_bag(&golden("bag/bag.mcap"));
 }
 
-/// The files of this bag are listed in the wrong order; messages come in the order of their times.
+/// Messages have the order of their times although the files of the bag are listed in another order.
 #[test]
 fn a_split_bag_with_zstd_is_read() {
     check_golden_bag(&golden("split"));
@@ -87,8 +87,8 @@ fn a_killed_recording_without_metadata_is_read() {
     assert!(error.contains("different names"), "{error}");
 }
 
-/// Chunks that overlap, and messages that are out of order within them, come out in order; those
-/// of one time in the order of the log.
+/// Messages of overlapping chunks and messages that are out of order are sorted by time, and keep the order of the log at
+/// equal times.
 #[test]
 fn out_of_order_is_put_in_order() {
     let steps: Vec<u64> = (0..60).map(|i| (i * 37) % 53).collect();
@@ -104,7 +104,7 @@ fn out_of_order_is_put_in_order() {
     }
 }
 
-/// With the index, without it, and without chunks, a log has the same topics.
+/// A log has the same topics with its index, without it, and without chunks.
 #[test]
 fn topics_are_the_same_without_an_index() {
     let folder = tempfile::tempdir().unwrap();
@@ -124,7 +124,7 @@ fn topics_are_the_same_without_an_index() {
 }
 
 #[test]
-fn what_is_no_log_is_said() {
+fn files_that_are_not_logs_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let cases: [(&str, &[u8], &str); 5] = [
         ("empty.mcap", b"", "it is empty"),
@@ -152,7 +152,7 @@ fn what_is_no_log_is_said() {
 }
 
 #[test]
-fn what_is_no_bag_is_said() {
+fn folders_that_are_not_bags_are_refused() {
     let bag = |yaml: Option<&str>| {
         let folder = tempfile::tempdir().unwrap();
         if let Some(yaml) = yaml {
@@ -196,11 +196,11 @@ fn wrong_topics_and_types_are_named() {
     assert_eq!(error, expected);
 }
 
-/// A log with two messages: one in another encoding, and one with too few bytes.
+/// The errors for a message in another encoding and for one with too few bytes name the topic.
 #[test]
 fn messages_that_cannot_be_decoded_are_named() {
     let mut log = WriteOptions::new().create(Cursor::new(Vec::new())).unwrap();
-    // The definition may be in IDL: messages are decoded by the name of their type.
+    // The definition may be IDL, because messages are decoded by the name of their type.
     let schema = log
         .add_schema("sensor_msgs/msg/JointState", "ros2idl", b"")
         .unwrap();
@@ -240,7 +240,7 @@ fn messages_that_cannot_be_decoded_are_named() {
     );
 }
 
-/// A log that others simulated; beside the project where the project is developed.
+/// Recordings of others are read completely. They are not part of the repository.
 #[test]
 fn the_logs_of_others_are_read() {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/utias");
@@ -273,7 +273,7 @@ fn the_logs_of_others_are_read() {
     }
 }
 
-/// The bytes of a message stay, whatever the reader does next.
+/// The bytes of a message stay valid after the reader is dropped.
 #[test]
 fn messages_outlive_the_reader() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! What the writer leaves on disk, also when it cannot go on.
+//! Logs that the writer leaves, also after an error.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -18,8 +18,8 @@ fn the_same_messages_give_the_same_bytes() {
     assert_eq!(log(30), log(30));
 }
 
-/// What rosbag2 looks for: profile, encodings, quality of service, its own record, and an index of
-/// messages for every chunk.
+/// A log contains what rosbag2 needs: profile, encodings, quality of service, its metadata record, and an index of messages
+/// for every chunk.
 #[test]
 fn a_log_is_as_rosbag2_writes_it() {
     let mut log = LogWriter::new(Cursor::new(Vec::new())).unwrap();
@@ -89,7 +89,7 @@ fn a_log_is_as_rosbag2_writes_it() {
     }
 }
 
-/// A writer that never comes back has written all but the last second.
+/// The log of a killed writer has all messages except those of the last second.
 #[test]
 fn a_killed_writer_leaves_all_but_the_last_chunk() {
     let folder = tempfile::tempdir().unwrap();
@@ -103,14 +103,14 @@ fn a_killed_writer_leaves_all_but_the_last_chunk() {
         let count = read.topic("/joint_states").map_or(0, |topic| topic.count);
         assert_eq!(count, k / 10 * 10, "at step {k}");
     }
-    // As a kill would: nothing of the writer runs any more.
+    // As after a kill, no code of the writer runs any more.
     std::mem::forget(log);
     let log = LogReader::open(&path).unwrap();
     assert_eq!(log.messages().count(), 30);
     assert_eq!(log.damage().len(), 1);
 }
 
-/// A program that ends by an error of its own drops its writer: the log has its index.
+/// The log of a writer that is dropped, as after an error of the program, has its index.
 #[test]
 fn a_dropped_writer_leaves_a_whole_log() {
     let folder = tempfile::tempdir().unwrap();
@@ -154,7 +154,7 @@ fn a_path_that_cannot_be_written_is_named() {
     }
 }
 
-/// A disk that is full is an error of a write, not only of the end.
+/// A full disk is reported by a write and not only at the end.
 #[test]
 fn a_full_disk_is_an_error() {
     let full = Path::new("/dev/full");
@@ -187,7 +187,7 @@ fn topics_are_checked() {
     }
 }
 
-/// A channel belongs to the log that it was made by.
+/// A channel can only be used with its own log.
 #[test]
 fn a_channel_of_another_log_is_refused() {
     let mut one = LogWriter::new(Cursor::new(Vec::new())).unwrap();
@@ -196,9 +196,9 @@ fn a_channel_of_another_log_is_refused() {
     assert!(other.write(&joints, 0, &joint_state(0)).is_err());
 }
 
-/// A file that is there is replaced, and the log may be read while it is written.
+/// An existing file is replaced, and a log can be read while it is written.
 #[test]
-fn a_file_that_is_there_is_replaced() {
+fn an_existing_file_is_replaced() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.mcap");
     fs::write(&path, "something else that is longer than a header").unwrap();

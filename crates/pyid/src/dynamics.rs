@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use tactid_dynamics::{BaseKind, JointMotion, ToolMotion, Workspace};
+use tactid_dynamics::{BaseKind, JointMotion, StateError, ToolMotion, Workspace};
 
 use crate::arrays::{Poses, Sampled, Series, common_length, extend_with, homogeneous, output};
 use crate::errors::{ArgumentError, IntoPyErr, ModelError};
@@ -170,8 +170,8 @@ impl Manipulator {
         let mut poses = Vec::new();
         let mut vectors: [Vec<f64>; 4] = Default::default();
         py.detach(|| {
-            states.each(samples, |robot, workspace, _| {
-                let motion = workspace.frame_motion(robot, frame);
+            states.each(samples, |workspace| {
+                let motion = workspace.frame_motion(frame);
                 poses.extend(homogeneous(&motion.pose));
                 let moved = [
                     motion.velocity,
@@ -182,6 +182,7 @@ impl Manipulator {
                 for (values, vector) in vectors.iter_mut().zip(&moved) {
                     values.extend(vector.iter());
                 }
+                Ok(())
             })
         })?;
         let vector = |values| Ok::<_, PyErr>(output(py, values, samples, &[3])?.unbind());
@@ -236,11 +237,12 @@ impl Manipulator {
         let samples = states.samples()?;
         let (mut torques, mut wrenches) = (Vec::new(), Vec::new());
         py.detach(|| {
-            states.each(samples, |robot, workspace, _| {
-                tactid_dynamics::forces(robot, workspace, &gravity);
-                torques.extend_from_slice(workspace.joint_torques());
-                let wrench = workspace.base_wrench();
+            states.each(samples, |workspace| {
+                tactid_dynamics::forces(workspace, &gravity);
+                torques.extend_from_slice(workspace.joint_torques()?);
+                let wrench = workspace.base_wrench()?;
                 extend_with(&mut wrenches, &wrench.force, &wrench.moment);
+                Ok(())
             })
         })?;
         Ok((
@@ -275,7 +277,7 @@ impl Manipulator {
             for sample in 0..samples.unwrap_or(1) {
                 let (base, joints) = states.at(sample);
                 let acceleration =
-                    tactid_dynamics::base_acceleration(&self.0, &mut workspace, &base, joints)
+                    tactid_dynamics::base_acceleration(&mut workspace, &base, joints)
                         .map_err(IntoPyErr::into_py_err)?;
                 extend_with(&mut values, &acceleration.linear, &acceleration.angular);
             }
@@ -305,9 +307,10 @@ impl Manipulator {
         let samples = states.samples()?;
         let mut values = Vec::new();
         py.detach(|| {
-            states.each(samples, |robot, workspace, _| {
-                let total = tactid_dynamics::momentum(robot, workspace);
+            states.each(samples, |workspace| {
+                let total = tactid_dynamics::momentum(workspace);
                 extend_with(&mut values, &total.linear, &total.angular);
+                Ok(())
             })
         })?;
         output(py, values, samples, &[6])
@@ -447,14 +450,14 @@ impl<'a> States<'a> {
     fn each(
         &self,
         samples: Option<usize>,
-        mut look: impl FnMut(&tactid_dynamics::Manipulator, &mut Workspace, usize),
+        mut look: impl FnMut(&mut Workspace) -> Result<(), StateError>,
     ) -> PyResult<()> {
         let mut workspace = Workspace::new(self.robot);
         for sample in 0..samples.unwrap_or(1) {
             let (base, joints) = self.at(sample);
-            tactid_dynamics::motion(self.robot, &mut workspace, &base, joints)
+            tactid_dynamics::motion(&mut workspace, &base, joints)
                 .map_err(IntoPyErr::into_py_err)?;
-            look(self.robot, &mut workspace, sample);
+            look(&mut workspace).map_err(IntoPyErr::into_py_err)?;
         }
         Ok(())
     }

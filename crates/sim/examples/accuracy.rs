@@ -1,5 +1,5 @@
-//! Runs an experiment and identifies its payload from the samples by least squares: what the simulation itself costs
-//! in accuracy, with no log and no filter in between.
+//! Runs an experiment and identifies its payload from the samples by least squares, without log and filter. The errors are
+//! those of the simulation itself.
 //!
 //! `cargo run --release -p tactid-sim --example accuracy [EXPERIMENT.toml [SEED]]`
 
@@ -22,14 +22,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let mut simulation = Simulation::new(&experiment)?;
     let nominal = experiment.payload.mass_properties();
-    let sits = simulation.payload_in_tool().center_of_mass;
+    let center = simulation.payload_in_tool().center_of_mass;
     eprintln!(
         "each finger presses with {:.1} N",
         simulation.grip_force_n()
     );
     eprintln!(
-        "the payload sits {:.1e} m from where it was put",
-        (sits - nominal.center_of_mass).norm()
+        "the payload is {:.1e} m from its nominal position",
+        (center - nominal.center_of_mass).norm()
     );
 
     let mut identifier = common::Identifier::new(&simulation)?;
@@ -46,8 +46,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "joint torques against inverse dynamics: {:.1e} of the torque, rms",
         identifier.torque_error()
     );
-    let ways = [identifier.tactile()?, identifier.joint_sensing()?];
-    let [tactile, joints] = ways.map(|way| common::errors_percent(&way, &nominal));
+    let methods = [identifier.tactile()?, identifier.joint_sensing()?];
+    let [tactile, joints] = methods.map(|payload| common::errors_percent(&payload, &nominal));
     eprintln!("error, %   tactile   joints");
     for ((name, tactile), (_, joints)) in tactile.iter().zip(&joints) {
         eprintln!("{name:4}     {tactile:9.5} {joints:9.5}");

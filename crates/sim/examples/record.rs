@@ -1,4 +1,4 @@
-//! Runs an experiment into a log.
+//! Runs an experiment and writes its log.
 //!
 //! `cargo run --release -p tactid-sim --example record LOG.mcap [EXPERIMENT.toml]`
 
@@ -9,7 +9,7 @@ use tactid_sim::{Experiment, run};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
-    let log = arguments.next().ok_or("say where the log goes")?;
+    let log = arguments.next().ok_or("the path of the log is missing")?;
     let experiment = match arguments.next() {
         Some(path) => Experiment::from_file(Path::new(&path))?,
         None => Experiment::paper(),

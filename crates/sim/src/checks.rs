@@ -1,4 +1,4 @@
-//! What every run must keep to: momentum, the grasp, Newton and Euler.
+//! Monitoring of a run: conservation of momentum, the grasp, and the Newton and Euler equations of the payload.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -11,61 +11,61 @@ use crate::experiment::Bounds;
 use crate::robot::Robot;
 use crate::scene::{BodyState, State};
 
-/// How well a run kept to physics. All are the worst of the run.
+/// Largest violations of conservation laws and of the grasp in a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Checks {
-    /// Change of the system's linear momentum, as a fraction of the largest of any single body.
+    /// Change of the system's linear momentum, as a fraction of the largest linear momentum of any single body.
     pub linear_momentum_drift: f64,
-    /// Change of the system's angular momentum about the world's origin, as a fraction of the largest of any single
-    /// body.
+    /// Change of the system's angular momentum about the world's origin, as a fraction of the largest angular momentum of
+    /// any single body.
     pub angular_momentum_drift: f64,
-    /// How far the payload moved in the tool frame, m.
+    /// Displacement of the payload in the tool frame, m.
     pub grasp_drift_m: f64,
-    /// How far it turned, rad.
+    /// Rotation of the payload in the tool frame, rad.
     pub grasp_drift_rad: f64,
-    /// Contact force minus the payload's mass times acceleration, as a fraction of the largest contact force.
+    /// Residual of Newton's equation of the payload under the contact forces, as a fraction of the largest contact force.
     pub newton_residual: f64,
-    /// Contact moment about the payload's centre of mass minus what Euler's equation asks for, as a fraction of the
-    /// largest contact moment.
+    /// Residual of Euler's equation of the payload about its centre of mass, as a fraction of the largest contact moment.
     pub euler_residual: f64,
 }
 
-/// Below these a momentum (N s, N m s), a force (N) or a moment (N m) is no measure for a drift.
+/// Smallest reference for a relative change of momentum, N s and N m s.
 const SMALLEST_MOMENTUM: f64 = 0.1;
+/// Smallest reference for a relative residual of force and moment, N and N m.
 const SMALLEST_WRENCH: f64 = 1.0;
 
-/// Steps between two looks at the momentum and the grasp.
+/// Number of steps between two checks of the momentum and the grasp.
 const EVERY: u64 = 10;
 
-/// The largest deviation so far and the largest value it is a fraction of.
+/// Largest residual so far, relative to the largest reference so far.
 #[derive(Clone, Copy, Default)]
 struct Ratio {
-    deviation: f64,
+    residual: f64,
     scale: f64,
 }
 
 impl Ratio {
-    fn look(&mut self, deviation: f64, scale: f64, smallest: f64) {
-        self.deviation = self.deviation.max(deviation);
+    fn add(&mut self, residual: f64, scale: f64, smallest: f64) {
+        self.residual = self.residual.max(residual);
         self.scale = self.scale.max(scale).max(smallest);
     }
 
     fn value(self) -> f64 {
         if self.scale > 0.0 {
-            self.deviation / self.scale
+            self.residual / self.scale
         } else {
             0.0
         }
     }
 }
 
-/// Watches a run.
+/// Monitor of a run, which compares [`Checks`] with the experiment's bounds.
 pub(crate) struct Monitor {
     bounds: Bounds,
     robot: Vec<MassProperties>,
     payload: MassProperties,
     dt: f64,
-    /// At the start of the excitation.
+    /// Linear and angular momentum at the start of the excitation.
     momentum: [Vector3<f64>; 2],
     tool_from_payload: Isometry3<f64>,
     linear: Ratio,
@@ -106,7 +106,7 @@ impl Monitor {
         monitor
     }
 
-    /// The checks so far.
+    /// Returns the checks up to the last step.
     pub(crate) fn checks(&self) -> Checks {
         Checks {
             linear_momentum_drift: self.linear.value(),
@@ -118,8 +118,11 @@ impl Monitor {
         }
     }
 
-    /// Looks at step `index`, which began in `before` at `time_s` and ended in `after`.
-    pub(crate) fn look(
+    /// Checks the step with number `index`, which starts in `before` at `time_s` and ends in `after`.
+    ///
+    /// # Errors
+    /// Returns [`SimError::Diverged`], [`SimError::Lost`] or [`SimError::Bound`].
+    pub(crate) fn check_step(
         &mut self,
         index: u64,
         time_s: f64,
@@ -134,14 +137,14 @@ impl Monitor {
         if contacts.iter().all(Vec::is_empty) {
             return Err(SimError::Lost { time_s });
         }
-        self.look_at_contacts(before, after, contacts);
+        self.check_contacts(before, after, contacts);
         if index.is_multiple_of(EVERY) {
             let ([linear, angular], [largest_linear, largest_angular]) = self.total_momentum(after);
             let [linear_0, angular_0] = self.momentum;
             let (linear, angular) = ((linear - linear_0).norm(), (angular - angular_0).norm());
-            self.linear.look(linear, largest_linear, SMALLEST_MOMENTUM);
+            self.linear.add(linear, largest_linear, SMALLEST_MOMENTUM);
             self.angular
-                .look(angular, largest_angular, SMALLEST_MOMENTUM);
+                .add(angular, largest_angular, SMALLEST_MOMENTUM);
             let moved = self.tool_from_payload.inverse()
                 * (world_from_tool.inverse() * before.payload.pose);
             self.grasp_drift_m = self.grasp_drift_m.max(moved.translation.vector.norm());
@@ -150,7 +153,7 @@ impl Monitor {
         self.enforce(time_s)
     }
 
-    /// Linear and angular momentum of all bodies about the world's origin, and the largest of any single one.
+    /// Returns linear and angular momentum of all bodies about the world's origin, and the largest of any single body.
     fn total_momentum(&self, state: &State) -> ([Vector3<f64>; 2], [f64; 2]) {
         let mut total = [Vector3::zeros(); 2];
         let mut largest = [0.0_f64; 2];
@@ -165,13 +168,8 @@ impl Monitor {
         (total, largest)
     }
 
-    /// Newton and Euler of the payload alone.
-    fn look_at_contacts(
-        &mut self,
-        before: &State,
-        after: &State,
-        contacts: &[Vec<ContactPoint>; 2],
-    ) {
+    /// Adds the residuals of the Newton and Euler equations of the payload under the contact forces.
+    fn check_contacts(&mut self, before: &State, after: &State, contacts: &[Vec<ContactPoint>; 2]) {
         let (x, next) = (&before.payload, &after.payload);
         let center = x.pose.translation.vector;
         let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
@@ -187,11 +185,12 @@ impl Monitor {
             inertia * angular_acceleration + angular_velocity.cross(&(inertia * angular_velocity));
         let newton = self.payload.mass_kg * acceleration;
         self.newton
-            .look((force - newton).norm(), force.norm(), SMALLEST_WRENCH);
+            .add((force - newton).norm(), force.norm(), SMALLEST_WRENCH);
         self.euler
-            .look((moment - euler).norm(), moment.norm(), SMALLEST_WRENCH);
+            .add((moment - euler).norm(), moment.norm(), SMALLEST_WRENCH);
     }
 
+    /// Returns the first check that exceeds its bound as an error.
     fn enforce(&self, time_s: f64) -> Result<(), SimError> {
         let (c, b) = (self.checks(), &self.bounds);
         #[rustfmt::skip] // a table
@@ -200,8 +199,8 @@ impl Monitor {
             ("the payload's rotation in the grasp", c.grasp_drift_rad, b.grasp_drift_rad, GRASP_RAD),
             ("the drift of linear momentum", c.linear_momentum_drift, b.momentum_drift, MOMENTUM),
             ("the drift of angular momentum", c.angular_momentum_drift, b.momentum_drift, MOMENTUM),
-            ("the contact force beside Newton's", c.newton_residual, b.newton_euler_residual, WRENCH),
-            ("the contact moment beside Euler's", c.euler_residual, b.newton_euler_residual, WRENCH),
+            ("the residual of Newton's equation", c.newton_residual, b.newton_euler_residual, WRENCH),
+            ("the residual of Euler's equation", c.euler_residual, b.newton_euler_residual, WRENCH),
         ];
         for (
             what,
@@ -230,7 +229,7 @@ impl Monitor {
     }
 }
 
-/// A field of [`Bounds`], its unit, and what helps when it is exceeded.
+/// A field of [`Bounds`] with its unit and the advice for a run that exceeds it.
 struct Limit {
     field: &'static str,
     unit: &'static str,
@@ -259,12 +258,13 @@ const WRENCH: Limit = Limit {
     advice: ADVICE_STEP,
 };
 
+/// Returns an inertia of a body's frame along the axes of the world frame.
 fn inertia_in_world(inertia: &Matrix3<f64>, body: &BodyState) -> Matrix3<f64> {
     let world_from_body = body.pose.rotation.to_rotation_matrix();
     world_from_body.matrix() * inertia * world_from_body.matrix().transpose()
 }
 
-/// Linear and angular momentum about the world's origin.
+/// Returns linear and angular momentum of a body about the world's origin.
 pub(crate) fn momentum(mass: &MassProperties, body: &BodyState) -> [Vector3<f64>; 2] {
     let center = body.pose * nalgebra::Point3::from(mass.center_of_mass);
     let linear = mass.mass_kg * body.velocity;

@@ -1,4 +1,4 @@
-//! What the pads feel, and friction that holds.
+//! Contact forces of the pads, and friction without drift.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -11,19 +11,21 @@ use rapier3d_f64::utils::OrthonormalBasis;
 
 use crate::convert;
 
-/// Where and how a finger pushes the payload, in world.
+/// Contact between a finger and the payload, expressed in the world frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ContactPoint {
+    /// Position, m.
     pub position: Vector3<f64>,
-    /// On the payload, N.
+    /// Force on the payload, N.
     pub force: Vector3<f64>,
-    /// The part of the force that is pressure, N.
+    /// Component of the force along the contact normal, N.
     pub normal_force: f64,
 }
 
-/// Adds the contacts of one pair to `points`. `center` is where the payload's centre of mass was when the step began.
+/// Appends the contacts of one pair to `points`. `center` is the position of the payload's centre of mass at the start of
+/// the step, m.
 ///
-/// Rapier keeps one impulse for each contact and step (there is a single substep), so each is counted once.
+/// Rapier keeps one impulse for each contact and step, because there is a single substep, so that each counts once.
 pub(crate) fn read_contacts(
     pair: &ContactPair,
     handle: ColliderHandle,
@@ -34,7 +36,7 @@ pub(crate) fn read_contacts(
     let payload_is_first = pair.collider1 == handle;
     let sign = if payload_is_first { 1.0 } else { -1.0 };
     for manifold in pair.solver_manifolds() {
-        // As the solver has them: force on the first body's side, and its two tangents.
+        // The solver's axes: the normal towards the first body, and two tangents.
         let normal = -manifold.data.normal;
         let tangent1 = normal.orthonormal_vector();
         let tangent2 = normal.cross(tangent1);
@@ -60,29 +62,29 @@ pub(crate) fn read_contacts(
     }
 }
 
-/// Friction in Rapier stops velocities and lets positions creep, by centimetres over the experiment. Here each
-/// contact is asked for the tangential velocity that takes its slip back.
+/// Hook that prevents creep of the grasp. Rapier's friction acts on velocities only, so that positions creep by centimetres
+/// over the experiment. The hook requests for each contact the tangential velocity that reverses its slip.
 pub(crate) struct SlipAnchors {
     fingers: [RigidBodyHandle; 2],
     payload: RigidBodyHandle,
-    /// Fraction of the slip that a step takes back, over the step, 1/s.
+    /// Fraction of the slip that is reversed in a step, divided by the step, 1/s.
     rate: f64,
-    /// By finger. Rapier wants the hook to be `Sync`.
+    /// Anchor of each finger, in a mutex because Rapier requires the hook to be `Sync`.
     holds: Mutex<[Option<Hold>; 2]>,
 }
 
-/// How a finger holds the payload.
+/// Pose of the payload relative to a finger that friction maintains.
 #[derive(Clone, Copy)]
 struct Hold {
     finger_from_payload: Pose,
-    /// Whether the last step saw the payload slide away from there.
+    /// Whether the payload slid away from this pose in the last step.
     slides: bool,
 }
 
-/// Half of the slip taken back each step is unstable.
-const TAKEN_BACK_PER_STEP: f64 = 0.1;
+/// Fraction of the slip that is reversed in each step. At 0.5 the grasp is unstable.
+const REVERSED_PER_STEP: f64 = 0.1;
 
-/// More slip than a payload that is held ever shows, m: friction has given way.
+/// Slip above which the contact counts as sliding, m. A payload that is held slips less.
 const SLIDES_AT_M: f64 = 50e-6;
 
 impl SlipAnchors {
@@ -90,7 +92,7 @@ impl SlipAnchors {
         Self {
             fingers,
             payload,
-            rate: TAKEN_BACK_PER_STEP / dt,
+            rate: REVERSED_PER_STEP / dt,
             holds: Mutex::new([None; 2]),
         }
     }
@@ -99,14 +101,14 @@ impl SlipAnchors {
         self.holds.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Holds the payload where it is.
+    /// Anchors the payload at its present pose relative to each finger.
     pub(crate) fn hold(&self, bodies: &RigidBodySet) {
         for (finger, hold) in self.holds().iter_mut().enumerate() {
             *hold = self.present_hold(finger, bodies);
         }
     }
 
-    /// Takes a new hold with each finger on which the payload slid in the last step.
+    /// Anchors the payload anew at each finger on which it slid in the last step.
     pub(crate) fn follow_slides(&self, bodies: &RigidBodySet) {
         for (finger, hold) in self.holds().iter_mut().enumerate() {
             if hold.is_some_and(|hold| hold.slides) {
@@ -115,6 +117,7 @@ impl SlipAnchors {
         }
     }
 
+    /// Returns the present pose of the payload relative to a finger.
     fn present_hold(&self, finger: usize, bodies: &RigidBodySet) -> Option<Hold> {
         let world_from_finger = bodies.get(self.fingers[finger])?.position();
         let world_from_payload = bodies.get(self.payload)?.position();
@@ -148,7 +151,7 @@ impl PhysicsHooks for SlipAnchors {
             return;
         };
         let normal = *manifold.normal;
-        // The solver seeks: first minus second body's velocity = -tangent_velocity.
+        // The solver enforces: velocity of the first body minus that of the second = -tangent_velocity.
         let rate = if payload_is_first {
             self.rate
         } else {

@@ -1,4 +1,4 @@
-//! Between nalgebra, which the workspace speaks, and glam, which Rapier speaks.
+//! Conversions between nalgebra, which the workspace uses, and glam, which Rapier uses.
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rapier3d_f64::math::{Matrix, Pose, Rotation, Vector};

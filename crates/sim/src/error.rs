@@ -1,4 +1,4 @@
-//! Everything that can go wrong, said so that one knows what to change.
+//! Errors of reading an experiment and of running it.
 
 use std::path::PathBuf;
 
@@ -6,60 +6,60 @@ use tactid_dynamics::ModelError;
 use tactid_logs::LogError;
 use thiserror::Error;
 
-/// Why an experiment cannot be read or its run was given up.
+/// Reason why an experiment cannot be read or why its run was aborted.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SimError {
     /// A file of the experiment cannot be read.
     #[error("cannot read `{path}`: {source}")]
     File {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the operating system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// Not TOML, a field that does not exist, or a value of the wrong type; says the line.
+    /// The text is not TOML, or it has an unknown field or a value of the wrong type. The message contains the line.
     #[error("{0}")]
     Syntax(String),
-    /// A value that no experiment can have.
+    /// A field has a value that is not allowed.
     #[error("{}{field} = {value}: {why}", line.map(|l| format!("line {l}: ")).unwrap_or_default())]
     Value {
-        /// The line of the experiment's file, from 1; `None` where the value was not read from a file.
+        /// Line of the experiment's file, counted from 1; `None` if the value was not read from a file.
         line: Option<usize>,
-        /// The field, with its table.
+        /// The field with its table, for instance `payload.mass_kg`.
         field: String,
-        /// What it was given.
+        /// Its value.
         value: String,
-        /// What would be right.
+        /// The values that are allowed.
         why: String,
     },
-    /// The URDF is not that of a robot.
+    /// The URDF does not describe a robot that can be modelled.
     #[error("robot: {0}")]
     Model(#[from] ModelError),
-    /// The robot does not fit the experiment.
+    /// The robot does not fit the experiment. The field gives the reason.
     #[error("robot: {0}")]
     Robot(String),
-    /// The fingers did not get hold of the payload.
+    /// The fingers did not grasp the payload. The field gives the reason.
     #[error("the grasp failed: {0}")]
     Grasp(String),
-    /// A check that every run must pass exceeded its bound.
+    /// A monitored quantity exceeds its bound.
     #[error(
         "at {time_s:.3} s: {what} is {value:.3e} {unit}, above the bound of {bound:.3e} {unit} (bounds.{field}); {advice}"
     )]
     Bound {
         /// Time since the excitation began.
         time_s: f64,
-        /// What is checked.
+        /// The monitored quantity.
         what: &'static str,
-        /// As it was found.
+        /// Its value.
         value: f64,
-        /// What was allowed.
+        /// Its bound.
         bound: f64,
-        /// Unit of both, empty for a ratio.
+        /// Unit of value and bound, or what a ratio refers to.
         unit: &'static str,
-        /// The field of the experiment's `[bounds]`.
+        /// Field of the experiment's `[bounds]` table.
         field: &'static str,
-        /// What to change.
+        /// Change of the experiment that helps.
         advice: &'static str,
     },
     /// No finger touches the payload any more.
@@ -70,22 +70,22 @@ pub enum SimError {
         /// Time since the excitation began.
         time_s: f64,
     },
-    /// The physics left the real numbers.
+    /// A quantity of the simulation is infinite or NaN.
     #[error(
         "at {time_s:.3} s: the simulation diverged ({what} is not finite); make step_s shorter or the excitation weaker"
     )]
     Diverged {
         /// Time since the excitation began.
         time_s: f64,
-        /// Where it was found.
+        /// The quantity.
         what: &'static str,
     },
-    /// A command for another number of joints.
+    /// The number of commanded accelerations is not the number of the arm's joints.
     #[error("{given} joint accelerations were given, but the arm has {expected} joints")]
     Command {
-        /// How many were given.
+        /// Number of accelerations given.
         given: usize,
-        /// How many are needed.
+        /// Number of joints of the arm.
         expected: usize,
     },
     /// The log cannot be written.
@@ -93,5 +93,5 @@ pub enum SimError {
     Log(#[from] LogError),
 }
 
-/// What helps a payload that slips.
+/// Advice for a payload that slips.
 pub(crate) const ADVICE_GRASP: &str = "raise gripper.grip_force_n or gripper.friction, lower the excitation, or take a lighter payload";

@@ -1,4 +1,5 @@
-//! What the joints are commanded: each from rest with the acceleration `amplitude · cos(2π · frequency · t)` plus noise.
+//! Commanded joint velocities: each joint starts at rest and is accelerated with `amplitude · cos(2π · frequency · t)`
+//! plus noise.
 
 use std::f64::consts::TAU;
 
@@ -9,9 +10,9 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::experiment::{Excitation, ExcitationMode};
 use crate::{Experiment, SimError};
 
-/// One driven joint and when it is driven.
+/// Excitation of one joint and the interval in which it is driven.
 struct Driven {
-    /// Index into the commands.
+    /// Index in the commanded velocities.
     joint: usize,
     amplitude: f64,
     frequency_hz: f64,
@@ -19,7 +20,7 @@ struct Driven {
     end_s: f64,
 }
 
-/// The commanded velocities, step by step.
+/// Generator of the commanded velocities, step by step.
 pub(crate) struct Commands {
     driven: Vec<Driven>,
     noise: f64,
@@ -29,16 +30,19 @@ pub(crate) struct Commands {
 }
 
 impl Commands {
-    /// For an arm with these joints, in the order of the commands.
+    /// Returns the generator for an arm with the named joints, in the order of the commanded velocities.
+    ///
+    /// # Errors
+    /// Returns [`SimError::Robot`] if the experiment drives a joint that the arm does not have.
     pub(crate) fn new(experiment: &Experiment, joints: &[&str]) -> Result<Self, SimError> {
         let Excitation {
             mode,
-            joints: wanted,
+            joints: excitations,
             command_noise,
         } = &experiment.excitation;
-        let part = experiment.duration_s / wanted.len() as f64;
+        let share_s = experiment.duration_s / excitations.len() as f64;
         let mut driven = Vec::new();
-        for (i, one) in wanted.iter().enumerate() {
+        for (i, one) in excitations.iter().enumerate() {
             let joint = joints
                 .iter()
                 .position(|name| *name == one.name)
@@ -50,7 +54,7 @@ impl Commands {
                     ))
                 })?;
             let (start_s, end_s) = match mode {
-                ExcitationMode::Sequence => (part * i as f64, part * (i + 1) as f64),
+                ExcitationMode::Sequence => (share_s * i as f64, share_s * (i + 1) as f64),
                 ExcitationMode::Together => (0.0, experiment.duration_s),
             };
             driven.push(Driven {
@@ -70,11 +74,11 @@ impl Commands {
         })
     }
 
-    /// The velocities at the end of the step that begins at `time_s`, rad/s.
+    /// Returns the velocities at the end of the step that starts at `time_s`, rad/s or m/s.
     pub(crate) fn step(&mut self, time_s: f64) -> &[f64] {
         for one in &self.driven {
             let velocity = &mut self.velocity[one.joint];
-            let tolerance = 1e-6 * self.dt; // times are multiples of the step, up to rounding
+            let tolerance = 1e-6 * self.dt; // times are multiples of the step up to rounding
             if time_s < one.start_s - tolerance {
                 continue;
             }
@@ -83,7 +87,7 @@ impl Commands {
                 let phase = TAU * one.frequency_hz * (time_s - one.start_s);
                 one.amplitude * (phase.cos() + self.noise * noise)
             } else {
-                // A joint whose turn is over is brought to rest, no harder than it was driven.
+                // After its interval the joint is stopped with at most the amplitude of its excitation.
                 (-*velocity / self.dt).clamp(-one.amplitude, one.amplitude)
             };
             *velocity += acceleration * self.dt;
@@ -91,7 +95,11 @@ impl Commands {
         &self.velocity
     }
 
-    /// Adds these accelerations to the velocities, in place of the experiment's excitation.
+    /// Integrates the given accelerations, rad/s² or m/s², over one step in place of the experiment's excitation and
+    /// returns the velocities.
+    ///
+    /// # Errors
+    /// Returns [`SimError::Command`] if there is not one acceleration for each joint.
     pub(crate) fn accelerate(&mut self, accelerations: &[f64]) -> Result<&[f64], SimError> {
         if accelerations.len() != self.velocity.len() {
             return Err(SimError::Command {
@@ -105,7 +113,7 @@ impl Commands {
         Ok(&self.velocity)
     }
 
-    /// The velocities last commanded, rad/s.
+    /// Returns the velocities commanded last, rad/s or m/s.
     pub(crate) fn velocity(&self) -> &[f64] {
         &self.velocity
     }
@@ -127,7 +135,7 @@ mod tests {
             .collect()
     }
 
-    /// Without noise the velocity is the integral of the cosine, and each joint has its own third of the time.
+    /// Without noise the velocity is the integral of the cosine, and each joint is driven for a third of the time.
     #[test]
     fn joints_are_driven_one_after_another_from_rest() {
         let mut experiment = Experiment::paper();
@@ -138,13 +146,13 @@ mod tests {
         for (k, v) in velocities.iter().enumerate() {
             let t = (k as f64 + 0.5) * 1e-3; // a velocity belongs to the middle of its step
             for (joint, start) in [(2, 0.0), (4, 10.0), (5, 20.0)] {
-                let wanted = if (start..start + 10.0).contains(&t) {
+                let expected = if (start..start + 10.0).contains(&t) {
                     integral(t - start)
                 } else {
                     0.0
                 };
                 assert!(
-                    (v[joint] - wanted).abs() < 6e-4,
+                    (v[joint] - expected).abs() < 6e-4,
                     "joint {joint} at {t}: {}",
                     v[joint]
                 );
@@ -153,7 +161,7 @@ mod tests {
         }
     }
 
-    /// The noise has the size that was asked for, and is the seed's.
+    /// The noise has the requested standard deviation and depends on the seed only.
     #[test]
     fn command_noise_is_white_and_seeded() {
         let mut experiment = Experiment::paper();
@@ -169,7 +177,7 @@ mod tests {
         assert!((variance.sqrt() / 1e-3 - 0.01).abs() < 5e-4);
     }
 
-    /// A joint that is not at rest when its turn ends is stopped no harder than it was driven.
+    /// A joint that is not at rest when its interval ends is stopped with at most the amplitude of its excitation.
     #[test]
     fn a_joint_is_brought_to_rest() {
         let mut experiment = Experiment::paper();

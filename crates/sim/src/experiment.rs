@@ -1,4 +1,4 @@
-//! What is run, as one plain struct and as the TOML file it is read from.
+//! Description of an experiment, as one plain struct and as the TOML file that it is read from.
 
 mod check;
 mod noise;
@@ -9,22 +9,22 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::{MassProperties, symmetric_matrix};
 
-pub use self::noise::{Deviation, Noise};
+pub use self::noise::{Noise, StdDev};
 use crate::{BUILT_IN_URDF, SimError};
 
-/// The paper's experiment as a file: every field with its meaning, unit and default.
+/// The paper's experiment as a TOML file, which documents each field with its meaning, unit and default.
 pub const PAPER_TOML: &str = include_str!("../experiments/paper.toml");
 
-/// An experiment: what is held by what, and how it is moved and sensed.
+/// Description of an experiment: robot, payload, grasp, excitation, sensor noise and bounds.
 ///
-/// Every field has a default, and the defaults together are the paper's experiment. SI units; the payload's
-/// properties are in the tool frame.
+/// Every field has a default, and the defaults together are the paper's experiment. Units are SI. The payload's properties
+/// are expressed in the tool frame.
 ///
 /// ```
 /// use tactid_sim::Experiment;
 ///
 /// let experiment = Experiment::from_toml("duration_s = 30.0\n[payload]\nmass_kg = 50.0")?;
-/// assert_eq!(experiment.gripper.friction, 0.8); // as in the paper's
+/// assert_eq!(experiment.gripper.friction, 0.8); // as in the paper's experiment
 ///
 /// let error = Experiment::from_toml("seed = 1\n[payload]\nmass_kg = -1.0").unwrap_err();
 /// assert!(error.to_string().starts_with("line 3: payload.mass_kg = -1"));
@@ -33,28 +33,28 @@ pub const PAPER_TOML: &str = include_str!("../experiments/paper.toml");
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Experiment {
-    /// Seed of the command noise and of the measurement noise. Same seed, same log. Default 0.
+    /// Seed of the command noise and of the measurement noise. The same seed gives the same log. Default 0.
     pub seed: u64,
     /// Simulated time from the start of the excitation, s. Default 300.
     pub duration_s: f64,
-    /// Step of the physics and of the samples, s. Default 0.001.
+    /// Step of the physics and interval of the samples, s. Default 0.001.
     pub step_s: f64,
-    /// Joint positions when the excitation begins. Default `identifiable`.
+    /// Joint positions at the start of the excitation. Default `identifiable`.
     pub posture: Posture,
-    /// The robot. Default the built-in one.
+    /// The robot and the names of its tool and fingers. Default the built-in robot.
     pub robot: RobotChoice,
-    /// Mass properties of the base in place of the URDF's. Default none: as the URDF says.
+    /// Mass properties of the base that replace those of the URDF. Default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub base: Option<BaseProperties>,
-    /// The body that is held.
+    /// The payload.
     pub payload: Payload,
-    /// How the payload is held.
+    /// The grasp.
     pub gripper: Gripper,
-    /// How the joints are driven.
+    /// Motion of the joints.
     pub excitation: Excitation,
     /// Noise of the sensors. Default none.
     pub noise: Noise,
-    /// What a run must keep to.
+    /// Bounds whose violation aborts a run.
     pub bounds: Bounds,
 }
 
@@ -76,23 +76,23 @@ impl Default for Experiment {
     }
 }
 
-/// Joint positions of the arm: by name, or one angle in rad (m for a prismatic joint) for each joint.
+/// Joint positions of the arm, by name or as numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Posture {
-    /// One of [`NamedPosture`].
+    /// A posture with a name.
     Named(NamedPosture),
-    /// In the order of the URDF, without the fingers.
+    /// Position of each joint of the arm in the order of the URDF, without the fingers, rad (m for a prismatic joint).
     Joints(Vec<f64>),
 }
 
-/// The postures that have a name; both are for six joints.
+/// Postures with a name, both for an arm of six joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NamedPosture {
-    /// `[0, -1.2, 1.6, -0.4, π/2, 0]`: the axes of joints 3, 5 and 6 span space.
+    /// `[0, -1.2, 1.6, -0.4, π/2, 0]` rad. The axes of joints 3, 5 and 6 are linearly independent.
     Identifiable,
-    /// Zeros, as in the paper's Table 1: joints 3 and 6 are parallel and Ixx cannot be identified.
+    /// Zeros, as in the paper's Table 1. The axes of joints 3 and 6 are parallel, and Ixx cannot be identified.
     Table1,
 }
 
@@ -103,7 +103,7 @@ impl Default for Posture {
 }
 
 impl Posture {
-    /// The joint positions, rad.
+    /// Returns the joint positions, rad (m for a prismatic joint).
     #[must_use]
     pub fn positions(&self) -> Vec<f64> {
         match self {
@@ -116,17 +116,17 @@ impl Posture {
     }
 }
 
-/// The robot and the names of what the experiment needs of it.
+/// The robot and the names of the tool link and the finger joints.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RobotChoice {
-    /// A URDF file, relative to the experiment's file. Default none: the built-in robot.
+    /// Path of a URDF file, relative to the experiment's file. Default none: the built-in robot.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub urdf: Option<PathBuf>,
-    /// The link in whose frame the payload is described. Default `tool0`.
+    /// Link in whose frame the payload is described. Default `tool0`.
     pub tool: String,
-    /// The two prismatic joints that close the gripper at growing position. The collision boxes of the links
-    /// they carry are the pads. Default `finger_left_joint`, `finger_right_joint`.
+    /// The two prismatic joints whose increasing positions close the gripper. The collision boxes of the links that they
+    /// move are the pads. Default `finger_left_joint`, `finger_right_joint`.
     pub fingers: [String; 2],
 }
 
@@ -140,20 +140,32 @@ impl Default for RobotChoice {
     }
 }
 
-/// Mass properties of the base, in the frame of the URDF's root link.
+/// Mass properties of the base, expressed in the frame of the URDF's root link.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BaseProperties {
     /// Mass, kg.
     pub mass_kg: f64,
-    /// Centre of mass, m. Default the origin.
+    /// Centre of mass, m. Default the frame's origin.
     #[serde(default)]
     pub center_of_mass_m: [f64; 3],
     /// Inertia about the centre of mass, `[xx, xy, xz, yy, yz, zz]`, kg m².
     pub inertia_kg_m2: [f64; 6],
 }
 
-/// The body that is held, in the tool frame when the excitation begins.
+impl BaseProperties {
+    /// Returns the mass properties as one value, in the frame of the URDF's root link.
+    #[must_use]
+    pub fn mass_properties(&self) -> MassProperties {
+        MassProperties {
+            mass_kg: self.mass_kg,
+            center_of_mass: Vector3::from(self.center_of_mass_m),
+            inertia: symmetric_matrix(self.inertia_kg_m2),
+        }
+    }
+}
+
+/// The payload, expressed in the tool frame at the start of the excitation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Payload {
@@ -164,7 +176,7 @@ pub struct Payload {
     /// Inertia about the centre of mass, `[xx, xy, xz, yy, yz, zz]` along the axes of the tool, kg m².
     /// Default `[10, 0, 0, 20, 0, 10]`.
     pub inertia_kg_m2: [f64; 6],
-    /// What the fingers hold it by.
+    /// The part of the payload between the fingers.
     pub handle: Handle,
 }
 
@@ -180,7 +192,7 @@ impl Default for Payload {
 }
 
 impl Payload {
-    /// As one value, in the tool frame.
+    /// Returns the mass properties as one value, expressed in the tool frame.
     #[must_use]
     pub fn mass_properties(&self) -> MassProperties {
         MassProperties {
@@ -191,13 +203,13 @@ impl Payload {
     }
 }
 
-/// A box along the axes of the tool, between the pads.
+/// A box between the pads, along the axes of the tool frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Handle {
-    /// Its middle in the tool frame, m. Default `[0.22, 0, 0.075]`.
+    /// Centre in the tool frame, m. Default `[0.22, 0, 0.075]`.
     pub center_m: [f64; 3],
-    /// Its full size, m. Default `[0.16, 0.04, 0.16]`.
+    /// Lengths of the sides, m. Default `[0.16, 0.04, 0.16]`.
     pub size_m: [f64; 3],
 }
 
@@ -210,15 +222,15 @@ impl Default for Handle {
     }
 }
 
-/// The grasp. The fingers close slowly until they press hard enough and are then locked.
+/// The grasp. The fingers close slowly until they press with the given force and are then locked.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Gripper {
-    /// Force of each finger at which it is locked, N. Default 1500.
+    /// Force of each finger on the handle at which the fingers are locked, N. Default 1500.
     pub grip_force_n: f64,
     /// Coefficient of friction between pad and handle. Default 0.8.
     pub friction: f64,
-    /// Speed of each finger, m/s. Default 0.0005; a fast finger throws the payload.
+    /// Speed of each finger while closing, m/s. Default 0.0005. A fast finger throws the payload.
     pub closing_speed_m_s: f64,
 }
 
@@ -232,16 +244,16 @@ impl Default for Gripper {
     }
 }
 
-/// How the joints are driven: each from rest with the acceleration `amplitude · cos(2π · frequency · t)`.
+/// Motion of the joints: each starts at rest and is driven with the acceleration `amplitude · cos(2π · frequency · t)`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Excitation {
-    /// Whether one joint after another is driven or all at once. Default `sequence`.
+    /// Order in which the joints are driven. Default `sequence`.
     pub mode: ExcitationMode,
-    /// Standard deviation of the white noise on each commanded acceleration, as a fraction of its amplitude;
-    /// a new value every step. Default 0.01.
+    /// Standard deviation of the white noise on each commanded acceleration, as a fraction of its amplitude, with a new
+    /// value in every step. Default 0.01.
     pub command_noise: f64,
-    /// The joints that are driven, in this order. Default joints 3, 5 and 6. The others are held still.
+    /// The joints that are driven, in this order. Default joints 3, 5 and 6. All other joints are held still.
     pub joints: Vec<JointExcitation>,
 }
 
@@ -260,22 +272,22 @@ impl Default for Excitation {
     }
 }
 
-/// In which order the joints move.
+/// Order in which the joints are driven.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ExcitationMode {
-    /// One after another, each for an equal part of the duration.
+    /// One after another, each for an equal fraction of the duration.
     #[default]
     Sequence,
-    /// All at once, for the whole duration.
+    /// All at once for the whole duration.
     Together,
 }
 
-/// How one joint is driven.
+/// Motion of one joint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JointExcitation {
-    /// The joint, as the URDF calls it.
+    /// Name of the joint in the URDF.
     pub name: String,
     /// Amplitude of the acceleration, rad/s² (m/s² for a prismatic joint). Default 1.
     #[serde(default = "default_amplitude")]
@@ -293,19 +305,19 @@ fn default_frequency() -> f64 {
     0.2
 }
 
-/// What every run must keep to; a run that does not is given up with the reason.
+/// Bounds whose violation aborts a run with [`SimError::Bound`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Bounds {
-    /// Change of the system's linear momentum and of its angular momentum about its initial centre of mass, each
-    /// as a fraction of the largest of any single body. Default 0.001.
+    /// Change of the system's linear momentum and of its angular momentum about the world's origin, each as a fraction of
+    /// the largest momentum of any single body. Default 0.001.
     pub momentum_drift: f64,
-    /// How far the payload may move in the grasp, m. Default 0.0005.
+    /// Displacement of the payload in the tool frame, m. Default 0.0005.
     pub grasp_drift_m: f64,
-    /// How far the payload may turn in the grasp, rad. Default 0.001.
+    /// Rotation of the payload in the tool frame, rad. Default 0.001.
     pub grasp_drift_rad: f64,
-    /// Contact force and moment against the payload's own motion by Newton and Euler, as a fraction of the
-    /// largest wrench so far. Default 0.001.
+    /// Residuals of the payload's Newton and Euler equations under the contact forces, as fractions of the largest
+    /// contact force and moment. Default 0.001.
     pub newton_euler_residual: f64,
 }
 
@@ -321,16 +333,16 @@ impl Default for Bounds {
 }
 
 impl Experiment {
-    /// The paper's: joints 3, 5 and 6 for 100 s each at 0.2 Hz, a payload of 100 kg.
+    /// Returns the paper's experiment: joints 3, 5 and 6 for 100 s each at 0.2 Hz, with a payload of 100 kg.
     #[must_use]
     pub fn paper() -> Self {
         Self::default()
     }
 
-    /// Reads and checks an experiment; what it does not say is as in the paper's.
+    /// Reads and checks an experiment. Missing fields are as in the paper's experiment.
     ///
     /// # Errors
-    /// [`SimError::Syntax`] or [`SimError::Value`], with the line.
+    /// Returns [`SimError::Syntax`] or [`SimError::Value`] with the line.
     pub fn from_toml(text: &str) -> Result<Self, SimError> {
         let experiment: Self = toml::from_str(text)
             .map_err(|e| SimError::Syntax(e.to_string().trim_end().to_owned()))?;
@@ -340,10 +352,10 @@ impl Experiment {
         Ok(experiment)
     }
 
-    /// As [`Self::from_toml`], from a file. A relative path of a URDF is taken from the file's folder.
+    /// Reads and checks an experiment file. A relative path of a URDF refers to the file's folder.
     ///
     /// # Errors
-    /// As [`Self::from_toml`], or [`SimError::File`].
+    /// Returns [`SimError::File`] if the file cannot be read, and the errors of [`Self::from_toml`].
     pub fn from_file(path: &Path) -> Result<Self, SimError> {
         let mut experiment = Self::from_toml(&read(path)?)?;
         if let (Some(urdf), Some(folder)) = (&mut experiment.robot.urdf, path.parent()) {
@@ -352,33 +364,33 @@ impl Experiment {
         Ok(experiment)
     }
 
-    /// As a file: every field that has a value.
+    /// Returns the experiment as TOML, with every field that has a value.
     ///
     /// # Errors
-    /// [`SimError::Syntax`], where a value cannot be written in TOML.
+    /// Returns [`SimError::Syntax`] if a value cannot be written as TOML.
     pub fn to_toml(&self) -> Result<String, SimError> {
         toml::to_string(self).map_err(|e| SimError::Syntax(e.to_string()))
     }
 
-    /// Drives every joint at this frequency, Hz.
+    /// Sets the frequency of every driven joint, Hz.
     pub fn set_frequency(&mut self, frequency_hz: f64) {
         for joint in &mut self.excitation.joints {
             joint.frequency_hz = frequency_hz;
         }
     }
 
-    /// Whether an experiment can have these values.
+    /// Checks that every field has an allowed value.
     ///
     /// # Errors
-    /// [`SimError::Value`] for the first that it cannot.
+    /// Returns [`SimError::Value`] for the first field that does not.
     pub fn check(&self) -> Result<(), SimError> {
         check::experiment(self)
     }
 
-    /// The text of the robot's URDF.
+    /// Returns the text of the robot's URDF.
     ///
     /// # Errors
-    /// [`SimError::File`].
+    /// Returns [`SimError::File`] if the URDF file cannot be read.
     pub fn urdf(&self) -> Result<String, SimError> {
         match &self.robot.urdf {
             Some(path) => read(path),

@@ -1,21 +1,25 @@
-//! The grasp: both fingers close slowly until they press as hard as they should, then lock.
+//! The grasp: both fingers close slowly until they press with the requested force and are then locked.
 
 use crate::contact::ContactPoint;
 use crate::experiment::Gripper;
 use crate::scene::{Scene, State};
 use crate::{SimError, error::ADVICE_GRASP};
 
-/// Time constant of the filter on the grip force, s: the first touch is a spike that holds nothing.
+/// Time constant of the low-pass filter of the grip force, s. It suppresses the spike of the first contact.
 const FORCE_FILTER_S: f64 = 0.05;
-/// How near the force must be, as a fraction, and for how long, s, before the fingers lock.
+/// Relative error of the grip force below which the fingers may be locked.
 const FORCE_TOLERANCE: f64 = 0.02;
+/// Time for which the grip force must stay within its tolerance before the fingers are locked, s.
 const FORCE_HOLDS_S: f64 = 0.2;
-/// How long the locked grasp may ring before the payload is taken as held, s.
+/// Time for which the locked grasp settles before the excitation starts, s.
 const SETTLING_S: f64 = 0.5;
-/// The time for all this, as a distance at closing speed, m.
+/// Distance that the fingers may travel at closing speed before the grasp counts as failed, m. It limits the time.
 const SEARCH_M: f64 = 2e-3;
 
-/// Closes the gripper and returns the force with which each finger presses, N.
+/// Closes the gripper and returns the force of each finger on the payload, N.
+///
+/// # Errors
+/// Returns [`SimError::Grasp`] if the force is not reached, or is lost when the fingers are locked.
 pub(crate) fn grasp(scene: &mut Scene, settings: &Gripper, dt: f64) -> Result<f64, SimError> {
     let mut grasp = Grasp {
         state: State::new(scene.robot().bodies.len()),
@@ -24,45 +28,49 @@ pub(crate) fn grasp(scene: &mut Scene, settings: &Gripper, dt: f64) -> Result<f6
         filtered: 0.0,
         dt,
     };
-    // Held from the first touch on, the payload stays where it was put while the pads press on it.
+    // Anchored before the first contact, the payload stays in place while the pads close.
     scene.anchor_grasp();
-    let wanted = settings.grip_force_n;
+    let requested_n = settings.grip_force_n;
     let search_s = SEARCH_M / settings.closing_speed_m_s;
     let mut holds_s = 0.0;
     for _ in 0..steps(search_s, dt) {
-        let missing = 1.0 - grasp.filtered / wanted;
+        let missing = 1.0 - grasp.filtered / requested_n;
         holds_s = if missing.abs() < FORCE_TOLERANCE {
             holds_s + dt
         } else {
             0.0
         };
         if holds_s > FORCE_HOLDS_S {
-            return grasp.settle(scene, wanted);
+            return grasp.settle(scene, requested_n);
         }
-        // Slower towards the end: filter and contacts lag behind.
+        // The fingers slow down near the requested force, because filter and contacts lag.
         scene.move_fingers(settings.closing_speed_m_s * (4.0 * missing).clamp(-1.0, 1.0));
         grasp.step(scene);
     }
     Err(SimError::Grasp(format!(
-        "after {search_s:.1} s each finger presses with {:.1} N in place of {wanted} N; check that payload.handle stands between the pads",
+        "after {search_s:.1} s each finger presses with {:.1} N in place of {requested_n} N; check that payload.handle is between the pads",
         grasp.filtered
     )))
 }
 
+/// Returns the number of steps of a duration.
 fn steps(duration_s: f64, dt: f64) -> usize {
     (duration_s / dt).ceil() as usize
 }
 
+/// State of the closing gripper.
 struct Grasp {
     state: State,
     contacts: [Vec<ContactPoint>; 2],
+    /// Commanded velocities of the arm: zero.
     still: Vec<f64>,
-    /// Mean of both fingers, N.
+    /// Filtered mean of both fingers' normal forces, N.
     filtered: f64,
     dt: f64,
 }
 
 impl Grasp {
+    /// Simulates one step and updates the filtered force.
     fn step(&mut self, scene: &mut Scene) {
         scene.read(&mut self.state);
         scene.drive(&self.still);
@@ -72,17 +80,18 @@ impl Grasp {
         self.filtered += (0.5 * pressure - self.filtered) * (self.dt / FORCE_FILTER_S).min(1.0);
     }
 
-    fn settle(mut self, scene: &mut Scene, wanted: f64) -> Result<f64, SimError> {
+    /// Locks the fingers, waits, and returns the remaining force of each finger, N.
+    fn settle(mut self, scene: &mut Scene, requested_n: f64) -> Result<f64, SimError> {
         scene.move_fingers(0.0);
         for _ in 0..steps(SETTLING_S, self.dt) {
             self.step(scene);
         }
-        // Half the force may hold; less is no grasp. Written so that NaN is none either.
-        if self.filtered > 0.5 * wanted {
+        // Less than half of the requested force is no grasp. The comparison also fails for NaN.
+        if self.filtered > 0.5 * requested_n {
             return Ok(self.filtered);
         }
         Err(SimError::Grasp(format!(
-            "locked, each finger presses with {:.1} N in place of {wanted} N; {ADVICE_GRASP}",
+            "locked, each finger presses with {:.1} N in place of {requested_n} N; {ADVICE_GRASP}",
             self.filtered
         )))
     }

@@ -1,6 +1,6 @@
-//! Section 4 of Hou et al. 2016 (doi 10.3873/j.issn.1000-1328.2016.10.009) on Rapier: a free-floating spacecraft with
-//! a six-joint arm holds an unknown payload between two fingers by friction alone, drives its joints, and records what
-//! its sensors say.
+//! Simulation of the experiment in section 4 of Hou et al. 2016 (doi 10.3873/j.issn.1000-1328.2016.10.009) with the
+//! physics engine Rapier: a free-floating spacecraft with a six-joint arm holds a payload between two fingers by friction,
+//! drives its joints and records its sensors.
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -20,20 +20,22 @@
 //! # Ok::<(), tactid_sim::SimError>(())
 //! ```
 //!
-//! [`Experiment`] is what is run, as a struct or as a TOML file; [`run`] writes a log; [`Simulation`] is the same step
-//! by step, for tests and controllers.
+//! [`Experiment`] describes a run, as a struct or as a TOML file. [`run()`] simulates it and writes a log. [`Simulation`]
+//! simulates it step by step without a log, for tests and controllers.
 //!
 //! # Conventions
 //!
-//! SI units. The world is inertial, without gravity; the base's centre of mass begins at its origin. The payload is
-//! described in the frame of the tool link, `tool0` (frame 6 of the paper's Table 1). Wrenches act **on the payload**,
-//! in the frame of the finger's link and about its origin. What a [`Sample`]'s one time means is said there.
+//! - Units are SI.
+//! - `world` is an inertial frame without gravity. The base's centre of mass starts at its origin.
+//! - The payload is described in the frame of the tool link, `tool0` (frame 6 of the paper's Table 1).
+//! - Wrenches act **on the payload** and are expressed in the frame of the finger's link, about its origin.
+//! - [`Sample`] documents to which instant each of its quantities belongs.
 //!
-//! # How far to trust it
+//! # Validity
 //!
-//! Every run watches the momentum of the whole system, the payload's place in the grasp, and Newton's and Euler's
-//! equations for the payload under the contact forces that the fingers report ([`Checks`]); it ends with a
-//! [`SimError::Bound`] that says which one failed when the step is too long or the payload slips.
+//! Every run monitors the momentum of the whole system, the pose of the payload in the grasp, and the Newton and Euler
+//! equations of the payload under the reported contact forces ([`Checks`]). A run with a step that is too long or a
+//! payload that slips ends with [`SimError::Bound`], which names the violated bound.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
@@ -55,8 +57,8 @@ mod simulation;
 pub use checks::Checks;
 pub use error::SimError;
 pub use experiment::{
-    BaseProperties, Bounds, Deviation, Excitation, ExcitationMode, Experiment, Gripper, Handle,
-    JointExcitation, NamedPosture, Noise, PAPER_TOML, Payload, Posture, RobotChoice,
+    BaseProperties, Bounds, Excitation, ExcitationMode, Experiment, Gripper, Handle,
+    JointExcitation, NamedPosture, Noise, PAPER_TOML, Payload, Posture, RobotChoice, StdDev,
 };
 pub use robot::BUILT_IN_URDF;
 pub use run::{Progress, RunReport, run};

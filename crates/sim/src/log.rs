@@ -1,4 +1,4 @@
-//! The log: what a robot of this kind would record, and what only a simulation can know as metadata.
+//! The log of a run: the topics that such a robot would record, with ground truth and experiment as metadata.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -14,27 +14,32 @@ use tactid_logs::messages::{
 };
 use tactid_logs::{Channel, Durability, LogWriter, messages};
 
-use crate::experiment::{Deviation, Noise};
+use crate::experiment::{Noise, StdDev};
 use crate::robot::{LinkFrame, Robot};
 use crate::sample::{Contact, FingerSample, Sample};
 use crate::scene::State;
 use crate::{Experiment, SimError, Simulation};
 
-/// The stamp of the first sample, ns. ROS takes a stamp of zero for none.
+/// Time stamp of the first sample, ns. ROS interprets a stamp of zero as a missing stamp.
 const START_NS: u64 = 1_000_000_000;
+/// Rate of the contact clouds, Hz.
 const CONTACTS_HZ: f64 = 10.0;
+/// Rate of the transforms, Hz.
 const TF_HZ: f64 = 50.0;
 
-/// The frame in which everything floats, and that of the payload's centre of mass.
+/// Name of the inertial frame.
 const WORLD: &str = "world";
+/// Name of the frame at the payload's centre of mass.
 const PAYLOAD: &str = "payload";
 
-/// Names of the metadata records.
+/// Name of the metadata record with the true payload.
 const TRUTH: &str = "tactid.truth";
+/// Name of the metadata record with the experiment as TOML.
 const EXPERIMENT: &str = "tactid.experiment";
+/// Name of the metadata record with the run's report.
 const REPORT: &str = "tactid.report";
 
-/// A channel and its message, which is filled anew for each sample.
+/// A channel and its message, whose memory is used again for each sample.
 struct Topic<M> {
     channel: Channel<M>,
     message: M,
@@ -60,7 +65,7 @@ struct FingerTopics {
     contacts: Topic<PointCloud2>,
 }
 
-/// Writes the samples of one simulation.
+/// Writer of the samples of one simulation.
 pub(crate) struct Recorder {
     writer: Writer,
     joints: Topic<JointState>,
@@ -74,7 +79,7 @@ pub(crate) struct Recorder {
     tf_every: u64,
 }
 
-/// A link that a joint carries, and the link that carries it.
+/// A link that a joint moves, and its parent link.
 struct MovingFrame {
     link: LinkFrame,
     parent: LinkFrame,
@@ -121,7 +126,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Writes the sample of step `index`. `state` is where everything was.
+    /// Writes the sample of the step with number `index`; `state` is the state at its time.
     pub(crate) fn write(
         &mut self,
         index: u64,
@@ -150,7 +155,7 @@ impl Recorder {
 
         let with_contacts = index.is_multiple_of(self.contacts_every);
         if with_contacts {
-            // Rerun's checker calls two clouds of one chunk unordered; and what was felt is safe on disk.
+            // Rerun's checker reports two clouds in one chunk as unordered. Flushing also limits what a crash can lose.
             writer.flush()?;
         }
         for (topics, finger) in self.fingers.iter_mut().zip(&sample.fingers) {
@@ -177,7 +182,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Ends the log with the run's report.
+    /// Writes the run's report and finishes the log.
     pub(crate) fn finish(mut self, report: &impl Serialize) -> Result<(), SimError> {
         let json = serde_json::to_string(report).unwrap_or_default();
         self.writer.metadata(REPORT, record("json", json))?;
@@ -194,7 +199,7 @@ fn record(key: &str, value: String) -> BTreeMap<String, String> {
     BTreeMap::from([(key.to_owned(), value)])
 }
 
-/// The link that stands on a finger's body and moves with its joint.
+/// Returns the name of the link that a finger's joint moves.
 fn finger_link(robot: &Robot, body: usize) -> &str {
     let mut links = robot.links.iter();
     let link = links.find(|link| link.body == body && link.carried_by.is_some());
@@ -279,8 +284,8 @@ fn joint_state(simulation: &Simulation) -> JointState {
     }
 }
 
-/// A covariance of two vectors without correlation, of which these are the standard deviations.
-fn covariance(first: &Deviation, last: &Deviation) -> [f64; 36] {
+/// Returns the row-major 6x6 covariance of two uncorrelated vectors with the given standard deviations.
+fn covariance(first: &StdDev, last: &StdDev) -> [f64; 36] {
     let mut covariance = [0.0; 36];
     for i in 0..3 {
         covariance[7 * i] = first.of(i).powi(2);
@@ -301,7 +306,7 @@ fn odometry(base: &str, noise: &Noise) -> Odometry {
     message
 }
 
-/// The twist of an odometry message is in the child's frame.
+/// Fills an odometry message. Its twist is expressed in the child's frame.
 fn fill_odometry(message: &mut Odometry, stamp: Time, sample: &Sample) {
     let base = &sample.base;
     message.header.stamp = stamp;
@@ -314,10 +319,10 @@ fn fill_odometry(message: &mut Odometry, stamp: Time, sample: &Sample) {
 }
 
 fn imu(base: &str, noise: &Noise) -> Imu {
-    let diagonal = |deviation: &Deviation| {
+    let diagonal = |std_dev: &StdDev| {
         let mut covariance = [0.0; 9];
         for i in 0..3 {
-            covariance[4 * i] = deviation.of(i).powi(2);
+            covariance[4 * i] = std_dev.of(i).powi(2);
         }
         covariance
     };
@@ -331,7 +336,7 @@ fn imu(base: &str, noise: &Noise) -> Imu {
     message
 }
 
-/// `finger_left_link` has the topics `/finger_left/...`.
+/// Returns the topics of a finger: the link `finger_left_link` has the topics `/finger_left/...`.
 fn finger_topics(writer: &mut Writer, link: &str) -> Result<FingerTopics, SimError> {
     let name = link.strip_suffix("_link").unwrap_or(link);
     let wrench = WrenchStamped {
@@ -350,7 +355,7 @@ fn fill_wrench(message: &mut WrenchStamped, stamp: Time, finger: &FingerSample) 
     message.wrench.torque = vector(&finger.wrench.moment);
 }
 
-/// Position and force of each contact, as `f32`.
+/// Fields of a contact point in a cloud: position (m) and force (N), as `f32`.
 const CLOUD_FIELDS: [&str; 6] = ["x", "y", "z", "fx", "fy", "fz"];
 const CLOUD_POINT_BYTES: u32 = 4 * CLOUD_FIELDS.len() as u32;
 
@@ -383,7 +388,7 @@ fn fill_cloud(message: &mut PointCloud2, stamp: Time, contacts: &[Contact]) {
     message.row_step = message.data.len() as u32;
 }
 
-/// A rigid body's mass properties under the names that results have.
+/// Mass properties of a rigid body with the field names of an identification result.
 #[derive(Serialize)]
 struct Body {
     mass: f64,
@@ -406,7 +411,7 @@ impl From<&MassProperties> for Body {
     }
 }
 
-/// The payload in the tool frame, as it really sits; `nominal` as it was asked for.
+/// The payload in the tool frame at its actual pose in the grasp; `nominal` is the experiment's payload.
 #[derive(Serialize)]
 struct TruthRecord<'a> {
     frame: &'a str,

@@ -1,90 +1,113 @@
-//! The robot of a URDF as the rigid bodies that physics moves: what fixed joints hold together is one body.
+//! The robot of a URDF as the rigid bodies that the physics engine moves. Links joined by fixed joints are one body.
 
-use std::collections::HashMap;
-
-use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Unit, Vector3};
 use tactid_dynamics::{
-    BaseKind, InertialParameters, Manipulator, MassProperties, symmetric_matrix,
+    BaseKind, BodyView, JointKind, JointView, LinkView, Manipulator, MassProperties, Urdf,
 };
-use urdf_rs::{Geometry, JointType};
 
 use crate::SimError;
 use crate::experiment::BaseProperties;
 
-/// The robot that is built in: `robots/tactid.urdf`.
+/// URDF of the built-in robot, `robots/tactid.urdf`.
 pub const BUILT_IN_URDF: &str = include_str!("../robots/tactid.urdf");
 
-/// A box fixed to a body.
+/// A box that is fixed to a body.
 #[derive(Clone, Debug)]
 pub(crate) struct BoxShape {
+    /// Pose of the box's centre in the body's frame.
     pub body_from_box: Isometry3<f64>,
+    /// Half the lengths of the sides, m.
     pub half_size: Vector3<f64>,
 }
 
-/// How a body moves with respect to its parent.
+/// The joint that moves a body relative to its parent.
 #[derive(Clone, Debug)]
 pub(crate) struct MovingJoint {
     pub name: String,
     pub prismatic: bool,
-    /// In the body's frame.
+    /// Axis, expressed in the body's frame.
     pub axis: Unit<Vector3<f64>>,
+    /// Index of the parent body.
     pub parent: usize,
-    /// The body's frame at joint position zero.
+    /// Pose of the body's frame in the parent's at joint position zero.
     pub parent_from_body: Isometry3<f64>,
+    /// Lower and upper limit of the position, rad or m.
     pub limits: Option<(f64, f64)>,
 }
 
-/// A moving link and all that is fixed to it. Its frame is the link's; the base's stands at its centre of mass.
+/// A moving link with all links fixed to it. Its frame is the link's, except that the base's frame is at the base's
+/// centre of mass.
 #[derive(Clone, Debug)]
 pub(crate) struct Body {
-    /// `None` for the base.
+    /// Joint that moves the body; `None` for the base.
     pub joint: Option<MovingJoint>,
-    /// In the body's frame.
+    /// Mass properties in the body's frame.
     pub mass: MassProperties,
     pub boxes: Vec<BoxShape>,
 }
 
-/// Where a link stands on its body.
+/// A link and its pose on its body.
 #[derive(Clone, Debug)]
 pub(crate) struct LinkFrame {
     pub name: String,
+    /// Index of the body that the link is fixed to.
     pub body: usize,
     pub body_from_link: Isometry3<f64>,
-    /// The link above it, and this link seen from there, where a fixed joint holds it.
+    /// Parent link and the pose of this link in its frame, if a fixed joint connects them.
     pub fixed_to: Option<(String, Isometry3<f64>)>,
-    /// The link above it, where a moving joint carries it.
+    /// Parent link, if a moving joint connects them.
     pub carried_by: Option<String>,
 }
 
-/// The robot, its bodies ordered parents first, depth first.
+/// The robot: bodies and links in depth-first order, the base and the root link first.
 #[derive(Clone, Debug)]
 pub(crate) struct Robot {
-    /// The description that is true of these bodies.
+    /// URDF of the robot with the experiment's base.
     pub urdf: String,
     pub bodies: Vec<Body>,
     pub links: Vec<LinkFrame>,
 }
 
 impl Robot {
-    /// Reads `xml`; `base` replaces the mass properties of the root link.
+    /// Builds the robot of a URDF; `base` replaces the mass properties of the root link.
+    ///
+    /// # Errors
+    /// Returns [`SimError::Model`] for a URDF that `tactid_dynamics` refuses, and [`SimError::Robot`] for a mimic joint.
     pub(crate) fn from_urdf(xml: &str, base: Option<&BaseProperties>) -> Result<Self, SimError> {
-        let (mut urdf, mut text) = (parse(xml)?, xml.to_owned());
-        // The dynamics crate knows every way in which a URDF can be wrong.
-        let model = Manipulator::from_urdf(xml, BaseKind::Floating)?;
-        let root = model.frame_name(model.base_frame()).to_owned();
+        let mut urdf = Urdf::from_xml(xml)?;
+        let mut text = xml.to_owned();
         if let Some(base) = base {
-            replace_inertial(&mut urdf, &root, base);
-            text = urdf_rs::write_to_string(&urdf).map_err(|e| SimError::Robot(e.to_string()))?;
+            let root = urdf.root_link().to_owned();
+            urdf.set_mass_properties(&root, &base.mass_properties())?;
+            text = urdf.to_xml()?;
         }
+        if let Some(joint) = urdf.mimic_joints().next() {
+            return Err(SimError::Robot(format!(
+                "joint `{joint}` mimics another, which the simulation does not support: drive it by itself or make it fixed"
+            )));
+        }
+        let model = urdf.manipulator(BaseKind::Floating)?;
         let mut robot = Self {
             urdf: text,
-            bodies: Vec::new(),
-            links: Vec::new(),
+            bodies: bodies(&model, &urdf)?,
+            links: links(&model),
         };
-        Reader::new(&urdf).read(&root, &mut robot)?;
+        for link in model.links() {
+            for shape in urdf.collision_boxes(link.name)? {
+                robot.bodies[link.body].boxes.push(BoxShape {
+                    body_from_box: link.body_from_link * shape.link_from_box,
+                    half_size: shape.half_size,
+                });
+            }
+        }
+        move_base_to_center_of_mass(&mut robot);
         Ok(robot)
     }
 
+    /// Returns the link with a name.
+    ///
+    /// # Errors
+    /// Returns [`SimError::Robot`], which lists the existing links.
     pub(crate) fn link(&self, name: &str) -> Result<&LinkFrame, SimError> {
         self.links.iter().find(|l| l.name == name).ok_or_else(|| {
             let known: Vec<_> = self.links.iter().map(|l| l.name.as_str()).collect();
@@ -95,7 +118,7 @@ impl Robot {
         })
     }
 
-    /// The bodies that joints move, with their joints, in the order of the joint vector.
+    /// Returns the index and the joint of each body that a joint moves, in the order of the joint vector.
     pub(crate) fn joints(&self) -> impl Iterator<Item = (usize, &MovingJoint)> {
         self.bodies
             .iter()
@@ -104,191 +127,57 @@ impl Robot {
     }
 }
 
-fn parse(xml: &str) -> Result<urdf_rs::Robot, SimError> {
-    urdf_rs::read_from_string(xml).map_err(|e| SimError::Robot(format!("not a URDF: {e}")))
-}
-
-fn replace_inertial(urdf: &mut urdf_rs::Robot, root: &str, base: &BaseProperties) {
-    let inertia = base.inertia_kg_m2;
-    for link in urdf.links.iter_mut().filter(|link| link.name == root) {
-        link.inertial.mass.value = base.mass_kg;
-        link.inertial.origin = urdf_rs::Pose {
-            xyz: urdf_rs::Vec3(base.center_of_mass_m),
-            rpy: urdf_rs::Vec3([0.0; 3]),
-        };
-        let [ixx, ixy, ixz, iyy, iyz, izz] = inertia;
-        link.inertial.inertia = urdf_rs::Inertia {
-            ixx,
-            ixy,
-            ixz,
-            iyy,
-            iyz,
-            izz,
-        };
-    }
-}
-
-fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
-    let [roll, pitch, yaw] = pose.rpy.0;
-    Isometry3::from_parts(
-        Translation3::from(Vector3::from(pose.xyz.0)),
-        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
-    )
-}
-
-/// A body while its fixed links are being gathered.
-struct Gathered {
-    joint: Option<MovingJoint>,
-    inertia: InertialParameters,
-    boxes: Vec<BoxShape>,
-}
-
-struct Reader<'a> {
-    links: HashMap<&'a str, &'a urdf_rs::Link>,
-    below: HashMap<&'a str, Vec<&'a urdf_rs::Joint>>,
-    gathered: Vec<Gathered>,
-}
-
-impl<'a> Reader<'a> {
-    fn new(urdf: &'a urdf_rs::Robot) -> Self {
-        let mut below: HashMap<_, Vec<_>> = HashMap::new();
-        for joint in &urdf.joints {
-            below
-                .entry(joint.parent.link.as_str())
-                .or_default()
-                .push(joint);
-        }
-        Self {
-            links: urdf.links.iter().map(|l| (l.name.as_str(), l)).collect(),
-            below,
-            gathered: Vec::new(),
-        }
-    }
-
-    fn read(mut self, root: &'a str, robot: &mut Robot) -> Result<(), SimError> {
-        self.gathered.push(Gathered {
-            joint: None,
-            inertia: InertialParameters::zero(),
+/// Returns the bodies of a robot, without their boxes.
+fn bodies(model: &Manipulator, urdf: &Urdf) -> Result<Vec<Body>, SimError> {
+    let body = |body: BodyView<'_>| {
+        // The model refuses a moving body without mass.
+        let mass = body.parameters.mass_properties();
+        let mass = mass.ok_or_else(|| SimError::Robot("a moving body has no mass".to_owned()))?;
+        Ok(Body {
+            joint: body.joint.map(|joint| moving_joint(&joint, urdf)),
+            mass,
             boxes: Vec::new(),
-        });
-        let frame = LinkFrame {
-            name: root.to_owned(),
-            body: 0,
-            body_from_link: Isometry3::identity(),
-            fixed_to: None,
-            carried_by: None,
-        };
-        self.visit(root, frame, robot)?;
-        for body in self.gathered {
-            let mass = body.inertia.mass_properties().ok_or_else(|| {
-                SimError::Robot("a moving body without mass".to_owned()) // named by the dynamics crate before
-            })?;
-            robot.bodies.push(Body {
-                joint: body.joint,
-                mass,
-                boxes: body.boxes,
-            });
-        }
-        move_base_to_center_of_mass(robot);
-        Ok(())
-    }
-
-    /// Adds a link to its body, then all below it, depth first in the file's order.
-    fn visit(
-        &mut self,
-        name: &'a str,
-        frame: LinkFrame,
-        robot: &mut Robot,
-    ) -> Result<(), SimError> {
-        let (body, body_from_link) = (frame.body, frame.body_from_link);
-        if let Some(link) = self.links.get(name) {
-            let gathered = &mut self.gathered[body];
-            gathered.inertia = gathered.inertia + inertia(link).expressed_in(&body_from_link);
-            gathered.boxes.extend(boxes(link, &body_from_link));
-        }
-        robot.links.push(frame);
-        for joint in self.below.get(name).cloned().unwrap_or_default() {
-            let child = joint.child.link.as_str();
-            let link_from_child = isometry(&joint.origin);
-            let frame = if joint.joint_type == JointType::Fixed {
-                LinkFrame {
-                    name: child.to_owned(),
-                    body,
-                    body_from_link: body_from_link * link_from_child,
-                    fixed_to: Some((name.to_owned(), link_from_child)),
-                    carried_by: None,
-                }
-            } else {
-                let joint = moving_joint(joint, body, body_from_link * link_from_child)?;
-                self.gathered.push(Gathered {
-                    joint: Some(joint),
-                    inertia: InertialParameters::zero(),
-                    boxes: Vec::new(),
-                });
-                LinkFrame {
-                    name: child.to_owned(),
-                    body: self.gathered.len() - 1,
-                    body_from_link: Isometry3::identity(),
-                    fixed_to: None,
-                    carried_by: Some(name.to_owned()),
-                }
-            };
-            self.visit(child, frame, robot)?;
-        }
-        Ok(())
-    }
-}
-
-fn moving_joint(
-    joint: &urdf_rs::Joint,
-    parent: usize,
-    parent_from_body: Isometry3<f64>,
-) -> Result<MovingJoint, SimError> {
-    if joint.mimic.is_some() {
-        return Err(SimError::Robot(format!(
-            "joint `{}` mimics another, which the simulation does not do: drive it by itself or make it fixed",
-            joint.name
-        )));
-    }
-    let axis = Unit::try_new(Vector3::from(joint.axis.xyz.0), 1e-9).ok_or_else(|| {
-        SimError::Robot(format!("joint `{}` has an axis of length 0", joint.name))
-    })?;
-    let limited =
-        joint.joint_type != JointType::Continuous && joint.limit.lower < joint.limit.upper;
-    Ok(MovingJoint {
-        name: joint.name.clone(),
-        prismatic: joint.joint_type == JointType::Prismatic,
-        axis,
-        parent,
-        parent_from_body,
-        limits: limited.then_some((joint.limit.lower, joint.limit.upper)),
-    })
-}
-
-fn inertia(link: &urdf_rs::Link) -> InertialParameters {
-    let i = &link.inertial.inertia;
-    let about_com = MassProperties {
-        mass_kg: link.inertial.mass.value,
-        center_of_mass: Vector3::zeros(),
-        inertia: symmetric_matrix([i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz]),
-    };
-    InertialParameters::from(about_com).expressed_in(&isometry(&link.inertial.origin))
-}
-
-fn boxes(link: &urdf_rs::Link, body_from_link: &Isometry3<f64>) -> Vec<BoxShape> {
-    link.collision
-        .iter()
-        .filter_map(|collision| match &collision.geometry {
-            Geometry::Box { size } => Some(BoxShape {
-                body_from_box: body_from_link * isometry(&collision.origin),
-                half_size: Vector3::from(size.0) * 0.5,
-            }),
-            _ => None,
         })
-        .collect()
+    };
+    model.bodies().map(body).collect()
 }
 
-/// Rapier integrates the root of a multibody wrongly unless its frame stands at its centre of mass.
+fn moving_joint(joint: &JointView<'_>, urdf: &Urdf) -> MovingJoint {
+    MovingJoint {
+        name: joint.name.to_owned(),
+        prismatic: joint.kind == JointKind::Prismatic,
+        axis: joint.axis,
+        parent: joint.parent,
+        parent_from_body: joint.parent_from_body,
+        limits: urdf.joint_limits(joint.name),
+    }
+}
+
+/// Returns the links of a robot, each with its relation to its parent link.
+fn links(model: &Manipulator) -> Vec<LinkFrame> {
+    let views: Vec<LinkView<'_>> = model.links().collect();
+    let frame = |link: &LinkView<'_>| {
+        let parent = link.parent.map(|parent| &views[parent]);
+        let (fixed, moving) = match parent {
+            Some(parent) if parent.body == link.body => (Some(parent), None),
+            other => (None, other),
+        };
+        LinkFrame {
+            name: link.name.to_owned(),
+            body: link.body,
+            body_from_link: link.body_from_link,
+            fixed_to: fixed.map(|parent| {
+                let parent_from_link = parent.body_from_link.inv_mul(&link.body_from_link);
+                (parent.name.to_owned(), parent_from_link)
+            }),
+            carried_by: moving.map(|parent| parent.name.to_owned()),
+        }
+    };
+    views.iter().map(frame).collect()
+}
+
+/// Moves the base's frame to the base's centre of mass, because Rapier integrates the root of a multibody wrongly
+/// elsewhere.
 fn move_base_to_center_of_mass(robot: &mut Robot) {
     let shift = -robot.bodies[0].mass.center_of_mass;
     let new_from_old = Isometry3::translation(shift.x, shift.y, shift.z);

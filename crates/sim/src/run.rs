@@ -1,4 +1,4 @@
-//! A whole run, with its log.
+//! Simulation of a whole experiment with its log.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -9,42 +9,43 @@ use serde::{Deserialize, Serialize};
 use crate::log::Recorder;
 use crate::{Checks, Experiment, SimError, Simulation};
 
-/// How far a run has come.
+/// Progress of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
     /// Simulated time since the start of the excitation, s.
     pub time_s: f64,
-    /// The simulated time at which the run ends, s.
+    /// Simulated time at which the run ends, s.
     pub duration_s: f64,
-    /// Steps taken.
+    /// Number of steps taken.
     pub steps: u64,
-    /// Steps in all.
+    /// Number of steps of the whole run.
     pub total_steps: u64,
 }
 
-/// What came of a run.
+/// Summary of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunReport {
-    /// How well it kept to physics.
+    /// Largest violations of conservation laws and of the grasp.
     #[serde(flatten)]
     pub checks: Checks,
-    /// The force with which each finger pressed when the excitation began, N.
+    /// Force of each finger on the payload when the excitation began, N.
     pub grip_force_n: f64,
-    /// Samples in the log.
+    /// Number of samples in the log.
     pub steps: u64,
     /// Simulated time in the log, s.
     pub simulated_time_s: f64,
-    /// Whether the observer stopped it.
+    /// Whether the observer stopped the run.
     pub interrupted: bool,
-    /// Time it took, grasp and log included, s. Not in the log, which depends on the experiment alone.
+    /// Wall-clock time of the run including grasp and log, s. It is not logged, because the log depends on the experiment
+    /// only.
     #[serde(default)]
     pub wall_time_s: f64,
-    /// Steps in a second of that time.
+    /// Steps per second of wall-clock time.
     #[serde(default)]
     pub steps_per_second: f64,
 }
 
-/// The report as the log has it.
+/// Report as it is written to the log.
 #[derive(Serialize)]
 struct LoggedReport<'a> {
     #[serde(flatten)]
@@ -53,7 +54,7 @@ struct LoggedReport<'a> {
     steps: u64,
     simulated_time_s: f64,
     interrupted: bool,
-    /// Why the run was given up.
+    /// Reason why the run was aborted.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<&'a str>,
 }
@@ -63,9 +64,9 @@ const OBSERVE_EVERY_S: f64 = 0.02;
 
 /// Runs an experiment and writes its log.
 ///
-/// `observer` is told of the progress every 20 ms of simulated time and can stop the run: the log is then complete up
-/// to there, and the report says `interrupted`. A log that is there already is replaced. The same experiment gives
-/// the same log, byte for byte.
+/// The function calls `observer` every 20 ms of simulated time. The observer can stop the run: the log is then complete
+/// up to that time, and the report has `interrupted` set. An existing file is replaced. The same experiment gives the
+/// same log, byte for byte.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -82,8 +83,8 @@ const OBSERVE_EVERY_S: f64 = 0.02;
 /// ```
 ///
 /// # Errors
-/// What is wrong with the experiment; why the run was given up, the log being complete up to there; or why the log
-/// cannot be written.
+/// Returns the errors of [`Simulation::new`] and [`Simulation::step`], and [`SimError::Log`] if the log cannot be written.
+/// If a step fails, the log is complete up to that step.
 pub fn run(
     experiment: &Experiment,
     log_path: &Path,
@@ -109,7 +110,7 @@ pub fn run(
         }
     }
     if !interrupted {
-        // The run is complete; there is nothing left to stop.
+        // The run is complete, so that a request to stop has no effect.
         let _ = observer(&progress(&simulation));
     }
     recorder.finish(&logged(&simulation, interrupted, None))?;

@@ -1,14 +1,14 @@
-//! What the robot measures, at one time.
+//! Measurements of the robot at one instant.
 
 use nalgebra::{Isometry3, Vector3};
 use tactid_dynamics::Wrench;
 
-/// One sample of every sensor, with a single stamp.
+/// One sample of every sensor with a single time stamp.
 ///
-/// The physics steps by `v' = v + dt · a(x)`, `x' = x + dt · v'`, so a velocity belongs to the middle between two
-/// positions. A sample holds the positions `x` of its time, the mean of the velocities before and after, and the
-/// forces that took one to the other. So the payload's mass times the difference of the velocities of two samples is
-/// exactly the mean of their forces times the step.
+/// The physics engine integrates `v' = v + dt · a(x)`, `x' = x + dt · v'`, so that a velocity belongs to the middle
+/// between two positions. A sample holds the positions `x` at its time, the mean of the velocities before and after, and
+/// the forces that changed the former into the latter. Hence the payload's mass times the difference of the velocities
+/// of two consecutive samples equals the mean of their forces times the step.
 #[derive(Clone, Debug)]
 pub struct Sample {
     /// Time since the start of the excitation, s.
@@ -17,74 +17,75 @@ pub struct Sample {
     ///
     /// [`Simulation::joint_names`]: crate::Simulation::joint_names
     pub joint_position: Vec<f64>,
-    /// Their velocities, rad/s or m/s.
+    /// Velocities of these joints, rad/s or m/s.
     pub joint_velocity: Vec<f64>,
-    /// Torques of the drives about the joints' axes, N m; forces for prismatic joints, N.
+    /// Torques of the drives about the joints' axes on the links they move, N m (forces of prismatic joints, N).
     pub joint_torque: Vec<f64>,
-    /// The base.
+    /// Motion of the base.
     pub base: BaseSample,
-    /// The base's IMU.
+    /// Measurement of the base's IMU.
     pub imu: ImuSample,
-    /// Both fingers, in the order of the experiment.
+    /// Measurements of both fingers, in the order of the experiment.
     pub fingers: [FingerSample; 2],
-    /// What no robot can measure, for tests and reports.
+    /// Ground truth, which a robot cannot measure, for tests and reports.
     pub truth: Truth,
 }
 
-/// Pose and twist of the frame of the base link, in world.
+/// Pose and twist of the base link's frame, expressed in the world frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BaseSample {
-    /// `world_from_base`.
+    /// Pose `world_from_base`.
     pub pose: Isometry3<f64>,
-    /// Of the frame's origin, in world, m/s.
+    /// Velocity of the frame's origin, m/s.
     pub velocity: Vector3<f64>,
-    /// In world, rad/s.
+    /// Angular velocity, rad/s.
     pub angular_velocity: Vector3<f64>,
 }
 
-/// An inertial measurement unit in the frame of the base link, at its origin.
+/// Measurement of an inertial measurement unit at the origin of the base link's frame, expressed in that frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuSample {
-    /// In the base's frame, rad/s.
+    /// Angular velocity, rad/s.
     pub angular_velocity: Vector3<f64>,
-    /// Specific force in the base's frame, m/s²; without gravity, the acceleration.
+    /// Specific force, m/s². Without gravity it is the acceleration.
     pub acceleration: Vector3<f64>,
 }
 
-/// What a finger's tactile pad gives, in the frame of the finger's link.
+/// Measurement of a finger's tactile pad, expressed in the frame of the finger's link.
 #[derive(Clone, Debug)]
 pub struct FingerSample {
-    /// `world_from_finger`, for tests and reports.
+    /// Pose `world_from_finger`, for tests and reports.
     pub pose: Isometry3<f64>,
-    /// On the payload, about the frame's origin, N and N m.
+    /// Wrench on the payload about the frame's origin, N and N m.
     pub wrench: Wrench,
-    /// Where it touches.
+    /// Contact points between pad and payload.
     pub contacts: Vec<Contact>,
 }
 
-/// One point of contact, in the frame of the finger's link.
+/// A contact point, expressed in the frame of the finger's link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// m.
+    /// Position, m.
     pub position: Vector3<f64>,
-    /// On the payload, N.
+    /// Force on the payload, N.
     pub force: Vector3<f64>,
 }
 
-/// The state of tool and payload, in world.
+/// Ground truth of the motion of tool and payload, expressed in the world frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth {
-    /// `world_from_tool`.
+    /// Pose `world_from_tool`.
     pub tool: Isometry3<f64>,
-    /// `world_from_payload`: at the payload's centre of mass.
+    /// Pose `world_from_payload`; the payload's frame is at its centre of mass.
     pub payload: Isometry3<f64>,
-    /// Of the payload's centre of mass, m/s.
+    /// Velocity of the payload's centre of mass, m/s.
     pub payload_velocity: Vector3<f64>,
-    /// rad/s.
+    /// Angular velocity of the payload, rad/s.
     pub payload_angular_velocity: Vector3<f64>,
 }
 
 impl Sample {
+    /// Returns a sample of zeros for a robot with so many moving joints.
     pub(crate) fn new(joints: usize) -> Self {
         let finger = || FingerSample {
             pose: Isometry3::identity(),

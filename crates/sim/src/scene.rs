@@ -1,6 +1,6 @@
-//! The bodies in Rapier: one multibody for spacecraft, arm and gripper, and the payload as a free body between the pads.
+//! The scene in Rapier: one multibody for spacecraft, arm and gripper, and the payload as a free body between the pads.
 //!
-//! One call of [`Scene::step`] is `v' = v + dt · a(x)`, `x' = x + dt · v'`.
+//! One call of [`Scene::step`] computes `v' = v + dt · a(x)`, `x' = x + dt · v'`.
 
 mod build;
 mod state;
@@ -19,8 +19,8 @@ use crate::robot::Robot;
 
 pub(crate) use state::{BodyState, State};
 
-/// Damping of the joint servos, N m s/rad: the drive's torque is `DRIVE_DAMPING · (commanded - actual velocity)`,
-/// taken at the end of the step. So stiff, it follows within 1e-4 rad/s.
+/// Damping of the joint servos, N m s/rad. The drive's torque is `DRIVE_DAMPING · (commanded - actual velocity)`, with the
+/// velocities at the end of the step. At this stiffness the joint follows within 1e-4 rad/s.
 const DRIVE_DAMPING: f64 = 1e6;
 
 /// A body of the robot in Rapier.
@@ -28,18 +28,18 @@ struct Link {
     handle: RigidBodyHandle,
     /// Index in the multibody.
     id: usize,
-    /// First generalized velocity.
+    /// Index of its first generalized velocity.
     dof: usize,
 }
 
 /// The collision boxes of one finger.
 struct Pad {
-    /// Index into `links`.
+    /// Index in `links`.
     link: usize,
     colliders: Vec<ColliderHandle>,
 }
 
-/// Everything that moves, and the solver that moves it.
+/// All moving bodies and the solver that moves them.
 pub(crate) struct Scene {
     robot: Robot,
     pipeline: PhysicsPipeline,
@@ -59,24 +59,24 @@ pub(crate) struct Scene {
     payload: RigidBodyHandle,
     handle: ColliderHandle,
     anchors: SlipAnchors,
-    /// Links of the driven joints, in the order of the command.
+    /// Indices in `links` of the driven joints, in the order of the command.
     drives: Vec<usize>,
 }
 
-/// The settings of the solver that hold a payload still between rigid pads; `dt` is the only one that is free.
+/// Returns the settings of the solver with which rigid pads hold a payload still, for a step of `dt` s.
 fn integration_parameters(dt: f64) -> IntegrationParameters {
     IntegrationParameters {
         dt,
-        // A single substep: so the impulses that Rapier reports are those of the whole step, and a drive's torque
+        // With a single substep the impulses that Rapier reports are those of the whole step, and a drive's torque
         // follows from the velocity at its end.
         num_solver_iterations: 1,
-        // Two to ten and six to thirty of these identify the payload alike, within 0.01 %.
+        // Any number from 2 to 10, and of the next from 6 to 30, gives the same identification result within 0.01 %.
         num_internal_pgs_iterations: 4,
         num_internal_stabilization_iterations: 10,
         max_ccd_substeps: 0,
-        // Recycled contacts keep lever arms of old poses, and the payload is lost.
+        // Recycled contacts keep the lever arms of old poses, with which the payload is lost.
         contact_recycling: false,
-        // The default lets a finger sink in by centimetres.
+        // With the default a finger penetrates the handle by centimetres.
         contact_softness: SpringCoefficients::new(100.0, 1.0),
         warmstart_coefficient: 1.0,
         ..IntegrationParameters::default()
@@ -88,7 +88,7 @@ impl Scene {
         self.multibody_joints.get_multibody(self.multibody)
     }
 
-    /// Commands the velocity that each drive is to have at the end of the next step, rad/s.
+    /// Commands the velocity of each drive at the end of the next step, rad/s or m/s.
     pub(crate) fn drive(&mut self, velocities: &[f64]) {
         for link in &self.links {
             if let Some(body) = self.bodies.get_mut(link.handle) {
@@ -102,7 +102,7 @@ impl Scene {
             };
             let (child, parent) = (self.links[link].handle, self.links[joint.parent].handle);
             let pose = *self.bodies[child].position();
-            // Between the link and its parent; the multibody's own damping is the other half of the servo.
+            // The effort acts between link and parent. The multibody's own damping is the other half of the servo.
             let effort = pose.rotation * glam_vector(&joint.axis) * (DRIVE_DAMPING * velocity);
             for (body, effort) in [(child, effort), (parent, -effort)] {
                 if joint.prismatic {
@@ -114,14 +114,14 @@ impl Scene {
         }
     }
 
-    /// The efforts that the drives had in the step that ended in `state`, N m (N for a prismatic joint).
+    /// Computes the efforts of the drives in the step that ended in `state`, N m (N for a prismatic joint).
     pub(crate) fn drive_efforts(&self, commanded: &[f64], state: &State, efforts: &mut [f64]) {
         for ((&link, velocity), effort) in self.drives.iter().zip(commanded).zip(efforts) {
             *effort = DRIVE_DAMPING * (velocity - state.joint_velocity[link - 1]);
         }
     }
 
-    /// Moves both fingers at this speed, m/s, closing at positive values; zero locks them.
+    /// Moves both fingers at a speed, m/s. Positive values close the gripper, zero locks it.
     pub(crate) fn move_fingers(&mut self, speed: f64) {
         let dofs = [0, 1].map(|finger| self.links[self.pads[finger].link].dof);
         if let Some(multibody) = self.multibody_joints.get_multibody_mut(self.multibody) {
@@ -131,7 +131,7 @@ impl Scene {
         }
     }
 
-    /// One step of the physics.
+    /// Simulates one step.
     pub(crate) fn step(&mut self) {
         self.pipeline.step(
             Vector::ZERO,
@@ -151,8 +151,8 @@ impl Scene {
         self.anchors.follow_slides(&self.bodies);
     }
 
-    /// The contacts of the last step, finger by finger, with the force on the payload. `payload_before` is the
-    /// payload's state when the step began: the lever arms start there.
+    /// Reads the contacts of the last step by finger. `payload_before` is the payload's state at the start of the step, to
+    /// which the lever arms refer.
     pub(crate) fn contacts(
         &self,
         payload_before: &BodyState,
@@ -169,7 +169,7 @@ impl Scene {
         }
     }
 
-    /// From now on friction holds the payload where it is in the grasp.
+    /// Anchors the payload at its present pose in the grasp, where friction then holds it.
     pub(crate) fn anchor_grasp(&mut self) {
         self.anchors.hold(&self.bodies);
     }
@@ -178,12 +178,12 @@ impl Scene {
         &self.robot
     }
 
-    /// Indices of the finger's bodies.
+    /// Returns the indices of the fingers' bodies.
     pub(crate) fn finger_bodies(&self) -> [usize; 2] {
         [self.pads[0].link, self.pads[1].link]
     }
 
-    /// Indices of the bodies that the drives move.
+    /// Returns the indices of the bodies that the drives move.
     pub(crate) fn drives(&self) -> &[usize] {
         &self.drives
     }
@@ -198,7 +198,7 @@ mod tests {
     use crate::Experiment;
     use crate::checks::momentum;
 
-    /// A body that nothing touches keeps its angular momentum while its axis tumbles: the gyroscopic term is there.
+    /// A body without contacts keeps its angular momentum while its axis tumbles, so the gyroscopic term is integrated.
     #[test]
     fn a_free_payload_keeps_its_angular_momentum() {
         let experiment = Experiment::paper();

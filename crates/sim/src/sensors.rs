@@ -1,4 +1,4 @@
-//! From the states before and after a step to a [`Sample`], and the sensors' noise on it.
+//! Sensors: a [`Sample`] from the states before and after a step, with measurement noise.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rand::SeedableRng;
@@ -7,16 +7,17 @@ use rand_distr::{Distribution, StandardNormal};
 use tactid_dynamics::Wrench;
 
 use crate::contact::ContactPoint;
-use crate::experiment::{Deviation, Noise};
+use crate::experiment::{Noise, StdDev};
 use crate::robot::{LinkFrame, Robot};
 use crate::sample::{BaseSample, Contact, FingerSample, ImuSample, Sample, Truth};
 use crate::scene::{BodyState, State};
 
-/// The command's noise has the experiment's seed; the measurements' must not repeat it.
+/// Distinguishes the random stream of the measurement noise from that of the command noise, which has the same seed.
 const MEASUREMENT_STREAM: u64 = 0x7461_6374_6964_0001;
 
+/// All sensors of the robot.
 pub(crate) struct Sensors {
-    /// The base link on its body, whose frame stands at the centre of mass.
+    /// Pose of the base link on its body, whose frame is at the centre of mass.
     body_from_base: Isometry3<f64>,
     tool: LinkFrame,
     fingers: [Finger; 2],
@@ -25,20 +26,21 @@ pub(crate) struct Sensors {
     dt: f64,
 }
 
+/// A finger's body, and the axis of its joint in the body's frame.
 struct Finger {
     body: usize,
     mass_kg: f64,
     axis: Vector3<f64>,
 }
 
-/// The states between which a step was taken, and what acted during it.
+/// The states before and after a step and the contacts and efforts during it.
 pub(crate) struct StepRecord<'a> {
     pub before: &'a State,
     pub after: &'a State,
     pub contacts: &'a [Vec<ContactPoint>; 2],
-    /// Of the drives, in the order of the arm's joints.
+    /// Efforts of the drives, in the order of the arm's joints, N m or N.
     pub efforts: &'a [f64],
-    /// The bodies that the drives move.
+    /// Indices of the bodies that the drives move.
     pub drives: &'a [usize],
 }
 
@@ -73,12 +75,12 @@ impl Sensors {
         }
     }
 
-    /// `world_from_tool` in a state.
+    /// Returns `world_from_tool` in a state.
     pub(crate) fn tool_pose(&self, state: &State) -> Isometry3<f64> {
         state.bodies[self.tool.body].pose * self.tool.body_from_link
     }
 
-    /// What the sensors say of a step, but for the time.
+    /// Measures a step. The time of the sample is not set.
     pub(crate) fn measure(&mut self, step: &StepRecord<'_>, sample: &mut Sample) {
         let (before, after) = (step.before, step.after);
         sample
@@ -95,7 +97,7 @@ impl Sensors {
             let (x, next) = (&before.bodies[finger.body], &after.bodies[finger.body]);
             measure_finger(x, &step.contacts[i], &mut sample.fingers[i]);
             let acceleration = (next.velocity - x.velocity) / self.dt;
-            // What moves the finger: its own mass and the payload's resistance.
+            // The drive accelerates the finger and presses on the payload.
             let along =
                 finger.mass_kg * finger.axis.dot(&(x.pose.rotation.inverse() * acceleration));
             sample.joint_torque[finger.body - 1] =
@@ -138,9 +140,9 @@ impl Sensors {
 
     fn add_noise(&mut self, sample: &mut Sample) {
         let Self { noise, random, .. } = self;
-        let values = |values: &mut [f64], deviation: &Deviation, random: &mut StdRng| {
+        let values = |values: &mut [f64], std_dev: &StdDev, random: &mut StdRng| {
             for (channel, value) in values.iter_mut().enumerate() {
-                *value += deviation.of(channel) * normal(random);
+                *value += std_dev.of(channel) * normal(random);
             }
         };
         values(
@@ -173,15 +175,17 @@ impl Sensors {
     }
 }
 
+/// Returns a number from the standard normal distribution.
 fn normal(random: &mut StdRng) -> f64 {
     StandardNormal.sample(random)
 }
 
-/// Of three channels from the first.
-fn vector(deviation: &Deviation, first: usize, random: &mut StdRng) -> Vector3<f64> {
-    Vector3::from_fn(|axis, _| deviation.of(first + axis) * normal(random))
+/// Returns noise for three channels, starting with the channel `first`.
+fn vector(std_dev: &StdDev, first: usize, random: &mut StdRng) -> Vector3<f64> {
+    Vector3::from_fn(|axis, _| std_dev.of(first + axis) * normal(random))
 }
 
+/// Expresses the contacts in the finger's frame and sums them about its origin.
 fn measure_finger(finger: &BodyState, contacts: &[ContactPoint], sample: &mut FingerSample) {
     sample.pose = finger.pose;
     sample.wrench = Wrench::zero();

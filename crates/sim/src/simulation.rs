@@ -1,4 +1,4 @@
-//! The experiment step by step, without a log.
+//! Simulation of an experiment step by step, without a log.
 
 use nalgebra::Isometry3;
 use tactid_dynamics::{InertialParameters, MassProperties};
@@ -13,7 +13,7 @@ use crate::scene::{Scene, State};
 use crate::sensors::{Sensors, StepRecord};
 use crate::{Experiment, SimError};
 
-/// A running experiment, from the moment the payload is held.
+/// A running experiment, which starts when the payload is held.
 ///
 /// ```
 /// use tactid_sim::{Experiment, Simulation};
@@ -35,7 +35,7 @@ pub struct Simulation {
     joint_names: Vec<String>,
     grip_force_n: f64,
     payload_in_tool: MassProperties,
-    /// Steps taken.
+    /// Number of steps taken.
     steps: u64,
     before: State,
     after: State,
@@ -45,10 +45,11 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Builds the scene and closes the gripper.
+    /// Builds the scene and simulates the grasp.
     ///
     /// # Errors
-    /// What is wrong with the experiment or its robot, or why the grasp failed.
+    /// Returns [`SimError::Value`], [`SimError::File`], [`SimError::Model`] or [`SimError::Robot`] for a fault of the
+    /// experiment or its robot, and [`SimError::Grasp`] if the grasp fails.
     pub fn new(experiment: &Experiment) -> Result<Self, SimError> {
         experiment.check()?;
         let dt = experiment.step_s;
@@ -78,7 +79,10 @@ impl Simulation {
             commands: Commands::new(experiment, &drives)?,
             efforts: vec![0.0; drives.len()],
             sample: Sample::new(joint_names.len()),
-            payload_in_tool: as_it_sits(payload, &(world_from_tool.inverse() * start.payload.pose)),
+            payload_in_tool: payload_in_tool(
+                payload,
+                &(world_from_tool.inverse() * start.payload.pose),
+            ),
             experiment: experiment.clone(),
             sensors,
             monitor,
@@ -92,27 +96,30 @@ impl Simulation {
         })
     }
 
-    /// One step with the experiment's excitation, and what the sensors say of it.
+    /// Simulates one step with the experiment's excitation and returns the sample of its sensors.
     ///
     /// # Errors
-    /// When a check exceeds its bound, see [`Bounds`](crate::Bounds), or the payload is lost.
+    /// Returns [`SimError::Bound`] if a check exceeds its bound, [`SimError::Lost`] if no finger touches the payload, and
+    /// [`SimError::Diverged`] if the state is not finite.
     pub fn step(&mut self) -> Result<&Sample, SimError> {
         let velocities = self.commands.step(self.time_s());
         self.scene.drive(velocities);
         self.finish_step()
     }
 
-    /// As [`Self::step`], but the joints of the arm are driven with these accelerations, rad/s² (m/s² for a prismatic
-    /// joint).
+    /// Simulates one step with the given accelerations of the arm's joints, rad/s² (m/s² for a prismatic joint), in place
+    /// of the experiment's excitation, and returns the sample of its sensors.
     ///
     /// # Errors
-    /// As [`Self::step`], or if there is not one acceleration for each joint of the arm.
+    /// Returns the errors of [`Self::step`], and [`SimError::Command`] if there is not one acceleration for each joint of
+    /// the arm.
     pub fn step_with(&mut self, accelerations: &[f64]) -> Result<&Sample, SimError> {
         let velocities = self.commands.accelerate(accelerations)?;
         self.scene.drive(velocities);
         self.finish_step()
     }
 
+    /// Steps the physics with the commanded velocities, measures and checks.
     fn finish_step(&mut self) -> Result<&Sample, SimError> {
         let time_s = self.time_s();
         std::mem::swap(&mut self.before, &mut self.after);
@@ -135,48 +142,48 @@ impl Simulation {
         let tool = self.sample.truth.tool;
         let states = (&self.before, &self.after);
         self.monitor
-            .look(self.steps, time_s, states, &self.contacts, &tool)?;
+            .check_step(self.steps, time_s, states, &self.contacts, &tool)?;
         self.steps += 1;
         Ok(&self.sample)
     }
 
-    /// Time since the start of the excitation, s.
+    /// Returns the time since the start of the excitation, s.
     #[must_use]
     pub fn time_s(&self) -> f64 {
         self.steps as f64 * self.experiment.step_s
     }
 
-    /// Steps taken since then.
+    /// Returns the number of steps since the start of the excitation.
     #[must_use]
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Steps that the experiment takes.
+    /// Returns the number of steps of the whole experiment.
     #[must_use]
     pub fn total_steps(&self) -> u64 {
         (self.experiment.duration_s / self.experiment.step_s).round() as u64
     }
 
-    /// The experiment that runs.
+    /// Returns the experiment.
     #[must_use]
     pub fn experiment(&self) -> &Experiment {
         &self.experiment
     }
 
-    /// How well the run has kept to physics so far.
+    /// Returns the largest violations of conservation laws and of the grasp up to the last step.
     #[must_use]
     pub fn checks(&self) -> Checks {
         self.monitor.checks()
     }
 
-    /// All moving joints, fingers included, in the order of the samples.
+    /// Returns the names of all moving joints, fingers included, in the order of the samples.
     #[must_use]
     pub fn joint_names(&self) -> &[String] {
         &self.joint_names
     }
 
-    /// The joints of the arm, in the order of [`Self::step_with`].
+    /// Returns the names of the arm's joints in the order of the accelerations of [`Self::step_with`].
     pub fn arm_joint_names(&self) -> impl Iterator<Item = &str> {
         self.scene
             .drives()
@@ -184,19 +191,19 @@ impl Simulation {
             .map(|&body| self.joint_names[body - 1].as_str())
     }
 
-    /// The force with which each finger presses, N.
+    /// Returns the force of each finger on the payload when the excitation starts, N.
     #[must_use]
     pub fn grip_force_n(&self) -> f64 {
         self.grip_force_n
     }
 
-    /// The payload in the tool frame, as it really sits in the grasp.
+    /// Returns the mass properties of the payload in the tool frame, at its actual pose in the grasp.
     #[must_use]
     pub fn payload_in_tool(&self) -> &MassProperties {
         &self.payload_in_tool
     }
 
-    /// The URDF of the robot that runs, with the experiment's base.
+    /// Returns the URDF of the robot with the experiment's base.
     #[must_use]
     pub fn urdf(&self) -> &str {
         &self.scene.robot().urdf
@@ -206,25 +213,25 @@ impl Simulation {
         self.scene.robot()
     }
 
-    /// The bodies of the fingers.
+    /// Returns the indices of the fingers' bodies.
     pub(crate) fn finger_bodies(&self) -> [usize; 2] {
         self.scene.finger_bodies()
     }
 
-    /// What the sensors said of the last step.
+    /// Returns the sample of the last step.
     #[must_use]
     pub fn sample(&self) -> &Sample {
         &self.sample
     }
 
-    /// The state at the time of the last sample.
+    /// Returns the state at the time of the last sample.
     pub(crate) fn state(&self) -> &State {
         &self.before
     }
 }
 
-/// The payload's frame stands at its centre of mass.
-fn as_it_sits(nominal: MassProperties, tool_from_payload: &Isometry3<f64>) -> MassProperties {
+/// Returns the payload in the tool frame. The payload's own frame is at its centre of mass.
+fn payload_in_tool(nominal: MassProperties, tool_from_payload: &Isometry3<f64>) -> MassProperties {
     let own = MassProperties {
         center_of_mass: nalgebra::Vector3::zeros(),
         ..nominal

@@ -1,4 +1,4 @@
-//! What cannot work is given up, with the reason.
+//! Errors for experiments that cannot be run.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -20,7 +20,7 @@ fn short() -> Experiment {
     experiment
 }
 
-/// Too little friction: the payload slips, and the error says so.
+/// A payload that slips because of low friction is reported with advice.
 #[test]
 fn a_slippery_payload_is_reported() {
     let mut experiment = short();
@@ -38,7 +38,7 @@ fn a_slippery_payload_is_reported() {
     );
 }
 
-/// Too heavy for the grip: the same.
+/// A payload that is too heavy for the grip is reported as slipping.
 #[test]
 fn a_payload_too_heavy_is_reported() {
     let mut experiment = short();
@@ -52,7 +52,7 @@ fn a_payload_too_heavy_is_reported() {
     assert!(field.starts_with("grasp_drift"), "{error}");
 }
 
-/// A handle that the pads cannot reach, and one that is not between them.
+/// A handle that the pads cannot reach, and one that is not between them, are reported.
 #[test]
 fn a_handle_out_of_reach_is_reported() {
     let mut experiment = short();
@@ -72,7 +72,7 @@ fn a_handle_out_of_reach_is_reported() {
     );
 }
 
-/// Momentum that drifts more than allowed ends the run with the bound's name.
+/// A drift of momentum above its bound aborts the run with the name of the bound.
 #[test]
 fn a_bound_that_is_exceeded_is_named() {
     let mut experiment = short();
@@ -84,7 +84,7 @@ fn a_bound_that_is_exceeded_is_named() {
     );
 }
 
-/// A robot that does not fit the experiment.
+/// A robot that does not fit the experiment is reported.
 #[test]
 fn a_robot_that_does_not_fit_is_reported() {
     type Change = fn(&mut Experiment);
@@ -110,10 +110,32 @@ fn a_robot_that_does_not_fit_is_reported() {
             "cannot read `/no/such.urdf`",
         ),
     ];
-    for (change, wanted) in cases {
+    for (change, expected) in cases {
         let mut experiment = short();
         change(&mut experiment);
         let error = run(&experiment).unwrap_err().to_string();
-        assert!(error.contains(wanted), "{error}");
+        assert!(error.contains(expected), "{error}");
     }
+}
+
+/// The simulation reads URDFs as `tactid_dynamics` does: names with an undeclared prefix are ignored, and a fault is
+/// reported with the same error.
+#[test]
+fn urdfs_are_read_as_the_dynamics_read_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("robot.urdf");
+    let run_with = |urdf: &str| {
+        std::fs::write(&path, urdf).unwrap();
+        let mut experiment = short();
+        experiment.robot.urdf = Some(path.clone());
+        Simulation::new(&experiment).map(|simulation| simulation.joint_names().to_vec())
+    };
+    let built_in = Simulation::new(&short()).unwrap().joint_names().to_vec();
+    let prefixed = tactid_sim::BUILT_IN_URDF.replace("<limit ", "<limit drake:acceleration='5' ");
+    assert!(prefixed.len() > tactid_sim::BUILT_IN_URDF.len());
+    assert_eq!(run_with(&prefixed).unwrap(), built_in);
+    let broken = tactid_sim::BUILT_IN_URDF.replace("<box size=\"", "<box size=\"-");
+    assert!(broken.len() > tactid_sim::BUILT_IN_URDF.len());
+    let error = run_with(&broken).unwrap_err();
+    assert!(matches!(error, SimError::Model(_)), "{error}");
 }

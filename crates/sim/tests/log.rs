@@ -1,4 +1,4 @@
-//! The log is the same for the same seed, complete when interrupted, and as the sensors said.
+//! The log depends on the experiment only, contains the samples, and is complete after an interruption.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -9,7 +9,7 @@ use tactid_logs::LogReader;
 use tactid_logs::messages::{JointState, Odometry, PointCloud2, WrenchStamped};
 use tactid_sim::{Experiment, SimError, Simulation, run};
 
-/// A log that is gone when the test is.
+/// A log file that is removed after the test.
 struct TempFile(PathBuf);
 
 impl TempFile {
@@ -38,7 +38,7 @@ fn record(experiment: &Experiment, name: &str) -> (TempFile, Vec<u8>) {
     (file, bytes)
 }
 
-/// The same experiment gives the same bytes, another seed others: of the commands and of the measurements.
+/// The same experiment gives the same bytes, and another seed gives other commands and other measurements.
 #[test]
 fn the_log_is_a_function_of_the_experiment() {
     let mut experiment = short();
@@ -51,7 +51,7 @@ fn the_log_is_a_function_of_the_experiment() {
     assert!(first != third, "another seed gave the same log");
 }
 
-/// Every topic is there at its rate, with the values of the samples.
+/// Every topic has its rate and the values of the samples.
 #[test]
 fn the_log_holds_the_samples() {
     let experiment = short();
@@ -102,9 +102,9 @@ fn the_log_holds_the_samples() {
     );
 }
 
-/// The metadata says what was run, what is true, and how it went, and nothing that differs from run to run.
+/// The metadata contains experiment, ground truth and report, and nothing that depends on the run.
 #[test]
-fn the_log_says_what_was_run() {
+fn the_log_contains_experiment_truth_and_report() {
     let experiment = short();
     let (file, _) = record(&experiment, "metadata");
     let log = LogReader::open(&file.0).unwrap();
@@ -144,7 +144,7 @@ fn an_interrupted_run_leaves_a_log() {
     assert_eq!(log.messages_on(["/joint_states"]).unwrap().count(), 500);
 }
 
-/// A run that is given up leaves its log up to there, which says why.
+/// An aborted run leaves its log up to the failure, with the reason.
 #[test]
 fn a_failed_run_leaves_a_log() {
     let file = TempFile::new("failed");
@@ -159,7 +159,7 @@ fn a_failed_run_leaves_a_log() {
     assert_eq!(report["error"], error.to_string());
 }
 
-/// A folder that does not exist is said by name.
+/// The error for a missing folder contains its path.
 #[test]
 fn a_log_that_cannot_be_written_is_reported() {
     let error = run(&short(), "/no/such/folder/run.mcap".as_ref(), |_| {

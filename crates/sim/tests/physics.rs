@@ -1,4 +1,4 @@
-//! The physics keeps what physics keeps, and the sensors read it as it is.
+//! The simulation satisfies the conservation laws, and the sensors are consistent with it.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -8,10 +8,10 @@ mod common;
 use nalgebra::{Isometry3, Matrix4, Rotation3, Vector3};
 use tactid_dynamics::{BaseKind, FrameMotion, JointMotion, Manipulator, Workspace, motion};
 use tactid_sim::{
-    BUILT_IN_URDF, Deviation, ExcitationMode, Experiment, NamedPosture, Posture, Sample, Simulation,
+    BUILT_IN_URDF, ExcitationMode, Experiment, NamedPosture, Posture, Sample, Simulation, StdDev,
 };
 
-/// Every joint moves within three seconds.
+/// Returns an experiment of three seconds in which every driven joint moves.
 fn short() -> Experiment {
     let mut experiment = Experiment::paper();
     experiment.duration_s = 3.0;
@@ -27,7 +27,7 @@ fn run(experiment: &Experiment) -> (Simulation, Vec<Sample>) {
     (simulation, samples)
 }
 
-/// The force on the payload in world.
+/// Returns the force on the payload in the world frame.
 fn force_in_world(sample: &Sample) -> Vector3<f64> {
     sample
         .fingers
@@ -36,7 +36,8 @@ fn force_in_world(sample: &Sample) -> Vector3<f64> {
         .sum()
 }
 
-/// Nothing acts from outside: linear and angular momentum of the whole system stay, and the payload stays held.
+/// Without external wrench, linear and angular momentum of the whole system are constant, and the payload stays in the
+/// grasp.
 #[test]
 fn momentum_and_grasp_are_kept() {
     for mode in [ExcitationMode::Sequence, ExcitationMode::Together] {
@@ -51,9 +52,8 @@ fn momentum_and_grasp_are_kept() {
     }
 }
 
-/// Over every interval between samples, the payload's mass times the change of its velocity is the mean contact force
-/// times the step, to the solver's precision. So each contact impulse is counted once: twice would be off by the
-/// whole force.
+/// Between any two samples, the payload's mass times the change of its velocity equals the mean contact force times the
+/// step up to the solver's precision. An impulse that counts twice would double the force.
 #[test]
 fn mean_force_is_mass_times_change_of_velocity() {
     let (simulation, samples) = run(&short());
@@ -78,7 +78,7 @@ fn mean_force_is_mass_times_change_of_velocity() {
     assert!(checks.euler_residual < 1e-4, "{checks:?}");
 }
 
-/// The wrench of a finger is the sum of its contacts, each counted once, and the contacts lie on the pad.
+/// The wrench of a finger is the sum of its contact forces, and the contacts lie on the pad.
 #[test]
 fn wrench_is_the_sum_of_contacts() {
     let (simulation, samples) = run(&short());
@@ -100,7 +100,7 @@ fn wrench_is_the_sum_of_contacts() {
                     "{contact:?}"
                 );
             }
-            // z of a finger's frame closes the gripper: the finger pushes the payload that way.
+            // The z axis of a finger's frame is the closing direction, in which the finger pushes the payload.
             assert!(finger.wrench.force.z > 0.5 * simulation.grip_force_n());
         }
     }
@@ -108,9 +108,9 @@ fn wrench_is_the_sum_of_contacts() {
     assert!((simulation.grip_force_n() - asked).abs() < 0.02 * asked);
 }
 
-/// The payload sits where the experiment says, at every posture.
+/// The payload is where the experiment places it, at every posture.
 #[test]
-fn the_payload_sits_where_it_was_put() {
+fn the_payload_is_at_its_nominal_pose() {
     for posture in [
         Posture::Named(NamedPosture::Identifiable),
         Posture::Named(NamedPosture::Table1),
@@ -121,19 +121,23 @@ fn the_payload_sits_where_it_was_put() {
             ..Experiment::paper()
         };
         let simulation = Simulation::new(&experiment).unwrap();
-        let (sits, nominal) = (
+        let (actual, nominal) = (
             simulation.payload_in_tool(),
             experiment.payload.mass_properties(),
         );
         assert!(
-            (sits.center_of_mass - nominal.center_of_mass).norm() < 1e-6,
-            "{sits:?}"
+            (actual.center_of_mass - nominal.center_of_mass).norm() < 1e-6,
+            "{actual:?}"
         );
-        assert!((sits.inertia - nominal.inertia).norm() < 1e-4, "{sits:?}");
+        assert!(
+            (actual.inertia - nominal.inertia).norm() < 1e-4,
+            "{actual:?}"
+        );
     }
 }
 
-/// `tool0` is frame 6 of the paper's Table 1 at every posture, and the simulation stands where the URDF says.
+/// `tool0` is frame 6 of the paper's Table 1 at every posture, and the simulation's frames are those of the
+/// URDF.
 #[test]
 fn tool_is_frame_6_of_table_1() {
     let (simulation, samples) = run(&Experiment {
@@ -156,7 +160,6 @@ fn tool_is_frame_6_of_table_1() {
             acceleration: &sample.joint_velocity,
         };
         motion(
-            &robot,
             &mut workspace,
             &FrameMotion::at_rest(sample.base.pose),
             joints,
@@ -167,7 +170,7 @@ fn tool_is_frame_6_of_table_1() {
             ("finger_left_link", sample.fingers[0].pose),
             ("finger_right_link", sample.fingers[1].pose),
         ] {
-            let by_urdf = workspace.pose(&robot, robot.frame(name).unwrap());
+            let by_urdf = workspace.pose(robot.frame(name).unwrap());
             assert!(
                 (by_urdf.to_homogeneous() - pose.to_homogeneous()).norm() < 1e-9,
                 "{name}"
@@ -198,8 +201,8 @@ fn table_1(positions: &[f64]) -> Matrix4<f64> {
         .fold(Matrix4::identity(), step)
 }
 
-/// Least squares on the samples find all ten parameters in both ways, and the joint torques are those of inverse
-/// dynamics. Any error of frame, sign or time between the sensors would show here.
+/// Least squares on the samples determines all ten parameters by contact forces and by joint sensing, and the joint torques
+/// are those of the inverse dynamics. An error of frame, sign or time of any sensor would violate this.
 #[test]
 fn the_samples_identify_the_payload() {
     let mut experiment = Experiment::paper();
@@ -270,18 +273,17 @@ fn base_sensors_agree() {
     }
 }
 
-/// Each noise channel has the deviation that was asked for, of its kind or its own, and touches no other; the motion
-/// itself is the same.
+/// Each channel has its requested standard deviation and affects no other channel. The motion does not depend on the noise.
 #[test]
-fn measurement_noise_is_as_asked() {
+fn measurement_noise_has_its_standard_deviation() {
     let mut experiment = Experiment {
         duration_s: 2.0,
         ..short()
     };
     let (_, clean) = run(&experiment);
     experiment.noise.joint_position_rad = 1e-3.into();
-    experiment.noise.finger_force_n = Deviation::Each(vec![0.0, 0.0, 0.1, 0.2, 0.5, 0.0]);
-    experiment.noise.imu_acceleration_m_s2 = Deviation::Each(vec![0.0, 0.0, 0.02]);
+    experiment.noise.finger_force_n = StdDev::Each(vec![0.0, 0.0, 0.1, 0.2, 0.5, 0.0]);
+    experiment.noise.imu_acceleration_m_s2 = StdDev::Each(vec![0.0, 0.0, 0.02]);
     let (_, noisy) = run(&experiment);
     let rms = |error: &dyn Fn(&Sample, &Sample) -> f64| {
         let sum: f64 = clean
@@ -308,11 +310,11 @@ fn measurement_noise_is_as_asked() {
     );
 }
 
-/// A list for the joints that is too short is refused before anything moves.
+/// A list for the joints that is too short is refused before the simulation starts.
 #[test]
 fn noise_of_each_joint_is_for_all_joints() {
     let mut experiment = short();
-    experiment.noise.joint_torque_nm = Deviation::Each(vec![0.1; 6]);
+    experiment.noise.joint_torque_nm = StdDev::Each(vec![0.1; 6]);
     let error = Simulation::new(&experiment).err().unwrap().to_string();
     assert_eq!(
         error,
@@ -320,7 +322,7 @@ fn noise_of_each_joint_is_for_all_joints() {
     );
 }
 
-/// A controller of one's own drives the joints with its own accelerations.
+/// The accelerations of a controller drive the joints.
 #[test]
 fn joints_follow_a_controller() {
     let mut simulation = Simulation::new(&short()).unwrap();
@@ -331,9 +333,9 @@ fn joints_follow_a_controller() {
             .unwrap();
     }
     let velocity = &simulation.sample().joint_velocity;
-    for (joint, wanted) in [(0, 0.0), (1, 0.1), (5, -0.1)] {
+    for (joint, expected) in [(0, 0.0), (1, 0.1), (5, -0.1)] {
         assert!(
-            (velocity[joint] - wanted).abs() < 1e-3,
+            (velocity[joint] - expected).abs() < 1e-3,
             "joint {joint}: {}",
             velocity[joint]
         );

@@ -16,7 +16,7 @@ pub(crate) fn rng(seed: u64) -> StdRng {
     StdRng::seed_from_u64(seed)
 }
 
-/// Each entry within `±size`.
+/// Returns a vector with entries within `±size`.
 pub(crate) fn vector(rng: &mut StdRng, size: f64) -> Vector3<f64> {
     Vector3::from_fn(|_, _| rng.random_range(-size..size))
 }
@@ -32,7 +32,7 @@ pub(crate) fn isometry(rng: &mut StdRng) -> Isometry3<f64> {
     )
 }
 
-/// Points with masses: the oracle of what a rigid body is.
+/// A rigid body of point masses `(kg, m)`, an independent reference for inertial parameters.
 pub(crate) struct Cloud(pub(crate) Vec<(f64, Vector3<f64>)>);
 
 impl Cloud {
@@ -50,7 +50,7 @@ impl Cloud {
         moment / self.mass()
     }
 
-    /// `Σ m (x² 1 - x xᵀ)` about a point.
+    /// Returns the inertia `Σ m (x² 1 - x xᵀ)` about a point.
     pub(crate) fn inertia_about(&self, point: &Vector3<f64>) -> Matrix3<f64> {
         let of_one = |(mass, at): &(f64, Vector3<f64>)| {
             let x = at - point;
@@ -72,7 +72,7 @@ impl Cloud {
     }
 }
 
-/// A state of a robot, and the motion through it with the state's accelerations at time zero.
+/// A state of a robot at time zero, which also defines a motion through it.
 #[derive(Clone)]
 pub(crate) struct State {
     pub(crate) base: FrameMotion,
@@ -107,11 +107,11 @@ impl State {
 
     pub(crate) fn moved(&self, robot: &Manipulator) -> Workspace {
         let mut workspace = Workspace::new(robot);
-        motion(robot, &mut workspace, &self.base, self.joints()).unwrap();
+        motion(&mut workspace, &self.base, self.joints()).unwrap();
         workspace
     }
 
-    /// Pose and velocity a short time later or earlier. The base turns by `Exp(φ)` with
+    /// Returns pose and velocity a short time later or earlier. The base turns by `Exp(φ)` with
     /// `φ = ω t + ω̇ t²/2`, whose angular velocity is the left Jacobian of `Exp` times `φ̇`.
     pub(crate) fn at(&self, t: f64) -> Self {
         let base = &self.base;
@@ -138,7 +138,7 @@ impl State {
     }
 }
 
-/// The derivative at zero by central differences of fourth order.
+/// Returns the derivative at zero by central differences of fourth order.
 pub(crate) fn derivative<T>(f: impl Fn(f64) -> T) -> T
 where
     T: std::ops::Sub<Output = T> + std::ops::Mul<f64, Output = T>,
@@ -147,7 +147,7 @@ where
     ((f(h) - f(-h)) * 8.0 - (f(2.0 * h) - f(-2.0 * h))) * (1.0 / (12.0 * h))
 }
 
-/// The second derivative at zero by central differences of fourth order.
+/// Returns the second derivative at zero by central differences of fourth order.
 pub(crate) fn second_derivative<T>(f: impl Fn(f64) -> T) -> T
 where
     T: std::ops::Sub<Output = T> + std::ops::Add<Output = T> + std::ops::Mul<f64, Output = T>,
@@ -160,16 +160,16 @@ where
 pub(crate) struct RandomLink {
     pub(crate) parent: usize,
     pub(crate) kind: &'static str,
-    /// The link whose joint this one's joint follows, with multiplier and offset.
+    /// Link whose joint the joint mimics, with multiplier and offset.
     pub(crate) mimic: Option<(usize, f64, f64)>,
-    /// In the link's frame.
+    /// Parameters in the link's frame.
     pub(crate) parameters: InertialParameters,
     joint: String,
     inertial: String,
 }
 
-/// A random tree: branches, every kind of joint, any axis and any origin. Link `i` is `link_i`
-/// below `joint_i`, `link_0` the base.
+/// A random tree with branches, every kind of joint, random axes and origins. Link `i` is `link_i` below `joint_i`, and
+/// `link_0` is the base.
 pub(crate) struct RandomTree(pub(crate) Vec<RandomLink>);
 
 impl RandomTree {
@@ -180,7 +180,7 @@ impl RandomTree {
         for index in 0..count {
             let kinds = ["revolute", "continuous", "prismatic", "fixed"];
             let kind = kinds[rng.random_range(0..if index == 1 { 3 } else { 4 })];
-            // Mostly on the last link, so that chains grow long; else a branch.
+            // Most links are added to the last one, so that chains grow long.
             let last: usize = index.max(1) - 1;
             let parent = if rng.random_bool(0.6) {
                 last
@@ -211,7 +211,7 @@ impl RandomTree {
         tree
     }
 
-    /// Lets about every fourth moving joint, but the first, follow the first.
+    /// Makes about every fourth moving joint mimic the first one.
     fn add_mimics(&mut self, rng: &mut StdRng) {
         let moving: Vec<_> = (1..self.0.len())
             .filter(|&link| self.0[link].kind != "fixed")
@@ -224,7 +224,7 @@ impl RandomTree {
         }
     }
 
-    /// The tree as a URDF; `honour_mimic` false leaves every joint its own.
+    /// Returns the tree as a URDF. Without `honour_mimic` every joint is independent.
     pub(crate) fn urdf(&self, honour_mimic: bool) -> String {
         let mut xml = String::from("<robot name='random'>\n");
         for (index, link) in self.0.iter().enumerate() {
@@ -256,7 +256,13 @@ impl RandomTree {
         Manipulator::from_urdf(&self.urdf(true), BaseKind::Floating).unwrap()
     }
 
-    /// The links below one, itself not included.
+    /// Removes the mass of a link.
+    pub(crate) fn remove_mass(&mut self, link: usize) {
+        self.0[link].inertial.clear();
+        self.0[link].parameters = InertialParameters::zero();
+    }
+
+    /// Returns the links below a link, which itself is not included.
     pub(crate) fn below(&self, link: usize) -> Vec<usize> {
         let is_below = |&index: &usize| {
             let mut above = index;
@@ -282,7 +288,7 @@ fn random_joint(rng: &mut StdRng) -> String {
     )
 }
 
-/// A turned and shifted `<inertial>` with its parameters in the link's frame.
+/// Returns an `<inertial>` element with a random origin and its parameters in the link's frame.
 fn random_inertial(rng: &mut StdRng) -> (String, InertialParameters) {
     let body = Cloud::random(rng).mass_properties();
     let (xyz, rpy) = (vector(rng, 0.3), vector(rng, 2.0));
@@ -308,36 +314,36 @@ fn random_inertial(rng: &mut StdRng) -> (String, InertialParameters) {
     (xml, parameters)
 }
 
-/// Force above moment.
+/// Returns force and moment as one vector.
 pub(crate) fn six(wrench: Wrench) -> Vector6<f64> {
     let (f, n) = (wrench.force, wrench.moment);
     Vector6::new(f.x, f.y, f.z, n.x, n.y, n.z)
 }
 
-/// The project's own robot, free-floating.
+/// Returns the project's own robot with a floating base.
 pub(crate) fn tactid() -> Manipulator {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../sim/robots/tactid.urdf");
     Manipulator::from_urdf_file(path.as_ref(), BaseKind::Floating).unwrap()
 }
 
-/// The project's robot and twenty random trees.
+/// Returns the project's robot and twenty random trees.
 pub(crate) fn robots() -> Vec<Manipulator> {
     let trees = (0..20).map(|seed| RandomTree::new(seed).robot());
     std::iter::once(tactid()).chain(trees).collect()
 }
 
-/// Asserts that two values agree within `tolerance` times one plus the size of `wanted`.
+/// Asserts that two values agree within `tolerance` times one plus the norm of `expected`.
 #[track_caller]
 pub(crate) fn assert_close<const R: usize, const C: usize>(
     given: &nalgebra::SMatrix<f64, R, C>,
-    wanted: &nalgebra::SMatrix<f64, R, C>,
+    expected: &nalgebra::SMatrix<f64, R, C>,
     tolerance: f64,
     what: &str,
 ) {
-    let error = (given - wanted).norm();
-    let bound = tolerance * (1.0 + wanted.norm());
+    let error = (given - expected).norm();
+    let bound = tolerance * (1.0 + expected.norm());
     assert!(
         error <= bound,
-        "{what}: off by {error:e}, allowed {bound:e}\ngiven {given}wanted {wanted}"
+        "{what}: off by {error:e}, allowed {bound:e}\ngiven {given}expected {expected}"
     );
 }

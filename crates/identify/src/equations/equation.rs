@@ -159,14 +159,14 @@ impl Equation {
     pub(crate) fn mass_rows(&self) -> Rows<4> {
         let mut rows = Rows {
             matrix: nalgebra::Matrix3x4::zeros(),
-            wanted: Vector3::zeros(),
+            target: Vector3::zeros(),
         };
         for (k, row) in self.rows[..3].iter().enumerate() {
             rows.matrix[(k, 0)] = -row.target; // f_K = -f_U, (47)
             for axis in 0..3 {
                 rows.matrix[(k, 1 + axis)] = row.regressor[1 + axis]; // Ω̇_U, (31)
             }
-            rows.wanted[k] = -row.regressor[0]; // -(p̈_U - g), (30)
+            rows.target[k] = -row.regressor[0]; // -(p̈_U - g), (30)
         }
         rows
     }
@@ -179,7 +179,7 @@ impl Equation {
         Rows {
             // A_4 = Q̇_U, (46)
             matrix: nalgebra::Matrix3x6::from_fn(|k, entry| self.rows[3 + k].regressor[4 + entry]),
-            wanted: moment - center_of_mass.cross(&force), // b_4, (45)
+            target: moment - center_of_mass.cross(&force), // b_4, (45)
         }
     }
 }

@@ -24,9 +24,8 @@ pub(crate) struct Model {
     /// Whether the rows hold for the links below the tool and the payload as one body.
     includes_gripper: bool,
     robot: Manipulator,
-    /// The bodies whose parameters are known.
-    known: Manipulator,
     tool: FrameId,
+    /// State of the bodies whose parameters are known.
     workspace: Workspace,
     rows: Vec<Row>,
 }
@@ -54,14 +53,13 @@ impl Model {
             sources,
             row_counts,
             includes_gripper,
-            known: if includes_gripper {
-                robot.without_subtree(tool)
-            } else {
-                robot.clone()
-            },
             robot: robot.clone(),
             tool,
-            workspace: Workspace::new(robot),
+            workspace: if includes_gripper {
+                Workspace::new(&robot.without_subtree(tool))
+            } else {
+                Workspace::new(robot)
+            },
         };
         // The poses of the sensors must be valid before the first sample: the known noise needs them.
         model.rows(&Instant::new(robot.dof(), sensors.len()))?;
@@ -132,21 +130,20 @@ impl Model {
             velocity: &instant.joint_velocity,
             acceleration: &instant.joint_acceleration,
         };
-        motion(&self.known, &mut self.workspace, &instant.base, joints)?; // (1)-(20)
+        motion(&mut self.workspace, &instant.base, joints)?; // (1)-(20)
         if self.sources.iter().any(|source| source.needs_forces()) {
-            forces(&self.known, &mut self.workspace, &self.gravity); // (21)-(41)
+            forces(&mut self.workspace, &self.gravity); // (21)-(41)
         }
         let state = RobotState {
-            known: &self.known,
             workspace: &self.workspace,
             tool: self.tool,
         };
-        let tool_motion = self.workspace.frame_motion(&self.known, self.tool);
+        let tool_motion = self.workspace.frame_motion(self.tool);
         let regressor = WrenchRegressor::new(&tool_motion, &self.gravity);
         let mut rest = &mut self.rows[..];
         for (source, &count) in self.sources.iter_mut().zip(&self.row_counts) {
             let (rows, others) = rest.split_at_mut(count);
-            source.fill(instant, &state, &regressor, rows);
+            source.fill(instant, &state, &regressor, rows)?;
             rest = others;
         }
         Ok(&self.rows)
@@ -155,13 +152,12 @@ impl Model {
     /// Inertial parameters of the known links below the tool, at the posture of the last instant and in the
     /// tool frame, where the rows hold for them and the payload as one body.
     pub(crate) fn gripper_to_subtract(&self) -> Option<InertialParameters> {
-        let gripper = || self.robot.subtree_parameters(&self.workspace, self.tool);
+        let gripper = || self.workspace.subtree_parameters(self.tool);
         self.includes_gripper.then(gripper)
     }
 
     fn state(&self) -> RobotState<'_> {
         RobotState {
-            known: &self.known,
             workspace: &self.workspace,
             tool: self.tool,
         }

@@ -50,7 +50,7 @@ impl Excitation {
     pub(crate) fn update(&mut self, equation: &Equation) {
         let rows = equation.mass_rows();
         self.mass += rows.matrix.tr_mul(&rows.matrix);
-        self.target_squares += rows.wanted.norm_squared();
+        self.target_squares += rows.target.norm_squared();
         let matrix = equation.inertia_rows(&Vector3::zeros()).matrix;
         self.inertia += matrix.tr_mul(&matrix);
         self.intervals += 1;

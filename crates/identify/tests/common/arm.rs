@@ -150,25 +150,19 @@ impl Run {
         };
         let sines = self.sines();
         let step_s = self.rate_hz.recip();
-        let mut whole: Vec<Manipulator> = Vec::new();
-        for (_, payload) in &self.payloads {
-            whole.push(robot.with_payload(tool, &InertialParameters::from(*payload)));
-        }
-        let mut workspace = Workspace::new(&robot);
+        let holding = self.payloads.iter().map(|(_, payload)| {
+            Workspace::new(&robot.with_payload(tool, &InertialParameters::from(*payload)))
+        });
+        let mut workspaces: Vec<Workspace> = holding.collect();
         let mut base = FrameMotion::at_rest(Isometry3::identity());
         let count = (self.duration_s * self.rate_hz).round() as usize;
         let mut instants = Vec::with_capacity(count);
         for k in 0..count {
             let time_s = k as f64 * step_s;
             let held = self.held_at(time_s);
-            let holding = &whole[held];
-            move_base(
-                holding,
-                &mut workspace,
-                &mut base,
-                &joints_at(&sines, time_s),
-            );
-            let motion = workspace.frame_motion(holding, tool).in_frame(&gravity);
+            let workspace = &mut workspaces[held];
+            move_base(workspace, &mut base, &joints_at(&sines, time_s));
+            let motion = workspace.frame_motion(tool).in_frame(&gravity);
             let payload = InertialParameters::from(self.payloads[held].1);
             let wrench = wrench_regressor(&motion) * payload.as_vector();
             instants.push(Instant {
@@ -188,8 +182,7 @@ impl Run {
             });
             if self.base == BaseKind::Floating {
                 base = runge_kutta(
-                    holding,
-                    &mut workspace,
+                    workspace,
                     &base,
                     |part| joints_at(&sines, time_s + part * step_s),
                     step_s,
@@ -217,7 +210,6 @@ pub(crate) fn joints_at(sines: &[Sines; JOINTS], time_s: f64) -> [[f64; JOINTS];
 
 /// Leaves the motion of all bodies in the workspace, and the accelerations of a floating base in `base`.
 pub(crate) fn move_base(
-    robot: &Manipulator,
     workspace: &mut Workspace,
     base: &mut FrameMotion,
     joints: &[[f64; JOINTS]; 3],
@@ -227,16 +219,15 @@ pub(crate) fn move_base(
         velocity: &joints[1],
         acceleration: &joints[2],
     };
-    if robot.base_kind() == BaseKind::Floating {
-        let found = base_acceleration(robot, workspace, base, joints).unwrap();
+    if workspace.robot().base_kind() == BaseKind::Floating {
+        let found = base_acceleration(workspace, base, joints).unwrap();
         (base.acceleration, base.angular_acceleration) = (found.linear, found.angular);
     } else {
-        motion(robot, workspace, base, joints).unwrap();
+        motion(workspace, base, joints).unwrap();
     }
 }
 
 pub(crate) fn runge_kutta(
-    robot: &Manipulator,
     workspace: &mut Workspace,
     start: &FrameMotion,
     joints: impl Fn(f64) -> [[f64; JOINTS]; 3],
@@ -247,7 +238,7 @@ pub(crate) fn runge_kutta(
         let mut at = slopes
             .last()
             .map_or(*start, |slope| advance(start, slope, part * step_s));
-        move_base(robot, workspace, &mut at, &joints(part));
+        move_base(workspace, &mut at, &joints(part));
         slopes.push(at);
     }
     let mean = |f: &dyn Fn(&FrameMotion) -> Vector3<f64>| {

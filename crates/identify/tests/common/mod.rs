@@ -171,7 +171,7 @@ impl Experiment {
     pub(crate) fn run(&self) -> Vec<Instant> {
         let robot = self.robot();
         let tool = robot.frame(TOOL).unwrap();
-        let mut whole = robot.with_payload(tool, &self.payload_at(0.0));
+        let whole = robot.with_payload(tool, &self.payload_at(0.0));
         let mut workspace = Workspace::new(&whole);
         let mut base = FrameMotion::at_rest(Isometry3::identity());
         let count = (self.duration_s / self.step_s).round() as usize;
@@ -180,17 +180,18 @@ impl Experiment {
             let t = k as f64 * self.step_s;
             let [position, velocity, acceleration] = self.joints(t);
             if self.swap.is_some() {
-                whole = robot.with_payload(tool, &self.payload_at(t));
+                let whole = robot.with_payload(tool, &self.payload_at(t));
+                workspace = Workspace::new(&whole);
             }
             if self.base == BaseKind::Floating {
-                self.accelerate(&whole, &mut workspace, &mut base, t);
+                self.accelerate(&mut workspace, &mut base, t);
             } else {
                 let joints = JointMotion {
                     position: &position,
                     velocity: &velocity,
                     acceleration: &acceleration,
                 };
-                motion(&whole, &mut workspace, &base, joints).unwrap();
+                motion(&mut workspace, &base, joints).unwrap();
             }
             instants.push(Instant {
                 time_s: t,
@@ -201,12 +202,12 @@ impl Experiment {
                     acceleration: None,
                     angular_acceleration: None,
                 },
-                wrenches: self.finger_wrenches(&whole, &workspace, t),
+                wrenches: self.finger_wrenches(&workspace, t),
                 position,
                 velocity,
             });
             if self.base == BaseKind::Floating {
-                base = self.runge_kutta(&whole, &mut workspace, &base, t);
+                base = self.runge_kutta(&mut workspace, &base, t);
             }
         }
         instants
@@ -214,9 +215,10 @@ impl Experiment {
 
     /// The wrench on the payload, as both fingers feel it: one force to the left, all else to the
     /// right, each in its own frame.
-    fn finger_wrenches(&self, robot: &Manipulator, workspace: &Workspace, t: f64) -> Vec<Wrench> {
+    fn finger_wrenches(&self, workspace: &Workspace, t: f64) -> Vec<Wrench> {
+        let robot = workspace.robot();
         let tool = robot.frame(TOOL).unwrap();
-        let motion = workspace.frame_motion(robot, tool).in_frame(&self.gravity);
+        let motion = workspace.frame_motion(tool).in_frame(&self.gravity);
         let both = wrench_regressor(&motion) * self.payload_at(t).as_vector();
         let both = Wrench {
             force: both.fixed_rows::<3>(0).into(),
@@ -227,8 +229,8 @@ impl Experiment {
             moment: Vector3::new(1.0, -2.0, 3.0),
         };
         let in_finger = |wrench: Wrench, sensor: &str| {
-            let finger = workspace.pose(robot, robot.frame(sensor).unwrap());
-            wrench.expressed_in(&(finger.inverse() * workspace.pose(robot, tool)))
+            let finger = workspace.pose(robot.frame(sensor).unwrap());
+            wrench.expressed_in(&(finger.inverse() * workspace.pose(tool)))
         };
         vec![
             in_finger(left, SENSORS[0]),
@@ -237,37 +239,25 @@ impl Experiment {
     }
 
     /// Sets the base's accelerations, and leaves the whole motion in the workspace.
-    fn accelerate(
-        &self,
-        robot: &Manipulator,
-        workspace: &mut Workspace,
-        base: &mut FrameMotion,
-        t: f64,
-    ) {
+    fn accelerate(&self, workspace: &mut Workspace, base: &mut FrameMotion, t: f64) {
         let [position, velocity, acceleration] = self.joints(t);
         let joints = JointMotion {
             position: &position,
             velocity: &velocity,
             acceleration: &acceleration,
         };
-        let found = base_acceleration(robot, workspace, base, joints).unwrap();
+        let found = base_acceleration(workspace, base, joints).unwrap();
         (base.acceleration, base.angular_acceleration) = (found.linear, found.angular);
     }
 
-    fn runge_kutta(
-        &self,
-        robot: &Manipulator,
-        workspace: &mut Workspace,
-        start: &FrameMotion,
-        t: f64,
-    ) -> FrameMotion {
+    fn runge_kutta(&self, workspace: &mut Workspace, start: &FrameMotion, t: f64) -> FrameMotion {
         let h = self.step_s;
         let mut slopes: Vec<FrameMotion> = Vec::with_capacity(4);
         for part in [0.0, 0.5, 0.5, 1.0] {
             let mut at = slopes
                 .last()
                 .map_or(*start, |slope| advance(start, slope, part * h));
-            self.accelerate(robot, workspace, &mut at, t + part * h);
+            self.accelerate(workspace, &mut at, t + part * h);
             slopes.push(at);
         }
         let mean = |f: &dyn Fn(&FrameMotion) -> Vector3<f64>| {

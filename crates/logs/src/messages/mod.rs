@@ -1,29 +1,37 @@
-//! ROS 2 messages, field for field as their `.msg` files have them.
+//! ROS 2 messages with the fields of their `.msg` definitions.
 //!
-//! Units and frames are those of ROS: SI, and what a header's `frame_id` says. Each type that is
-//! logged on a topic of its own implements [`Message`].
+//! Units are SI as in ROS. Vectors are expressed in the frame that `frame_id` of the header names.
+//! Each type that can be a topic of its own implements [`Message`].
 
+mod geometry;
 mod schema;
 
 use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
-use serde_big_array::BigArray;
 
-/// A type that can be a log's topic.
+pub use geometry::{
+    Accel, AccelStamped, Inertia, InertiaStamped, Point, Pose, PoseStamped, PoseWithCovariance,
+    Quaternion, Transform, TransformStamped, Twist, TwistStamped, TwistWithCovariance, Vector3,
+    Wrench, WrenchStamped,
+};
+
+/// A message type that can be the type of a topic.
 pub trait Message: Serialize + DeserializeOwned {
-    /// The full name, such as `sensor_msgs/msg/JointState`.
+    /// Full name of the type, for instance `sensor_msgs/msg/JointState`.
     const TYPE: &'static str;
 
-    /// The `ros2msg` schema: the definition, then every nested one.
+    /// Returns the `ros2msg` schema: the definition of the type, followed by all nested
+    /// definitions.
     fn schema() -> &'static str;
 
-    /// The header of the message, if its type has one.
+    /// Returns the header of the message, or `None` if its type has none.
     fn header(&self) -> Option<&Header> {
         None
     }
 
-    /// The header's stamp: when the message's data was measured.
+    /// Returns the stamp of the header, which is the time of measurement, or `None` if the type has
+    /// no header.
     fn stamp(&self) -> Option<Time> {
         self.header().map(|header| header.stamp)
     }
@@ -74,7 +82,7 @@ message!(
 message!(Odometry, "nav_msgs/msg/Odometry", header);
 message!(TFMessage, "tf2_msgs/msg/TFMessage");
 
-/// `builtin_interfaces/msg/Time`: a point in time since the epoch of the log's clock.
+/// `builtin_interfaces/msg/Time`: a time since the epoch of the log's clock.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]
@@ -86,12 +94,12 @@ pub struct Time {
 }
 
 impl Time {
-    /// From nanoseconds since the epoch. ROS counts seconds in an `i32`: times after 2038 become
-    /// the last one that it can say.
+    /// Converts nanoseconds since the epoch. ROS stores seconds in an `i32`: times after 2038
+    /// become the latest representable time.
     #[must_use]
     pub fn from_ns(ns: u64) -> Self {
         match i32::try_from(ns / 1_000_000_000) {
-            // A remainder of 1e9 fits in u32.
+            // The remainder is below 1e9, which fits in u32.
             Ok(sec) => Self {
                 sec,
                 nanosec: (ns % 1_000_000_000) as u32,
@@ -103,396 +111,168 @@ impl Time {
         }
     }
 
-    /// Nanoseconds since the epoch, negative before it.
+    /// Returns the nanoseconds since the epoch, negative before it.
     #[must_use]
     pub fn as_ns(self) -> i64 {
         i64::from(self.sec) * 1_000_000_000 + i64::from(self.nanosec)
     }
 }
 
-/// `std_msgs/msg/String`.
+/// `std_msgs/msg/String`: a text.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StringMsg {
     /// The text.
     pub data: String,
 }
 
-/// `std_msgs/msg/Header`.
+/// `std_msgs/msg/Header`: time and frame of the data of a message.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Header {
-    /// When the data was measured.
+    /// Time of measurement.
     pub stamp: Time,
-    /// The frame in which the data is expressed.
+    /// Name of the frame in which the data is expressed.
     pub frame_id: String,
 }
 
-/// `std_msgs/msg/MultiArrayDimension`.
+/// `std_msgs/msg/MultiArrayDimension`: one dimension of an array.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MultiArrayDimension {
-    /// What the dimension is.
+    /// Name of the dimension.
     pub label: String,
-    /// Its size in elements.
+    /// Size of the dimension in elements.
     pub size: u32,
-    /// Its stride in elements.
+    /// Stride of the dimension in elements.
     pub stride: u32,
 }
 
-/// `std_msgs/msg/MultiArrayLayout`.
+/// `std_msgs/msg/MultiArrayLayout`: the dimensions of an array.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MultiArrayLayout {
-    /// Outermost dimension first.
+    /// Dimensions, the outermost first.
     pub dim: Vec<MultiArrayDimension>,
-    /// Padding elements before the data.
+    /// Number of padding elements before the data.
     pub data_offset: u32,
 }
 
-/// `std_msgs/msg/Float64MultiArray`.
+/// `std_msgs/msg/Float64MultiArray`: an array of numbers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Float64MultiArray {
-    /// What the data's dimensions mean.
+    /// Dimensions of the array.
     pub layout: MultiArrayLayout,
-    /// The elements.
+    /// Elements of the array.
     pub data: Vec<f64>,
 }
 
-/// `sensor_msgs/msg/JointState`. Each sequence is empty where nothing is measured, and otherwise
-/// as long as `name`.
+/// `sensor_msgs/msg/JointState`: measurements of joints. Each sequence is either empty, if the
+/// quantity is not measured, or as long as `name`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct JointState {
-    /// The stamp; the frame is not used.
+    /// Time stamp. The frame is not used.
     pub header: Header,
-    /// The joints, in any order.
+    /// Names of the joints, in any order.
     pub name: Vec<String>,
-    /// rad or m.
+    /// Positions, rad or m.
     pub position: Vec<f64>,
-    /// rad/s or m/s.
+    /// Velocities, rad/s or m/s.
     pub velocity: Vec<f64>,
-    /// N m or N.
+    /// Efforts, N m or N.
     pub effort: Vec<f64>,
 }
 
-/// `sensor_msgs/msg/Imu`, expressed in `header.frame_id`. Covariances are row-major 3 x 3 about
-/// x, y, z; a first element of -1 says that the quantity is not measured.
+/// `sensor_msgs/msg/Imu`: measurement of an inertial measurement unit, expressed in
+/// `header.frame_id`. Covariances are row-major 3x3 matrices for x, y, z. A first element of -1
+/// marks a quantity that is not measured.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Imu {
-    /// Stamp and frame.
+    /// Time stamp and frame of the data.
     pub header: Header,
-    /// Of the sensor in its world.
+    /// Orientation of the sensor in a fixed reference frame.
     pub orientation: Quaternion,
-    /// rad².
+    /// Covariance of the orientation, rad².
     pub orientation_covariance: [f64; 9],
-    /// rad/s.
+    /// Angular velocity, rad/s.
     pub angular_velocity: Vector3,
-    /// (rad/s)².
+    /// Covariance of the angular velocity, (rad/s)².
     pub angular_velocity_covariance: [f64; 9],
-    /// Specific force in m/s²: a sensor at rest on the ground reads 9.81 upwards.
+    /// Specific force, m/s²: a sensor at rest on the ground measures 9.81 upwards.
     pub linear_acceleration: Vector3,
-    /// (m/s²)².
+    /// Covariance of the specific force, (m/s²)².
     pub linear_acceleration_covariance: [f64; 9],
 }
 
-/// `sensor_msgs/msg/PointField`: one channel of a [`PointCloud2`].
+/// `sensor_msgs/msg/PointField`: one field of the points of a [`PointCloud2`].
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PointField {
-    /// Such as `x`.
+    /// Name of the field, for instance `x`.
     pub name: String,
-    /// Bytes from the start of a point.
+    /// Offset from the start of a point, bytes.
     pub offset: u32,
-    /// One of the constants of this type.
+    /// Type of the elements, one of the constants of this type.
     pub datatype: u8,
-    /// Elements in the field.
+    /// Number of elements in the field.
     pub count: u32,
 }
 
 impl PointField {
-    /// `i8`.
+    /// Data type `i8`.
     pub const INT8: u8 = 1;
-    /// `u8`.
+    /// Data type `u8`.
     pub const UINT8: u8 = 2;
-    /// `i16`.
+    /// Data type `i16`.
     pub const INT16: u8 = 3;
-    /// `u16`.
+    /// Data type `u16`.
     pub const UINT16: u8 = 4;
-    /// `i32`.
+    /// Data type `i32`.
     pub const INT32: u8 = 5;
-    /// `u32`.
+    /// Data type `u32`.
     pub const UINT32: u8 = 6;
-    /// `f32`.
+    /// Data type `f32`.
     pub const FLOAT32: u8 = 7;
-    /// `f64`.
+    /// Data type `f64`.
     pub const FLOAT64: u8 = 8;
 }
 
-/// `sensor_msgs/msg/PointCloud2`: points whose channels `fields` describes, in `header.frame_id`.
+/// `sensor_msgs/msg/PointCloud2`: points in `header.frame_id`, with the layout that `fields`
+/// describes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PointCloud2 {
-    /// Stamp and frame.
+    /// Time stamp and frame of the data.
     pub header: Header,
-    /// 1 for an unordered cloud.
+    /// Number of rows, 1 for an unordered cloud.
     pub height: u32,
-    /// Points in a row.
+    /// Number of points in a row.
     pub width: u32,
-    /// The channels of a point.
+    /// Fields of a point.
     pub fields: Vec<PointField>,
-    /// The byte order of `data`.
+    /// Whether `data` is big endian.
     pub is_bigendian: bool,
-    /// Bytes of a point.
+    /// Size of a point, bytes.
     pub point_step: u32,
-    /// Bytes of a row.
+    /// Size of a row, bytes.
     pub row_step: u32,
-    /// `row_step * height` bytes.
+    /// The points, `row_step * height` bytes.
     pub data: Vec<u8>,
-    /// Whether no point is invalid.
+    /// Whether all points are valid.
     pub is_dense: bool,
 }
 
-/// `geometry_msgs/msg/Vector3`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Vector3 {
-    /// Along x.
-    pub x: f64,
-    /// Along y.
-    pub y: f64,
-    /// Along z.
-    pub z: f64,
-}
-
-impl From<[f64; 3]> for Vector3 {
-    fn from([x, y, z]: [f64; 3]) -> Self {
-        Self { x, y, z }
-    }
-}
-
-impl From<Vector3> for [f64; 3] {
-    fn from(v: Vector3) -> Self {
-        [v.x, v.y, v.z]
-    }
-}
-
-/// `geometry_msgs/msg/Point`: a position in m.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Point {
-    /// Along x.
-    pub x: f64,
-    /// Along y.
-    pub y: f64,
-    /// Along z.
-    pub z: f64,
-}
-
-impl From<[f64; 3]> for Point {
-    fn from([x, y, z]: [f64; 3]) -> Self {
-        Self { x, y, z }
-    }
-}
-
-impl From<Point> for [f64; 3] {
-    fn from(p: Point) -> Self {
-        [p.x, p.y, p.z]
-    }
-}
-
-/// `geometry_msgs/msg/Quaternion`; the default is no rotation.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Quaternion {
-    /// Vector part along x.
-    pub x: f64,
-    /// Vector part along y.
-    pub y: f64,
-    /// Vector part along z.
-    pub z: f64,
-    /// Scalar part.
-    pub w: f64,
-}
-
-impl Default for Quaternion {
-    fn default() -> Self {
-        Self {
-            x: 0.0,
-            y: 0.0,
-            z: 0.0,
-            w: 1.0,
-        }
-    }
-}
-
-/// `geometry_msgs/msg/Pose`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Pose {
-    /// Of the body's origin, in m.
-    pub position: Point,
-    /// From the body's axes to the frame's.
-    pub orientation: Quaternion,
-}
-
-/// `geometry_msgs/msg/PoseStamped`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct PoseStamped {
-    /// Stamp and frame.
-    pub header: Header,
-    /// In `header.frame_id`.
-    pub pose: Pose,
-}
-
-/// `geometry_msgs/msg/PoseWithCovariance`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PoseWithCovariance {
-    /// The estimate.
-    pub pose: Pose,
-    /// Row-major 6 x 6 of x, y, z, and the rotations about x, y, z.
-    #[serde(with = "BigArray")]
-    pub covariance: [f64; 36],
-}
-
-impl Default for PoseWithCovariance {
-    fn default() -> Self {
-        Self {
-            pose: Pose::default(),
-            covariance: [0.0; 36],
-        }
-    }
-}
-
-/// `geometry_msgs/msg/Twist`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Twist {
-    /// m/s, of the frame's origin.
-    pub linear: Vector3,
-    /// rad/s.
-    pub angular: Vector3,
-}
-
-/// `geometry_msgs/msg/TwistStamped`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct TwistStamped {
-    /// Stamp and frame.
-    pub header: Header,
-    /// In `header.frame_id`.
-    pub twist: Twist,
-}
-
-/// `geometry_msgs/msg/TwistWithCovariance`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct TwistWithCovariance {
-    /// The estimate.
-    pub twist: Twist,
-    /// Row-major 6 x 6 of the linear and the angular velocity.
-    #[serde(with = "BigArray")]
-    pub covariance: [f64; 36],
-}
-
-impl Default for TwistWithCovariance {
-    fn default() -> Self {
-        Self {
-            twist: Twist::default(),
-            covariance: [0.0; 36],
-        }
-    }
-}
-
-/// `geometry_msgs/msg/Accel`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Accel {
-    /// m/s², of the frame's origin.
-    pub linear: Vector3,
-    /// rad/s².
-    pub angular: Vector3,
-}
-
-/// `geometry_msgs/msg/AccelStamped`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct AccelStamped {
-    /// Stamp and frame.
-    pub header: Header,
-    /// In `header.frame_id`.
-    pub accel: Accel,
-}
-
-/// `geometry_msgs/msg/Wrench`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Wrench {
-    /// N.
-    pub force: Vector3,
-    /// N m, about the frame's origin.
-    pub torque: Vector3,
-}
-
-/// `geometry_msgs/msg/WrenchStamped`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct WrenchStamped {
-    /// Stamp and frame.
-    pub header: Header,
-    /// Expressed in `header.frame_id`, about its origin.
-    pub wrench: Wrench,
-}
-
-/// `geometry_msgs/msg/Inertia`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Inertia {
-    /// Mass in kg.
-    pub m: f64,
-    /// Centre of mass in m.
-    pub com: Vector3,
-    /// kg m², about the centre of mass, as the five below.
-    pub ixx: f64,
-    /// Off the diagonal.
-    pub ixy: f64,
-    /// Off the diagonal.
-    pub ixz: f64,
-    /// On the diagonal.
-    pub iyy: f64,
-    /// Off the diagonal.
-    pub iyz: f64,
-    /// On the diagonal.
-    pub izz: f64,
-}
-
-/// `geometry_msgs/msg/InertiaStamped`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct InertiaStamped {
-    /// Stamp and frame.
-    pub header: Header,
-    /// In `header.frame_id`.
-    pub inertia: Inertia,
-}
-
-/// `geometry_msgs/msg/Transform`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Transform {
-    /// Of the child's origin in the parent, in m.
-    pub translation: Vector3,
-    /// From the child's axes to the parent's.
-    pub rotation: Quaternion,
-}
-
-/// `geometry_msgs/msg/TransformStamped`: the pose of `child_frame_id` in `header.frame_id`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct TransformStamped {
-    /// Stamp and parent frame.
-    pub header: Header,
-    /// The frame whose pose it is.
-    pub child_frame_id: String,
-    /// parent_from_child.
-    pub transform: Transform,
-}
-
-/// `nav_msgs/msg/Odometry`.
+/// `nav_msgs/msg/Odometry`: pose and twist of a moving body.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Odometry {
-    /// Stamp, and the frame of the pose.
+    /// Time stamp and frame of the pose.
     pub header: Header,
-    /// The frame of the twist, and the body that moves.
+    /// Name of the frame that moves with the body, in which the twist is expressed.
     pub child_frame_id: String,
-    /// Of the child in `header.frame_id`.
+    /// Pose of the child frame in `header.frame_id`.
     pub pose: PoseWithCovariance,
-    /// Of the child's origin, expressed in `child_frame_id`.
+    /// Twist of the child frame's origin, expressed in `child_frame_id`.
     pub twist: TwistWithCovariance,
 }
 
-/// `tf2_msgs/msg/TFMessage`.
+/// `tf2_msgs/msg/TFMessage`: transforms between frames.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TFMessage {
-    /// One for each frame that moved.
+    /// The transforms.
     pub transforms: Vec<TransformStamped>,
 }
 

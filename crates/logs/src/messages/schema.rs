@@ -1,4 +1,4 @@
-//! The message definitions as ROS 2 ships them, and the text that a log carries of them.
+//! The message definitions of ROS 2 and the schemas that a log contains.
 
 use std::fmt::Write;
 
@@ -44,17 +44,17 @@ const DEFINITIONS: &[(&str, &str)] = &[
     definition!("tf2_msgs", "TFMessage"),
 ];
 
-/// What stands between two definitions in a `ros2msg` schema.
+/// Separator between two definitions in a `ros2msg` schema.
 const SEPARATOR: &str =
     "================================================================================";
 
-/// The `ros2msg` schema of `type_name` (`pkg/msg/Type`): its definition, then every definition
-/// that it nests, each once.
+/// Returns the `ros2msg` schema of `type_name` (`pkg/msg/Type`): its definition, then every nested
+/// definition once.
 pub(super) fn compose(type_name: &str) -> String {
     let root = type_name.replace("/msg/", "/");
     let mut names = vec![root];
     let mut schema = String::new();
-    // Breadth first; `names` grows while it is walked.
+    // Breadth first: `names` grows during the iteration.
     let mut next = 0;
     while let Some(name) = names.get(next).cloned() {
         let text = definition(&name);
@@ -73,7 +73,7 @@ pub(super) fn compose(type_name: &str) -> String {
     schema
 }
 
-/// The text of a definition; empty for a name that is not there, which the tests exclude.
+/// Returns the text of a definition, or an empty text for an unknown name, which the tests exclude.
 fn definition(name: &str) -> &'static str {
     DEFINITIONS
         .iter()
@@ -81,7 +81,7 @@ fn definition(name: &str) -> &'static str {
         .map_or("", |(_, text)| text)
 }
 
-/// Full names of the message types that the fields of a definition have.
+/// Returns the full names of the message types of the fields of a definition.
 fn nested_types(name: &str, text: &str) -> Vec<String> {
     let package = name.split('/').next().unwrap_or_default();
     text.lines()
@@ -102,7 +102,7 @@ fn nested_types(name: &str, text: &str) -> Vec<String> {
 mod tests {
     use super::*;
 
-    /// Every nested type has a definition, so no schema can miss a part.
+    /// Every nested type has a definition, so that every schema is complete.
     #[test]
     fn definitions_are_closed() {
         for (name, text) in DEFINITIONS {

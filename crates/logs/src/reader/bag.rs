@@ -1,4 +1,4 @@
-//! A bag: a folder of MCAP files that one recording was split into.
+//! Bags: folders with the MCAP files of one recording.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,8 @@ struct MetadataFile {
     rosbag2_bagfile_information: BagInformation,
 }
 
-/// The fields that say which files there are and how they are stored; the rest is in the files.
+/// The fields of `metadata.yaml` that name the files and their storage format. The files contain
+/// everything else.
 #[derive(Deserialize)]
 struct BagInformation {
     storage_identifier: String,
@@ -22,7 +23,7 @@ struct BagInformation {
     compression_mode: Option<String>,
 }
 
-/// The log files of a bag, in the order of the recording.
+/// Returns the paths of the log files of a bag in the order of the recording.
 pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
     let metadata = folder.join("metadata.yaml");
     if !metadata.is_file() {
@@ -54,7 +55,8 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
             bag.storage_identifier
         )));
     }
-    // Chunks within the files may be compressed; a message or a file as a whole may not.
+    // Chunks within a file may be compressed. Compression of messages or whole files is not
+    // supported.
     if let Some(mode) = bag
         .compression_mode
         .filter(|mode| !mode.is_empty() && mode != "storage")
@@ -75,17 +77,19 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
         .collect())
 }
 
-/// Old versions of rosbag2 list the files relative to the folder that the bag is in.
+/// Returns the path of a listed file. Old versions of rosbag2 list it relative to the bag's parent
+/// folder.
 fn locate(folder: &Path, listed: &str) -> PathBuf {
     let listed = Path::new(listed);
-    let beside = listed.file_name().map(|name| folder.join(name));
-    match beside {
-        Some(beside) if !folder.join(listed).exists() && beside.exists() => beside,
+    let in_bag = listed.file_name().map(|name| folder.join(name));
+    match in_bag {
+        Some(in_bag) if !folder.join(listed).exists() && in_bag.exists() => in_bag,
         _ => folder.join(listed),
     }
 }
 
-/// A recorder that was killed leaves no `metadata.yaml`; its files are named `<bag>_<number>.mcap`.
+/// Finds the files of a bag without `metadata.yaml`, which a killed recorder leaves. They are named
+/// `<bag>_<number>.mcap`.
 fn files_without_metadata(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
     let error = |source| LogError::Io {
         action: "read",
@@ -120,7 +124,7 @@ fn files_without_metadata(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
     }
 }
 
-/// The name of the bag and the number of the split that a file's name says.
+/// Returns the name of the bag and the number of the file from a file's name.
 fn split_name(path: &Path) -> (String, u64) {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let split = stem

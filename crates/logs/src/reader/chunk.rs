@@ -1,4 +1,4 @@
-//! What is inside a chunk: its records in one piece, checked.
+//! Records of a chunk, decompressed and checked.
 
 use std::{io::Read, ops::Range};
 
@@ -6,19 +6,20 @@ use mcap::records::op;
 
 use super::file::{MAX_RECORD, RECORD_HEADER};
 
-/// Channel, sequence, log time and publish time.
+/// Size of a message's channel, sequence, log time and publish time, bytes.
 const MESSAGE_HEADER: usize = 22;
 
-/// As much as a chunk usually has at most; memory for more is taken as it comes.
+/// Largest usual size of a chunk, bytes. It limits the memory that is reserved before the data is
+/// known.
 const USUAL_CHUNK: u64 = 8 << 20;
 
-/// Records one after the other, uncompressed.
+/// Uncompressed records, one after the other.
 pub(super) struct Records {
     bytes: Vec<u8>,
     start: usize,
 }
 
-/// A message within [`Records`].
+/// Header of a message within [`Records`].
 #[derive(Clone, Copy)]
 pub(super) struct MessageHead {
     pub(super) channel: u16,
@@ -27,7 +28,7 @@ pub(super) struct MessageHead {
     pub(super) publish_time_ns: u64,
 }
 
-/// The header of a chunk, and where its data begins.
+/// Header of a chunk and the position of its data.
 struct ChunkHeader<'a> {
     uncompressed_size: u64,
     uncompressed_crc: u32,
@@ -37,12 +38,13 @@ struct ChunkHeader<'a> {
 }
 
 impl Records {
-    /// Records that stand in the file as they are, outside of chunks.
+    /// Wraps records that are stored outside of chunks.
     pub(super) fn plain(bytes: Vec<u8>) -> Self {
         Self { bytes, start: 0 }
     }
 
-    /// The records of a chunk. Of one that is cut off, those that are there.
+    /// Returns the records of a chunk. A chunk that the end of the file cuts off has the records up
+    /// to there.
     pub(super) fn of_chunk(body: Vec<u8>, cut: bool) -> Result<Self, String> {
         let header = ChunkHeader::parse(&body).ok_or("a chunk without its header")?;
         if header.uncompressed_size > MAX_RECORD && !cut {
@@ -52,7 +54,7 @@ impl Records {
         let compressed_size = usize::try_from(header.compressed_size).unwrap_or(usize::MAX);
         let end = header.data.saturating_add(compressed_size);
         if end > body.len() && !cut {
-            return Err("a chunk that is shorter than its header says".to_owned());
+            return Err("a chunk that is shorter than the size in its header".to_owned());
         }
         let end = end.min(body.len());
         let data = body.get(header.data..end).unwrap_or_default();
@@ -81,7 +83,7 @@ impl Records {
         records.verified(size, crc, cut)
     }
 
-    /// Checks size and checksum, which a chunk that is cut off cannot meet.
+    /// Checks size and checksum. A chunk that is cut off cannot have the right ones.
     fn verified(self, size: u64, crc: u32, cut: bool) -> Result<Self, String> {
         let bytes = self.bytes.get(self.start..).unwrap_or_default();
         if bytes.len() as u64 != size {
@@ -94,14 +96,14 @@ impl Records {
                 ))
             };
         }
-        // A writer that calculates no checksum writes zero.
+        // Zero means that the writer has calculated no checksum.
         if crc != 0 && crc32fast::hash(bytes) != crc {
             return Err("a chunk whose checksum is wrong".to_owned());
         }
         Ok(self)
     }
 
-    /// The records in order, each its opcode and where its body is. The last may be an error.
+    /// Iterates over the records: opcode and range of the body. The last item may be an error.
     pub(super) fn iter(&self) -> impl Iterator<Item = Result<(u8, Range<usize>), &'static str>> {
         let mut next = self.start;
         std::iter::from_fn(move || {
@@ -115,12 +117,12 @@ impl Records {
         })
     }
 
-    /// The bytes of a body from [`iter`](Self::iter).
+    /// Returns the bytes of a body from [`iter`](Self::iter).
     pub(super) fn body(&self, range: Range<usize>) -> &[u8] {
         self.bytes.get(range).unwrap_or_default()
     }
 
-    /// The messages in order, each with where its data is. The last may be an error.
+    /// Iterates over the messages: header and range of the data. The last item may be an error.
     pub(super) fn messages(
         &self,
     ) -> impl Iterator<Item = Result<(MessageHead, Range<usize>), &'static str>> {
@@ -168,7 +170,7 @@ impl<'a> ChunkHeader<'a> {
     }
 }
 
-/// Little-endian fields from the front of bytes.
+/// Reader of little-endian fields from the front of a slice.
 struct Fields<'a>(&'a [u8]);
 
 impl<'a> Fields<'a> {
@@ -191,7 +193,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// Where the body is of the record at the front of `rest`, which starts at `offset`.
+/// Returns the range of the body of the record at the front of `rest`, which starts at `offset`.
 fn body_range(rest: &[u8], offset: usize) -> Option<Range<usize>> {
     let length = rest.get(1..RECORD_HEADER as usize)?.try_into().ok()?;
     let length = usize::try_from(u64::from_le_bytes(length)).ok()?;
@@ -200,11 +202,11 @@ fn body_range(rest: &[u8], offset: usize) -> Option<Range<usize>> {
     (end <= offset + rest.len()).then_some(start..end)
 }
 
-/// Decompresses `size` bytes; of data that is cut off, as many as there are.
+/// Decompresses `size` bytes, or as many as there are in data that is cut off.
 fn decompress(decoder: impl Read, size: u64, cut: bool) -> Result<Vec<u8>, String> {
     let size = size.min(MAX_RECORD);
-    // Grows with what comes out, so that a damaged size costs nothing. One more byte than there
-    // should be shows that there are too many.
+    // The buffer grows with the output, so that a damaged size costs no memory. One byte more than
+    // expected reveals excess data.
     let mut bytes = Vec::with_capacity(size.min(USUAL_CHUNK) as usize + 1);
     match decoder.take(size + 1).read_to_end(&mut bytes) {
         Err(error) if !cut => Err(format!("a chunk that cannot be decompressed: {error}")),

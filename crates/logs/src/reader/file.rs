@@ -1,4 +1,4 @@
-//! Reading records from a file one by one, with every length checked against what is there.
+//! Reading records from a file one by one. Every length is checked against the file's size.
 
 use std::{
     fs::File,
@@ -10,21 +10,21 @@ use mcap::MAGIC;
 
 use crate::error::LogError;
 
-/// Opcode and length.
+/// Size of a record's opcode and length, bytes.
 pub(super) const RECORD_HEADER: u64 = 9;
 
-/// The longest record that is taken into memory, far above any real one: a damaged length must not
-/// exhaust memory.
+/// Longest record that is read into memory, bytes, far above any real one. A damaged length must
+/// not exhaust memory.
 pub(super) const MAX_RECORD: u64 = 1 << 29;
 
-/// Where a file cannot be read further, and why.
+/// Position and reason of damage, from which on a file cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damage {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
-    /// The first byte that could not be used.
+    /// Offset of the first byte that cannot be used.
     pub at_byte: u64,
-    /// What is wrong there.
+    /// Description of the fault.
     pub what: String,
 }
 
@@ -40,7 +40,7 @@ impl std::fmt::Display for Damage {
     }
 }
 
-/// Why a file is not read further.
+/// Reason why reading a file ends early.
 pub(super) enum Stop {
     Damage(Damage),
     Error(LogError),
@@ -52,13 +52,13 @@ impl From<LogError> for Stop {
     }
 }
 
-/// Where a record stands.
+/// Position and size of a record.
 #[derive(Clone, Copy)]
 pub(super) struct RecordHead {
     pub(super) opcode: u8,
-    /// Of its opcode.
+    /// Offset of its opcode.
     pub(super) at_byte: u64,
-    /// Of its body.
+    /// Length of its body, bytes.
     pub(super) length: u64,
 }
 
@@ -78,12 +78,12 @@ pub(super) struct LogFile {
     pub(super) path: PathBuf,
     pub(super) length: u64,
     file: BufReader<File>,
-    /// Where the file is read next.
+    /// Offset of the next byte to be read.
     position: u64,
 }
 
 impl LogFile {
-    /// Opens a file and makes sure that it begins as MCAP does.
+    /// Opens a file and checks that it starts with the magic bytes of MCAP.
     pub(super) fn open(path: &Path) -> Result<Self, LogError> {
         let error = |source| LogError::Io {
             action: "open",
@@ -121,7 +121,8 @@ impl LogFile {
         Ok(bytes)
     }
 
-    /// The record that starts at this byte, if there are bytes for its opcode and length.
+    /// Returns the record that starts at a byte, or `None` if too few bytes follow for its opcode
+    /// and length.
     pub(super) fn record_at(&mut self, at_byte: u64) -> Result<Option<RecordHead>, LogError> {
         if at_byte > self.length.saturating_sub(RECORD_HEADER) {
             return Ok(None);
@@ -139,7 +140,7 @@ impl LogFile {
         }))
     }
 
-    /// The body of a record, up to the end of the file.
+    /// Returns the body of a record, up to the end of the file.
     pub(super) fn body(&mut self, record: RecordHead) -> Result<Vec<u8>, Stop> {
         let available = self.length.saturating_sub(record.body());
         let length = record.length.min(available);
@@ -161,7 +162,7 @@ impl LogFile {
         }
     }
 
-    /// Moves to a byte, keeping what is buffered where possible.
+    /// Moves to a byte and keeps the buffer where possible.
     fn seek(&mut self, at_byte: u64) -> io::Result<()> {
         match i64::try_from(i128::from(at_byte) - i128::from(self.position)) {
             Ok(offset) => self.file.seek_relative(offset)?,
@@ -180,7 +181,7 @@ impl LogFile {
     }
 }
 
-/// What a file is that does not start as MCAP does.
+/// Returns what kind of file it is that does not start with the magic bytes of MCAP.
 fn what_instead(start: &[u8]) -> Option<&'static str> {
     if start.starts_with(MAGIC) {
         None

@@ -1,4 +1,4 @@
-//! What is in a file and where: from its summary, or else by reading through it.
+//! Index of the content of a file, from its summary or from a scan of the file.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -14,18 +14,18 @@ use super::{
 };
 use crate::error::LogError;
 
-/// Messages outside of chunks are read so many bytes at a time.
+/// Number of bytes of messages outside of chunks that are read at once.
 const PLAIN_SEGMENT: u64 = 1 << 20;
 
 pub(super) type Metadata = BTreeMap<String, BTreeMap<String, String>>;
 
-/// A part of a file that is read at once: a chunk, or a run of records outside of chunks.
+/// A contiguous range of a file that is read at once: a chunk, or records outside of chunks.
 #[derive(Debug)]
 pub(super) struct Segment {
     pub(super) at_byte: u64,
     pub(super) length: u64,
     pub(super) kind: SegmentKind,
-    /// The earliest log time in it.
+    /// Earliest log time of its messages, ns.
     pub(super) first_ns: u64,
     pub(super) channels: BTreeSet<u16>,
 }
@@ -45,11 +45,11 @@ pub(super) struct Channel {
     pub(super) type_name: String,
     pub(super) encoding: String,
     pub(super) count: u64,
-    /// First and last log time.
+    /// First and last log time, ns.
     pub(super) times_ns: Option<(u64, u64)>,
 }
 
-/// What is in a file.
+/// Content of a file.
 #[derive(Debug)]
 pub(super) struct FileIndex {
     pub(super) path: PathBuf,
@@ -60,7 +60,7 @@ pub(super) struct FileIndex {
 }
 
 impl Segment {
-    /// Reads the segment and takes it apart.
+    /// Reads the segment and decompresses its records.
     pub(super) fn read(&self, file: &mut LogFile) -> Result<Records, Stop> {
         if self.kind == SegmentKind::Plain {
             return Ok(Records::plain(file.read(self.at_byte, self.length)?));
@@ -71,7 +71,7 @@ impl Segment {
                 let body = file.body(record)?;
                 Records::of_chunk(body, cut).map_err(|what| file.damage(self.at_byte, what))
             }
-            _ => Err(file.damage(self.at_byte, "no chunk where the index says one")),
+            _ => Err(file.damage(self.at_byte, "no chunk at the position in the index")),
         }
     }
 }
@@ -89,8 +89,8 @@ impl Channel {
 }
 
 impl FileIndex {
-    /// Opens a file: by its summary where that is whole, else by reading through the file, which
-    /// takes as long as reading every message.
+    /// Opens a file with the index in its summary. Without a complete summary the whole file is
+    /// read, which takes as long as reading every message.
     pub(super) fn open(path: &Path) -> Result<Self, LogError> {
         let mut file = LogFile::open(path)?;
         let why = match summary::read(&mut file)? {
@@ -109,12 +109,12 @@ impl FileIndex {
     }
 }
 
-/// Reading through a file to find what is in it.
+/// Scan of a file without a complete summary.
 struct Scan {
     index: FileIndex,
-    /// Types by schema.
+    /// Names of message types by schema.
     schemas: BTreeMap<u16, String>,
-    /// The run of messages outside of chunks that is being read.
+    /// The range of messages outside of chunks that is being scanned.
     plain: Option<Segment>,
 }
 
@@ -134,7 +134,7 @@ impl Scan {
         }
     }
 
-    /// Reads to the end of the data, or to what cannot be read.
+    /// Scans up to the end of the data or the first damage.
     fn run(&mut self, file: &mut LogFile) -> Result<(), Stop> {
         let mut at_byte = mcap::MAGIC.len() as u64;
         while let Some(record) = file.record_at(at_byte)? {
@@ -150,7 +150,7 @@ impl Scan {
                         .map_err(|what| file.damage(at_byte, what))?;
                 }
                 0 => return Err(file.damage(at_byte, "no record")),
-                // Indexes and attachments, and what later versions of MCAP may bring.
+                // Indexes, attachments and records of later versions of MCAP are skipped.
                 _ => {}
             }
             if cut {
@@ -180,7 +180,7 @@ impl Scan {
         end.map_err(|what| file.damage(record.at_byte, what))
     }
 
-    /// Takes in a chunk's records, up to one that is wrong.
+    /// Adds a chunk's records to the index, up to the first that is damaged.
     fn chunk_records(&mut self, records: &Records, segment: &mut Segment) -> Result<(), String> {
         for record in records.iter() {
             let (opcode, body) = record?;
@@ -194,7 +194,7 @@ impl Scan {
         Ok(())
     }
 
-    /// A message outside of chunks.
+    /// Adds a message outside of chunks to the index.
     fn message(&mut self, file: &mut LogFile, record: RecordHead) -> Result<(), Stop> {
         let body = file.body(record)?;
         let mut segment = match self.plain.take() {

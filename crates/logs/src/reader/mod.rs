@@ -1,4 +1,4 @@
-//! Reading logs of any length and in any state.
+//! Reading of logs of any length, also damaged or unfinished ones.
 
 mod bag;
 mod chunk;
@@ -22,26 +22,26 @@ use crate::{error::LogError, messages::Message};
 /// A topic of a log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Topic {
-    /// Such as `/joint_states`.
+    /// Name, for instance `/joint_states`.
     pub name: String,
-    /// Such as `sensor_msgs/msg/JointState`; empty if the log does not say.
+    /// Type of its messages, for instance `sensor_msgs/msg/JointState`; empty if the log does not contain it.
     pub type_name: String,
-    /// How its messages are encoded: `cdr` in ROS 2.
+    /// Encoding of its messages, `cdr` in ROS 2.
     pub encoding: String,
-    /// How many messages it has.
+    /// Number of messages.
     pub count: u64,
-    /// First and last log time in ns; none if it has no message.
+    /// First and last log time, ns; `None` without messages.
     pub times_ns: Option<(u64, u64)>,
 }
 
 impl Topic {
-    /// Whether its messages are of this type. Some writers leave `/msg` out of the name.
+    /// Returns whether its messages have the type `M`. Some writers omit `/msg` from the name.
     #[must_use]
     pub fn is<M: Message>(&self) -> bool {
         self.type_name == M::TYPE || self.type_name == M::TYPE.replace("/msg/", "/")
     }
 
-    /// Messages in a second, on average over the time from the first to the last.
+    /// Returns the mean number of messages per second between the first and the last, or `None` if their times are equal.
     #[must_use]
     pub fn frequency_hz(&self) -> Option<f64> {
         let (first, last) = self.times_ns?;
@@ -50,10 +50,10 @@ impl Topic {
     }
 }
 
-/// A log that is open: an `.mcap` file, or the folder of a rosbag2 bag.
+/// An open log: an `.mcap` file or the folder of a rosbag2 bag.
 ///
-/// A finished log is opened by its index, whatever its length. One that is not, because its writer
-/// was killed, is read through once to find what is in it.
+/// A finished log is opened with its index, in a time that does not depend on its length. A log without index, whose
+/// writer was killed, is scanned once.
 #[derive(Debug)]
 pub struct LogReader {
     path: PathBuf,
@@ -67,8 +67,8 @@ impl LogReader {
     /// Opens a log.
     ///
     /// # Errors
-    /// If there is no log under this path, or none that can be read. A log that is only damaged is
-    /// opened; see [`damage`](Self::damage).
+    /// Returns [`LogError::Io`], [`LogError::NotALog`] or [`LogError::NotABag`] if there is no readable log at this path.
+    /// A damaged log is not an error; see [`damage`](Self::damage).
     pub fn open(path: impl AsRef<Path>) -> Result<Self, LogError> {
         let path = path.as_ref();
         let paths = if path.is_dir() {
@@ -95,13 +95,13 @@ impl LogReader {
         })
     }
 
-    /// The topics, by name.
+    /// Returns the topics in the order of their names.
     #[must_use]
     pub fn topics(&self) -> &[Arc<Topic>] {
         &self.topics
     }
 
-    /// The topic of this name.
+    /// Returns the topic with a name.
     #[must_use]
     pub fn topic(&self, name: &str) -> Option<&Topic> {
         self.topics
@@ -110,7 +110,7 @@ impl LogReader {
             .map(AsRef::as_ref)
     }
 
-    /// The topics of a type, by name.
+    /// Returns the topics of a type in the order of their names.
     pub fn topics_of<M: Message>(&self) -> impl Iterator<Item = &Topic> {
         self.topics
             .iter()
@@ -118,37 +118,36 @@ impl LogReader {
             .filter(|topic: &&Topic| topic.is::<M>())
     }
 
-    /// First and last log time in ns; none if the log is empty.
+    /// Returns first and last log time, ns, or `None` if the log is empty.
     #[must_use]
     pub fn times_ns(&self) -> Option<(u64, u64)> {
         let times = || self.topics.iter().filter_map(|topic| topic.times_ns);
         times().map(|t| t.0).min().zip(times().map(|t| t.1).max())
     }
 
-    /// The metadata records by name.
+    /// Returns the metadata records by name.
     #[must_use]
     pub fn metadata(&self) -> &BTreeMap<String, BTreeMap<String, String>> {
         &self.metadata
     }
 
-    /// Where files could not be read further when they were opened. Damage within the data of a
-    /// finished log is found when that is read: see [`Messages::damage`].
+    /// Returns the damage that was found when the log was opened. Damage within the data of a finished log is found when
+    /// the data is read; see [`Messages::damage`].
     #[must_use]
     pub fn damage(&self) -> &[Damage] {
         &self.damage
     }
 
-    /// All messages in the order of their log times.
+    /// Returns all messages in the order of their log times.
     #[must_use]
     pub fn messages(&self) -> Messages {
         self.select(|_| true)
     }
 
-    /// The messages of some topics in the order of their log times. Chunks that have none of them
-    /// are not read.
+    /// Returns the messages of some topics in the order of their log times. Chunks without such messages are not read.
     ///
     /// # Errors
-    /// If the log does not have one of the topics.
+    /// Returns [`LogError::NoSuchTopic`] if the log lacks one of the topics.
     pub fn messages_on<S: AsRef<str>>(
         &self,
         topics: impl IntoIterator<Item = S>,
@@ -159,7 +158,7 @@ impl LogReader {
             .find(|name| self.topic(name.as_ref()).is_none())
         {
             let available: Vec<&str> = self.topics.iter().map(|t| t.name.as_str()).collect();
-            let none = "no topic at all".to_owned();
+            let none = "no topics".to_owned();
             return Err(LogError::NoSuchTopic {
                 path: self.path.clone(),
                 topic: unknown.as_ref().to_owned(),
@@ -173,25 +172,25 @@ impl LogReader {
         Ok(self.select(|topic| names.iter().any(|name| name.as_ref() == topic.name)))
     }
 
-    fn select(&self, wanted: impl Fn(&Topic) -> bool) -> Messages {
+    fn select(&self, is_selected: impl Fn(&Topic) -> bool) -> Messages {
         let by_channel = |file: &FileIndex| {
             let topic = |channel: &Channel| {
                 self.topics
                     .iter()
-                    .find(|topic| channel.is_part_of(topic) && wanted(topic))
+                    .find(|topic| channel.is_part_of(topic) && is_selected(topic))
             };
             let channels = file.channels.iter();
             channels
                 .filter_map(|(id, channel)| Some((*id, topic(channel)?.clone())))
                 .collect()
         };
-        let wanted = self.files.iter().map(by_channel).collect();
-        Messages::new(self.files.clone(), wanted, self.damage.clone())
+        let selected = self.files.iter().map(by_channel).collect();
+        Messages::new(self.files.clone(), selected, self.damage.clone())
     }
 }
 
 impl Channel {
-    /// A topic may have several channels, in one file or in several.
+    /// Returns whether the channel belongs to a topic, which may have several channels in one or more files.
     fn is_part_of(&self, topic: &Topic) -> bool {
         self.topic == topic.name
             && self.type_name == topic.type_name
@@ -199,7 +198,7 @@ impl Channel {
     }
 }
 
-/// The channels of all files, put together by topic.
+/// Merges the channels of all files by topic.
 fn topics_of(files: &[FileIndex]) -> Vec<Arc<Topic>> {
     let mut topics = BTreeMap::new();
     for channel in files.iter().flat_map(|file| file.channels.values()) {

@@ -1,4 +1,5 @@
-//! Messages in the order of their log times, from chunks that are read when they are due.
+//! Iteration over messages in the order of their log times. Chunks are read when their first
+//! message is due.
 
 use std::{
     cmp::Ordering,
@@ -16,42 +17,43 @@ use super::{
 };
 use crate::{cdr, error::LogError, messages::Message};
 
-/// A message as the log holds it.
+/// A message as the log stores it.
 #[derive(Clone)]
 pub struct RawMessage {
-    /// Its topic.
+    /// Topic of the message.
     pub topic: Arc<Topic>,
-    /// When it was logged, in ns.
+    /// Log time, ns.
     pub log_time_ns: u64,
-    /// When it was published, in ns.
+    /// Publish time, ns.
     pub publish_time_ns: u64,
-    /// Its number among the messages of its publisher, where the writer counted them.
+    /// Sequence number among its publisher's messages, or 0 if the writer has not counted them.
     pub sequence: u32,
     records: Arc<Records>,
     data: Range<usize>,
 }
 
 impl RawMessage {
-    /// Its bytes.
+    /// Returns the encoded message.
     #[must_use]
     pub fn data(&self) -> &[u8] {
         self.records.body(self.data.clone())
     }
 
-    /// Decodes it.
+    /// Decodes the message.
     ///
     /// # Errors
-    /// If the topic has another type or encoding, or if the bytes are not exactly one message.
+    /// Returns [`LogError::WrongType`] or [`LogError::Encoding`] if the topic has another type or
+    /// encoding, and [`LogError::Decode`] if the bytes are not exactly one message.
     pub fn decode<M: Message>(&self) -> Result<M, LogError> {
         self.check::<M>()?;
         cdr::decode(self.data()).map_err(|source| self.undecodable(source))
     }
 
-    /// Decodes it into a message that is there already, whose allocations are reused. After an error
-    /// its fields mean nothing.
+    /// Decodes the message into an existing one, whose allocations are reused. After an error the
+    /// fields of `message` are unspecified.
     ///
     /// # Errors
-    /// As [`decode`](Self::decode).
+    /// Returns the errors of [`decode`](Self::decode).
     pub fn decode_into<M: Message>(&self, message: &mut M) -> Result<(), LogError> {
         self.check::<M>()?;
         cdr::decode_into(self.data(), message).map_err(|source| self.undecodable(source))
@@ -62,7 +64,7 @@ impl RawMessage {
             return Err(LogError::WrongType {
                 topic: self.topic.name.clone(),
                 type_name: self.topic.type_name.clone(),
-                wanted: M::TYPE,
+                requested: M::TYPE,
             });
         }
         if self.topic.encoding != "cdr" {
@@ -93,17 +95,17 @@ impl fmt::Debug for RawMessage {
     }
 }
 
-/// The messages of a log in the order of their log times, those of one time in the order of the
-/// log.
+/// Iterator over the messages of a log in the order of their log times. Messages with the same time
+/// keep the order of the log.
 ///
-/// Only those chunks are in memory whose times overlap. Where a file is damaged, its messages end
-/// and [`damage`](Self::damage) says so; that is not an error of the iteration.
+/// Only chunks with overlapping times are in memory together. The messages of a damaged file end at
+/// the damage, which [`damage`](Self::damage) reports; it is not an error of the iteration.
 #[derive(Debug)]
 pub struct Messages {
     files: Arc<[FileIndex]>,
-    /// The topics that are wanted, by channel, for each file.
-    wanted: Vec<BTreeMap<u16, Arc<Topic>>>,
-    /// File and segment of what is still to be read, the earliest last.
+    /// Selected topics by channel, for each file.
+    selected: Vec<BTreeMap<u16, Arc<Topic>>>,
+    /// File and segment of everything that is still to be read, the earliest last.
     due: Vec<(usize, usize)>,
     open: BinaryHeap<Cursor>,
     /// The file that was read last.
@@ -115,21 +117,27 @@ pub struct Messages {
 impl Messages {
     pub(super) fn new(
         files: Arc<[FileIndex]>,
-        wanted: Vec<BTreeMap<u16, Arc<Topic>>>,
+        selected: Vec<BTreeMap<u16, Arc<Topic>>>,
         damage: Vec<Damage>,
     ) -> Self {
         let mut due: Vec<(usize, usize)> = Vec::new();
-        for (f, (file, wanted)) in files.iter().zip(&wanted).enumerate() {
-            let has_wanted = |s: &usize| {
+        for (f, (file, selected)) in files.iter().zip(&selected).enumerate() {
+            let has_selected = |s: &usize| {
                 let channels = &file.segments[*s].channels;
-                channels.iter().any(|channel| wanted.contains_key(channel))
+                channels
+                    .iter()
+                    .any(|channel| selected.contains_key(channel))
             };
-            due.extend((0..file.segments.len()).filter(has_wanted).map(|s| (f, s)));
+            due.extend(
+                (0..file.segments.len())
+                    .filter(has_selected)
+                    .map(|s| (f, s)),
+            );
         }
         due.sort_by_key(|&(f, s)| std::cmp::Reverse((files[f].segments[s].first_ns, f, s)));
         Self {
             files,
-            wanted,
+            selected,
             due,
             open: BinaryHeap::new(),
             file: None,
@@ -138,14 +146,13 @@ impl Messages {
         }
     }
 
-    /// Where files could not be read further, as far as it is known by now: all of it when the
-    /// iteration has ended.
+    /// Returns the damage found so far. It is complete when the iteration has ended.
     #[must_use]
     pub fn damage(&self) -> &[Damage] {
         &self.damage
     }
 
-    /// Reads the segments that can hold the next message.
+    /// Reads all segments that can contain the next message.
     fn read_due(&mut self) -> Result<(), LogError> {
         while let Some(&(f, s)) = self.due.last() {
             let first_ns = self.files[f].segments[s].first_ns;
@@ -177,14 +184,14 @@ impl Messages {
         let records = segment.read(file)?;
         let mut entries = Vec::new();
         let known = &self.files[f].channels;
-        if let Err(what) = select(&records, known, &self.wanted[f], &mut entries) {
+        if let Err(what) = select(&records, known, &self.selected[f], &mut entries) {
             let damage = file.damage_at(segment.at_byte, what);
             self.stop_at(f, damage);
         }
         if entries.is_empty() {
             return Ok(None);
         }
-        // Stable, and almost free where the log is in order already.
+        // The sort is stable, and costs almost nothing if the log is already in order.
         entries.sort_by_key(|(head, _)| head.log_time_ns);
         let records = Arc::new(records);
         Ok(Some(Cursor {
@@ -196,7 +203,7 @@ impl Messages {
         }))
     }
 
-    /// Reads no more of a file.
+    /// Marks the rest of a file as read.
     fn stop_at(&mut self, f: usize, damage: Damage) {
         let at_byte = damage.at_byte;
         let files = &self.files;
@@ -211,7 +218,7 @@ impl Messages {
         let mut cursor = self.open.peek_mut()?;
         let (head, data) = cursor.entries.get(cursor.next)?.clone();
         let message = RawMessage {
-            topic: self.wanted[cursor.file].get(&head.channel)?.clone(),
+            topic: self.selected[cursor.file].get(&head.channel)?.clone(),
             log_time_ns: head.log_time_ns,
             publish_time_ns: head.publish_time_ns,
             sequence: head.sequence,
@@ -242,16 +249,16 @@ impl Iterator for Messages {
     }
 }
 
-/// Finds the wanted messages of a segment, up to a record that is wrong.
+/// Collects the selected messages of a segment, up to the first damaged record.
 fn select(
     records: &Records,
     known: &BTreeMap<u16, Channel>,
-    wanted: &BTreeMap<u16, Arc<Topic>>,
+    selected: &BTreeMap<u16, Arc<Topic>>,
     entries: &mut Vec<(MessageHead, Range<usize>)>,
 ) -> Result<(), &'static str> {
     for message in records.messages() {
         let (head, data) = message?;
-        if wanted.contains_key(&head.channel) {
+        if selected.contains_key(&head.channel) {
             entries.push((head, data));
         } else if !known.contains_key(&head.channel) {
             return Err("a message of an unknown channel");
@@ -260,7 +267,7 @@ fn select(
     Ok(())
 }
 
-/// The messages of a segment that has been read, of which `next` is the next.
+/// Messages of a segment in memory; `next` is the index of the next one.
 struct Cursor {
     file: usize,
     segment: usize,
@@ -281,7 +288,7 @@ impl Cursor {
     }
 }
 
-/// The earliest is the greatest, as a heap wants it.
+/// A binary heap returns its greatest element first, which has to be the earliest message.
 impl Ord for Cursor {
     fn cmp(&self, other: &Self) -> Ordering {
         other.key().cmp(&self.key())

@@ -1,4 +1,4 @@
-//! The summary at the end of a finished log: it says where everything is.
+//! The summary at the end of a finished log, which contains the index of the file.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,17 +15,17 @@ use crate::error::LogError;
 
 const FOOTER_BODY: u64 = 20;
 
-/// What a file's summary says.
+/// Result of reading a file's summary.
 pub(super) enum Summary {
-    /// Everything that reading needs.
+    /// The summary contains everything that reading needs.
     Whole(FileIndex),
-    /// Nothing, or not enough, as the writer left it.
+    /// There is no summary, or an incomplete one, as the writer left it.
     Absent,
-    /// It should be there and cannot be used.
+    /// There should be a summary, but it is damaged.
     Broken(Damage),
 }
 
-/// The records of a summary.
+/// Records of a summary.
 #[derive(Default)]
 struct Parts {
     schemas: BTreeMap<u16, String>,
@@ -58,7 +58,7 @@ fn broken_or_error(stop: Stop) -> Result<Summary, LogError> {
     }
 }
 
-/// Where the footer is, if the file ends as a finished log does.
+/// Returns the position of the footer, or `None` if the file does not end as a finished log.
 fn footer_position(file: &mut LogFile) -> Result<Option<u64>, LogError> {
     let magic = MAGIC.len() as u64;
     let tail = RECORD_HEADER + FOOTER_BODY + magic;
@@ -72,7 +72,7 @@ fn footer_position(file: &mut LogFile) -> Result<Option<u64>, LogError> {
     Ok((found && end == MAGIC).then_some(at_byte))
 }
 
-/// Reads the summary's records; nothing if the file has none.
+/// Reads the records of the summary, or `None` if the file has no summary.
 fn parse(file: &mut LogFile, footer_at: u64) -> Result<Option<Parts>, Stop> {
     let broken = |file: &LogFile, at| file.damage(at, "the log's index is damaged");
     let tail = file.read(footer_at, RECORD_HEADER + FOOTER_BODY)?;
@@ -144,8 +144,8 @@ impl Parts {
         }
     }
 
-    /// Whether the summary alone says what the file holds. It does not if the writer left parts
-    /// out, or wrote messages outside of chunks, which no index lists.
+    /// Returns whether the summary describes the whole content of the file. It does not if the
+    /// writer omitted records or wrote messages outside of chunks, which no index lists.
     fn suffice(&self) -> bool {
         let Some(statistics) = &self.statistics else {
             return false;
@@ -187,7 +187,8 @@ impl Parts {
         })
     }
 
-    /// First and last log time of a channel. Only those chunks are looked up that can have them.
+    /// Returns first and last log time of a channel, ns. Only chunks that can contain them are
+    /// looked up.
     fn times(&mut self, channel: u16, file: &mut LogFile) -> Result<Option<(u64, u64)>, Stop> {
         let (mut first, mut last) = (None, None);
         self.chunks.sort_by_key(|chunk| chunk.message_start_time);
@@ -215,7 +216,10 @@ impl Parts {
         let mut metadata = Metadata::new();
         for index in &self.metadata {
             let broken = |file: &LogFile| {
-                file.damage(index.offset, "no metadata record where the index says one")
+                file.damage(
+                    index.offset,
+                    "no metadata record at the position in the index",
+                )
             };
             let record = file.record_at(index.offset)?;
             let Some(record) = record.filter(|record| record.opcode == op::METADATA) else {
@@ -245,7 +249,7 @@ fn segment(chunk: &ChunkIndex) -> Segment {
     }
 }
 
-/// First and last log time of a channel in a chunk, from the chunk's index.
+/// Returns first and last log time of a channel in a chunk from the index of the chunk, ns.
 fn times_in(
     chunk: &ChunkIndex,
     channel: u16,
@@ -255,7 +259,7 @@ fn times_in(
         return Ok(None);
     };
     let broken =
-        |file: &LogFile| file.damage(at_byte, "no message index where the log's index says one");
+        |file: &LogFile| file.damage(at_byte, "no message index at the position in the index");
     let record = file.record_at(at_byte)?;
     let Some(record) = record.filter(|record| record.opcode == op::MESSAGE_INDEX) else {
         return Err(broken(file));

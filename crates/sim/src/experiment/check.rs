@@ -1,13 +1,13 @@
-//! Values that no experiment can have, and the line that has them.
+//! Checks of an experiment's values, and the lines of a file that violate them.
 
 use nalgebra::SymmetricEigen;
 use tactid_dynamics::symmetric_matrix;
 use toml::de::{DeTable, DeValue};
 
-use super::{Deviation, Experiment, JointExcitation, Noise, Posture};
+use super::{Experiment, JointExcitation, Noise, Posture, StdDev};
 use crate::SimError;
 
-/// Refuses with the field, its value and what would be right.
+/// Returns the error for a field's value; `why` states which values are allowed.
 fn refuse(field: impl Into<String>, value: impl std::fmt::Debug, why: &str) -> SimError {
     SimError::Value {
         line: None,
@@ -38,7 +38,7 @@ fn finite(field: &str, values: &[f64]) -> Result<(), SimError> {
     Err(refuse(field, values, "must be finite"))
 }
 
-/// No principal moment is negative or exceeds the sum of the other two.
+/// Checks that each principal moment of an inertia is positive and at most the sum of the other two.
 fn inertia(field: &str, entries: [f64; 6]) -> Result<(), SimError> {
     finite(field, &entries)?;
     let moments = SymmetricEigen::new(symmetric_matrix(entries)).eigenvalues;
@@ -46,7 +46,7 @@ fn inertia(field: &str, entries: [f64; 6]) -> Result<(), SimError> {
     if moments.min() > 0.0 && 2.0 * moments.max() <= moments.sum() + slack {
         return Ok(());
     }
-    let why = "is no inertia of a rigid body: every principal moment must be positive and at most the sum of the other two";
+    let why = "is not the inertia of a rigid body: every principal moment must be positive and at most the sum of the other two";
     Err(refuse(field, entries, why))
 }
 
@@ -153,7 +153,7 @@ fn excitation(e: &Experiment) -> Result<(), SimError> {
 }
 
 fn noise(n: &Noise) -> Result<(), SimError> {
-    for (field, deviation, channels) in [
+    for (field, std_dev, channels) in [
         ("joint_position_rad", &n.joint_position_rad, None),
         ("joint_velocity_rad_s", &n.joint_velocity_rad_s, None),
         ("joint_torque_nm", &n.joint_torque_nm, None),
@@ -176,10 +176,10 @@ fn noise(n: &Noise) -> Result<(), SimError> {
         ("contact_force_n", &n.contact_force_n, Some(3)),
     ] {
         let field = format!("noise.{field}");
-        match deviation {
-            Deviation::All(value) => not_negative(field, *value)?,
-            Deviation::Each(values) => {
-                // How many joints there are, the robot says.
+        match std_dev {
+            StdDev::All(value) => not_negative(field, *value)?,
+            StdDev::Each(values) => {
+                // The number of joints is known when the robot is read.
                 if let Some(channels) = channels.filter(|&channels| channels != values.len()) {
                     let why = format!("must be one number, or {channels}");
                     return Err(refuse(field, values, &why));
@@ -193,7 +193,7 @@ fn noise(n: &Noise) -> Result<(), SimError> {
     Ok(())
 }
 
-/// Adds to a refused value the line of `text` that has it.
+/// Adds the line of `text` that contains the field to a [`SimError::Value`].
 pub(super) fn with_line(error: SimError, text: &str) -> SimError {
     match error {
         SimError::Value {
@@ -208,7 +208,8 @@ pub(super) fn with_line(error: SimError, text: &str) -> SimError {
     }
 }
 
-/// The line, from 1, of `table.field` or `table.list[2].field`; of the innermost part that the file has.
+/// Returns the line, counted from 1, of `table.field` or `table.list[2].field`, or of the innermost table or list that
+/// the file contains.
 fn line_of(field: &str, text: &str) -> Option<usize> {
     let document = DeTable::parse(text).ok()?;
     let mut span = None;
@@ -247,7 +248,7 @@ mod tests {
         Experiment::from_toml(text).unwrap_err().to_string()
     }
 
-    /// Whatever is refused is refused with its line.
+    /// The error for an impossible value contains its line.
     #[test]
     fn impossible_values_say_their_line() {
         for (text, start) in [
@@ -293,7 +294,7 @@ mod tests {
         }
     }
 
-    /// A field that does not exist and a value of the wrong type are refused with their line.
+    /// The errors for an unknown field and for a value of the wrong type contain their line.
     #[test]
     fn unknown_fields_say_their_line() {
         for (text, line, what) in [
@@ -315,7 +316,7 @@ mod tests {
         }
     }
 
-    /// The documented file, the defaults and the paper's experiment are one.
+    /// The documented file, the defaults and the paper's experiment are equal.
     #[test]
     fn the_papers_file_is_the_default() {
         let file = Experiment::from_toml(crate::PAPER_TOML).unwrap();

@@ -1,15 +1,16 @@
-//! How much noise the sensors have.
+//! Noise of the sensors.
 
 use serde::{Deserialize, Serialize};
 
 use crate::SimError;
 
-/// Standard deviation of the white noise on each sensor channel, a new value for every sample and axis.
-/// Default zero for all. It is in what is measured and logged, not in what moves the robot.
+/// Standard deviations of the white noise on the sensor channels, with a new value for every sample and axis.
 ///
-/// A list has one for each channel: each moving joint as the log orders them, fingers included; x, y and z, of
-/// the base in world axes and of the IMU in its own; of the fingers x, y and z of the first, then of the
-/// second, each in its own frame.
+/// The default is zero for all channels. The noise is added to measurements, not to the motion of the robot.
+///
+/// A list has one entry for each channel: for joints, each moving joint in the order of the log, fingers included; for
+/// base and IMU, x, y and z, along world axes for the base and along its own axes for the IMU; for fingers, x, y and z of
+/// the first finger and then of the second, each in its own frame.
 ///
 /// ```
 /// use tactid_sim::Experiment;
@@ -23,41 +24,44 @@ use crate::SimError;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Noise {
-    /// Joint positions, rad (m for a prismatic joint), of each moving joint.
-    pub joint_position_rad: Deviation,
-    /// Joint velocities, rad/s (m/s), of each moving joint.
-    pub joint_velocity_rad_s: Deviation,
-    /// Joint torques, N m (N), of each moving joint.
-    pub joint_torque_nm: Deviation,
-    /// Position of the base, m.
-    pub base_position_m: Deviation,
-    /// Orientation of the base, as a rotation vector, rad.
-    pub base_orientation_rad: Deviation,
-    /// Velocity of the base, m/s.
-    pub base_velocity_m_s: Deviation,
-    /// Angular velocity of the base, rad/s.
-    pub base_angular_velocity_rad_s: Deviation,
-    /// Angular velocity by the IMU, rad/s.
-    pub imu_angular_velocity_rad_s: Deviation,
-    /// Linear acceleration by the IMU, m/s².
-    pub imu_acceleration_m_s2: Deviation,
-    /// Force of each finger, N.
-    pub finger_force_n: Deviation,
-    /// Moment of each finger, N m.
-    pub finger_moment_nm: Deviation,
-    /// Force at each contact point, N.
-    pub contact_force_n: Deviation,
+    /// Standard deviation of the joint positions, rad (m for a prismatic joint).
+    pub joint_position_rad: StdDev,
+    /// Standard deviation of the joint velocities, rad/s (m/s for a prismatic joint).
+    pub joint_velocity_rad_s: StdDev,
+    /// Standard deviation of the joint torques, N m (N for a prismatic joint).
+    pub joint_torque_nm: StdDev,
+    /// Standard deviation of the base position, m.
+    pub base_position_m: StdDev,
+    /// Standard deviation of the base orientation, as a rotation vector, rad.
+    pub base_orientation_rad: StdDev,
+    /// Standard deviation of the base velocity, m/s.
+    pub base_velocity_m_s: StdDev,
+    /// Standard deviation of the base angular velocity, rad/s.
+    pub base_angular_velocity_rad_s: StdDev,
+    /// Standard deviation of the IMU's angular velocity, rad/s.
+    pub imu_angular_velocity_rad_s: StdDev,
+    /// Standard deviation of the IMU's linear acceleration, m/s².
+    pub imu_acceleration_m_s2: StdDev,
+    /// Standard deviation of the force of each finger, N.
+    pub finger_force_n: StdDev,
+    /// Standard deviation of the moment of each finger, N m.
+    pub finger_moment_nm: StdDev,
+    /// Standard deviation of the force at each contact point, N.
+    pub contact_force_n: StdDev,
 }
 
 impl Noise {
-    /// Whether lists for joints are as long as the robot has moving joints.
+    /// Checks that each list for joints has one entry for each moving joint of the robot.
+    ///
+    /// # Errors
+    /// Returns [`SimError::Robot`] for the first list that does not.
     pub(crate) fn check_joints(&self, joints: usize) -> Result<(), SimError> {
-        for (field, deviation) in [
+        for (field, std_dev) in [
             ("joint_position_rad", &self.joint_position_rad),
             ("joint_velocity_rad_s", &self.joint_velocity_rad_s),
             ("joint_torque_nm", &self.joint_torque_nm),
         ] {
-            if let Deviation::Each(values) = deviation
+            if let StdDev::Each(values) = std_dev
                 && values.len() != joints
             {
                 return Err(SimError::Robot(format!(
@@ -70,41 +74,41 @@ impl Noise {
     }
 }
 
-/// Standard deviations of one kind of channels.
+/// Standard deviation of each channel of one kind, in the unit of the field that holds it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(
     untagged,
     expecting = "expected a number, or a list of one for each channel"
 )]
-pub enum Deviation {
-    /// Of all alike.
+pub enum StdDev {
+    /// The same standard deviation for all channels.
     All(f64),
-    /// Of each.
+    /// One standard deviation for each channel.
     Each(Vec<f64>),
 }
 
-impl Default for Deviation {
+impl Default for StdDev {
     fn default() -> Self {
         Self::All(0.0)
     }
 }
 
-impl From<f64> for Deviation {
-    fn from(deviation: f64) -> Self {
-        Self::All(deviation)
+impl From<f64> for StdDev {
+    fn from(std_dev: f64) -> Self {
+        Self::All(std_dev)
     }
 }
 
-impl Deviation {
-    /// Of one channel, from 0.
+impl StdDev {
+    /// Returns the standard deviation of one channel, counted from 0.
     ///
     /// # Panics
-    /// Where there is a list and the channel is not in it; a run checks its length before.
+    /// Panics if there is a list without that channel. [`Simulation::new`](crate::Simulation::new) checks its length.
     #[must_use]
     pub fn of(&self, channel: usize) -> f64 {
         match self {
-            Self::All(deviation) => *deviation,
-            Self::Each(deviations) => deviations[channel],
+            Self::All(std_dev) => *std_dev,
+            Self::Each(std_devs) => std_devs[channel],
         }
     }
 }

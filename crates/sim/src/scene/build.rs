@@ -1,4 +1,4 @@
-//! Putting the robot and the payload into Rapier, the pads just clear of the handle.
+//! Construction of the scene in Rapier, with the pads just clear of the handle.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rapier3d_f64::dynamics::{
@@ -19,15 +19,19 @@ use crate::convert::{glam_matrix, glam_pose, glam_vector};
 use crate::robot::{BoxShape, MovingJoint, Robot};
 use crate::{Experiment, SimError};
 
-/// Pads and handle touch each other and nothing else.
+/// Collision group of the pads, which collide with the handle only.
 const PADS: Group = Group::GROUP_1;
+/// Collision group of the handle, which collides with the pads only.
 const HANDLE: Group = Group::GROUP_2;
 
-/// How far each pad is from the handle before it closes, m.
+/// Distance of each pad from the handle before the gripper closes, m.
 const CLEARANCE_M: f64 = 20e-6;
 
 impl Scene {
-    /// The experiment's robot in its posture, at rest, the base's centre of mass at the world's origin.
+    /// Builds the experiment's robot in its posture, at rest, with the base's centre of mass at the world's origin.
+    ///
+    /// # Errors
+    /// Returns a fault of the robot, or [`SimError::Grasp`] if the fingers do not reach the handle.
     pub(crate) fn new(experiment: &Experiment) -> Result<Self, SimError> {
         let robot = Robot::from_urdf(&experiment.urdf()?, experiment.base.as_ref())?;
         let tool = robot.link(&experiment.robot.tool)?.clone();
@@ -130,20 +134,20 @@ impl Scene {
         multibody.apply_displacements(&displacement);
         multibody.forward_kinematics(&self.bodies, false);
         multibody.update_rigid_bodies(&mut self.bodies, true);
-        multibody.damping_mut().fill(0.0); // Rapier's default acts on the free base, too
+        multibody.damping_mut().fill(0.0); // Rapier's default also damps the free base
         for &body in &self.drives {
             multibody.damping_mut()[self.links[body].dof] = DRIVE_DAMPING;
         }
     }
 
-    /// The payload's own frame stands at its centre of mass, along the tool's axes.
+    /// Places the payload, whose frame is at its centre of mass with the axes of the tool frame.
     fn place_payload(&mut self, experiment: &Experiment, world_from_tool: &Isometry3<f64>) {
         let [x, y, z] = experiment.payload.center_of_mass_m;
         let pose = world_from_tool * Isometry3::translation(x, y, z);
         self.bodies[self.payload].set_position(glam_pose(&pose), true);
     }
 
-    /// Moves each finger to where its pad is just clear of the handle.
+    /// Moves each finger so that its pad is just clear of the handle.
     fn close_to_clearance(
         &mut self,
         experiment: &Experiment,
@@ -182,7 +186,7 @@ impl Scene {
     }
 }
 
-/// The farthest that a box reaches along `direction`, m.
+/// Returns the largest coordinate of a box along the unit vector `direction`, m.
 fn extent(shape: &BoxShape, world_from_body: &Isometry3<f64>, direction: &Vector3<f64>) -> f64 {
     let pose = world_from_body * shape.body_from_box;
     let along = pose.rotation.inverse() * direction;
@@ -211,7 +215,7 @@ fn fingers(robot: &Robot, experiment: &Experiment) -> Result<[usize; 2], SimErro
     Ok([find(left)?, find(right)?])
 }
 
-/// The bodies that joints of the arm move.
+/// Returns the indices of the bodies that the arm's joints move, without the fingers.
 fn arm(robot: &Robot, fingers: [usize; 2]) -> Vec<usize> {
     let bodies = robot.joints().map(|(body, _)| body);
     bodies.filter(|body| !fingers.contains(body)).collect()
@@ -263,7 +267,7 @@ fn find_links(
     links.ok_or_else(|| SimError::Robot("no joint moves".to_owned()))
 }
 
-/// Joint frames are turned so that the axis is z.
+/// Returns the joint for Rapier, with frames whose z axis is the joint's axis.
 fn rapier_joint(joint: &MovingJoint) -> GenericJoint {
     let body_from_joint = UnitQuaternion::rotation_between(&Vector3::z(), &joint.axis)
         .unwrap_or_else(|| {
@@ -301,7 +305,7 @@ fn payload_body(mass: &MassProperties) -> RigidBodyBuilder {
         .gyroscopic_forces_enabled(true)
 }
 
-/// In the payload's frame.
+/// Returns the handle in the payload's frame.
 fn handle_shape(experiment: &Experiment) -> BoxShape {
     let handle = &experiment.payload.handle;
     let center =

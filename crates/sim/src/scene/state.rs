@@ -1,18 +1,18 @@
-//! Where everything is and how fast it moves, read from Rapier once a step.
+//! Poses and velocities of all bodies, read from Rapier once in each step.
 
 use nalgebra::{Isometry3, Vector3};
 
 use super::Scene;
 use crate::convert;
 
-/// A body's frame and velocity, in world.
+/// Pose and velocity of a body, expressed in the world frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BodyState {
-    /// `world_from_body`.
+    /// Pose `world_from_body`.
     pub pose: Isometry3<f64>,
-    /// Of the centre of mass, m/s.
+    /// Velocity of the centre of mass, m/s.
     pub velocity: Vector3<f64>,
-    /// rad/s.
+    /// Angular velocity, rad/s.
     pub angular_velocity: Vector3<f64>,
 }
 
@@ -26,16 +26,16 @@ impl BodyState {
     }
 }
 
-/// Positions and velocities between two steps: of step k, `x_k` and `v_k`, where `v_k` belongs to the time half a
-/// step before `x_k`.
+/// Positions `x_k` and velocities `v_k` after step k. The velocities belong to the time half a step before the positions.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
-    /// All joints, fingers included, in the order of the robot's bodies.
+    /// Positions of all joints, fingers included, in the order of the robot's bodies, rad or m.
     pub joint_position: Vec<f64>,
+    /// Velocities of these joints, rad/s or m/s.
     pub joint_velocity: Vec<f64>,
-    /// Every body of the robot, the base first.
+    /// All bodies of the robot, the base first.
     pub bodies: Vec<BodyState>,
-    /// Its frame stands at its centre of mass.
+    /// The payload, whose frame is at its centre of mass.
     pub payload: BodyState,
 }
 
@@ -67,7 +67,7 @@ impl Scene {
             let velocity = multibody.generalized_velocity();
             for (index, (link, body)) in self.links.iter().zip(&mut state.bodies).enumerate() {
                 body.pose = convert::pose(self.bodies[link.handle].position());
-                // The velocities that Rapier keeps with the links are one step old.
+                // The velocities that Rapier stores with the links are one step old.
                 let twist = multibody.body_jacobian(link.id) * velocity;
                 body.velocity = twist.fixed_rows::<3>(0).into_owned();
                 body.angular_velocity = twist.fixed_rows::<3>(3).into_owned();
@@ -96,7 +96,7 @@ impl Scene {
             .joint
             .as_ref()
             .is_some_and(|j| j.prismatic);
-        // Joint frames are turned so that the axis is z: the third linear or the third angular coordinate.
+        // The z axis of a joint's frame is its axis: the third linear or the third angular coordinate.
         let coordinate = if prismatic { 2 } else { 5 };
         multibody
             .link(link_id)

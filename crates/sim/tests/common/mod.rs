@@ -1,4 +1,5 @@
-//! The payload by least squares on `[f; n] = Y π`, straight from the samples: no log, no filter, no tactid-identify.
+//! Identification of the payload by least squares on `[f; n] = Y π` from the samples, without log, filter or
+//! tactid-identify.
 
 use nalgebra::{Isometry3, SMatrix, SVector, Translation3, Vector3};
 use tactid_dynamics::{
@@ -10,7 +11,7 @@ use tactid_sim::{Sample, Simulation};
 
 type Failure = Box<dyn std::error::Error>;
 
-/// Sums of the rows `[f; n] = Y π`.
+/// Normal equations of `[f; n] = Y π`.
 pub(crate) struct LeastSquares {
     normal: SMatrix<f64, 10, 10>,
     right: SVector<f64, 10>,
@@ -40,7 +41,7 @@ impl LeastSquares {
     }
 }
 
-/// The middle of the interval between two samples.
+/// State in the middle between two samples.
 struct Middle {
     base: FrameMotion,
     position: Vec<f64>,
@@ -85,19 +86,20 @@ impl Middle {
     }
 }
 
-/// Forms rows from the intervals between samples, in both ways, and compares joint torques on the way.
+/// Forms the equations of both methods from consecutive samples, and compares joint torques with the inverse dynamics.
 pub(crate) struct Identifier {
-    robot: Manipulator,
-    /// Without gripper: what the joint-sensing way knows.
-    rest: Manipulator,
-    loaded: Manipulator,
-    workspace: Workspace,
+    /// State of the robot with its gripper and without payload.
+    robot: Workspace,
+    /// State of the robot without its gripper, which joint sensing identifies together with the payload.
+    rest: Workspace,
+    /// State of the robot with the payload.
+    loaded: Workspace,
     tool: FrameId,
     fingers: [FrameId; 2],
     last: Option<Sample>,
     tactile: LeastSquares,
     joint_sensing: LeastSquares,
-    /// Sums of squares.
+    /// Sum of squares of the torque errors.
     torque_error: f64,
     torque: f64,
 }
@@ -109,15 +111,14 @@ impl Identifier {
         let tool = robot.frame("tool0")?;
         let payload = InertialParameters::from(*simulation.payload_in_tool());
         Ok(Self {
-            rest: robot.without_subtree(tool),
-            loaded: robot.with_payload(tool, &payload),
-            workspace: Workspace::new(&robot),
+            rest: Workspace::new(&robot.without_subtree(tool)),
+            loaded: Workspace::new(&robot.with_payload(tool, &payload)),
             tool,
             fingers: [
                 robot.frame("finger_left_link")?,
                 robot.frame("finger_right_link")?,
             ],
-            robot,
+            robot: Workspace::new(&robot),
             last: None,
             tactile: LeastSquares::default(),
             joint_sensing: LeastSquares::default(),
@@ -126,7 +127,7 @@ impl Identifier {
         })
     }
 
-    /// What the fingers feel, in the tool frame; the fingers' frames stand where their joints say.
+    /// Returns the sum of the fingers' wrenches in the tool frame, with the fingers' poses from their joint positions.
     fn wrench_in_tool(&mut self, sample: &Sample) -> Result<Wrench, Failure> {
         let joints = JointMotion {
             position: &sample.joint_position,
@@ -134,21 +135,20 @@ impl Identifier {
             acceleration: &sample.joint_velocity,
         };
         motion(
-            &self.robot,
-            &mut self.workspace,
+            &mut self.robot,
             &FrameMotion::at_rest(sample.base.pose),
             joints,
         )?;
-        let tool_from_world = self.workspace.pose(&self.robot, self.tool).inverse();
+        let tool_from_world = self.robot.pose(self.tool).inverse();
         let mut sum = Wrench::zero();
         for (frame, finger) in self.fingers.into_iter().zip(&sample.fingers) {
-            let tool_from_finger = tool_from_world * self.workspace.pose(&self.robot, frame);
+            let tool_from_finger = tool_from_world * self.robot.pose(frame);
             sum = sum + finger.wrench.expressed_in(&tool_from_finger);
         }
         Ok(sum)
     }
 
-    /// One set of rows for the interval that ends with `sample`.
+    /// Adds the equations of the interval that ends with `sample`.
     pub(crate) fn push(&mut self, sample: &Sample) -> Result<(), Failure> {
         let Some(last) = self.last.replace(sample.clone()) else {
             return Ok(());
@@ -161,65 +161,47 @@ impl Identifier {
         let middle = Middle::new(&last, sample);
         let gravity = Vector3::zeros();
 
-        motion(
-            &self.robot,
-            &mut self.workspace,
-            &middle.base,
-            middle.joints(),
-        )?;
-        let tool = self
-            .workspace
-            .frame_motion(&self.robot, self.tool)
-            .in_frame(&gravity);
+        motion(&mut self.robot, &middle.base, middle.joints())?;
+        let tool = self.robot.frame_motion(self.tool).in_frame(&gravity);
         self.tactile.push(&tool, &mean);
 
-        motion(
-            &self.loaded,
-            &mut self.workspace,
-            &middle.base,
-            middle.joints(),
-        )?;
-        forces(&self.loaded, &mut self.workspace, &gravity);
-        for (joint, wanted) in self.workspace.joint_torques().iter().take(6).enumerate() {
+        motion(&mut self.loaded, &middle.base, middle.joints())?;
+        forces(&mut self.loaded, &gravity);
+        for (joint, expected) in self.loaded.joint_torques()?.iter().take(6).enumerate() {
             let torque = 0.5 * (last.joint_torque[joint] + sample.joint_torque[joint]);
-            self.torque_error += (torque - wanted).powi(2);
-            self.torque += wanted.powi(2);
+            self.torque_error += (torque - expected).powi(2);
+            self.torque += expected.powi(2);
         }
 
-        motion(
-            &self.rest,
-            &mut self.workspace,
-            &middle.base,
-            middle.joints(),
-        )?;
-        let wrench = wrench_on_end_effector(&self.rest, &self.workspace, self.tool);
+        motion(&mut self.rest, &middle.base, middle.joints())?;
+        let wrench = wrench_on_end_effector(&self.rest, self.tool);
         self.joint_sensing.push(&tool, &wrench);
         Ok(())
     }
 
-    /// The payload by the contact wrenches.
+    /// Returns the payload from the contact wrenches.
     pub(crate) fn tactile(&self) -> Result<MassProperties, Failure> {
         Ok(self.tactile.solve()?.mass_properties().ok_or("no mass")?)
     }
 
-    /// The payload by the motion of base and links, the gripper taken off.
+    /// Returns the payload from the motion of base and links, with the gripper subtracted.
     pub(crate) fn joint_sensing(&mut self) -> Result<MassProperties, Failure> {
         let Some(sample) = self.last.clone() else {
             return Err("no samples".into());
         };
-        self.wrench_in_tool(&sample)?; // moves the workspace there
-        let gripper = self.robot.subtree_parameters(&self.workspace, self.tool);
+        self.wrench_in_tool(&sample)?; // moves the robot there
+        let gripper = self.robot.subtree_parameters(self.tool);
         let payload = self.joint_sensing.solve()? - gripper;
         Ok(payload.mass_properties().ok_or("no mass")?)
     }
 
-    /// How far measured joint torques are from inverse dynamics: the rms of the difference over that of the torque.
+    /// Returns the rms difference between measured joint torques and inverse dynamics, relative to the rms torque.
     pub(crate) fn torque_error(&self) -> f64 {
         (self.torque_error / self.torque).sqrt()
     }
 }
 
-/// In percent of the nominal value, or for a zero of the largest of its kind.
+/// Returns the error of each parameter in percent of its nominal value, or of the largest of its kind for a zero.
 pub(crate) fn errors_percent(
     estimate: &MassProperties,
     nominal: &MassProperties,
@@ -242,7 +224,7 @@ pub(crate) fn errors_percent(
     errors
 }
 
-/// The worst of the ten, in percent.
+/// Returns the largest error of the ten parameters in percent.
 #[allow(dead_code)] // not every user of this module asks
 pub(crate) fn worst_percent(estimate: &MassProperties, nominal: &MassProperties) -> f64 {
     let errors = errors_percent(estimate, nominal);

@@ -1,6 +1,6 @@
 //! The motion of a free-floating base: what moves the payload comes from the robot's own momentum.
 
-use tactid_dynamics::Wrench;
+use tactid_dynamics::{StateError, Wrench};
 
 use super::regressor::WrenchRegressor;
 use super::source::{MeasurementSource, RobotState};
@@ -31,10 +31,10 @@ impl MeasurementSource for BaseSource {
         robot: &RobotState<'_>,
         regressor: &WrenchRegressor,
         rows: &mut [Row],
-    ) {
+    ) -> Result<(), StateError> {
         let world_from_base = &instant.base.pose;
         let base_from_world = world_from_base.rotation.inverse();
-        let on_known = robot.workspace.base_wrench();
+        let on_known = robot.workspace.base_wrench()?;
         // (28), (33): the wrench of the known bodies and that of the payload sum to zero.
         let target = Wrench {
             force: base_from_world * -on_known.force,
@@ -43,6 +43,7 @@ impl MeasurementSource for BaseSource {
         let base_from_tool = world_from_base.inv_mul(&robot.world_from_tool());
         let in_base = regressor.expressed_in(&base_from_tool);
         in_base.fill_rows(&target, rows);
+        Ok(())
     }
 
     fn needs_forces(&self) -> bool {

@@ -1,7 +1,7 @@
 //! The joint efforts beyond those of the arm, `Jᵀ [f_U; n_U]`: the payload alone.
 
 use nalgebra::{DMatrix, DVector, Vector6};
-use tactid_dynamics::{FrameId, JointKind, Manipulator};
+use tactid_dynamics::{StateError, FrameId, JointKind, Manipulator};
 
 use super::regressor::WrenchRegressor;
 use super::source::{MeasurementSource, RobotState};
@@ -62,9 +62,9 @@ impl MeasurementSource for EffortSource {
         robot: &RobotState<'_>,
         regressor: &WrenchRegressor,
         rows: &mut [Row],
-    ) {
+    ) -> Result<(), StateError> {
         let workspace = robot.workspace;
-        workspace.jacobian(robot.known, robot.tool, &mut self.jacobian);
+        workspace.jacobian(robot.tool, &mut self.jacobian)?;
         // Jᵀ Y π = τ - τ_arm: principle of virtual work, with τ_i = z_i · n_i of (34) for the arm alone.
         for (row, &joint) in rows.iter_mut().zip(&self.loaded_joints) {
             let column = &self.jacobian[joint];
@@ -72,9 +72,10 @@ impl MeasurementSource for EffortSource {
             row.gravity = regressor.gravity.tr_mul(column);
             row.target = instant.joint_effort[joint];
             if !self.is_net {
-                row.target -= workspace.joint_torques()[joint];
+                row.target -= workspace.joint_torques()?[joint];
             }
         }
+        Ok(())
     }
 
     fn known_noise(&self, _robot: &RobotState<'_>) -> Option<DMatrix<f64>> {

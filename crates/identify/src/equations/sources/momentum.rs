@@ -1,6 +1,6 @@
 //! The motion of all bodies but the end-effector, (30) and (44): gripper and payload as one body.
 
-use tactid_dynamics::wrench_on_end_effector;
+use tactid_dynamics::{StateError, wrench_on_end_effector};
 
 use super::regressor::WrenchRegressor;
 use super::source::{MeasurementSource, RobotState};
@@ -28,10 +28,11 @@ impl MeasurementSource for MomentumSource {
         robot: &RobotState<'_>,
         regressor: &WrenchRegressor,
         rows: &mut [Row],
-    ) {
+    ) -> Result<(), StateError> {
         // f_U = -f_K of (29)-(30), n_U of (44)
-        let wrench = wrench_on_end_effector(robot.known, robot.workspace, robot.tool);
+        let wrench = wrench_on_end_effector(robot.workspace, robot.tool);
         regressor.fill_rows(&wrench, rows);
+        Ok(())
     }
 
     fn includes_gripper(&self) -> bool {

@@ -1,7 +1,7 @@
 //! What every measurement source provides, and the state of the robot that it computes its rows from.
 
 use nalgebra::{DMatrix, Isometry3};
-use tactid_dynamics::{FrameId, Manipulator, Workspace};
+use tactid_dynamics::{FrameId, StateError, Workspace};
 
 use super::regressor::WrenchRegressor;
 use crate::equations::channels::Channel;
@@ -17,13 +17,16 @@ pub(crate) trait MeasurementSource {
     fn kinds(&self) -> Vec<usize>;
 
     /// Fills the rows of an instant, one for each channel. Allocates nothing.
+    ///
+    /// # Errors
+    /// Where the source uses forces and [`needs_forces`](Self::needs_forces) does not say so.
     fn fill(
         &mut self,
         instant: &Instant,
         robot: &RobotState<'_>,
         regressor: &WrenchRegressor,
         rows: &mut [Row],
-    );
+    ) -> Result<(), StateError>;
 
     /// Covariance of the noise of one sample across the channels, where it is known, at the robot's
     /// posture.
@@ -56,9 +59,8 @@ pub(crate) trait MeasurementSource {
 /// Motion of the known bodies of the robot at one instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RobotState<'a> {
-    /// The bodies whose parameters are known: the whole robot, or all but the links below the tool.
-    pub(crate) known: &'a Manipulator,
-    /// Motion of the known bodies and, where a source needs them, the forces that move them.
+    /// Motion of the bodies whose parameters are known (the whole robot, or all but the links below the
+    /// tool) and, where a source needs them, the forces that move them.
     pub(crate) workspace: &'a Workspace,
     /// The end-effector frame `Σ_U`.
     pub(crate) tool: FrameId,
@@ -67,6 +69,6 @@ pub(crate) struct RobotState<'a> {
 impl RobotState<'_> {
     /// Pose of the tool frame in the inertial frame.
     pub(crate) fn world_from_tool(&self) -> Isometry3<f64> {
-        self.workspace.pose(self.known, self.tool)
+        self.workspace.pose(self.tool)
     }
 }

@@ -1,7 +1,7 @@
 //! The wrenches of the fingers or of a wrist sensor, (47): the payload alone.
 
 use nalgebra::{DMatrix, SMatrix, SVector};
-use tactid_dynamics::{FrameId, Manipulator, Wrench};
+use tactid_dynamics::{StateError, FrameId, Manipulator, Wrench};
 
 use super::regressor::{WrenchRegressor, columns_expressed_in};
 use super::source::{MeasurementSource, RobotState};
@@ -57,15 +57,16 @@ impl MeasurementSource for WrenchSource {
         robot: &RobotState<'_>,
         regressor: &WrenchRegressor,
         rows: &mut [Row],
-    ) {
+    ) -> Result<(), StateError> {
         let tool_from_world = robot.world_from_tool().inverse();
         let wrenches = self.sensors.iter().zip(&instant.wrenches);
         // (47): f_U and n_U are the sums over all fingers.
         let sum = wrenches.fold(Wrench::zero(), |sum, (&sensor, wrench)| {
-            let world_from_sensor = robot.workspace.pose(robot.known, sensor);
+            let world_from_sensor = robot.workspace.pose(sensor);
             sum + wrench.expressed_in(&(tool_from_world * world_from_sensor))
         });
         regressor.fill_rows(&sum, rows);
+        Ok(())
     }
 
     /// The covariance of the sum of independent sensors, in `Σ_U` and about its origin.
@@ -76,7 +77,7 @@ impl MeasurementSource for WrenchSource {
         let tool_from_world = robot.world_from_tool().inverse();
         let mut covariance = SMatrix::<f64, 6, 6>::zeros();
         for (&sensor, std_devs) in self.sensors.iter().zip(&self.noise) {
-            let tool_from_sensor = tool_from_world * robot.workspace.pose(robot.known, sensor);
+            let tool_from_sensor = tool_from_world * robot.workspace.pose(sensor);
             let root = columns_expressed_in(&SMatrix::from_diagonal(std_devs), &tool_from_sensor);
             covariance += root * root.transpose();
         }

@@ -1,99 +1,31 @@
-//! From a URDF to a [`Manipulator`].
+//! The tree of links that a URDF describes, from its lists of links and joints.
 
-use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
-use std::path::Path;
 
-use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Unit, Vector3};
 use urdf_rs::JointType;
 
-use crate::manipulator::{BaseKind, Frame, Joint, JointKind, Manipulator, check_body};
-use crate::{InertialParameters, MassProperties, ModelError, symmetric_matrix};
+use super::{isometry, link_parameters, not_finite};
+use crate::ModelError;
+use crate::manipulator::{BaseKind, Joint, JointKind, Link, Manipulator};
 
-impl Manipulator {
-    /// Reads the text of a URDF. Meshes are not looked for.
-    ///
-    /// # Errors
-    /// Each says which link or joint is at fault and why.
-    pub fn from_urdf(xml: &str, base_kind: BaseKind) -> Result<Self, ModelError> {
-        Self::from_urdf_below(xml, base_kind, None)
-    }
-
-    /// As [`Self::from_urdf`], from a file.
-    ///
-    /// # Errors
-    /// As [`Self::from_urdf`], or [`ModelError::File`].
-    pub fn from_urdf_file(path: &Path, base_kind: BaseKind) -> Result<Self, ModelError> {
-        let xml = std::fs::read_to_string(path).map_err(|source| ModelError::File {
-            path: path.display().to_string(),
-            source,
-        })?;
-        Self::from_urdf(&xml, base_kind)
-    }
-
-    /// As [`Self::from_urdf`], but only `base` and what hangs below it; the URDF's root for `None`.
-    ///
-    /// # Errors
-    /// As [`Self::from_urdf`], or [`ModelError::UnknownFrame`].
-    pub fn from_urdf_below(
-        xml: &str,
-        base_kind: BaseKind,
-        base: Option<&str>,
-    ) -> Result<Self, ModelError> {
-        let urdf = urdf_rs::read_from_string(&with_declared_prefixes(xml))
-            .map_err(|error| ModelError::Syntax(error.to_string()))?;
-        Tree::new(&urdf)?.build(base_kind, base)
-    }
-}
-
-/// The text with every namespace prefix declared: generators leave `drake:` and the like undeclared, and
-/// other URDF parsers let them pass.
-fn with_declared_prefixes(xml: &str) -> Cow<'_, str> {
-    let mut declared = HashSet::new();
-    let mut declarations = String::new();
-    // A name before a colon, which stands after `<`, `</` or a space within a tag.
-    for (at, _) in xml.match_indices(':') {
-        let before = &xml[..at];
-        let start = before
-            .rfind(|c: char| !(c.is_alphanumeric() || "_-.".contains(c)))
-            .map_or(0, |k| {
-                k + before[k..].chars().next().map_or(1, char::len_utf8)
-            });
-        let prefix = &before[start..];
-        let in_a_tag = before.rfind('<') > before.rfind('>');
-        let is_name = prefix.starts_with(|c: char| c.is_alphabetic() || c == '_');
-        let quotes = before[before.rfind('<').unwrap_or(0)..]
-            .matches('"')
-            .count();
-        if !in_a_tag || !is_name || quotes % 2 == 1 || ["xml", "xmlns"].contains(&prefix) {
-            continue;
-        }
-        if !xml.contains(&format!("xmlns:{prefix}=")) && declared.insert(prefix) {
-            declarations += &format!(" xmlns:{prefix}=\"urn:{prefix}\"");
-        }
-    }
-    match xml.find("<robot") {
-        Some(at) if !declarations.is_empty() => {
-            let (head, tail) = xml.split_at(at + "<robot".len());
-            Cow::Owned(format!("{head}{declarations}{tail}"))
-        }
-        _ => Cow::Borrowed(xml),
-    }
-}
-
-/// The links and joints of a URDF, found by name and checked to form a tree.
-struct Tree<'a> {
+/// Links and joints of a URDF by name, each with at most one joint above it.
+pub(super) struct Tree<'a> {
     urdf: &'a urdf_rs::Robot,
     links: HashMap<&'a str, &'a urdf_rs::Link>,
     joints: HashMap<&'a str, &'a urdf_rs::Joint>,
-    /// The joint above each link but the root.
+    /// Joint above each link except the root.
     above: HashMap<&'a str, &'a urdf_rs::Joint>,
-    /// Joints below each link, in the file's order.
+    /// Joints below each link, in the order of the file.
     below: HashMap<&'a str, Vec<&'a urdf_rs::Joint>>,
 }
 
 impl<'a> Tree<'a> {
-    fn new(urdf: &'a urdf_rs::Robot) -> Result<Self, ModelError> {
+    /// Indexes a URDF.
+    ///
+    /// # Errors
+    /// Returns [`ModelError::Duplicate`], [`ModelError::MissingLink`] or [`ModelError::Loop`].
+    pub(super) fn new(urdf: &'a urdf_rs::Robot) -> Result<Self, ModelError> {
         let mut tree = Self {
             urdf,
             links: HashMap::new(),
@@ -132,8 +64,11 @@ impl<'a> Tree<'a> {
         Ok(())
     }
 
-    /// The one link without a parent, from which all others must be reached.
-    fn root(&self) -> Result<&'a str, ModelError> {
+    /// Returns the link without a parent, from which all other links must be reachable.
+    ///
+    /// # Errors
+    /// Returns [`ModelError::Roots`], [`ModelError::Loop`], or [`ModelError::Syntax`] if there is no link.
+    pub(super) fn root(&self) -> Result<&'a str, ModelError> {
         let names = || self.urdf.links.iter().map(|link| link.name.as_str());
         let roots: Vec<_> = names()
             .filter(|name| !self.above.contains_key(name))
@@ -162,7 +97,7 @@ impl<'a> Tree<'a> {
         reached
     }
 
-    /// The first link met twice on the way up.
+    /// Returns a link of the loop above `link`: the first that is met twice on the way up.
     fn in_loop_above(&self, mut link: &'a str) -> &'a str {
         let mut met = HashSet::new();
         while met.insert(link) {
@@ -178,25 +113,24 @@ impl<'a> Tree<'a> {
         self.below.get(link).map_or(&[], Vec::as_slice)
     }
 
-    fn build(&self, base_kind: BaseKind, base: Option<&str>) -> Result<Manipulator, ModelError> {
-        let mut root = self.root()?;
-        if let Some(name) = base {
-            root = match self.links.get_key_value(name) {
-                Some((&known, _)) => known,
-                None => {
-                    let links = self.urdf.links.iter().map(|link| link.name.as_str());
-                    return Err(ModelError::unknown_frame(name, links));
-                }
-            };
-        }
-        let mut robot = Manipulator::with_root(base_kind, root, link_parameters(self.links[root])?);
-        let mimics = self.add_links(root, &mut robot)?;
+    /// Builds the model of a link and of all links below it.
+    ///
+    /// # Errors
+    /// Returns [`ModelError::UnknownFrame`] if there is no link `base`, or the first fault of a link or joint.
+    pub(super) fn build(&self, base_kind: BaseKind, base: &str) -> Result<Manipulator, ModelError> {
+        let Some(root) = self.links.get(base) else {
+            let links = self.urdf.links.iter().map(|link| link.name.as_str());
+            return Err(ModelError::unknown_frame(base, links));
+        };
+        let mut robot = Manipulator::with_root(base_kind, base, link_parameters(root)?);
+        let mimics = self.add_links(base, &mut robot)?;
         self.resolve_mimics(&mut robot, &mimics)?;
         self.check_every_body_has_mass(&robot)?;
         Ok(robot)
     }
 
-    /// Adds everything below the root, depth first, and returns the bodies that mimic.
+    /// Adds all links below the root in depth-first order and returns the indices of the bodies with mimic joints, each
+    /// with its joint. The stack is explicit, because a long chain would exhaust that of a recursion.
     fn add_links(
         &self,
         root: &str,
@@ -209,17 +143,17 @@ impl<'a> Tree<'a> {
             .rev()
             .map(|&joint| (joint, 0))
             .collect();
-        while let Some((joint, frame)) = open.pop() {
-            let Frame {
+        while let Some((joint, above)) = open.pop() {
+            let Link {
                 body,
-                body_from_frame,
+                body_from_link,
                 ..
-            } = robot.frames[frame];
-            let zero = body_from_frame * isometry(&joint.origin, "the origin", &joint.name)?;
+            } = robot.links[above];
+            let zero = body_from_link * isometry(&joint.origin, "the origin", &joint.name)?;
             let child = &joint.child.link;
             let own = link_parameters(self.links[child.as_str()])?;
-            let child_frame = match moving_joint(joint, zero)? {
-                None => robot.add_frame(child, frame, body, zero, own),
+            let child_link = match moving_joint(joint, zero)? {
+                None => robot.add_link(child, above, body, zero, own),
                 Some(mut moving) => {
                     moving.coordinate = robot.joint_names.len();
                     let moved = robot.add_body(body, moving);
@@ -228,23 +162,22 @@ impl<'a> Tree<'a> {
                     } else {
                         robot.joint_names.push(joint.name.clone());
                     }
-                    robot.add_frame(child, frame, moved, Isometry3::identity(), own)
+                    robot.add_link(child, above, moved, Isometry3::identity(), own)
                 }
             };
             let below = self.joints_below(child).iter().rev();
-            open.extend(below.map(|&joint| (joint, child_frame)));
+            open.extend(below.map(|&joint| (joint, child_link)));
         }
         Ok(mimics)
     }
 
-    /// Lets each mimic joint share the coordinate of the joint it follows.
+    /// Lets each mimic joint share the coordinate of the joint that it follows.
     fn resolve_mimics(
         &self,
         robot: &mut Manipulator,
         mimics: &[(usize, &urdf_rs::Joint)],
     ) -> Result<(), ModelError> {
         for &(body, joint) in mimics {
-            // Only joints with a mimic element are in the list.
             let Some(mimic) = &joint.mimic else { continue };
             let refuse = |why| ModelError::Mimic {
                 joint: joint.name.clone(),
@@ -271,16 +204,16 @@ impl<'a> Tree<'a> {
         Ok(())
     }
 
-    /// Every body that moves must have mass; it may come from a link on a fixed joint below it.
+    /// Checks that every body that moves has mass. The mass may be that of a link on a fixed joint below the moving link.
     fn check_every_body_has_mass(&self, robot: &Manipulator) -> Result<(), ModelError> {
         for (index, body) in robot.bodies.iter().enumerate() {
             let fixed = index == 0 && robot.base_kind == BaseKind::Fixed;
             if body.mass_kg > 0.0 || fixed {
                 continue;
             }
-            // The first frame of a body is the link that its joint moves.
-            let first = robot.frames.iter().find(|frame| frame.body == index);
-            let link = first.map(|frame| frame.name.clone()).unwrap_or_default();
+            // In depth-first order the first link of a body is the one that its joint moves.
+            let first = robot.links.iter().find(|link| link.body == index);
+            let link = first.map(|link| link.name.clone()).unwrap_or_default();
             return Err(match self.above.get(link.as_str()) {
                 Some(joint) if index > 0 => ModelError::NoInertial(link, joint.name.clone()),
                 _ => ModelError::MasslessBase(link),
@@ -290,26 +223,7 @@ impl<'a> Tree<'a> {
     }
 }
 
-fn isometry(
-    origin: &urdf_rs::Pose,
-    what: &'static str,
-    name: &str,
-) -> Result<Isometry3<f64>, ModelError> {
-    let ([x, y, z], [roll, pitch, yaw]) = (origin.xyz.0, origin.rpy.0);
-    if [x, y, z, roll, pitch, yaw].iter().all(|v| v.is_finite()) {
-        Ok(Isometry3::from_parts(
-            Translation3::new(x, y, z),
-            UnitQuaternion::from_euler_angles(roll, pitch, yaw),
-        ))
-    } else {
-        Err(ModelError::NotFinite {
-            what,
-            name: name.to_owned(),
-        })
-    }
-}
-
-/// The joint of a moving link; `None` where it is fixed.
+/// Returns the joint above a moving link, or `None` for a fixed joint. The caller sets its coordinate.
 fn moving_joint(
     joint: &urdf_rs::Joint,
     parent_from_zero: Isometry3<f64>,
@@ -327,10 +241,7 @@ fn moving_joint(
     };
     let axis = Vector3::from(joint.axis.xyz.0);
     if !axis.iter().all(|v| v.is_finite()) {
-        return Err(ModelError::NotFinite {
-            what: "the axis",
-            name: joint.name.clone(),
-        });
+        return Err(not_finite("the axis", &joint.name));
     }
     let axis = Unit::try_new(axis, 1e-9).ok_or_else(|| ModelError::Axis(joint.name.clone()))?;
     Ok(Some(Joint {
@@ -340,32 +251,6 @@ fn moving_joint(
         coordinate: 0,
         ratio: 1.0,
         offset: 0.0,
+        is_mimic: joint.mimic.is_some(),
     }))
-}
-
-/// The link's inertial parameters in the link's frame; zero for a link that has no mass.
-fn link_parameters(link: &urdf_rs::Link) -> Result<InertialParameters, ModelError> {
-    let inertial = &link.inertial;
-    let inertia = &inertial.inertia;
-    let entries = [
-        inertia.ixx,
-        inertia.ixy,
-        inertia.ixz,
-        inertia.iyy,
-        inertia.iyz,
-        inertia.izz,
-    ];
-    let mass_kg = inertial.mass.value;
-    // A link without <inertial> arrives here as one of zeros.
-    if mass_kg == 0.0 && entries.iter().all(|&entry| entry == 0.0) {
-        return Ok(InertialParameters::zero());
-    }
-    let link_from_inertial = isometry(&inertial.origin, "the inertial origin", &link.name)?;
-    let body = InertialParameters::from(MassProperties {
-        mass_kg,
-        center_of_mass: Vector3::zeros(),
-        inertia: symmetric_matrix(entries),
-    });
-    check_body(&link.name, &body)?;
-    Ok(body.expressed_in(&link_from_inertial))
 }

@@ -1,0 +1,186 @@
+//! Names with an XML prefix, which are not part of the URDF format, and what a program reads besides the model.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{RandomTree, rng};
+use nalgebra::{Matrix3, Vector3};
+use rand::RngExt;
+use rand::rngs::StdRng;
+use tactid_dynamics::{BaseKind, Manipulator, MassProperties, ModelError, Urdf};
+
+/// Additions that no reader of URDFs may notice. Tools write them; `link` and `mass` are names that the format has.
+const ELEMENTS: [&str; 6] = [
+    "<drake:joint name='ball' type='ball'><parent link='x'/><drake:child link='y'/></drake:joint>",
+    "<xacro:property name=\"a\" value='>'/>",
+    "<drake:link name='stray'><link name='inner'/></drake:link>",
+    "<!-- <drake:link name='a:b'> -->",
+    "<mujoco:a><![CDATA[</mujoco:a> a:b='c']]></mujoco:a>",
+    "<plain:note>text with drake:names, &amp; <b a:c='d'>more</b></plain:note>",
+];
+const ATTRIBUTES: [&str; 4] = [
+    " drake:acceleration='5'",
+    " a:value=\"it's > 1\"",
+    " xacro:name='say \"hello\"'",
+    "\n\tb:ixx = '7'",
+];
+
+/// Inserts elements and attributes with prefixes at random places between and in the tags of a URDF.
+fn with_prefixed_names(xml: &str, rng: &mut StdRng) -> String {
+    let mut changed = String::new();
+    let mut depth = 0;
+    for piece in xml.split_inclusive('>') {
+        let tag = piece.trim_start();
+        let is_end = tag.starts_with("</");
+        depth += i32::from(!is_end && !tag.ends_with("/>")) - i32::from(is_end);
+        if !is_end && rng.random_bool(0.4) {
+            let at = piece.find(['/', '>']).unwrap();
+            let quoted = piece[..at].matches('\'').count() % 2;
+            assert_eq!(
+                quoted, 0,
+                "the tree's values have neither a slash nor a bracket"
+            );
+            let attribute = ATTRIBUTES[rng.random_range(0..ATTRIBUTES.len())];
+            changed += &format!("{}{attribute}{}", &piece[..at], &piece[at..]);
+        } else {
+            changed += piece;
+        }
+        if depth > 0 && rng.random_bool(0.3) {
+            changed += ELEMENTS[rng.random_range(0..ELEMENTS.len())];
+        }
+    }
+    changed
+}
+
+/// A URDF with undeclared prefixes gives the robot of the URDF without them, although the XML parser alone refuses it.
+#[test]
+fn prefixed_names_change_nothing() {
+    let rng = &mut rng(1);
+    let mut refused = 0;
+    for xml in (0..200).map(|seed| RandomTree::new(seed).urdf(true)) {
+        let changed = with_prefixed_names(&xml, rng);
+        refused += usize::from(urdf_rs::read_from_string(&changed).is_err());
+        let [given, expected] =
+            [&changed, &xml].map(|xml| Manipulator::from_urdf(xml, BaseKind::Floating).unwrap());
+        assert_eq!(format!("{given:?}"), format!("{expected:?}"), "{changed}");
+    }
+    assert!(
+        refused > 190,
+        "urdf-rs accepts undeclared prefixes by itself"
+    );
+}
+
+/// Declared prefixes and a default namespace change nothing either.
+#[test]
+fn declared_prefixes_change_nothing() {
+    let xml = RandomTree::new(2).urdf(true);
+    let declared = xml
+        .replace(
+            "<robot ",
+            "<robot xmlns:drake='http://drake' xmlns='http://ros' ",
+        )
+        .replace("<mass ", "<mass drake:value='1000' ");
+    let [given, expected] =
+        [&declared, &xml].map(|xml| Manipulator::from_urdf(xml, BaseKind::Floating).unwrap());
+    assert_eq!(format!("{given:?}"), format!("{expected:?}"));
+}
+
+/// Text that is not XML is refused as such, also where it has prefixes.
+#[test]
+fn broken_xml_with_prefixes_is_refused() {
+    for xml in [
+        "<robot name='r'><drake:a></robot>",
+        "<robot name='r'><link a:b='c></robot>",
+        "<a:robot name='r'/>",
+        "<robot name='r' a:b=>",
+    ] {
+        let error = Manipulator::from_urdf(xml, BaseKind::Fixed).unwrap_err();
+        assert!(matches!(error, ModelError::Syntax(_)), "{xml}: {error}");
+    }
+}
+
+fn described(collision: &str) -> Result<Urdf, ModelError> {
+    Urdf::from_xml(&format!(
+        "<robot name='r'><link name='base'/><link name='arm'>{collision}<inertial><mass value='1'/>\
+         <inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial></link>\
+         <joint name='slide' type='prismatic'><parent link='base'/><child link='arm'/>\
+         <limit lower='-0.5' upper='2' effort='1' velocity='1'/></joint>\
+         <link name='hand'/><joint name='turn' type='continuous'><parent link='arm'/><child link='hand'/>\
+         <limit lower='-1' upper='1' effort='1' velocity='1'/></joint></robot>"
+    ))
+}
+
+fn collision(origin: &str, shape: &str) -> String {
+    format!("<collision><origin xyz='{origin}'/><geometry>{shape}</geometry></collision>")
+}
+
+/// Boxes among the collision shapes are returned with pose and half size, limits where the joint has some.
+#[test]
+fn boxes_and_limits_are_read() {
+    let shapes = collision("0 0 1", "<box size='1 2 3'/>")
+        + &collision("0 0 0", "<sphere radius='1'/>")
+        + &collision("1 0 0", "<box size='4 4 4'/>");
+    let urdf = described(&shapes).unwrap();
+    let boxes = urdf.collision_boxes("arm").unwrap();
+    assert_eq!(boxes.len(), 2);
+    assert_eq!(boxes[0].half_size, Vector3::new(0.5, 1.0, 1.5));
+    assert_eq!(boxes[0].link_from_box.translation.z, 1.0);
+    assert_eq!(urdf.joint_limits("slide"), Some((-0.5, 2.0)));
+    assert_eq!(urdf.joint_limits("turn"), None);
+    assert_eq!(urdf.joint_limits("missing"), None);
+    assert_eq!(urdf.root_link(), "base");
+    assert_eq!(urdf.mimic_joints().count(), 0);
+    let error = urdf.collision_boxes("leg").unwrap_err();
+    assert!(matches!(error, ModelError::UnknownFrame { .. }), "{error}");
+}
+
+/// A box with an impossible size or pose is refused with its link.
+#[test]
+fn impossible_boxes_are_refused() {
+    for size in ["0 1 1", "1 -1 1"] {
+        let urdf = described(&collision("0 0 0", &format!("<box size='{size}'/>"))).unwrap();
+        let error = urdf.collision_boxes("arm").unwrap_err();
+        assert!(matches!(error, ModelError::BoxSize(link) if link == "arm"));
+    }
+    for (origin, size) in [("nan 0 0", "1 1 1"), ("0 0 0", "1 inf 1")] {
+        let urdf = described(&collision(origin, &format!("<box size='{size}'/>"))).unwrap();
+        let error = urdf.collision_boxes("arm").unwrap_err();
+        assert!(matches!(error, ModelError::NotFinite { name, .. } if name == "arm"));
+    }
+}
+
+/// Replaced mass properties are those of the model, and of the text that is written.
+#[test]
+fn mass_properties_can_be_replaced() {
+    let mut urdf = described("").unwrap();
+    let body = MassProperties {
+        mass_kg: 5.0,
+        center_of_mass: Vector3::new(0.1, 0.2, 0.3),
+        inertia: Matrix3::new(1.0, 0.1, 0.0, 0.1, 1.2, 0.05, 0.0, 0.05, 0.9),
+    };
+    urdf.set_mass_properties("base", &body).unwrap();
+    let written = Urdf::from_xml(&urdf.to_xml().unwrap()).unwrap();
+    for urdf in [&urdf, &written] {
+        let model = urdf.manipulator_below(BaseKind::Floating, "base").err();
+        assert!(
+            matches!(model, Some(ModelError::NoInertial(ref link, _)) if link == "hand"),
+            "the hand moves and has no mass"
+        );
+    }
+    let fixed = written.to_xml().unwrap().replace("continuous", "fixed");
+    let model = Manipulator::from_urdf(&fixed, BaseKind::Floating).unwrap();
+    let base = model.bodies().next().unwrap().parameters;
+    let read = base.mass_properties().unwrap();
+    assert!((read.mass_kg - 5.0).abs() < 1e-15);
+    assert!((read.center_of_mass - body.center_of_mass).norm() < 1e-15);
+    assert!((read.inertia - body.inertia).norm() < 1e-15);
+    let impossible = MassProperties {
+        mass_kg: -1.0,
+        ..body
+    };
+    let error = urdf.set_mass_properties("base", &impossible).unwrap_err();
+    assert!(matches!(error, ModelError::Mass { .. }), "{error}");
+    let error = urdf.set_mass_properties("leg", &body).unwrap_err();
+    assert!(matches!(error, ModelError::UnknownFrame { .. }), "{error}");
+}
