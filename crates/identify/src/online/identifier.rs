@@ -193,7 +193,8 @@ impl Identifier {
     fn aim(&mut self) {
         let gripper = self.gripper.unwrap_or_else(InertialParameters::zero);
         let payload = self.estimator.parameters() - gripper.as_vector();
-        self.possible.aim(&payload, &self.estimator.information());
+        self.possible
+            .set_estimate(&payload, &self.estimator.information());
     }
 
     /// What the estimator knows of the payload, in the terms that a user reads.

@@ -56,8 +56,7 @@ impl Latest {
         };
         let covariance = found.covariance();
         let linear = covariance.map_or([f64::INFINITY; 10], |covariance| {
-            let (scales, unknown) = found.unknown();
-            std_devs(&estimate, &covariance, &scales, unknown)
+            std_devs(&estimate, &covariance, &found.null_space())
         });
         let estimate = values(&body_of(&estimate));
         let body = body_of(&reported);

@@ -1,10 +1,14 @@
-//! The fit on synthetic equations.
+//! The batch fit on synthetic equations.
 
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
 
+use nalgebra::{SMatrix, SVector};
+
 use super::*;
-use crate::batch::accumulation::Gram;
+use crate::batch::normal_equations::NormalEquations;
+use crate::equations::Channels;
+use crate::solve::prior::KnownMass;
 
 const FORCE_NOISE: f64 = 0.3;
 const MOMENT_NOISE: f64 = 0.02;
@@ -13,7 +17,7 @@ fn truth() -> SVector<f64, 10> {
     SVector::from([3.0, 0.2, -0.1, 0.4, 0.5, 0.01, -0.02, 0.6, 0.03, 0.3])
 }
 
-/// Wrenches of a smooth random motion, with white noise on them; `delay_s` late.
+/// Wrenches of a smooth random motion with white noise, each `delay_s` later than its motion.
 fn equations(count: usize, seed: u64, noise: f64, delay_s: f64) -> Vec<Equation> {
     let mut random = SmallRng::seed_from_u64(seed);
     let mut phases = [[0.0; 10]; 6];
@@ -53,27 +57,28 @@ fn equations(count: usize, seed: u64, noise: f64, delay_s: f64) -> Vec<Equation>
     (0..count).map(|k| equation_at(0.05 * k as f64)).collect()
 }
 
-fn fit(equations: &[Equation]) -> Fit {
-    Fit::new(equations, Options::new(&Channels::of_wrench())).unwrap()
+fn fit_wrench(equations: &[Equation]) -> Fit {
+    fit(equations, FitOptions::new(&Channels::of_wrench())).unwrap()
 }
 
-/// Without noise the parameters come out to rounding.
+/// Without noise the parameters are exact to rounding.
 #[test]
 fn exact_equations_give_exact_parameters() {
-    let found = fit(&equations(60, 1, 0.0, 0.0));
+    let found = fit_wrench(&equations(60, 1, 0.0, 0.0));
     assert!((found.parameters - truth()).amax() < 1e-12);
 }
 
-/// Over 400 draws of the noise: no bias, deviations of the channels as drawn, and errors as large
-/// as the covariance says. The mean of 400 squares of a standard normal has a deviation of 0.07.
+/// Over 400 draws of the noise, the estimate has no bias, the channels have the standard deviations that were
+/// drawn, and the errors have the covariance of the fit. The mean of 400 squares of a standard normal variable
+/// has a standard deviation of 0.07.
 #[test]
-fn covariance_is_what_the_errors_are() {
+fn errors_have_the_covariance_of_the_fit() {
     const RUNS: u64 = 400;
     let mut squares = SVector::<f64, 10>::zeros();
     let mut sum = SVector::<f64, 10>::zeros();
     let mut channels = [0.0; 6];
     for seed in 0..RUNS {
-        let found = fit(&equations(300, seed, 1.0, 0.0));
+        let found = fit_wrench(&equations(300, seed, 1.0, 0.0));
         let std_devs = found.covariance.diagonal().map(f64::sqrt);
         let error = (found.parameters - truth()).component_div(&std_devs);
         sum += error;
@@ -96,10 +101,10 @@ fn covariance_is_what_the_errors_are() {
     }
 }
 
-/// Noise in the motion makes plain least squares too small; taken off as the differences show it,
-/// it does not. The noise is a tenth of the motion: the bias would be a hundredth.
+/// Noise in the motion biases plain least squares towards zero. The errors-in-variables bias correction removes
+/// the bias. The noise is a tenth of the motion, so the bias would be a hundredth.
 #[test]
-fn noise_in_the_motion_is_no_bias() {
+fn noise_in_the_motion_causes_no_bias() {
     const RUNS: u64 = 100;
     let mut sums = [SVector::<f64, 10>::zeros(); 2];
     let mut squares = SVector::<f64, 10>::zeros();
@@ -117,11 +122,11 @@ fn noise_in_the_motion_is_no_bias() {
                 }
             }
         }
-        let corrected = fit(&noisy);
+        let corrected = fit_wrench(&noisy);
         for equation in &mut noisy {
             equation.differences.fill(Row::zero());
         }
-        let plain = fit(&noisy);
+        let plain = fit_wrench(&noisy);
         for (sum, found) in sums.iter_mut().zip([&corrected, &plain]) {
             *sum += (found.parameters - truth()) / RUNS as f64;
         }
@@ -133,11 +138,10 @@ fn noise_in_the_motion_is_no_bias() {
     assert!(plain[0] < -10.0, "{plain}");
 }
 
-/// Noise that channels have in common is told from the motion: the error falls to that of the
-/// independent part.
+/// Noise that channels share is separated from the motion: the error falls to that of the independent noise.
 #[test]
-fn common_noise_is_seen_through() {
-    let (mut squares, mut claimed) = (0.0, 0.0);
+fn shared_noise_is_separated() {
+    let (mut squares, mut variances) = (0.0, 0.0);
     for seed in 0..100 {
         let mut shaken = equations(300, seed, 0.1, 0.0);
         let mut random = SmallRng::seed_from_u64(2000 + seed);
@@ -147,22 +151,25 @@ fn common_noise_is_seen_through() {
                 row.target += FORCE_NOISE * draw;
             }
         }
-        let found = fit(&shaken);
+        let found = fit_wrench(&shaken);
         squares += (found.parameters[0] - truth()[0]).powi(2);
-        claimed += found.covariance[(0, 0)];
+        variances += found.covariance[(0, 0)];
     }
-    // Of three equal channels two differences are left, with the noise's tenth: 600 rows of mean
-    // square 1/2 know a parameter to 0.1 · 0.3 / √300. Seen as independent, it would be ten times that.
+    // Three channels with the same noise have two differences, with a tenth of the noise: 600 rows of mean
+    // square 1/2 determine a parameter to 0.1 · 0.3 / √300. With independent noise it would be ten times that.
     let expected = 100.0 * (0.1 * FORCE_NOISE).powi(2) / 300.0;
     assert!(squares < 2.0 * expected, "{squares} {expected}");
-    assert!((squares / claimed - 1.0).abs() < 0.6, "{squares} {claimed}");
+    assert!(
+        (squares / variances - 1.0).abs() < 0.6,
+        "{squares} {variances}"
+    );
 }
 
-/// 28 windows, with noise that neighbours share as the filter makes it, and moments with the forces'
-/// noise in them; nine of ten parameters are in the moments. Of 1000 intervals of 95 % at least 91 %
-/// hold the truth, where chance makes 0.7 %: twice as many fail when noise is taken as the residuals are.
+/// 28 windows, with noise that is correlated between neighbours as by the filter, and with the noise of the
+/// forces in the moments, which depend on nine of ten parameters. Of 1000 intervals of 95 % at least 91 % contain
+/// the truth, with a scatter of 0.7 %. Twice as many fail where the fitted part of the noise is ignored.
 #[test]
-fn few_windows_leave_honest_intervals() {
+fn intervals_from_few_windows_have_their_coverage() {
     const RUNS: u64 = 1000;
     // Correlation 0.27 between neighbours, as for windows of white noise that overlap by two thirds.
     const SHARED: f64 = 0.29;
@@ -176,7 +183,7 @@ fn few_windows_leave_honest_intervals() {
             let now = draw();
             let noise = (now + SHARED * before) / (1.0 + SHARED * SHARED).sqrt();
             before = now;
-            // Forces tell mass and centre of mass, moments all but the mass.
+            // Forces depend on mass and centre of mass, moments on all but the mass.
             for row in &mut equation.rows[..3] {
                 row.regressor.fixed_rows_mut::<6>(4).fill(0.0);
                 row.target = row.regressor.dot(&truth());
@@ -191,7 +198,7 @@ fn few_windows_leave_honest_intervals() {
                 equation.rows[channel + 3].target += moment;
             }
         }
-        let found = fit(&noisy);
+        let found = fit_wrench(&noisy);
         let std_devs = found.covariance.diagonal().map(f64::sqrt);
         let error = (found.parameters - truth()).component_div(&std_devs);
         inside += error.map(|error| f64::from(error.abs() < 1.96) / RUNS as f64);
@@ -199,10 +206,10 @@ fn few_windows_leave_honest_intervals() {
     assert!(inside.min() > 0.91 && inside.max() < 0.97, "{inside}");
 }
 
-/// One window in twenty that is wrong by a hundred deviations moves the estimate by less than the
-/// noise does, and is told apart from the others.
+/// Outliers of a hundred standard deviations in one window of twenty move the estimate by less than the noise,
+/// and are identified.
 #[test]
-fn outliers_do_not_count() {
+fn outliers_have_no_influence() {
     let clean = equations(400, 7, 1.0, 0.0);
     let mut hit = clean.clone();
     for equation in hit.iter_mut().step_by(20) {
@@ -210,7 +217,7 @@ fn outliers_do_not_count() {
             row.target += 100.0 * FORCE_NOISE;
         }
     }
-    let (without, with) = (fit(&clean), fit(&hit));
+    let (without, with) = (fit_wrench(&clean), fit_wrench(&hit));
     let std_devs = without.covariance.diagonal().map(f64::sqrt);
     let moved = (with.parameters - without.parameters).component_div(&std_devs);
     assert!(moved.amax() < 1.0, "{moved}");
@@ -219,20 +226,20 @@ fn outliers_do_not_count() {
     }
 }
 
-/// A short delay of the load comes out, with its sign and within its deviation; without noise to
+/// A short delay of the load is estimated with its sign and within its standard deviation; without noise, to
 /// second order.
 #[test]
-fn a_delay_is_found() {
+fn a_delay_is_estimated() {
     let channels = Channels::of_wrench();
-    let options = Options {
+    let options = FitOptions {
         delay: true,
-        ..Options::new(&channels)
+        ..FitOptions::new(&channels)
     };
-    let Delay { delay_s, .. } = Fit::new(&equations(300, 3, 0.0, 1e-4), options)
+    let Delay { delay_s, .. } = fit(&equations(300, 3, 0.0, 1e-4), options)
         .and_then(|fit| fit.delay)
         .unwrap();
     assert!((delay_s - 1e-4).abs() < 1e-7, "{delay_s}");
-    let Delay { delay_s, std_dev_s } = Fit::new(&equations(300, 3, 1.0, -2e-3), options)
+    let Delay { delay_s, std_dev_s } = fit(&equations(300, 3, 1.0, -2e-3), options)
         .and_then(|fit| fit.delay)
         .unwrap();
     assert!(
@@ -242,63 +249,63 @@ fn a_delay_is_found() {
     assert!(std_dev_s < 1e-3, "{std_dev_s}");
 }
 
-/// A parameter that no row contains stays unknown, and the others do not suffer.
+/// A parameter that no row contains is unobservable, and does not affect the others.
 #[test]
-fn a_direction_without_rows_is_unknown() {
+fn a_direction_without_rows_is_unobservable() {
     let mut blind = equations(60, 5, 0.0, 0.0);
     for row in blind.iter_mut().flat_map(|equation| &mut equation.rows) {
         row.target -= row.regressor[4] * truth()[4];
         row.regressor[4] = 0.0;
     }
-    let found = fit(&blind);
-    let unknown: Vec<_> = found.excitation.unknown().collect();
-    assert_eq!(unknown.len(), 1);
-    assert!((unknown[0][4].abs() - 1.0).abs() < 1e-9);
+    let found = fit_wrench(&blind);
+    let unobservable = found.null_space.directions();
+    assert_eq!(unobservable.len(), 1);
+    assert!((unobservable[0][4].abs() - 1.0).abs() < 1e-9);
     let mut error = found.parameters - truth();
     error[4] = 0.0;
     assert!(error.amax() < 1e-12, "{error}");
 }
 
-/// Too few rows are no fit.
+/// There is no fit to too few rows.
 #[test]
-fn too_few_equations() {
+fn too_few_equations_have_no_fit() {
     assert!(
-        Fit::new(
+        fit(
             &equations(3, 1, 0.0, 0.0),
-            Options::new(&Channels::of_wrench())
+            FitOptions::new(&Channels::of_wrench())
         )
         .is_none()
     );
-    assert!(Fit::new(&[], Options::new(&Channels::of_wrench())).is_none());
+    assert!(fit(&[], FitOptions::new(&Channels::of_wrench())).is_none());
 }
 
-fn weighed(equations: &[Equation], mass_kg: f64, std_dev_kg: f64) -> Fit {
+fn fit_with_mass(equations: &[Equation], mass_kg: f64, std_dev_kg: f64) -> Fit {
     let mass = KnownMass {
         mass_kg,
         std_dev_kg,
     };
     let channels = Channels::of_wrench();
-    let options = Options {
-        mass: Some(mass.with(0.0)),
-        ..Options::new(&channels)
+    let options = FitOptions {
+        known_mass: Some(mass.with(0.0)),
+        ..FitOptions::new(&channels)
     };
-    Fit::new(equations, options).unwrap()
+    fit(equations, options).unwrap()
 }
 
-/// An exact mass moves the others as conditioning the estimate without it does, and their covariance
-/// is the conditioned one; with fixed weights both are exact but for the given mass's own rounding.
+/// An exact mass moves the other parameters as conditioning the estimate without it does, and their covariance
+/// is the conditional one. With fixed weights both are exact to rounding.
 #[test]
 fn a_known_mass_conditions_the_others() {
     let equations = equations(200, 11, 1.0, 0.0);
-    let alone = fit(&equations);
+    let alone = fit_wrench(&equations);
     let channels = Channels::of_wrench();
     let with_mass = |mass| {
-        let options = Options {
-            weights: Some(&alone),
-            mass,
-            ..Options::new(&channels)
+        let options = FitOptions {
+            weights_of: Some(&alone),
+            known_mass: mass,
+            ..FitOptions::new(&channels)
         };
-        Fit::new(&equations, options).unwrap()
+        fit(&equations, options).unwrap()
     };
     let exact = KnownMass {
         mass_kg: 3.0,
@@ -306,13 +313,13 @@ fn a_known_mass_conditions_the_others() {
     };
     let (alone, found) = (with_mass(None), with_mass(Some(exact.with(0.0))));
     assert!((found.parameters[0] - 3.0).abs() < 1e-9);
-    // In the metric of the Gram matrix, not of the covariance that the residuals widen.
-    let mut gram = Gram::with_knowledge(&alone);
+    // The metric is that of the information, not of the covariance, which depends on the residuals.
+    let mut normal_equations = NormalEquations::with_known_mass(&alone);
     for (window, equation) in equations.iter().enumerate() {
-        gram.add(equation, window);
+        normal_equations.add(equation, window);
     }
-    let scales = SMatrix::from_diagonal(&alone.excitation.scales);
-    let inverse = scales * gram.information.try_inverse().unwrap() * scales;
+    let scales = SMatrix::from_diagonal(alone.scales());
+    let inverse = scales * normal_equations.information.try_inverse().unwrap() * scales;
     let gain = inverse.column(0) / inverse[(0, 0)];
     let expected = alone.parameters + gain * (3.0 - alone.parameters[0]);
     let std_devs = alone.covariance.diagonal().map(f64::sqrt);
@@ -326,42 +333,42 @@ fn a_known_mass_conditions_the_others() {
     assert!(narrower[0] < 1e-5 && narrower.max() < 1.1, "{narrower}");
 }
 
-/// Weighed as exactly as the wrench tells it, the mass is known better by the root of two or so, and
-/// all deviations are as large as they say.
+/// A known mass with the standard deviation of the estimate without it improves the mass by about the root of
+/// two, and all errors have the covariance of the fit.
 #[test]
-fn a_weighed_mass_is_as_good_as_it_says() {
+fn errors_with_a_known_mass_have_the_covariance_of_the_fit() {
     const RUNS: u64 = 100;
-    let (mut squares, mut claimed) = (SVector::<f64, 10>::zeros(), SVector::<f64, 10>::zeros());
+    let (mut squares, mut variances) = (SVector::<f64, 10>::zeros(), SVector::<f64, 10>::zeros());
     let mut alone = 0.0;
     for seed in 0..RUNS {
         let equations = equations(200, seed, 1.0, 0.0);
-        let without = fit(&equations);
+        let without = fit_wrench(&equations);
         alone += without.covariance[(0, 0)];
         let std_dev_kg = without.covariance[(0, 0)].sqrt();
         let mut random = SmallRng::seed_from_u64(3000 + seed);
         let draw: f64 = random.sample(StandardNormal);
-        let found = weighed(&equations, truth()[0] + std_dev_kg * draw, std_dev_kg);
+        let found = fit_with_mass(&equations, truth()[0] + std_dev_kg * draw, std_dev_kg);
         squares += (found.parameters - truth()).map(|error| error * error);
-        claimed += found.covariance.diagonal();
+        variances += found.covariance.diagonal();
     }
     // The mean of 100 squares scatters by 14 %.
-    let ratio = squares.component_div(&claimed);
+    let ratio = squares.component_div(&variances);
     assert!(ratio.min() > 0.5 && ratio.max() < 1.6, "{ratio}");
-    let gain = claimed[0] / alone;
+    let gain = variances[0] / alone;
     assert!((0.45..0.6).contains(&gain), "{gain}");
 }
 
-/// Where the rows tell the mass only together with a first moment, a known mass tells that.
+/// Where the rows determine only the sum of mass and a first moment, a known mass determines both.
 #[test]
-fn a_known_mass_resolves_what_was_mixed() {
+fn a_known_mass_makes_the_first_moment_observable() {
     let mut mixed = equations(100, 12, 0.1, 0.0);
     for row in mixed.iter_mut().flat_map(|equation| &mut equation.rows) {
         row.target += (row.regressor[1] - row.regressor[0]) * truth()[0];
         row.regressor[0] = row.regressor[1];
     }
-    assert_eq!(fit(&mixed).excitation.unknown().count(), 1);
-    let found = weighed(&mixed, 3.0, 0.0);
-    assert_eq!(found.excitation.unknown().count(), 0);
+    assert_eq!(fit_wrench(&mixed).null_space.directions().len(), 1);
+    let found = fit_with_mass(&mixed, 3.0, 0.0);
+    assert_eq!(found.null_space.directions().len(), 0);
     let off = found.parameters - truth();
     let std_devs = found
         .covariance
@@ -370,10 +377,10 @@ fn a_known_mass_resolves_what_was_mixed() {
     assert!(off.component_div(&std_devs).amax() < 1.0, "{off}");
 }
 
-/// An unknown constant in each channel is found with its deviation, and costs the parameters no more than
-/// their covariance says; taken for none, it is a bias.
+/// An unknown offset in each channel is estimated with its standard deviation, and the errors of the parameters
+/// have the covariance of the fit. A fit without offsets has far larger residuals.
 #[test]
-fn constant_offsets_are_found() {
+fn constant_offsets_are_estimated() {
     const RUNS: u64 = 200;
     let offsets = [4.0, -2.0, 1.0, 0.3, 0.1, -0.2];
     let channels = Channels::of_wrench().with_offsets(true);
@@ -386,7 +393,7 @@ fn constant_offsets_are_found() {
                 row.target += offset;
             }
         }
-        let found = Fit::new(&equations, Options::new(&channels)).unwrap();
+        let found = fit(&equations, FitOptions::new(&channels)).unwrap();
         let std_devs = found.covariance.diagonal().map(f64::sqrt);
         let error = (found.parameters - truth()).component_div(&std_devs);
         squares += error.component_mul(&error);
@@ -395,19 +402,19 @@ fn constant_offsets_are_found() {
         {
             *square += ((found.value - offset) / found.std_dev).powi(2);
         }
-        let without = fit(&equations);
+        let without = fit_wrench(&equations);
         assert!(without.misfit * without.noise.std_devs[0] > 2.0 * found.noise.std_devs[0]);
     }
     let (ratio, of_offsets) = (squares / RUNS as f64, of_offsets / RUNS as f64);
     assert!(ratio.min() > 0.65 && ratio.max() < 1.45, "{ratio}");
-    // Windows of these equations share no noise, for which the deviation allows.
+    // The standard deviation allows for correlated windows, and these are independent.
     assert!(
         of_offsets.min() > 0.4 && of_offsets.max() < 1.0,
         "{of_offsets}"
     );
 }
 
-/// Without noise, offsets come out to rounding, also as the recording grows.
+/// Without noise the offsets are exact to rounding, in the batch fit and window by window.
 #[test]
 fn exact_equations_give_exact_offsets() {
     let mut equations = equations(60, 1, 0.0, 0.0);
@@ -415,14 +422,18 @@ fn exact_equations_give_exact_offsets() {
         equation.rows[4].target -= 3.0;
     }
     let channels = Channels::of_wrench().with_offsets(true);
-    let found = Fit::new(&equations, Options::new(&channels)).unwrap();
+    let found = fit(&equations, FitOptions::new(&channels)).unwrap();
     assert!((found.parameters - truth()).amax() < 1e-11);
     assert!((found.offsets[4].value + 3.0).abs() < 1e-11);
-    let mut gram = Gram::with_knowledge(&found);
+    let mut normal_equations = NormalEquations::with_known_mass(&found);
     for (window, equation) in equations.iter().enumerate() {
-        gram.add(equation, window);
+        normal_equations.add(equation, window);
     }
-    let scaled = gram.information.cholesky().unwrap().solve(&gram.target);
-    let solution = scaled.component_mul(&found.excitation.scales);
+    let scaled = normal_equations
+        .information
+        .cholesky()
+        .unwrap()
+        .solve(&normal_equations.target);
+    let solution = scaled.component_mul(found.scales());
     assert!((solution - truth()).amax() < 1e-8, "{solution}");
 }
