@@ -47,7 +47,7 @@ pub enum IdentifyError {
     NoiseCount {
         /// Name of the setting.
         name: &'static str,
-        /// Number of its entries.
+        /// Number of entries of the setting.
         given: usize,
         /// What each entry belongs to, in the plural.
         of: &'static str,

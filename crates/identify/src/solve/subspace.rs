@@ -112,3 +112,35 @@ impl NullSpace {
         unobservable <= QUANTITY_FRACTION * scaled.norm_squared()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A quantity is determined where its gradient lies across the null space, in scaled parameters, and is
+    /// not where a percent of its square lies in it.
+    #[test]
+    fn quantities_across_the_null_space_are_determined() {
+        let scales = Vector::from_fn(|k, _| 10f64.powi(k as i32 % 3));
+        let direction = (Vector::ith(0, 1.0) + Vector::ith(1, 1.0)).normalize();
+        let null_space = NullSpace::new(scales, [direction].into_iter());
+        assert_eq!(null_space.directions(), [direction]);
+        let gradient = |first: f64| {
+            let scaled = Vector::ith(0, 1.0) - Vector::ith(1, 1.0) + direction * first;
+            scaled.component_div(&scales).transpose()
+        };
+        assert!(null_space.determines(&gradient(0.0)));
+        assert!(null_space.determines(&gradient(0.01)));
+        assert!(!null_space.determines(&gradient(0.15)));
+    }
+
+    /// The thresholds of pivots are the largest of the three.
+    #[test]
+    fn a_pivot_must_exceed_every_threshold() {
+        assert!(is_observable_pivot(0.2, 1.0, 1.0));
+        assert!(!is_observable_pivot(0.05, 1.0, 1.0));
+        assert!(!is_observable_pivot(0.2, 1.0, 1e10));
+        assert!(!is_observable_pivot(1e-11, 1e-11, 1e-11));
+        assert!(is_observable_eigenvalue(2e-10, 1.0) && !is_observable_eigenvalue(1e-11, 1.0));
+    }
+}
