@@ -76,7 +76,7 @@ pub struct BatchResult {
     pub delay: Option<Delay>,
     /// What the data say about the assumptions.
     pub findings: Vec<Finding>,
-    /// Forecast of the uncertainty; `None` where the windows are too few for one.
+    /// Forecast of the uncertainty for a motion that continues; `None` where the mass is zero.
     pub forecast: Option<Forecast>,
 }
 
