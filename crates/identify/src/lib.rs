@@ -34,7 +34,7 @@ mod paper;
 mod result;
 mod solve;
 
-pub use batch::{BatchIdentifier, BatchResult, BatchSettings, Delay, FitReport};
+pub use batch::{BatchIdentifier, BatchResult, BatchSettings, Delay, FitReport, Forecast};
 pub use equations::{
     BaseState, Channel, Channels, EquationSettings, EquationStream, PushOutcome, Sample,
     states_of_poses,

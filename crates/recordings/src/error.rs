@@ -118,7 +118,9 @@ pub enum RecordingError {
         joints: String,
     },
     /// Gains that do not fit the joints.
-    #[error("{given} effort gains for {count} joints: give one for each joint, in the order {joints}")]
+    #[error(
+        "{given} effort gains for {count} joints: give one for each joint, in the order {joints}"
+    )]
     EffortGains {
         /// Number of gains.
         given: usize,
@@ -128,7 +130,9 @@ pub enum RecordingError {
         joints: String,
     },
     /// An unloaded recording where no efforts are used.
-    #[error("an unloaded recording is subtracted from the joint efforts: it needs the effort method")]
+    #[error(
+        "an unloaded recording is subtracted from the joint efforts: it needs the effort method"
+    )]
     UnloadedNeedsEffort,
     /// An unloaded recording of another motion.
     #[error(
@@ -155,6 +159,32 @@ pub enum RecordingError {
         /// What was wrong with their messages.
         faults: Vec<crate::DataFault>,
     },
+    /// Arrays without a sample.
+    #[error("`times_s` is empty: the arrays have no sample")]
+    NoSamples,
+    /// An array does not have the length that the others ask for.
+    #[error("`{name}` has {given} entries, but must have {expected}")]
+    ArrayLength {
+        /// Name of the field of [`Arrays`](crate::Arrays).
+        name: &'static str,
+        /// Number of its entries.
+        given: usize,
+        /// Number of entries that it must have, with the factors of which it is the product.
+        expected: String,
+    },
+    /// An array that the identification needs is empty.
+    #[error("`{name}` is empty, but {reason}")]
+    MissingArray {
+        /// Name of the field of [`Arrays`](crate::Arrays).
+        name: &'static str,
+        /// Why it is needed.
+        reason: &'static str,
+    },
+    /// An option that only a log can use was requested for arrays.
+    #[error(
+        "`{0}` of the request is for logs only: arrays have no topics, and bring their robot with them"
+    )]
+    NotForArrays(&'static str),
 }
 
 impl From<ModelError> for RecordingError {

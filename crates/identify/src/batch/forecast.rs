@@ -12,9 +12,9 @@ use crate::solve::uncertainty::{HALF_WIDTH_95, jacobian, largest_of_kind};
 /// not excite it any more, but for noise.
 const NEVER: f64 = 1e6;
 
-/// How the ten values become known when a motion goes on as in the recording's second half.
+/// Forecast of the uncertainty of the ten values for a motion that goes on as in the recording's second half.
 #[derive(Clone, Debug)]
-pub(crate) struct Forecast {
+pub struct Forecast {
     /// By how much the information of each independent direction grows in a second, in units of what
     /// there is, 1/s.
     growth: SVector<f64, 10>,
@@ -66,9 +66,14 @@ impl Forecast {
         })
     }
 
-    /// For each value the time until half of its 95 % interval is `within` times the largest value of
-    /// its kind, s.
-    pub(crate) fn remaining_s(
+    /// Time for which the motion must continue until half of the 95 % interval of each value is `within`
+    /// (0.01 for 1 %) times the largest value of its kind (mass, centre of mass, inertia), s: zero where it
+    /// is so already, infinite where the motion does not determine the value.
+    ///
+    /// `values` and their standard deviations `std_devs` are those of the recording's estimate, in the order
+    /// of [`VALUE_NAMES`](crate::VALUE_NAMES).
+    #[must_use]
+    pub fn remaining_s(
         &self,
         values: &[f64; 10],
         std_devs: &[f64; 10],

@@ -76,7 +76,8 @@ pub struct BatchResult {
     pub delay: Option<Delay>,
     /// What the data say about the assumptions.
     pub findings: Vec<Finding>,
-    forecast: Option<Forecast>,
+    /// Forecast of the uncertainty; `None` where the windows are too few for one.
+    pub forecast: Option<Forecast>,
 }
 
 impl BatchResult {

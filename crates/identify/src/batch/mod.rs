@@ -12,5 +12,6 @@ mod suspicions;
 
 pub use equation_batch::EquationBatch;
 pub use fit::Delay;
+pub use forecast::Forecast;
 pub use identifier::{BatchIdentifier, BatchResult, BatchSettings};
 pub use report::FitReport;
