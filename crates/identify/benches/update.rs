@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use common::{Experiment, Noise, identifier};
 use rand::{SeedableRng, rngs::SmallRng};
-use tactid_identify::{Settings, Method};
+use tactid_identify::{EquationSettings, Method};
 
 /// Samples from the end of a window to the end of the next, at most.
 const PLACES: usize = 32;
@@ -35,11 +35,11 @@ fn main() {
         ("joint-sensing", Method::JointSensing),
         ("combined", Method::Combined { effort: false }),
     ] {
-        let settings = Settings {
+        let settings = EquationSettings {
             method,
-            ..Settings::default()
+            ..EquationSettings::default()
         };
-        let mut identifier = identifier(&experiment, settings);
+        let mut identifier = identifier(&experiment, &settings);
         // By the samples since a window's end.
         let mut times_us = vec![Vec::new(); PLACES];
         let (mut all_us, mut windows, mut place) = (0.0, 0, 0);
@@ -50,12 +50,12 @@ fn main() {
             let estimate = black_box(identifier.estimate());
             let passed_us = start.elapsed().as_secs_f64() * 1e6;
             all_us += passed_us;
-            place = if estimate.intervals > windows {
+            place = if estimate.windows > windows {
                 0
             } else {
                 place + 1
             };
-            windows = estimate.intervals;
+            windows = estimate.windows;
             times_us[place.min(PLACES - 1)].push(passed_us);
         }
         let medians: Vec<f64> = times_us.iter_mut().map(|times| median(times)).collect();

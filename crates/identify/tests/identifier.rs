@@ -5,26 +5,32 @@
 mod common;
 
 use common::{
-    Experiment, Instant, SENSORS, TABLE_1, TOOL, URDF, errors_percent, identifier, worst_percent,
+    Experiment, Instant, SENSORS, TABLE_1, TOOL, URDF, errors_percent, identifier, paper_filter,
+    worst_percent,
 };
 use nalgebra::Vector3;
 use tactid_dynamics::{BaseKind, InertialParameters, Manipulator, Workspace};
 use tactid_identify::{
-    EstimatorKind, Identifier, IdentifyError, PayloadEstimate, PushOutcome, Sample, Settings, Method,
+    EquationSettings, Identifier, IdentifyError, Method, PaperFilter, PaperSettings,
+    PayloadEstimate, PushOutcome, Sample,
 };
 
-fn identify(experiment: &Experiment, instants: &[Instant], settings: Settings) -> PayloadEstimate {
-    let mut identifier = identifier(experiment, settings);
+fn identify(
+    experiment: &Experiment,
+    instants: &[Instant],
+    settings: EquationSettings,
+) -> PayloadEstimate {
+    let mut identifier = identifier(experiment, &settings);
     for instant in instants {
         identifier.push(&instant.sample()).unwrap();
     }
     identifier.estimate()
 }
 
-fn joint_sensing() -> Settings {
-    Settings {
+fn joint_sensing() -> EquationSettings {
+    EquationSettings {
         method: Method::JointSensing,
-        ..Settings::default()
+        ..EquationSettings::default()
     }
 }
 
@@ -32,7 +38,7 @@ fn joint_sensing() -> Settings {
 #[test]
 fn least_squares_finds_the_payload_from_the_fingers() {
     let experiment = Experiment::default();
-    let estimate = identify(&experiment, &experiment.run(), Settings::default());
+    let estimate = identify(&experiment, &experiment.run(), EquationSettings::default());
     assert!(
         worst_percent(&estimate.body) < 1e-5,
         "{:?}",
@@ -41,7 +47,7 @@ fn least_squares_finds_the_payload_from_the_fingers() {
     assert!(estimate.is_physical);
     assert_eq!(estimate.not_identifiable().count(), 0);
     assert_eq!(
-        (estimate.intervals, estimate.refused, estimate.gaps),
+        (estimate.windows, estimate.rejected, estimate.gaps),
         (159, 0, 0)
     );
 }
@@ -69,9 +75,9 @@ fn least_squares_finds_the_payload_from_the_joints() {
 #[test]
 fn least_squares_finds_the_payload_from_all_together() {
     let combined = Method::Combined { effort: false };
-    let settings = Settings {
+    let settings = EquationSettings {
         method: combined,
-        ..Settings::default()
+        ..EquationSettings::default()
     };
     let experiment = Experiment::default();
     let instants = experiment.run();
@@ -84,7 +90,7 @@ fn least_squares_finds_the_payload_from_all_together() {
     assert!(estimate.composite.is_none());
 
     let robot = experiment.robot();
-    let mut identifier = Identifier::new(&robot, TOOL, &[], settings.clone()).unwrap();
+    let mut identifier = Identifier::new(&robot, TOOL, &[], &settings).unwrap();
     for instant in &instants {
         let sample = Sample {
             wrenches: &[],
@@ -96,15 +102,12 @@ fn least_squares_finds_the_payload_from_all_together() {
     assert!(worst_percent(&body) < 1e-5, "{:?}", errors_percent(&body));
 
     let fixed = Manipulator::from_urdf(URDF, BaseKind::Fixed).unwrap();
-    let nothing = Identifier::new(&fixed, TOOL, &[], settings);
+    let nothing = Identifier::new(&fixed, TOOL, &[], &settings);
     assert!(matches!(nothing, Err(IdentifyError::NoWrench)));
-    let paper = Settings {
-        method: combined,
-        ..Settings::paper()
-    };
-    let refused = Identifier::new(&robot, TOOL, &SENSORS, paper);
+    let paper = PaperSettings::default();
+    let rejected = PaperFilter::new(&robot, TOOL, &SENSORS, &settings, paper);
     assert!(matches!(
-        refused,
+        rejected,
         Err(IdentifyError::NeedsLeastSquares("combined"))
     ));
 }
@@ -121,7 +124,7 @@ fn a_wrench_one_sample_beside_its_motion_shows() {
             let from = (k as i64 + shift).clamp(0, instants.len() as i64 - 1) as usize;
             instant.wrenches.clone_from(&instants[from].wrenches);
         }
-        let estimate = identify(&experiment, &shifted, Settings::default());
+        let estimate = identify(&experiment, &shifted, EquationSettings::default());
         assert!(
             worst_percent(&estimate.body) > 1e-2,
             "{:?}",
@@ -142,7 +145,7 @@ fn a_wrench_of_the_wrong_sign_is_an_impossible_body() {
     {
         *wrench = -*wrench;
     }
-    let estimate = identify(&experiment, &instants, Settings::default());
+    let estimate = identify(&experiment, &instants, EquationSettings::default());
     assert!((estimate.body.mass_kg + 100.0).abs() < 1e-2);
     assert!(!estimate.is_physical);
 }
@@ -159,9 +162,13 @@ fn ixx_is_not_identifiable_at_the_posture_of_table_1() {
             duration_s: 15.0,
             ..Experiment::default()
         };
-        let estimate = identify(&experiment, &experiment.run(), Settings::paper());
+        let mut filter = paper_filter(&experiment, &EquationSettings::default());
+        for instant in experiment.run() {
+            filter.push(&instant.sample()).unwrap();
+        }
+        let estimate = filter.estimate();
         let found: Vec<_> = estimate.not_identifiable().collect();
-        assert_eq!(found, missing, "{:?}", estimate.singular_values);
+        assert_eq!(found, missing, "{:?}", filter.singular_values());
     }
 }
 
@@ -176,15 +183,15 @@ fn gravity_enters_with_its_sign() {
         ..Experiment::default()
     };
     let instants = experiment.run();
-    let estimate = identify(&experiment, &instants, Settings::default());
+    let estimate = identify(&experiment, &instants, EquationSettings::default());
     assert!(
         worst_percent(&estimate.body) < 1e-5,
         "{:?}",
         errors_percent(&estimate.body)
     );
-    let turned = Settings {
+    let turned = EquationSettings {
         gravity: Some(-gravity),
-        ..Settings::default()
+        ..EquationSettings::default()
     };
     let estimate = identify(&experiment, &instants, turned);
     assert!(worst_percent(&estimate.body) > 50.0);
@@ -195,7 +202,7 @@ fn gravity_enters_with_its_sign() {
 fn bad_samples_are_refused_and_gaps_cut_out() {
     let experiment = Experiment::default();
     let instants = experiment.run();
-    let mut identifier = identifier(&experiment, Settings::default());
+    let mut identifier = identifier(&experiment, &EquationSettings::default());
     for (k, instant) in instants.iter().enumerate() {
         if (2000..2500).contains(&k) {
             continue;
@@ -212,12 +219,18 @@ fn bad_samples_are_refused_and_gaps_cut_out() {
         let mut bad = instant.clone();
         bad.wrenches[1].moment.y = f64::NAN;
         bad.time_s += 1e-4;
-        assert_eq!(identifier.push(&bad.sample()).unwrap(), PushOutcome::Refused);
-        assert_eq!(identifier.push(&instant.sample()).unwrap(), PushOutcome::Refused);
+        assert_eq!(
+            identifier.push(&bad.sample()).unwrap(),
+            PushOutcome::Rejected
+        );
+        assert_eq!(
+            identifier.push(&instant.sample()).unwrap(),
+            PushOutcome::Rejected
+        );
     }
     let estimate = identifier.estimate();
     assert_eq!(
-        (estimate.intervals, estimate.refused, estimate.gaps),
+        (estimate.windows, estimate.rejected, estimate.gaps),
         (140, 9002, 1)
     );
     assert!(
@@ -231,34 +244,38 @@ fn bad_samples_are_refused_and_gaps_cut_out() {
 #[test]
 fn impossible_requests_are_refused() {
     let robot = Experiment::default().robot();
-    let new = |tool, sensors: &[&str], settings| Identifier::new(&robot, tool, sensors, settings);
-    let message = |result: Result<Identifier, IdentifyError>| result.unwrap_err().to_string();
-    assert!(message(new("hand", &SENSORS, Settings::paper())).contains("no link `hand`"));
-    assert!(message(new(TOOL, &["thumb"], Settings::paper())).contains("no link `thumb`"));
-    assert!(matches!(
-        new(TOOL, &[], Settings::paper()),
-        Err(IdentifyError::NoWrench)
-    ));
-    let hot = EstimatorKind::Nlms {
+    let equations = EquationSettings::default();
+    let online =
+        |tool: &str, sensors: &[&str]| Identifier::new(&robot, tool, sensors, &equations).map(drop);
+    let paper_with = |tool: &str, sensors: &[&str], settings| {
+        PaperFilter::new(&robot, tool, sensors, &equations, settings).map(drop)
+    };
+    let paper = |tool: &str, sensors: &[&str]| paper_with(tool, sensors, PaperSettings::default());
+    let message = |result: Result<(), IdentifyError>| result.unwrap_err().to_string();
+    for new in [
+        &online as &dyn Fn(&str, &[&str]) -> Result<(), IdentifyError>,
+        &paper,
+    ] {
+        assert!(message(new("hand", &SENSORS)).contains("no link `hand`"));
+        assert!(message(new(TOOL, &["thumb"])).contains("no link `thumb`"));
+        assert!(matches!(new(TOOL, &[]), Err(IdentifyError::NoWrench)));
+    }
+    let settings = PaperSettings {
         alpha: 2.0,
-        beta: 0.9,
+        ..PaperSettings::default()
     };
-    let settings = Settings {
-        estimator: hot,
-        ..Settings::paper()
-    };
-    assert!(message(new(TOOL, &SENSORS, settings)).contains("alpha is 2"));
-    let settings = Settings {
+    assert!(message(paper_with(TOOL, &SENSORS, settings)).contains("alpha is 2"));
+    let settings = PaperSettings {
         average_s: f64::NAN,
-        ..Settings::paper()
+        ..PaperSettings::default()
     };
-    assert!(message(new(TOOL, &SENSORS, settings)).contains("average_s"));
+    assert!(message(paper_with(TOOL, &SENSORS, settings)).contains("average_s"));
     let fixed = Experiment {
         base: BaseKind::Fixed,
         ..Experiment::default()
     }
     .robot();
-    let result = Identifier::new(&fixed, TOOL, &SENSORS, joint_sensing());
+    let result = Identifier::new(&fixed, TOOL, &SENSORS, &joint_sensing());
     assert!(matches!(result, Err(IdentifyError::FixedBase)));
 }
 
@@ -269,23 +286,32 @@ fn samples_that_do_not_fit_are_refused() {
         duration_s: 0.01,
         ..Experiment::default()
     };
-    let mut identifier = identifier(&experiment, Settings::paper());
+    let settings = EquationSettings::default();
+    let mut filter = paper_filter(&experiment, &settings);
+    let mut identifier = identifier(&experiment, &settings);
     let mut instant = experiment.run().remove(0);
     instant.wrenches.pop();
-    let error = identifier.push(&instant.sample()).unwrap_err();
-    assert!(matches!(
-        error,
-        IdentifyError::WrenchCount {
-            given: 1,
-            expected: 2
-        }
-    ));
+    let mut errors = |instant: &Instant| {
+        let sample = instant.sample();
+        [filter.push(&sample), identifier.push(&sample)].map(Result::unwrap_err)
+    };
+    for error in errors(&instant) {
+        assert!(matches!(
+            error,
+            IdentifyError::WrenchCount {
+                given: 1,
+                expected: 2
+            }
+        ));
+    }
     instant.velocity.pop();
-    let error = identifier.push(&instant.sample()).unwrap_err().to_string();
-    assert!(
-        error.contains("joint_velocity has 7 entries") && error.contains("joint_6"),
-        "{error}"
-    );
+    for error in errors(&instant) {
+        let error = error.to_string();
+        assert!(
+            error.contains("joint_velocity has 7 entries") && error.contains("joint_6"),
+            "{error}"
+        );
+    }
 }
 
 /// The gripper is taken off where its fingers are, not where they are at zero: inertia of the

@@ -5,10 +5,10 @@
 mod common;
 
 use allocation_counter::measure;
-use common::{Experiment, Noise, identifier, payload};
+use common::{Experiment, Noise, identifier, paper_filter, payload};
 use rand::{SeedableRng, rngs::SmallRng};
 use tactid_dynamics::MassProperties;
-use tactid_identify::{Settings, Method};
+use tactid_identify::{EquationSettings, Method};
 
 /// Neither does what follows a change of payload: noise is learnt, the change is seen, all begins anew.
 #[test]
@@ -36,19 +36,19 @@ fn another_payload_allocates_nothing() {
         (Method::Tactile, true),
         (combined, false),
     ] {
-        let settings = Settings {
+        let settings = EquationSettings {
             method,
             wrench_offset,
-            ..Settings::default()
+            ..EquationSettings::default()
         };
-        let mut identifier = identifier(&experiment, settings);
+        let mut identifier = identifier(&experiment, &settings);
         let allocations = measure(|| {
             for instant in &noisy {
                 identifier.push(&instant.sample()).unwrap();
                 let _ = identifier.estimate();
             }
         });
-        assert_eq!(identifier.estimate().changes, 1);
+        assert_eq!(identifier.estimate().payload_changes, 1);
         assert_eq!(allocations.count_total, 0);
     }
 }
@@ -62,19 +62,27 @@ fn pushing_and_asking_allocate_nothing() {
     };
     let instants = experiment.run();
     let combined = Method::Combined { effort: false };
-    for (method, settings) in [
-        (Method::Tactile, Settings::paper()),
-        (Method::Tactile, Settings::default()),
-        (Method::JointSensing, Settings::paper()),
-        (Method::JointSensing, Settings::default()),
-        (combined, Settings::default()),
-    ] {
-        let mut identifier = identifier(&experiment, Settings { method, ..settings });
+    let settings_of = |method| EquationSettings {
+        method,
+        ..EquationSettings::default()
+    };
+    for method in [Method::Tactile, Method::JointSensing] {
+        let mut filter = paper_filter(&experiment, &settings_of(method));
+        let allocations = measure(|| {
+            for instant in &instants {
+                filter.push(&instant.sample()).unwrap();
+            }
+            assert_eq!(filter.estimate().windows, 13);
+        });
+        assert_eq!(allocations.count_total, 0);
+    }
+    for method in [Method::Tactile, Method::JointSensing, combined] {
+        let mut identifier = identifier(&experiment, &settings_of(method));
         let allocations = measure(|| {
             for instant in &instants {
                 identifier.push(&instant.sample()).unwrap();
             }
-            assert_eq!(identifier.estimate().intervals, 13);
+            assert_eq!(identifier.estimate().windows, 13);
         });
         assert_eq!(allocations.count_total, 0);
     }

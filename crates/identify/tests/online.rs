@@ -4,20 +4,20 @@
 
 mod common;
 
-use common::{Experiment, Instant, Noise, identifier, payload};
+use common::{Experiment, Instant, Noise, identifier, paper_filter, payload};
 use nalgebra::{Matrix3, Vector3};
 use rand::{SeedableRng, rngs::SmallRng};
 use tactid_dynamics::MassProperties;
-use tactid_identify::{Identifier, PayloadEstimate, PushOutcome, Settings, Method};
+use tactid_identify::{EquationSettings, Identifier, Method, PayloadEstimate, PushOutcome};
 
 const COMBINED: Method = Method::Combined { effort: false };
 
 fn online(experiment: &Experiment, method: Method) -> Identifier {
-    let settings = Settings {
+    let settings = EquationSettings {
         method,
-        ..Settings::default()
+        ..EquationSettings::default()
     };
-    identifier(experiment, settings)
+    identifier(experiment, &settings)
 }
 
 /// The estimates at some times, and when the payload was seen to change.
@@ -28,7 +28,7 @@ fn follow(
 ) -> (Vec<PayloadEstimate>, Vec<f64>) {
     let (mut estimates, mut changes) = (Vec::new(), Vec::new());
     for instant in instants {
-        if identifier.push(&instant.sample()).unwrap() == PushOutcome::Changed {
+        if identifier.push(&instant.sample()).unwrap() == PushOutcome::PayloadChanged {
             changes.push(instant.time_s);
         }
         let estimate = identifier.estimate();
@@ -145,8 +145,8 @@ fn a_swapped_payload_is_seen_and_identified() {
             assert_eq!(changes.len(), 1, "{changes:?}");
             let delay_s = changes[0] - swap_s;
             assert!(delay_s > 0.0 && delay_s <= 0.2, "{delay_s}");
-            let estimate = estimates[0];
-            assert_eq!(estimate.changes, 1);
+            let estimate = &estimates[0];
+            assert_eq!(estimate.payload_changes, 1);
             assert!(estimate.since_s > swap_s && estimate.since_s <= changes[0]);
             let errors = (0..10).map(|k| (estimate.values()[k] - values(&other)[k]) / scales[k]);
             let worst = errors.fold(0.0f64, |worst, error| worst.max(error.abs()));
@@ -186,7 +186,7 @@ fn a_window_is_told_as_a_whole() {
         while let Some(instant) = samples.next() {
             let before = (identifier.estimate(), identifier.covariance());
             identifier.push(&instant.sample()).unwrap();
-            if identifier.estimate().intervals == before.0.intervals || before.0.intervals < 10 {
+            if identifier.estimate().windows == before.0.windows || before.0.windows < 10 {
                 continue;
             }
             let mut at_once = identifier.clone();
@@ -226,7 +226,7 @@ fn a_bump_is_no_other_payload() {
         });
         let (estimates, changes) = follow(&mut identifier, bumped, &[5.0]);
         assert_eq!(changes, []);
-        estimates[0]
+        estimates[0].clone()
     };
     let (calm, bumped) = (estimate(0.0), estimate(2000.0));
     let std_devs = calm.std_devs.unwrap();
@@ -305,11 +305,11 @@ fn an_offset_is_told_from_the_payload() {
     let mut squares = [0.0; 2];
     for seed in 0..10 {
         for (square, wrench_offset) in squares.iter_mut().zip([true, false]) {
-            let settings = Settings {
+            let settings = EquationSettings {
                 wrench_offset,
-                ..Settings::default()
+                ..EquationSettings::default()
             };
-            let mut identifier = identifier(&experiment, settings);
+            let mut identifier = identifier(&experiment, &settings);
             let samples = noisy(&instants, noise, seed);
             let (estimates, changes) = follow(&mut identifier, samples, &[4.5, 8.0]);
             let found = estimates[0].values();
@@ -343,15 +343,12 @@ fn the_covariance_goes_with_the_deviations() {
         noisy(&instants, Noise::part(0.01), 5),
         &[5.0],
     );
-    let covariance = identifier.covariance().unwrap();
+    let covariance = identifier.covariance();
     let std_dev = estimates[0].std_devs.unwrap()[0];
     assert!((covariance[(0, 0)].sqrt() / std_dev - 1.0).abs() < 1e-12);
     assert!((covariance - covariance.transpose()).norm() < 1e-12 * covariance.norm());
     assert!(covariance.symmetric_eigenvalues().min() > 0.0);
-    let paper = identifier_of_paper(&experiment);
-    assert!(paper.covariance().is_none());
-}
-
-fn identifier_of_paper(experiment: &Experiment) -> Identifier {
-    identifier(experiment, Settings::paper())
+    // The paper's filter estimates no uncertainty.
+    let paper = paper_filter(&experiment, &EquationSettings::default());
+    assert!(paper.estimate().std_devs.is_none());
 }

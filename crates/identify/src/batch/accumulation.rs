@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 
-use crate::equations::{Equation, Row};
 use super::fit::Fit;
+use crate::equations::{Equation, Row};
 use crate::solve::offsets::Centering;
 
 /// Normal equations in scaled parameters, to which windows are added one by one.

@@ -2,15 +2,15 @@
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, SymmetricEigen};
 
-use crate::solve::covariance::{self, Entries, ScaledRow};
-use crate::equations::{Channels, Equation, Row};
-use crate::solve::prior::KnownMass;
-use crate::solve::noise::{Noise, ROUNDING};
-use crate::solve::subspace::{Directions, known};
-use crate::solve::weights::{OUTLIER, rare, weight};
-use crate::solve::offsets::Offset;
-use crate::solve::uncertainty::std_devs;
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
+use crate::equations::{Channels, Equation, Row};
+use crate::solve::covariance::{self, Entries, ScaledRow};
+use crate::solve::noise::{Noise, ROUNDING};
+use crate::solve::offsets::Offset;
+use crate::solve::prior::KnownMass;
+use crate::solve::subspace::{Directions, known};
+use crate::solve::uncertainty::std_devs;
+use crate::solve::weights::{OUTLIER, rare, weight};
 
 /// Passes of reweighting; the residuals of noise settle in a few.
 const MAX_PASSES: usize = 20;
@@ -393,13 +393,10 @@ impl<'a> Solver<'a> {
             DMatrix::zeros(self.columns, self.columns)
         };
         let offsets = self.offsets(&covariance, count);
-        let delay = self
-            .options
-            .delay
-            .then(|| Delay {
-                delay_s: self.solution[10],
-                std_dev_s: covariance[(10, 10)].max(0.0).sqrt(),
-            });
+        let delay = self.options.delay.then(|| Delay {
+            delay_s: self.solution[10],
+            std_dev_s: covariance[(10, 10)].max(0.0).sqrt(),
+        });
         Fit {
             parameters: self.solution.fixed_rows::<10>(0).into_owned(),
             covariance: covariance.fixed_view::<10, 10>(0, 0).into_owned(),

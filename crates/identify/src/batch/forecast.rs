@@ -2,17 +2,17 @@
 
 use nalgebra::{SMatrix, SVector, SymmetricEigen};
 
-use crate::equations::Equation;
-use super::fit::Fit;
-use crate::solve::subspace::known;
 use super::accumulation::Gram;
+use super::fit::Fit;
+use crate::equations::Equation;
+use crate::solve::subspace::known;
 use crate::solve::uncertainty::{HALF_WIDTH_95, jacobian, largest_of_kind};
 
 /// What would take more than so many times the recording's length is never reached: the motion does
 /// not excite it any more, but for noise.
 const NEVER: f64 = 1e6;
 
-/// Forecast of the uncertainty of the ten values for a motion that goes on as in the recording's second half.
+/// How the ten values become known when a motion goes on as in the recording's second half.
 #[derive(Clone, Debug)]
 pub struct Forecast {
     /// By how much the information of each independent direction grows in a second, in units of what
@@ -66,13 +66,8 @@ impl Forecast {
         })
     }
 
-    /// Time for which the motion must continue until half of the 95 % interval of each value is `within`
-    /// (0.01 for 1 %) times the largest value of its kind (mass, centre of mass, inertia), s: zero where it
-    /// is so already, infinite where the motion does not determine the value.
-    ///
-    /// `values` and their standard deviations `std_devs` are those of the recording's estimate, in the order
-    /// of [`VALUE_NAMES`](crate::VALUE_NAMES).
-    #[must_use]
+    /// For each value the time until half of its 95 % interval is `within` times the largest value of
+    /// its kind, s.
     pub fn remaining_s(
         &self,
         values: &[f64; 10],

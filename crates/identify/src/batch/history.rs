@@ -6,12 +6,12 @@ use super::accumulation::Gram;
 use super::fit::Fit;
 
 use crate::equations::Equation;
+use crate::equations::window::NOISE_CORRELATION;
 use crate::result::HistoryPoint;
 use crate::solve::BoundingBox;
-use crate::solve::subspace::{Directions, known as known_directions};
 use crate::solve::consistency::nearest_possible;
+use crate::solve::subspace::{Directions, known as known_directions};
 use crate::solve::uncertainty::{std_devs, values_of};
-use crate::equations::window::NOISE_CORRELATION;
 
 /// About how many points there are.
 const POINTS: usize = 600;

@@ -11,13 +11,13 @@ use super::forecast::Forecast;
 use super::history::history;
 use super::report::FitReport;
 use super::suspicions::{suspected_offset, suspected_signs};
+use crate::IdentifyError;
 use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample, window};
 use crate::finding::Finding;
 use crate::result::{self, HistoryPoint, PayloadEstimate, is_physical};
 use crate::solve::consistency::nearest_possible;
 use crate::solve::uncertainty::identifiable;
 use crate::solve::{BoundingBox, KnownMass, PrincipalMoments};
-use crate::IdentifyError;
 
 /// A contradiction of so many standard deviations is reported.
 const CONTRADICTION: f64 = 5.0;
@@ -76,7 +76,7 @@ pub struct BatchResult {
     pub delay: Option<Delay>,
     /// What the data say about the assumptions.
     pub findings: Vec<Finding>,
-    /// Forecast of the uncertainty; `None` where the windows are too few for one.
+    /// Forecast of the uncertainty for a motion that continues; `None` where the mass is zero.
     pub forecast: Option<Forecast>,
 }
 

@@ -97,8 +97,15 @@ fn validate(
         return vec![f64::NAN; channels.count()];
     };
     let pairs = fit.weights.iter().zip(held_out);
-    let weights: Vec<f64> = pairs.map(|(w, held)| if *held { *w } else { 0.0 }).collect();
-    rms(measured, &predict(equations, &blind), &weights, channels.count())
+    let weights: Vec<f64> = pairs
+        .map(|(w, held)| if *held { *w } else { 0.0 })
+        .collect();
+    rms(
+        measured,
+        &predict(equations, &blind),
+        &weights,
+        channels.count(),
+    )
 }
 
 /// Predicted load, window by window.

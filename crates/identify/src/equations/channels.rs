@@ -27,6 +27,18 @@ pub struct Channels {
 }
 
 impl Channels {
+    /// The six channels of one wrench whose noise is unknown: force in N, then moment in N m.
+    #[must_use]
+    pub fn of_wrench() -> Self {
+        Self {
+            channels: wrench_channels(""),
+            kinds: vec![3, 3],
+            sources: vec![6],
+            offsets: 0,
+            given: Vec::new(),
+        }
+    }
+
     /// Returns these channels with an unknown offset in each of the six of the wrench, or with none.
     #[must_use]
     pub fn with_offsets(self, unknown: bool) -> Self {
@@ -46,6 +58,17 @@ impl Channels {
         let sources = counts.flat_map(|(source, &count)| std::iter::repeat_n(source, count));
         sources.collect()
     }
+}
+
+/// Names and units of the six channels of a wrench, the names behind a `prefix`.
+pub(crate) fn wrench_channels(prefix: &str) -> Vec<Channel> {
+    let of = |quantity: &'static str, unit| {
+        ["x", "y", "z"].map(|axis| Channel {
+            name: format!("{prefix}{quantity} {axis}"),
+            unit,
+        })
+    };
+    [of("force", "N"), of("moment", "N m")].concat()
 }
 
 /// Known white noise of the channels of one source.

@@ -13,8 +13,8 @@ mod settings;
 mod stream;
 pub mod window;
 
-pub use channels::{Channel, Channels};
 pub use channels::GivenNoise;
+pub use channels::{Channel, Channels};
 pub(crate) use channels::{cholesky_in_place, to_correlation};
 pub use equation::{Equation, Row};
 pub use sample::{BaseState, Sample, states_of_poses};

@@ -6,8 +6,7 @@ use tactid_dynamics::{
     ToolMotion, Workspace, Wrench, forces, motion, wrench_on_end_effector, wrench_regressor,
 };
 
-
-use super::channels::{Channel, Channels, GivenNoise};
+use super::channels::{Channel, Channels, GivenNoise, wrench_channels};
 use super::equation::Row;
 use super::sample::Instant;
 use super::settings::EquationSettings;
@@ -195,17 +194,6 @@ impl Model {
 
     /// What each row is measured in: name and unit.
     fn named_channels(&self) -> Vec<Channel> {
-        let wrench = |of: &str| -> Vec<Channel> {
-            [("force", "N"), ("moment", "N m")]
-                .into_iter()
-                .flat_map(|(name, unit)| {
-                    ["x", "y", "z"].map(|axis| Channel {
-                        name: format!("{of}{name} {axis}"),
-                        unit,
-                    })
-                })
-                .collect()
-        };
         let effort = |&joint: &usize| Channel {
             name: format!("effort {}", self.robot.joint_names()[joint]),
             unit: match self.robot.joint_kind(joint) {
@@ -214,9 +202,9 @@ impl Model {
             },
         };
         let channels = self.sources.iter().flat_map(|source| match source {
-            Source::Sensors | Source::Rest => wrench(""),
+            Source::Sensors | Source::Rest => wrench_channels(""),
             Source::Efforts => self.loaded.iter().map(effort).collect(),
-            Source::Base => wrench("base "),
+            Source::Base => wrench_channels("base "),
         });
         channels.collect()
     }

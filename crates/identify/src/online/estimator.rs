@@ -3,13 +3,13 @@
 use tactid_nlms::{ChangeDetector, ChangeSettings, SettingError};
 
 use super::running_noise::RunningNoise;
-use super::sums::{Prediction, Sums, Innovation, Window};
-use crate::equations::Equation;
-use crate::solve::weights::{cube_root, rare, weight};
-use crate::solve::subspace::{Information, Matrix, Vector};
+use super::sums::{Innovation, Prediction, Sums, Window};
 use crate::equations::Channels;
-use crate::solve::offsets::Centering;
+use crate::equations::Equation;
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
+use crate::solve::offsets::Centering;
+use crate::solve::subspace::{Information, Matrix, Vector};
+use crate::solve::weights::{cube_root, rare, weight};
 
 /// The first windows are kept. When there are so many, and at each doubling, their residuals tell the
 /// noise, and all are taken in anew with its weights.
@@ -230,9 +230,9 @@ impl Recursive {
         self.window.copy_from(equation);
         self.noise.whiten(&mut self.window.rows);
         self.prediction.predict(&self.window.rows, &self.parameters);
-        let innovation = self
-            .sums
-            .innovation(&self.window.rows, &self.prediction, &self.covariance);
+        let innovation =
+            self.sums
+                .innovation(&self.window.rows, &self.prediction, &self.covariance);
         // Else a window says more of the parameters than they of it.
         let is_known = innovation.leverage < 1.0;
         // At rest, errors of the model do not show: it says nothing of the noise in motion.

@@ -53,7 +53,7 @@ const DENSE: u32 = 16;
 /// #   <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
 /// #   <joint name="hinge" type="continuous"><parent link="base"/><child link="tool0"/></joint></robot>"#;
 /// let robot = Manipulator::from_urdf(urdf, BaseKind::Floating)?;
-/// let mut identifier = Identifier::new(&robot, "tool0", &["tool0"], EquationSettings::default())?;
+/// let mut identifier = Identifier::new(&robot, "tool0", &["tool0"], &EquationSettings::default())?;
 /// // for each sample: identifier.push(&sample)?;
 /// let estimate = identifier.estimate();
 /// assert_eq!(estimate.windows, 0);

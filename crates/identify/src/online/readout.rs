@@ -60,11 +60,7 @@ impl Latest {
         self.is_physical = is_physical(&self.body);
     }
 
-    fn new(
-        body: MassProperties,
-        composite: Option<MassProperties>,
-        certainty: Certainty,
-    ) -> Self {
+    fn new(body: MassProperties, composite: Option<MassProperties>, certainty: Certainty) -> Self {
         Self {
             is_physical: is_physical(&body),
             body,
@@ -79,4 +75,3 @@ fn body_of(parameters: &Vector) -> MassProperties {
     let body = InertialParameters::from_vector(*parameters).mass_properties();
     body.unwrap_or_else(|| result::body(&[0.0; 10]))
 }
-

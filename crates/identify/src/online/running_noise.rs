@@ -3,11 +3,11 @@
 use nalgebra::DMatrix;
 
 use super::sums::{MODEL, Prediction, Row, Window};
-use crate::equations::Equation;
-use crate::solve::subspace::Vector;
 use crate::equations::Channels;
-use crate::solve::noise::Noise;
+use crate::equations::Equation;
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
+use crate::solve::noise::Noise;
+use crate::solve::subspace::Vector;
 
 /// What is known of the noise is from about so many windows, the last ones.
 const MEMORY: f64 = 500.0;

@@ -56,8 +56,7 @@ impl PaperSettings {
                 expected: "one or more",
             });
         }
-        let gives_noise =
-            !(equations.wrench_noise.is_empty() && equations.effort_noise.is_empty());
+        let gives_noise = !(equations.wrench_noise.is_empty() && equations.effort_noise.is_empty());
         let beyond = [
             (equations.wrench_offset, "an unknown offset of the wrenches"),
             (gives_noise, "the noise of the sensors"),
@@ -66,9 +65,9 @@ impl PaperSettings {
             return Err(IdentifyError::KnowledgeNeedsLeastSquares(what));
         }
         match equations.method {
-            Method::Effort | Method::Combined { .. } => Err(IdentifyError::NeedsLeastSquares(
-                equations.method.name(),
-            )),
+            Method::Effort | Method::Combined { .. } => {
+                Err(IdentifyError::NeedsLeastSquares(equations.method.name()))
+            }
             Method::Tactile | Method::JointSensing => Ok(()),
         }
     }

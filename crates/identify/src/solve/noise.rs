@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, SVector};
 
-use crate::equations::{Channels, Equation, GivenNoise, cholesky_in_place, to_correlation};
 use crate::equations::window::{NOISE_BANDWIDTH, PRODUCT_CORRELATION};
+use crate::equations::{Channels, Equation, GivenNoise, cholesky_in_place, to_correlation};
 
 /// Residuals of less than this part of what is measured are rounding.
 pub(crate) const ROUNDING: f64 = 1e-14;
@@ -319,8 +319,8 @@ mod tests {
         let channels = Channels {
             kinds: vec![3, 2],
             sources: vec![3, 2],
-            offsets: 0,
             given: vec![GivenNoise::new(0, covariance)],
+            ..Channels::of_wrench()
         };
         let mut equation = Equation::new(5);
         equation.instants = 70;

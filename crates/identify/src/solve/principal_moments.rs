@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen};
 use tactid_dynamics::InertialParameters;
 
 use super::subspace::Directions;
-use crate::solve::uncertainty::{HALF_WIDTH_95, std_dev, jacobian};
+use crate::solve::uncertainty::{HALF_WIDTH_95, jacobian, std_dev};
 
 /// The three principal moments of inertia about the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,8 +124,8 @@ mod tests {
             for _ in 0..DRAWS {
                 let noise = SVector::<f64, 10>::from_fn(|_, _| random.sample(StandardNormal));
                 let estimate = truth.as_vector() + root * noise;
-                let found = PrincipalMoments::with_std_devs(&estimate, &covariance, &all_known())
-                    .unwrap();
+                let found =
+                    PrincipalMoments::with_std_devs(&estimate, &covariance, &all_known()).unwrap();
                 for k in 0..3 {
                     let half_width = HALF_WIDTH_95 * found.std_devs.unwrap()[k];
                     held[k] += u32::from((found.moments[k] - moments[k]).abs() <= half_width);

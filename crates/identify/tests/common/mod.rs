@@ -12,7 +12,9 @@ use tactid_dynamics::{
     BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, MassProperties, Workspace,
     Wrench, base_acceleration, motion, wrench_regressor,
 };
-use tactid_identify::{BaseState, Identifier, Sample, Settings};
+use tactid_identify::{
+    BaseState, EquationSettings, Identifier, PaperFilter, PaperSettings, Sample,
+};
 
 pub(crate) const TOOL: &str = "tool0";
 pub(crate) const SENSORS: [&str; 2] = ["finger_left_link", "finger_right_link"];
@@ -296,8 +298,14 @@ fn advance(start: &FrameMotion, slope: &FrameMotion, duration_s: f64) -> FrameMo
     }
 }
 
-pub(crate) fn identifier(experiment: &Experiment, settings: Settings) -> Identifier {
+pub(crate) fn identifier(experiment: &Experiment, settings: &EquationSettings) -> Identifier {
     Identifier::new(&experiment.robot(), TOOL, &SENSORS, settings).unwrap()
+}
+
+/// The paper's filter with the paper's settings.
+pub(crate) fn paper_filter(experiment: &Experiment, settings: &EquationSettings) -> PaperFilter {
+    let robot = experiment.robot();
+    PaperFilter::new(&robot, TOOL, &SENSORS, settings, PaperSettings::default()).unwrap()
 }
 
 /// Each parameter's error, in percent of its nominal value, or of the largest of its kind for a

@@ -54,7 +54,7 @@ fn equations(count: usize, seed: u64, noise: f64, delay_s: f64) -> Vec<Equation>
 }
 
 fn fit(equations: &[Equation]) -> Fit {
-    Fit::new(equations, Options::new(&Channels::of_a_wrench())).unwrap()
+    Fit::new(equations, Options::new(&Channels::of_wrench())).unwrap()
 }
 
 /// Without noise the parameters come out to rounding.
@@ -223,16 +223,16 @@ fn outliers_do_not_count() {
 /// second order.
 #[test]
 fn a_delay_is_found() {
-    let channels = Channels::of_a_wrench();
+    let channels = Channels::of_wrench();
     let options = Options {
         delay: true,
         ..Options::new(&channels)
     };
-    let (delay_s, _) = Fit::new(&equations(300, 3, 0.0, 1e-4), options)
+    let Delay { delay_s, .. } = Fit::new(&equations(300, 3, 0.0, 1e-4), options)
         .and_then(|fit| fit.delay)
         .unwrap();
     assert!((delay_s - 1e-4).abs() < 1e-7, "{delay_s}");
-    let (delay_s, std_dev_s) = Fit::new(&equations(300, 3, 1.0, -2e-3), options)
+    let Delay { delay_s, std_dev_s } = Fit::new(&equations(300, 3, 1.0, -2e-3), options)
         .and_then(|fit| fit.delay)
         .unwrap();
     assert!(
@@ -265,11 +265,11 @@ fn too_few_equations() {
     assert!(
         Fit::new(
             &equations(3, 1, 0.0, 0.0),
-            Options::new(&Channels::of_a_wrench())
+            Options::new(&Channels::of_wrench())
         )
         .is_none()
     );
-    assert!(Fit::new(&[], Options::new(&Channels::of_a_wrench())).is_none());
+    assert!(Fit::new(&[], Options::new(&Channels::of_wrench())).is_none());
 }
 
 fn weighed(equations: &[Equation], mass_kg: f64, std_dev_kg: f64) -> Fit {
@@ -277,7 +277,7 @@ fn weighed(equations: &[Equation], mass_kg: f64, std_dev_kg: f64) -> Fit {
         mass_kg,
         std_dev_kg,
     };
-    let channels = Channels::of_a_wrench();
+    let channels = Channels::of_wrench();
     let options = Options {
         mass: Some(mass.with(0.0)),
         ..Options::new(&channels)
@@ -291,7 +291,7 @@ fn weighed(equations: &[Equation], mass_kg: f64, std_dev_kg: f64) -> Fit {
 fn a_known_mass_conditions_the_others() {
     let equations = equations(200, 11, 1.0, 0.0);
     let alone = fit(&equations);
-    let channels = Channels::of_a_wrench();
+    let channels = Channels::of_wrench();
     let with_mass = |mass| {
         let options = Options {
             weights: Some(&alone),
@@ -376,7 +376,7 @@ fn a_known_mass_resolves_what_was_mixed() {
 fn constant_offsets_are_found() {
     const RUNS: u64 = 200;
     let offsets = [4.0, -2.0, 1.0, 0.3, 0.1, -0.2];
-    let channels = Channels::of_a_wrench().with_offsets(true);
+    let channels = Channels::of_wrench().with_offsets(true);
     let mut squares = SVector::<f64, 10>::zeros();
     let mut of_offsets = SVector::<f64, 6>::zeros();
     for seed in 0..RUNS {
@@ -414,7 +414,7 @@ fn exact_equations_give_exact_offsets() {
     for equation in &mut equations {
         equation.rows[4].target -= 3.0;
     }
-    let channels = Channels::of_a_wrench().with_offsets(true);
+    let channels = Channels::of_wrench().with_offsets(true);
     let found = Fit::new(&equations, Options::new(&channels)).unwrap();
     assert!((found.parameters - truth()).amax() < 1e-11);
     assert!((found.offsets[4].value + 3.0).abs() < 1e-11);
