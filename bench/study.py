@@ -17,7 +17,7 @@ from rich.progress import track
 from rich.table import Table
 
 import tactid
-from tactid.result import values_of
+from tactid.values import values_of
 
 RUNS = 20
 BOUND_RUNS = 100

@@ -4,7 +4,6 @@ use thiserror::Error;
 
 /// Why a payload cannot be identified.
 #[derive(Debug, Error)]
-#[non_exhaustive]
 pub enum IdentifyError {
     /// The robot's model is at fault, or lacks the tool or a sensor's frame.
     #[error(transparent)]

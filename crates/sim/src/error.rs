@@ -8,7 +8,6 @@ use thiserror::Error;
 
 /// Why an experiment cannot be read or its run was given up.
 #[derive(Debug, Error)]
-#[non_exhaustive]
 pub enum SimError {
     /// A file of the experiment cannot be read.
     #[error("cannot read `{path}`: {source}")]

@@ -65,9 +65,9 @@ from tactid.errors import (
     SimulationError,
     TactidError,
 )
+from tactid.faults import DataFault
 from tactid.identification import (
     Channel,
-    DataFault,
     Delay,
     Finding,
     Fit,

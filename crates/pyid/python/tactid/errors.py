@@ -3,6 +3,10 @@
 The message of each says what is wrong, where, and what would be right.
 """
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from tactid.faults import DataFault
 from tactid.naming import Style, option_name
 
 
@@ -51,4 +55,21 @@ class SimulationError(TactidError):
 
 
 class IdentificationError(TactidError):
-    """A recording from which the payload cannot be identified."""
+    """A recording from which the payload cannot be identified.
+
+    Args:
+        message: What is wrong, without the name of an option.
+        option: The field of ``tactid.Options`` that causes or resolves the error.
+        faults: What is wrong with the recording's messages: the fields of ``DataFault`` by name.
+    """
+
+    def __init__(
+        self,
+        message: str = "",
+        option: str | None = None,
+        faults: Sequence[Mapping[str, Any]] = (),
+    ) -> None:
+        found = [DataFault(**fault) for fault in faults]
+        listed = [f"{fault.topic}: {fault.count} × {fault.phrase}" for fault in found]
+        super().__init__("; ".join([message, *listed]), option)
+        self.faults = found

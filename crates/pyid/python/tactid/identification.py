@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from tactid import _native
 from tactid._native import VALUE_NAMES, MassProperties
 from tactid.errors import ArgumentError
+from tactid.faults import DataFault
 
 Array = NDArray[np.float64]
 
@@ -212,22 +213,6 @@ class Finding:
     """What was noticed, such as ``negative_mass``."""
     data: Mapping[str, Any] = field(default_factory=dict)
     """The numbers and names that belong to the kind."""
-
-
-@dataclass(frozen=True)
-class DataFault:
-    """One kind of fault in the messages of one topic."""
-
-    topic: str
-    """Topic of the messages, or ``samples`` for what could not be aligned."""
-    kind: str
-    """What is wrong, such as ``out_of_order``."""
-    count: int
-    """Number of occurrences."""
-    first: float = math.nan
-    """Time of the first occurrence on the recording's clock, s; NaN where it is not known."""
-    joint: str | None = None
-    """The joint at fault, where the fault is that of one joint."""
 
 
 class Forecast(Protocol):

@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike
 from tactid import _native
 from tactid._native import Manipulator
 from tactid.errors import ArgumentError
+from tactid.faults import DataFault
 from tactid.identification import (
     Channel,
-    DataFault,
     Delay,
     Finding,
     Fit,

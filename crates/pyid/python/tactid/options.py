@@ -173,8 +173,8 @@ class Options:
         SIGNS,
     )
     known_tool: MassProperties | None = _option(
-        "A known body that the measured load contains besides the payload, in the tip's frame: it is"
-        " subtracted. On the command line: mass, centre of mass, and inertia about it.",
+        "A known body that the measured load contains besides the payload, in the tip's frame: it"
+        " is subtracted. On the command line: mass, centre of mass, and inertia about it.",
         SIGNS,
         unit="kg, m, kg m²",
         metavar="M,X,Y,Z,XX,XY,XZ,YY,YZ,ZZ",
@@ -227,8 +227,8 @@ class Options:
         _LEAST_SQUARES,
     )
     wrench_noise: ArrayLike | None = _option(
-        "Standard deviations of the white noise of one wrench, (6,), or (S, 6) for S sensors; on the"
-        " command line, once for all sensors or once for each. Default: estimated from the"
+        "Standard deviations of the white noise of one wrench, (6,), or (S, 6) for S sensors; on"
+        " the command line, once for all sensors or once for each. Default: estimated from the"
         " residuals.",
         SIGNALS,
         _LEAST_SQUARES,

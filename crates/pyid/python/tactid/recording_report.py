@@ -183,9 +183,9 @@ def _agreement(fit: Fit) -> str:
             f'<td class="value">{_percent(unseen[index])}</td></tr>\n'
         )
     return f"""<div class="wide"><table>
-<caption>{np.count_nonzero(held_out)} of {len(held_out)} windows are held out. Residuals there should
-be as small as in the fit. A channel in which the motion changes nothing contains only noise, of
-which little is predicted.</caption>
+<caption>{np.count_nonzero(held_out)} of {len(held_out)} windows are held out. Residuals there
+should be as small as in the fit. A channel in which the motion changes nothing contains only noise,
+of which little is predicted.</caption>
 <thead><tr><th></th><th></th><th colspan="2">rms residual</th>
 <th colspan="2">variance predicted</th></tr>
 <tr><th>channel</th><th></th><th>fit</th><th>held out</th><th>fit</th><th>held out</th></tr></thead>

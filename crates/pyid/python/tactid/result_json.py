@@ -12,7 +12,7 @@ from tactid.identification import Fit, Identification
 from tactid.naming import Style
 from tactid.outlook import WITHIN
 from tactid.values import Z95, all_finite, finite, nested, values_of
-from tactid.wording import fault, finding, motion_advice, remarks
+from tactid.wording import finding, motion_advice, remarks
 
 MOST_POINTS = 2000
 """Largest number of points of a time series in JSON."""
@@ -79,7 +79,7 @@ def diagnostics(found: Identification) -> dict[str, Any]:
                 {
                     "topic": each.topic,
                     "kind": each.kind,
-                    "what": fault(each),
+                    "what": each.phrase,
                     "count": each.count,
                     "first_s": finite(each.first),
                 }

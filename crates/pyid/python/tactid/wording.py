@@ -1,4 +1,4 @@
-"""Results in words: findings, data faults, and the motion that would determine more.
+"""Results in words: findings, remarks, and the motion that would determine more.
 
 A sentence that names an option spells it as its reader would write it: see :mod:`tactid.naming`.
 """
@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from tactid.bodies import why_impossible
-from tactid.identification import DataFault, Finding, Identification
+from tactid.identification import Finding, Identification
 from tactid.naming import Style, option_name
 from tactid.reported import offsets
 from tactid.values import Z95
@@ -17,36 +17,6 @@ Data = Mapping[str, Any]
 
 LOADS = {"tactile": "wrench", "joint-sensing": "wrench", "effort": "effort", "combined": "load"}
 """What each method measures of the payload."""
-
-FAULTS = {
-    "gap": "gap, not bridged",
-    "out_of_order": "message out of order, left out",
-    "undecodable": "message that cannot be decoded, left out",
-    "not_finite": "message with a value that is not finite, left out",
-    "absurd": "message with an absurd value (beyond 1e9), left out",
-    "partial_joints": "message with only some of its publisher's joints, left out",
-    "position_count": "message with another number of positions than of names, left out",
-    "velocity_not_finite": "velocity that is not finite, derived from the positions",
-    "no_velocity": "message without velocities, derived from the positions",
-    "no_effort": "message without efforts, left out",
-    "effort_not_finite": "effort of {joint} that is not finite, message left out",
-    "not_unit_quaternion": "orientation that is no unit quaternion, message left out",
-    "no_stamp": "message without a stamp, the time of logging is used",
-    "far_stamp": "message with a stamp far from the time of logging, left out",
-    "incomplete": "sample at which another stream has no value, left out",
-}
-"""Each kind of data fault, and what was done about it, in the singular."""
-
-
-def fault(found: DataFault) -> str:
-    """Says what is wrong with a message or a sample: a phrase in the singular."""
-    return FAULTS[found.kind].format(joint=found.joint)
-
-
-def fault_sentence(found: DataFault) -> str:
-    """Says what is wrong on a topic, how often, and when first."""
-    since = f", the first at {found.first:.3f} s" if math.isfinite(found.first) else ""
-    return f"{found.topic}: {found.count} × {fault(found)}{since}."
 
 
 def finding(found: Finding, style: Style = "keyword") -> str:
@@ -117,8 +87,8 @@ def _acceleration_not_used(data: Data, style: Style) -> str:
     why = "explain the wrench better" if data["explains_better"] else "have less noise"
     return (
         f"{data['topic']} is not used: accelerations derived from the velocities {why} (ratio of"
-        f" the residuals {data['residual_ratio']:.2f}, of the powers {data['power_ratio']:.2f}). Give"
-        f" {option_name('acceleration_topic', style)} to use it."
+        f" the residuals {data['residual_ratio']:.2f}, of the powers {data['power_ratio']:.2f})."
+        f" Give {option_name('acceleration_topic', style)} to use it."
     )
 
 
@@ -163,7 +133,8 @@ def _delay_corrected(data: Data, _: Style) -> str:
     half_width = Z95 * data["std_dev_s"]
     return (
         f"The wrenches are stamped {1e3 * data['applied_s']:.2f} ms later than the motion: this"
-        f" delay was corrected (estimated {1e3 * data['estimated_s']:.2f} ± {1e3 * half_width:.2f} ms)."
+        f" delay was corrected (estimated {1e3 * data['estimated_s']:.2f} ±"
+        f" {1e3 * half_width:.2f} ms)."
     )
 
 
@@ -228,7 +199,7 @@ def motion_advice(names: Sequence[str]) -> list[str]:
 def remarks(found: Identification, style: Style = "keyword") -> list[str]:
     """Says what a reader must know to trust a result, in sentences; there may be none."""
     said = [finding(each, style) for each in found.findings]
-    faults = [fault_sentence(each) for each in found.faults]
+    faults = [each.sentence for each in found.faults]
     return list(dict.fromkeys([*_of_the_estimate(found), *said, *faults]))
 
 
