@@ -6,16 +6,17 @@ use nalgebra::SVector;
 use tactid_dynamics::{InertialParameters, Manipulator, MassProperties};
 
 use super::equation_batch::EquationBatch;
-use super::fit::{Delay, Fit, Options};
+use super::fit::{Delay, Fit, FitOptions};
 use super::forecast::Forecast;
 use super::history::history;
+use super::least_squares;
 use super::report::FitReport;
 use super::suspicions::{suspected_offset, suspected_signs};
 use crate::IdentifyError;
 use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample, window};
 use crate::finding::Finding;
 use crate::result::{self, HistoryPoint, PayloadEstimate, is_physical};
-use crate::solve::consistency::nearest_possible;
+use crate::solve::consistency::project;
 use crate::solve::uncertainty::identifiable;
 use crate::solve::{BoundingBox, KnownMass, PrincipalMoments};
 
@@ -162,17 +163,18 @@ impl BatchIdentifier {
             windows: equations.len(),
             window_s: window::length_s(self.equations.cutoff_hz),
         };
-        let unweighed = Fit::new(equations, Options::new(&channels)).ok_or_else(too_few)?;
+        let unweighed =
+            least_squares::fit(equations, FitOptions::new(&channels)).ok_or_else(too_few)?;
         let known = self.known_bodies();
         let mut findings = Vec::new();
         let weighed = match self.settings.known_mass {
             Some(mass) => {
                 findings.extend(contradiction(&unweighed, known[0], mass));
-                let options = Options {
-                    mass: Some(mass.with(known[0])),
-                    ..Options::new(&channels)
+                let options = FitOptions {
+                    known_mass: Some(mass.with(known[0])),
+                    ..FitOptions::new(&channels)
                 };
-                Some(Fit::new(equations, options).ok_or_else(too_few)?)
+                Some(least_squares::fit(equations, options).ok_or_else(too_few)?)
             }
             None => None,
         };
@@ -187,7 +189,7 @@ impl BatchIdentifier {
             principal_moments: PrincipalMoments::with_std_devs(
                 &parameters,
                 &fit.covariance,
-                &fit.excitation,
+                &fit.null_space,
             ),
             history: history(equations, fit, &known, bounding_box),
             forecast: Forecast::new(equations, fit, &parameters, report.stride_s),
@@ -235,17 +237,16 @@ impl BatchIdentifier {
         known: &SVector<f64, 10>,
     ) -> (SVector<f64, 10>, Option<Finding>) {
         let parameters = fit.parameters - known;
-        let scales = &fit.excitation.scales;
         let bounding_box = self.settings.bounding_box.as_ref();
-        match nearest_possible(&parameters, &fit.covariance, scales, bounding_box) {
+        match project(&parameters, &fit.covariance, fit.scales(), bounding_box) {
             None => (parameters, None),
-            Some(nearest) => {
+            Some(projection) => {
                 let finding = Finding::Inconsistent {
-                    distance: nearest.distance,
+                    distance: projection.distance,
                     within_box: bounding_box.is_some(),
                 };
-                let is_far = nearest.distance > CONTRADICTION;
-                (nearest.parameters, is_far.then_some(finding))
+                let is_far = projection.distance > CONTRADICTION;
+                (projection.parameters, is_far.then_some(finding))
             }
         }
     }
@@ -298,12 +299,12 @@ impl BatchIdentifier {
         if !self.settings.delay {
             return None;
         }
-        let options = Options {
+        let options = FitOptions {
             delay: true,
-            weights: Some(fit),
-            ..Options::new(channels)
+            weights_of: Some(fit),
+            ..FitOptions::new(channels)
         };
-        let delay = Fit::new(self.batch.equations(), options)?.delay;
+        let delay = least_squares::fit(self.batch.equations(), options)?.delay;
         delay.filter(|delay| delay.delay_s.is_finite())
     }
 }

@@ -1,87 +1,100 @@
-//! Weights of the polynomial nearest to a few samples: its value and its derivatives at a time.
+//! Differentiation and smoothing of samples: weights of the polynomial fitted to a few of them.
 
-/// The polynomial of degree four passes through so many samples.
-pub(crate) const FEWEST: usize = 5;
+use nalgebra::{UnitQuaternion, Vector4};
 
-/// The most samples; a third of the noise's variance is left in a value from so many.
-pub(crate) const MOST: usize = 11;
+/// Fewest nodes to which a polynomial of degree four is fitted; it passes through so many.
+pub(crate) const MIN_NODES: usize = 5;
 
-/// Weights of values at `nodes`, at most [`MOST`] of them, for the value, the first and the second
-/// derivative at `at` of the polynomial of degree four that is nearest in least squares (of less where
-/// there are fewer nodes, and through all of them), by polynomials that are orthogonal on the nodes
-/// (Forsythe 1957, doi 10.1137/0105007).
+/// Most nodes to which a polynomial is fitted. A smoothed value from so many keeps a third of the variance of
+/// the noise.
+pub(crate) const MAX_NODES: usize = 11;
+
+/// Returns weights of values at `nodes` for the value, the first and the second derivative, at time `at`, of
+/// the polynomial that is fitted to them in least squares.
 ///
-/// Nodes need not be equidistant, but must differ. Weights of nodes that are not there are zero.
-pub(crate) fn weights(nodes: &[f64], at: f64) -> [[f64; MOST]; 3] {
+/// The polynomial has degree four, or passes through all nodes where these are fewer than five. There are at
+/// most [`MAX_NODES`] nodes, all different; they need not be equidistant. Weights beyond the number of nodes
+/// are zero. The polynomials of the recurrence are orthogonal on the nodes (Forsythe 1957,
+/// doi 10.1137/0105007).
+pub(crate) fn weights(nodes: &[f64], at: f64) -> [[f64; MAX_NODES]; 3] {
     let count = nodes.len();
-    let mut weights = [[0.0; MOST]; 3];
-    // A polynomial and the one of a degree less: at the nodes; value and derivatives at `at`.
-    let (mut now, mut before) = ([1.0; MOST], [0.0; MOST]);
-    let (mut here, mut here_before) = ([1.0, 0.0, 0.0], [0.0; 3]);
-    let mut norm_before = f64::INFINITY;
-    for _ in 0..count.min(FEWEST) {
+    let mut weights = [[0.0; MAX_NODES]; 3];
+    // The orthogonal polynomial of this degree and that of one less: at the nodes, and with derivatives at `at`.
+    let (mut current, mut previous) = ([1.0; MAX_NODES], [0.0; MAX_NODES]);
+    let (mut current_at, mut previous_at) = ([1.0, 0.0, 0.0], [0.0; 3]);
+    let mut previous_norm = f64::INFINITY;
+    for _ in 0..count.min(MIN_NODES) {
         let (mut norm, mut moment) = (0.0, 0.0);
-        for (p, t) in now[..count].iter().zip(nodes) {
+        for (p, t) in current[..count].iter().zip(nodes) {
             norm += p * p;
             moment += (t - at) * p * p;
         }
-        for (weights, here) in weights.iter_mut().zip(here) {
-            let share = here / norm;
-            for (weight, p) in weights[..count].iter_mut().zip(now) {
-                *weight += share * p;
+        for (weights, current_at) in weights.iter_mut().zip(current_at) {
+            let coefficient = current_at / norm;
+            for (weight, p) in weights[..count].iter_mut().zip(current) {
+                *weight += coefficient * p;
             }
         }
-        let (middle, part) = (moment / norm, norm / norm_before);
+        // p_{k+1}(t) = (t - shift) p_k(t) - ratio p_{k-1}(t)
+        let (shift, ratio) = (moment / norm, norm / previous_norm);
         for k in 0..count {
-            let next = (nodes[k] - at - middle) * now[k] - part * before[k];
-            (before[k], now[k]) = (now[k], next);
+            let next = (nodes[k] - at - shift) * current[k] - ratio * previous[k];
+            (previous[k], current[k]) = (current[k], next);
         }
-        let next = std::array::from_fn(|k| {
-            let product = if k == 0 { 0.0 } else { k as f64 * here[k - 1] };
-            product - middle * here[k] - part * here_before[k]
+        let next_at = std::array::from_fn(|k| {
+            let product = if k == 0 {
+                0.0
+            } else {
+                k as f64 * current_at[k - 1]
+            };
+            product - shift * current_at[k] - ratio * previous_at[k]
         });
-        (here_before, here) = (here, next);
-        norm_before = norm;
+        (previous_at, current_at) = (current_at, next_at);
+        previous_norm = norm;
     }
     weights
 }
 
-/// Times that differ by less than this part of their span have the same weights.
-const ALIKE: f64 = 1e-7;
+/// Nodes whose times, relative to their span, differ by less than this have the same weights.
+const SAME_TIMES: f64 = 1e-7;
 
-/// The weights of an odd number of nodes at their middle, which even samples have again and again.
+/// Cached weights of an odd number of nodes at their middle. Equidistant samples use the same ones again and
+/// again.
 #[derive(Clone, Debug)]
-pub(crate) struct Stencil {
+pub(crate) struct CachedWeights {
     count: usize,
-    /// The nodes' times from that of the middle one.
-    from_middle: [f64; MOST],
-    weights: [[f64; MOST]; 3],
+    /// Times of the nodes less that of the middle one.
+    from_middle: [f64; MAX_NODES],
+    weights: [[f64; MAX_NODES]; 3],
 }
 
-impl Stencil {
+impl CachedWeights {
+    /// Creates an empty cache.
     pub(crate) fn new() -> Self {
         Self {
             count: 0,
-            from_middle: [0.0; MOST],
-            weights: [[0.0; MOST]; 3],
+            from_middle: [0.0; MAX_NODES],
+            weights: [[0.0; MAX_NODES]; 3],
         }
     }
 
-    /// As [`weights`] has them, to one part in ten million.
+    /// Returns the [`weights`] at the middle one of the nodes, to one part in ten million.
     pub(crate) fn at_middle(
         &mut self,
         nodes: impl ExactSizeIterator<Item = f64>,
-    ) -> [[f64; MOST]; 3] {
+    ) -> [[f64; MAX_NODES]; 3] {
         let count = nodes.len();
-        let mut times = [0.0; MOST];
+        let mut times = [0.0; MAX_NODES];
         for (time, node) in times.iter_mut().zip(nodes) {
             *time = node;
         }
         let middle = times[count / 2];
         let span = times[count - 1] - times[0];
         let pairs = times[..count].iter().zip(&self.from_middle);
-        let is_alike = |(time, before): (&f64, &f64)| (time - middle - before).abs() < ALIKE * span;
-        if self.count != count || !pairs.map(is_alike).fold(true, |all, one| all & one) {
+        let is_same =
+            |(time, cached): (&f64, &f64)| (time - middle - cached).abs() < SAME_TIMES * span;
+        // All nodes are compared without a branch, which is faster than to stop at the first difference.
+        if self.count != count || !pairs.map(is_same).fold(true, |all, one| all & one) {
             self.count = count;
             self.from_middle = times.map(|time| time - middle);
             self.weights = weights(&self.from_middle[..count], 0.0);
@@ -90,15 +103,28 @@ impl Stencil {
     }
 }
 
+/// Returns a weighted sum of the rotations' quaternions, not normalised. Of the two quaternions of each
+/// rotation it uses the one on the side of `reference`.
+pub(crate) fn weighted_rotation_sum<'a>(
+    rotations: impl Iterator<Item = (&'a UnitQuaternion<f64>, f64)>,
+    reference: &UnitQuaternion<f64>,
+) -> Vector4<f64> {
+    let signed = |(rotation, weight): (&UnitQuaternion<f64>, f64)| {
+        let coords = rotation.coords;
+        coords * (weight * 1f64.copysign(coords.dot(&reference.coords)))
+    };
+    rotations.map(signed).sum()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const UNEVEN: [f64; MOST] = [
+    const UNEVEN: [f64; MAX_NODES] = [
         -0.49, -0.41, -0.32, -0.21, -0.1, 0.013, 0.09, 0.2, 0.31, 0.38, 0.52,
     ];
 
-    /// A polynomial of degree four is met with its derivatives, however many nodes there are.
+    /// The weights reproduce a polynomial of degree four and its derivatives, from any number of nodes.
     #[test]
     fn is_exact_for_polynomials() {
         let value = |t: f64| 3.0 - 2.0 * t + 5.0 * t.powi(2) - 7.0 * t.powi(3) + 11.0 * t.powi(4);
@@ -120,8 +146,8 @@ mod tests {
         }
     }
 
-    /// Five equal steps have the well-known central differences, with their sign; eleven the smoothing
-    /// of Savitzky and Golay (1964), table of the quartic: 143 of 429 in the middle, 18 at the end.
+    /// Five equal steps have the well-known central differences, with their sign. Eleven have the smoothing
+    /// weights of Savitzky and Golay (1964), table of the quartic: 143 of 429 in the middle, 18 at the end.
     #[test]
     fn gives_the_well_known_weights() {
         let five = weights(&[-2.0, -1.0, 0.0, 1.0, 2.0], 0.0);
@@ -144,14 +170,14 @@ mod tests {
         }
     }
 
-    /// Even nodes have their weights again, uneven ones their own.
+    /// The cache returns the weights of the nodes it is asked for, shifted, even or uneven.
     #[test]
     fn weights_follow_the_nodes() {
-        let mut stencil = Stencil::new();
+        let mut cached = CachedWeights::new();
         for nodes in [&UNEVEN[..], &UNEVEN[3..8], &UNEVEN[2..9], &UNEVEN[4..9]] {
             for shift in [0.0, 0.25, 3.0] {
                 let shifted: Vec<f64> = nodes.iter().map(|t| t + shift).collect();
-                let found = stencil.at_middle(shifted.iter().copied());
+                let found = cached.at_middle(shifted.iter().copied());
                 let target = weights(&shifted, shifted[nodes.len() / 2]);
                 for (found, target) in found.as_flattened().iter().zip(target.as_flattened()) {
                     assert!((found - target).abs() < 1e-9 * (1.0 + target.abs()));

@@ -1,20 +1,28 @@
-//! The equations of motion: at one instant, and as means over a time.
+//! The row equations of motion: at one instant, and averaged over a window.
 
 use nalgebra::{SVector, Vector3, Vector4};
 use tactid_dynamics::Rows;
 
-/// One row equation `regressor · π = wanted`, `π` in the order of
-/// [`InertialParameters`](tactid_dynamics::InertialParameters).
+/// One row equation `regressor · π = target`.
+///
+/// The parameters `π` are in the order and the units of
+/// [`InertialParameters`](tactid_dynamics::InertialParameters): mass, first moments, and inertia about the
+/// origin of the tool frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
+    /// Derivative of the measured quantity with respect to each parameter: the channel's unit over the
+    /// parameter's.
     pub regressor: SVector<f64, 10>,
+    /// The measurement, in the channel's unit: the right-hand side of the row.
     pub target: f64,
-    /// What an acceleration equal to gravity would add to the entries of mass and first moments; the
-    /// others do not depend on gravity. It asks what another gravity would have explained.
+    /// What an acceleration equal to the configured gravity would add to the entries of the mass and the
+    /// first moments. The entries of the inertia do not depend on gravity. Scaled, it shows what another
+    /// gravity would have explained.
     pub gravity: Vector4<f64>,
 }
 
 impl Row {
+    /// Returns the row whose entries are all zero.
     pub(crate) fn zero() -> Self {
         Self {
             regressor: SVector::zeros(),
@@ -23,47 +31,53 @@ impl Row {
         }
     }
 
+    /// Adds `weight` times another row.
     pub(crate) fn add(&mut self, row: &Self, weight: f64) {
         self.regressor += row.regressor * weight;
         self.target += row.target * weight;
         self.gravity += row.gravity * weight;
     }
 
-    pub(crate) fn scale(&mut self, by: f64) {
-        self.regressor *= by;
-        self.target *= by;
-        self.gravity *= by;
+    /// Multiplies both sides by a factor.
+    pub(crate) fn scale(&mut self, factor: f64) {
+        self.regressor *= factor;
+        self.target *= factor;
+        self.gravity *= factor;
     }
 }
 
-/// Rows of the one-stage form as weighted means over a time.
+/// Row equations averaged over one window, a row for each channel.
 ///
-/// The rows are averaged as a whole, after their products are formed, so that both sides pass the
-/// same filter and the equation holds for the means as it does at every instant.
+/// The rows are averaged as a whole, after their products are formed, so that both sides pass the same
+/// filter and the equation holds for the means as it does at every instant.
 #[derive(Clone, Debug)]
 pub struct Equation {
-    /// The middle of the time, s.
+    /// Middle of the window, on the clock of the samples, s.
     pub time_s: f64,
-    /// Six for a wrench (force, then moment about the origin of `Σ_U`), else one a joint.
+    /// The mean rows, in the order of the [`Channels`](super::Channels).
     pub rows: Vec<Row>,
-    /// Half the difference between the means over every second instant and over the others: noise
-    /// alone, as large as in `rows`, for what is slow is the same in both.
+    /// Half the difference between the means over every second instant and over the others. It is noise
+    /// alone, with the variance of the noise in `rows`: the motion is the same in both halves.
     pub differences: Vec<Row>,
-    /// `d wanted / dt` through the same filter, a row each: what a delay of the load would change.
+    /// Time derivative of each target through the same filter, in the channel's unit per second: by so much
+    /// a delay of the load changes the target.
     pub rates: Vec<f64>,
+    /// Number of instants in the window.
+    pub instants: u32,
+    /// Sum of the instants' weights in the mean, in the derivative, and in the half-difference.
     weight: f64,
     slope_weight: f64,
     difference_weight: f64,
-    pub instants: u32,
 }
 
 impl Equation {
-    pub(crate) fn new(rows: usize) -> Self {
+    /// Creates an equation of so many channels without any instant.
+    pub(crate) fn new(channels: usize) -> Self {
         Self {
             time_s: 0.0,
-            rows: vec![Row::zero(); rows],
-            differences: vec![Row::zero(); rows],
-            rates: vec![0.0; rows],
+            rows: vec![Row::zero(); channels],
+            differences: vec![Row::zero(); channels],
+            rates: vec![0.0; channels],
             weight: 0.0,
             slope_weight: 0.0,
             difference_weight: 0.0,
@@ -71,7 +85,7 @@ impl Equation {
         }
     }
 
-    /// Becomes another of as many rows, without allocation.
+    /// Copies a finished equation of as many channels, without allocation.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.rows.copy_from_slice(&other.rows);
         self.differences.copy_from_slice(&other.differences);
@@ -79,6 +93,7 @@ impl Equation {
         (self.time_s, self.instants) = (other.time_s, other.instants);
     }
 
+    /// Removes all instants and sets the middle of the window.
     pub(crate) fn clear(&mut self, time_s: f64) {
         self.time_s = time_s;
         self.rows.fill(Row::zero());
@@ -88,10 +103,11 @@ impl Equation {
         self.instants = 0;
     }
 
-    /// Adds an instant with its weight, the weight of its part in the derivative, and its side in the
-    /// differences, 1 or -1. Until the end, `rows` has the sums of the one side, `differences` of the other.
-    pub(crate) fn add(&mut self, rows: &[Row], weight: f64, slope_weight: f64, side: f64) {
-        let sums = if side > 0.0 {
+    /// Adds an instant with its weight in the mean, its weight in the derivative, and its half of the
+    /// instants, 1 or -1. Until [`finish`](Self::finish), `rows` has the sums of one half and `differences`
+    /// those of the other.
+    pub(crate) fn add(&mut self, rows: &[Row], weight: f64, slope_weight: f64, half: f64) {
+        let sums = if half > 0.0 {
             &mut self.rows
         } else {
             &mut self.differences
@@ -100,46 +116,47 @@ impl Equation {
             sum.add(row, weight);
             *rate += row.target * slope_weight;
         }
-        self.difference_weight += side * weight;
+        self.difference_weight += half * weight;
         self.weight += weight;
         self.slope_weight += slope_weight;
         self.instants += 1;
     }
 
-    /// Adds another equation, finished, with its share in the mean of several.
-    pub(crate) fn add_mean(&mut self, other: &Self, share: f64) {
+    /// Adds a finished equation with its weight in the mean of several.
+    pub(crate) fn add_mean(&mut self, other: &Self, weight: f64) {
         for (sum, row) in self.rows.iter_mut().zip(&other.rows) {
-            sum.add(row, share);
+            sum.add(row, weight);
         }
         for (sum, row) in self.differences.iter_mut().zip(&other.differences) {
-            sum.add(row, share);
+            sum.add(row, weight);
         }
         for (sum, rate) in self.rates.iter_mut().zip(&other.rates) {
-            *sum += share * rate;
+            *sum += weight * rate;
         }
         self.instants += other.instants;
     }
 
-    /// Turns sums into means.
+    /// Turns the sums over instants into means.
     pub(crate) fn finish(&mut self) {
-        let share = 1.0 / self.weight;
+        let normalization = 1.0 / self.weight;
         let sums = self.rows.iter_mut().zip(&mut self.differences);
         for ((row, difference), rate) in sums.zip(&mut self.rates) {
-            let other = *difference;
+            let other_half = *difference;
             difference.scale(-1.0);
             difference.add(row, 1.0);
-            row.add(&other, 1.0);
-            row.scale(share);
-            // Both sides weigh the same but for the ends of the window and uneven times.
+            row.add(&other_half, 1.0);
+            row.scale(normalization);
+            // Both halves have the same weight but for the ends of the window and uneven times.
             difference.add(row, -self.difference_weight);
-            difference.scale(share);
-            // The slope's weights sum to zero but for rounding and uneven times.
-            *rate = (*rate - self.slope_weight * row.target) * share;
+            difference.scale(normalization);
+            // The weights of the derivative sum to zero but for rounding and uneven times.
+            *rate = (*rate - self.slope_weight * row.target) * normalization;
         }
     }
 
-    /// (48): mass and centre of mass from the force.
-    pub(crate) fn mass(&self) -> Rows<4> {
+    /// Returns the rows of (48), for the inverse of the mass and the centre of mass, from the force in the
+    /// first three channels.
+    pub(crate) fn mass_rows(&self) -> Rows<4> {
         let mut rows = Rows {
             matrix: nalgebra::Matrix3x4::zeros(),
             wanted: Vector3::zeros(),
@@ -154,11 +171,13 @@ impl Equation {
         rows
     }
 
-    /// (46) for a centre of mass, which enters in proportion to the force.
-    pub(crate) fn inertia(&self, center_of_mass: &Vector3<f64>) -> Rows<6> {
+    /// Returns the rows of (46), for the inertia about the centre of mass, from force and moment in the
+    /// first six channels. The force enters in proportion to the given centre of mass, m.
+    pub(crate) fn inertia_rows(&self, center_of_mass: &Vector3<f64>) -> Rows<6> {
         let force = Vector3::from_fn(|k, _| self.rows[k].target);
         let moment = Vector3::from_fn(|k, _| self.rows[3 + k].target);
         Rows {
+            // A_4 = Q̇_U, (46)
             matrix: nalgebra::Matrix3x6::from_fn(|k, entry| self.rows[3 + k].regressor[4 + entry]),
             wanted: moment - center_of_mass.cross(&force), // b_4, (45)
         }

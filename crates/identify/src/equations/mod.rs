@@ -1,21 +1,24 @@
 //! The equation stream: samples in, averaged equations of motion out.
 //!
-//! A sample is differentiated and smoothed with its neighbours ([`differentiation`]), each source of
-//! measurements gives its rows for that instant ([`sources`](model)), and averaging windows make equations of
-//! them ([`window`]). What leaves this module is a linear regression that knows no robot.
+//! A polynomial fit differentiates and smooths each [`Sample`] with its neighbours (`differentiation`,
+//! `instant`). A kinematic model computes the motion of the robot once per instant (`model`), and each
+//! measurement source fills its rows from it (`sources`, one file a source). Averaging windows turn the rows
+//! into equations ([`window`]). What leaves this module is a linear regression that knows no robot:
+//! [`Equation`]s, and the [`Channels`] that say what each of their rows measures.
 
 mod channels;
-pub(crate) mod differentiation;
+mod differentiation;
 mod equation;
-pub(crate) mod model;
+mod instant;
+mod model;
 mod sample;
+mod sample_ring;
 mod settings;
+mod sources;
 mod stream;
 pub mod window;
 
-pub use channels::GivenNoise;
-pub use channels::{Channel, Channels};
-pub(crate) use channels::{cholesky_in_place, to_correlation};
+pub use channels::{Channel, Channels, KnownNoise};
 pub use equation::{Equation, Row};
 pub use sample::{BaseState, Sample, states_of_poses};
 pub use settings::EquationSettings;

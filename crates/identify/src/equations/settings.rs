@@ -5,37 +5,42 @@ use tactid_dynamics::{BaseKind, Manipulator};
 
 use crate::{IdentifyError, Method};
 
-/// Standard acceleration of free fall used on the ground, m/s².
+/// Gravitational acceleration on the ground, m/s².
 const GRAVITY: f64 = 9.81;
 
-/// How measurements become equations.
+/// How samples become equations: the measurements that are used, gravity, the filter, and what is known of
+/// the sensors. Every solver takes these settings; those of one solver are in a type of its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EquationSettings {
-    /// Measurements that the payload is identified from. Default: [`Method::Tactile`].
+    /// The measurements that the payload is identified from. Default: [`Method::Tactile`].
     pub method: Method,
     /// Gravitational acceleration in the inertial frame, m/s², pointing down. Default (`None`): zero for
     /// a floating base, 9.81 along -z for a fixed one.
     pub gravity: Option<Vector3<f64>>,
-    /// Cutoff of the low-pass on both sides of the equations, Hz (-3 dB): a weighted mean over a window of
-    /// 0.926 / `cutoff_hz`. Default: 10. It filters equations and not measurements, so it adds no bias.
+    /// Frequency at which the low-pass on both sides of the equations has lost 3 dB, Hz. The filter is a
+    /// weighted mean over a window of 0.926 / `cutoff_hz` seconds. It filters equations and not
+    /// measurements, so it adds no bias. Default: 10.
     pub cutoff_hz: f64,
-    /// Longest time between two samples that is bridged, s. Default: 0.1.
+    /// Longest time between two samples across which the motion is differentiated, s. A longer time is a
+    /// gap. Default: 0.1.
     pub max_gap_s: f64,
-    /// Whether the efforts of the samples are those of the payload alone, the arm's own being subtracted
-    /// already. Used by [`Method::Effort`]. Default: false.
+    /// Whether the efforts of the samples are those of the payload alone, because the arm's own efforts are
+    /// already subtracted. Used by [`Method::Effort`] and [`Method::Combined`]. Default: false.
     pub effort_is_net: bool,
-    /// Whether the sum of the sensors' wrenches may have an unknown constant offset in the tool frame, a
+    /// Whether the sum of the sensors' wrenches has an unknown constant offset in the tool frame, such as a
     /// sensor zero that was not set. Least squares then has six more unknowns, so the motion must
-    /// distinguish the payload from them: by its accelerations, or by turning the payload under
-    /// gravity. Default: false.
+    /// distinguish the payload from them: by its accelerations, or by turning the payload under gravity.
+    /// Default: false.
     pub wrench_offset: bool,
     /// Standard deviations of the white noise of one sample of each wrench sensor, in the sensor's frame:
-    /// three forces in N, three moments in N m. One entry for all sensors, or one each; empty (the
-    /// default) where the noise is estimated from the residuals. It weights the channels of least
-    /// squares, which improves the first second; the intervals still follow the residuals.
+    /// three forces in N, three moments in N m. One entry for all sensors, or one each. Empty (the
+    /// default): the noise is estimated from the residuals. Known noise sets the relative weights of the
+    /// channels in least squares, which improves the first second of an estimate. The reported standard
+    /// deviations still follow the residuals.
     pub wrench_noise: Vec<[f64; 6]>,
     /// Standard deviation of the white noise of one sample of each joint effort, N m or N: one entry for
-    /// all joints, or one each in the robot's order; empty (the default) where it is estimated.
+    /// all joints, or one each in the robot's order. Empty (the default): the noise is estimated from the
+    /// residuals.
     pub effort_noise: Vec<f64>,
 }
 
@@ -109,7 +114,14 @@ impl EquationSettings {
     }
 }
 
-/// Checks standard deviations that are given once for all, or once for each.
+/// Returns a setting that is given once for all, once for each, or not at all, for each of `count`: `count`
+/// entries, or none.
+pub(crate) fn expand<T: Clone>(given: &[T], count: usize) -> Vec<T> {
+    let count = if given.is_empty() { 0 } else { count };
+    given.iter().cloned().cycle().take(count).collect()
+}
+
+/// Checks standard deviations that are given once for all, once for each, or not at all.
 fn check_each(
     name: &'static str,
     given: usize,
@@ -132,6 +144,7 @@ fn check_each(
     }
 }
 
+/// Returns the error of a setting that is out of range.
 fn out_of_range(
     name: &'static str,
     given: f64,

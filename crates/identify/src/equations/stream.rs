@@ -1,37 +1,27 @@
 //! The equation stream: from samples to averaged equations of motion.
 
-use std::f64::consts::TAU;
-
 use nalgebra::Vector3;
 use tactid_dynamics::{InertialParameters, Manipulator};
 
 use super::channels::Channels;
-use super::differentiation::{FEWEST, MOST};
 use super::equation::Equation;
+use super::instant::Instant;
 use super::model::Model;
-use super::sample::{Instant, Node, Sample};
+use super::sample::Sample;
+use super::sample_ring::SampleRing;
 use super::settings::EquationSettings;
 use super::window::Windows;
 use crate::IdentifyError;
-
-/// Largest number of samples held: polynomials are fitted to every second one of them.
-const HELD: usize = 2 * MOST - 1;
-/// Smallest number of samples from which an instant can be computed.
-const FEWEST_HELD: usize = 2 * FEWEST - 1;
-
-/// Half width of the polynomials' support, in radians at the cutoff. The relative error of a derivative is
-/// then below 4e-4 at the cutoff, and falls with the fourth power of frequency.
-const REACH: f64 = 0.65;
 
 /// What became of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PushOutcome {
     /// The sample was added to the open averaging windows.
     Used,
-    /// The sample was used, and the window that it ended shows a change of payload, or noise far larger
-    /// than before: the estimate starts again. Reported by least squares only.
+    /// The sample was used, and the window that it ended shows a payload change, or noise far larger than
+    /// before: the estimate starts again. Reported by [`Identifier`](crate::Identifier) only.
     PayloadChanged,
-    /// The sample starts a new stretch: it is the first, or comes after a gap.
+    /// The sample starts a new stretch without gaps: it is the first, or comes after a gap.
     Started,
     /// The sample is not finite, or not later than the one before, and was ignored.
     Rejected,
@@ -39,22 +29,14 @@ pub enum PushOutcome {
 
 /// Turns samples, one at a time, into averaged equations of motion, without allocation.
 ///
-/// An equation lags its last sample by four to ten, which the polynomials need on their right. They
+/// An equation lags its last sample by four to ten samples, which the polynomials need on their right. They
 /// are fitted to every second sample where these are dense: neighbouring instants then have independent
 /// noise, which lets the noise be separated from the motion (see [`Equation::differences`]).
 #[derive(Clone, Debug)]
 pub struct EquationStream {
     model: Model,
     max_gap_s: f64,
-    /// The last samples without a gap, as a ring whose newest entry is at `newest`.
-    nodes: [Node; HELD],
-    /// Half width of the polynomials' support, s.
-    reach_s: f64,
-    newest: usize,
-    /// Number of valid entries of `nodes`.
-    held: usize,
-    /// Number of samples by which an instant lags the newest; `None` before the first of a stretch.
-    lag: Option<usize>,
+    samples: SampleRing,
     instant: Instant,
     windows: Windows,
     rejected: u64,
@@ -79,11 +61,7 @@ impl EquationStream {
         let (joints, wrenches) = (robot.dof(), sensors.len());
         Ok(Self {
             max_gap_s: settings.max_gap_s,
-            nodes: std::array::from_fn(|_| Node::new(joints, wrenches)),
-            reach_s: REACH / (TAU * settings.cutoff_hz),
-            newest: 0,
-            held: 0,
-            lag: None,
+            samples: SampleRing::new(joints, wrenches, settings.cutoff_hz),
             instant: Instant::new(joints, wrenches),
             windows: Windows::new(settings.cutoff_hz, model.row_count()),
             rejected: 0,
@@ -92,7 +70,7 @@ impl EquationStream {
         })
     }
 
-    /// Takes a sample and returns the equation that it completes, if any.
+    /// Adds a sample and returns the equation that it completes, if any.
     ///
     /// Cost: one pass over the robot's bodies; no allocation.
     ///
@@ -111,19 +89,19 @@ impl EquationStream {
         let started = passed_s > self.max_gap_s;
         if started {
             self.gaps += u64::from(passed_s.is_finite());
-            self.start_stretch();
+            self.samples.start_stretch();
+            self.windows.clear();
         }
-        self.newest = (self.newest + 1) % HELD;
-        self.nodes[self.newest].set(sample);
-        self.held = HELD.min(self.held + 1);
-        if !self.set_instant() {
+        self.samples.push(sample);
+        let Some((nodes, count)) = self.samples.nodes() else {
             let outcome = if started {
                 PushOutcome::Started
             } else {
                 PushOutcome::Used
             };
             return Ok((outcome, None));
-        }
+        };
+        self.instant.set(&nodes[..count]);
         let rows = self.model.rows(&self.instant)?;
         let equation = self.windows.push(self.instant.time_s, rows);
         Ok((PushOutcome::Used, equation))
@@ -131,15 +109,15 @@ impl EquationStream {
 
     /// Discards all samples and resets the counts, so that the same samples can be presented again.
     pub fn rewind(&mut self) {
-        self.start_stretch();
-        self.nodes[self.newest].time_s = f64::NEG_INFINITY;
+        self.samples.clear();
+        self.windows.clear();
         (self.rejected, self.gaps) = (0, 0);
     }
 
-    /// Time of the last sample, s.
+    /// Time of the last sample that was used, s; minus infinity before the first.
     #[must_use]
     pub fn time_s(&self) -> f64 {
-        self.nodes[self.newest].time_s
+        self.samples.time_s()
     }
 
     /// Number of samples that were rejected: not finite, or not later than the one before.
@@ -154,13 +132,14 @@ impl EquationStream {
         self.gaps
     }
 
-    /// Gravitational acceleration that is assumed, in the inertial frame, m/s².
+    /// Gravitational acceleration in the inertial frame, m/s², as configured or by the kind of base.
     #[must_use]
     pub fn gravity(&self) -> Vector3<f64> {
         self.model.gravity()
     }
 
-    /// The channels of the equations: names, units, grouping and known noise.
+    /// The channels of the equations: names, units, grouping and known noise. The noise is that at the
+    /// posture of the last instant.
     #[must_use]
     pub fn channels(&self) -> Channels {
         self.model.channels()
@@ -179,45 +158,6 @@ impl EquationStream {
     #[must_use]
     pub fn gripper_to_subtract(&self) -> Option<InertialParameters> {
         self.model.gripper_to_subtract()
-    }
-
-    /// Discards the samples before a gap.
-    fn start_stretch(&mut self) {
-        self.held = 0;
-        self.lag = None;
-        self.windows.clear();
-    }
-
-    /// Computes the instant that the newest sample completes. Returns false where there is none yet.
-    fn set_instant(&mut self) -> bool {
-        let newest = self.newest;
-        let back = |k: usize| (newest + HELD - k) % HELD;
-        let nodes = &self.nodes;
-        let span_s =
-            |first: usize, last: usize| nodes[back(last)].time_s - nodes[back(first)].time_s;
-        let is_wide = |first, last| span_s(first, last) > 2.0 * self.reach_s;
-        let lag = match self.lag {
-            Some(lag) => lag,
-            None if self.held < FEWEST_HELD => return false,
-            None if self.held < HELD && !is_wide(self.held - 1, 0) => return false,
-            // The same number of whole steps to both sides.
-            None => *self.lag.insert((self.held - 1) / 4 * 2),
-        };
-        let mut side = lag / 2;
-        while side > FEWEST / 2 && is_wide(lag + 2 * side, lag - 2 * side) {
-            side -= 1;
-        }
-        let step = if is_wide(lag + 2 * side, lag - 2 * side) {
-            1
-        } else {
-            2
-        };
-        let mut near = [&nodes[back(lag)]; MOST];
-        for (k, node) in near[..=2 * side].iter_mut().enumerate() {
-            *node = &nodes[back(lag + step * side - step * k)];
-        }
-        self.instant.set(&near[..=2 * side]);
-        true
     }
 
     /// Checks that a sample's slices fit the robot and the sensors.

@@ -1,72 +1,76 @@
-//! The filter that both sides of the equations pass: a weighted mean over a sliding window.
+//! The low-pass that both sides of the equations pass: a weighted mean over overlapping windows.
+//!
+//! The weight of an instant is cos⁴ over the window, so the filter has finite support, no overshoot and
+//! strong attenuation beyond its cutoff. The -3 dB frequency times the window's length is 0.926.
 
 use std::f64::consts::PI;
 
 use super::equation::{Equation, Row};
 
-/// A window begins each third of its length; the weights of those that overlap then sum to a
-/// constant, and no instant counts more than another.
+/// Number of windows that overlap: one begins at each third of the length. The weights of overlapping windows
+/// then sum to a constant, so that every instant counts the same.
 const OVERLAP: usize = 3;
 
-/// A window with fewer instants is no mean, and is dropped.
+/// Fewest instants of a window; a window with fewer is dropped.
 const MIN_INSTANTS: u32 = 6;
 
-/// Frequency at which the mean has lost 3 dB, times the window's length. Of the weight cos⁴.
+/// Frequency at which the mean with weight cos⁴ has lost 3 dB, times the length of the window.
 const CUTOFF_TIMES_LENGTH: f64 = 0.926;
 
-/// The length of the window whose mean loses 3 dB at a frequency.
+/// Returns the length, s, of the window whose mean has lost 3 dB at a frequency, Hz.
 #[must_use]
 pub fn length_s(cutoff_hz: f64) -> f64 {
     CUTOFF_TIMES_LENGTH / cutoff_hz
 }
 
-/// The frequency at which the mean over a window has lost 3 dB.
+/// Returns the frequency, Hz, at which the mean over a window of a length, s, has lost 3 dB.
 #[must_use]
 pub fn cutoff_hz(length_s: f64) -> f64 {
     CUTOFF_TIMES_LENGTH / length_s
 }
 
-/// The time between two windows of a cutoff.
+/// Returns the time between two windows, s, for a cutoff, Hz.
 #[must_use]
 pub fn stride_s(cutoff_hz: f64) -> f64 {
     length_s(cutoff_hz) / OVERLAP as f64
 }
 
-/// The variance of the mean of white noise over a window, times how many instants are in it.
+/// Variance of the mean of white noise over a window, times the number of instants in it.
 pub(crate) const NOISE_BANDWIDTH: f64 = 35.0 / 18.0;
 
-/// Sum over neighbours of the correlation between the means of white noise in overlapping windows:
-/// by so much is the variance of a slow quantity larger than if each were a measurement of its own.
+/// Sum over all lags of the correlation between the means of white noise in overlapping windows. The variance
+/// of an estimate from all windows is larger by this factor than if they were independent.
 pub(crate) const NOISE_CORRELATION: f64 = 54.0 / 35.0;
 
-/// The same sum of the correlations' squares: by so much is the variance of a product of two channels'
-/// noise larger, and so of what is learnt of how they are correlated.
+/// Sum over all lags of the squares of the correlations of [`NOISE_CORRELATION`]. The variance of a mean
+/// product of two channels' noise, and so of an estimated correlation, is larger by this factor.
 pub(crate) const PRODUCT_CORRELATION: f64 = 1.1453;
 
-/// Means with weight `cos⁴` over windows that overlap, causal: one is complete with the sample that
-/// ends it.
+/// Causal means with weight cos⁴ over overlapping windows: a window is complete with the sample that ends it.
 ///
-/// Integrals are by the trapezoidal rule, which for a weight that vanishes with three derivatives
-/// at both ends is far more exact than its order says, on even times and nearly so on uneven ones.
-/// Nothing is allocated after construction.
+/// Integrals use the trapezoidal rule. The weight vanishes with three derivatives at both ends, for which the
+/// rule is far more accurate than its order at equidistant times, and nearly so at others. Nothing is
+/// allocated after construction.
 #[derive(Clone, Debug)]
 pub(crate) struct Windows {
     length_s: f64,
-    /// Where the present stretch without a gap begins; none before its first instant.
+    /// Begin of the stretch without a gap; `None` before its first instant.
     begin_s: Option<f64>,
-    /// The number of the oldest window that is open.
+    /// Number of the oldest open window, counted from the begin of the stretch.
     oldest: u64,
     open: Vec<Equation>,
     finished: Equation,
-    /// The instant that waits for its right neighbour, which decides its weight.
-    waiting: Vec<Row>,
-    waiting_s: f64,
-    before_s: f64,
-    /// On which side of the differences the waiting instant is, 1 or -1.
-    side: f64,
+    /// The last instant. Its weight depends on the time of the next one.
+    pending: Vec<Row>,
+    pending_s: f64,
+    /// Time of the instant before the pending one.
+    previous_s: f64,
+    /// Half of the instants to which the pending one belongs, 1 or -1.
+    half: f64,
 }
 
 impl Windows {
+    /// Creates windows of so many rows.
     pub(crate) fn new(cutoff_hz: f64, rows: usize) -> Self {
         Self {
             length_s: length_s(cutoff_hz),
@@ -74,51 +78,51 @@ impl Windows {
             oldest: 0,
             open: vec![Equation::new(rows); OVERLAP],
             finished: Equation::new(rows),
-            waiting: vec![Row::zero(); rows],
-            waiting_s: 0.0,
-            before_s: 0.0,
-            side: 1.0,
+            pending: vec![Row::zero(); rows],
+            pending_s: 0.0,
+            previous_s: 0.0,
+            half: 1.0,
         }
     }
 
-    /// Forgets what is open: after a gap.
+    /// Discards the open windows, after a gap.
     pub(crate) fn clear(&mut self) {
         self.begin_s = None;
     }
 
-    /// Takes an instant later than the one before, and gives the window that ended with it.
+    /// Adds an instant, later than the one before, and returns the window that ended with it.
     pub(crate) fn push(&mut self, time_s: f64, rows: &[Row]) -> Option<&Equation> {
         let stride_s = self.length_s / OVERLAP as f64;
-        if self.begin_s.is_none() || time_s - self.waiting_s > stride_s {
+        if self.begin_s.is_none() || time_s - self.pending_s > stride_s {
             self.begin(time_s, rows);
             return None;
         }
         let begin_s = self.begin_s?;
-        let trapezoid = 0.5 * (time_s - self.before_s);
+        let trapezoid = 0.5 * (time_s - self.previous_s);
         let mut ended = false;
-        // The instant that waited belongs to at most three windows.
-        let newest = ((self.waiting_s - begin_s) / stride_s).floor().max(0.0) as u64;
+        // The pending instant belongs to at most three windows.
+        let newest = ((self.pending_s - begin_s) / stride_s).floor().max(0.0) as u64;
         for number in newest.saturating_sub(OVERLAP as u64 - 1)..=newest {
             let middle_s = begin_s + (number as f64 + 0.5 * OVERLAP as f64) * stride_s;
-            let phase = PI * (self.waiting_s - middle_s) / self.length_s;
-            let slot = &mut self.open[(number % OVERLAP as u64) as usize];
+            let phase = PI * (self.pending_s - middle_s) / self.length_s;
+            let window = &mut self.open[(number % OVERLAP as u64) as usize];
             if number >= self.oldest + OVERLAP as u64 {
                 self.oldest += 1;
-                std::mem::swap(&mut self.finished, slot);
+                std::mem::swap(&mut self.finished, window);
                 ended = self.finished.instants >= MIN_INSTANTS;
-                slot.clear(middle_s);
+                window.clear(middle_s);
             }
             let (sin, cos) = phase.sin_cos();
             let weight = cos.powi(4);
-            let slope = 4.0 * PI / self.length_s * cos.powi(3) * sin; // -dφ/dt
-            slot.add(
-                &self.waiting,
+            let slope = 4.0 * PI / self.length_s * cos.powi(3) * sin; // minus the weight's derivative
+            window.add(
+                &self.pending,
                 weight * trapezoid,
                 slope * trapezoid,
-                self.side,
+                self.half,
             );
         }
-        self.wait(time_s, rows);
+        self.set_pending(time_s, rows);
         if !ended {
             return None;
         }
@@ -126,21 +130,22 @@ impl Windows {
         Some(&self.finished)
     }
 
+    /// Opens the first windows of a stretch that begins with this instant.
     fn begin(&mut self, time_s: f64, rows: &[Row]) {
         self.begin_s = Some(time_s);
         self.oldest = 0;
         for (number, window) in self.open.iter_mut().enumerate() {
             window.clear(time_s + (number as f64 / OVERLAP as f64 + 0.5) * self.length_s);
         }
-        self.waiting_s = time_s;
-        self.wait(time_s, rows);
+        self.pending_s = time_s;
+        self.set_pending(time_s, rows);
     }
 
-    fn wait(&mut self, time_s: f64, rows: &[Row]) {
-        self.before_s = self.waiting_s;
-        self.waiting_s = time_s;
-        self.side = -self.side;
-        self.waiting.copy_from_slice(rows);
+    fn set_pending(&mut self, time_s: f64, rows: &[Row]) {
+        self.previous_s = self.pending_s;
+        self.pending_s = time_s;
+        self.half = -self.half;
+        self.pending.copy_from_slice(rows);
     }
 }
 
@@ -150,7 +155,7 @@ mod tests {
 
     const CUTOFF_HZ: f64 = 9.26; // a window of 0.1 s
 
-    /// A window for each of one quantity's values over time: time, mean, mean of the derivative.
+    /// Returns time, mean, and mean of the derivative of one quantity, for each window.
     fn filter(times: &[f64], value: impl Fn(f64) -> f64) -> Vec<(f64, f64, f64)> {
         let mut windows = Windows::new(CUTOFF_HZ, 1);
         let mut found = Vec::new();
@@ -170,7 +175,8 @@ mod tests {
         (0..count).map(|k| k as f64 * step_s).collect()
     }
 
-    /// A constant is its own mean and has no slope; of a ramp the mean is the value in the middle.
+    /// The mean of a straight line is its value in the middle of the window, and the mean of its derivative is
+    /// its slope.
     #[test]
     fn means_of_lines_are_exact() {
         let found = filter(&even(1001, 1e-3), |t| 4.0 - 3.0 * t);
@@ -182,8 +188,7 @@ mod tests {
         }
     }
 
-    /// At the cutoff a sine has lost 3 dB, whatever the rate of the samples; uneven times change the
-    /// mean by little.
+    /// At the cutoff a sine has lost 3 dB at any sample rate. Uneven times change the mean by little.
     #[test]
     fn loses_three_decibel_at_the_cutoff() {
         let sine = |t: f64| (std::f64::consts::TAU * CUTOFF_HZ * t).cos();
@@ -208,7 +213,7 @@ mod tests {
         }
     }
 
-    /// No window spans a gap, and one that is too short for a mean is not given.
+    /// No window spans a gap, and a window of too few instants is dropped.
     #[test]
     fn no_window_spans_a_gap() {
         let mut times = even(300, 1e-3);
@@ -219,7 +224,7 @@ mod tests {
         assert!(filter(&even(100, 0.03), |t| t).is_empty());
     }
 
-    /// Means of white noise are correlated between windows as the constants say.
+    /// The means of white noise have the bandwidth and the correlations of the constants.
     #[test]
     fn correlation_of_noise() {
         let mut state = 1u64;

@@ -7,9 +7,10 @@ use super::sums::{Innovation, Prediction, Sums, Window};
 use crate::equations::Channels;
 use crate::equations::Equation;
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
+use crate::solve::information::Information;
 use crate::solve::offsets::Centering;
-use crate::solve::subspace::{Information, Matrix, Vector};
-use crate::solve::weights::{cube_root, rare, weight};
+use crate::solve::subspace::{Matrix, NullSpace, Vector};
+use crate::solve::weights::{rare_distance, robust_weight, wilson_hilferty};
 
 /// The first windows are kept. When there are so many, and at each doubling, their residuals tell the
 /// noise, and all are taken in anew with its weights.
@@ -124,7 +125,7 @@ impl Recursive {
         let changed = self.take_in(&centred);
         self.centred = centred;
         match self.stage {
-            _ if changed => self.centering.begin_anew(),
+            _ if changed => self.centering.reset(),
             Some(Stage::Take(weight, _)) => self.centering.add(&equation.rows, weight),
             _ => self.centering.add(&equation.rows, 1.0),
         }
@@ -202,12 +203,9 @@ impl Recursive {
         self.information.matrix() / NOISE_CORRELATION
     }
 
-    /// What a unit of each parameter is, and the directions that are unknown, unit vectors in it.
-    pub(crate) fn unknown(&self) -> (Vector, impl Iterator<Item = Vector> + Clone + '_) {
-        let scales = self.sums.scales();
-        let unknown = self.information.unknown();
-        let scaled = unknown.map(move |direction| direction.component_div(&scales).normalize());
-        (scales, scaled)
+    /// The unobservable directions.
+    pub(crate) fn null_space(&self) -> NullSpace {
+        self.information.null_space(self.sums.scales())
     }
 
     /// Learns the noise from all windows that were kept, and takes them in with its weights.
@@ -243,7 +241,7 @@ impl Recursive {
             return None;
         }
         self.noise.measure(equation, &self.parameters);
-        let weight = weight(innovation.distance, rare(self.window.rows.len()));
+        let weight = robust_weight(innovation.distance, rare_distance(self.window.rows.len()));
         let used = if is_settled { weight } else { 1.0 };
         let share = weight / (1.0 + innovation.leverage);
         Some(Stage::Take(used, (is_known && moves).then_some(share)))
@@ -268,7 +266,7 @@ impl Recursive {
     /// Whether the windows up to this one say that something has changed.
     fn is_alarming(&mut self, innovation: &Innovation) -> bool {
         let channels = self.window.rows.len();
-        let (mean, std_dev) = cube_root(channels);
+        let (mean, std_dev) = wilson_hilferty(channels);
         // Less than was expected is no sign of another payload.
         let score = |distance: f64| {
             let part = distance / (channels as f64 * self.noise.inflation());

@@ -190,7 +190,8 @@ impl Identifier {
     fn aim(&mut self) {
         let gripper = self.gripper.unwrap_or_else(InertialParameters::zero);
         let payload = self.estimator.parameters() - gripper.as_vector();
-        self.possible.aim(&payload, &self.estimator.information());
+        self.possible
+            .set_estimate(&payload, &self.estimator.information());
     }
 
     /// The payload as known now. A window counts from the eighth sample after its end on, or once

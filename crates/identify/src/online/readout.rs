@@ -43,8 +43,7 @@ impl Latest {
     ) -> Self {
         let covariance = found.covariance();
         let std_devs = covariance.map_or([f64::INFINITY; 10], |covariance| {
-            let (scales, unknown) = found.unknown();
-            std_devs(possible, &covariance, &scales, unknown)
+            std_devs(possible, &covariance, &found.null_space())
         });
         let certainty = Certainty {
             std_devs,

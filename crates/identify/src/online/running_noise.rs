@@ -103,7 +103,7 @@ impl RunningNoise {
     pub(crate) fn new(channels: &Channels) -> Self {
         let count = channels.count();
         Self {
-            noise: Noise::before_residuals(&[], channels, EXACT),
+            noise: Noise::from_targets(&[], channels, EXACT),
             covariance: DMatrix::zeros(count, count),
             scratch: DMatrix::zeros(count, count),
             residuals: vec![0.0; count],
@@ -117,7 +117,7 @@ impl RunningNoise {
 
     /// As large as what is measured, before there are residuals.
     pub(crate) fn begin(&mut self, equations: &[Equation]) {
-        self.noise.begin(equations);
+        self.noise.reset(equations);
     }
 
     /// From the residuals of the windows that the parameters were learnt from. `window` and `prediction`
@@ -190,7 +190,7 @@ impl RunningNoise {
 
     /// Brings rows to units of the noise, uncorrelated.
     pub(crate) fn whiten(&self, rows: &mut [Row]) {
-        self.noise.whiten_rows(rows);
+        self.noise.whiten(rows);
     }
 
     /// What parameters leave of a window, in the channels' units.
@@ -211,7 +211,7 @@ impl RunningNoise {
 
     fn believe(&mut self) {
         self.scratch.copy_from(&self.covariance);
-        self.noise.take(&mut self.scratch, self.windows);
+        self.noise.set_covariance(&mut self.scratch, self.windows);
     }
 
     /// How a window's residuals go with those before them.

@@ -5,7 +5,8 @@ use tactid_nlms::{Estimator, Rls};
 use super::running_noise::RunningNoise;
 use crate::equations::Equation;
 use crate::equations::window::NOISE_CORRELATION;
-use crate::solve::subspace::{Information, Matrix, Vector, inverse_of_upper};
+use crate::solve::information::{Information, inverse_of_upper};
+use crate::solve::subspace::{Matrix, Vector};
 
 /// A row and its wanted value.
 pub(crate) type Row = (Vector, f64);

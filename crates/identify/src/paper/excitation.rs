@@ -48,10 +48,10 @@ impl Excitation {
     }
 
     pub(crate) fn update(&mut self, equation: &Equation) {
-        let rows = equation.mass();
+        let rows = equation.mass_rows();
         self.mass += rows.matrix.tr_mul(&rows.matrix);
         self.target_squares += rows.wanted.norm_squared();
-        let matrix = equation.inertia(&Vector3::zeros()).matrix;
+        let matrix = equation.inertia_rows(&Vector3::zeros()).matrix;
         self.inertia += matrix.tr_mul(&matrix);
         self.intervals += 1;
     }

@@ -224,11 +224,11 @@ fn recent_mean(settings: &PaperSettings) -> Option<RecentMean> {
 
 /// Updates both filters with the rows of one equation.
 fn update(mass: &mut Nlms<4>, inertia: &mut Nlms<6>, equation: &Equation) {
-    for (row, target) in equation.mass().iter() {
+    for (row, target) in equation.mass_rows().iter() {
         mass.update(&row, target);
     }
     let a_u = mass.parameters().fixed_rows::<3>(1).into_owned();
-    for (row, target) in equation.inertia(&a_u).iter() {
+    for (row, target) in equation.inertia_rows(&a_u).iter() {
         inertia.update(&row, target);
     }
 }

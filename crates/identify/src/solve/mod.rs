@@ -2,11 +2,12 @@
 //! consistency and prior knowledge. Nothing here knows a robot.
 
 pub(crate) mod consistency;
-pub(crate) mod covariance;
+pub(crate) mod information;
 pub(crate) mod noise;
 pub(crate) mod offsets;
 pub(crate) mod principal_moments;
 pub(crate) mod prior;
+pub(crate) mod spectrum;
 pub(crate) mod subspace;
 pub(crate) mod uncertainty;
 pub(crate) mod weights;

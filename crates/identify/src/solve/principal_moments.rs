@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen};
 use tactid_dynamics::InertialParameters;
 
-use super::subspace::Directions;
-use crate::solve::uncertainty::{HALF_WIDTH_95, jacobian, std_dev};
+use super::subspace::NullSpace;
+use super::uncertainty::{HALF_WIDTH_95, jacobian, std_dev};
 
 /// The three principal moments of inertia about the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,7 +38,7 @@ impl PrincipalMoments {
     pub(crate) fn with_std_devs(
         parameters: &SVector<f64, 10>,
         covariance: &SMatrix<f64, 10, 10>,
-        directions: &Directions,
+        null_space: &NullSpace,
     ) -> Option<Self> {
         let body = InertialParameters::from_vector(*parameters);
         let moments = body.principal_moments()?;
@@ -57,8 +57,8 @@ impl PrincipalMoments {
             };
             let entries = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
             let weights = SVector::from(entries.map(|(a, b)| product(a, b)));
-            let slope = weights.transpose() * about_com;
-            std_dev(&slope, covariance, &directions.scales, directions.unknown()).powi(2)
+            let gradient = weights.transpose() * about_com;
+            std_dev(&gradient, covariance, null_space).powi(2)
         });
         Some(Self {
             moments: moments.into(),
@@ -98,12 +98,8 @@ mod tests {
     const RUNS: u32 = 100;
     const DRAWS: u32 = 200;
 
-    fn all_known() -> Directions {
-        Directions {
-            strengths: vec![1.0],
-            vectors: vec![SVector::ith(0, 1.0)],
-            scales: SVector::repeat(1.0),
-        }
+    fn without(directions: &[SVector<f64, 10>]) -> NullSpace {
+        NullSpace::new(SVector::repeat(1.0), directions.iter().copied())
     }
 
     /// How often the intervals hold each moment, over random attitudes of the body and random
@@ -125,7 +121,7 @@ mod tests {
                 let noise = SVector::<f64, 10>::from_fn(|_, _| random.sample(StandardNormal));
                 let estimate = truth.as_vector() + root * noise;
                 let found =
-                    PrincipalMoments::with_std_devs(&estimate, &covariance, &all_known()).unwrap();
+                    PrincipalMoments::with_std_devs(&estimate, &covariance, &without(&[])).unwrap();
                 for k in 0..3 {
                     let half_width = HALF_WIDTH_95 * found.std_devs.unwrap()[k];
                     held[k] += u32::from((found.moments[k] - moments[k]).abs() <= half_width);
@@ -169,14 +165,10 @@ mod tests {
     /// The motion tells nothing of one entry of the inertia: no moment is known.
     #[test]
     fn moments_of_a_partly_unknown_inertia_are_unknown() {
-        let directions = Directions {
-            strengths: vec![1.0, 0.0],
-            vectors: vec![SVector::ith(0, 1.0), SVector::ith(4, 1.0)],
-            ..all_known()
-        };
+        let null_space = without(&[SVector::ith(4, 1.0)]);
         let estimate = SVector::from([2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 2.5]);
         let covariance = SMatrix::identity() * 1e-6;
-        let found = PrincipalMoments::with_std_devs(&estimate, &covariance, &directions).unwrap();
+        let found = PrincipalMoments::with_std_devs(&estimate, &covariance, &null_space).unwrap();
         assert_eq!(found.moments, [1.0, 2.0, 2.5]);
         assert_eq!(found.std_devs, Some([f64::INFINITY; 3]));
     }

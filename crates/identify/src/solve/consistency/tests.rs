@@ -5,14 +5,14 @@ use rand::{RngExt, SeedableRng, rngs::SmallRng};
 
 use super::*;
 
-fn random_covariance(random: &mut SmallRng) -> Information {
-    let root = SMatrix::<f64, 10, 10>::from_fn(|_, _| random.random_range(-1.0..1.0));
-    root * root.transpose() * 0.01 + SMatrix::identity() * 1e-4
+fn random_covariance(random: &mut SmallRng) -> Matrix {
+    let root = Matrix::from_fn(|_, _| random.random_range(-1.0..1.0));
+    root * root.transpose() * 0.01 + Matrix::identity() * 1e-4
 }
 
 /// The nearest body in a space whose parameters have deviations of about the same size.
-fn nearest(estimate: &Parameters, covariance: &Information) -> Option<Nearest> {
-    nearest_possible(estimate, covariance, &SVector::repeat(1.0), None)
+fn nearest(estimate: &Vector, covariance: &Matrix) -> Option<Projection> {
+    project(estimate, covariance, &SVector::repeat(1.0), None)
 }
 
 /// Far from any body, at random, with random covariances: the conditions of Karush, Kuhn and Tucker
@@ -65,11 +65,11 @@ fn a_possible_body_stays() {
 #[test]
 fn what_is_certain_stays() {
     let estimate = SVector::from([2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 2.5]);
-    let mut covariance = SMatrix::identity() * 1e-2;
+    let mut covariance = Matrix::identity() * 1e-2;
     for k in [0, 4, 7] {
         covariance[(k, k)] = 1e-12;
     }
-    let Nearest {
+    let Projection {
         parameters: found,
         distance,
     } = nearest(&estimate, &covariance).unwrap();
@@ -85,12 +85,12 @@ fn any_covariance_will_do() {
     for _ in 0..500 {
         let mut estimate = SVector::from_fn(|_, _| random.random_range(-10.0..10.0));
         estimate[0] = random.random_range(0.01..100.0);
-        let root = SMatrix::<f64, 10, 10>::from_fn(|_, _| random.random_range(-1.0..1.0));
+        let root = Matrix::from_fn(|_, _| random.random_range(-1.0..1.0));
         let sizes = SVector::<f64, 10>::from_fn(|_, _| {
             let sign = if random.random_bool(0.1) { -1.0 } else { 1.0 };
             sign * 10f64.powf(random.random_range(-20.0..5.0))
         });
-        let covariance = root * SMatrix::from_diagonal(&sizes) * root.transpose();
+        let covariance = root * Matrix::from_diagonal(&sizes) * root.transpose();
         let found = nearest(&estimate, &covariance).unwrap();
         let body = InertialParameters::from_vector(found.parameters);
         assert!(body.is_physical_within(1e-6), "{}", found.parameters);
@@ -101,7 +101,7 @@ fn any_covariance_will_do() {
 #[test]
 fn no_body_is_near_a_negative_mass() {
     let estimate = SVector::from([-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0]);
-    assert_eq!(nearest(&estimate, &SMatrix::identity()), None);
+    assert_eq!(nearest(&estimate, &Matrix::identity()), None);
 }
 
 const CUBE: BoundingBox = BoundingBox {
@@ -109,7 +109,7 @@ const CUBE: BoundingBox = BoundingBox {
     max: Vector3::new(0.3, 0.2, 0.5),
 };
 
-fn slacks(bounding: &BoundingBox, parameters: &Parameters) -> Vec<f64> {
+fn slacks(bounding: &BoundingBox, parameters: &Vector) -> Vec<f64> {
     let bounds = bounding.bounds();
     bounds.iter().map(|bound| bound.dot(parameters)).collect()
 }
@@ -137,7 +137,7 @@ fn no_body_in_the_box_is_nearer() {
         assert!(distance > 0.1, "{distance}");
         let mut weight = problem.distance(&start);
         while 19.0 * weight >= GAP * distance {
-            weight *= FALL;
+            weight *= WEIGHT_FACTOR;
         }
         let dual = weight * body.pseudo_inertia().cholesky().unwrap().inverse();
         let mut sum = SVector::from_fn(|k, _| {
@@ -163,11 +163,11 @@ fn a_body_outside_comes_in() {
         inertia: Matrix3::from_diagonal_element(0.01),
     });
     let estimate = *outside.as_vector();
-    let covariance = SMatrix::identity() * 1e-4;
+    let covariance = Matrix::identity() * 1e-4;
     let scales = SVector::repeat(1e-2);
-    let free = nearest_possible(&estimate, &covariance, &scales, None).unwrap();
+    let free = project(&estimate, &covariance, &scales, None).unwrap();
     assert_eq!((free.parameters, free.distance), (estimate, 0.0));
-    let found = nearest_possible(&estimate, &covariance, &scales, Some(&CUBE)).unwrap();
+    let found = project(&estimate, &covariance, &scales, Some(&CUBE)).unwrap();
     assert!(found.distance > 0.0);
     let slacks = slacks(&CUBE, &found.parameters);
     assert!(slacks.iter().all(|slack| *slack >= 0.0), "{slacks:?}");
@@ -183,7 +183,7 @@ fn a_body_inside_stays() {
     let estimate = *CUBE.filled(3.0).as_vector();
     let covariance = random_covariance(&mut SmallRng::seed_from_u64(5));
     let scales = SVector::repeat(0.1);
-    let found = nearest_possible(&estimate, &covariance, &scales, Some(&CUBE)).unwrap();
+    let found = project(&estimate, &covariance, &scales, Some(&CUBE)).unwrap();
     assert_eq!((found.parameters, found.distance), (estimate, 0.0));
 }
 
@@ -201,7 +201,7 @@ fn a_known_mass_stays() {
             let mut covariance = random_covariance(&mut random);
             covariance.row_mut(0).scale_mut(1e-8);
             covariance.column_mut(0).scale_mut(1e-8);
-            let found = nearest_possible(&estimate, &covariance, &scales, bounding).unwrap();
+            let found = project(&estimate, &covariance, &scales, bounding).unwrap();
             moved += u32::from(found.distance > 0.0);
             let off = found.parameters[0] - 1.5;
             assert!(off.abs() < 1e-6, "{off}");
@@ -216,36 +216,36 @@ fn a_known_mass_stays() {
 fn a_moving_estimate_is_followed() {
     let mut random = SmallRng::seed_from_u64(4);
     for _ in 0..30 {
-        let root = SMatrix::<f64, 10, 10>::from_fn(|_, _| random.random_range(-1.0..1.0));
-        let covariance = root * root.transpose() * 0.01 + SMatrix::identity() * 1e-4;
+        let root = Matrix::from_fn(|_, _| random.random_range(-1.0..1.0));
+        let covariance = root * root.transpose() * 0.01 + Matrix::identity() * 1e-4;
         let Some(inverse) = covariance.try_inverse() else {
             continue;
         };
         let plate = SVector::from([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 1.0]);
-        let mut follower = ProjectionTracker::new();
-        let mut sum = Parameters::zeros();
+        let mut tracker = ProjectionTracker::new();
+        let mut sum = Vector::zeros();
         for window in 1..200 {
-            sum += root * Parameters::from_fn(|_, _| random.random_range(-0.17..0.17));
+            sum += root * Vector::from_fn(|_, _| random.random_range(-0.17..0.17));
             let estimate = plate + sum / f64::from(window);
             let information = inverse * f64::from(window);
-            follower.aim(&estimate, &information);
+            tracker.set_estimate(&estimate, &information);
             // No more than there are samples to the next window at 1 kHz and 10 Hz.
             let mut steps = 0;
-            while !follower.is_settled() {
-                follower.step();
-                let found = InertialParameters::from_vector(follower.parameters());
+            while !tracker.is_settled() {
+                tracker.step();
+                let found = InertialParameters::from_vector(tracker.parameters());
                 assert!(found.is_physical() || estimate[0] <= 0.0);
                 steps += 1;
             }
             assert!(steps <= 30, "{steps}");
-            let found = follower.parameters();
+            let found = tracker.parameters();
             if estimate[0] <= 0.0 {
                 assert_eq!(found, estimate);
                 continue;
             }
-            let scales = Parameters::repeat(1.0);
+            let scales = Vector::repeat(1.0);
             let covariance = covariance / f64::from(window);
-            let nearest = nearest_possible(&estimate, &covariance, &scales, None).unwrap();
+            let nearest = project(&estimate, &covariance, &scales, None).unwrap();
             let off = found - nearest.parameters;
             let apart = (information * off).dot(&off).sqrt();
             assert!(apart < 0.15, "{window}: {apart}");

@@ -1,4 +1,4 @@
-//! The information of windows, weighted as a fit has weighted them.
+//! Normal equations that grow window by window, with the weights and the noise of a fit.
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 
@@ -6,30 +6,33 @@ use super::fit::Fit;
 use crate::equations::{Equation, Row};
 use crate::solve::offsets::Centering;
 
-/// Normal equations in scaled parameters, to which windows are added one by one.
-pub(crate) struct Gram<'a> {
+/// Normal equations in scaled parameters, with errors-in-variables bias correction.
+pub(crate) struct NormalEquations<'a> {
     fit: &'a Fit,
+    /// Information of the windows so far.
     pub(crate) information: SMatrix<f64, 10, 10>,
+    /// Right-hand side.
     pub(crate) target: SVector<f64, 10>,
     centering: Centering,
     rows: Vec<Row>,
+    /// Whitened rows with scaled columns, a row for each channel; the last column is the target.
     block: DMatrix<f64>,
 }
 
-impl<'a> Gram<'a> {
-    /// With what is known besides all windows.
-    pub(crate) fn with_knowledge(fit: &'a Fit) -> Self {
-        let mut gram = Self::without_windows(fit);
-        if let Some(mass) = fit.mass {
-            let scale = fit.excitation.scales[0];
-            gram.information[(0, 0)] = mass.information() * scale.powi(2);
-            gram.target[0] = mass.information() * scale * mass.mass_kg;
+impl<'a> NormalEquations<'a> {
+    /// Creates the equations of no windows, with the known mass of the fit if it has one.
+    pub(crate) fn with_known_mass(fit: &'a Fit) -> Self {
+        let mut equations = Self::new(fit);
+        if let Some(mass) = fit.known_mass {
+            let scale = fit.scales()[0];
+            equations.information[(0, 0)] = mass.information() * scale.powi(2);
+            equations.target[0] = mass.information() * scale * mass.mass_kg;
         }
-        gram
+        equations
     }
 
-    /// To tell what windows add.
-    pub(crate) fn without_windows(fit: &'a Fit) -> Self {
+    /// Creates the equations of no windows.
+    pub(crate) fn new(fit: &'a Fit) -> Self {
         Self {
             fit,
             information: SMatrix::zeros(),
@@ -40,7 +43,7 @@ impl<'a> Gram<'a> {
         }
     }
 
-    /// Adds the fit's `window`; what the motion's noise adds is taken off, as in the fit.
+    /// Adds the window of the fit with this index.
     pub(crate) fn add(&mut self, equation: &Equation, window: usize) {
         let weight = self.fit.weights[window];
         self.rows.clone_from(&equation.rows);
@@ -54,7 +57,7 @@ impl<'a> Gram<'a> {
         }
         for (rows, sign) in [(&self.rows, 1.0), (&equation.differences, -1.0)] {
             for (channel, row) in rows.iter().enumerate() {
-                let scaled = row.regressor.component_mul(&self.fit.excitation.scales);
+                let scaled = row.regressor.component_mul(self.fit.scales());
                 let mut entries = self.block.view_mut((channel, 0), (1, 10));
                 entries.copy_from(&scaled.transpose());
                 self.block[(channel, 10)] = row.target;

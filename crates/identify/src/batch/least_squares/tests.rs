@@ -3,8 +3,12 @@
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
 
+use nalgebra::{SMatrix, SVector};
+
 use super::*;
-use crate::batch::accumulation::Gram;
+use crate::batch::normal_equations::NormalEquations;
+use crate::equations::Channels;
+use crate::solve::prior::KnownMass;
 
 const FORCE_NOISE: f64 = 0.3;
 const MOMENT_NOISE: f64 = 0.02;
@@ -53,14 +57,14 @@ fn equations(count: usize, seed: u64, noise: f64, delay_s: f64) -> Vec<Equation>
     (0..count).map(|k| equation_at(0.05 * k as f64)).collect()
 }
 
-fn fit(equations: &[Equation]) -> Fit {
-    Fit::new(equations, Options::new(&Channels::of_wrench())).unwrap()
+fn fit_wrench(equations: &[Equation]) -> Fit {
+    fit(equations, FitOptions::new(&Channels::of_wrench())).unwrap()
 }
 
 /// Without noise the parameters come out to rounding.
 #[test]
 fn exact_equations_give_exact_parameters() {
-    let found = fit(&equations(60, 1, 0.0, 0.0));
+    let found = fit_wrench(&equations(60, 1, 0.0, 0.0));
     assert!((found.parameters - truth()).amax() < 1e-12);
 }
 
@@ -73,7 +77,7 @@ fn covariance_is_what_the_errors_are() {
     let mut sum = SVector::<f64, 10>::zeros();
     let mut channels = [0.0; 6];
     for seed in 0..RUNS {
-        let found = fit(&equations(300, seed, 1.0, 0.0));
+        let found = fit_wrench(&equations(300, seed, 1.0, 0.0));
         let std_devs = found.covariance.diagonal().map(f64::sqrt);
         let error = (found.parameters - truth()).component_div(&std_devs);
         sum += error;
@@ -117,11 +121,11 @@ fn noise_in_the_motion_is_no_bias() {
                 }
             }
         }
-        let corrected = fit(&noisy);
+        let corrected = fit_wrench(&noisy);
         for equation in &mut noisy {
             equation.differences.fill(Row::zero());
         }
-        let plain = fit(&noisy);
+        let plain = fit_wrench(&noisy);
         for (sum, found) in sums.iter_mut().zip([&corrected, &plain]) {
             *sum += (found.parameters - truth()) / RUNS as f64;
         }
@@ -147,7 +151,7 @@ fn common_noise_is_seen_through() {
                 row.target += FORCE_NOISE * draw;
             }
         }
-        let found = fit(&shaken);
+        let found = fit_wrench(&shaken);
         squares += (found.parameters[0] - truth()[0]).powi(2);
         claimed += found.covariance[(0, 0)];
     }
@@ -191,7 +195,7 @@ fn few_windows_leave_honest_intervals() {
                 equation.rows[channel + 3].target += moment;
             }
         }
-        let found = fit(&noisy);
+        let found = fit_wrench(&noisy);
         let std_devs = found.covariance.diagonal().map(f64::sqrt);
         let error = (found.parameters - truth()).component_div(&std_devs);
         inside += error.map(|error| f64::from(error.abs() < 1.96) / RUNS as f64);
@@ -210,7 +214,7 @@ fn outliers_do_not_count() {
             row.target += 100.0 * FORCE_NOISE;
         }
     }
-    let (without, with) = (fit(&clean), fit(&hit));
+    let (without, with) = (fit_wrench(&clean), fit_wrench(&hit));
     let std_devs = without.covariance.diagonal().map(f64::sqrt);
     let moved = (with.parameters - without.parameters).component_div(&std_devs);
     assert!(moved.amax() < 1.0, "{moved}");
@@ -224,15 +228,15 @@ fn outliers_do_not_count() {
 #[test]
 fn a_delay_is_found() {
     let channels = Channels::of_wrench();
-    let options = Options {
+    let options = FitOptions {
         delay: true,
-        ..Options::new(&channels)
+        ..FitOptions::new(&channels)
     };
-    let Delay { delay_s, .. } = Fit::new(&equations(300, 3, 0.0, 1e-4), options)
+    let Delay { delay_s, .. } = fit(&equations(300, 3, 0.0, 1e-4), options)
         .and_then(|fit| fit.delay)
         .unwrap();
     assert!((delay_s - 1e-4).abs() < 1e-7, "{delay_s}");
-    let Delay { delay_s, std_dev_s } = Fit::new(&equations(300, 3, 1.0, -2e-3), options)
+    let Delay { delay_s, std_dev_s } = fit(&equations(300, 3, 1.0, -2e-3), options)
         .and_then(|fit| fit.delay)
         .unwrap();
     assert!(
@@ -250,10 +254,10 @@ fn a_direction_without_rows_is_unknown() {
         row.target -= row.regressor[4] * truth()[4];
         row.regressor[4] = 0.0;
     }
-    let found = fit(&blind);
-    let unknown: Vec<_> = found.excitation.unknown().collect();
-    assert_eq!(unknown.len(), 1);
-    assert!((unknown[0][4].abs() - 1.0).abs() < 1e-9);
+    let found = fit_wrench(&blind);
+    let unobservable = found.null_space.directions();
+    assert_eq!(unobservable.len(), 1);
+    assert!((unobservable[0][4].abs() - 1.0).abs() < 1e-9);
     let mut error = found.parameters - truth();
     error[4] = 0.0;
     assert!(error.amax() < 1e-12, "{error}");
@@ -263,13 +267,13 @@ fn a_direction_without_rows_is_unknown() {
 #[test]
 fn too_few_equations() {
     assert!(
-        Fit::new(
+        fit(
             &equations(3, 1, 0.0, 0.0),
-            Options::new(&Channels::of_wrench())
+            FitOptions::new(&Channels::of_wrench())
         )
         .is_none()
     );
-    assert!(Fit::new(&[], Options::new(&Channels::of_wrench())).is_none());
+    assert!(fit(&[], FitOptions::new(&Channels::of_wrench())).is_none());
 }
 
 fn weighed(equations: &[Equation], mass_kg: f64, std_dev_kg: f64) -> Fit {
@@ -278,11 +282,11 @@ fn weighed(equations: &[Equation], mass_kg: f64, std_dev_kg: f64) -> Fit {
         std_dev_kg,
     };
     let channels = Channels::of_wrench();
-    let options = Options {
-        mass: Some(mass.with(0.0)),
-        ..Options::new(&channels)
+    let options = FitOptions {
+        known_mass: Some(mass.with(0.0)),
+        ..FitOptions::new(&channels)
     };
-    Fit::new(equations, options).unwrap()
+    fit(equations, options).unwrap()
 }
 
 /// An exact mass moves the others as conditioning the estimate without it does, and their covariance
@@ -290,15 +294,15 @@ fn weighed(equations: &[Equation], mass_kg: f64, std_dev_kg: f64) -> Fit {
 #[test]
 fn a_known_mass_conditions_the_others() {
     let equations = equations(200, 11, 1.0, 0.0);
-    let alone = fit(&equations);
+    let alone = fit_wrench(&equations);
     let channels = Channels::of_wrench();
     let with_mass = |mass| {
-        let options = Options {
-            weights: Some(&alone),
-            mass,
-            ..Options::new(&channels)
+        let options = FitOptions {
+            weights_of: Some(&alone),
+            known_mass: mass,
+            ..FitOptions::new(&channels)
         };
-        Fit::new(&equations, options).unwrap()
+        fit(&equations, options).unwrap()
     };
     let exact = KnownMass {
         mass_kg: 3.0,
@@ -307,12 +311,12 @@ fn a_known_mass_conditions_the_others() {
     let (alone, found) = (with_mass(None), with_mass(Some(exact.with(0.0))));
     assert!((found.parameters[0] - 3.0).abs() < 1e-9);
     // In the metric of the Gram matrix, not of the covariance that the residuals widen.
-    let mut gram = Gram::with_knowledge(&alone);
+    let mut normal_equations = NormalEquations::with_known_mass(&alone);
     for (window, equation) in equations.iter().enumerate() {
-        gram.add(equation, window);
+        normal_equations.add(equation, window);
     }
-    let scales = SMatrix::from_diagonal(&alone.excitation.scales);
-    let inverse = scales * gram.information.try_inverse().unwrap() * scales;
+    let scales = SMatrix::from_diagonal(alone.scales());
+    let inverse = scales * normal_equations.information.try_inverse().unwrap() * scales;
     let gain = inverse.column(0) / inverse[(0, 0)];
     let expected = alone.parameters + gain * (3.0 - alone.parameters[0]);
     let std_devs = alone.covariance.diagonal().map(f64::sqrt);
@@ -335,7 +339,7 @@ fn a_weighed_mass_is_as_good_as_it_says() {
     let mut alone = 0.0;
     for seed in 0..RUNS {
         let equations = equations(200, seed, 1.0, 0.0);
-        let without = fit(&equations);
+        let without = fit_wrench(&equations);
         alone += without.covariance[(0, 0)];
         let std_dev_kg = without.covariance[(0, 0)].sqrt();
         let mut random = SmallRng::seed_from_u64(3000 + seed);
@@ -359,9 +363,9 @@ fn a_known_mass_resolves_what_was_mixed() {
         row.target += (row.regressor[1] - row.regressor[0]) * truth()[0];
         row.regressor[0] = row.regressor[1];
     }
-    assert_eq!(fit(&mixed).excitation.unknown().count(), 1);
+    assert_eq!(fit_wrench(&mixed).null_space.directions().len(), 1);
     let found = weighed(&mixed, 3.0, 0.0);
-    assert_eq!(found.excitation.unknown().count(), 0);
+    assert_eq!(found.null_space.directions().len(), 0);
     let off = found.parameters - truth();
     let std_devs = found
         .covariance
@@ -386,7 +390,7 @@ fn constant_offsets_are_found() {
                 row.target += offset;
             }
         }
-        let found = Fit::new(&equations, Options::new(&channels)).unwrap();
+        let found = fit(&equations, FitOptions::new(&channels)).unwrap();
         let std_devs = found.covariance.diagonal().map(f64::sqrt);
         let error = (found.parameters - truth()).component_div(&std_devs);
         squares += error.component_mul(&error);
@@ -395,7 +399,7 @@ fn constant_offsets_are_found() {
         {
             *square += ((found.value - offset) / found.std_dev).powi(2);
         }
-        let without = fit(&equations);
+        let without = fit_wrench(&equations);
         assert!(without.misfit * without.noise.std_devs[0] > 2.0 * found.noise.std_devs[0]);
     }
     let (ratio, of_offsets) = (squares / RUNS as f64, of_offsets / RUNS as f64);
@@ -415,14 +419,18 @@ fn exact_equations_give_exact_offsets() {
         equation.rows[4].target -= 3.0;
     }
     let channels = Channels::of_wrench().with_offsets(true);
-    let found = Fit::new(&equations, Options::new(&channels)).unwrap();
+    let found = fit(&equations, FitOptions::new(&channels)).unwrap();
     assert!((found.parameters - truth()).amax() < 1e-11);
     assert!((found.offsets[4].value + 3.0).abs() < 1e-11);
-    let mut gram = Gram::with_knowledge(&found);
+    let mut normal_equations = NormalEquations::with_known_mass(&found);
     for (window, equation) in equations.iter().enumerate() {
-        gram.add(equation, window);
+        normal_equations.add(equation, window);
     }
-    let scaled = gram.information.cholesky().unwrap().solve(&gram.target);
-    let solution = scaled.component_mul(&found.excitation.scales);
+    let scaled = normal_equations
+        .information
+        .cholesky()
+        .unwrap()
+        .solve(&normal_equations.target);
+    let solution = scaled.component_mul(found.scales());
     assert!((solution - truth()).amax() < 1e-8, "{solution}");
 }

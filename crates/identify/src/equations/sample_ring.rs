@@ -1,0 +1,106 @@
+//! The last samples without a gap, and which of them a polynomial is fitted to.
+
+use std::f64::consts::TAU;
+
+use super::differentiation::{MAX_NODES, MIN_NODES};
+use super::instant::StoredSample;
+use super::sample::Sample;
+
+/// Number of stored samples: polynomials are fitted to every second one of them.
+const CAPACITY: usize = 2 * MAX_NODES - 1;
+/// Fewest stored samples from which an instant is computed.
+const MIN_STORED: usize = 2 * MIN_NODES - 1;
+
+/// Half width of the polynomials' support, in radians at the cutoff. The relative error of a derivative is
+/// then below 4e-4 at the cutoff, and falls with the fourth power of frequency.
+const HALF_WIDTH: f64 = 0.65;
+
+/// The last samples of a stretch without gaps, in a ring.
+#[derive(Clone, Debug)]
+pub(crate) struct SampleRing {
+    samples: [StoredSample; CAPACITY],
+    /// Place of the newest sample.
+    newest: usize,
+    /// Number of valid samples.
+    stored: usize,
+    /// Half width of the polynomials' support, s.
+    half_width_s: f64,
+    /// Number of samples by which an instant lags the newest; `None` before the first of a stretch.
+    lag: Option<usize>,
+}
+
+impl SampleRing {
+    /// Creates an empty ring for samples of so many joints and wrenches, and polynomials that are accurate
+    /// up to `cutoff_hz`.
+    pub(crate) fn new(joints: usize, wrenches: usize, cutoff_hz: f64) -> Self {
+        Self {
+            samples: std::array::from_fn(|_| StoredSample::new(joints, wrenches)),
+            newest: 0,
+            stored: 0,
+            half_width_s: HALF_WIDTH / (TAU * cutoff_hz),
+            lag: None,
+        }
+    }
+
+    /// Time of the newest sample, s; minus infinity before the first.
+    pub(crate) fn time_s(&self) -> f64 {
+        self.samples[self.newest].time_s
+    }
+
+    /// Starts a new stretch with the next sample. The time of the newest sample is kept.
+    pub(crate) fn start_stretch(&mut self) {
+        self.stored = 0;
+        self.lag = None;
+    }
+
+    /// Discards all samples and the time of the newest.
+    pub(crate) fn clear(&mut self) {
+        self.start_stretch();
+        self.samples[self.newest].time_s = f64::NEG_INFINITY;
+    }
+
+    /// Stores a copy of a sample.
+    pub(crate) fn push(&mut self, sample: &Sample<'_>) {
+        self.newest = (self.newest + 1) % CAPACITY;
+        self.samples[self.newest].set(sample);
+        self.stored = CAPACITY.min(self.stored + 1);
+    }
+
+    /// Returns the samples around the instant that the newest one completes, in the order of time, and their
+    /// number, which is odd. `None` where the stretch is still too short.
+    pub(crate) fn nodes(&mut self) -> Option<([&StoredSample; MAX_NODES], usize)> {
+        let lag = self.lag.or_else(|| self.initial_lag())?;
+        self.lag = Some(lag);
+        let is_wide = |side| self.span_s(lag + 2 * side, lag - 2 * side) > 2.0 * self.half_width_s;
+        // Every second sample to both sides as far as the half width, or neighbours where samples are sparse.
+        let mut side = lag / 2;
+        while side > MIN_NODES / 2 && is_wide(side) {
+            side -= 1;
+        }
+        let step = if is_wide(side) { 1 } else { 2 };
+        let count = 2 * side + 1;
+        let mut nodes = [self.back(lag); MAX_NODES];
+        for (k, node) in nodes[..count].iter_mut().enumerate() {
+            *node = self.back(lag + step * side - step * k);
+        }
+        Some((nodes, count))
+    }
+
+    /// Returns the lag of a stretch once it has enough samples: they fill the ring, or reach over the width
+    /// of the polynomials. The lag is even, so that both sides have the same number of whole steps.
+    fn initial_lag(&self) -> Option<usize> {
+        let is_wide = || self.span_s(self.stored - 1, 0) > 2.0 * self.half_width_s;
+        let is_enough = self.stored == CAPACITY || self.stored >= MIN_STORED && is_wide();
+        is_enough.then(|| (self.stored - 1) / 4 * 2)
+    }
+
+    /// Returns the sample that came so many before the newest.
+    fn back(&self, count: usize) -> &StoredSample {
+        &self.samples[(self.newest + CAPACITY - count) % CAPACITY]
+    }
+
+    /// Time between two samples that came so many before the newest, s.
+    fn span_s(&self, first: usize, last: usize) -> f64 {
+        self.back(last).time_s - self.back(first).time_s
+    }
+}

@@ -1,0 +1,93 @@
+//! The joint efforts beyond those of the arm, `Jᵀ [f_U; n_U]`: the payload alone.
+
+use nalgebra::{DMatrix, DVector, Vector6};
+use tactid_dynamics::{FrameId, JointKind, Manipulator};
+
+use super::regressor::WrenchRegressor;
+use super::source::{MeasurementSource, RobotState};
+use crate::equations::channels::Channel;
+use crate::equations::equation::Row;
+use crate::equations::instant::Instant;
+use crate::equations::settings::{EquationSettings, expand};
+
+/// The efforts of the joints that move the tool.
+#[derive(Clone, Debug)]
+pub(crate) struct EffortSource {
+    /// Indices of the joints that move the tool, and so bear the payload.
+    loaded_joints: Vec<usize>,
+    channels: Vec<Channel>,
+    /// Standard deviation of one sample of the effort of each joint of the robot, N m or N. Empty where
+    /// they are unknown.
+    noise: Vec<f64>,
+    /// Whether the measured efforts are those of the payload alone.
+    is_net: bool,
+    /// Columns of the tool's Jacobian, one for each joint of the robot.
+    jacobian: Vec<Vector6<f64>>,
+}
+
+impl EffortSource {
+    /// Creates the source for the joints that move the tool.
+    pub(crate) fn new(robot: &Manipulator, tool: FrameId, settings: &EquationSettings) -> Self {
+        let loaded_joints: Vec<usize> =
+            (0..robot.dof()).filter(|&j| robot.moves(j, tool)).collect();
+        let channel = |&joint: &usize| Channel {
+            name: format!("effort {}", robot.joint_names()[joint]),
+            unit: match robot.joint_kind(joint) {
+                Some(JointKind::Prismatic) => "N",
+                Some(JointKind::Revolute) | None => "N m",
+            },
+        };
+        Self {
+            channels: loaded_joints.iter().map(channel).collect(),
+            loaded_joints,
+            noise: expand(&settings.effort_noise, robot.dof()),
+            is_net: settings.effort_is_net,
+            jacobian: vec![Vector6::zeros(); robot.dof()],
+        }
+    }
+}
+
+impl MeasurementSource for EffortSource {
+    fn channels(&self) -> Vec<Channel> {
+        self.channels.clone()
+    }
+
+    fn kinds(&self) -> Vec<usize> {
+        vec![self.channels.len()]
+    }
+
+    fn fill(
+        &mut self,
+        instant: &Instant,
+        robot: &RobotState<'_>,
+        regressor: &WrenchRegressor,
+        rows: &mut [Row],
+    ) {
+        let workspace = robot.workspace;
+        workspace.jacobian(robot.known, robot.tool, &mut self.jacobian);
+        // Jᵀ Y π = τ - τ_arm: principle of virtual work, with τ_i = z_i · n_i of (34) for the arm alone.
+        for (row, &joint) in rows.iter_mut().zip(&self.loaded_joints) {
+            let column = &self.jacobian[joint];
+            row.regressor = regressor.parameters.tr_mul(column);
+            row.gravity = regressor.gravity.tr_mul(column);
+            row.target = instant.joint_effort[joint];
+            if !self.is_net {
+                row.target -= workspace.joint_torques()[joint];
+            }
+        }
+    }
+
+    fn known_noise(&self, _robot: &RobotState<'_>) -> Option<DMatrix<f64>> {
+        if self.noise.is_empty() {
+            return None;
+        }
+        let loaded = self.loaded_joints.iter();
+        let variances = loaded.map(|&joint| self.noise[joint].powi(2));
+        let variances = DVector::from_iterator(self.loaded_joints.len(), variances);
+        Some(DMatrix::from_diagonal(&variances))
+    }
+
+    fn needs_forces(&self) -> bool {
+        !self.is_net
+    }
+}

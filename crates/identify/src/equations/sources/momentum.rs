@@ -1,0 +1,44 @@
+//! The motion of all bodies but the end-effector, (30) and (44): gripper and payload as one body.
+
+use tactid_dynamics::wrench_on_end_effector;
+
+use super::regressor::WrenchRegressor;
+use super::source::{MeasurementSource, RobotState};
+use crate::equations::channels::{Channel, wrench_channels};
+use crate::equations::equation::Row;
+use crate::equations::instant::Instant;
+
+/// The wrench on the end-effector that the momentum of all other bodies requires, on a base that floats
+/// freely.
+#[derive(Clone, Debug)]
+pub(crate) struct MomentumSource;
+
+impl MeasurementSource for MomentumSource {
+    fn channels(&self) -> Vec<Channel> {
+        wrench_channels("")
+    }
+
+    fn kinds(&self) -> Vec<usize> {
+        vec![3, 3]
+    }
+
+    fn fill(
+        &mut self,
+        _instant: &Instant,
+        robot: &RobotState<'_>,
+        regressor: &WrenchRegressor,
+        rows: &mut [Row],
+    ) {
+        // f_U = -f_K of (29)-(30), n_U of (44)
+        let wrench = wrench_on_end_effector(robot.known, robot.workspace, robot.tool);
+        regressor.fill_rows(&wrench, rows);
+    }
+
+    fn includes_gripper(&self) -> bool {
+        true
+    }
+
+    fn is_tool_wrench(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,72 @@
+//! What every measurement source provides, and the state of the robot that it computes its rows from.
+
+use nalgebra::{DMatrix, Isometry3};
+use tactid_dynamics::{FrameId, Manipulator, Workspace};
+
+use super::regressor::WrenchRegressor;
+use crate::equations::channels::Channel;
+use crate::equations::equation::Row;
+use crate::equations::instant::Instant;
+
+/// What a source measures, and how it fills its rows.
+pub(crate) trait MeasurementSource {
+    /// Names and units of the channels, one for each row.
+    fn channels(&self) -> Vec<Channel>;
+
+    /// Numbers of consecutive channels whose noise is of similar size.
+    fn kinds(&self) -> Vec<usize>;
+
+    /// Fills the rows of an instant, one for each channel. Allocates nothing.
+    fn fill(
+        &mut self,
+        instant: &Instant,
+        robot: &RobotState<'_>,
+        regressor: &WrenchRegressor,
+        rows: &mut [Row],
+    );
+
+    /// Covariance of the noise of one sample across the channels, where it is known, at the robot's
+    /// posture.
+    fn known_noise(&self, _robot: &RobotState<'_>) -> Option<DMatrix<f64>> {
+        None
+    }
+
+    /// Whether the rows use the forces that move the known bodies, (21)-(44).
+    fn needs_forces(&self) -> bool {
+        false
+    }
+
+    /// Whether the rows hold for the links below the tool and the payload as one body. These links then do
+    /// not count as known.
+    fn includes_gripper(&self) -> bool {
+        false
+    }
+
+    /// Whether the six rows are force and moment on the end-effector, in its frame and about its origin.
+    fn is_tool_wrench(&self) -> bool {
+        false
+    }
+
+    /// Whether each channel may have an unknown constant offset.
+    fn has_offsets(&self) -> bool {
+        false
+    }
+}
+
+/// Motion of the known bodies of the robot at one instant.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RobotState<'a> {
+    /// The bodies whose parameters are known: the whole robot, or all but the links below the tool.
+    pub(crate) known: &'a Manipulator,
+    /// Motion of the known bodies and, where a source needs them, the forces that move them.
+    pub(crate) workspace: &'a Workspace,
+    /// The end-effector frame `Σ_U`.
+    pub(crate) tool: FrameId,
+}
+
+impl RobotState<'_> {
+    /// Pose of the tool frame in the inertial frame.
+    pub(crate) fn world_from_tool(&self) -> Isometry3<f64> {
+        self.workspace.pose(self.known, self.tool)
+    }
+}

@@ -1,0 +1,93 @@
+//! The wrenches of the fingers or of a wrist sensor, (47): the payload alone.
+
+use nalgebra::{DMatrix, SMatrix, SVector};
+use tactid_dynamics::{FrameId, Manipulator, Wrench};
+
+use super::regressor::{WrenchRegressor, columns_expressed_in};
+use super::source::{MeasurementSource, RobotState};
+use crate::IdentifyError;
+use crate::equations::channels::{Channel, wrench_channels};
+use crate::equations::equation::Row;
+use crate::equations::instant::Instant;
+use crate::equations::settings::{EquationSettings, expand};
+
+/// The sum of the wrenches that all sensors exert on the payload.
+#[derive(Clone, Debug)]
+pub(crate) struct WrenchSource {
+    /// Frame of each sensor.
+    sensors: Vec<FrameId>,
+    /// Standard deviations of one sample of each sensor, in its frame: forces in N, moments in N m. Empty
+    /// where they are unknown.
+    noise: Vec<SVector<f64, 6>>,
+    has_offsets: bool,
+}
+
+impl WrenchSource {
+    /// Creates the source for the links in which the wrenches are measured.
+    ///
+    /// # Errors
+    /// A link that the robot does not have.
+    pub(crate) fn new(
+        robot: &Manipulator,
+        sensors: &[&str],
+        settings: &EquationSettings,
+    ) -> Result<Self, IdentifyError> {
+        let frames = sensors.iter().map(|name| robot.frame(name));
+        let noise = expand(&settings.wrench_noise, sensors.len());
+        Ok(Self {
+            sensors: frames.collect::<Result<_, _>>()?,
+            noise: noise.into_iter().map(SVector::from).collect(),
+            has_offsets: settings.wrench_offset,
+        })
+    }
+}
+
+impl MeasurementSource for WrenchSource {
+    fn channels(&self) -> Vec<Channel> {
+        wrench_channels("")
+    }
+
+    fn kinds(&self) -> Vec<usize> {
+        vec![3, 3]
+    }
+
+    fn fill(
+        &mut self,
+        instant: &Instant,
+        robot: &RobotState<'_>,
+        regressor: &WrenchRegressor,
+        rows: &mut [Row],
+    ) {
+        let tool_from_world = robot.world_from_tool().inverse();
+        let wrenches = self.sensors.iter().zip(&instant.wrenches);
+        // (47): f_U and n_U are the sums over all fingers.
+        let sum = wrenches.fold(Wrench::zero(), |sum, (&sensor, wrench)| {
+            let world_from_sensor = robot.workspace.pose(robot.known, sensor);
+            sum + wrench.expressed_in(&(tool_from_world * world_from_sensor))
+        });
+        regressor.fill_rows(&sum, rows);
+    }
+
+    /// The covariance of the sum of independent sensors, in `Σ_U` and about its origin.
+    fn known_noise(&self, robot: &RobotState<'_>) -> Option<DMatrix<f64>> {
+        if self.noise.is_empty() {
+            return None;
+        }
+        let tool_from_world = robot.world_from_tool().inverse();
+        let mut covariance = SMatrix::<f64, 6, 6>::zeros();
+        for (&sensor, std_devs) in self.sensors.iter().zip(&self.noise) {
+            let tool_from_sensor = tool_from_world * robot.workspace.pose(robot.known, sensor);
+            let root = columns_expressed_in(&SMatrix::from_diagonal(std_devs), &tool_from_sensor);
+            covariance += root * root.transpose();
+        }
+        Some(DMatrix::from_column_slice(6, 6, covariance.as_slice()))
+    }
+
+    fn is_tool_wrench(&self) -> bool {
+        true
+    }
+
+    fn has_offsets(&self) -> bool {
+        self.has_offsets
+    }
+}

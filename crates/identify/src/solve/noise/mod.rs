@@ -1,0 +1,322 @@
+//! The noise of the channels, estimated from residuals. Batch and online least squares share this model.
+
+mod correlation;
+mod known_sensor;
+
+use nalgebra::{DMatrix, SVector};
+
+use self::correlation::{cholesky_in_place, shrinkage_factor, to_correlation};
+use self::known_sensor::KnownSensor;
+use crate::equations::window::{NOISE_BANDWIDTH, PRODUCT_CORRELATION};
+use crate::equations::{Channels, Equation};
+
+/// Residuals smaller than this fraction of the measurements are rounding.
+pub(crate) const ROUNDING: f64 = 1e-14;
+
+/// Least standard deviation of a channel relative to the largest of its kind. A channel with next to no
+/// residuals by chance, such as a moment about which nothing turns, must not outweigh all others.
+const MIN_RATIO: f64 = 1e-2;
+
+/// Median of the absolute value of a standard normal variable.
+const NORMAL_MEDIAN: f64 = 0.6745;
+
+/// Standard deviations of the channels' noise and its correlation across channels: through its lever arm the
+/// noise of a finger's force is in the moment, too.
+///
+/// The noise of sources whose sensors are known keeps their proportions and correlation, and only its overall
+/// size follows the residuals.
+#[derive(Clone, Debug)]
+pub(crate) struct Noise {
+    /// Standard deviation of each channel's mean over a window, in the channel's unit.
+    pub(crate) std_devs: Vec<f64>,
+    /// Least standard deviations: smaller ones are rounding or discretisation.
+    floors: Vec<f64>,
+    /// Fraction of the measurements' size that is the floor.
+    relative_floor: f64,
+    /// Cholesky factor of the correlation matrix.
+    root: DMatrix<f64>,
+    /// Effective number of correlations of each channel that were estimated from the residuals.
+    estimated_correlations: f64,
+    kinds: Vec<usize>,
+    source_of: Vec<usize>,
+    known: Vec<KnownSensor>,
+    /// Variance of the mean of white noise over a window, relative to the variance of one sample.
+    window_variance: f64,
+}
+
+impl Noise {
+    /// Creates a model from the measurements alone, before there are residuals: noise as large as the
+    /// measurements, uncorrelated unless the sensors are known. No standard deviation will be less than
+    /// `relative_floor` times the size of the measurements.
+    pub(crate) fn from_targets(
+        equations: &[Equation],
+        channels: &Channels,
+        relative_floor: f64,
+    ) -> Self {
+        let source_of = channels.source_of();
+        let count = source_of.len();
+        let mut noise = Self {
+            std_devs: vec![1.0; count],
+            floors: vec![0.0; count],
+            relative_floor,
+            root: DMatrix::identity(count, count),
+            estimated_correlations: 0.0,
+            kinds: channels.kinds.clone(),
+            source_of,
+            known: channels.known_noise.iter().map(KnownSensor::new).collect(),
+            window_variance: 1.0,
+        };
+        noise.reset(equations);
+        noise
+    }
+
+    /// Discards what was estimated from residuals, and takes sizes and floors from the measurements of some
+    /// windows. Allocates nothing.
+    pub(crate) fn reset(&mut self, equations: &[Equation]) {
+        target_sizes(equations, &self.kinds, &mut self.std_devs);
+        for (floor, size) in self.floors.iter_mut().zip(&self.std_devs) {
+            *floor = size * self.relative_floor;
+        }
+        self.root.fill_with_identity();
+        self.estimated_correlations = 0.0;
+        let instants: u32 = equations.iter().map(|equation| equation.instants).sum();
+        self.window_variance =
+            NOISE_BANDWIDTH * equations.len() as f64 / f64::from(instants.max(1));
+        for known in &self.known {
+            let corner = (known.first_channel, known.first_channel);
+            let mut block = self.root.view_mut(corner, known.root.shape());
+            block.copy_from(&known.root);
+            let scale = self.window_variance.sqrt();
+            known.write_scaled(scale, &mut self.std_devs[known.channels()]);
+        }
+    }
+
+    /// Number of channels.
+    pub(crate) fn channels(&self) -> usize {
+        self.std_devs.len()
+    }
+
+    /// Returns the factor by which the covariance of the parameters is larger than the residuals show, given
+    /// the number of independent windows. Correlations that were estimated from the same residuals fit them
+    /// too well, and their errors add to those of the parameters.
+    pub(crate) fn inflation(&self, independent: f64) -> f64 {
+        let fraction = (self.estimated_correlations / independent).min(0.9);
+        (1.0 + fraction) / (1.0 - fraction)
+    }
+
+    /// Whitens rows, one for each channel: brings them to units of their noise and removes its correlation.
+    /// Allocates nothing.
+    pub(crate) fn whiten<R: ChannelRows + ?Sized>(&self, rows: &mut R) {
+        for (i, std_dev) in self.std_devs.iter().enumerate() {
+            rows.divide(i, *std_dev);
+            // Forward substitution with the Cholesky factor.
+            for j in 0..i {
+                rows.subtract(i, self.root[(i, j)], j);
+            }
+            rows.divide(i, self.root[(i, i)]);
+        }
+    }
+
+    /// Estimates standard deviations and correlations from the residuals of some windows and the windows'
+    /// robust weights, once these identify outliers.
+    ///
+    /// Sizes and correlations come from one sum: channels whose noise is almost the same determine most by
+    /// their difference, which a size that is a few percent off would spoil.
+    pub(crate) fn estimate<'a>(&mut self, windows: impl Iterator<Item = (&'a [f64], f64)> + Clone) {
+        let (mut count, mut weights) = (0.0, f64::MIN_POSITIVE);
+        for (_, weight) in windows.clone() {
+            count += 1.0;
+            weights += weight;
+        }
+        let mut covariance = self.products(windows) / weights;
+        self.set_covariance(&mut covariance, count);
+    }
+
+    /// Estimates standard deviations from medians of the residuals of some windows, while outliers are not
+    /// identified yet: outliers do not move medians. Correlations stay as they are, because outliers would
+    /// dominate them.
+    pub(crate) fn estimate_from_medians<'a>(
+        &mut self,
+        windows: impl Iterator<Item = (&'a [f64], f64)> + Clone,
+    ) {
+        for channel in 0..self.channels() {
+            let mut sizes: Vec<f64> = windows.clone().map(|(r, _)| r[channel].abs()).collect();
+            if sizes.is_empty() {
+                return;
+            }
+            let middle = sizes.len() / 2;
+            let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+            self.std_devs[channel] = *median / NORMAL_MEDIAN;
+        }
+        self.apply_floors();
+    }
+
+    /// Sets the noise from a covariance across the channels that so many windows have shown. Only its lower
+    /// triangle is used, and is overwritten. Allocates nothing.
+    pub(crate) fn set_covariance(&mut self, covariance: &mut DMatrix<f64>, windows: f64) {
+        for (channel, std_dev) in self.std_devs.iter_mut().enumerate() {
+            *std_dev = covariance[(channel, channel)].max(0.0).sqrt();
+        }
+        self.apply_floors();
+        self.set_correlation(covariance, windows);
+    }
+
+    /// Raises standard deviations that are rounding, or small by chance.
+    fn apply_floors(&mut self) {
+        for (std_dev, floor) in self.std_devs.iter_mut().zip(&self.floors) {
+            *std_dev = std_dev.max(*floor);
+        }
+        for kind in groups_mut(&mut self.std_devs, &self.kinds) {
+            let largest = kind.iter().fold(0.0f64, |a, &b| a.max(b));
+            for std_dev in kind {
+                *std_dev = std_dev.max(MIN_RATIO * largest);
+            }
+        }
+        self.scale_known();
+    }
+
+    /// Gives the channels of known sensors the proportions of their known noise. Its overall size follows the
+    /// residuals, in which there is noise of the motion, too, but is not less than known.
+    fn scale_known(&mut self) {
+        for known in &self.known {
+            let estimated = &mut self.std_devs[known.channels()];
+            let pairs = estimated.iter().zip(&known.std_devs);
+            let squares: f64 = pairs
+                .map(|(estimated, known)| (estimated / known).powi(2))
+                .sum();
+            let square = (squares / estimated.len() as f64).max(self.window_variance);
+            known.write_scaled(square.sqrt(), estimated);
+        }
+    }
+
+    /// Returns the known sensor that a channel belongs to.
+    fn known_of(&self, channel: usize) -> Option<&KnownSensor> {
+        self.known
+            .iter()
+            .find(|known| known.channels().contains(&channel))
+    }
+
+    /// Sets the correlations from the lower triangle of mean products over so many windows, which is
+    /// overwritten. Estimated correlations are shrunk, within sources and between them by factors of their
+    /// own.
+    fn set_correlation(&mut self, products: &mut DMatrix<f64>, windows: f64) {
+        to_correlation(products);
+        let independent = windows / PRODUCT_CORRELATION;
+        let same_source = |i: usize, j: usize| self.source_of[i] == self.source_of[j];
+        let is_estimated = |i: usize, j: usize| self.known_of(i).or(self.known_of(j)).is_none();
+        let within = shrinkage_factor(products, independent, |i, j| {
+            same_source(i, j) && is_estimated(i, j)
+        });
+        // The matrix stays positive definite where the factor between sources is not the larger one.
+        let between = shrinkage_factor(products, independent, |i, j| {
+            !same_source(i, j) && is_estimated(i, j)
+        })
+        .min(within);
+        let channels = self.channels();
+        let mut squares = 0.0;
+        for i in 0..channels {
+            for j in 0..i {
+                if is_estimated(i, j) {
+                    let factor = if same_source(i, j) { within } else { between };
+                    products[(i, j)] *= factor;
+                    squares += factor * factor;
+                } else {
+                    let known = self.known_of(i).filter(|_| same_source(i, j));
+                    products[(i, j)] = known.map_or(0.0, |known| {
+                        known.correlation[(i - known.first_channel, j - known.first_channel)]
+                    });
+                }
+            }
+        }
+        // A mean of a correlation matrix and the identity is positive definite but for rounding.
+        if cholesky_in_place(products) {
+            self.root.copy_from(products);
+            self.estimated_correlations = 2.0 * squares / channels as f64;
+        }
+    }
+
+    /// Returns the lower triangle of the weighted sum of the residuals' products.
+    fn products<'a>(&self, windows: impl Iterator<Item = (&'a [f64], f64)>) -> DMatrix<f64> {
+        let channels = self.channels();
+        let mut products = DMatrix::<f64>::zeros(channels, channels);
+        for (residuals, weight) in windows {
+            for i in 0..channels {
+                for j in 0..=i {
+                    products[(i, j)] += weight * residuals[i] * residuals[j];
+                }
+            }
+        }
+        products
+    }
+}
+
+/// Rows, one for each channel, that can be whitened.
+pub(crate) trait ChannelRows {
+    /// Divides a row.
+    fn divide(&mut self, row: usize, divisor: f64);
+
+    /// Subtracts `factor` times the row `other`, which comes before `row`.
+    fn subtract(&mut self, row: usize, factor: f64, other: usize);
+}
+
+impl ChannelRows for DMatrix<f64> {
+    fn divide(&mut self, row: usize, divisor: f64) {
+        let mut row = self.row_mut(row);
+        row /= divisor;
+    }
+
+    fn subtract(&mut self, row: usize, factor: f64, other: usize) {
+        for mut column in self.column_iter_mut() {
+            column[row] -= factor * column[other];
+        }
+    }
+}
+
+/// Regressor rows with their targets, as the online estimator has them.
+impl ChannelRows for [(SVector<f64, 10>, f64)] {
+    fn divide(&mut self, row: usize, divisor: f64) {
+        // One division and eleven products are several times faster than eleven divisions.
+        let factor = divisor.recip();
+        let (regressor, target) = &mut self[row];
+        *regressor *= factor;
+        *target *= factor;
+    }
+
+    fn subtract(&mut self, row: usize, factor: f64, other: usize) {
+        let (before, rest) = self.split_at_mut(row);
+        let (regressor, target) = &mut rest[0];
+        let (other_regressor, other_target) = &before[other];
+        regressor.axpy(-factor, other_regressor, 1.0);
+        *target -= factor * other_target;
+    }
+}
+
+/// Writes the root mean square of each channel's measurements, taken over all channels of its kind: an upper
+/// bound of its noise before there are residuals.
+pub(crate) fn target_sizes(equations: &[Equation], kinds: &[usize], sizes: &mut [f64]) {
+    sizes.fill(0.0);
+    for equation in equations {
+        for (square, row) in sizes.iter_mut().zip(&equation.rows) {
+            *square += row.target * row.target;
+        }
+    }
+    for kind in groups_mut(sizes, kinds) {
+        let mean = kind.iter().sum::<f64>() / (equations.len() * kind.len()) as f64;
+        kind.fill(mean.sqrt().max(f64::MIN_POSITIVE));
+    }
+}
+
+/// Splits channels into consecutive groups of so many.
+fn groups_mut<'a>(
+    mut channels: &'a mut [f64],
+    counts: &'a [usize],
+) -> impl Iterator<Item = &'a mut [f64]> {
+    counts.iter().map_while(move |&count| {
+        let (group, rest) = std::mem::take(&mut channels).split_at_mut_checked(count)?;
+        channels = rest;
+        Some(group)
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,57 @@
+//! The noise model on drawn residuals.
+
+use rand::{RngExt, SeedableRng, rngs::SmallRng};
+use rand_distr::StandardNormal;
+
+use super::*;
+use crate::equations::KnownNoise;
+
+/// The noise of three channels is known, that of two is estimated. The first keep their proportions and
+/// correlations, and have none with the others, whatever the residuals are; all are as large as the residuals.
+#[test]
+fn known_noise_keeps_its_proportions() {
+    let covariance = DMatrix::from_row_slice(
+        3,
+        3,
+        &[4.0, 1.8, 0.0, 1.8, 1.0, 0.0, 0.0, 0.0, 9.0], // correlation 0.9
+    );
+    let channels = Channels {
+        kinds: vec![3, 2],
+        sources: vec![3, 2],
+        known_noise: vec![KnownNoise {
+            first_channel: 0,
+            covariance,
+        }],
+        ..Channels::of_wrench()
+    };
+    let mut equation = Equation::new(5);
+    equation.instants = 70;
+    equation.rows.iter_mut().for_each(|row| row.target = 100.0);
+    let mut noise = Noise::from_targets(&[equation], &channels, ROUNDING);
+    let window_std_dev = (35.0 / 18.0 / 70.0f64).sqrt();
+    for (found, sample_std_dev) in noise.std_devs.iter().zip([2.0, 1.0, 3.0]) {
+        assert!((found / sample_std_dev / window_std_dev - 1.0).abs() < 1e-12);
+    }
+    assert!((noise.std_devs[3] - 100.0).abs() < 1e-9);
+
+    let mut random = SmallRng::seed_from_u64(5);
+    let mut draw = || -> f64 { random.sample(StandardNormal) };
+    // Five times as large as known, and common to all five channels.
+    let residuals: Vec<[f64; 5]> = (0..2000)
+        .map(|_| {
+            let common = draw();
+            [10.0, 5.0, 15.0, 1.0, 2.0].map(|size| size * window_std_dev * (common + 0.1 * draw()))
+        })
+        .collect();
+    noise.estimate(residuals.iter().map(|residual| (&residual[..], 1.0)));
+    for (found, target) in noise.std_devs.iter().zip([10.0, 5.0, 15.0, 1.0, 2.0]) {
+        assert!(
+            (found / target / window_std_dev - 1.0).abs() < 0.06,
+            "{found}"
+        );
+    }
+    let correlation = &noise.root * noise.root.transpose();
+    assert!((correlation[(1, 0)] - 0.9).abs() < 1e-12);
+    assert!(correlation[(2, 0)].abs() < 1e-12 && correlation[(3, 1)].abs() < 1e-12);
+    assert!((correlation[(4, 3)] - 1.0 / 1.01).abs() < 0.01);
+}
