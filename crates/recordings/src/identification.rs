@@ -2,11 +2,14 @@
 
 use nalgebra::Vector3;
 use tactid_identify::{
-    BoundingBox, Delay, FitReport, Forecast, HistoryPoint, KnownMass, Method, PayloadEstimate,
-    PrincipalMoments, SingularValues,
+    BatchIdentifier, BoundingBox, Delay, FitReport, Forecast, HistoryPoint, IdentifyError,
+    KnownMass, Method, PayloadEstimate, PrincipalMoments, SingularValues, equations::window,
+    without,
 };
 
-use crate::{DataFault, Estimator, Finding};
+use crate::plan::Plan;
+use crate::run::{PaperRun, Run, Solver};
+use crate::{DataFault, Estimator, Finding, RecordingError, Request};
 
 /// Which times of a log the messages were taken to be measured at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -67,7 +70,129 @@ pub struct Identification {
     pub damage: Vec<String>,
 }
 
+/// What an estimator found.
+struct Solution {
+    estimate: PayloadEstimate,
+    principal_moments: Option<PrincipalMoments>,
+    history: Vec<HistoryPoint>,
+    fit: Option<FitReport>,
+    singular_values: Option<SingularValues>,
+    forecast: Option<Forecast>,
+    gravity: Vector3<f64>,
+    /// Delay that is left in the aligned samples.
+    remaining_delay: Option<Delay>,
+    findings: Vec<Finding>,
+}
+
+impl Solution {
+    /// Solves for the payload; of too few windows nothing is known where the reading was interrupted.
+    fn of_least_squares(
+        batch: &BatchIdentifier,
+        interrupted: bool,
+    ) -> Result<Self, RecordingError> {
+        let gravity = batch.stream().gravity();
+        match batch.solve() {
+            Ok(result) => Ok(Self {
+                estimate: result.estimate,
+                principal_moments: result.principal_moments,
+                history: result.history,
+                fit: Some(result.fit),
+                singular_values: None,
+                forecast: result.forecast,
+                gravity,
+                remaining_delay: result.delay,
+                findings: result.findings.into_iter().map(Finding::Data).collect(),
+            }),
+            Err(IdentifyError::TooFewWindows { .. }) if interrupted => Ok(Self {
+                estimate: batch.unknown(),
+                principal_moments: None,
+                history: Vec::new(),
+                fit: None,
+                singular_values: None,
+                forecast: None,
+                gravity,
+                remaining_delay: None,
+                findings: Vec::new(),
+            }),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    fn of_paper(run: PaperRun, request: &Request) -> Self {
+        let mut estimate = run.filter.estimate();
+        if let Some(tool) = request.known_tool {
+            estimate.body = without(&estimate.body, &tool.into());
+        }
+        Self {
+            principal_moments: PrincipalMoments::of(&estimate.body.into()),
+            estimate,
+            history: run.history,
+            fit: None,
+            singular_values: Some(run.filter.singular_values()),
+            forecast: None,
+            gravity: run.filter.stream().gravity(),
+            remaining_delay: None,
+            findings: Vec::new(),
+        }
+    }
+}
+
 impl Identification {
+    /// Solves for the payload of a recording that was run through.
+    ///
+    /// # Errors
+    /// Streams that share no time, or too few windows, where the reading was not interrupted.
+    pub(crate) fn new(plan: Plan<'_>, run: Run, request: &Request) -> Result<Self, RecordingError> {
+        let sources = plan.sources;
+        let windows = run.solver.windows();
+        if windows == 0 && !run.interrupted {
+            return Err(nothing_found(&plan, &run));
+        }
+        let solution = match run.solver {
+            Solver::LeastSquares(batch) => Solution::of_least_squares(&batch, run.interrupted)?,
+            Solver::Paper(paper) => Solution::of_paper(*paper, request),
+        };
+        let remaining_delay = solution.remaining_delay.map(|rest| Delay {
+            delay_s: plan.delay_s + rest.delay_s,
+            std_dev_s: rest.std_dev_s,
+        });
+        let estimated_delay = remaining_delay.or(plan.estimated_delay);
+        let mut findings = sources.findings.clone();
+        findings.extend(plan.findings);
+        findings.extend(run.findings);
+        if let Some(estimated) = estimated_delay.filter(|_| plan.delay_s != 0.0) {
+            findings.push(Finding::DelayCorrected {
+                applied_s: plan.delay_s,
+                estimated,
+            });
+        }
+        findings.extend(solution.findings);
+        Ok(Self {
+            estimate: solution.estimate,
+            principal_moments: solution.principal_moments,
+            history: solution.history,
+            fit: solution.fit,
+            singular_values: solution.singular_values,
+            forecast: solution.forecast,
+            method: plan.options.method,
+            estimator: plan.options.estimator,
+            cutoff_hz: plan.equations.cutoff_hz,
+            max_gap_s: plan.equations.max_gap_s,
+            gravity: solution.gravity,
+            delay_s: plan.delay_s,
+            estimated_delay,
+            known_mass: request.known_mass,
+            bounding_box: request.bounding_box,
+            clock: sources.clock,
+            start_ns: sources.start_ns,
+            duration_s: run.duration_s,
+            faults: run.faults.to_vec(),
+            findings,
+            interrupted: run.interrupted,
+            damage: run.damage,
+        })
+    }
+
     /// Time for which the motion must continue until half of the 95 % interval of each value is `within`
     /// (0.01 for 1 %) times the largest value of its kind (mass, centre of mass, inertia), in the order of
     /// [`VALUE_NAMES`](crate::VALUE_NAMES), s. Zero where it is so already, infinite where the motion does
@@ -99,4 +224,25 @@ impl Identification {
         });
         points
     }
+}
+
+/// Returns why a recording has no window: its streams share no time, or no stretch is long enough.
+fn nothing_found(plan: &Plan<'_>, run: &Run) -> RecordingError {
+    if run.samples == 0 {
+        let unused = plan.sources.optional_acceleration.as_ref();
+        let unused = unused.filter(|_| !plan.streams.acceleration);
+        let names = plan.sources.names.iter();
+        let used: Vec<&str> = names
+            .filter(|name| Some(*name) != unused)
+            .map(String::as_str)
+            .collect();
+        return RecordingError::NoOverlap {
+            topics: used.join(", "),
+            faults: run.faults.to_vec(),
+        };
+    }
+    RecordingError::Identify(IdentifyError::TooFewWindows {
+        windows: 0,
+        window_s: window::length_s(plan.equations.cutoff_hz),
+    })
 }

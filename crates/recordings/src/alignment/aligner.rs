@@ -1,249 +1,17 @@
-//! Streams of measurements, brought onto the joints' clock.
+//! The aligner: all streams at the times of the joints.
 
 use std::collections::VecDeque;
 
-use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use tactid_dynamics::{BaseAcceleration, Wrench};
+use tactid_identify::{BaseState, Sample};
 
-use crate::BaseState;
-use crate::stencil::weights;
+use super::event::{Event, JointValues, Measured, SpecificForce, Streams};
+use super::stream::{Stream, ValueAt};
 
-/// How long a sample waits for the other streams to reach its time, s.
-const PATIENCE_S: f64 = 1.0;
+/// Time for which a sample waits for the other streams to reach its own, s.
+const LONGEST_WAIT_S: f64 = 1.0;
 
-/// A weighted sum of values whose weights sum to one: what interpolation needs.
-pub(crate) trait Blend: Clone {
-    fn blend(values: &[(f64, &Self)]) -> Self;
-}
-
-fn sum<T>(values: &[(f64, &T)], of: fn(&T) -> Vector3<f64>) -> Vector3<f64> {
-    values
-        .iter()
-        .map(|(weight, value)| of(value) * *weight)
-        .sum()
-}
-
-impl Blend for Wrench {
-    fn blend(values: &[(f64, &Self)]) -> Self {
-        Self {
-            force: sum(values, |wrench| wrench.force),
-            moment: sum(values, |wrench| wrench.moment),
-        }
-    }
-}
-
-impl Blend for BaseAcceleration {
-    fn blend(values: &[(f64, &Self)]) -> Self {
-        Self {
-            linear: sum(values, |acceleration| acceleration.linear),
-            angular: sum(values, |acceleration| acceleration.angular),
-        }
-    }
-}
-
-impl Blend for BaseState {
-    fn blend(values: &[(f64, &Self)]) -> Self {
-        let first = values[0].1.pose.rotation.coords;
-        let rotation: nalgebra::Vector4<f64> = values
-            .iter()
-            .map(|(weight, base)| {
-                let coords = base.pose.rotation.coords;
-                // Either sign is the same rotation: all on the side of the first.
-                coords * weight.copysign(*weight * coords.dot(&first))
-            })
-            .sum();
-        let measured = |of: fn(&Self) -> Option<Vector3<f64>>| -> Option<Vector3<f64>> {
-            values
-                .iter()
-                .map(|(weight, base)| Some(of(base)? * *weight))
-                .sum()
-        };
-        Self {
-            pose: Isometry3::from_parts(
-                sum(values, |base| base.pose.translation.vector).into(),
-                UnitQuaternion::new_normalize(Quaternion::from(rotation)),
-            ),
-            velocity: sum(values, |base| base.velocity),
-            angular_velocity: sum(values, |base| base.angular_velocity),
-            acceleration: measured(|base| base.acceleration),
-            angular_acceleration: measured(|base| base.angular_acceleration),
-        }
-    }
-}
-
-/// What an inertial unit feels, in its own frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Felt {
-    /// `p̈ - g`, m/s².
-    pub(crate) force: Vector3<f64>,
-    /// rad/s.
-    pub(crate) angular_velocity: Vector3<f64>,
-}
-
-impl Blend for Felt {
-    fn blend(values: &[(f64, &Self)]) -> Self {
-        Self {
-            force: sum(values, |felt| felt.force),
-            angular_velocity: sum(values, |felt| felt.angular_velocity),
-        }
-    }
-}
-
-/// What some joints measured at one time. Velocity and effort are empty where they are not known.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct JointValues {
-    pub(crate) position: Vec<f64>,
-    pub(crate) velocity: Vec<f64>,
-    pub(crate) effort: Vec<f64>,
-}
-
-impl Blend for JointValues {
-    fn blend(values: &[(f64, &Self)]) -> Self {
-        let blend = |of: fn(&Self) -> &Vec<f64>| -> Vec<f64> {
-            let length = values.iter().map(|(_, v)| of(v).len()).min().unwrap_or(0);
-            let at = |k| values.iter().map(|(weight, v)| weight * of(v)[k]).sum();
-            (0..length).map(at).collect()
-        };
-        Self {
-            position: blend(|v| &v.position),
-            velocity: blend(|v| &v.velocity),
-            effort: blend(|v| &v.effort),
-        }
-    }
-}
-
-/// What a stream has to say about a time.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum At<T> {
-    Value(T),
-    /// The stream has not come so far.
-    NotYet,
-    /// The stream has begun later, or has a gap there.
-    Never,
-}
-
-/// One measured quantity over time.
-#[derive(Clone, Debug)]
-pub(crate) struct Stream<T> {
-    samples: VecDeque<(f64, T)>,
-    max_gap_s: f64,
-}
-
-impl<T: Blend> Stream<T> {
-    pub(crate) fn new(max_gap_s: f64) -> Self {
-        Self {
-            samples: VecDeque::new(),
-            max_gap_s,
-        }
-    }
-
-    /// Adds a sample; one that is not later than the last is dropped.
-    pub(crate) fn push(&mut self, time_s: f64, value: T) {
-        if self.samples.back().is_none_or(|(last, _)| time_s > *last) {
-            self.samples.push_back((time_s, value));
-        }
-    }
-
-    /// The value at a time: of the cubic through two samples before it and two after, or of the line
-    /// between its neighbours beside a gap. Times asked for must not decrease: what lies before is
-    /// forgotten.
-    pub(crate) fn at(&mut self, time_s: f64) -> At<T> {
-        while self
-            .samples
-            .get(2)
-            .is_some_and(|(third, _)| *third <= time_s)
-        {
-            self.samples.pop_front();
-        }
-        let right = self.samples.partition_point(|(time, _)| *time <= time_s);
-        let Some(left) = right.checked_sub(1) else {
-            return if self.samples.is_empty() {
-                At::NotYet
-            } else {
-                At::Never
-            };
-        };
-        if self.samples[left].0 == time_s {
-            return At::Value(self.samples[left].1.clone());
-        }
-        let Some((after_s, after)) = self.samples.get(right) else {
-            return At::NotYet;
-        };
-        let (before_s, before) = &self.samples[left];
-        if after_s - before_s > self.max_gap_s {
-            return At::Never;
-        }
-        let beyond = self.samples.get(right + 1);
-        if left > 0 && beyond.is_none() {
-            return At::NotYet;
-        }
-        let first = left.checked_sub(1).map(|k| &self.samples[k]);
-        match (first, beyond) {
-            (Some(first), Some(last))
-                if before_s - first.0 <= self.max_gap_s && last.0 - after_s <= self.max_gap_s =>
-            {
-                let nodes = [first.0, *before_s, *after_s, last.0];
-                let [w, ..] = weights(&nodes, time_s);
-                At::Value(T::blend(&[
-                    (w[0], &first.1),
-                    (w[1], before),
-                    (w[2], after),
-                    (w[3], &last.1),
-                ]))
-            }
-            _ => {
-                let part = (time_s - before_s) / (after_s - before_s);
-                At::Value(T::blend(&[(1.0 - part, before), (part, after)]))
-            }
-        }
-    }
-}
-
-/// Joints as measured at one time, in the robot's order.
-#[derive(Clone, Debug)]
-pub(crate) struct JointSample {
-    pub(crate) time_s: f64,
-    pub(crate) values: JointValues,
-}
-
-/// One message's content, with its time on the log's clock.
-#[derive(Clone, Debug)]
-pub(crate) struct Event {
-    pub(crate) time_s: f64,
-    pub(crate) what: Measured,
-}
-
-/// What a message measured.
-#[derive(Clone, Debug)]
-pub(crate) enum Measured {
-    /// Joints of the group whose clock all else is brought to; others' entries wait to be filled.
-    Joints(JointValues),
-    /// Joints of another publisher, by its number.
-    MoreJoints(usize, JointValues),
-    Base(BaseState),
-    /// The moving body's acceleration, expressed in its own frame.
-    Acceleration(BaseAcceleration),
-    Wrench(usize, Wrench),
-    /// By the inertial unit on the base.
-    Felt(Felt),
-    /// Joints of the recording without the payload, on this recording's clock.
-    Unloaded(JointValues),
-}
-
-/// What there is to align.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Layout {
-    /// For each further publisher of joints: which of the robot's joints it has.
-    pub(crate) more_joints: Vec<Vec<usize>>,
-    pub(crate) base: bool,
-    pub(crate) acceleration: bool,
-    /// With an inertial unit on the base: the gravitational acceleration, m/s².
-    pub(crate) felt_gravity: Option<Vector3<f64>>,
-    pub(crate) wrenches: usize,
-    pub(crate) unloaded: bool,
-}
-
-/// All that was measured at one time.
+/// All measurements at one time.
 #[derive(Clone, Debug)]
 pub(crate) struct Aligned {
     pub(crate) time_s: f64,
@@ -253,126 +21,172 @@ pub(crate) struct Aligned {
     pub(crate) unloaded: Option<JointValues>,
 }
 
-/// Brings everything onto the joints' clock.
+impl Aligned {
+    /// Returns the sample for an equation stream.
+    pub(crate) fn sample(&self) -> Sample<'_> {
+        Sample {
+            time_s: self.time_s,
+            base: self.base,
+            joint_position: &self.joints.position,
+            joint_velocity: &self.joints.velocity,
+            joint_effort: &self.joints.effort,
+            wrenches: &self.wrenches,
+        }
+    }
+}
+
+/// Interpolates all streams at the times of the joints. Memory is bounded: a sample waits for at most
+/// [`LONGEST_WAIT_S`].
 #[derive(Clone, Debug)]
 pub(crate) struct Aligner {
-    layout: Layout,
-    /// By how much later than the motion wrenches are stamped, s.
+    streams: Streams,
+    /// Delay of the wrenches' stamps relative to the motion, s.
     delay_s: f64,
-    joints: VecDeque<JointSample>,
+    joints: VecDeque<(f64, JointValues)>,
     more_joints: Vec<Stream<JointValues>>,
     base: Stream<BaseState>,
     acceleration: Stream<BaseAcceleration>,
-    felt: Stream<Felt>,
+    base_imu: Stream<SpecificForce>,
     wrenches: Vec<Stream<Wrench>>,
     unloaded: Stream<JointValues>,
     newest_s: f64,
-    /// Samples for which some stream had no value.
-    pub(crate) incomplete: u64,
+    incomplete: u64,
 }
 
 impl Aligner {
-    pub(crate) fn new(layout: Layout, delay_s: f64, max_gap_s: f64) -> Self {
+    /// Creates an aligner for some streams. `delay_s` is subtracted from the times of the wrenches, and gaps
+    /// longer than `max_gap_s` are not bridged.
+    pub(crate) fn new(streams: Streams, delay_s: f64, max_gap_s: f64) -> Self {
         Self {
             delay_s,
             joints: VecDeque::new(),
-            more_joints: vec![Stream::new(max_gap_s); layout.more_joints.len()],
+            more_joints: vec![Stream::new(max_gap_s); streams.more_joints.len()],
             base: Stream::new(max_gap_s),
             acceleration: Stream::new(max_gap_s),
-            felt: Stream::new(max_gap_s),
-            wrenches: vec![Stream::new(max_gap_s); layout.wrenches],
+            base_imu: Stream::new(max_gap_s),
+            wrenches: vec![Stream::new(max_gap_s); streams.wrenches],
             unloaded: Stream::new(max_gap_s),
             newest_s: f64::NEG_INFINITY,
             incomplete: 0,
-            layout,
+            streams,
         }
     }
 
+    /// Number of samples that were left out because another stream has no value at their time.
+    pub(crate) fn incomplete(&self) -> u64 {
+        self.incomplete
+    }
+
+    /// Adds a measurement. One of a stream that is not aligned is ignored.
     pub(crate) fn push(&mut self, event: Event) {
         let time_s = event.time_s;
-        match event.what {
+        match event.measured {
             Measured::Joints(values) if time_s > self.newest_s => {
                 self.newest_s = time_s;
-                self.joints.push_back(JointSample { time_s, values });
+                self.joints.push_back((time_s, values));
             }
             Measured::Joints(_) => {}
-            Measured::MoreJoints(part, values) => self.more_joints[part].push(time_s, values),
-            Measured::Base(base) => self.base.push(time_s, base),
-            Measured::Acceleration(value) => self.acceleration.push(time_s, value),
-            Measured::Wrench(sensor, wrench) => {
-                self.wrenches[sensor].push(time_s - self.delay_s, wrench);
+            Measured::MoreJoints(publisher, values) => {
+                if let Some(stream) = self.more_joints.get_mut(publisher) {
+                    stream.push(time_s, values);
+                }
             }
-            Measured::Felt(felt) => self.felt.push(time_s, felt),
-            Measured::Unloaded(values) => self.unloaded.push(time_s, values),
+            Measured::Base(base) if self.streams.base => self.base.push(time_s, base),
+            Measured::Acceleration(value) if self.streams.acceleration => {
+                self.acceleration.push(time_s, value);
+            }
+            Measured::Wrench(sensor, wrench) => {
+                if let Some(stream) = self.wrenches.get_mut(sensor) {
+                    stream.push(time_s - self.delay_s, wrench);
+                }
+            }
+            Measured::BaseImu(value) if self.streams.base_imu.is_some() => {
+                self.base_imu.push(time_s, value);
+            }
+            Measured::Unloaded(values) if self.streams.unloaded => {
+                self.unloaded.push(time_s, values);
+            }
+            Measured::Base(_)
+            | Measured::Acceleration(_)
+            | Measured::BaseImu(_)
+            | Measured::Unloaded(_) => {}
         }
     }
 
-    /// The next time at which everything is known; `None` until more has come.
+    /// Returns the next sample for which all streams have a value; `None` until more events have come.
     pub(crate) fn next(&mut self) -> Option<Aligned> {
-        while let Some(time_s) = self.joints.front().map(|sample| sample.time_s) {
-            match self.others(time_s) {
-                At::NotYet if self.newest_s - time_s < PATIENCE_S => return None,
-                At::NotYet | At::Never => {
+        while let Some(time_s) = self.joints.front().map(|(time_s, _)| *time_s) {
+            match self.others_at(time_s) {
+                ValueAt::NotYet if self.newest_s - time_s < LONGEST_WAIT_S => return None,
+                ValueAt::NotYet | ValueAt::Never => {
                     self.joints.pop_front();
                     self.incomplete += 1;
                 }
-                At::Value(others) => {
-                    let sample = self.joints.pop_front()?;
-                    return Some(self.complete(sample, others));
+                ValueAt::Known(others) => {
+                    let (time_s, joints) = self.joints.pop_front()?;
+                    return Some(self.complete(time_s, joints, others));
                 }
             }
         }
         None
     }
 
-    /// What the other streams have to say about a time.
-    fn others(&mut self, time_s: f64) -> At<Others> {
+    /// Returns the values of all streams but the joints' own at a time.
+    fn others_at(&mut self, time_s: f64) -> ValueAt<Others> {
         let mut missing = Missing::default();
-        let mut parts = Vec::new();
+        let mut more_joints = Vec::new();
         for stream in &mut self.more_joints {
-            parts.extend(missing.take(stream.at(time_s)));
+            more_joints.extend(missing.check(stream.at(time_s)));
         }
-        let mut base = BaseState::fixed();
-        if self.layout.base {
-            base = missing.take(self.base.at(time_s)).unwrap_or(base);
-        }
-        if self.layout.acceleration
-            && let Some(own) = missing.take(self.acceleration.at(time_s))
-        {
-            base.acceleration = Some(base.pose.rotation * own.linear);
-            base.angular_acceleration = Some(base.pose.rotation * own.angular);
-        }
-        if let Some(gravity) = self.layout.felt_gravity
-            && let Some(felt) = missing.take(self.felt.at(time_s))
-        {
-            base.acceleration = Some(base.pose.rotation * felt.force + gravity);
-            base.angular_velocity = base.pose.rotation * felt.angular_velocity;
-        }
+        let base = self.base_at(time_s, &mut missing);
         let mut wrenches = Vec::with_capacity(self.wrenches.len());
         for stream in &mut self.wrenches {
-            wrenches.extend(missing.take(stream.at(time_s)));
+            wrenches.extend(missing.check(stream.at(time_s)));
         }
-        let unloaded = self.layout.unloaded.then(|| missing.take(self.unloaded.at(time_s)));
+        let mut unloaded = None;
+        if self.streams.unloaded {
+            unloaded = missing.check(self.unloaded.at(time_s));
+        }
         match missing {
-            Missing { never: true, .. } => At::Never,
-            Missing { waiting: true, .. } => At::NotYet,
-            Missing { .. } => At::Value(Others {
-                parts,
+            Missing { never: true, .. } => ValueAt::Never,
+            Missing { not_yet: true, .. } => ValueAt::NotYet,
+            Missing { .. } => ValueAt::Known(Others {
+                more_joints,
                 base,
                 wrenches,
-                unloaded: unloaded.flatten(),
+                unloaded,
             }),
         }
     }
 
-    /// A sample of the joints with what belongs to it.
-    fn complete(&self, sample: JointSample, others: Others) -> Aligned {
-        let mut joints = sample.values;
-        for (part, places) in others.parts.iter().zip(&self.layout.more_joints) {
-            fill(&mut joints, places, part);
+    /// Returns the state of the base at a time, with its measured accelerations.
+    fn base_at(&mut self, time_s: f64, missing: &mut Missing) -> BaseState {
+        let mut base = BaseState::fixed();
+        if self.streams.base {
+            base = missing.check(self.base.at(time_s)).unwrap_or(base);
+        }
+        if self.streams.acceleration
+            && let Some(in_base) = missing.check(self.acceleration.at(time_s))
+        {
+            base.acceleration = Some(base.pose.rotation * in_base.linear);
+            base.angular_acceleration = Some(base.pose.rotation * in_base.angular);
+        }
+        if let Some(gravity) = self.streams.base_imu
+            && let Some(in_base) = missing.check(self.base_imu.at(time_s))
+        {
+            base.acceleration = Some(base.pose.rotation * in_base.linear + gravity);
+            base.angular_velocity = base.pose.rotation * in_base.angular_velocity;
+        }
+        base
+    }
+
+    /// Returns the joints at a time with the values of the other streams.
+    fn complete(&self, time_s: f64, mut joints: JointValues, others: Others) -> Aligned {
+        for (values, places) in others.more_joints.iter().zip(&self.streams.more_joints) {
+            fill(&mut joints, places, values);
         }
         Aligned {
-            time_s: sample.time_s,
+            time_s,
             joints,
             base: others.base,
             wrenches: others.wrenches,
@@ -381,48 +195,47 @@ impl Aligner {
     }
 }
 
-/// What is known at a time of a sample, beside the sample itself.
+/// Values of all streams but the joints' own at one time.
 #[derive(Clone, Debug, PartialEq)]
 struct Others {
-    /// Of each further publisher of joints.
-    parts: Vec<JointValues>,
+    more_joints: Vec<JointValues>,
     base: BaseState,
     wrenches: Vec<Wrench>,
     unloaded: Option<JointValues>,
 }
 
-/// Why a sample is not complete.
+/// Whether a stream has no value at a time.
 #[derive(Default)]
 struct Missing {
     never: bool,
-    waiting: bool,
+    not_yet: bool,
 }
 
 impl Missing {
-    fn take<T>(&mut self, at: At<T>) -> Option<T> {
+    fn check<T>(&mut self, at: ValueAt<T>) -> Option<T> {
         match at {
-            At::Value(value) => return Some(value),
-            At::NotYet => self.waiting = true,
-            At::Never => self.never = true,
+            ValueAt::Known(value) => return Some(value),
+            ValueAt::NotYet => self.not_yet = true,
+            ValueAt::Never => self.never = true,
         }
         None
     }
 }
 
-/// Puts the joints of one publisher into their places among all.
-fn fill(joints: &mut JointValues, places: &[usize], part: &JointValues) {
+/// Writes the joints of one publisher to their places among all.
+fn fill(all: &mut JointValues, places: &[usize], values: &JointValues) {
     let pairs = [
-        (&mut joints.position, &part.position),
-        (&mut joints.velocity, &part.velocity),
-        (&mut joints.effort, &part.effort),
+        (&mut all.position, &values.position),
+        (&mut all.velocity, &values.velocity),
+        (&mut all.effort, &values.effort),
     ];
-    for (all, part) in pairs {
-        if part.len() != places.len() {
-            // What one publisher does not measure is not known of all.
+    for (all, values) in pairs {
+        if values.len() != places.len() {
+            // A quantity that one publisher does not measure is not known of the robot.
             all.clear();
         }
         if !all.is_empty() {
-            for (&place, &value) in places.iter().zip(part) {
+            for (&place, &value) in places.iter().zip(values) {
                 all[place] = value;
             }
         }
@@ -431,9 +244,12 @@ fn fill(joints: &mut JointValues, places: &[usize], part: &JointValues) {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
+    use tactid_dynamics::Wrench;
+
     use super::*;
 
-    fn push(x: f64) -> Wrench {
+    fn wrench_of(x: f64) -> Wrench {
         Wrench {
             force: Vector3::new(x, 0.0, 0.0),
             moment: Vector3::new(0.0, -x, 0.0),
@@ -443,80 +259,28 @@ mod tests {
     fn joints(time_s: f64) -> Event {
         Event {
             time_s,
-            what: Measured::Joints(JointValues::default()),
+            measured: Measured::Joints(JointValues::default()),
         }
     }
 
     fn wrench(time_s: f64, x: f64) -> Event {
         Event {
             time_s,
-            what: Measured::Wrench(0, push(x)),
+            measured: Measured::Wrench(0, wrench_of(x)),
         }
     }
 
-    /// A cubic is met between its samples; on a sample the value is the sample, bit by bit.
-    #[test]
-    fn interpolates_and_is_exact_on_a_sample() {
-        let cubic = |t: f64| 1.0 - 2.0 * t + 30.0 * t * t - 100.0 * t * t * t;
-        let mut stream = Stream::new(1.0);
-        for time_s in [0.1, 0.19, 0.31, 0.4] {
-            stream.push(time_s, push(cubic(time_s)));
+    fn one_wrench() -> Streams {
+        Streams {
+            wrenches: 1,
+            ..Streams::default()
         }
-        stream.push(0.4, push(9.0));
-        assert_eq!(stream.at(0.0), At::Never);
-        assert_eq!(stream.at(0.1), At::Value(push(cubic(0.1))));
-        let At::Value(middle) = stream.at(0.25) else {
-            panic!("no value between two samples")
-        };
-        assert!((middle.force.x - cubic(0.25)).abs() < 1e-12);
-        assert_eq!(stream.at(0.31), At::Value(push(cubic(0.31))));
-        assert_eq!(
-            stream.at(0.35),
-            At::NotYet,
-            "the next sample may still come"
-        );
     }
 
-    /// A turn through half of the quaternions' sphere is interpolated along the shorter way,
-    /// whatever sign the quaternions were written with.
-    #[test]
-    fn interpolates_rotations_of_either_sign() {
-        let turned = |angle: f64, sign: f64| {
-            let q = UnitQuaternion::from_euler_angles(0.0, 0.0, angle);
-            let q = UnitQuaternion::new_unchecked(q.into_inner() * sign);
-            let mut base = BaseState::fixed();
-            base.pose.rotation = q;
-            base
-        };
-        let mut stream = Stream::new(1.0);
-        for (k, sign) in [1.0, -1.0, 1.0, -1.0].into_iter().enumerate() {
-            stream.push(0.1 * k as f64, turned(0.1 * k as f64, sign));
-        }
-        let At::Value(middle) = stream.at(0.15) else {
-            panic!("no value between two samples")
-        };
-        let target = turned(0.15, 1.0).pose.rotation;
-        assert!(middle.pose.rotation.angle_to(&target) < 1e-5);
-    }
-
-    /// A gap is cut out, not bridged.
-    #[test]
-    fn does_not_bridge_a_gap() {
-        let mut stream = Stream::new(0.05);
-        stream.push(0.0, push(1.0));
-        stream.push(0.2, push(2.0));
-        assert_eq!(stream.at(0.1), At::Never);
-        assert_eq!(stream.at(0.2), At::Value(push(2.0)));
-    }
-
-    /// A sample waits for a late stream, but not for one that has stopped; what it lacked is counted.
+    /// A sample waits for a late stream, but not for one that has stopped, and missing values are counted.
     #[test]
     fn waits_for_a_late_stream_but_not_for_a_dead_one() {
-        let layout = Layout {
-            wrenches: 1,
-            ..Layout::default()
-        };
-        let mut aligner = Aligner::new(layout, 0.0, 0.1);
+        let mut aligner = Aligner::new(one_wrench(), 0.0, 0.1);
         aligner.push(joints(0.00));
         aligner.push(joints(0.01));
         assert!(aligner.next().is_none());
@@ -537,28 +301,37 @@ mod tests {
         assert!(aligner.incomplete > 880);
     }
 
-    /// A wrench that is stamped late is taken for the motion that it belongs to.
+    /// A wrench that is stamped late is paired with the motion that it belongs to.
     #[test]
-    fn takes_off_the_delay() {
-        let layout = Layout {
-            wrenches: 1,
-            ..Layout::default()
-        };
-        let mut aligner = Aligner::new(layout, 0.25, 1.0);
+    fn subtracts_the_delay() {
+        let mut aligner = Aligner::new(one_wrench(), 0.25, 1.0);
         aligner.push(joints(1.0));
         aligner.push(wrench(1.25, 7.0));
         let found = aligner.next().unwrap();
-        assert_eq!((found.time_s, found.wrenches[0]), (1.0, push(7.0)));
+        assert_eq!((found.time_s, found.wrenches[0]), (1.0, wrench_of(7.0)));
     }
 
-    /// Two publishers' joints become one sample; what only one of them measures is not known of all.
+    /// A wrench of a sensor that is not aligned is ignored.
+    #[test]
+    fn ignores_a_stream_that_is_not_aligned() {
+        let mut aligner = Aligner::new(one_wrench(), 0.0, 1.0);
+        aligner.push(Event {
+            time_s: 1.0,
+            measured: Measured::Wrench(1, wrench_of(3.0)),
+        });
+        aligner.push(joints(1.0));
+        aligner.push(wrench(1.0, 7.0));
+        assert_eq!(aligner.next().unwrap().wrenches, [wrench_of(7.0)]);
+    }
+
+    /// Joints of two publishers become one sample; what only one of them measures is not known of all.
     #[test]
     fn puts_publishers_together() {
-        let layout = Layout {
+        let streams = Streams {
             more_joints: vec![vec![1]],
-            ..Layout::default()
+            ..Streams::default()
         };
-        let mut aligner = Aligner::new(layout, 0.0, 0.1);
+        let mut aligner = Aligner::new(streams, 0.0, 0.1);
         let values = |position: Vec<f64>, velocity: Vec<f64>| JointValues {
             position,
             velocity,
@@ -566,11 +339,11 @@ mod tests {
         };
         aligner.push(Event {
             time_s: 0.0,
-            what: Measured::Joints(values(vec![1.0, f64::NAN], vec![3.0, f64::NAN])),
+            measured: Measured::Joints(values(vec![1.0, f64::NAN], vec![3.0, f64::NAN])),
         });
         aligner.push(Event {
             time_s: 0.0,
-            what: Measured::MoreJoints(0, values(vec![2.0], vec![])),
+            measured: Measured::MoreJoints(0, values(vec![2.0], vec![])),
         });
         assert_eq!(
             aligner.next().unwrap().joints,

@@ -1,432 +1,180 @@
-//! Which topics of a log say what, and the robot that they belong to.
+//! Sources of a log: topics, robot and frames of the sensors.
 
-use std::collections::BTreeMap;
+mod frames;
+mod robot;
+mod topics;
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
-use tactid_dynamics::{BaseKind, Manipulator};
-use tactid_logs::messages::{
-    AccelStamped, Imu, JointState, Odometry, StringMsg, TFMessage, WrenchStamped,
-};
-use tactid_logs::{LogReader, Message, Topic};
+use tactid_dynamics::Manipulator;
+use tactid_logs::LogReader;
+use tactid_logs::messages::{Imu, JointState, Odometry, WrenchStamped};
 
-use super::request::Request;
-use crate::{IdentifyError, Method};
+use crate::defaults::{Contents, Options};
+use crate::{Finding, RecordingError, Request, TopicKind};
+use frames::StaticTransforms;
+pub(crate) use topics::{MeasuredTopics, MotionTopics, joint_topics, times_ns};
+use topics::{first, missing, slowest_period_s};
 
-/// The frame of the end-effector where none is named.
-const DEFAULT_TOOL: &str = "tool0";
+/// Name of the frame of a sensor that is carried about, where nothing names one.
+pub(crate) const SENSOR_FRAME: &str = "sensor";
 
-/// What says how the end-effector moves.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Motion {
-    /// Joints, a topic or several, on a base that is fixed or moved by odometry.
-    Joints(Vec<String>),
-    /// Odometry of the sensor itself.
-    Odometry(String),
-    /// An inertial measurement unit on the tool.
-    Imu(String),
-}
-
-/// The topics that identification reads, and what they mean.
+/// Which topics of a log are read, and the robot that they belong to.
 #[derive(Clone, Debug)]
-pub(crate) struct Sources {
-    pub(crate) method: Method,
-    pub(crate) motion: Motion,
-    /// Of the base, where there are joints.
-    pub(crate) odometry: Option<String>,
-    pub(crate) acceleration: Option<String>,
-    /// The inertial unit on a moving base.
-    pub(crate) base_imu: Option<String>,
-    pub(crate) wrenches: Vec<String>,
-    /// The frame of each wrench, a frame of the robot.
-    pub(crate) sensors: Vec<String>,
+pub(crate) struct LogSources {
+    pub(crate) topics: MeasuredTopics,
+    pub(crate) contents: Contents,
+    pub(crate) options: Options,
     pub(crate) robot: Manipulator,
-    pub(crate) tool: String,
-    /// What a reader should know of the choice.
-    pub(crate) remarks: Vec<String>,
+    /// Frame of each wrench, a frame of the robot.
+    pub(crate) sensors: Vec<String>,
+    pub(crate) findings: Vec<Finding>,
 }
 
-impl Sources {
-    pub(crate) fn find(log: &LogReader, request: &Request) -> Result<Self, IdentifyError> {
-        let wrenches = choose::<WrenchStamped>(log, &request.topics.wrenches)?;
-        let joints = choose::<JointState>(log, &request.topics.joints)?;
-        let odometry = one::<Odometry>(log, request.topics.odometry.as_ref(), "odometry")?;
-        let method = match request.method {
-            Some(Method::Combined { .. }) => Method::Combined {
-                effort: has_efforts(log, &joints)?,
-            },
-            Some(method) => method,
-            None if wrenches.is_empty() => Method::Effort,
-            None => Method::Tactile,
+impl LogSources {
+    /// Finds the topics of a request in a log.
+    pub(crate) fn find(log: &LogReader, request: &Request) -> Result<Self, RecordingError> {
+        let topics = MeasuredTopics::find(log, &request.topics, request.method)?;
+        let wrench_frames = wrench_frames(log, &topics)?;
+        let moved = match &topics.motion {
+            MotionTopics::Joints { .. } => None,
+            MotionTopics::Odometry { odometry, .. } => {
+                Some(first::<Odometry>(log, odometry)?.child_frame_id)
+            }
+            MotionTopics::Imu(topic) => Some(first::<Imu>(log, topic)?.header.frame_id),
         };
-        if request.method.is_none() && method == Method::Effort && !has_efforts(log, &joints)? {
-            return Err(IdentifyError::NoLoad(topic_names(log)));
-        }
-        if method == Method::Tactile && wrenches.is_empty() {
-            return Err(missing::<WrenchStamped>(log, "wrench"));
-        }
-        if method == Method::JointSensing && odometry.is_none() {
-            return Err(missing::<Odometry>(log, "motion of the base"));
-        }
-        let wrenches = if method.uses_wrench() {
-            wrenches
-        } else {
-            Vec::new()
+        let named = |name: &&String| !name.is_empty();
+        let first_frame = wrench_frames.first();
+        let or_default =
+            |name: Option<&String>| name.map_or(SENSOR_FRAME, String::as_str).to_owned();
+        let body = or_default(moved.as_ref().filter(named).or(first_frame.filter(named)));
+        let contents = Contents {
+            motion: topics.motion_kind(),
+            has_wrenches: !topics.wrenches.is_empty(),
+            has_efforts: topics.has_efforts,
+            sensor_frame: first_frame.filter(named).unwrap_or(&body).clone(),
+            motion_period_s: slowest_period_s(log, &topics.motion_topics()),
+            acceleration_period_s: slowest_period_s(log, topics.acceleration()),
+            wrench_period_s: slowest_period_s(log, &topics.wrenches),
         };
-        if joints.is_empty() {
-            if request.urdf.is_some() {
+        let options = Options::resolve(request, &contents);
+        let robot = match &topics.motion {
+            MotionTopics::Joints { base_odometry, .. } => {
+                let robot = robot::robot(log, request.urdf.as_ref(), base_odometry.as_ref())?;
+                robot.frame(&options.tip)?;
+                robot
+            }
+            _ if request.urdf.is_some() => {
                 return Err(missing::<JointState>(log, "joint states"));
             }
-            return Self::of_a_sensor(log, request, method, odometry, wrenches);
+            _ => Manipulator::lone_body(&body),
+        };
+        let assumed = match &moved {
+            Some(_) => body.as_str(),
+            None => options.tip.as_str(),
+        };
+        let placed = Placed::new(log, robot, &topics.wrenches, wrench_frames, assumed)?;
+        let robot = placed
+            .transforms
+            .place(placed.robot, &options.tip, "the end-effector")?;
+        check_sensors(&placed.sensors, &topics.wrenches, request)?;
+        check_base_imu(log, &topics, &robot)?;
+        let mut findings = placed.findings;
+        if topics.wrenches.len() > 1 {
+            findings.push(Finding::WrenchesSummed {
+                topics: topics.wrenches.clone(),
+            });
         }
-        let robot = robot(log, request, odometry.as_ref())?;
-        let mut found = Self {
-            method,
-            motion: Motion::Joints(joints),
-            odometry,
-            acceleration: None,
-            base_imu: None,
-            wrenches,
-            sensors: Vec::new(),
+        Ok(Self {
+            sensors: placed.sensors,
+            topics,
+            contents,
+            options,
             robot,
-            tool: request.tool.clone().unwrap_or(DEFAULT_TOOL.to_owned()),
-            remarks: Vec::new(),
-        };
-        found.robot.frame(&found.tool)?;
-        found.place_sensors(log, request)?;
-        found.find_base_imu(log, request)?;
-        Ok(found)
-    }
-
-    /// An inertial unit on the base is used when it is asked for.
-    fn find_base_imu(&mut self, log: &LogReader, request: &Request) -> Result<(), IdentifyError> {
-        let Some(topic) = &request.topics.imu else {
-            return Ok(());
-        };
-        if self.odometry.is_none() {
-            return Err(missing::<Odometry>(log, "motion of the base"));
-        }
-        self.base_imu = one::<Imu>(log, Some(topic), "imu")?;
-        let frame = first::<Imu>(log, topic)?.header.frame_id;
-        let base = self.robot.frame_names().next().unwrap_or_default();
-        if frame.is_empty() || frame == base {
-            return Ok(());
-        }
-        Err(IdentifyError::ImuFrame {
-            topic: topic.clone(),
-            frame,
-            base: base.to_owned(),
+            findings,
         })
     }
+}
 
-    /// Without joints: the wrench's sensor is the body whose motion is measured.
-    fn of_a_sensor(
+/// Returns the frame that the first message of each wrench topic names.
+fn wrench_frames(log: &LogReader, topics: &MeasuredTopics) -> Result<Vec<String>, RecordingError> {
+    let topics = topics.wrenches.iter();
+    let frame = |topic: &String| Ok(first::<WrenchStamped>(log, topic)?.header.frame_id);
+    topics.map(frame).collect()
+}
+
+/// The frames of the wrenches among those of a robot.
+struct Placed {
+    robot: Manipulator,
+    sensors: Vec<String>,
+    transforms: StaticTransforms,
+    findings: Vec<Finding>,
+}
+
+impl Placed {
+    /// Places the frames of the wrenches; `assumed` is that of a topic that names none.
+    fn new(
         log: &LogReader,
-        request: &Request,
-        method: Method,
-        odometry: Option<String>,
-        wrenches: Vec<String>,
-    ) -> Result<Self, IdentifyError> {
-        if method != Method::Tactile {
-            return Err(missing::<JointState>(log, "joint states"));
-        }
-        let imu = one::<Imu>(log, request.topics.imu.as_ref(), "imu")?;
-        let acceleration = one::<AccelStamped>(log, request.topics.acceleration.as_ref(), "accel")?;
-        let first_frame = first::<WrenchStamped>(log, &wrenches[0])?.header.frame_id;
-        let (motion, moved) = match (odometry, imu) {
-            (Some(topic), _) => {
-                let moved = first::<Odometry>(log, &topic)?.child_frame_id;
-                (Motion::Odometry(topic), moved)
-            }
-            (None, Some(topic)) => {
-                let moved = first::<Imu>(log, &topic)?.header.frame_id;
-                (Motion::Imu(topic), moved)
-            }
-            (None, None) => return Err(IdentifyError::NoMotion(topic_names(log))),
-        };
-        let moved = if moved.is_empty() {
-            first_frame.clone()
-        } else {
-            moved
-        };
-        let is_odometry = matches!(motion, Motion::Odometry(_));
-        let mut found = Self {
-            method,
-            motion,
-            odometry: None,
-            acceleration: acceleration.filter(|_| is_odometry),
-            base_imu: None,
-            wrenches,
-            sensors: Vec::new(),
-            robot: Manipulator::lone_body(&moved),
-            tool: String::new(),
-            remarks: Vec::new(),
-        };
-        found.place_sensors(log, request)?;
-        found.tool = request.tool.clone().unwrap_or(first_frame);
-        if found.tool.is_empty() {
-            found.tool = moved;
-        }
-        if found.robot.frame(&found.tool).is_err() {
-            let tool = found.tool.clone();
-            found.place(&static_transforms(log)?, &tool, "the end-effector")?;
-        }
-        Ok(found)
-    }
-
-    /// Finds the frame of each wrench among the robot's links, or fixed to one by /tf_static.
-    fn place_sensors(&mut self, log: &LogReader, request: &Request) -> Result<(), IdentifyError> {
-        let transforms = static_transforms(log)?;
-        for topic in self.wrenches.clone() {
-            let mut frame = first::<WrenchStamped>(log, &topic)?.header.frame_id;
+        mut robot: Manipulator,
+        topics: &[String],
+        frames: Vec<String>,
+        assumed: &str,
+    ) -> Result<Self, RecordingError> {
+        let transforms = StaticTransforms::read(log)?;
+        let mut findings = Vec::new();
+        let mut sensors = Vec::new();
+        for (topic, mut frame) in topics.iter().zip(frames) {
             if frame.is_empty() {
-                let base = self.robot.frame_names().next().unwrap_or_default();
-                frame = if self.tool.is_empty() {
-                    base
-                } else {
-                    &self.tool
-                }
-                .to_owned();
-                self.remarks.push(format!(
-                    "{topic} names no frame: its wrenches are taken to be in `{frame}`."
-                ));
+                assumed.clone_into(&mut frame);
+                findings.push(Finding::FrameAssumed {
+                    topic: topic.clone(),
+                    frame: frame.clone(),
+                });
             }
-            if self.robot.frame(&frame).is_err() {
-                self.place(&transforms, &frame, &topic)?;
-            }
-            self.sensors.push(frame);
+            robot = transforms.place(robot, &frame, topic)?;
+            sensors.push(frame);
         }
-        self.check_sensors(request)
-    }
-
-    /// Two topics of one sensor would count its wrench twice.
-    fn check_sensors(&mut self, request: &Request) -> Result<(), IdentifyError> {
-        let twice = |k: &usize| self.sensors[..*k].contains(&self.sensors[*k]);
-        let chosen = !request.topics.wrenches.is_empty();
-        if !chosen && (1..self.sensors.len()).any(|k| twice(&k)) {
-            return Err(IdentifyError::SeveralTopics {
-                what: "wrenches in one frame",
-                topics: self.wrenches.join(", "),
-                option: "--wrench",
-            });
-        }
-        if self.wrenches.len() > 1 {
-            self.remarks.push(format!(
-                "The wrenches of {} are summed.",
-                self.wrenches.join(" and ")
-            ));
-        }
-        Ok(())
-    }
-
-    /// Adds a frame that /tf_static fixes to one of the robot's.
-    fn place(
-        &mut self,
-        transforms: &Transforms,
-        frame: &str,
-        whose: &str,
-    ) -> Result<(), IdentifyError> {
-        let unknown = || IdentifyError::UnknownFrame {
-            frame: frame.to_owned(),
-            whose: whose.to_owned(),
-            links: self.robot.frame_names().collect::<Vec<_>>().join(", "),
-        };
-        let mut above = frame;
-        let mut above_from_frame = Isometry3::identity();
-        // A chain longer than there are transforms is a ring.
-        for _ in 0..transforms.len() {
-            let (parent, transform) = transforms.get(above).ok_or_else(unknown)?;
-            (above, above_from_frame) = (parent, transform * above_from_frame);
-            if let Ok(link) = self.robot.frame(above) {
-                self.robot = self.robot.with_frame(frame, link, &above_from_frame);
-                return Ok(());
-            }
-        }
-        Err(unknown())
-    }
-
-    /// The topics whose messages are samples.
-    pub(crate) fn measured(&self) -> Vec<String> {
-        let motion = match &self.motion {
-            Motion::Joints(topics) => topics.clone(),
-            Motion::Odometry(topic) | Motion::Imu(topic) => vec![topic.clone()],
-        };
-        let others = self.odometry.iter().chain(&self.acceleration);
-        let others = others.chain(&self.base_imu);
-        let all = motion.iter().chain(others).chain(&self.wrenches);
-        all.cloned().collect()
-    }
-
-    /// Whether the base moves and says so.
-    pub(crate) fn has_base(&self) -> bool {
-        self.odometry.is_some() || !matches!(self.motion, Motion::Joints(_))
-    }
-
-    /// The period of the slowest stream, by the log's times, s.
-    pub(crate) fn slowest_period_s(&self, log: &LogReader) -> f64 {
-        let topics = self.measured();
-        let rates = topics
-            .iter()
-            .filter_map(|name| log.topic(name)?.frequency_hz());
-        let slowest = rates.fold(f64::INFINITY, f64::min);
-        if slowest.is_finite() {
-            1.0 / slowest
-        } else {
-            0.01
-        }
-    }
-
-    /// First and last log time of what is measured; a description may have been logged long before.
-    pub(crate) fn times_ns(&self, log: &LogReader) -> (u64, u64) {
-        let topics = self.measured();
-        let times = || topics.iter().filter_map(|name| log.topic(name)?.times_ns);
-        let (first, last) = (times().map(|t| t.0).min(), times().map(|t| t.1).max());
-        first.zip(last).unwrap_or((0, 0))
+        Ok(Self {
+            robot,
+            sensors,
+            transforms,
+            findings,
+        })
     }
 }
 
-/// The robot of the URDF, on the link that the odometry moves.
-fn robot(
-    log: &LogReader,
+/// Checks that no wrench is counted twice: two topics in one frame may be one sensor.
+fn check_sensors(
+    sensors: &[String],
+    topics: &[String],
     request: &Request,
-    odometry: Option<&String>,
-) -> Result<Manipulator, IdentifyError> {
-    let urdf = match &request.urdf {
-        Some(text) => text.clone(),
-        None => described(log)?,
-    };
-    let Some(odometry) = odometry else {
-        return Ok(Manipulator::from_urdf(&urdf, BaseKind::Fixed)?);
-    };
-    let moved = first::<Odometry>(log, odometry)?.child_frame_id;
-    let base = (!moved.is_empty()).then_some(moved.as_str());
-    Ok(Manipulator::from_urdf_below(
-        &urdf,
-        BaseKind::Floating,
-        base,
-    )?)
-}
-
-fn described(log: &LogReader) -> Result<String, IdentifyError> {
-    let strings: Vec<&Topic> = log.topics_of::<StringMsg>().collect();
-    let named = strings
-        .iter()
-        .find(|topic| topic.name.ends_with("robot_description"));
-    match named {
-        Some(topic) => Ok(first::<StringMsg>(log, &topic.name)?.data),
-        None => Err(IdentifyError::NoUrdf(topic_names(log))),
-    }
-}
-
-/// For each frame its parent, and `parent_from_frame`.
-type Transforms = BTreeMap<String, (String, Isometry3<f64>)>;
-
-fn static_transforms(log: &LogReader) -> Result<Transforms, IdentifyError> {
-    let mut transforms = Transforms::new();
-    let topics = log.topics_of::<TFMessage>();
-    let names: Vec<&str> = topics
-        .map(|topic| topic.name.as_str())
-        .filter(|name| name.ends_with("tf_static"))
-        .collect();
-    for message in log.messages_on(names)? {
-        for stamped in message?.decode::<TFMessage>()?.transforms {
-            let (t, q) = (stamped.transform.translation, stamped.transform.rotation);
-            let pose = Isometry3::from_parts(
-                Translation3::new(t.x, t.y, t.z),
-                UnitQuaternion::new_normalize(Quaternion::new(q.w, q.x, q.y, q.z)),
-            );
-            transforms.insert(stamped.child_frame_id, (stamped.header.frame_id, pose));
-        }
-    }
-    Ok(transforms)
-}
-
-fn has_efforts(log: &LogReader, joints: &[String]) -> Result<bool, IdentifyError> {
-    for topic in joints {
-        if !first::<JointState>(log, topic)?.effort.is_empty() {
-            return Ok(true);
-        }
-    }
-    Ok(false)
-}
-
-/// The topics that were asked for, or all of the type.
-fn choose<M: Message>(log: &LogReader, asked: &[String]) -> Result<Vec<String>, IdentifyError> {
-    if asked.is_empty() {
-        let topics = log.topics_of::<M>().filter(|topic| topic.count > 0);
-        return Ok(topics.map(|topic| topic.name.clone()).collect());
-    }
-    for name in asked {
-        if !log.topics_of::<M>().any(|topic| topic.name == *name) {
-            return Err(IdentifyError::NoSuchTopic {
-                topic: name.clone(),
-                type_name: M::TYPE,
-                topics: topic_names(log),
-            });
-        }
-    }
-    Ok(asked.to_vec())
-}
-
-/// The topics of joint states to be read.
-pub(crate) fn joint_topics(
-    log: &LogReader,
-    asked: &[String],
-) -> Result<Vec<String>, IdentifyError> {
-    let topics = choose::<JointState>(log, asked)?;
-    if topics.is_empty() {
-        return Err(missing::<JointState>(log, "joint states"));
-    }
-    Ok(topics)
-}
-
-/// The topic that was asked for, or the only one of the type.
-fn one<M: Message>(
-    log: &LogReader,
-    asked: Option<&String>,
-    name: &'static str,
-) -> Result<Option<String>, IdentifyError> {
-    let found = choose::<M>(log, asked.map_or(&[], std::slice::from_ref))?;
-    if found.len() > 1 {
-        return Err(IdentifyError::SeveralTopics {
-            what: name,
-            topics: found.join(", "),
-            option: match name {
-                "odometry" => "--odometry",
-                "imu" => "--imu",
-                _ => "--accel",
-            },
+) -> Result<(), RecordingError> {
+    let is_repeated = |k: usize| sensors[..k].contains(&sensors[k]);
+    if request.topics.wrenches.is_empty() && (1..sensors.len()).any(is_repeated) {
+        return Err(RecordingError::SeveralTopics {
+            what: "wrenches in one frame",
+            topics: topics.join(", "),
+            kind: TopicKind::Wrenches,
         });
     }
-    Ok(found.into_iter().next())
+    Ok(())
 }
 
-fn topic_names(log: &LogReader) -> String {
-    let topics = log.topics().iter();
-    let names: Vec<_> = topics
-        .map(|topic| format!("{} ({})", topic.name, topic.type_name))
-        .collect();
-    if names.is_empty() {
-        return "none".to_owned();
+/// Checks that an inertial unit on the base measures in the base's own frame.
+fn check_base_imu(
+    log: &LogReader,
+    topics: &MeasuredTopics,
+    robot: &Manipulator,
+) -> Result<(), RecordingError> {
+    let Some(topic) = topics.base_imu() else {
+        return Ok(());
+    };
+    let frame = first::<Imu>(log, topic)?.header.frame_id;
+    let base = robot.frame_name(robot.base_frame());
+    if frame.is_empty() || frame == base {
+        return Ok(());
     }
-    names.join(", ")
-}
-
-fn missing<M: Message>(log: &LogReader, what: &'static str) -> IdentifyError {
-    IdentifyError::MissingTopic {
-        what,
-        type_name: M::TYPE,
-        topics: topic_names(log),
-    }
-}
-
-/// The first message on a topic that the log has.
-fn first<M: Message>(log: &LogReader, topic: &str) -> Result<M, IdentifyError> {
-    match log.messages_on([topic])?.next() {
-        Some(message) => Ok(message?.decode()?),
-        None => Err(IdentifyError::Message {
-            topic: topic.to_owned(),
-            time_s: 0.0,
-            what: "the topic is there, but has no message".to_owned(),
-        }),
-    }
+    Err(RecordingError::ImuFrame {
+        topic: topic.clone(),
+        frame,
+        base: base.to_owned(),
+    })
 }
