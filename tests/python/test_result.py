@@ -133,10 +133,10 @@ def test_a_long_series_is_thinned_and_keeps_its_ends() -> None:
     assert len(fit_time) == 12_500
     shown = result_json.series(found)
     for part, time in (("fit", fit_time), ("history", found.history.time)):
-        shown = shown[part]["time_s"]
-        assert len(shown) == min(2000, len(time))
-        assert (shown[0], shown[-1]) == (time[0], time[-1])
-        assert all(np.diff(shown) > 0)
+        times = shown[part]["time_s"]
+        assert len(times) == min(2000, len(time))
+        assert (times[0], times[-1]) == (time[0], time[-1])
+        assert all(np.diff(times) > 0)
     assert all(len(channel["weight"]) == 2000 for channel in shown["fit"]["channels"])
 
 

@@ -31,10 +31,10 @@ impl KnownMass {
             })
         };
         if !(self.mass_kg > 0.0 && self.mass_kg.is_finite()) {
-            return value("the known mass", self.mass_kg, "a positive number of kg");
+            return value("known_mass", self.mass_kg, "a positive number of kg");
         }
         if !(self.std_dev_kg >= 0.0 && self.std_dev_kg.is_finite()) {
-            let name = "the std_dev of the known mass";
+            let name = "known_mass_std_dev";
             return value(name, self.std_dev_kg, "zero or a positive number of kg");
         }
         Ok(())

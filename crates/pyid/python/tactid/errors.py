@@ -29,9 +29,12 @@ class TactidError(Exception):
 
     def worded(self, style: Style) -> str:
         """Returns the message with the option's name as the reader would write it."""
-        if self.option is None or f"`{self.option}`" in self.message:
+        if self.option is None:
             return self.message
-        return f"{self.message} ({option_name(self.option, style)})"
+        keyword, name = option_name(self.option, "keyword"), option_name(self.option, style)
+        if keyword in self.message:
+            return self.message.replace(keyword, name)
+        return f"{self.message} ({name})"
 
 
 class ArgumentError(TactidError, ValueError):
