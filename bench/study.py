@@ -1,8 +1,8 @@
 """The estimators against noise, over time, and against the Cramér-Rao bound.
 
 Run by `make study`. One motion of all six joints is simulated without noise and the noise drawn
-anew for each run: a table for each level and way, the bound beside it, and the picture study.png.
-Then the same with the paper's experiment, which moves one joint at a time, and with its filter.
+anew for each run: a table for each level and method, the bound beside it, and the picture
+study.png. Then the same with the paper's experiment, which moves one joint at a time, and with its filter.
 """
 
 from collections.abc import Iterable, Sequence
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-from recorded import FINGERS, WAYS, Array, Recorded, scales
+from recorded import FINGERS, METHODS, Array, Recorded, scales
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
@@ -24,7 +24,10 @@ BOUND_RUNS = 100
 LEVELS = [0.0, 0.001, 0.01, 0.05]
 SECONDS = [1.0, 2.0, 5.0, 10.0]
 PAPER_RUNS = 5
-ESTIMATORS = {**{way: (way, "rls") for way in WAYS}, "NLMS, tactile": ("tactile", "nlms")}
+ESTIMATORS = {
+    **{method: (method, "least-squares") for method in METHODS},
+    "NLMS, tactile": ("tactile", "nlms"),
+}
 STEP = 1e-3
 
 
@@ -33,9 +36,9 @@ def main() -> None:
     together = Trial.of(tactid.Experiment.from_file(Path(__file__).with_name("all_joints.toml")))
     console = Console(width=110)
     everywhere = {
-        (level, way): together.errors(way, level)
+        (level, method): together.errors(method, level)
         for level in LEVELS
-        for way in track(WAYS, f"noise {100 * level:g} %", console=Console(stderr=True))
+        for method in track(METHODS, f"noise {100 * level:g} %", console=Console(stderr=True))
     }
     console.print(table("noise on every channel: rms error in %, the worst of ten", everywhere))
     title = "1 % on every channel, combined: rms error in %"
@@ -46,7 +49,7 @@ def main() -> None:
     console.print(each(title, bound))
     for what, options in (
         ("noise learnt from the residuals", {}),
-        ("noise given", {"wrench_noise": together.recorded.wrench_deviation(0.01)}),
+        ("noise given", {"wrench_noise": together.recorded.wrench_std_dev(0.01)}),
     ):
         progress = track(range(BOUND_RUNS), what, console=Console(stderr=True))
         wrench = together.errors("tactile", 0.01, motion=False, seeds=progress, **options)
@@ -72,20 +75,20 @@ class Trial:
 
     def errors(
         self,
-        way: str,
+        method: str,
         level: float,
         *,
         motion: bool = True,
-        estimator: str = "rls",
+        estimator: str = "least-squares",
         seconds: Sequence[float] = SECONDS,
         seeds: Iterable[int] = range(RUNS),
         **options: object,
     ) -> Array:
-        """Errors in %, (seeds, seconds, 10); a way and estimator sees the same noise as another."""
+        """Errors in %, (seeds, seconds, 10); the noise is the same for each method and estimator."""
         found = []
         for seed in seeds if level > 0 else [0]:
             noisy = self.recorded.with_noise(level, np.random.default_rng(seed), motion=motion)
-            results = [noisy.identify(self.robot, way, s, estimator, **options) for s in seconds]
+            results = [noisy.identify(self.robot, method, s, estimator, **options) for s in seconds]
             found.append([result.estimate.values for result in results])
         return 100 * (np.array(found) - values_of(self.payload)) / scales(self.payload)
 
@@ -96,7 +99,7 @@ def rms_of(errors: Array) -> Array:
 
 
 def limit(trial: Trial, level: float, seconds: float) -> Array:
-    """Least possible deviations in % with noise on the wrenches alone, without bias.
+    """Least possible standard deviations in % with noise on the wrenches alone, without bias.
 
     (Σ YᵀΩ⁻¹Y)⁻¹, brought to the ten values by their derivatives.
     """
@@ -113,8 +116,8 @@ def limit(trial: Trial, level: float, seconds: float) -> Array:
         moved = [parameters + sign * step * np.eye(10)[k] for sign in (1, -1)]
         plus, minus = (np.array(values_of(tactid.MassProperties.from_parameters(p))) for p in moved)
         slopes[:, k] = (plus - minus) / (2 * step)
-    deviations = np.sqrt(np.diag(slopes @ covariance @ slopes.T))
-    return 100 * deviations / scales(payload)
+    std_devs = np.sqrt(np.diag(slopes @ covariance @ slopes.T))
+    return 100 * std_devs / scales(payload)
 
 
 def wrench_noise(recorded: Recorded, robot: tactid.Manipulator, level: float) -> Array:
@@ -122,21 +125,21 @@ def wrench_noise(recorded: Recorded, robot: tactid.Manipulator, level: float) ->
     posture = recorded.q[:1]
     tool_from_world = np.linalg.inv(robot.kinematics("tool0", posture).pose[0])
     noise = np.zeros((6, 6))
-    for link, deviations in zip(FINGERS, recorded.wrench_deviation(level), strict=True):
+    for link, std_devs in zip(FINGERS, recorded.wrench_std_dev(level), strict=True):
         tool_from_finger = tool_from_world @ robot.kinematics(link, posture).pose[0]
         turn, (x, y, z) = tool_from_finger[:3, :3], tool_from_finger[:3, 3]
         arm = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
         move = np.block([[turn, np.zeros((3, 3))], [arm @ turn, turn]])
-        noise += move @ np.diag(deviations**2) @ move.T
+        noise += move @ np.diag(std_devs**2) @ move.T
     return noise
 
 
 def table(title: str, found: dict[tuple[float, str], Array]) -> Table:
-    """The worst of ten for each level, way and time."""
-    result = Table("noise", "way", *(f"{s:g} s" for s in SECONDS), title=title)
-    for (level, way), errors in found.items():
+    """The worst of ten for each level, method and time."""
+    result = Table("noise", "method", *(f"{s:g} s" for s in SECONDS), title=title)
+    for (level, method), errors in found.items():
         worst = rms_of(errors).max(axis=1)
-        result.add_row(f"{100 * level:g} %", way, *(f"{value:.3g}" for value in worst))
+        result.add_row(f"{100 * level:g} %", method, *(f"{value:.3g}" for value in worst))
     return result
 
 
@@ -152,11 +155,11 @@ def bias_table(found: dict[tuple[float, str], Array]) -> Table:
     """The mean error against the deviation of one run, at the largest noise."""
     noise = f"{100 * LEVELS[-1]:g} % on every channel, {SECONDS[-1]:g} s"
     title = f"{noise}: bias over standard deviation"
-    result = Table("way", *tactid.VALUE_NAMES, title=title)
-    for way in WAYS:
-        errors = found[LEVELS[-1], way][:, -1]
+    result = Table("method", *tactid.VALUE_NAMES, title=title)
+    for method in METHODS:
+        errors = found[LEVELS[-1], method][:, -1]
         ratio = errors.mean(axis=0) / errors.std(axis=0, ddof=1)
-        result.add_row(way, *(f"{value:.2f}" for value in ratio))
+        result.add_row(method, *(f"{value:.2f}" for value in ratio))
     return result
 
 
@@ -167,9 +170,11 @@ def one_at_a_time(trial: Trial) -> Table:
     title = f"{what}: worst rms error in %"
     levels = (f"{100 * level:g} %" for level in LEVELS)
     result = Table("noise on every channel", *levels, title=title)
-    for name, (way, estimator) in track(ESTIMATORS.items(), "paper", console=Console(stderr=True)):
+    for name, (method, estimator) in track(
+        ESTIMATORS.items(), "paper", console=Console(stderr=True)
+    ):
         options = {"estimator": estimator, "seconds": [seconds], "seeds": range(PAPER_RUNS)}
-        worst = [rms_of(trial.errors(way, level, **options)).max() for level in LEVELS]
+        worst = [rms_of(trial.errors(method, level, **options)).max() for level in LEVELS]
         result.add_row(name, *(f"{value:.3g}" for value in worst))
     return result
 
@@ -181,8 +186,8 @@ def draw(found: dict[tuple[float, str], Array], path: Path) -> None:
         1, len(levels), figsize=(10, 3.6), sharey=True, layout="constrained"
     )
     for level, panel in zip(levels, panels, strict=True):
-        for way in WAYS:
-            panel.loglog(SECONDS, rms_of(found[level, way]).max(axis=1), "o-", label=way)
+        for method in METHODS:
+            panel.loglog(SECONDS, rms_of(found[level, method]).max(axis=1), "o-", label=method)
         panel.set_title(f"{100 * level:g} % noise on every channel")
         panel.set_xlabel("time, s")
         panel.grid(visible=True, which="both", alpha=0.3)
