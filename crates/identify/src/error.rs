@@ -4,7 +4,6 @@ use thiserror::Error;
 
 /// Why a payload cannot be identified.
 #[derive(Debug, Error)]
-#[non_exhaustive]
 pub enum IdentifyError {
     /// The model of the robot is invalid, or has no link for the tool or a sensor.
     #[error(transparent)]

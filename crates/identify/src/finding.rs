@@ -9,7 +9,6 @@ use crate::solve::{KnownMass, Offset};
 /// An observation about the data that concerns the assumptions of an identification. Nothing is corrected
 /// silently: each finding is for the user to judge.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Finding {
     /// Another gravity explains the load far better than the given one.
     GravityContradicted {

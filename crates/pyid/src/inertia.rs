@@ -1,9 +1,9 @@
-//! What a body weighs, as Python reads it.
+//! Mass properties of a rigid body in Python.
 
 use nalgebra::{Matrix3, SVector, Vector3};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use tactid_dynamics::InertialParameters;
+use tactid_dynamics::{InertialParameters, symmetric_matrix};
 
 use crate::arrays::{Poses, Series, output};
 use crate::errors::ArgumentError;
@@ -61,6 +61,25 @@ impl MassProperties {
         from_dynamics(InertialParameters::from_vector(SVector::from_column_slice(
             parameters.single()?,
         )))
+    }
+
+    /// From the ten values of a payload.
+    ///
+    /// Args:
+    ///     values: Mass, kg; centre of mass, m; inertia about it, kg m², xx, xy, xz, yy, yz, zz; shape (10,).
+    ///         The mass may be zero, as in an estimate before its first window.
+    ///
+    /// Raises:
+    ///     ArgumentError: The shape does not fit.
+    #[staticmethod]
+    fn from_values(values: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let values = Series::read(values, "values", &[10])?;
+        let values = values.single()?;
+        Ok(Self(tactid_dynamics::MassProperties {
+            mass_kg: values[0],
+            center_of_mass: Vector3::from_column_slice(&values[1..4]),
+            inertia: symmetric_matrix(std::array::from_fn(|k| values[4 + k])),
+        }))
     }
 
     /// Mass, kg.

@@ -7,7 +7,7 @@ use tactid_sim::{NamedPosture, Posture};
 
 use crate::errors::{ArgumentError, IntoPyErr};
 use crate::inertia::MassProperties;
-use crate::pulse::Pulse;
+use crate::interruption::InterruptionCheck;
 
 /// What is simulated: robot, payload, grasp, excitation, noise and bounds.
 ///
@@ -191,13 +191,13 @@ pub(crate) fn simulate(
     out: PathBuf,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<RunReport> {
-    let mut pulse = Pulse::new(progress);
+    let mut interruption = InterruptionCheck::new(progress);
     let result = py.detach(|| {
         tactid_sim::run(&experiment.0, &out, |progress| {
-            pulse.beat(progress.steps as f64 / progress.total_steps.max(1) as f64)
+            interruption.check(progress.steps as f64 / progress.total_steps.max(1) as f64)
         })
     });
-    let report = pulse.finish(py, result.map_err(IntoPyErr::into_py_err))?;
+    let report = interruption.finish(py, result.map_err(IntoPyErr::into_py_err))?;
     let checks = report.checks;
     Ok(RunReport {
         linear_momentum_drift: checks.linear_momentum_drift,

@@ -20,7 +20,6 @@ pub enum TopicKind {
 
 /// Why a payload cannot be identified from a recording.
 #[derive(Debug, Error)]
-#[non_exhaustive]
 pub enum RecordingError {
     /// The identification refuses the robot, the settings or the samples.
     #[error(transparent)]

@@ -7,7 +7,6 @@ const ABSURD: f64 = 1e9;
 
 /// What is wrong with a message or a sample, and what was done about it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[non_exhaustive]
 pub enum FaultKind {
     /// A silence longer than the longest bridged gap. It is not bridged.
     Gap,

@@ -4,7 +4,6 @@ use tactid_identify::Delay;
 
 /// Something that a reader of the result should know.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Finding {
     /// What the data say about the assumptions of the identification.
     Data(tactid_identify::Finding),

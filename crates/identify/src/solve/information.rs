@@ -188,7 +188,10 @@ mod tests {
                 let all = rows + noise + Matrix::identity() * 1e-12;
                 let root = all.cholesky().unwrap().l().transpose();
                 let information = Information::new(&root, &noise, f64::INFINITY);
-                let unobservable: Vec<Vector> = information.unobservable().map(|(_, direction)| direction).collect();
+                let unobservable: Vec<Vector> = information
+                    .unobservable()
+                    .map(|(_, direction)| direction)
+                    .collect();
                 assert_eq!(unobservable.len(), 1);
                 let found = unobservable[0].normalize();
                 let signal = (rows * found).dot(&found);

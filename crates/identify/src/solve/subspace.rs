@@ -137,10 +137,13 @@ mod tests {
     /// The thresholds of pivots are the largest of the three.
     #[test]
     fn a_pivot_must_exceed_every_threshold() {
-        assert!(is_observable_pivot(0.2, 1.0, 1.0));
-        assert!(!is_observable_pivot(0.05, 1.0, 1.0));
-        assert!(!is_observable_pivot(0.2, 1.0, 1e10));
-        assert!(!is_observable_pivot(1e-11, 1e-11, 1e-11));
+        assert!(is_observable_pivot(0.2, 1.0, 1.0, f64::INFINITY));
+        assert!(!is_observable_pivot(0.05, 1.0, 1.0, f64::INFINITY));
+        assert!(!is_observable_pivot(0.2, 1.0, 1e10, f64::INFINITY));
+        assert!(!is_observable_pivot(1e-11, 1e-11, 1e-11, f64::INFINITY));
+        // From noise alone the parameter would be up to four units large.
+        assert!(is_observable_pivot(0.2, 1.0, 1.0, 4.0));
+        assert!(!is_observable_pivot(0.2, 1.0, 1.0, 2.0));
         assert!(is_observable_eigenvalue(2e-10, 1.0) && !is_observable_eigenvalue(1e-11, 1.0));
     }
 }

@@ -1,4 +1,4 @@
-"""A payload in the words of what will use it: a URDF, a MuJoCo model, a robot controller.
+"""A payload in the format of what will use it: a URDF, a MuJoCo model, a robot controller.
 
 Numbers are written as Python writes them, so that reading one back gives the very same number.
 """
@@ -10,8 +10,8 @@ from typing import Literal
 
 from tactid.bodies import inertia_about_com, inertia_about_origin, why_impossible
 from tactid.errors import IdentificationError
-from tactid.result import KINDS, Values
 from tactid.table import NAMES
+from tactid.values import KINDS, Values
 
 Form = Literal["urdf", "mujoco", "controller"]
 

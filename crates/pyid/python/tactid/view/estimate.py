@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import tactid
+from tactid._native import MassProperties
 from tactid.errors import ArgumentError
-from tactid.result import PATHS
+from tactid.values import PATHS
 
 Array = NDArray[np.float64]
 
@@ -109,7 +109,7 @@ class Estimate:
         xx, xy, xz, yy, yz, zz = self.values[4:]
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         mass = float(self.values[0])
-        if not tactid.MassProperties(mass, self.com, inertia).is_physical_within(BORDER):
+        if not MassProperties(mass, self.com, inertia).is_physical_within(BORDER):
             return None
         moments, axes = np.linalg.eigh(inertia)
         # A body's moment about an axis is m/5 (b² + c²) of the two other semi-axes.

@@ -1,4 +1,4 @@
-"""What goes wrong in real recordings, one function for each: messages in, soiled ones out.
+"""What goes wrong in real recordings, one function for each: messages in, faulty ones out.
 
 Each leaves the given list as it is. Where only some messages are hit, they are every n-th one or
 those at given times, so that a test can say how many there are.

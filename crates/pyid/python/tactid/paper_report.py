@@ -1,4 +1,4 @@
-"""The report of a run: one HTML file that needs nothing else."""
+"""The report of the paper's experiment: one HTML file that needs nothing else."""
 
 import html
 from collections.abc import Sequence
@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from tactid import page, table
-from tactid.result import KINDS, Truth
+from tactid.truth import Truth
+from tactid.values import KINDS
 
 CAPTIONS = {
     "figure_05.png": "All ten parameters in the last pass: the largest error within each "
@@ -21,18 +22,18 @@ CAPTIONS = {
 
 @dataclass(frozen=True)
 class Report:
-    """What a report shows."""
+    """Content of a report."""
 
     truth: Truth
     columns: Sequence[table.Column]
     facts: dict[str, str]
-    """What is said of the run, by name."""
+    """Facts about the run, by name."""
     notes: Sequence[str]
     """What a reader must know to trust the numbers."""
     experiment: str
-    """As TOML."""
+    """The experiment as TOML."""
     figures: dict[str, bytes]
-    """PNG by file name."""
+    """Figures as PNG, by file name."""
 
 
 def render(report: Report) -> str:

@@ -1,4 +1,4 @@
-//! Keeps in touch with Python during long computations.
+//! User interruption and progress during long computations.
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -8,15 +8,15 @@ use pyo3::prelude::*;
 /// Often enough that Ctrl-C feels immediate, seldom enough to cost nothing.
 const INTERVAL: Duration = Duration::from_millis(50);
 
-/// Asks Python for signals (Ctrl-C) and tells it the progress, every 50 ms.
-pub(crate) struct Pulse {
+/// Checks for user interruption (Ctrl-C) and reports the progress to Python, every 50 ms.
+pub(crate) struct InterruptionCheck {
     progress: Option<Py<PyAny>>,
     last: Instant,
     error: Option<PyErr>,
 }
 
-impl Pulse {
-    /// `progress` is called with the fraction that is done.
+impl InterruptionCheck {
+    /// Creates a check; `progress` is called with the fraction that is done.
     pub(crate) fn new(progress: Option<Py<PyAny>>) -> Self {
         Self {
             progress,
@@ -25,13 +25,14 @@ impl Pulse {
         }
     }
 
-    /// Called often; breaks where Python raised an exception, which [`Self::finish`] returns.
-    pub(crate) fn beat(&mut self, done: f64) -> ControlFlow<()> {
+    /// Checks, if the last check is long enough ago; breaks where Python raised an exception, which
+    /// [`Self::finish`] returns.
+    pub(crate) fn check(&mut self, fraction: f64) -> ControlFlow<()> {
         if self.last.elapsed() < INTERVAL {
             return ControlFlow::Continue(());
         }
         self.last = Instant::now();
-        match Python::attach(|py| self.ask(py, done)) {
+        match Python::attach(|py| self.ask(py, fraction)) {
             Ok(()) => ControlFlow::Continue(()),
             Err(error) => {
                 self.error = Some(error);
@@ -40,15 +41,15 @@ impl Pulse {
         }
     }
 
-    fn ask(&self, py: Python<'_>, done: f64) -> PyResult<()> {
+    fn ask(&self, py: Python<'_>, fraction: f64) -> PyResult<()> {
         py.check_signals()?;
         if let Some(progress) = &self.progress {
-            progress.call1(py, (done,))?;
+            progress.call1(py, (fraction,))?;
         }
         Ok(())
     }
 
-    /// The exception that stopped the computation, or the computation's own result.
+    /// Returns the exception that stopped the computation, or the computation's own result.
     pub(crate) fn finish<T>(self, py: Python<'_>, result: PyResult<T>) -> PyResult<T> {
         if let Some(error) = self.error {
             return Err(error);

@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-import tactid
 from tactid.drawing import EARLIER, ESTIMATE, STYLE, SYMBOLS, TRUE, padded, png, remark
-from tactid.result import Truth
+from tactid.identification import Identification
 from tactid.table import UNITS
+from tactid.truth import Truth
 
 PAIRS = {6: (0, 1), 7: (2, 3), 8: (4, 5), 9: (7, 6), 10: (9, 8)}
 """Which two parameters each of the paper's figures shows."""
@@ -24,7 +24,7 @@ ENLARGED = 10.0
 
 @dataclass(frozen=True)
 class Phase:
-    """A part of the run and what is driven in it; s."""
+    """A phase of the run, s, and which joint is driven in it."""
 
     start: float
     end: float
@@ -41,7 +41,7 @@ class Pass:
 
 @dataclass(frozen=True)
 class History:
-    """How an identification went, and what is known of it."""
+    """The estimate over time, and which values were identified."""
 
     passes: Sequence[Pass]
     """Each presentation of the log, the first one first."""
@@ -49,9 +49,10 @@ class History:
     phases: Sequence[Phase] = ()
 
     @classmethod
-    def of(cls, found: tactid.Identification, phases: Sequence[Phase]) -> "History":
-        """Takes the history apart into its passes."""
-        epoch, time, values = found.history_epoch, found.history_time, found.history
+    def of(cls, found: Identification, phases: Sequence[Phase]) -> "History":
+        """Splits the history into its passes."""
+        epoch, time = found.history.epoch, found.history.time
+        values = found.history.values
         passes = [Pass(time[epoch == e], values[epoch == e]) for e in np.unique(epoch)]
         return cls(passes, found.estimate.identifiable, phases)
 
