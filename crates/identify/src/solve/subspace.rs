@@ -13,16 +13,16 @@
 //! | | so little that the parameter would be larger than is plausible from noise alone | its estimate would be noise of any size |
 //! | | at most [`PIVOT_ABSOLUTE`], for rows of unit noise | the information with which the recursion starts |
 //!
-//! The batch eigenvalues are those of all windows at once, so the scaling of the parameters is known and one
-//! relative threshold suffices. A batch direction in which most of the information is noise has a large
-//! variance, because its covariance is computed from the scores of the same rows. The online pivots come from
-//! a growing number of windows without such scores, so a threshold on the signal replaces it.
+//! The batch fit has all windows. The uncertainty of a small eigenvalue is then in the covariance, and the only
+//! threshold guards against rounding. The online estimate must be usable after a few windows, when a small
+//! difference of two large numbers, information less noise, is mostly chance and may be negative: the threshold
+//! on the signal keeps the estimate from moving along such a direction.
 //!
-//! A derived quantity is unobservable where more than [`QUANTITY_FRACTION`] of its squared gradient lies in
-//! the null space: a quantity never lies in the observable subspace to the last digit, and a tenth of a
-//! percent moves it by less than its standard deviation. A covariance matrix has no variance in unobservable
-//! directions; where only the covariance is at hand, variances up to [`VARIANCE_RATIO`] of the largest are
-//! taken for that (see [`consistency`](super::consistency)).
+//! A derived quantity is unobservable where more than [`QUANTITY_FRACTION`] of its squared gradient lies in the
+//! null space. The fraction is not zero, because the directions are computed from noisy rows and no quantity
+//! lies exactly across them. A covariance matrix has no variance in unobservable directions; where only the
+//! covariance is at hand, directions with variances up to [`VARIANCE_RATIO`] of the largest count as
+//! unobservable (see [`consistency`](super::consistency)).
 //!
 //! The paper's filter has no information matrix. It judges the singular values of the rows by thresholds of
 //! its own, which are documented there.
