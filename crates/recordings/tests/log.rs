@@ -321,3 +321,18 @@ fn estimates_are_written_as_a_log() {
     let widths = log.messages_on(["/tactid/payload_half_width_95"]).unwrap();
     assert_eq!(widths.count(), points.len());
 }
+
+/// An unloaded recording is for the effort method only.
+#[test]
+fn an_unloaded_recording_needs_the_effort_method() {
+    let (_folder, path, _) = recorded(|_| {});
+    let request = Request {
+        unloaded: Some(path.clone()),
+        ..least_squares()
+    };
+    let error = identify(&path, &request).unwrap_err();
+    assert!(
+        matches!(error, RecordingError::UnloadedNeedsEffort),
+        "{error}"
+    );
+}
