@@ -100,7 +100,7 @@ impl Options {
             Estimator::LeastSquares => None,
         };
         let gap_s = (GAP_PERIODS * period_s).max(SHORTEST_GAP_S);
-        // A delay is told from the motion by the wrenches only.
+        // Only the wrenches determine a delay.
         let has_no_delay = paper.is_some() || method != Method::Tactile;
         Self {
             tip: request

@@ -1,4 +1,4 @@
-//! What was noticed on the way from a recording to the payload, for a program to match.
+//! Findings: what a reader of the result should know of the recording, for a program to match.
 
 use tactid_identify::Delay;
 

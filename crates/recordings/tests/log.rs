@@ -4,167 +4,20 @@
 
 #[path = "../../identify/tests/common/mod.rs"]
 mod common;
+mod recorded_log;
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use common::{
-    Experiment, Instant, SENSORS, TOOL, URDF, errors_percent, identifier, paper_filter,
-    worst_percent,
-};
+use common::{Experiment, Instant, TOOL, errors_percent, identifier, paper_filter, worst_percent};
+use recorded_log::Recording;
 use tactid_identify::{EquationSettings, PayloadEstimate};
-use tactid_logs::messages::{
-    Header, InertiaStamped, JointState, Odometry, Quaternion, StringMsg, Time, Wrench,
-    WrenchStamped,
-};
-use tactid_logs::{Durability, LogReader, LogWriter};
+use tactid_logs::LogReader;
+use tactid_logs::messages::InertiaStamped;
 use tactid_recordings::{
     Clock, Estimator, Finding, Identification, KnownMass, Method, PaperSettings, RecordingError,
     Request, TopicKind, identify_log, write_estimates,
 };
-
-/// A log of an experiment, with what a test wants to change in it.
-struct Recording<'a> {
-    instants: &'a [Instant],
-    description: Option<&'a str>,
-    joint_topics: &'a [&'a str],
-    joint_names: Vec<&'a str>,
-    odometry: bool,
-    sensors: &'a [&'a str],
-    velocities: bool,
-    stamps: bool,
-}
-
-impl<'a> Recording<'a> {
-    fn of(instants: &'a [Instant]) -> Self {
-        Self {
-            instants,
-            description: Some(URDF),
-            joint_topics: &["/joint_states"],
-            joint_names: [
-                "joint_1",
-                "joint_2",
-                "joint_3",
-                "joint_4",
-                "joint_5",
-                "joint_6",
-                "finger_left_joint",
-                "finger_right_joint",
-            ]
-            .to_vec(),
-            odometry: true,
-            sensors: &SENSORS,
-            velocities: true,
-            stamps: true,
-        }
-    }
-
-    fn write(&self, path: &Path) {
-        let mut log = LogWriter::create(path).unwrap();
-        if let Some(urdf) = self.description {
-            let topic = log
-                .channel("/robot_description", Durability::TransientLocal)
-                .unwrap();
-            log.write(
-                &topic,
-                1,
-                &StringMsg {
-                    data: urdf.to_owned(),
-                },
-            )
-            .unwrap();
-        }
-        let joints: Vec<_> = self
-            .joint_topics
-            .iter()
-            .map(|topic| {
-                log.channel::<JointState>(topic, Durability::Volatile)
-                    .unwrap()
-            })
-            .collect();
-        let odometry = self.odometry.then(|| {
-            log.channel::<Odometry>("/base/odom", Durability::Volatile)
-                .unwrap()
-        });
-        let wrenches: Vec<_> = (0..self.sensors.len())
-            .map(|k| {
-                log.channel::<WrenchStamped>(&format!("/finger_{k}/wrench"), Durability::Volatile)
-                    .unwrap()
-            })
-            .collect();
-        for instant in self.instants {
-            // An epoch of today's clocks: seconds in an f64 would lose a quarter of a microsecond.
-            let time_ns = 1_800_000_000_000_000_000 + (instant.time_s * 1e9).round() as u64;
-            let stamp = if self.stamps {
-                Time::from_ns(time_ns)
-            } else {
-                Time::default()
-            };
-            let header = |frame_id: &str| Header {
-                stamp,
-                frame_id: frame_id.to_owned(),
-            };
-            for topic in &joints {
-                // Turned round: order is by name.
-                let reversed = |values: &[f64]| values.iter().rev().copied().collect::<Vec<_>>();
-                let message = JointState {
-                    header: header(""),
-                    name: self
-                        .joint_names
-                        .iter()
-                        .rev()
-                        .map(|&name| name.to_owned())
-                        .collect(),
-                    position: reversed(&instant.position[..self.joint_names.len()]),
-                    velocity: if self.velocities {
-                        reversed(&instant.velocity[..self.joint_names.len()])
-                    } else {
-                        vec![]
-                    },
-                    effort: vec![],
-                };
-                log.write(topic, time_ns, &message).unwrap();
-            }
-            if let Some(topic) = &odometry {
-                log.write(topic, time_ns, &odometry_message(instant, header("world")))
-                    .unwrap();
-            }
-            for (k, topic) in wrenches.iter().enumerate() {
-                let wrench = &instant.wrenches[k];
-                let message = WrenchStamped {
-                    header: header(self.sensors[k]),
-                    wrench: Wrench {
-                        force: <[f64; 3]>::from(wrench.force).into(),
-                        torque: <[f64; 3]>::from(wrench.moment).into(),
-                    },
-                };
-                log.write(topic, time_ns, &message).unwrap();
-            }
-        }
-        log.finish().unwrap();
-    }
-}
-
-fn odometry_message(instant: &Instant, header: Header) -> Odometry {
-    let base = &instant.base;
-    let q = base.pose.rotation.coords;
-    let to_child = |v| <[f64; 3]>::from(base.pose.rotation.inverse() * v).into();
-    let mut message = Odometry {
-        header,
-        child_frame_id: "base_link".to_owned(),
-        ..Odometry::default()
-    };
-    message.pose.pose.position = <[f64; 3]>::from(base.pose.translation.vector).into();
-    message.pose.pose.orientation = Quaternion {
-        x: q.x,
-        y: q.y,
-        z: q.z,
-        w: q.w,
-    };
-    message.twist.twist.linear = to_child(base.velocity);
-    message.twist.twist.angular = to_child(base.angular_velocity);
-    message
-}
 
 fn identify(path: &Path, request: &Request) -> Result<Identification, RecordingError> {
     identify_log(path, request, &mut |_| ControlFlow::Continue(()))
@@ -388,7 +241,7 @@ fn interrupted_early_nothing_is_known() {
     }
 }
 
-/// An error that names a topic says which of the request's topics it is about.
+/// The error of a requested topic that the log does not have names the topic and the request's field.
 #[test]
 fn a_requested_topic_that_is_missing_is_named() {
     let (_folder, path, _) = recorded(|_| {});
@@ -467,4 +320,19 @@ fn estimates_are_written_as_a_log() {
     assert_eq!(stamped.header.stamp.as_ns(), end_ns);
     let widths = log.messages_on(["/tactid/payload_half_width_95"]).unwrap();
     assert_eq!(widths.count(), points.len());
+}
+
+/// An unloaded recording is for the effort method only.
+#[test]
+fn an_unloaded_recording_needs_the_effort_method() {
+    let (_folder, path, _) = recorded(|_| {});
+    let request = Request {
+        unloaded: Some(path.clone()),
+        ..least_squares()
+    };
+    let error = identify(&path, &request).unwrap_err();
+    assert!(
+        matches!(error, RecordingError::UnloadedNeedsEffort),
+        "{error}"
+    );
 }
