@@ -2,7 +2,8 @@
 
 Run by `make study`. One motion of all six joints is simulated without noise and the noise drawn
 anew for each run: a table for each level and method, the bound beside it, and the picture
-study.png. Then the same with the paper's experiment, which moves one joint at a time, and with its filter.
+study.png. Then the same with the paper's experiment, which moves one joint at a time, and with its
+filter.
 """
 
 from collections.abc import Iterable, Sequence
@@ -84,7 +85,7 @@ class Trial:
         seeds: Iterable[int] = range(RUNS),
         **options: object,
     ) -> Array:
-        """Errors in %, (seeds, seconds, 10); the noise is the same for each method and estimator."""
+        """Errors in %, (seeds, seconds, 10); methods and estimators see the same noise."""
         found = []
         for seed in seeds if level > 0 else [0]:
             noisy = self.recorded.with_noise(level, np.random.default_rng(seed), motion=motion)
