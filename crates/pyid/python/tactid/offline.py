@@ -66,9 +66,8 @@ def identify(
             its origin, (N, 6), or (N, S, 6) for S sensors.
         pose: Poses in the world, (N, 4, 4), or (N, 7) as ``[x, y, z, qx, qy, qz, qw]``.
         twist: Velocity of the origin, then angular velocity, in world axes, (N, 6).
-        acceleration: Classical acceleration without gravity, then angular acceleration, in world
-            axes, (N, 6).
-        sensors: The links in whose frames the wrenches are. Default: the tip.
+        acceleration: Classical acceleration without gravity, then angular, in world axes, (N, 6).
+        sensors: The links of the wrenches. Default: the tip.
         options: Options to start from; keywords replace them.
         progress: Called with the fraction done, about twenty times a second. An exception that it
             raises stops the work, as Ctrl-C does.
