@@ -50,7 +50,7 @@ impl<'a> FitOptions<'a> {
 pub struct Delay {
     /// Delay, s; positive where the load is stamped later than the motion.
     pub delay_s: f64,
-    /// Its standard deviation, s.
+    /// Standard deviation of the delay, s.
     pub std_dev_s: f64,
 }
 

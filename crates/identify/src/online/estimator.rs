@@ -57,7 +57,7 @@ enum Stage {
 ///
 /// Rows are weighted by the noise that their own innovations show, whitened across channels. The
 /// triangle of all rows gives the least-squares solution to rounding; what the motion's noise adds to
-/// it is taken off as the differences show it, as in [`Fit`](crate::batch::fit::Fit). A window that is rare
+/// it is taken off as the differences show it, as in [`BatchIdentifier`](crate::BatchIdentifier). A window that is rare
 /// pulls no harder than others; several in a row say that the payload has changed, and the estimate
 /// begins anew. Nothing is allocated after construction.
 ///

@@ -1,5 +1,5 @@
-//! What every least-squares solver shares: noise, offsets, the observable subspace, covariance, physical
-//! consistency and prior knowledge. Nothing here knows a robot.
+//! What the least-squares solvers share: the noise model, offsets, observable and unobservable directions,
+//! physical consistency, prior knowledge and error propagation. Nothing here knows a robot.
 
 pub(crate) mod consistency;
 pub(crate) mod information;

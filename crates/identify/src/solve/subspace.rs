@@ -12,16 +12,16 @@
 //! | | at most [`PIVOT_ROUNDING`] of the information of the rows on the parameter alone | below, the subtraction of the other parameters leaves rounding |
 //! | | at most [`PIVOT_ABSOLUTE`], for rows of unit noise | the information with which the recursion starts |
 //!
-//! The batch eigenvalues are those of all windows at once, so the scaling of the parameters is known and one
-//! relative threshold suffices. A batch direction in which most of the information is noise has a large
-//! variance, because its covariance is computed from the scores of the same rows. The online pivots come from
-//! a growing number of windows without such scores, so a threshold on the signal replaces it.
+//! The batch fit has all windows. The uncertainty of a small eigenvalue is then in the covariance, and the only
+//! threshold guards against rounding. The online estimate must be usable after a few windows, when a small
+//! difference of two large numbers, information less noise, is mostly chance and may be negative: the threshold
+//! on the signal keeps the estimate from moving along such a direction.
 //!
-//! A derived quantity is unobservable where more than [`QUANTITY_FRACTION`] of its squared gradient lies in
-//! the null space: a quantity never lies in the observable subspace to the last digit, and a tenth of a
-//! percent moves it by less than its standard deviation. A covariance matrix has no variance in unobservable
-//! directions; where only the covariance is at hand, variances up to [`VARIANCE_RATIO`] of the largest are
-//! taken for that (see [`consistency`](super::consistency)).
+//! A derived quantity is unobservable where more than [`QUANTITY_FRACTION`] of its squared gradient lies in the
+//! null space. The fraction is not zero, because the directions are computed from noisy rows and no quantity
+//! lies exactly across them. A covariance matrix has no variance in unobservable directions; where only the
+//! covariance is at hand, directions with variances up to [`VARIANCE_RATIO`] of the largest count as
+//! unobservable (see [`consistency`](super::consistency)).
 //!
 //! The paper's filter has no information matrix. It judges the singular values of the rows by thresholds of
 //! its own, which are documented there.
@@ -108,5 +108,37 @@ impl NullSpace {
             .map(|direction| (scaled * direction)[0].powi(2))
             .sum();
         unobservable <= QUANTITY_FRACTION * scaled.norm_squared()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A quantity is determined where its gradient lies across the null space, in scaled parameters, and is
+    /// not where a percent of its square lies in it.
+    #[test]
+    fn quantities_across_the_null_space_are_determined() {
+        let scales = Vector::from_fn(|k, _| 10f64.powi(k as i32 % 3));
+        let direction = (Vector::ith(0, 1.0) + Vector::ith(1, 1.0)).normalize();
+        let null_space = NullSpace::new(scales, [direction].into_iter());
+        assert_eq!(null_space.directions(), [direction]);
+        let gradient = |first: f64| {
+            let scaled = Vector::ith(0, 1.0) - Vector::ith(1, 1.0) + direction * first;
+            scaled.component_div(&scales).transpose()
+        };
+        assert!(null_space.determines(&gradient(0.0)));
+        assert!(null_space.determines(&gradient(0.01)));
+        assert!(!null_space.determines(&gradient(0.15)));
+    }
+
+    /// The thresholds of pivots are the largest of the three.
+    #[test]
+    fn a_pivot_must_exceed_every_threshold() {
+        assert!(is_observable_pivot(0.2, 1.0, 1.0));
+        assert!(!is_observable_pivot(0.05, 1.0, 1.0));
+        assert!(!is_observable_pivot(0.2, 1.0, 1e10));
+        assert!(!is_observable_pivot(1e-11, 1e-11, 1e-11));
+        assert!(is_observable_eigenvalue(2e-10, 1.0) && !is_observable_eigenvalue(1e-11, 1.0));
     }
 }

@@ -1,4 +1,4 @@
-//! The fit on synthetic equations.
+//! The batch fit on synthetic equations.
 
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
@@ -17,7 +17,7 @@ fn truth() -> SVector<f64, 10> {
     SVector::from([3.0, 0.2, -0.1, 0.4, 0.5, 0.01, -0.02, 0.6, 0.03, 0.3])
 }
 
-/// Wrenches of a smooth random motion, with white noise on them; `delay_s` late.
+/// Wrenches of a smooth random motion with white noise, each `delay_s` later than its motion.
 fn equations(count: usize, seed: u64, noise: f64, delay_s: f64) -> Vec<Equation> {
     let mut random = SmallRng::seed_from_u64(seed);
     let mut phases = [[0.0; 10]; 6];
@@ -61,17 +61,18 @@ fn fit_wrench(equations: &[Equation]) -> Fit {
     fit(equations, FitOptions::new(&Channels::of_wrench())).unwrap()
 }
 
-/// Without noise the parameters come out to rounding.
+/// Without noise the parameters are exact to rounding.
 #[test]
 fn exact_equations_give_exact_parameters() {
     let found = fit_wrench(&equations(60, 1, 0.0, 0.0));
     assert!((found.parameters - truth()).amax() < 1e-12);
 }
 
-/// Over 400 draws of the noise: no bias, deviations of the channels as drawn, and errors as large
-/// as the covariance says. The mean of 400 squares of a standard normal has a deviation of 0.07.
+/// Over 400 draws of the noise, the estimate has no bias, the channels have the standard deviations that were
+/// drawn, and the errors have the covariance of the fit. The mean of 400 squares of a standard normal variable
+/// has a standard deviation of 0.07.
 #[test]
-fn covariance_is_what_the_errors_are() {
+fn errors_have_the_covariance_of_the_fit() {
     const RUNS: u64 = 400;
     let mut squares = SVector::<f64, 10>::zeros();
     let mut sum = SVector::<f64, 10>::zeros();
@@ -100,10 +101,10 @@ fn covariance_is_what_the_errors_are() {
     }
 }
 
-/// Noise in the motion makes plain least squares too small; taken off as the differences show it,
-/// it does not. The noise is a tenth of the motion: the bias would be a hundredth.
+/// Noise in the motion biases plain least squares towards zero. The errors-in-variables bias correction removes
+/// the bias. The noise is a tenth of the motion, so the bias would be a hundredth.
 #[test]
-fn noise_in_the_motion_is_no_bias() {
+fn noise_in_the_motion_causes_no_bias() {
     const RUNS: u64 = 100;
     let mut sums = [SVector::<f64, 10>::zeros(); 2];
     let mut squares = SVector::<f64, 10>::zeros();
@@ -137,11 +138,10 @@ fn noise_in_the_motion_is_no_bias() {
     assert!(plain[0] < -10.0, "{plain}");
 }
 
-/// Noise that channels have in common is told from the motion: the error falls to that of the
-/// independent part.
+/// Noise that channels share is separated from the motion: the error falls to that of the independent noise.
 #[test]
-fn common_noise_is_seen_through() {
-    let (mut squares, mut claimed) = (0.0, 0.0);
+fn shared_noise_is_separated() {
+    let (mut squares, mut variances) = (0.0, 0.0);
     for seed in 0..100 {
         let mut shaken = equations(300, seed, 0.1, 0.0);
         let mut random = SmallRng::seed_from_u64(2000 + seed);
@@ -153,20 +153,23 @@ fn common_noise_is_seen_through() {
         }
         let found = fit_wrench(&shaken);
         squares += (found.parameters[0] - truth()[0]).powi(2);
-        claimed += found.covariance[(0, 0)];
+        variances += found.covariance[(0, 0)];
     }
-    // Of three equal channels two differences are left, with the noise's tenth: 600 rows of mean
-    // square 1/2 know a parameter to 0.1 · 0.3 / √300. Seen as independent, it would be ten times that.
+    // Three channels with the same noise have two differences, with a tenth of the noise: 600 rows of mean
+    // square 1/2 determine a parameter to 0.1 · 0.3 / √300. With independent noise it would be ten times that.
     let expected = 100.0 * (0.1 * FORCE_NOISE).powi(2) / 300.0;
     assert!(squares < 2.0 * expected, "{squares} {expected}");
-    assert!((squares / claimed - 1.0).abs() < 0.6, "{squares} {claimed}");
+    assert!(
+        (squares / variances - 1.0).abs() < 0.6,
+        "{squares} {variances}"
+    );
 }
 
-/// 28 windows, with noise that neighbours share as the filter makes it, and moments with the forces'
-/// noise in them; nine of ten parameters are in the moments. Of 1000 intervals of 95 % at least 91 %
-/// hold the truth, where chance makes 0.7 %: twice as many fail when noise is taken as the residuals are.
+/// 28 windows, with noise that is correlated between neighbours as by the filter, and with the noise of the
+/// forces in the moments, which depend on nine of ten parameters. Of 1000 intervals of 95 % at least 91 % contain
+/// the truth, with a scatter of 0.7 %. Twice as many fail where the fitted part of the noise is ignored.
 #[test]
-fn few_windows_leave_honest_intervals() {
+fn intervals_from_few_windows_have_their_coverage() {
     const RUNS: u64 = 1000;
     // Correlation 0.27 between neighbours, as for windows of white noise that overlap by two thirds.
     const SHARED: f64 = 0.29;
@@ -180,7 +183,7 @@ fn few_windows_leave_honest_intervals() {
             let now = draw();
             let noise = (now + SHARED * before) / (1.0 + SHARED * SHARED).sqrt();
             before = now;
-            // Forces tell mass and centre of mass, moments all but the mass.
+            // Forces depend on mass and centre of mass, moments on all but the mass.
             for row in &mut equation.rows[..3] {
                 row.regressor.fixed_rows_mut::<6>(4).fill(0.0);
                 row.target = row.regressor.dot(&truth());
@@ -203,10 +206,10 @@ fn few_windows_leave_honest_intervals() {
     assert!(inside.min() > 0.91 && inside.max() < 0.97, "{inside}");
 }
 
-/// One window in twenty that is wrong by a hundred deviations moves the estimate by less than the
-/// noise does, and is told apart from the others.
+/// Outliers of a hundred standard deviations in one window of twenty move the estimate by less than the noise,
+/// and are identified.
 #[test]
-fn outliers_do_not_count() {
+fn outliers_have_no_influence() {
     let clean = equations(400, 7, 1.0, 0.0);
     let mut hit = clean.clone();
     for equation in hit.iter_mut().step_by(20) {
@@ -223,10 +226,10 @@ fn outliers_do_not_count() {
     }
 }
 
-/// A short delay of the load comes out, with its sign and within its deviation; without noise to
+/// A short delay of the load is estimated with its sign and within its standard deviation; without noise, to
 /// second order.
 #[test]
-fn a_delay_is_found() {
+fn a_delay_is_estimated() {
     let channels = Channels::of_wrench();
     let options = FitOptions {
         delay: true,
@@ -246,9 +249,9 @@ fn a_delay_is_found() {
     assert!(std_dev_s < 1e-3, "{std_dev_s}");
 }
 
-/// A parameter that no row contains stays unknown, and the others do not suffer.
+/// A parameter that no row contains is unobservable, and does not affect the others.
 #[test]
-fn a_direction_without_rows_is_unknown() {
+fn a_direction_without_rows_is_unobservable() {
     let mut blind = equations(60, 5, 0.0, 0.0);
     for row in blind.iter_mut().flat_map(|equation| &mut equation.rows) {
         row.target -= row.regressor[4] * truth()[4];
@@ -263,9 +266,9 @@ fn a_direction_without_rows_is_unknown() {
     assert!(error.amax() < 1e-12, "{error}");
 }
 
-/// Too few rows are no fit.
+/// There is no fit to too few rows.
 #[test]
-fn too_few_equations() {
+fn too_few_equations_have_no_fit() {
     assert!(
         fit(
             &equations(3, 1, 0.0, 0.0),
@@ -276,7 +279,7 @@ fn too_few_equations() {
     assert!(fit(&[], FitOptions::new(&Channels::of_wrench())).is_none());
 }
 
-fn weighed(equations: &[Equation], mass_kg: f64, std_dev_kg: f64) -> Fit {
+fn fit_with_mass(equations: &[Equation], mass_kg: f64, std_dev_kg: f64) -> Fit {
     let mass = KnownMass {
         mass_kg,
         std_dev_kg,
@@ -289,8 +292,8 @@ fn weighed(equations: &[Equation], mass_kg: f64, std_dev_kg: f64) -> Fit {
     fit(equations, options).unwrap()
 }
 
-/// An exact mass moves the others as conditioning the estimate without it does, and their covariance
-/// is the conditioned one; with fixed weights both are exact but for the given mass's own rounding.
+/// An exact mass moves the other parameters as conditioning the estimate without it does, and their covariance
+/// is the conditional one. With fixed weights both are exact to rounding.
 #[test]
 fn a_known_mass_conditions_the_others() {
     let equations = equations(200, 11, 1.0, 0.0);
@@ -310,7 +313,7 @@ fn a_known_mass_conditions_the_others() {
     };
     let (alone, found) = (with_mass(None), with_mass(Some(exact.with(0.0))));
     assert!((found.parameters[0] - 3.0).abs() < 1e-9);
-    // In the metric of the Gram matrix, not of the covariance that the residuals widen.
+    // The metric is that of the information, not of the covariance, which depends on the residuals.
     let mut normal_equations = NormalEquations::with_known_mass(&alone);
     for (window, equation) in equations.iter().enumerate() {
         normal_equations.add(equation, window);
@@ -330,12 +333,12 @@ fn a_known_mass_conditions_the_others() {
     assert!(narrower[0] < 1e-5 && narrower.max() < 1.1, "{narrower}");
 }
 
-/// Weighed as exactly as the wrench tells it, the mass is known better by the root of two or so, and
-/// all deviations are as large as they say.
+/// A known mass with the standard deviation of the estimate without it improves the mass by about the root of
+/// two, and all errors have the covariance of the fit.
 #[test]
-fn a_weighed_mass_is_as_good_as_it_says() {
+fn errors_with_a_known_mass_have_the_covariance_of_the_fit() {
     const RUNS: u64 = 100;
-    let (mut squares, mut claimed) = (SVector::<f64, 10>::zeros(), SVector::<f64, 10>::zeros());
+    let (mut squares, mut variances) = (SVector::<f64, 10>::zeros(), SVector::<f64, 10>::zeros());
     let mut alone = 0.0;
     for seed in 0..RUNS {
         let equations = equations(200, seed, 1.0, 0.0);
@@ -344,27 +347,27 @@ fn a_weighed_mass_is_as_good_as_it_says() {
         let std_dev_kg = without.covariance[(0, 0)].sqrt();
         let mut random = SmallRng::seed_from_u64(3000 + seed);
         let draw: f64 = random.sample(StandardNormal);
-        let found = weighed(&equations, truth()[0] + std_dev_kg * draw, std_dev_kg);
+        let found = fit_with_mass(&equations, truth()[0] + std_dev_kg * draw, std_dev_kg);
         squares += (found.parameters - truth()).map(|error| error * error);
-        claimed += found.covariance.diagonal();
+        variances += found.covariance.diagonal();
     }
     // The mean of 100 squares scatters by 14 %.
-    let ratio = squares.component_div(&claimed);
+    let ratio = squares.component_div(&variances);
     assert!(ratio.min() > 0.5 && ratio.max() < 1.6, "{ratio}");
-    let gain = claimed[0] / alone;
+    let gain = variances[0] / alone;
     assert!((0.45..0.6).contains(&gain), "{gain}");
 }
 
-/// Where the rows tell the mass only together with a first moment, a known mass tells that.
+/// Where the rows determine only the sum of mass and a first moment, a known mass determines both.
 #[test]
-fn a_known_mass_resolves_what_was_mixed() {
+fn a_known_mass_makes_the_first_moment_observable() {
     let mut mixed = equations(100, 12, 0.1, 0.0);
     for row in mixed.iter_mut().flat_map(|equation| &mut equation.rows) {
         row.target += (row.regressor[1] - row.regressor[0]) * truth()[0];
         row.regressor[0] = row.regressor[1];
     }
     assert_eq!(fit_wrench(&mixed).null_space.directions().len(), 1);
-    let found = weighed(&mixed, 3.0, 0.0);
+    let found = fit_with_mass(&mixed, 3.0, 0.0);
     assert_eq!(found.null_space.directions().len(), 0);
     let off = found.parameters - truth();
     let std_devs = found
@@ -374,10 +377,10 @@ fn a_known_mass_resolves_what_was_mixed() {
     assert!(off.component_div(&std_devs).amax() < 1.0, "{off}");
 }
 
-/// An unknown constant in each channel is found with its deviation, and costs the parameters no more than
-/// their covariance says; taken for none, it is a bias.
+/// An unknown offset in each channel is estimated with its standard deviation, and the errors of the parameters
+/// have the covariance of the fit. A fit without offsets has far larger residuals.
 #[test]
-fn constant_offsets_are_found() {
+fn constant_offsets_are_estimated() {
     const RUNS: u64 = 200;
     let offsets = [4.0, -2.0, 1.0, 0.3, 0.1, -0.2];
     let channels = Channels::of_wrench().with_offsets(true);
@@ -404,14 +407,14 @@ fn constant_offsets_are_found() {
     }
     let (ratio, of_offsets) = (squares / RUNS as f64, of_offsets / RUNS as f64);
     assert!(ratio.min() > 0.65 && ratio.max() < 1.45, "{ratio}");
-    // Windows of these equations share no noise, for which the deviation allows.
+    // The standard deviation allows for correlated windows, and these are independent.
     assert!(
         of_offsets.min() > 0.4 && of_offsets.max() < 1.0,
         "{of_offsets}"
     );
 }
 
-/// Without noise, offsets come out to rounding, also as the recording grows.
+/// Without noise the offsets are exact to rounding, in the batch fit and window by window.
 #[test]
 fn exact_equations_give_exact_offsets() {
     let mut equations = equations(60, 1, 0.0, 0.0);
