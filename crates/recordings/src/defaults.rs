@@ -100,7 +100,7 @@ impl Options {
             Estimator::LeastSquares => None,
         };
         let gap_s = (GAP_PERIODS * period_s).max(SHORTEST_GAP_S);
-        // A delay is told from the motion by the wrenches only.
+        // Only the wrenches determine a delay.
         let has_no_delay = paper.is_some() || method != Method::Tactile;
         Self {
             tip: request
@@ -205,5 +205,108 @@ pub(crate) fn check(request: &Request) -> Result<(), RecordingError> {
     match given.into_iter().find(|(given, _)| *given && is_paper) {
         Some((_, what)) => Err(IdentifyError::KnowledgeNeedsLeastSquares(what).into()),
         None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn contents(motion: Motion) -> Contents {
+        Contents {
+            motion,
+            has_wrenches: true,
+            has_efforts: false,
+            sensor_frame: "ft_sensor".to_owned(),
+            motion_period_s: Some(0.002),
+            acceleration_period_s: Some(0.02),
+            wrench_period_s: Some(0.004),
+        }
+    }
+
+    /// The method depends on what is measured, and on a request.
+    #[test]
+    fn method_follows_the_measurements() {
+        let mut contents = contents(Motion::Joints);
+        let method =
+            |request: &Request, contents: &Contents| Options::resolve(request, contents).method;
+        let open = Request::default();
+        assert_eq!(method(&open, &contents), Method::Tactile);
+        contents.has_wrenches = false;
+        assert_eq!(method(&open, &contents), Method::Effort);
+        let combined = Request {
+            method: Some(Method::Combined { effort: true }),
+            ..Request::default()
+        };
+        assert_eq!(
+            method(&combined, &contents),
+            Method::Combined { effort: false }
+        );
+        contents.has_efforts = true;
+        assert_eq!(
+            method(&combined, &contents),
+            Method::Combined { effort: true }
+        );
+    }
+
+    /// Tip and gravity depend on what moves.
+    #[test]
+    fn tip_and_gravity_follow_the_motion() {
+        let down = Vector3::new(0.0, 0.0, -9.81);
+        let given = Vector3::new(0.0, 9.81, 0.0);
+        let asks = Request {
+            tip: Some("flange".to_owned()),
+            gravity: Some(given),
+            ..Request::default()
+        };
+        for (motion, tip, gravity, asked) in [
+            (Motion::Joints, "tool0", None, Some(given)),
+            (Motion::Carried, "ft_sensor", Some(down), Some(given)),
+            (
+                Motion::InertialUnit,
+                "ft_sensor",
+                Some(Vector3::zeros()),
+                Some(Vector3::zeros()),
+            ),
+        ] {
+            let open = Options::resolve(&Request::default(), &contents(motion));
+            assert_eq!((open.tip.as_str(), open.gravity), (tip, gravity));
+            let resolved = Options::resolve(&asks, &contents(motion));
+            assert_eq!((resolved.tip.as_str(), resolved.gravity), ("flange", asked));
+        }
+    }
+
+    /// The gap is five periods of the slowest stream that is used; the paper's filter has settings of its own.
+    #[test]
+    fn gap_cutoff_and_delay_follow_the_estimator() {
+        let contents = contents(Motion::Carried);
+        let open = Options::resolve(&Request::default(), &contents);
+        assert_eq!((open.cutoff_hz, open.delay_s), (None, None));
+        assert!((open.max_gap_s - 0.1).abs() < 1e-12);
+        let without = Options::resolve(&Request::default(), &contents.without_acceleration());
+        assert!((without.max_gap_s - 0.02).abs() < 1e-12);
+        let effort = Request {
+            method: Some(Method::Effort),
+            ..Request::default()
+        };
+        let effort = Options::resolve(&effort, &contents.without_acceleration());
+        assert!((effort.max_gap_s - 0.01).abs() < 1e-12);
+        assert_eq!(effort.delay_s, Some(0.0));
+        let paper = Options::resolve(&Request::paper(), &contents);
+        assert_eq!(
+            (paper.cutoff_hz, paper.max_gap_s, paper.delay_s),
+            (Some(10.0), 0.1, Some(0.0))
+        );
+        let given = Request {
+            cutoff_hz: Some(3.0),
+            max_gap_s: Some(0.3),
+            delay_s: Some(0.01),
+            ..Request::paper()
+        };
+        let given = Options::resolve(&given, &contents);
+        assert_eq!(
+            (given.cutoff_hz, given.max_gap_s, given.delay_s),
+            (Some(3.0), 0.3, Some(0.01))
+        );
     }
 }

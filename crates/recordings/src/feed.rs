@@ -13,7 +13,6 @@ use crate::alignment::{Event, Measured};
 use crate::decode::{Decoder, Decoding};
 use crate::recording::Reading;
 use crate::sources::times_ns;
-use crate::unloaded::Unloaded;
 
 /// Number of events that go from the reading to the computing thread at a time.
 const BATCH: usize = 4096;
@@ -28,6 +27,15 @@ pub(crate) struct Feed {
     /// First and last time of logging, s.
     begin_s: f64,
     end_s: f64,
+}
+
+/// An unloaded recording of the same motion, and where it lies on the loaded one's clock.
+pub(crate) struct Unloaded {
+    pub(crate) log: LogReader,
+    pub(crate) topics: Vec<String>,
+    pub(crate) decoding: Arc<Decoding>,
+    /// Time to add to the unloaded recording's times, s.
+    pub(crate) shift_s: f64,
 }
 
 /// The unloaded recording, read alongside.

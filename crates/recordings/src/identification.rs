@@ -9,17 +9,7 @@ use tactid_identify::{
 
 use crate::plan::Plan;
 use crate::run::{PaperRun, Run, Solver};
-use crate::{DataFault, Estimator, Finding, RecordingError, Request};
-
-/// Which times of a log the messages were taken to be measured at.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Clock {
-    /// The stamps of their headers, or the times of the arrays.
-    #[default]
-    Stamps,
-    /// The times of logging, because the messages have no stamps.
-    LogTimes,
-}
+use crate::{Clock, DataFault, Estimator, Finding, RecordingError, Request};
 
 /// The payload that was identified from a recording, with how it was found.
 #[derive(Clone, Debug)]

@@ -8,11 +8,11 @@ use tactid_logs::LogReader;
 
 use crate::alignment::Event;
 use crate::decode::Decoding;
-use crate::feed::Feed;
+use crate::feed::{Feed, Unloaded};
 use crate::progress::check_interruption;
 use crate::recording::{BEGINNING_S, Reading, Recording, Selection, Sources};
 use crate::sources::{LogSources, MeasuredTopics};
-use crate::unloaded::Unloaded;
+use crate::unloaded::find_unloaded;
 use crate::{Clock, Finding, Observer, RecordingError, Request};
 
 /// A log whose topics, robot and clock are known.
@@ -42,7 +42,7 @@ impl LogRecording {
         let found = LogSources::find(&log, request)?;
         let decoding = Arc::new(Decoding::new(&log, &found, request)?);
         let unloaded = match &request.unloaded {
-            Some(path) => Some(Unloaded::find(
+            Some(path) => Some(find_unloaded(
                 path,
                 (&log, &found, &decoding),
                 request,

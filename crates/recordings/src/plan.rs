@@ -2,7 +2,7 @@
 
 use tactid_identify::{BatchSettings, Delay, EquationSettings};
 
-use crate::alignment::Streams;
+use crate::alignment::{Event, Streams};
 use crate::defaults::Options;
 use crate::preview::{Preview, is_significant};
 use crate::recording::{Recording, Selection, Sources};
@@ -33,24 +33,7 @@ impl<'a> Plan<'a> {
     ) -> Result<Self, RecordingError> {
         let sources = recording.sources();
         let events = recording.beginning(observer)?;
-        let mut options = Options::resolve(request, &sources.contents);
-        let mut streams = Streams {
-            unloaded: false, // not in the beginning
-            ..sources.streams.clone()
-        };
-        let mut findings = Vec::new();
-        if let Some(topic) = &sources.optional_acceleration {
-            let preview = Preview {
-                sources,
-                options: &options,
-                events: &events,
-            };
-            if let Some(finding) = preview.compare_accelerations(&streams, topic)? {
-                findings.push(finding);
-                streams.acceleration = false;
-                options = Options::resolve(request, &sources.contents.without_acceleration());
-            }
-        }
+        let (streams, options, findings) = choose_streams(sources, &events, request)?;
         let preview = Preview {
             sources,
             options: &options,
@@ -94,4 +77,35 @@ impl<'a> Plan<'a> {
             acceleration: self.streams.acceleration,
         }
     }
+}
+
+/// Chooses whether measured accelerations are used, and resolves the options accordingly. The streams are
+/// those of the beginning, which has no unloaded recording.
+fn choose_streams(
+    sources: &Sources,
+    events: &[Event],
+    request: &Request,
+) -> Result<(Streams, Options, Vec<Finding>), RecordingError> {
+    let options = Options::resolve(request, &sources.contents);
+    let streams = Streams {
+        unloaded: false,
+        ..sources.streams.clone()
+    };
+    let Some(topic) = &sources.optional_acceleration else {
+        return Ok((streams, options, Vec::new()));
+    };
+    let preview = Preview {
+        sources,
+        options: &options,
+        events,
+    };
+    let Some(finding) = preview.compare_accelerations(&streams, topic)? else {
+        return Ok((streams, options, Vec::new()));
+    };
+    let streams = Streams {
+        acceleration: false,
+        ..streams
+    };
+    let contents = sources.contents.without_acceleration();
+    Ok((streams, Options::resolve(request, &contents), vec![finding]))
 }

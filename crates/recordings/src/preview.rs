@@ -41,7 +41,7 @@ pub(crate) struct Preview<'a> {
     pub(crate) events: &'a [Event],
 }
 
-/// A cutoff with the power of the motion that it keeps, and the part of it that is white noise, 1/s⁴.
+/// A cutoff with the power of the motion that it keeps, and the white noise in that power, 1/s⁴.
 struct Candidate {
     cutoff_hz: f64,
     power: f64,

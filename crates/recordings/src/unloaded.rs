@@ -1,4 +1,4 @@
-//! The unloaded recording of the same motion, and when it began.
+//! Search of the shift in time at which an unloaded recording has the same motion.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use tactid_logs::LogReader;
 use crate::alignment::{Event, Measured};
 use crate::decode::Decoding;
 use crate::error::{RecordingError, TopicKind};
-use crate::feed::Feed;
+use crate::feed::{Feed, Unloaded};
 use crate::progress::check_interruption;
 use crate::sources::{LogSources, MeasuredTopics, MotionTopics, joint_topics};
 use crate::{Method, Observer, Request};
@@ -26,68 +26,57 @@ const FINE_STEPS: usize = 8;
 /// A shift that moves by less has converged, s.
 const CONVERGED_S: f64 = 1e-9;
 
-/// An unloaded recording, and where it lies on the loaded one's clock.
-pub(crate) struct Unloaded {
-    pub(crate) log: LogReader,
-    pub(crate) topics: Vec<String>,
-    pub(crate) decoding: Arc<Decoding>,
-    /// Time to add to the unloaded recording's times, s.
-    pub(crate) shift_s: f64,
-}
-
 /// Positions of all joints over time.
 type Motion = Vec<(f64, Vec<f64>)>;
 
-impl Unloaded {
-    /// Finds the joints of an unloaded recording by the robot of the loaded one, and the shift in time at
-    /// which the motions agree.
-    pub(crate) fn find(
-        path: &Path,
-        (loaded_log, loaded, loaded_decoding): (&LogReader, &LogSources, &Arc<Decoding>),
-        request: &Request,
-        observer: &mut Observer<'_>,
-    ) -> Result<Self, RecordingError> {
-        let MotionTopics::Joints { joints, .. } = &loaded.topics.motion else {
-            return Err(RecordingError::UnloadedNeedsEffort);
-        };
-        if loaded.options.method != Method::Effort {
-            return Err(RecordingError::UnloadedNeedsEffort);
-        }
-        let log = LogReader::open(path)?;
-        let topics = joint_topics(&log, &request.topics.joints)?;
-        let sources = LogSources {
-            topics: MeasuredTopics {
-                motion: MotionTopics::Joints {
-                    joints: topics.clone(),
-                    base_odometry: None,
-                    base_imu: None,
-                },
-                ..loaded.topics.clone()
-            },
-            ..loaded.clone()
-        };
-        let decoding = Arc::new(Decoding::new(&log, &sources, request)?);
-        if decoding.joint_publishers() > 1 {
-            return Err(RecordingError::SeveralTopics {
-                what: "joint states, which an unloaded recording must have in one",
-                topics: topics.join(", "),
-                kind: TopicKind::Joints,
-            });
-        }
-        let ours = Motions::read(loaded_log, joints, loaded_decoding, observer)?;
-        let theirs = Motions::read(&log, &topics, &decoding, observer)?;
-        let coarse_s = coarse_shift_s(&ours.coarse, &theirs.coarse);
-        let coarse_s = coarse_s.ok_or_else(|| RecordingError::NoOverlap {
-            topics: "the loaded and the unloaded motion".to_owned(),
-            faults: Vec::new(),
-        })?;
-        Ok(Self {
-            log,
-            topics,
-            decoding,
-            shift_s: fine_shift_s(&ours.fine, &theirs.fine, coarse_s),
-        })
+/// Finds the joints of an unloaded recording by the robot of the loaded one, and the shift in time at
+/// which the motions agree.
+pub(crate) fn find_unloaded(
+    path: &Path,
+    (loaded_log, loaded, loaded_decoding): (&LogReader, &LogSources, &Arc<Decoding>),
+    request: &Request,
+    observer: &mut Observer<'_>,
+) -> Result<Unloaded, RecordingError> {
+    let MotionTopics::Joints { joints, .. } = &loaded.topics.motion else {
+        return Err(RecordingError::UnloadedNeedsEffort);
+    };
+    if loaded.options.method != Method::Effort {
+        return Err(RecordingError::UnloadedNeedsEffort);
     }
+    let log = LogReader::open(path)?;
+    let topics = joint_topics(&log, &request.topics.joints)?;
+    let sources = LogSources {
+        topics: MeasuredTopics {
+            motion: MotionTopics::Joints {
+                joints: topics.clone(),
+                base_odometry: None,
+                base_imu: None,
+            },
+            ..loaded.topics.clone()
+        },
+        ..loaded.clone()
+    };
+    let decoding = Arc::new(Decoding::new(&log, &sources, request)?);
+    if decoding.joint_publishers() > 1 {
+        return Err(RecordingError::SeveralTopics {
+            what: "joint states, which an unloaded recording must have in one",
+            topics: topics.join(", "),
+            kind: TopicKind::Joints,
+        });
+    }
+    let ours = Motions::read(loaded_log, joints, loaded_decoding, observer)?;
+    let theirs = Motions::read(&log, &topics, &decoding, observer)?;
+    let coarse_s = coarse_shift_s(&ours.coarse, &theirs.coarse);
+    let coarse_s = coarse_s.ok_or_else(|| RecordingError::NoOverlap {
+        topics: "the loaded and the unloaded motion".to_owned(),
+        faults: Vec::new(),
+    })?;
+    Ok(Unloaded {
+        log,
+        topics,
+        decoding,
+        shift_s: fine_shift_s(&ours.fine, &theirs.fine, coarse_s),
+    })
 }
 
 /// The motion of the joints over a log.

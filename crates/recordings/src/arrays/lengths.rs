@@ -2,7 +2,7 @@
 
 use tactid_dynamics::Manipulator;
 
-use super::Arrays;
+use super::fields::Arrays;
 use crate::{Method, RecordingError};
 
 impl Arrays<'_> {
@@ -10,7 +10,7 @@ impl Arrays<'_> {
     ///
     /// # Errors
     /// No sample, a length that does not fit the times and the robot, or missing joint positions.
-    pub(super) fn check_robot(&self, robot: &Manipulator) -> Result<(), RecordingError> {
+    pub(super) fn check_motion(&self, robot: &Manipulator) -> Result<(), RecordingError> {
         let (samples, joints) = (self.times_s.len(), robot.dof());
         if samples == 0 {
             return Err(RecordingError::NoSamples);

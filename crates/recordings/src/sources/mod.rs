@@ -33,24 +33,12 @@ impl LogSources {
     /// Finds the topics of a request in a log.
     pub(crate) fn find(log: &LogReader, request: &Request) -> Result<Self, RecordingError> {
         let topics = MeasuredTopics::find(log, &request.topics, request.method)?;
-        let wrench_frames = wrench_frames(log, &topics)?;
-        let moved = match &topics.motion {
-            MotionTopics::Joints { .. } => None,
-            MotionTopics::Odometry { odometry, .. } => {
-                Some(first::<Odometry>(log, odometry)?.child_frame_id)
-            }
-            MotionTopics::Imu(topic) => Some(first::<Imu>(log, topic)?.header.frame_id),
-        };
-        let named = |name: &&String| !name.is_empty();
-        let first_frame = wrench_frames.first();
-        let or_default =
-            |name: Option<&String>| name.map_or(SENSOR_FRAME, String::as_str).to_owned();
-        let body = or_default(moved.as_ref().filter(named).or(first_frame.filter(named)));
+        let frames = NamedFrames::read(log, &topics)?;
         let contents = Contents {
             motion: topics.motion_kind(),
             has_wrenches: !topics.wrenches.is_empty(),
             has_efforts: topics.has_efforts,
-            sensor_frame: first_frame.filter(named).unwrap_or(&body).clone(),
+            sensor_frame: frames.sensor(),
             motion_period_s: slowest_period_s(log, &topics.motion_topics()),
             acceleration_period_s: slowest_period_s(log, topics.acceleration()),
             wrench_period_s: slowest_period_s(log, &topics.wrenches),
@@ -65,13 +53,13 @@ impl LogSources {
             _ if request.urdf.is_some() => {
                 return Err(missing::<JointState>(log, "joint states"));
             }
-            _ => Manipulator::lone_body(&body),
+            _ => Manipulator::lone_body(&frames.body()),
         };
-        let assumed = match &moved {
-            Some(_) => body.as_str(),
-            None => options.tip.as_str(),
+        let assumed = match &frames.moved {
+            Some(_) => frames.body(),
+            None => options.tip.clone(),
         };
-        let placed = Placed::new(log, robot, &topics.wrenches, wrench_frames, assumed)?;
+        let placed = Placed::new(log, robot, &topics.wrenches, frames.wrenches, &assumed)?;
         let robot = placed
             .transforms
             .place(placed.robot, &options.tip, "the end-effector")?;
@@ -94,11 +82,47 @@ impl LogSources {
     }
 }
 
-/// Returns the frame that the first message of each wrench topic names.
-fn wrench_frames(log: &LogReader, topics: &MeasuredTopics) -> Result<Vec<String>, RecordingError> {
-    let topics = topics.wrenches.iter();
-    let frame = |topic: &String| Ok(first::<WrenchStamped>(log, topic)?.header.frame_id);
-    topics.map(frame).collect()
+/// Frames that the first messages of a log name; empty where they name none.
+struct NamedFrames {
+    /// Frame of each wrench.
+    wrenches: Vec<String>,
+    /// Frame whose motion is measured without joints.
+    moved: Option<String>,
+}
+
+impl NamedFrames {
+    fn read(log: &LogReader, topics: &MeasuredTopics) -> Result<Self, RecordingError> {
+        let frame = |topic: &String| Ok(first::<WrenchStamped>(log, topic)?.header.frame_id);
+        let wrenches: Result<Vec<String>, RecordingError> =
+            topics.wrenches.iter().map(frame).collect();
+        Ok(Self {
+            wrenches: wrenches?,
+            moved: match &topics.motion {
+                MotionTopics::Joints { .. } => None,
+                MotionTopics::Odometry { odometry, .. } => {
+                    Some(first::<Odometry>(log, odometry)?.child_frame_id)
+                }
+                MotionTopics::Imu(topic) => Some(first::<Imu>(log, topic)?.header.frame_id),
+            },
+        })
+    }
+
+    /// Returns the frame whose motion is measured; that of the first sensor where none is named.
+    fn body(&self) -> String {
+        let frames = self.moved.iter().chain(self.wrenches.first());
+        first_named(frames)
+    }
+
+    /// Returns the frame of the first sensor; that whose motion is measured where none is named.
+    fn sensor(&self) -> String {
+        let frames = self.wrenches.first().into_iter().chain(&self.moved);
+        first_named(frames)
+    }
+}
+
+fn first_named<'a>(mut frames: impl Iterator<Item = &'a String>) -> String {
+    let named = frames.find(|frame| !frame.is_empty());
+    named.map_or(SENSOR_FRAME, String::as_str).to_owned()
 }
 
 /// The frames of the wrenches among those of a robot.
