@@ -107,7 +107,8 @@ fn at_the_posture_of_table_1() {
 #[test]
 fn from_measurements_alone_and_aligned() {
     let folder = tempfile::tempdir().unwrap();
-    let [log, stripped, late] = ["run.mcap", "stripped.mcap", "late.mcap"].map(|n| folder.path().join(n));
+    let [log, stripped, late] =
+        ["run.mcap", "stripped.mcap", "late.mcap"].map(|n| folder.path().join(n));
     let mut experiment = Experiment::paper();
     experiment.duration_s = 15.0;
     simulate(&experiment, &log);
