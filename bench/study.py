@@ -86,7 +86,7 @@ class Trial:
         seeds: Iterable[int] = range(RUNS),
         **options: object,
     ) -> Array:
-        """Errors in %, (seeds, seconds, 10); the noise is the same for each method and estimator."""
+        """Errors in %, (seeds, seconds, 10); methods and estimators see the same noise."""
         found = []
         for seed in seeds if level > 0 else [0]:
             noisy = self.recorded.with_noise(level, np.random.default_rng(seed), motion=motion)

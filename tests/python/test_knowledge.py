@@ -78,9 +78,9 @@ def test_a_box_helps_where_the_recording_says_little() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"known_mass": -1.0}, "known_mass is -1, but must be a positive number"),
+        ({"known_mass": -1.0}, "`known_mass` is -1, but must be a positive number"),
         ({"known_mass": np.nan}, "known_mass"),
-        ({"known_mass": 1.0, "known_mass_std_dev": -0.1}, "known_mass_std_dev is -0.1"),
+        ({"known_mass": 1.0, "known_mass_std_dev": -0.1}, "`known_mass_std_dev` is -0.1"),
         ({"known_mass_std_dev": 0.1}, "without a known mass"),
         ({"bounding_box": ROOM[::-1]}, "goes from 0.2 to -0.2 m along x"),
         ({"bounding_box": [[0, 0, 0], [1, 1, np.inf]]}, "along z"),
@@ -103,7 +103,7 @@ def test_the_command_takes_mass_and_box(command: TactidCommand, log: Path) -> No
     assert done.returncode == 0
     assert "mass 100 kg (given); within a box from -1 -1 -1 to 2 1 1 m (given);" in done.stderr
     assert_refused(
-        command("identify", log, "--known-mass", "-1"), "known_mass is -1", "--known-mass"
+        command("identify", log, "--known-mass", "-1"), "--known-mass is -1"
     )
     assert_refused(
         command("identify", log, "--bounding-box", "1,2,3"), "--bounding-box", "6 numbers"

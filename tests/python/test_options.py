@@ -101,5 +101,5 @@ def test_an_option_that_does_not_apply_is_refused(log: Path) -> None:
 
 
 def test_the_command_names_its_own_options(command: TactidCommand, log: Path) -> None:
-    assert_refused(command("identify", log, "--cutoff", "-1"), "(--cutoff)")
+    assert_refused(command("identify", log, "--cutoff", "-1"), "--cutoff is -1")
     assert_refused(command("identify", log, "--joint-topic", "/none"), "(--joint-topic)")

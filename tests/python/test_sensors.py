@@ -76,8 +76,8 @@ def test_given_noise_weighs_the_channels() -> None:
     ("options", "what"),
     [
         ({"wrench_noise": [0.1] * 5}, "wrench_noise"),
-        ({"wrench_noise": [0.0, 1, 1, 1, 1, 1]}, "wrench_noise is 0, but must be a positive"),
-        ({"wrench_noise": np.ones((3, 6))}, "wrench_noise has 3 entries: give one for all"),
+        ({"wrench_noise": [0.0, 1, 1, 1, 1, 1]}, "`wrench_noise` is 0, but must be a positive"),
+        ({"wrench_noise": np.ones((3, 6))}, "`wrench_noise` has 3 entries: give one for all"),
         ({"wrench_offset": True, "estimator": "nlms"}, "an unknown offset of the wrenches needs"),
         ({"wrench_noise": NOISE, "estimator": "nlms"}, "the noise of the sensors needs"),
     ],
@@ -100,5 +100,5 @@ def test_the_command_takes_offset_and_noise(command: TactidCommand, log: Path) -
         command("identify", log, "--wrench-noise", "1,2,3"), "--wrench-noise", "6 numbers"
     )
     three = [word for _ in range(3) for word in noise]
-    assert_refused(command("identify", log, *three), "wrench_noise has 3 entries", "2 sensors")
-    assert_refused(command("identify", log, "--effort-noise", "1,2"), "effort_noise has 2 entries")
+    assert_refused(command("identify", log, *three), "--wrench-noise has 3 entries", "2 sensors")
+    assert_refused(command("identify", log, "--effort-noise", "1,2"), "--effort-noise has 2 entries")

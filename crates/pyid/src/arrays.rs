@@ -281,7 +281,7 @@ fn pose_from_matrix(entries: &[f64]) -> Result<Isometry3<f64>, &'static str> {
     let matrix = Matrix4::from_row_slice(entries);
     let rotation: Matrix3<f64> = matrix.fixed_view::<3, 3>(0, 0).into();
     let off = (rotation * rotation.transpose() - Matrix3::identity()).amax();
-    // Written so that NaN is refused, too.
+    // Written so that NaN is rejected, too.
     if !(off < ROTATION_TOLERANCE && rotation.determinant() > 0.0) {
         return Err("the upper left 3x3 block is not a rotation");
     }

@@ -134,7 +134,7 @@ impl Manipulator {
         Ok(Self(self.0.with_payload(frame, &body.0.into())))
     }
 
-    /// The robot with the masses of the links below ``frame`` (not its own) taken off; joints stay.
+    /// The robot without the masses of the links below ``frame`` (its own stays); joints stay.
     ///
     /// Raises:
     ///     ModelError: There is no such link.

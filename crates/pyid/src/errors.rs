@@ -81,8 +81,24 @@ impl IntoPyErr for IdentifyError {
             Self::Model(error) => error.into_py_err(),
             Self::State(error) => error.into_py_err(),
             Self::Setting(error) => error.into_py_err(),
-            Self::Value { name, .. } => option_error(message, option_of(name)),
-            Self::NoiseCount { name, .. } => option_error(message, option_of(name)),
+            Self::Value {
+                name,
+                given,
+                expected,
+            } => {
+                let name = option_of(name);
+                option_error(format!("`{name}` is {given}, but must be {expected}"), name)
+            }
+            Self::NoiseCount {
+                name,
+                given,
+                of,
+                expected,
+            } => {
+                let name = option_of(name);
+                let each = format!("give one for all, or one for each of the {expected} {of}");
+                option_error(format!("`{name}` has {given} entries: {each}"), name)
+            }
             Self::Box { .. } => option_error(message, "bounding_box"),
             Self::KnowledgeNeedsLeastSquares(_) | Self::NeedsLeastSquares(_) => {
                 option_error(message, "estimator")

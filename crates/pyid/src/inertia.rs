@@ -10,7 +10,7 @@ use crate::errors::ArgumentError;
 
 /// Mass, centre of mass and inertia of a rigid body in one frame.
 ///
-/// Immutable. Bodies in one frame add and subtract: a gripper taken off a composite is
+/// Immutable. Bodies in one frame add and subtract: a composite without its gripper is
 /// ``composite - gripper``.
 ///
 /// Args:
@@ -125,7 +125,7 @@ impl MassProperties {
     /// The same body in another frame.
     ///
     /// Args:
-    ///     a_from_b: Pose of this value's frame ``b`` in the frame ``a`` that is wanted: 4x4, or
+    ///     a_from_b: Pose of this value's frame ``b`` in the target frame ``a``: 4x4, or
     ///         ``[x, y, z, qx, qy, qz, qw]``.
     ///
     /// Raises:

@@ -45,7 +45,7 @@ mod _native {
     #[pymodule_export]
     use crate::simulate::{Experiment, RunReport, simulate};
 
-    /// A panic is a fault of tactid: one line says where, in place of Rust's several.
+    /// Reports a panic, which is a fault of tactid, in one line.
     #[pymodule_init]
     fn init(_module: &Bound<'_, PyModule>) -> PyResult<()> {
         std::panic::set_hook(Box::new(|panic| {

@@ -22,7 +22,7 @@ const CHECK_EVERY: usize = 1_000;
 
 /// What one topic of a log holds, as :func:`read` found it.
 ///
-/// ``samples["position"]`` is an array with one entry a message; :meth:`keys` tells which there are:
+/// ``samples["position"]`` is an array with one entry a message; :meth:`keys` lists them:
 ///
 /// - ``sensor_msgs/msg/JointState``: ``position``, ``velocity``, ``effort``, each (N, joints), in the order of
 ///   :attr:`names`; rad or m and seconds, N m or N.
@@ -145,7 +145,7 @@ fn read_topic(
     every_ns: i64,
     interruption: &mut InterruptionCheck,
 ) -> PyResult<Table> {
-    // A topic that is not there is refused with the list of those that are.
+    // The error for a topic that does not exist lists those that do.
     log.messages_on([topic]).map_err(IntoPyErr::into_py_err)?;
     let type_name = log.topic(topic).map_or("", |found| &found.type_name);
     let full_name = type_name.replace("/msg/", "/").replacen('/', "/msg/", 1);

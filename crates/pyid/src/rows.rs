@@ -16,12 +16,12 @@ pub(crate) trait Rows: Message {
     /// Adds a row to each array, in their order.
     fn put(&self, table: &mut Table);
 
-    /// What tells the publishers of one topic apart.
+    /// What distinguishes the publishers of one topic.
     fn publisher(&self) -> &[String] {
         &[]
     }
 
-    /// The frame whose motion is told.
+    /// The frame whose motion the message reports.
     fn child_frame(&self) -> &str {
         ""
     }
@@ -33,7 +33,7 @@ pub(crate) trait Rows: Message {
 }
 
 impl Rows for JointState {
-    // As wide as there are joints, which the messages tell.
+    // As wide as the number of joints, which the messages determine.
     const ARRAYS: &'static [(&'static str, usize)] =
         &[("position", 0), ("velocity", 0), ("effort", 0)];
 
@@ -60,7 +60,7 @@ impl Rows for JointState {
     }
 
     fn frame(&self) -> &str {
-        "" // joints have none, whatever the header says
+        "" // joints have none, whatever the header contains
     }
 }
 
@@ -103,7 +103,7 @@ impl Rows for Imu {
     ];
 
     fn put(&self, table: &mut Table) {
-        // A covariance that begins with -1 says that nothing was measured.
+        // A covariance that begins with -1 marks what was not measured.
         let known = |covariance: &[f64; 9]| {
             if covariance[0] == -1.0 { f64::NAN } else { 1.0 }
         };

@@ -33,10 +33,10 @@ impl KnownMass {
             })
         };
         if !(self.mass_kg > 0.0 && self.mass_kg.is_finite()) {
-            return out_of_range("known_mass", self.mass_kg, "a positive number of kg");
+            return out_of_range("known_mass_kg", self.mass_kg, "a positive number of kg");
         }
         if !(self.std_dev_kg >= 0.0 && self.std_dev_kg.is_finite()) {
-            let name = "known_mass_std_dev";
+            let name = "known_mass_std_dev_kg";
             return out_of_range(name, self.std_dev_kg, "zero or a positive number of kg");
         }
         Ok(())

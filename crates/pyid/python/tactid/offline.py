@@ -26,6 +26,9 @@ from tactid.identification import (
 )
 from tactid.options import Options, collect, with_options
 
+ARRAYS = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceleration", "sensors")
+"""The keywords of :func:`identify` that belong to arrays."""
+
 
 @with_options("log")
 def identify(
@@ -47,9 +50,8 @@ def identify(
     """Identifies the payload from a log, or from arrays.
 
     A log is an ``.mcap`` file or the folder of a rosbag2 bag; its topics are found by their types.
-    The motion is that of joints and a URDF, on a base that odometry moves if there is any. Without
-    joints, it is that of the sensor itself, by odometry (and measured accelerations, where they
-    explain the load better) or by an inertial unit. Memory is bounded, whatever the log's length.
+    The motion is that of joints and a URDF, on a base that odometry moves if there is any; without
+    joints, it is that of the sensor itself, by odometry or by an inertial unit. Memory is bounded.
 
     Arrays are on one clock. With a ``robot``, ``pose``, ``twist`` and ``acceleration`` are those of
     its base; without one, they are those of the sensor itself. What is left out is derived.
@@ -64,34 +66,23 @@ def identify(
             its origin, (N, 6), or (N, S, 6) for S sensors.
         pose: Poses in the world, (N, 4, 4), or (N, 7) as ``[x, y, z, qx, qy, qz, qw]``.
         twist: Velocity of the origin, then angular velocity, in world axes, (N, 6).
-        acceleration: Classical acceleration without gravity, then angular acceleration, in world
-            axes, (N, 6).
-        sensors: The links in whose frames the wrenches are. Default: the tip.
+        acceleration: Classical acceleration without gravity, then angular, in world axes, (N, 6).
+        sensors: The links of the wrenches. Default: the tip.
         options: Options to start from; keywords replace them.
         progress: Called with the fraction done, about twenty times a second. An exception that it
             raises stops the work, as Ctrl-C does.
         **keywords: The fields of :class:`tactid.Options`, as follows. Those that choose from a log
-            (``urdf``, ``unloaded``, ``..._topic``) do not apply to arrays.
+            do not apply to arrays.
         <options>
 
     Raises:
         LogError: The log cannot be read.
         ModelError: The robot cannot be modelled, or has no such link.
         IdentificationError: Something that is needed is missing.
-        ArgumentError: An option does not exist or does not apply, a shape does not fit, or a value
-            is out of range.
+        ArgumentError: An option is unknown, does not apply or is out of range, or a shape is wrong.
     """
-    arrays: dict[str, Any] = {
-        "robot": robot,
-        "q": q,
-        "qd": qd,
-        "effort": effort,
-        "wrench": wrench,
-        "pose": pose,
-        "twist": twist,
-        "acceleration": acceleration,
-        "sensors": sensors,
-    }
+    given = (robot, q, qd, effort, wrench, pose, twist, acceleration, sensors)
+    arrays: dict[str, Any] = dict(zip(ARRAYS, given, strict=True))
     if isinstance(source, str | os.PathLike):
         collected = collect(options, keywords, "log")
         for name, value in arrays.items():

@@ -235,7 +235,7 @@ def spectrum(time: Array, values: Array) -> tuple[Array, Array]:
             part = values[at : at + length]
             powers.append(np.abs(np.fft.rfft(window * (part - part.mean()))) ** 2)
     density: Array = 2 * step * np.mean(powers, axis=0) / (window @ window)
-    # The mean has been taken off, and with it the first entries of a windowed spectrum.
+    # Without the mean, the first entry of a windowed spectrum is meaningless.
     frequency: Array = np.arange(1, length // 2 + 1) / (length * step)
     amplitude: Array = np.sqrt(density)[1:]
     return frequency, amplitude

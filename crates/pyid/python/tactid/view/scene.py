@@ -19,7 +19,7 @@ RATE_HZ = 50.0
 MOST = 20_000
 """Points in time at most, however long the log is."""
 ABSURD = 1e6
-"""Positions, m and rad, and forces, N, beyond which a sample is dirt and is left out."""
+"""Positions, m and rad, and forces, N, beyond which a sample is faulty and left out."""
 
 
 @dataclass(frozen=True)
@@ -217,7 +217,7 @@ def _sensor_scene(log: _Log, odometry: list[Samples], wrenches: list[Samples]) -
         track = _poses(log.time(own[0]), own[0]["pose"])
         frame = Frame(track.time, track.values[:, :3], track.values[:, 3:])
     else:
-        log.notes.append("The log does not tell how the sensor moves: it is shown at rest.")
+        log.notes.append("The log does not contain how the sensor moves: it is shown at rest.")
         frame = Frame(np.zeros(1), np.zeros((1, 3)), np.array([[0.0, 0, 0, 1]]))
     frames = {name: frame}
     return Scene(
