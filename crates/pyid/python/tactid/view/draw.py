@@ -42,7 +42,7 @@ ARROW = 0.5
 """The longest arrows as a fraction of the scene's radius."""
 FLAT = 0.01
 """The least semi-axis that is drawn, as a fraction of the largest: a plate is to be seen, too."""
-DIRT = 1e12
+FAULT = 1e12
 """Values that no plot can show beside others."""
 
 
@@ -339,7 +339,7 @@ def widened(
 
 def plottable(values: Array) -> Array:
     """Values with NaN, a gap in the line, in place of what would hide all others."""
-    return np.where(np.abs(values) < DIRT, values, np.nan)
+    return np.where(np.abs(values) < FAULT, values, np.nan)
 
 
 def summary(estimate: Estimate, notes: Iterable[str]) -> str:
