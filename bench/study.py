@@ -196,7 +196,7 @@ def each(title: str, numbers: Array, form: str = ".2g") -> Table:
 
 
 def bias_table(found: dict[tuple[float, str], Array]) -> Table:
-    """The mean error against the deviation of one run, at the largest noise."""
+    """The mean error against the standard deviation of one run, at the largest noise."""
     noise = f"{100 * LEVELS[-1]:g} % on every channel, {SECONDS[-1]:g} s"
     title = f"{noise}: bias over standard deviation"
     result = Table("method", *tactid.VALUE_NAMES, title=title)

@@ -36,7 +36,6 @@ WHOLE_NAMES = {
     "WAYS": "METHODS",
     "turn_in": "update_square_root",
     "Front": "EquationStream",
-    "front": "equation stream",
 }
 """Identifiers that do not exist as a whole; as a word of others they may."""
 
@@ -122,7 +121,9 @@ def prose_of(text: str) -> str:
     """The comments and strings of a source, each on its line."""
     prose, end = "", 0
     for found in re.finditer(NO_CODE, text):
-        prose += "\n" * text.count("\n", end, found.start()) + " . " + found.group()
+        between = text[end : found.start()]
+        # Comments that follow each other are one text; what stands between others ends a sentence.
+        prose += "\n" * between.count("\n") + (" . " if between.strip() else "") + found.group()
         end = found.end()
     return prose
 

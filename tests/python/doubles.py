@@ -272,7 +272,7 @@ def _values(parameters: Array) -> Array:
 
 
 def without_finite_numbers() -> Identification:
-    """What is said to be known is not a number; no estimate should be so, and no page break."""
+    """Values marked as known are NaN: no estimate should be so, and no page may break."""
     found = tactile(duration=2.0)
     nothing, known = np.full(10, np.nan), fit_of(found)
     blank = np.full_like(found.history.values, np.nan)

@@ -49,7 +49,7 @@ def test_taking_off_undoes_adding(body: tactid.MassProperties) -> None:
     )
 
 
-def test_an_impossible_body_is_told() -> None:
+def test_an_inconsistent_body_is_reported() -> None:
     # The triangle inequality: no principal moment exceeds the sum of the other two.
     assert not tactid.MassProperties(1.0, [0, 0, 0], np.diag([1, 1, 3])).is_physical
     with pytest.raises(tactid.ArgumentError, match="not symmetric"):

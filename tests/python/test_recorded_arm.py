@@ -89,7 +89,7 @@ def test_the_wrench_is_that_of_the_payload(moved: tuple[Arm, State, np.ndarray])
     assert np.abs(s.wrench - predicted).max() < TOLERANCE * np.abs(s.wrench).max()
 
 
-def test_the_motion_tells_all_ten(moved: tuple[Arm, State, np.ndarray]) -> None:
+def test_the_motion_determines_all_ten(moved: tuple[Arm, State, np.ndarray]) -> None:
     """Least squares on what is recorded is exact, and well conditioned in the payload's size."""
     _, s, gravity = moved
     rows = regressor(s.tip, gravity).reshape(-1, 10)

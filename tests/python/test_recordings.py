@@ -348,7 +348,7 @@ def test_gravity_of_opposite_sign_is_suspected(identify: Identify, fixed_bag: Pa
 
 
 def assert_not_switched(record: Record) -> None:
-    """The answer is the one for what was said, which here is far from the truth."""
+    """The result is that of the given sign, which here is far from the truth."""
     mass = record["estimate"]["mass"]
     assert mass is None or abs(mass - PAYLOAD.mass) > 0.5
 

@@ -52,7 +52,7 @@ def test_without_an_offset_nothing_is_suspected_and_asking_costs_little() -> Non
     assert np.abs(normalised(asked)).max() < 3.5
 
 
-def test_at_rest_an_offset_cannot_be_told_from_a_mass() -> None:
+def test_at_rest_an_offset_cannot_be_separated_from_a_mass() -> None:
     found = identified(EARLY, 3, swings=False, wrench_offset=True)
     assert not any(found.estimate.identifiable)
     assert found.estimate.std_devs[0] > 1e6

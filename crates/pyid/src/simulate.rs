@@ -149,9 +149,9 @@ pub(crate) struct RunReport {
     linear_momentum_drift: f64,
     /// Change of its angular momentum, as a fraction of the largest of any single body.
     angular_momentum_drift: f64,
-    /// How far the payload moved in the grasp, m.
+    /// Displacement of the payload in the grasp, m.
     grasp_drift: f64,
-    /// How far it turned in the grasp, rad.
+    /// Rotation of the payload in the grasp, rad.
     grasp_rotation: f64,
     /// Contact force less the payload's mass times its acceleration, as a fraction of the largest force.
     newton_residual: f64,

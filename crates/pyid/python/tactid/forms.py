@@ -42,7 +42,7 @@ def mujoco(values: Values, frame: str) -> str:
 def controller(values: Values, frame: str) -> str:
     """What a robot controller asks for, as text; refused unless mass and centre of mass are known.
 
-    An inertia that is not known is said to be so: most controllers take a payload without one. Some
+    An inertia that is not known is named as such: most controllers take a payload without one. Some
     want the centre of mass in mm, and some the inertia about the flange: both are given.
     """
     mass, *com = _known(values, "payload for a controller", upto=KINDS[1].stop)

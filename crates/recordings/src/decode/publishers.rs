@@ -10,7 +10,7 @@ const UNEQUAL_ENDS_S: f64 = 1.0;
 #[derive(Clone, Debug)]
 struct Publisher {
     topic: String,
-    /// Tells apart the publishers of one topic.
+    /// Distinguishes the publishers of one topic.
     index: usize,
     first_s: f64,
     last_s: f64,
