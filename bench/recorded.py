@@ -13,7 +13,7 @@ from tactid.values import values_of
 Array = NDArray[np.float64]
 
 FINGERS = ["finger_left_link", "finger_right_link"]
-WAYS = ["tactile", "effort", "joint-sensing", "combined"]
+METHODS = ["tactile", "effort", "joint-sensing", "combined"]
 
 
 @dataclass(frozen=True)
