@@ -102,9 +102,7 @@ def test_the_command_takes_mass_and_box(command: TactidCommand, log: Path) -> No
     done = command("identify", log, "--known-mass", 100, "--bounding-box", "-1,-1,-1,2,1,1")
     assert done.returncode == 0
     assert "mass 100 kg (given); within a box from -1 -1 -1 to 2 1 1 m (given);" in done.stderr
-    assert_refused(
-        command("identify", log, "--known-mass", "-1"), "--known-mass is -1"
-    )
+    assert_refused(command("identify", log, "--known-mass", "-1"), "--known-mass is -1")
     assert_refused(
         command("identify", log, "--bounding-box", "1,2,3"), "--bounding-box", "6 numbers"
     )

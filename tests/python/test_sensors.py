@@ -101,4 +101,6 @@ def test_the_command_takes_offset_and_noise(command: TactidCommand, log: Path) -
     )
     three = [word for _ in range(3) for word in noise]
     assert_refused(command("identify", log, *three), "--wrench-noise has 3 entries", "2 sensors")
-    assert_refused(command("identify", log, "--effort-noise", "1,2"), "--effort-noise has 2 entries")
+    assert_refused(
+        command("identify", log, "--effort-noise", "1,2"), "--effort-noise has 2 entries"
+    )

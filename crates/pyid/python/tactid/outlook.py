@@ -20,7 +20,7 @@ determine a value: what information there is comes from noise and from the filte
 KIND_NAMES = ("mass", "centre of mass", "inertia")
 
 STEPS = ((36_000.0, "10 h"), (3_600.0, "1 h"), (600.0, "10 min"), (60.0, "1 min"), (10.0, "10 s"))
-"""Thresholds in seconds, and how a longer time is worded."""
+"""Lower bounds that stand for a longer time, s, with their names."""
 
 
 def outlook(found: Identification, within: float = WITHIN) -> str | None:

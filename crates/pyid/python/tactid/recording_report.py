@@ -112,8 +112,8 @@ def explained(fit: Fit, windows: NDArray[np.bool_]) -> list[float | None]:
     for values, fitted, share in zip(measured.T, predicted.T, weight.T, strict=True):
         total = share.sum()
         mean = share @ values / total if total > 0 else 0.0
-        spread = share @ (values - mean) ** 2
-        fraction = 1 - share @ (values - fitted) ** 2 / spread if spread > 0 else math.nan
+        variance = share @ (values - mean) ** 2
+        fraction = 1 - share @ (values - fitted) ** 2 / variance if variance > 0 else math.nan
         fractions.append(float(fraction) if math.isfinite(fraction) else None)
     return fractions
 

@@ -52,7 +52,7 @@ class Estimate:
 
     @classmethod
     def read(cls, path: Path) -> "Estimate":
-        """Reads a result; any file that is none is refused with what is wrong in it."""
+        """Reads a result; the error for any other file says what is wrong in it."""
         try:
             record = json.loads(path.read_bytes())
         except ValueError as error:
