@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use tactid_identify::IdentifyError;
 use tactid_recordings::{RecordingError, TopicKind};
 
-use crate::identification::FaultData;
+use crate::faults::FaultData;
 
 pyo3::import_exception!(tactid.errors, TactidError);
 pyo3::import_exception!(tactid.errors, ArgumentError);

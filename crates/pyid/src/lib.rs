@@ -7,6 +7,7 @@ mod arrays;
 mod dynamics;
 mod errors;
 mod estimators;
+mod faults;
 mod findings;
 mod identification;
 mod identify;
@@ -17,6 +18,7 @@ mod online;
 mod options;
 mod read;
 mod rows;
+mod samples;
 mod simulate;
 mod states;
 mod table;
@@ -41,7 +43,9 @@ mod _native {
     #[pymodule_export]
     use crate::online::{Identifier, PaperFilter};
     #[pymodule_export]
-    use crate::read::{Samples, read};
+    use crate::read::read;
+    #[pymodule_export]
+    use crate::samples::Samples;
     #[pymodule_export]
     use crate::simulate::{Experiment, RunReport, simulate};
 

@@ -1,36 +1,11 @@
 //! Messages as rows of numbers.
 
-use tactid_logs::Message;
 use tactid_logs::messages::{
     AccelStamped, Imu, InertiaStamped, JointState, Odometry, Quaternion, StringMsg, Vector3,
     WrenchStamped,
 };
 
-use crate::table::Table;
-
-/// A message as rows of numbers.
-pub(crate) trait Rows: Message {
-    /// Names and widths of the arrays.
-    const ARRAYS: &'static [(&'static str, usize)];
-
-    /// Adds a row to each array, in their order.
-    fn put(&self, table: &mut Table);
-
-    /// What distinguishes the publishers of one topic.
-    fn publisher(&self) -> &[String] {
-        &[]
-    }
-
-    /// The frame whose motion the message reports.
-    fn child_frame(&self) -> &str {
-        ""
-    }
-
-    /// The frame in whose axes the numbers are.
-    fn frame(&self) -> &str {
-        self.header().map_or("", |header| &header.frame_id)
-    }
-}
+use crate::table::{Rows, Table};
 
 impl Rows for JointState {
     // As wide as the number of joints, which the messages determine.

@@ -4,11 +4,35 @@ use std::collections::BTreeMap;
 use std::iter::repeat_n;
 
 use pyo3::prelude::*;
+use tactid_logs::Message;
 
 use crate::arrays::output;
 use crate::errors::LogError;
-use crate::read::Samples;
-use crate::rows::Rows;
+use crate::samples::Samples;
+
+/// A message as rows of numbers.
+pub(crate) trait Rows: Message {
+    /// Names and widths of the arrays.
+    const ARRAYS: &'static [(&'static str, usize)];
+
+    /// Adds a row to each array, in their order.
+    fn put(&self, table: &mut Table);
+
+    /// What distinguishes the publishers of one topic.
+    fn publisher(&self) -> &[String] {
+        &[]
+    }
+
+    /// The frame whose motion the message reports.
+    fn child_frame(&self) -> &str {
+        ""
+    }
+
+    /// The frame in whose axes the numbers are.
+    fn frame(&self) -> &str {
+        self.header().map_or("", |header| &header.frame_id)
+    }
+}
 
 /// Rows of one width, one after the other.
 pub(crate) struct Rectangle {
