@@ -23,9 +23,13 @@ test-rust: tools
 test-python: $(VENV)/tested
 	$(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist worksteal
 
-lint: tools $(VENV)/linters ## formatting, clippy, ruff and mypy, with warnings as errors
+lint: tools $(VENV)/linters ## formatting, clippy, ruff, mypy, the structure and the glossary, with warnings as errors
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
+	RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps --locked --quiet
+	$(BIN)/python tests/lint/structure.py
+	$(BIN)/python tests/lint/language.py
+	$(BIN)/python tests/lint/equations.py
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
