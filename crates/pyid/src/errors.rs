@@ -52,11 +52,7 @@ impl IntoPyErr for tactid_dynamics::StateError {
 
 impl IntoPyErr for tactid_nlms::SettingError {
     fn into_py_err(self) -> PyErr {
-        let Self { name, given, range } = self;
-        option_error(
-            format!("`{name}` is {given}, but must lie in {range}"),
-            name,
-        )
+        ArgumentError::new_err(setting_message(&self))
     }
 }
 
@@ -72,7 +68,7 @@ impl IntoPyErr for IdentifyError {
         match self {
             Self::Model(error) => error.into_py_err(),
             Self::State(error) => error.into_py_err(),
-            Self::Setting(error) => error.into_py_err(),
+            Self::Setting(error) => option_error(setting_message(&error), error.name),
             Self::Value {
                 name,
                 given,
@@ -162,6 +158,12 @@ impl IntoPyErr for tactid_sim::SimError {
             }
         }
     }
+}
+
+/// A setting of an estimator that is out of its range.
+fn setting_message(error: &tactid_nlms::SettingError) -> String {
+    let tactid_nlms::SettingError { name, given, range } = error;
+    format!("`{name}` is {given}, but must lie in {range}")
 }
 
 /// The option that sets a field of a Rust settings type: its name without the unit.
