@@ -50,7 +50,7 @@ def test_every_kind_of_the_native_part_has_its_words() -> None:
     assert set(re.findall(r'^ *\(?"([a-z_]+)", *(?:data!|$)', findings, re.M)) | set(
         re.findall(r'\("([a-z_]+)", data!', findings)
     ) == set(FINDING_KINDS)
-    faults = (NATIVE / "identification.rs").read_text()
+    faults = (NATIVE / "faults.rs").read_text()
     assert set(re.findall(r'FaultKind::\w+(?:\(joint\))? => \("([a-z_]+)"', faults)) == set(PHRASES)
 
 

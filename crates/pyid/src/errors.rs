@@ -3,6 +3,7 @@
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use tactid_identify::IdentifyError;
+use tactid_nlms::SettingError;
 use tactid_recordings::{RecordingError, TopicKind};
 
 use crate::faults::FaultData;
@@ -50,21 +51,9 @@ impl IntoPyErr for tactid_dynamics::StateError {
     }
 }
 
-impl IntoPyErr for tactid_nlms::SettingError {
+impl IntoPyErr for SettingError {
     fn into_py_err(self) -> PyErr {
-        use tactid_nlms::SettingError as Error;
-        let message = self.to_string();
-        match self {
-            Error::Alpha(_) => option_error(message, "alpha"),
-            Error::Beta(_) => option_error(message, "beta"),
-            // No option of an identification: an argument of a filter, or a constant of the detector.
-            Error::Step(_)
-            | Error::RowsBetweenFalseAlarms(_)
-            | Error::CorrelationRows(_)
-            | Error::Shift(_)
-            | Error::Growth(_)
-            | Error::Clip(_) => ArgumentError::new_err(message),
-        }
+        ArgumentError::new_err(setting_message(&self))
     }
 }
 
@@ -80,7 +69,17 @@ impl IntoPyErr for IdentifyError {
         match self {
             Self::Model(error) => error.into_py_err(),
             Self::State(error) => error.into_py_err(),
-            Self::Setting(error) => error.into_py_err(),
+            Self::Setting(error) => match error {
+                SettingError::Alpha(_) => option_error(setting_message(&error), "alpha"),
+                SettingError::Beta(_) => option_error(setting_message(&error), "beta"),
+                // No option sets these: the identification does not use LMS, and detects changes by constants.
+                SettingError::Step(_)
+                | SettingError::RowsBetweenFalseAlarms(_)
+                | SettingError::CorrelationRows(_)
+                | SettingError::Shift(_)
+                | SettingError::Growth(_)
+                | SettingError::Clip(_) => error.into_py_err(),
+            },
             Self::Value {
                 name,
                 given,
@@ -169,6 +168,16 @@ impl IntoPyErr for tactid_sim::SimError {
                 SimulationError::new_err(message)
             }
         }
+    }
+}
+
+/// A setting of an estimator that is out of its range: the error's text, which begins with the setting's name,
+/// with this name as code.
+fn setting_message(error: &SettingError) -> String {
+    let text = error.to_string();
+    match text.split_once(' ') {
+        Some((name, rest)) => format!("`{name}` {rest}"),
+        None => text,
     }
 }
 
