@@ -324,7 +324,7 @@ fn an_offset_is_told_from_the_payload() {
                 assert_eq!(changes.len(), 1, "{seed} {changes:?}");
                 assert!((5.0..5.3).contains(&changes[0]), "{changes:?}");
                 assert!((estimates[1].body.mass_kg - 60.0).abs() < 1.0);
-                let offset = Vector3::from_column_slice(&identifier.wrench_offset().unwrap()[..3]);
+                let offset = identifier.wrench_offset().unwrap().wrench.force;
                 assert!((offset.norm() - 37.4).abs() < 1.5, "{offset}");
             }
         }
