@@ -1,7 +1,7 @@
-//! How long one sample takes, from measurements to the estimate with its uncertainty.
+//! Time of one update, from the measurements of a sample to the estimate with its uncertainty.
 
 #![allow(clippy::unwrap_used)]
-#![expect(clippy::print_stdout, reason = "a table is what it is for")]
+#![expect(clippy::print_stdout, reason = "the benchmark prints a table")]
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -13,7 +13,7 @@ use common::{Experiment, Noise, identifier};
 use rand::{SeedableRng, rngs::SmallRng};
 use tactid_identify::{EquationSettings, Method};
 
-/// Samples from the end of a window to the end of the next, at most.
+/// Most samples from the end of a window to the end of the next.
 const PLACES: usize = 32;
 
 fn main() {
@@ -22,13 +22,13 @@ fn main() {
         ..Experiment::default()
     };
     let mut random = SmallRng::seed_from_u64(0);
-    let noise = Noise::part(0.01);
+    let noise = Noise::fraction(0.01);
     let exact = experiment.run();
     let instants: Vec<_> = exact.iter().map(|i| noise.on(i, &mut random)).collect();
     println!("one update at 1 kHz of a 6-joint arm, sample to estimate with uncertainty, µs");
     println!(
         "{:<16}{:>8}{:>22}{:>22}{:>22}",
-        "method", "mean", "median, most samples", "median, window's end", "dearest of its stages"
+        "method", "mean", "median, most samples", "median, window's end", "slowest of its stages"
     );
     for (name, method) in [
         ("tactile", Method::Tactile),
@@ -40,7 +40,7 @@ fn main() {
             ..EquationSettings::default()
         };
         let mut identifier = identifier(&experiment, &settings);
-        // By the samples since a window's end.
+        // Times by the number of samples since the end of a window.
         let mut times_us = vec![Vec::new(); PLACES];
         let (mut all_us, mut windows, mut place) = (0.0, 0, 0);
         for instant in &instants {

@@ -1,4 +1,4 @@
-//! The online identifier on exact samples of the project's robot.
+//! The online identifier and the paper's filter on exact samples of the project's robot.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -34,7 +34,7 @@ fn joint_sensing() -> EquationSettings {
     }
 }
 
-/// Exact samples give the payload but for the fourth order of the time that polynomials reach over.
+/// Exact samples give the payload to the accuracy of the polynomials that differentiate them.
 #[test]
 fn least_squares_finds_the_payload_from_the_fingers() {
     let experiment = Experiment::default();
@@ -52,8 +52,8 @@ fn least_squares_finds_the_payload_from_the_fingers() {
     );
 }
 
-/// The motion of base and links alone gives gripper and payload as one body, and the payload when
-/// the gripper is taken off.
+/// The motion of base and links gives gripper and payload as one body, and the payload once the gripper is
+/// subtracted.
 #[test]
 fn least_squares_finds_the_payload_from_the_joints() {
     let experiment = Experiment::default();
@@ -70,8 +70,8 @@ fn least_squares_finds_the_payload_from_the_joints() {
     assert!((mass - 100.0 - gripper.mass()).abs() < 1e-3, "{mass}");
 }
 
-/// Fingers and momentum together give what each gives alone, and need neither to be there; the paper's
-/// filter cannot take their rows.
+/// Fingers and momentum together give the payload, and so does momentum without fingers. Without either the
+/// method is an error, and so are these rows for the paper's filter.
 #[test]
 fn least_squares_finds_the_payload_from_all_together() {
     let combined = Method::Combined { effort: false };
@@ -112,10 +112,10 @@ fn least_squares_finds_the_payload_from_all_together() {
     ));
 }
 
-/// Wrenches that are one sample late or early spoil the result by far more than the bound that exact
-/// ones meet: alignment is what the first test tests.
+/// Wrenches that are one sample late or early make errors far beyond the bound that exact samples satisfy, so
+/// the tests above detect a misalignment by one sample.
 #[test]
-fn a_wrench_one_sample_beside_its_motion_shows() {
+fn a_wrench_misaligned_by_one_sample_shows() {
     let experiment = Experiment::default();
     let instants = experiment.run();
     for shift in [-1i64, 1] {
@@ -133,10 +133,10 @@ fn a_wrench_one_sample_beside_its_motion_shows() {
     }
 }
 
-/// A wrench of the payload on the fingers instead of the reverse makes a mass of -100 kg, which is
-/// returned as what it is: impossible.
+/// Wrenches with the opposite sign, of the payload on the fingers, give a mass of -100 kg, which is reported as
+/// not physical.
 #[test]
-fn a_wrench_of_the_wrong_sign_is_an_impossible_body() {
+fn a_wrench_of_the_wrong_sign_is_not_physical() {
     let experiment = Experiment::default();
     let mut instants = experiment.run();
     for wrench in instants
@@ -150,15 +150,15 @@ fn a_wrench_of_the_wrong_sign_is_an_impossible_body() {
     assert!(!estimate.is_physical);
 }
 
-/// At the posture of the paper's Table 1 joints 3 and 6 are parallel: the motion says nothing of
-/// Ixx, and the result says so, for it alone of the diagonal.
+/// At the posture of the paper's Table 1 joints 3 and 6 are parallel, so that the motion does not determine Ixx.
+/// The result reports it, and no other value.
 #[test]
 fn ixx_is_not_identifiable_at_the_posture_of_table_1() {
     for (posture, missing) in [(TABLE_1, vec!["Ixx"]), (common::IDENTIFIABLE, vec![])] {
         let experiment = Experiment {
             posture,
             moving: vec![3, 5, 6],
-            in_turn: true,
+            in_sequence: true,
             duration_s: 15.0,
             ..Experiment::default()
         };
@@ -172,8 +172,8 @@ fn ixx_is_not_identifiable_at_the_posture_of_table_1() {
     }
 }
 
-/// On the ground the weight is part of the wrench: with gravity at its default the payload comes out
-/// right, and with its sign turned it does not.
+/// On the ground the wrench contains the weight: the default gravity gives the payload, and the opposite sign
+/// does not.
 #[test]
 fn gravity_enters_with_its_sign() {
     let gravity = Vector3::new(0.0, 0.0, -9.81);
@@ -189,17 +189,17 @@ fn gravity_enters_with_its_sign() {
         "{:?}",
         errors_percent(&estimate.body)
     );
-    let turned = EquationSettings {
+    let opposite = EquationSettings {
         gravity: Some(-gravity),
         ..EquationSettings::default()
     };
-    let estimate = identify(&experiment, &instants, turned);
+    let estimate = identify(&experiment, &instants, opposite);
     assert!(worst_percent(&estimate.body) > 50.0);
 }
 
-/// Bad samples change nothing and are counted; a gap is cut out, not bridged.
+/// Invalid samples are counted and change nothing, and no window spans a gap.
 #[test]
-fn bad_samples_are_refused_and_gaps_cut_out() {
+fn bad_samples_are_rejected_and_gaps_are_not_bridged() {
     let experiment = Experiment::default();
     let instants = experiment.run();
     let mut identifier = identifier(&experiment, &EquationSettings::default());
@@ -240,9 +240,9 @@ fn bad_samples_are_refused_and_gaps_cut_out() {
     );
 }
 
-/// What cannot work is refused when the identifier is made, by name.
+/// A request that cannot work is an error at construction, which names its cause.
 #[test]
-fn impossible_requests_are_refused() {
+fn impossible_requests_are_errors() {
     let robot = Experiment::default().robot();
     let equations = EquationSettings::default();
     let online =
@@ -279,9 +279,9 @@ fn impossible_requests_are_refused() {
     assert!(matches!(result, Err(IdentifyError::FixedBase)));
 }
 
-/// A sample of another robot is an error that names the joints.
+/// A sample whose slices do not fit the robot is an error that names the joints.
 #[test]
-fn samples_that_do_not_fit_are_refused() {
+fn samples_that_do_not_fit_are_errors() {
     let experiment = Experiment {
         duration_s: 0.01,
         ..Experiment::default()
@@ -314,10 +314,10 @@ fn samples_that_do_not_fit_are_refused() {
     }
 }
 
-/// The gripper is taken off where its fingers are, not where they are at zero: inertia of the
-/// composite depends on the opening, the payload does not.
+/// The gripper is subtracted at the position of its fingers and not at their zero position, on which its inertia
+/// depends.
 #[test]
-fn the_gripper_is_taken_off_at_its_opening() {
+fn the_gripper_is_subtracted_at_its_opening() {
     let experiment = Experiment::default();
     let robot = experiment.robot();
     let tool = robot.frame(TOOL).unwrap();
@@ -329,7 +329,7 @@ fn the_gripper_is_taken_off_at_its_opening() {
     }
     let estimate = identify(&experiment, &instants, joint_sensing());
     let composite = InertialParameters::from(estimate.composite.unwrap());
-    let left = composite - InertialParameters::from(estimate.body);
-    assert!((left.mass() - closed.mass()).abs() < 1e-9);
-    assert!((left.as_vector() - closed.as_vector()).norm() > 1e-4);
+    let gripper = composite - InertialParameters::from(estimate.body);
+    assert!((gripper.mass() - closed.mass()).abs() < 1e-9);
+    assert!((gripper.as_vector() - closed.as_vector()).norm() > 1e-4);
 }

@@ -1,7 +1,7 @@
-//! An experiment without a physics engine: the equations of motion integrated so finely that the
-//! samples are exact, on the project's own robot.
+//! An experiment on the project's own robot without a physics engine: the equations of motion are integrated
+//! with steps so small that the samples are exact.
 
-#![allow(dead_code, reason = "each test file uses a part of it")]
+#![allow(dead_code, reason = "no test file uses all of it")]
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -20,9 +20,9 @@ pub(crate) const TOOL: &str = "tool0";
 pub(crate) const SENSORS: [&str; 2] = ["finger_left_link", "finger_right_link"];
 pub(crate) const URDF: &str = include_str!("../../../sim/robots/tactid.urdf");
 
-/// All three axes of rotation are reached by joints 3, 5 and 6.
+/// A posture at which joints 3, 5 and 6 rotate the tool about all three axes, rad.
 pub(crate) const IDENTIFIABLE: [f64; 6] = [0.0, -1.2, 1.6, -0.4, FRAC_PI_2, 0.0];
-/// The paper's Table 1: joints 3 and 6 are parallel.
+/// The posture of the paper's Table 1, rad: joints 3 and 6 are parallel.
 pub(crate) const TABLE_1: [f64; 6] = [0.0; 6];
 
 pub(crate) fn payload() -> MassProperties {
@@ -56,24 +56,24 @@ impl Instant {
     }
 }
 
-/// Deviations of white noise on every sample.
+/// Standard deviations of white noise on every sample.
 #[derive(Clone, Copy)]
 pub(crate) struct Noise {
-    /// Of joint angles, rad, and their rates, rad/s.
+    /// Noise of joint positions, rad, and of joint velocities, rad/s.
     pub(crate) joints: [f64; 2],
-    /// Of the base's linear and angular velocity, m/s and rad/s.
+    /// Noise of the base's linear and angular velocity, m/s and rad/s.
     pub(crate) base: [f64; 2],
-    /// Of each finger's force and moment, N and N m.
+    /// Noise of each finger's force and moment, N and N m.
     pub(crate) wrench: [f64; 2],
 }
 
 impl Noise {
-    /// A part of what the experiment's channels reach.
-    pub(crate) fn part(part: f64) -> Self {
+    /// Noise that is a fraction of the amplitude of each channel in the experiment.
+    pub(crate) fn fraction(fraction: f64) -> Self {
         Self {
-            joints: [0.3 * part, 0.5 * part],
-            base: [0.3 * part, 0.3 * part],
-            wrench: [300.0 * part, 30.0 * part],
+            joints: [0.3 * fraction, 0.5 * fraction],
+            base: [0.3 * fraction, 0.3 * fraction],
+            wrench: [300.0 * fraction, 30.0 * fraction],
         }
     }
 
@@ -102,13 +102,13 @@ pub(crate) struct Experiment {
     pub(crate) base: BaseKind,
     pub(crate) gravity: Vector3<f64>,
     pub(crate) posture: [f64; 6],
-    /// Which of the six arm joints swing, counted from one.
+    /// Numbers of the arm joints that move, counted from one.
     pub(crate) moving: Vec<usize>,
-    /// One after another, as in the paper, instead of all at once.
-    pub(crate) in_turn: bool,
+    /// Whether the joints move one after another, as in the paper, instead of all at once.
+    pub(crate) in_sequence: bool,
     pub(crate) duration_s: f64,
     pub(crate) step_s: f64,
-    /// From this time on another payload is held.
+    /// Time of a payload change, s, and the payload after it.
     pub(crate) swap: Option<(f64, MassProperties)>,
 }
 
@@ -120,7 +120,7 @@ impl Default for Experiment {
             gravity: Vector3::zeros(),
             posture: IDENTIFIABLE,
             moving: vec![1, 2, 3, 4, 5, 6],
-            in_turn: false,
+            in_sequence: false,
             duration_s: 5.0,
             step_s: 1e-3,
             swap: None,
@@ -138,25 +138,25 @@ impl Experiment {
         Manipulator::from_urdf(&self.urdf, self.base).unwrap()
     }
 
-    /// Position, velocity and acceleration of all joints, the fingers' included.
+    /// Returns position, velocity and acceleration of all joints, including those of the fingers.
     fn joints(&self, t: f64) -> [Vec<f64>; 3] {
         let mut joints = [vec![0.0; 8], vec![0.0; 8], vec![0.0; 8]];
         joints[0][..6].copy_from_slice(&self.posture);
         for (k, &joint) in self.moving.iter().enumerate() {
-            // Different frequencies, so that the joints' accelerations are independent; in turn, whole
-            // swings of 5 s, each of which ends where it began.
+            // Different frequencies make the joints' accelerations independent. In sequence, each joint makes
+            // whole swings of 5 s, which end where they begin.
             let share_s = self.duration_s / self.moving.len() as f64;
             let turn = (t / share_s).floor() as usize;
-            if self.in_turn && turn != k {
+            if self.in_sequence && turn != k {
                 continue;
             }
             let w = TAU
-                * if self.in_turn {
+                * if self.in_sequence {
                     0.2
                 } else {
                     0.2 + 0.07 * k as f64
                 };
-            let t = if self.in_turn {
+            let t = if self.in_sequence {
                 t - turn as f64 * share_s
             } else {
                 t
@@ -213,8 +213,8 @@ impl Experiment {
         instants
     }
 
-    /// The wrench on the payload, as both fingers feel it: one force to the left, all else to the
-    /// right, each in its own frame.
+    /// Returns the wrench of each finger on the payload, in the finger's frame: a given one of the left finger,
+    /// and the rest of the right one.
     fn finger_wrenches(&self, workspace: &Workspace, t: f64) -> Vec<Wrench> {
         let robot = workspace.robot();
         let tool = robot.frame(TOOL).unwrap();
@@ -238,7 +238,7 @@ impl Experiment {
         ]
     }
 
-    /// Sets the base's accelerations, and leaves the whole motion in the workspace.
+    /// Computes the base's accelerations and the motion of all bodies in the workspace.
     fn accelerate(&self, workspace: &mut Workspace, base: &mut FrameMotion, t: f64) {
         let [position, velocity, acceleration] = self.joints(t);
         let joints = JointMotion {
@@ -253,11 +253,11 @@ impl Experiment {
     fn runge_kutta(&self, workspace: &mut Workspace, start: &FrameMotion, t: f64) -> FrameMotion {
         let h = self.step_s;
         let mut slopes: Vec<FrameMotion> = Vec::with_capacity(4);
-        for part in [0.0, 0.5, 0.5, 1.0] {
+        for fraction in [0.0, 0.5, 0.5, 1.0] {
             let mut at = slopes
                 .last()
-                .map_or(*start, |slope| advance(start, slope, part * h));
-            self.accelerate(workspace, &mut at, t + part * h);
+                .map_or(*start, |slope| advance(start, slope, fraction * h));
+            self.accelerate(workspace, &mut at, t + fraction * h);
             slopes.push(at);
         }
         let mean = |f: &dyn Fn(&FrameMotion) -> Vector3<f64>| {
@@ -274,7 +274,7 @@ impl Experiment {
     }
 }
 
-/// `start`, moved with the velocities and accelerations of `slope`.
+/// Returns `start` after a time with the velocities and accelerations of `slope`.
 fn advance(start: &FrameMotion, slope: &FrameMotion, duration_s: f64) -> FrameMotion {
     let turn = UnitQuaternion::from_scaled_axis(slope.angular_velocity * duration_s);
     FrameMotion {
@@ -298,8 +298,8 @@ pub(crate) fn paper_filter(experiment: &Experiment, settings: &EquationSettings)
     PaperFilter::new(&robot, TOOL, &SENSORS, settings, PaperSettings::default()).unwrap()
 }
 
-/// Each parameter's error, in percent of its nominal value, or of the largest of its kind for a
-/// zero entry.
+/// Returns the error of each value in percent of its nominal value, or of the largest of its kind where that is
+/// zero.
 pub(crate) fn errors_percent(body: &MassProperties) -> [f64; 10] {
     let truth = payload();
     let (a, i) = (
@@ -318,7 +318,7 @@ pub(crate) fn errors_percent(body: &MassProperties) -> [f64; 10] {
         i[(1, 2)] / 20.0,
         i[(2, 2)] / 10.0,
     ]
-    .map(|part| 100.0 * part)
+    .map(|relative| 100.0 * relative)
 }
 
 pub(crate) fn worst_percent(body: &MassProperties) -> f64 {
