@@ -175,6 +175,7 @@ def test_online_estimates_know_their_uncertainty_and_detect_a_payload_change(
         assert estimate.payload_changes == changes
         assert estimate.is_physical
         covariance = identifier.covariance()
+        assert covariance is not None
         np.testing.assert_allclose(np.sqrt(covariance[0, 0]), estimate.std_devs[0])
         error = estimate.body.parameters - body.parameters
         # Ten squares over their variances are within 30 in all but a thousandth of all cases.

@@ -3,7 +3,9 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use tactid_dynamics::{InertialParameters, MassProperties, symmetric_entries, symmetric_matrix};
+use tactid_dynamics::{
+    InertialParameters, MassProperties, Wrench, symmetric_entries, symmetric_matrix,
+};
 
 /// Names of [`PayloadEstimate::values`], in order: mass, centre of mass, and inertia about it.
 pub const VALUE_NAMES: [&str; 10] = [
@@ -60,6 +62,15 @@ impl PayloadEstimate {
         let named = VALUE_NAMES.iter().zip(&self.identifiable);
         named.filter(|(_, known)| !**known).map(|(name, _)| *name)
     }
+}
+
+/// A wrench together with the name of the frame in which it is expressed. Cloning it allocates nothing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExpressedWrench {
+    /// Name of the frame: a link of the robot.
+    pub frame: Arc<str>,
+    /// Force in N, and moment about the origin of `frame` in N m, along the axes of `frame`.
+    pub wrench: Wrench,
 }
 
 /// The estimate at one time of a recording.

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use tactid_dynamics::Wrench;
-use tactid_identify::{BaseState, IdentifyError, PushOutcome, Sample};
+use tactid_identify::{BaseState, ExpressedWrench, IdentifyError, PushOutcome, Sample};
 
 use crate::arrays::{Poses, Series, common_length, output};
 use crate::dynamics::Manipulator;
@@ -80,21 +80,21 @@ impl Identifier {
         EstimateData::new(py, &estimate)
     }
 
-    /// Returns the covariance of the payload's linear parameters, (10, 10).
-    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    /// Returns the covariance of the payload's linear parameters, (10, 10); None before the noise is known.
+    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
         let covariance = py.detach(|| lock(&self.solver).covariance());
         // Symmetric: row by row and column by column are the same.
-        output(py, covariance.as_slice().to_vec(), None, &[10, 10])
+        let rows = covariance.map(|matrix| output(py, matrix.as_slice().to_vec(), None, &[10, 10]));
+        rows.transpose()
     }
 
     /// Returns the offset of the wrenches; None where it is not an unknown.
     fn wrench_offset(&self, py: Python<'_>) -> PyResult<Option<WrenchOffsetData>> {
-        let (offset, frame) = py.detach(|| {
-            let solver = lock(&self.solver);
-            (solver.wrench_offset(), solver.estimate().frame)
-        });
-        let data =
-            |six: [f64; 6]| WrenchOffsetData::new(py, &frame, six.to_vec(), vec![f64::NAN; 6]);
+        let offset = py.detach(|| lock(&self.solver).wrench_offset());
+        let data = |offset: ExpressedWrench| {
+            let six = offset.wrench.force.iter().chain(&offset.wrench.moment);
+            WrenchOffsetData::new(py, &offset.frame, six.copied().collect(), vec![f64::NAN; 6])
+        };
         offset.map(data).transpose()
     }
 }

@@ -1,9 +1,13 @@
 //! Least squares in the control loop: an estimate with its uncertainty at every sample.
 
-mod estimator;
+mod accumulated_rows;
 mod identifier;
+mod least_squares;
+mod noise_tracker;
 mod readout;
-mod running_noise;
-mod sums;
+mod residual_correlation;
+mod stage;
+mod staged_update;
+mod window;
 
 pub use identifier::Identifier;

@@ -1,97 +1,106 @@
-//! What a user reads of the last window.
+//! What the identifier reports between two updates.
 
 use tactid_dynamics::{InertialParameters, MassProperties};
 
-use super::estimator::Recursive;
+use super::least_squares::OnlineLeastSquares;
 use crate::result::{self, is_physical, values};
 use crate::solve::consistency::ProjectionTracker;
 use crate::solve::subspace::{Matrix, Vector};
 use crate::solve::uncertainty::{std_devs, widened};
 
-/// What the last window has left.
+/// The reported estimate: body, uncertainty and physical consistency.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Latest {
+pub(crate) struct Readout {
     /// The payload alone.
     pub(crate) body: MassProperties,
+    /// Whether a body with these parameters can exist.
     pub(crate) is_physical: bool,
-    /// With the gripper, for the joint-sensing method.
+    /// Gripper and payload as one body, for the joint-sensing method.
     pub(crate) composite: Option<MassProperties>,
-    pub(crate) certainty: Certainty,
+    pub(crate) uncertainty: Uncertainty,
 }
 
-/// How sure least squares is of the payload.
+/// Uncertainty of the reported body.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Certainty {
+pub(crate) struct Uncertainty {
+    /// Standard deviations of the ten values that are reported.
     pub(crate) std_devs: [f64; 10],
-    /// The values at which standard deviations are known, and these: those of the estimate while the
-    /// reported body is far from the nearest consistent one, else those of the body.
+    /// The ten values of the least-squares estimate while the reported body is far from its projection onto
+    /// consistent parameters; afterwards those of the reported body.
     estimate: [f64; 10],
+    /// Standard deviations of `estimate` to first order.
     linear: [f64; 10],
-    pub(crate) covariance: Matrix,
+    /// Covariance of the linear parameters; `None` before the noise is known.
+    pub(crate) covariance: Option<Matrix>,
 }
 
-impl Latest {
-    pub(crate) fn nothing() -> Self {
-        let certainty = Certainty {
+impl Readout {
+    /// Returns the report before any window: every value is unknown.
+    pub(crate) fn unknown() -> Self {
+        let uncertainty = Uncertainty {
             std_devs: [f64::INFINITY; 10],
             estimate: [0.0; 10],
             linear: [f64::INFINITY; 10],
-            covariance: Matrix::zeros(),
+            covariance: None,
         };
-        Self::new(body_of(&Vector::zeros()), None, certainty)
+        Self::new(body_of(&Vector::zeros()), None, uncertainty)
     }
 
-    /// With the possible body that is near to what was found; `gripper` is what was found and is not of
-    /// the payload.
-    pub(crate) fn of_least_squares(
-        found: &Recursive,
-        possible: &ProjectionTracker,
+    /// Returns the report of an estimate with the projection onto consistent parameters. `gripper` is the part of
+    /// the estimated body that is not the payload.
+    pub(crate) fn of_estimate(
+        estimator: &OnlineLeastSquares,
+        projection: &ProjectionTracker,
         gripper: Option<&InertialParameters>,
     ) -> Self {
-        let reported = possible.parameters();
+        let reported = projection.parameters();
         let estimate = match gripper {
-            _ if !possible.is_far() => reported,
-            Some(gripper) => found.parameters() - gripper.as_vector(),
-            None => *found.parameters(),
+            _ if !projection.is_far() => reported,
+            Some(gripper) => estimator.parameters() - gripper.as_vector(),
+            None => *estimator.parameters(),
         };
-        let covariance = found.covariance();
+        let covariance = estimator.covariance();
         let linear = covariance.map_or([f64::INFINITY; 10], |covariance| {
-            std_devs(&estimate, &covariance, &found.null_space())
+            std_devs(&estimate, &covariance, &estimator.null_space())
         });
         let estimate = values(&body_of(&estimate));
         let body = body_of(&reported);
-        let certainty = Certainty {
+        let uncertainty = Uncertainty {
             std_devs: widened(&estimate, &values(&body), &linear),
             estimate,
             linear,
-            covariance: covariance.unwrap_or_else(Matrix::zeros),
+            covariance,
         };
-        let composite = gripper.map(|_| body_of(found.parameters()));
-        Self::new(body, composite, certainty)
+        let composite = gripper.map(|_| body_of(estimator.parameters()));
+        Self::new(body, composite, uncertainty)
     }
 
-    /// Reports a consistent body that is nearer to the estimate.
-    pub(crate) fn move_to(&mut self, possible: &ProjectionTracker) {
-        self.body = body_of(&possible.parameters());
+    /// Replaces the body by the present projection of the same estimate.
+    pub(crate) fn set_projection(&mut self, projection: &ProjectionTracker) {
+        self.body = body_of(&projection.parameters());
         self.is_physical = is_physical(&self.body);
-        if possible.is_far() {
+        if projection.is_far() {
             let reported = values(&self.body);
-            let certainty = &mut self.certainty;
-            certainty.std_devs = widened(&certainty.estimate, &reported, &certainty.linear);
+            let uncertainty = &mut self.uncertainty;
+            uncertainty.std_devs = widened(&uncertainty.estimate, &reported, &uncertainty.linear);
         }
     }
 
-    fn new(body: MassProperties, composite: Option<MassProperties>, certainty: Certainty) -> Self {
+    fn new(
+        body: MassProperties,
+        composite: Option<MassProperties>,
+        uncertainty: Uncertainty,
+    ) -> Self {
         Self {
             is_physical: is_physical(&body),
             body,
             composite,
-            certainty,
+            uncertainty,
         }
     }
 }
 
-/// All zero where there is no mass.
+/// Returns the body with these linear parameters; all values are zero where the mass is.
 fn body_of(parameters: &Vector) -> MassProperties {
     let body = InertialParameters::from_vector(*parameters).mass_properties();
     body.unwrap_or_else(|| result::body(&[0.0; 10]))

@@ -1,4 +1,4 @@
-//! A simulated arm with a payload that changes: exact dynamics, to which a test adds noise.
+//! Simulation of an arm with payload changes. The dynamics are exact; a test adds noise.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -13,7 +13,7 @@ use tactid_identify::{BaseState, Sample};
 pub(crate) const TOOL: &str = "flange";
 pub(crate) const JOINTS: usize = 6;
 
-/// A serial arm with the Denavit-Hartenberg table and the link masses of a Universal Robots UR10.
+/// Returns a serial arm with the Denavit-Hartenberg table and the link masses of a Universal Robots UR10.
 pub(crate) fn arm(base_kind: BaseKind) -> Manipulator {
     let table = [
         (0.1273, 0.0, FRAC_PI_2, 7.778),
@@ -59,7 +59,7 @@ pub(crate) fn arm(base_kind: BaseKind) -> Manipulator {
     .unwrap()
 }
 
-/// A body in the tool frame; its inertia about the centre of mass is that of a rotated cuboid.
+/// Returns a body in the tool frame. Its inertia about the centre of mass is that of a rotated cuboid.
 pub(crate) fn body(mass_kg: f64, center_of_mass: [f64; 3], size_m: [f64; 3]) -> MassProperties {
     let [x, y, z] = size_m.map(|size| size * size / 12.0);
     let moments = Matrix3::from_diagonal(&Vector3::new(y + z, x + z, x + y));
@@ -71,31 +71,32 @@ pub(crate) fn body(mass_kg: f64, center_of_mass: [f64; 3], size_m: [f64; 3]) -> 
     }
 }
 
-/// The payloads of a run: the first one, and those that replace it, each with its time in s.
+/// The payloads of a run in order, each with the time from which it is held, s.
 pub(crate) type Payloads = Vec<(f64, MassProperties)>;
 
-/// A run of a simulated arm, with exact dynamics and white noise on the measured wrench.
+/// Base, payloads and motion of one simulation, without noise.
 #[derive(Clone)]
 pub(crate) struct Run {
     pub(crate) base: BaseKind,
     pub(crate) rate_hz: f64,
     pub(crate) payloads: Payloads,
     pub(crate) duration_s: f64,
-    /// No samples are delivered in this interval of time, s.
+    /// Begin and end of a gap without samples, s.
     pub(crate) gap_s: Option<(f64, f64)>,
-    /// Selects frequencies, amplitudes and phases of the joints.
+    /// Seed of the frequencies, amplitudes and phases of the joints.
     pub(crate) motion_seed: u64,
 }
 
-/// One exact instant of a run.
+/// Exact state of base and joints, and wrench on the payload, at one time of a run.
 pub(crate) struct Instant {
     pub(crate) time_s: f64,
     pub(crate) base: BaseState,
+    /// Positions, velocities and accelerations, rad, rad/s and rad/s².
     pub(crate) joints: [[f64; JOINTS]; 3],
     pub(crate) wrench: Wrench,
 }
 
-/// The sines of one joint: amplitude of the acceleration in rad/s², angular frequency, phase.
+/// The sines of one joint: amplitude of the acceleration, rad/s², angular frequency, rad/s, and phase, rad.
 pub(crate) type Sines = [[f64; 3]; 2];
 
 impl Instant {
@@ -112,7 +113,7 @@ impl Instant {
 }
 
 impl Run {
-    /// The index of the payload that is held at this time.
+    /// Returns the index of the payload that is held at a time.
     pub(crate) fn held_at(&self, time_s: f64) -> usize {
         let held = self
             .payloads
@@ -126,7 +127,7 @@ impl Run {
             .is_some_and(|(from_s, to_s)| (from_s..to_s).contains(&time_s))
     }
 
-    /// Smooth motion of all joints, within 1.3 rad/s and 1.6 rad/s².
+    /// Returns a smooth motion of all joints, within 1.3 rad/s and 1.6 rad/s².
     pub(crate) fn sines(&self) -> [Sines; JOINTS] {
         let mut random = SmallRng::seed_from_u64(self.motion_seed);
         std::array::from_fn(|_| {
@@ -144,7 +145,7 @@ impl Run {
         let robot = arm(self.base);
         let tool = robot.frame(TOOL).unwrap();
         let gravity = match self.base {
-            // As the identifier assumes.
+            // The defaults of the identifier.
             BaseKind::Fixed => Vector3::new(0.0, 0.0, -9.81),
             BaseKind::Floating => Vector3::zeros(),
         };
@@ -184,7 +185,7 @@ impl Run {
                 base = runge_kutta(
                     workspace,
                     &base,
-                    |part| joints_at(&sines, time_s + part * step_s),
+                    |fraction| joints_at(&sines, time_s + fraction * step_s),
                     step_s,
                 );
             }
@@ -193,7 +194,7 @@ impl Run {
     }
 }
 
-/// Position, velocity and acceleration of the joints.
+/// Returns positions, velocities and accelerations of the joints.
 pub(crate) fn joints_at(sines: &[Sines; JOINTS], time_s: f64) -> [[f64; JOINTS]; 3] {
     let posture = [0.0, -1.2, 1.6, -0.4, FRAC_PI_2, 0.0];
     let mut joints = [posture, [0.0; JOINTS], [0.0; JOINTS]];
@@ -208,7 +209,7 @@ pub(crate) fn joints_at(sines: &[Sines; JOINTS], time_s: f64) -> [[f64; JOINTS];
     joints
 }
 
-/// Leaves the motion of all bodies in the workspace, and the accelerations of a floating base in `base`.
+/// Computes the motion of all bodies in the workspace, and the accelerations of a floating base in `base`.
 pub(crate) fn move_base(
     workspace: &mut Workspace,
     base: &mut FrameMotion,
@@ -227,6 +228,8 @@ pub(crate) fn move_base(
     }
 }
 
+/// Returns the base one step later, by the classical Runge-Kutta method. `joints` gives the motion of the joints at a
+/// fraction of the step.
 pub(crate) fn runge_kutta(
     workspace: &mut Workspace,
     start: &FrameMotion,
@@ -234,11 +237,11 @@ pub(crate) fn runge_kutta(
     step_s: f64,
 ) -> FrameMotion {
     let mut slopes: Vec<FrameMotion> = Vec::with_capacity(4);
-    for part in [0.0, 0.5, 0.5, 1.0] {
+    for fraction in [0.0, 0.5, 0.5, 1.0] {
         let mut at = slopes
             .last()
-            .map_or(*start, |slope| advance(start, slope, part * step_s));
-        move_base(workspace, &mut at, &joints(part));
+            .map_or(*start, |slope| advance(start, slope, fraction * step_s));
+        move_base(workspace, &mut at, &joints(fraction));
         slopes.push(at);
     }
     let mean = |f: &dyn Fn(&FrameMotion) -> Vector3<f64>| {
@@ -254,7 +257,7 @@ pub(crate) fn runge_kutta(
     advance(start, &slope, step_s)
 }
 
-/// `start`, moved with the velocities and accelerations of `slope`.
+/// Returns `start` after a time with the velocities and accelerations of `slope`.
 pub(crate) fn advance(start: &FrameMotion, slope: &FrameMotion, duration_s: f64) -> FrameMotion {
     let turn = UnitQuaternion::from_scaled_axis(slope.angular_velocity * duration_s);
     let position = start.pose.translation.vector + slope.velocity * duration_s;

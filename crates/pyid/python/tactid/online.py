@@ -97,12 +97,13 @@ class Identifier(_Online):
         collected = collect(options, keywords, "online")
         self._native = _native.Identifier(robot, list(sensors), effort, collected)
 
-    def covariance(self) -> Array:
+    def covariance(self) -> Array | None:
         """Returns the covariance of the payload's linear parameters, (10, 10).
 
         The parameters are mass, kg; first moments, kg m; inertia about the end-effector's origin,
-        kg m², xx, xy, xz, yy, yz, zz. The covariance is zero in directions that the motion did not
-        determine.
+        kg m², xx, xy, xz, yy, yz, zz. A direction that the motion does not determine has the
+        variance of a parameter of plausible size. None stands during the first seven windows, in
+        which the noise is not known.
         """
         return self._native.covariance()
 

@@ -1,0 +1,219 @@
+//! The rows of all windows since the estimate began, accumulated in a fixed amount of memory.
+
+use tactid_nlms::{Estimator, Rls};
+
+use super::noise_tracker::NoiseTracker;
+use super::window::{Innovation, MODEL_ERROR, Prediction, WhitenedRow, WhitenedWindow};
+use crate::equations::window::NOISE_CORRELATION;
+use crate::solve::information::{Information, inverse_of_upper};
+use crate::solve::subspace::{Matrix, Vector};
+
+/// Terms of the score covariance from the last window of one channel.
+#[derive(Clone, Debug)]
+struct ChannelTerms {
+    /// Weighted regressors of the last window and of the one before it.
+    last: [Vector; 2],
+    /// Half the weighted regressor, plus those of the two windows before, each times the correlation of its
+    /// noise with that of the last window.
+    correlated: Vector,
+    /// Weighted half-difference of the regressor.
+    difference: Vector,
+}
+
+impl ChannelTerms {
+    fn zero() -> Self {
+        Self {
+            last: [Vector::zeros(); 2],
+            correlated: Vector::zeros(),
+            difference: Vector::zeros(),
+        }
+    }
+}
+
+/// Whitened rows `A π = b` of all windows, accumulated: their square-root information, the information of
+/// their noise for the errors-in-variables bias correction, and the covariance of their scores.
+#[derive(Clone, Debug)]
+pub(crate) struct AccumulatedRows {
+    rls: Rls<10>,
+    /// Parameters before the first row. Unobservable directions keep them.
+    start: Vector,
+    /// `N = Σ D Dᵀ`: information of the half-differences `D` of the regressors, which is noise of the motion.
+    noise: Matrix,
+    /// `n = Σ D d`: products of the half-differences of regressors and targets.
+    noise_targets: Vector,
+    /// `P = Σ A Cᵀ` of regressors and their [correlated terms](ChannelTerms::correlated).
+    correlated: Matrix,
+    channels: Vec<ChannelTerms>,
+    /// `R⁻ᵀ` of the triangular factor `R` of all rows, as it was when it was last solved.
+    inverse_root: Matrix,
+    /// Weighted rows of the last window until the triangular factor is updated, which overwrites them.
+    pending: Vec<WhitenedRow>,
+}
+
+impl AccumulatedRows {
+    /// Creates the accumulation of no rows of so many channels.
+    pub(crate) fn new(channels: usize) -> Self {
+        let rls = Rls::new();
+        Self {
+            start: rls.parameters(),
+            rls,
+            noise: Matrix::zeros(),
+            noise_targets: Vector::zeros(),
+            correlated: Matrix::zeros(),
+            channels: vec![ChannelTerms::zero(); channels],
+            inverse_root: Matrix::zeros(),
+            pending: vec![(Vector::zeros(), 0.0); channels],
+        }
+    }
+
+    /// Discards all rows and starts from other parameters. They are the estimate in every direction that
+    /// later rows leave unobservable.
+    pub(crate) fn restart_at(&mut self, start: &Vector) {
+        self.start = *start;
+        self.restart();
+    }
+
+    /// Discards all rows and starts from the same parameters as before.
+    pub(crate) fn restart(&mut self) {
+        self.rls = Rls::starting_at(self.start);
+        self.noise = Matrix::zeros();
+        self.noise_targets = Vector::zeros();
+        self.correlated = Matrix::zeros();
+        self.channels.fill(ChannelTerms::zero());
+    }
+
+    /// Adds a whitened window with its robust weight to the sums. [`update_square_root`](Self::update_square_root)
+    /// completes the addition.
+    pub(crate) fn add(&mut self, window: &WhitenedWindow, weight: f64, noise: &NoiseTracker) {
+        let root = weight.sqrt();
+        let rows = window.rows.iter().zip(&window.differences);
+        let places = self.channels.iter_mut().zip(&mut self.pending);
+        for (channel, ((terms, pending), (row, difference))) in places.zip(rows).enumerate() {
+            let regressor = row.0 * root;
+            *pending = (regressor, row.1 * root);
+            terms.difference = difference.0 * root;
+            let target = difference.1 * root;
+            self.noise_targets.axpy(target, &terms.difference, 1.0);
+            let [next, second] = noise.correlation(channel);
+            terms.correlated = regressor * 0.5 + terms.last[0] * next + terms.last[1] * second;
+            terms.last = [regressor, terms.last[0]];
+        }
+        let channels = self.channels.iter();
+        add_products(
+            &mut self.noise,
+            channels.clone().map(|c| (&c.difference, &c.difference)),
+        );
+        add_products(
+            &mut self.correlated,
+            channels.map(|c| (&c.last[0], &c.correlated)),
+        );
+    }
+
+    /// Completes [`add`](Self::add): updates the triangular factor with the rows of the window.
+    pub(crate) fn update_square_root(&mut self) {
+        self.rls.update_all(&mut self.pending);
+    }
+
+    /// Returns the parameters that fit all rows best, however uncertain they are. Their residuals are noise.
+    pub(crate) fn best_fit(&self) -> Vector {
+        let biased = self.rls.parameters();
+        let information = Information::new(self.rls.information_root(), &self.noise, f64::INFINITY);
+        biased + information.solve(&(self.noise * biased - self.noise_targets))
+    }
+
+    /// Solves `(A - N) π = b - n`, where `A π = b` are the normal equations of all rows, and returns the
+    /// parameters and the information `A - N`.
+    ///
+    /// Least squares moves along a nearly singular direction by as much as noise over its singular value:
+    /// by up to 1e6 units after few windows. Such a direction counts as unobservable, and keeps its
+    /// [start](Self::restart_at).
+    pub(crate) fn solve(&mut self) -> (Vector, Information) {
+        self.inverse_root = inverse_of_upper(self.rls.information_root()).transpose();
+        let biased = self.rls.parameters();
+        let information = Information::new(
+            self.rls.information_root(),
+            &self.noise,
+            self.plausible_size(),
+        );
+        let parameters = if information.is_complete() {
+            biased + information.solve(&(self.noise * biased - self.noise_targets))
+        } else {
+            // Both sides less the start's share.
+            let root = self.rls.information_root();
+            let target = root.tr_mul(&(root * (biased - self.start)));
+            self.start + information.solve(&(target + self.noise * self.start - self.noise_targets))
+        };
+        (parameters, information)
+    }
+
+    /// Returns the covariance of the sum of the scores `A r - D d`, where a score is a regressor times its
+    /// residual: the middle of the sandwich covariance. Residual `r` and half-difference `d` both have
+    /// variance one.
+    pub(crate) fn score_covariance(&self) -> Matrix {
+        self.noise + self.correlated + self.correlated.transpose()
+    }
+
+    /// Returns units of the parameters in which each column of all rows has length one.
+    pub(crate) fn scales(&self) -> Vector {
+        let root = self.rls.information_root();
+        Vector::from_fn(|k, _| root.column(k).norm().recip())
+    }
+
+    /// Returns the plausible size of each parameter, in its [unit](Self::scales).
+    ///
+    /// One parameter of a payload alone hardly causes a larger load than all that is measured; and none is
+    /// larger than it was before the first row, as far as that is known.
+    pub(crate) fn plausible_size(&self) -> f64 {
+        let load = (self.rls.information_root() * self.rls.parameters()).norm();
+        let scaled = self.start.component_div(&self.scales()).norm();
+        load.hypot(scaled)
+    }
+
+    /// Returns the [plausible size](Self::plausible_size) in the units of the parameters: what a parameter that the
+    /// rows leave unobservable has as its standard deviation.
+    pub(crate) fn plausible_std_devs(&self) -> Vector {
+        self.scales() * self.plausible_size()
+    }
+
+    /// Returns the innovation of whitened rows with their prediction. `covariance` is that of the parameters in
+    /// observable directions.
+    pub(crate) fn innovation(
+        &self,
+        rows: &[WhitenedRow],
+        prediction: &Prediction,
+        covariance: &Matrix,
+    ) -> Innovation {
+        let model = MODEL_ERROR * MODEL_ERROR * prediction.load;
+        let mut innovation = Innovation {
+            distance: 0.0,
+            distance_beyond_model: 0.0,
+            leverage: 0.0,
+        };
+        for ((regressor, _), residual) in rows.iter().zip(&prediction.residuals) {
+            let square = residual * residual;
+            // Only the triangular factor shows a direction that no row has excited yet.
+            let observable = (covariance * regressor).dot(regressor);
+            let all = (self.inverse_root * regressor).norm_squared();
+            let leverage = observable.max(NOISE_CORRELATION * all);
+            innovation.distance += square / (1.0 + leverage);
+            innovation.distance_beyond_model += square / (1.0 + leverage + model);
+            innovation.leverage += leverage / rows.len() as f64;
+        }
+        innovation
+    }
+}
+
+/// Adds `Σ left rightᵀ` over pairs to a matrix, column by column, so that each column stays in
+/// registers.
+fn add_products<'a>(
+    sum: &mut Matrix,
+    pairs: impl Iterator<Item = (&'a Vector, &'a Vector)> + Clone,
+) {
+    for (k, mut column) in sum.column_iter_mut().enumerate() {
+        let mut products = Vector::zeros();
+        for (left, right) in pairs.clone() {
+            products.axpy(right[k], left, 1.0);
+        }
+        column += products;
+    }
+}
