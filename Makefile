@@ -23,9 +23,13 @@ test-rust: tools
 test-python: $(VENV)/tested
 	$(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist worksteal
 
-lint: tools $(VENV)/linters ## formatting, clippy, ruff and mypy, with warnings as errors
+lint: tools $(VENV)/linters ## formatting, clippy, ruff, mypy, the structure and the glossary, with warnings as errors
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
+	RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps --locked --quiet
+	$(BIN)/python tests/lint/structure.py
+	$(BIN)/python tests/lint/language.py
+	$(BIN)/python tests/lint/equations.py
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
@@ -39,13 +43,13 @@ study: $(VENV)/installed ## the estimators against noise, time and the Cramér-R
 study-logs: $(VENV)/installed ## from logs with 1 % noise on every channel that the simulator draws, 20 seeds
 	$(BIN)/python bench/logs.py
 
-coverage: $(VENV)/installed ## how often 95 % intervals hold the truth, 2000 runs of each way
+coverage: $(VENV)/installed ## how often 95 % intervals hold the truth, 2000 runs of each method
 	$(BIN)/python bench/coverage.py
 
 bench-hour: $(VENV)/installed ## seconds and memory for a log of one hour at 1 kHz, which is simulated first
 	$(BIN)/python bench/hour.py
 
-bench-swap: $(VENV)/installed ## how soon the online identifier sees another payload, and how well it knows it then
+bench-swap: $(VENV)/installed ## how soon the online identifier detects a payload change, and how well it knows the new payload
 	$(BIN)/python bench/swap.py
 
 bench-update: tools ## microseconds of one online update, from a sample to the estimate with its uncertainty

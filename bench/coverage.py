@@ -14,7 +14,7 @@ from rich.progress import track
 from rich.table import Table
 
 import tactid
-from tactid.result import values_of
+from tactid.values import values_of
 
 RUNS = 2000
 SECONDS = 2.0
@@ -27,7 +27,7 @@ PAYLOADS = {"plate": [10.0, 0.0, 0.0, 20.0, 0.0, 10.0], "body": [12.0, 0.5, -0.3
 def main() -> None:
     """Prints the coverage of each value."""
     console = Console(width=130)
-    table = Table("payload", "way", "noise on", *tactid.VALUE_NAMES, "impossible")
+    table = Table("payload", "method", "noise on", *tactid.VALUE_NAMES, "impossible")
     what = f"{RUNS} runs of {SECONDS:g} s, {100 * LEVEL:g} % noise"
     table.title = f"{what}: how many 95 % intervals hold the truth, %"
     text = Path(__file__).with_name("all_joints.toml").read_text()
@@ -35,15 +35,15 @@ def main() -> None:
         experiment = tactid.Experiment.from_toml(f"{text}\n[payload]\ninertia_kg_m2 = {inertia}\n")
         arguments = (Recorded.of(experiment), experiment.urdf, values_of(experiment.payload))
         with Pool(initializer=start, initargs=arguments) as pool:
-            for way, motion in CASES:
-                seeds = ((seed, way, motion) for seed in range(RUNS))
+            for method, motion in CASES:
+                seeds = ((seed, method, motion) for seed in range(RUNS))
                 runs = pool.imap(run, seeds, chunksize=20)
-                progress = track(runs, f"{name}, {way}", RUNS, console=Console(stderr=True))
+                progress = track(runs, f"{name}, {method}", RUNS, console=Console(stderr=True))
                 inside, possible = zip(*progress, strict=True)
                 cover = 100 * np.mean(inside, axis=0)
                 noise = "every channel" if motion else "wrenches"
                 impossible = str(RUNS - sum(possible))
-                table.add_row(name, way, noise, *(f"{c:.1f}" for c in cover), impossible)
+                table.add_row(name, method, noise, *(f"{c:.1f}" for c in cover), impossible)
     console.print(table)
 
 
@@ -54,11 +54,11 @@ def start(recorded: Recorded, urdf: str, truth: list[float]) -> None:
 
 def run(case: tuple[int, str, bool]) -> tuple[Array, bool]:
     """Which of the ten values lie inside, and whether the body is possible."""
-    seed, way, motion = case
+    seed, method, motion = case
     recorded, robot, truth = run.kept
     noisy = recorded.with_noise(LEVEL, np.random.default_rng(seed), motion=motion)
-    found = noisy.identify(robot, way, SECONDS)
-    inside = np.abs(found.estimate.values - truth) <= WIDTH * found.deviation
+    found = noisy.identify(robot, method, SECONDS)
+    inside = np.abs(found.estimate.values - truth) <= WIDTH * found.estimate.std_devs
     return inside, found.estimate.is_physical
 
 

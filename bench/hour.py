@@ -17,7 +17,7 @@ HOUR_S = 3600.0
 
 
 def main() -> None:
-    """Prints the log's size, and what identification by each way took."""
+    """Prints the log's size, and the time and memory that identification takes."""
     if len(sys.argv) > 1:
         measure(Path(sys.argv[1]))
         return

@@ -15,23 +15,23 @@ from rich.progress import track
 from rich.table import Table
 
 import tactid
-from tactid.result import values_of
+from tactid.values import values_of
 
 SEEDS = 20
 LEVEL = 0.01
 SECONDS = [1, 10]
-WAYS = {
-    "tactile": {"way": "tactile"},
-    "combined": {"way": "combined"},
-    "combined, IMU": {"way": "combined", "imu": "/base/imu"},
+METHODS = {
+    "tactile": {"method": "tactile"},
+    "combined": {"method": "combined"},
+    "combined, IMU": {"method": "combined", "imu_topic": "/base/imu"},
 }
 
 
 def main() -> None:
-    """Prints the worst of ten, and each, for each way and time."""
+    """Prints the worst of ten, and each, for each method and time."""
     text = Path(__file__).with_name("all_joints.toml").read_text()
     experiment = tactid.Experiment.from_toml(text)
-    found = {(way, seconds): [] for way in WAYS for seconds in SECONDS}
+    found = {(method, seconds): [] for method in METHODS for seconds in SECONDS}
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder) / "run.mcap"
         tactid.simulate(experiment, log)
@@ -40,15 +40,15 @@ def main() -> None:
             for seconds in SECONDS:
                 # The first second of the longer run is this very one.
                 tactid.simulate(noisy.replace(seed=seed, duration=seconds), log)
-                for way, options in WAYS.items():
+                for method, options in METHODS.items():
                     estimate = tactid.identify(log, **options).estimate
-                    found[way, seconds].append(estimate.values)
+                    found[method, seconds].append(estimate.values)
     title = f"{100 * LEVEL:g} % noise in the logs, {SEEDS} seeds: rms error in %"
-    table = Table("way", "after", "worst", *tactid.VALUE_NAMES, title=title)
-    for (way, seconds), values in found.items():
+    table = Table("method", "after", "worst", *tactid.VALUE_NAMES, title=title)
+    for (method, seconds), values in found.items():
         errors = 100 * (np.array(values) - values_of(experiment.payload))
         rms = np.sqrt(np.mean((errors / scales(experiment.payload)) ** 2, axis=0))
-        table.add_row(way, f"{seconds} s", *(f"{value:.2g}" for value in (rms.max(), *rms)))
+        table.add_row(method, f"{seconds} s", *(f"{value:.2g}" for value in (rms.max(), *rms)))
     Console(width=120).print(table)
 
 
@@ -73,11 +73,11 @@ def noise(log: Path) -> str:
         "finger_force_n": recorded.wrench[:, :, :3].reshape(count, 6),
         "finger_moment_nm": recorded.wrench[:, :, 3:].reshape(count, 6),
     }
-    lines = [f"{name} = {deviations(values)}" for name, values in channels.items()]
+    lines = [f"{name} = {std_devs(values)}" for name, values in channels.items()]
     return "\n".join(["", "[noise]", *lines])
 
 
-def deviations(values: Array) -> list[float]:
+def std_devs(values: Array) -> list[float]:
     """Of each column."""
     return (LEVEL * np.abs(values).max(axis=0)).tolist()
 

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import tactid
-from tactid.result import values_of
+from tactid.values import values_of
 
 Array = NDArray[np.float64]
 
 FINGERS = ["finger_left_link", "finger_right_link"]
-WAYS = ["tactile", "effort", "joint-sensing", "combined"]
+METHODS = ["tactile", "effort", "joint-sensing", "combined"]
 
 
 @dataclass(frozen=True)
@@ -109,31 +109,31 @@ class Recorded:
     def identify(
         self,
         robot: tactid.Manipulator,
-        way: str,
+        method: str,
         seconds: float,
-        estimator: str = "rls",
+        estimator: str = "least-squares",
         **options: object,
     ) -> tactid.Identification:
         """As a user would, from the first seconds alone."""
         rows = slice(0, int(np.searchsorted(self.time, self.time[0] + seconds, side="right")))
         given = {
-            "way": way,
+            "method": method,
             "estimator": estimator,
             "q": self.q[rows],
             "qd": self.qd[rows],
             "pose": self.pose()[rows],
             "twist": self.world_twist()[rows],
         }
-        if way in ("effort", "combined"):
+        if method in ("effort", "combined"):
             given["effort"] = self.effort[rows]
         sensors = []
-        if way in ("tactile", "combined"):
+        if method in ("tactile", "combined"):
             given["wrench"], sensors = self.wrench[rows], FINGERS
         time = self.time[rows]
         return tactid.identify(time, robot=robot, sensors=sensors, delay=0.0, **given, **options)
 
-    def wrench_deviation(self, level: float) -> Array:
-        """Of the noise that each finger's channels have at a level, (2, 6)."""
+    def wrench_std_dev(self, level: float) -> Array:
+        """Standard deviations of the noise on each finger's channels at a level, (2, 6)."""
         return level * np.abs(self.wrench).max(axis=0)
 
 

@@ -15,13 +15,13 @@ from rich.console import Console
 from rich.table import Table
 
 import tactid
-from tactid.result import values_of
+from tactid.values import values_of
 
 PAYLOAD = tactid.Experiment.paper().payload
-WAYS = {
-    "NLMS": {"way": "tactile", "estimator": "nlms"},
-    "least squares": {"way": "tactile", "estimator": "rls"},
-    "joint sensing, least squares": {"way": "joint-sensing", "estimator": "rls"},
+RUNS = {
+    "NLMS": {"method": "tactile", "estimator": "nlms"},
+    "least squares": {"method": "tactile", "estimator": "least-squares"},
+    "joint sensing, least squares": {"method": "joint-sensing", "estimator": "least-squares"},
 }
 
 
@@ -35,11 +35,11 @@ def main() -> None:
             start = time.perf_counter()
             tactid.simulate(experiment, log)
             simulated_s = time.perf_counter() - start
-            errors = [worst_percent(tactid.identify(log, **way)) for way in WAYS.values()]
+            errors = [worst_percent(tactid.identify(log, **options)) for options in RUNS.values()]
             rows.append([*errors, simulated_s])
     rows.append(np.max(rows, axis=0))
     table = Table(title="worst of ten parameters, error in %")
-    for name in ["seed", *WAYS, "simulation and log, s"]:
+    for name in ["seed", *RUNS, "simulation and log, s"]:
         table.add_column(name, justify="right")
     for label, row in zip([*map(str, range(5)), "worst"], rows, strict=True):
         *errors, simulated_s = row

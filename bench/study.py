@@ -1,7 +1,7 @@
 """The estimators against noise, over time, and against the Cramér-Rao bound.
 
 Run by `make study`. One motion of all six joints is simulated without noise and the noise drawn
-anew for each run: a table for each level and way, the bound beside it, and the picture study.png.
+anew for each run: a table for each level and method, the bound beside it, and the picture study.png.
 The recursive filters LMS, NLMS and RLS are compared on the same rows of that motion. Then the same
 with the paper's experiment, which moves one joint at a time, and with its filter.
 """
@@ -12,20 +12,23 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-from recorded import FINGERS, WAYS, Array, Recorded, scales
+from recorded import FINGERS, METHODS, Array, Recorded, scales
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
 import tactid
-from tactid.result import values_of
+from tactid.values import values_of
 
 RUNS = 20
 BOUND_RUNS = 100
 LEVELS = [0.0, 0.001, 0.01, 0.05]
 SECONDS = [1.0, 2.0, 5.0, 10.0]
 PAPER_RUNS = 5
-ESTIMATORS = {**{way: (way, "rls") for way in WAYS}, "NLMS, tactile": ("tactile", "nlms")}
+ESTIMATORS = {
+    **{method: (method, "least-squares") for method in METHODS},
+    "NLMS, tactile": ("tactile", "nlms"),
+}
 STEP = 1e-3
 
 
@@ -34,9 +37,9 @@ def main() -> None:
     together = Trial.of(tactid.Experiment.from_file(Path(__file__).with_name("all_joints.toml")))
     console = Console(width=110)
     everywhere = {
-        (level, way): together.errors(way, level)
+        (level, method): together.errors(method, level)
         for level in LEVELS
-        for way in track(WAYS, f"noise {100 * level:g} %", console=Console(stderr=True))
+        for method in track(METHODS, f"noise {100 * level:g} %", console=Console(stderr=True))
     }
     console.print(table("noise on every channel: rms error in %, the worst of ten", everywhere))
     title = "1 % on every channel, combined: rms error in %"
@@ -47,7 +50,7 @@ def main() -> None:
     console.print(each(title, bound))
     for what, options in (
         ("noise learnt from the residuals", {}),
-        ("noise given", {"wrench_noise": together.recorded.wrench_deviation(0.01)}),
+        ("noise given", {"wrench_noise": together.recorded.wrench_std_dev(0.01)}),
     ):
         progress = track(range(BOUND_RUNS), what, console=Console(stderr=True))
         wrench = together.errors("tactile", 0.01, motion=False, seeds=progress, **options)
@@ -74,20 +77,20 @@ class Trial:
 
     def errors(
         self,
-        way: str,
+        method: str,
         level: float,
         *,
         motion: bool = True,
-        estimator: str = "rls",
+        estimator: str = "least-squares",
         seconds: Sequence[float] = SECONDS,
         seeds: Iterable[int] = range(RUNS),
         **options: object,
     ) -> Array:
-        """Errors in %, (seeds, seconds, 10); a way and estimator sees the same noise as another."""
+        """Errors in %, (seeds, seconds, 10); methods and estimators see the same noise."""
         found = []
         for seed in seeds if level > 0 else [0]:
             noisy = self.recorded.with_noise(level, np.random.default_rng(seed), motion=motion)
-            results = [noisy.identify(self.robot, way, s, estimator, **options) for s in seconds]
+            results = [noisy.identify(self.robot, method, s, estimator, **options) for s in seconds]
             found.append([result.estimate.values for result in results])
         return 100 * (np.array(found) - values_of(self.payload)) / scales(self.payload)
 
@@ -98,7 +101,7 @@ def rms_of(errors: Array) -> Array:
 
 
 def limit(trial: Trial, level: float, seconds: float) -> Array:
-    """Least possible deviations in % with noise on the wrenches alone, without bias.
+    """Least possible standard deviations in % with noise on the wrenches alone, without bias.
 
     (Σ YᵀΩ⁻¹Y)⁻¹, brought to the ten values by their derivatives.
     """
@@ -115,16 +118,16 @@ def limit(trial: Trial, level: float, seconds: float) -> Array:
         moved = [parameters + sign * step * np.eye(10)[k] for sign in (1, -1)]
         plus, minus = (np.array(values_of(tactid.MassProperties.from_parameters(p))) for p in moved)
         slopes[:, k] = (plus - minus) / (2 * step)
-    deviations = np.sqrt(np.diag(slopes @ covariance @ slopes.T))
-    return 100 * deviations / scales(payload)
+    std_devs = np.sqrt(np.diag(slopes @ covariance @ slopes.T))
+    return 100 * std_devs / scales(payload)
 
 
 def wrench_noise(recorded: Recorded, robot: tactid.Manipulator, level: float) -> Array:
     """Covariance of the fingers' summed wrench in the tool's frame, about its origin."""
     noise = np.zeros((6, 6))
     fingers = tool_from_fingers(recorded, robot)
-    for move, deviations in zip(fingers, recorded.wrench_deviation(level), strict=True):
-        noise += move @ np.diag(deviations**2) @ move.T
+    for move, std_devs in zip(fingers, recorded.wrench_std_dev(level), strict=True):
+        noise += move @ np.diag(std_devs**2) @ move.T
     return noise
 
 
@@ -176,11 +179,11 @@ def filter_table(trial: Trial) -> Table:
 
 
 def table(title: str, found: dict[tuple[float, str], Array]) -> Table:
-    """The worst of ten for each level, way and time."""
-    result = Table("noise", "way", *(f"{s:g} s" for s in SECONDS), title=title)
-    for (level, way), errors in found.items():
+    """The worst of ten for each level, method and time."""
+    result = Table("noise", "method", *(f"{s:g} s" for s in SECONDS), title=title)
+    for (level, method), errors in found.items():
         worst = rms_of(errors).max(axis=1)
-        result.add_row(f"{100 * level:g} %", way, *(f"{value:.3g}" for value in worst))
+        result.add_row(f"{100 * level:g} %", method, *(f"{value:.3g}" for value in worst))
     return result
 
 
@@ -193,14 +196,14 @@ def each(title: str, numbers: Array, form: str = ".2g") -> Table:
 
 
 def bias_table(found: dict[tuple[float, str], Array]) -> Table:
-    """The mean error against the deviation of one run, at the largest noise."""
+    """The mean error against the standard deviation of one run, at the largest noise."""
     noise = f"{100 * LEVELS[-1]:g} % on every channel, {SECONDS[-1]:g} s"
     title = f"{noise}: bias over standard deviation"
-    result = Table("way", *tactid.VALUE_NAMES, title=title)
-    for way in WAYS:
-        errors = found[LEVELS[-1], way][:, -1]
+    result = Table("method", *tactid.VALUE_NAMES, title=title)
+    for method in METHODS:
+        errors = found[LEVELS[-1], method][:, -1]
         ratio = errors.mean(axis=0) / errors.std(axis=0, ddof=1)
-        result.add_row(way, *(f"{value:.2f}" for value in ratio))
+        result.add_row(method, *(f"{value:.2f}" for value in ratio))
     return result
 
 
@@ -211,9 +214,11 @@ def one_at_a_time(trial: Trial) -> Table:
     title = f"{what}: worst rms error in %"
     levels = (f"{100 * level:g} %" for level in LEVELS)
     result = Table("noise on every channel", *levels, title=title)
-    for name, (way, estimator) in track(ESTIMATORS.items(), "paper", console=Console(stderr=True)):
+    for name, (method, estimator) in track(
+        ESTIMATORS.items(), "paper", console=Console(stderr=True)
+    ):
         options = {"estimator": estimator, "seconds": [seconds], "seeds": range(PAPER_RUNS)}
-        worst = [rms_of(trial.errors(way, level, **options)).max() for level in LEVELS]
+        worst = [rms_of(trial.errors(method, level, **options)).max() for level in LEVELS]
         result.add_row(name, *(f"{value:.3g}" for value in worst))
     return result
 
@@ -225,8 +230,8 @@ def draw(found: dict[tuple[float, str], Array], path: Path) -> None:
         1, len(levels), figsize=(10, 3.6), sharey=True, layout="constrained"
     )
     for level, panel in zip(levels, panels, strict=True):
-        for way in WAYS:
-            panel.loglog(SECONDS, rms_of(found[level, way]).max(axis=1), "o-", label=way)
+        for method in METHODS:
+            panel.loglog(SECONDS, rms_of(found[level, method]).max(axis=1), "o-", label=method)
         panel.set_title(f"{100 * level:g} % noise on every channel")
         panel.set_xlabel("time, s")
         panel.grid(visible=True, which="both", alpha=0.3)

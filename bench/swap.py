@@ -14,7 +14,7 @@ from rich.progress import track
 from rich.table import Table
 
 import tactid
-from tactid.result import values_of
+from tactid.values import values_of
 
 RUNS = 20
 LEVELS = [0.0, 0.001, 0.01]
@@ -69,7 +69,7 @@ def swapped(
 
 def run(recorded: Recorded, robot: tactid.Manipulator) -> tuple[float | None, int, Array]:
     """How long until it is seen, s; how often it was seen without; the errors after, in %."""
-    identifier = tactid.Identifier(robot, "tool0", FINGERS)
+    identifier = tactid.Identifier(robot, FINGERS)
     swap = recorded.time[0] + SWAP
     before, after = (int(np.searchsorted(recorded.time, swap + t)) for t in (0, AFTER))
     pose, twist = recorded.pose(), recorded.world_twist()
@@ -85,14 +85,14 @@ def run(recorded: Recorded, robot: tactid.Manipulator) -> tuple[float | None, in
         )
 
     push(slice(0, before))
-    false = identifier.estimate().changes
+    false = identifier.estimate().payload_changes
     delay = None
     for k in range(before, after):
         push(slice(k, k + 1))
-        if delay is None and identifier.estimate().changes > false:
+        if delay is None and identifier.estimate().payload_changes > false:
             delay = recorded.time[k] - swap
     estimate = identifier.estimate()
-    false = estimate.changes - (delay is not None)
+    false = estimate.payload_changes - (delay is not None)
     errors = 100 * (estimate.values - values_of(LIGHT)) / scales(LIGHT)
     return delay, false, errors
 

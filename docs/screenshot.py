@@ -5,7 +5,7 @@ Simulate and identify first, or take a log of your own; `shot.toml` has the line
 
     pip install '.[view]'
     tactid simulate shot.toml --out shot.mcap
-    tactid identify shot.mcap --estimator rls --result shot.json
+    tactid identify shot.mcap --result shot.json
     python docs/screenshot.py shot.mcap shot.json docs/view.png
 """
 

@@ -25,19 +25,22 @@ NAMES = {
     "alike": "correlated",
     "dirt": "faults",
     "bare": "unloaded",
-    "way": "method",
-    "ways": "methods",
     "pulse": "interruption check",
 }
 """Words that no identifier has, and what to say instead."""
 
 WHOLE_NAMES = {
-    "part": "fraction or ratio",
+    "way": "method",
+    "ways": "methods",
+    "Way": "Method",
+    "WAYS": "METHODS",
     "turn_in": "update_square_root",
     "Front": "EquationStream",
-    "front": "equation stream",
 }
 """Identifiers that do not exist as a whole; as a word of others they may."""
+
+FRACTIONS = ("crates/identify/", "crates/nlms/", "crates/recordings/src/")
+"""Where the identifier ``part`` would mean a fraction; elsewhere it may be a piece of something."""
 
 PROSE = {
     r"\b(tactile|effort|joint-sensing|combined) way\b": "method",
@@ -78,7 +81,9 @@ def check() -> Iterator[str]:
     for path in sources():
         text = path.read_text(encoding="utf-8")
         is_code = path.suffix in {".rs", ".py", ".pyi"}
-        found = [*names(text), *phrases(prose_of(text))] if is_code else phrases(text)
+        found = [*names(text), *phrases(prose_of(text))] if is_code else [*phrases(text)]
+        if path.relative_to(ROOT).as_posix().startswith(FRACTIONS) and is_code:
+            found += [(n, w, "fraction or ratio") for n, w in identifiers(text) if w == "part"]
         for line, word, better in found:
             yield f"{path.relative_to(ROOT)}:{line}: `{word}`: say {better}"
 
@@ -93,24 +98,32 @@ def sources() -> Iterator[Path]:
     yield from (ROOT / page for page in PAGES)
 
 
-def names(text: str) -> Iterator[tuple[int, str, str]]:
-    """Identifiers with a word that has a better one."""
+def identifiers(text: str) -> Iterator[tuple[int, str]]:
+    """All identifiers with their lines."""
     code = re.sub(NO_CODE, lambda found: "\n" * found.group().count("\n"), text)
     for number, line in enumerate(code.splitlines(), start=1):
-        for identifier in re.findall(r"[A-Za-z_]\w*", line):
-            words = re.findall(r"[A-Z]?[a-z0-9]+|[A-Z]+(?![a-z])", identifier)
-            found = next((word for word in words if word.lower() in NAMES), None)
-            if found is not None:
-                yield number, identifier, NAMES[found.lower()]
-            elif identifier in WHOLE_NAMES:
-                yield number, identifier, WHOLE_NAMES[identifier]
+        yield from ((number, identifier) for identifier in re.findall(r"[A-Za-z_]\w*", line))
+
+
+def names(text: str) -> Iterator[tuple[int, str, str]]:
+    """Identifiers with a word that has a better one."""
+    for number, identifier in identifiers(text):
+        whole = re.sub(r"standard_deviations?", "", identifier)
+        words = re.findall(r"[A-Z]?[a-z0-9]+|[A-Z]+(?![a-z])", whole)
+        found = next((word for word in words if word.lower() in NAMES), None)
+        if found is not None:
+            yield number, identifier, NAMES[found.lower()]
+        elif identifier in WHOLE_NAMES:
+            yield number, identifier, WHOLE_NAMES[identifier]
 
 
 def prose_of(text: str) -> str:
     """The comments and strings of a source, each on its line."""
     prose, end = "", 0
     for found in re.finditer(NO_CODE, text):
-        prose += "\n" * text.count("\n", end, found.start()) + " . " + found.group()
+        between = text[end : found.start()]
+        # Comments that follow each other are one text; what stands between others ends a sentence.
+        prose += "\n" * between.count("\n") + (" . " if between.strip() else "") + found.group()
         end = found.end()
     return prose
 

@@ -174,7 +174,8 @@ def definition(
 
 def python_edges() -> Edges:
     """Which file of the Python package imports which other, also within functions."""
-    files = {path: path.relative_to(PACKAGE).with_suffix("") for path in PACKAGE.rglob("*.py")}
+    paths = [*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.pyi")]
+    files = {path: path.relative_to(PACKAGE).with_suffix("") for path in paths}
     modules = {".".join(name.parts).removesuffix(".__init__"): path for path, name in files.items()}
     edges: Edges = {path: set() for path in files}
     for path in files:

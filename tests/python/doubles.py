@@ -1,17 +1,19 @@
-"""Recordings that no robot made: a known body, a motion, noise, and least squares in NumPy.
+"""Results that no robot made: a known body, a motion, noise, and least squares in NumPy.
 
-They stand in for ``tactid.Identification`` where results are shown, and for what goes wrong.
+Each is a ``tactid.Identification``, made to be shown; some are of what goes wrong.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 import tactid
+from tactid import Channel, Delay, Fit, History, Identification, PayloadEstimate, PrincipalMoments
 from tactid.bodies import principal_moments
-from tactid.result import values_of
+from tactid.values import values_of
 
 Array = NDArray[np.float64]
 
@@ -31,92 +33,53 @@ KINDS = ((1, slice(0, 1)), (3, slice(1, 4)), (6, slice(4, 10)))
 
 
 @dataclass(frozen=True)
-class EstimateDouble:
-    """The part of ``tactid.PayloadEstimate`` that results are made from."""
+class MeanForecast:
+    """By the mean of the whole recording: the information grows in proportion to the time."""
 
     values: Array
-    identifiable: Sequence[bool]
-    is_physical: bool = True
-    intervals: int = 1
-    refused: int = 0
-    gaps: int = 0
-
-    @property
-    def not_identifiable(self) -> list[str]:
-        pairs = zip(tactid.VALUE_NAMES, self.identifiable, strict=True)
-        return [name for name, known in pairs if not known]
-
-
-@dataclass(frozen=True)
-class RecordingDouble:
-    """The part of ``tactid.Identification`` that results are made from."""
-
-    estimate: EstimateDouble
-    deviation: Array
-    history_time: Array
-    history: Array
-    history_deviation: Array
-    fit_time: Array
-    fit_measured: Array
-    fit_predicted: Array
-    fit_weight: Array
-    fit_held_out: NDArray[np.bool_]
-    channels: list[str]
-    channel_units: list[str]
-    excitation_values: Array
-    excitation_directions: Array
-    residual_rms: Array
-    held_out_rms: Array
+    std_devs: Array
     duration: float
-    way: str = "tactile"
-    tool: str = "tool0"
-    estimator: str = "rls"
-    start_ns: int = 1_700_000_000_000_000_000
-    stride: float = STRIDE
-    cutoff: float = 10.0
-    delay: float = 0.0123
-    delay_estimate: float | None = 0.0123
-    delay_deviation: float | None = 0.0004
-    known_mass: float | None = None
-    known_mass_deviation: float | None = None
-    bounding_box: Array | None = None
-    offset: Array = field(default_factory=lambda: np.zeros(0))
-    offset_deviation: Array = field(default_factory=lambda: np.zeros(0))
-    clock: str = "stamps"
-    dirt: Sequence[tuple[str, str, int, float]] = ()
-    gravity: Array = field(default_factory=GRAVITY.copy)
-    motion_advice: list[str] = field(default_factory=list)
-    remarks: list[str] = field(default_factory=list)
-    damage: list[str] = field(default_factory=list)
-
-    @property
-    def principal_moments(self) -> Array:
-        if not np.isfinite(self.estimate.values).all():
-            return np.full(3, np.nan)
-        return np.array(principal_moments(self.estimate.values.tolist()))
-
-    @property
-    def principal_moment_deviation(self) -> Array:
-        """As large as that of the worst known entry of the inertia."""
-        return np.full(3, self.deviation[4:].max())
 
     def remaining(self, within: float) -> Array:
-        """By the mean of the whole recording."""
-        values, missing = self.estimate.values, np.full(10, np.nan)
-        if not np.isfinite(values).all():
-            return missing
-        largest = np.concatenate([np.full(n, np.abs(values[k]).max()) for n, k in KINDS])
-        part = 1.96 * self.deviation / (within * largest)
+        if not np.isfinite(self.values).all():
+            return np.full(10, np.nan)
+        largest = np.concatenate([np.full(n, np.abs(self.values[k]).max()) for n, k in KINDS])
+        part = 1.96 * self.std_devs / (within * largest)
         return np.asarray(self.duration * np.maximum(part**2 - 1, 0))
 
-    def but(self, **changes: object) -> "RecordingDouble":
-        return replace(self, **changes)  # type: ignore[arg-type]
 
-    def with_estimate(self, **changes: object) -> "RecordingDouble":
-        return replace(self, estimate=replace(self.estimate, **changes))  # type: ignore[arg-type]
+def with_estimate(found: Identification, **changes: Any) -> Identification:
+    """The result with another estimate, and with what follows from it."""
+    estimate = replace(found.estimate, **changes)
+    values, std_devs = estimate.values, estimate.std_devs
+    finite = np.isfinite(values).all()
+    moments = principal_moments(values.tolist()) if finite else [np.nan] * 3
+    return replace(
+        found,
+        estimate=estimate,
+        # As uncertain as the worst known entry of the inertia.
+        principal_moments=PrincipalMoments(np.array(moments), np.full(3, std_devs[4:].max())),
+        forecast=MeanForecast(values, std_devs, found.duration),
+    )
 
 
-def tactile(duration: float = 40.0, swing: Sequence[float] = (0.9, 0.7, 1.1)) -> RecordingDouble:
+def fit_of(found: Identification) -> Fit:
+    """The fit, which every recording here has."""
+    assert found.fit is not None
+    return found.fit
+
+
+def with_fit(found: Identification, **changes: Any) -> Identification:
+    """The result with another fit."""
+    return replace(found, fit=replace(fit_of(found), **changes))
+
+
+def with_history(found: Identification, **changes: Any) -> Identification:
+    """The result with another history."""
+    return replace(found, history=replace(found.history, **changes))
+
+
+def tactile(duration: float = 40.0, swing: Sequence[float] = (0.9, 0.7, 1.1)) -> Identification:
     """A wrist that swings about its axes, a force sensor with noise, and two knocks against it.
 
     Least squares is made to give in to knocks as little as a robust one: by their weights.
@@ -138,7 +101,7 @@ def tactile(duration: float = 40.0, swing: Sequence[float] = (0.9, 0.7, 1.1)) ->
     return _solved(time, rows, measured, weight, noise, names, ["N"] * 3 + ["N m"] * 3)
 
 
-def effort(joints: int = 7, duration: float = 20.0) -> RecordingDouble:
+def effort(joints: int = 7, duration: float = 20.0) -> Identification:
     """What the motors of an arm feel of the body: each a mixture of its wrench."""
     rng = np.random.default_rng(8)
     time = np.arange(0.0, duration, STRIDE)
@@ -149,57 +112,56 @@ def effort(joints: int = 7, duration: float = 20.0) -> RecordingDouble:
     measured = rows @ BODY.parameters + noise * rng.normal(size=(len(time), joints))
     names = [f"effort panda_joint{number}" for number in range(1, joints + 1)]
     found = _solved(time, rows, measured, np.ones_like(measured), noise, names, ["N m"] * joints)
-    return found.but(
-        way="effort", delay=0.0, delay_estimate=None, delay_deviation=None, tool="panda_link8"
-    )
+    found = with_estimate(found, frame="panda_link8")
+    return replace(found, method="effort", delay=0.0, estimated_delay=None)
 
 
-def turned_about_one_axis() -> RecordingDouble:
+def turned_about_one_axis() -> Identification:
     """A turntable with an upright axis: the height stays unknown, and most of the inertia."""
-    advice = "Tilting the payload, about x and about y, would make com z and the inertia known."
-    return tactile(swing=(0.0, 0.0, 1.1)).but(motion_advice=[advice])
+    return tactile(swing=(0.0, 0.0, 1.1))
 
 
-def nothing_known() -> RecordingDouble:
+def nothing_known() -> Identification:
     """A log in which nothing moved and nothing was felt, by an estimator that then gives NaN."""
     found = tactile(duration=2.0)
     nothing, infinite = np.full(10, np.nan), np.full(10, np.inf)
-    dead = np.zeros_like(found.fit_measured)
-    return found.with_estimate(values=nothing, identifiable=[False] * 10, is_physical=False).but(
-        deviation=infinite,
-        history=np.full_like(found.history, np.nan),
-        history_deviation=np.full_like(found.history, np.inf),
-        fit_measured=dead,
-        fit_predicted=np.full_like(dead, np.nan),
-        excitation_values=np.zeros(10),
+    known, history = fit_of(found), found.history
+    dead = np.zeros_like(known.measured)
+    found = with_estimate(
+        found, values=nothing, std_devs=infinite, identifiable=[False] * 10, is_physical=False
+    )
+    found = with_history(
+        found,
+        values=np.full_like(history.values, np.nan),
+        std_devs=np.full_like(history.std_devs, np.inf),
+    )
+    found = with_fit(
+        found,
+        measured=dead,
+        predicted=np.full_like(dead, np.nan),
+        excitation=np.zeros(10),
         excitation_directions=np.eye(10),
         residual_rms=np.full(6, np.nan),
         held_out_rms=np.full(6, np.nan),
-        delay=float("nan"),
-        cutoff=float("nan"),
     )
+    return replace(found, delay=float("nan"), cutoff=float("nan"))
 
 
-def cut(found: RecordingDouble, windows: int, history: int) -> RecordingDouble:
+def cut(found: Identification, windows: int, history: int) -> Identification:
     """The same with so many windows and points of history only."""
-    return found.but(
-        **{
-            name: getattr(found, name)[:windows]
-            for name in ("fit_time", "fit_measured", "fit_predicted", "fit_weight", "fit_held_out")
-        },
-        **{
-            name: getattr(found, name)[:history]
-            for name in ("history_time", "history", "history_deviation")
-        },
-    )
+    known, past = fit_of(found), found.history
+    names = ("time", "measured", "predicted", "weights", "held_out")
+    found = with_fit(found, **{name: getattr(known, name)[:windows] for name in names})
+    names = ("epoch", "time", "values", "std_devs")
+    return with_history(found, **{name: getattr(past, name)[:history] for name in names})
 
 
-def impossible() -> RecordingDouble:
+def impossible() -> Identification:
     """Noise has made one moment of inertia larger than the sum of the other two."""
     found = tactile(duration=4.0)
     values = found.estimate.values.copy()
     values[9] = 0.03
-    return found.with_estimate(values=values, is_physical=False)
+    return with_estimate(found, values=values, is_physical=False)
 
 
 def _wrench_rows(time: Array, swing: Sequence[float]) -> Array:
@@ -237,49 +199,60 @@ def _solved(
     noise: Array,
     channels: list[str],
     units: list[str],
-) -> RecordingDouble:
+) -> Identification:
     held_out = time >= 0.8 * time[-1]
     # One of each of these for each window; the windows held out count nothing.
     used = np.where(held_out[:, None], 0.0, weight) / noise**2
     scaled = rows * SCALES
     information = np.cumsum(np.einsum("nca,nc,ncb->nab", scaled, used, scaled), axis=0)
-    wanted = np.cumsum(np.einsum("nca,nc,nc->na", scaled, used, measured), axis=0)
+    targets = np.cumsum(np.einsum("nca,nc,nc->na", scaled, used, measured), axis=0)
     points = np.arange(4, len(time), 5)
     points = points[~held_out[points]]
-    steps = [_estimate(information[k], wanted[k]) for k in points]
-    values, deviation = (np.array(part) for part in list(zip(*steps, strict=True))[:2])
-    final, sigma, parameters = _estimate(information[-1], wanted[-1])
+    steps = [_estimate(information[k], targets[k]) for k in points]
+    values, std_devs = (np.array(part) for part in list(zip(*steps, strict=True))[:2])
+    final, sigma, parameters = _estimate(information[-1], targets[-1])
     predicted = rows @ parameters
     error = measured - predicted
     strengths, directions = np.linalg.eigh(information[-1])
-    return RecordingDouble(
-        estimate=EstimateDouble(final, np.isfinite(sigma).tolist()),
-        deviation=sigma,
-        history_time=time[points],
-        history=values,
-        history_deviation=deviation,
-        fit_time=time,
-        fit_measured=measured,
-        fit_predicted=predicted,
-        fit_weight=weight,
-        fit_held_out=held_out,
-        channels=channels,
-        channel_units=units,
-        excitation_values=np.sqrt(np.maximum(strengths[::-1], 0.0)),
-        excitation_directions=directions.T[::-1],
+    fit = Fit(
+        channels=[Channel(*pair) for pair in zip(channels, units, strict=True)],
+        time=time,
+        measured=measured,
+        predicted=predicted,
+        weights=weight,
+        held_out=held_out,
         residual_rms=np.sqrt(np.average(error**2, axis=0, weights=used + 1e-12)),
         held_out_rms=np.sqrt((error[held_out] ** 2).mean(axis=0)),
-        duration=float(time[-1] + STRIDE),
+        stride=STRIDE,
+        excitation=np.sqrt(np.maximum(strengths[::-1], 0.0)),
+        excitation_directions=directions.T[::-1],
     )
+    nothing = np.full(3, np.nan)
+    found = Identification(
+        estimate=PayloadEstimate("tool0", final, sigma, np.isfinite(sigma).tolist(), True),
+        method="tactile",
+        estimator="least-squares",
+        principal_moments=PrincipalMoments(nothing, nothing),
+        history=History(np.zeros(len(points), dtype=np.uint32), time[points], values, std_devs),
+        gravity=GRAVITY.copy(),
+        cutoff=10.0,
+        max_gap=0.1,
+        duration=float(time[-1] + STRIDE),
+        delay=0.0123,
+        estimated_delay=Delay(0.0123, 0.0004),
+        start_ns=1_700_000_000_000_000_000,
+        fit=fit,
+    )
+    return with_estimate(found)
 
 
-def _estimate(information: Array, wanted: Array) -> tuple[Array, Array, Array]:
-    """Values, their deviations, and parameters; what lies in a direction unexcited is unknown."""
+def _estimate(information: Array, targets: Array) -> tuple[Array, Array, Array]:
+    """Values, standard deviations and parameters; an unexcited direction is unknown."""
     strengths, directions = np.linalg.eigh(information)
     known = strengths > 1e-8 * strengths[-1]
     inverse = np.where(known, 1 / np.where(known, strengths, 1.0), 0.0)
     covariance = directions * inverse @ directions.T
-    parameters = SCALES * (covariance @ wanted)
+    parameters = SCALES * (covariance @ targets)
     values = _values(parameters)
     slope = np.array(
         [(_values(parameters + step) - values) / step.max() for step in np.diag(1e-6 * SCALES)]
@@ -298,30 +271,41 @@ def _values(parameters: Array) -> Array:
     )
 
 
-def without_finite_numbers() -> RecordingDouble:
-    """What is said to be known is not a number; no estimate should be so, and no page break."""
+def without_finite_numbers() -> Identification:
+    """Values marked as known are NaN: no estimate should be so, and no page may break."""
     found = tactile(duration=2.0)
-    infinite = {
-        name: np.full_like(getattr(found, name), np.nan)
-        for name in ("deviation", "history", "history_deviation", "fit_measured", "fit_weight")
-    }
-    nothing = np.full(10, np.nan)
-    return found.with_estimate(values=nothing, is_physical=False).but(
-        **infinite,
-        excitation_values=nothing,
+    nothing, known = np.full(10, np.nan), fit_of(found)
+    blank = np.full_like(found.history.values, np.nan)
+    found = with_estimate(found, values=nothing, std_devs=nothing, is_physical=False)
+    found = with_history(found, values=blank, std_devs=blank)
+    found = with_fit(
+        found,
+        measured=np.full_like(known.measured, np.nan),
+        weights=np.full_like(known.weights, np.nan),
+        excitation=nothing,
         excitation_directions=np.full((10, 10), np.nan),
-        gravity=np.full(3, np.nan),
     )
+    return replace(found, gravity=np.full(3, np.nan))
 
 
-DEGENERATE: dict[str, Callable[[], RecordingDouble]] = {
+def by_the_papers_filter() -> Identification:
+    """What the paper's filter returns: no fit, no intervals, no forecast."""
+    found = tactile(duration=4.0)
+    found = with_estimate(found, std_devs=np.full(10, np.nan))
+    found = with_history(found, std_devs=np.full_like(found.history.values, np.nan))
+    moments = PrincipalMoments(found.principal_moments.values, np.full(3, np.nan))
+    return replace(found, estimator="nlms", fit=None, forecast=None, principal_moments=moments)
+
+
+DEGENERATE: dict[str, Callable[[], Identification]] = {
     "nothing known": nothing_known,
     "no finite number": without_finite_numbers,
     "impossible": impossible,
     "no history": lambda: cut(tactile(duration=4.0), windows=200, history=0),
     "one window": lambda: cut(tactile(duration=4.0), windows=1, history=1),
     "no window": lambda: cut(tactile(duration=4.0), windows=0, history=0),
-    "all held out": lambda: tactile(duration=4.0).but(fit_held_out=np.ones(200, dtype=bool)),
+    "all held out": lambda: with_fit(tactile(duration=4.0), held_out=np.ones(200, dtype=bool)),
     "one joint": lambda: effort(joints=1),
+    "paper's filter": by_the_papers_filter,
 }
 """What goes wrong, by name."""

@@ -14,8 +14,10 @@ LAYOUT = [
     "principal_moments",
     "remaining_s",
     "frame",
+    "method",
     "estimator",
     "diagnostics",
+    "findings",
     "remarks",
 ]
 """Of a recording's record, in this order: what others read."""
@@ -61,14 +63,14 @@ def remarks_with(record: Record, *words: str) -> list[str]:
 
 
 def mentions(record: Record, about: str, *words: str, count: int | None = None) -> bool:
-    """Whether a piece of dirt on a topic is told, in a line of dirt or in a remark.
+    """Whether a fault on a topic is reported, among the data faults or in a remark.
 
     Any of the words will do; the count must be right where one is asked for.
     """
-    for line in record["diagnostics"].get("dirt", []):
-        said = f"{line['topic']} {line['what']}".casefold()
+    for line in record["diagnostics"].get("faults", []):
+        text = f"{line['topic']} {line['what']}".casefold()
         right = count is None or line["count"] == count
-        if right and about in said and any(word.casefold() in said for word in words or ("",)):
+        if right and about in text and any(word.casefold() in text for word in words or ("",)):
             return True
     numbers = [] if count is None else [str(count)]
     return any(remarks_with(record, about, *numbers, word) for word in words or ("",))

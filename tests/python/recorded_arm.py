@@ -118,7 +118,7 @@ class State:
     a: np.ndarray
     effort: np.ndarray
     """Of the joints that carry the payload."""
-    bare_effort: np.ndarray
+    unloaded_effort: np.ndarray
     """Of the same motion without it."""
     wrench: np.ndarray
     """On the payload about the tip's origin: force, moment."""
@@ -180,10 +180,10 @@ class Arm:
             whole = np.concatenate([at_base[0][k], q[k]])
             moving = np.concatenate([at_base[1][k], v[k]]), np.concatenate([at_base[2][k], a[k]])
             effort = pin.rnea(loaded, loaded_data, whole, *moving)[6:].copy()
-            bare = pin.rnea(model, data, whole, *moving)[6:].copy()
-            rows.append((effort, bare, *self._at_tip(model, data, whole, *moving, down)))
-        effort, bare, wrench, *frames = (np.array(column) for column in zip(*rows, strict=True))
-        return State(time, q, v, a, effort, bare, wrench, base, Frames(*frames))
+            unloaded = pin.rnea(model, data, whole, *moving)[6:].copy()
+            rows.append((effort, unloaded, *self._at_tip(model, data, whole, *moving, down)))
+        effort, unloaded, wrench, *frames = (np.array(column) for column in zip(*rows, strict=True))
+        return State(time, q, v, a, effort, unloaded, wrench, base, Frames(*frames))
 
     def _at_tip(
         self,

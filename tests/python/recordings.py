@@ -1,6 +1,6 @@
 """Recordings of the arm as a robot would leave them: rosbag2 directories written by ``rosbags``.
 
-A recording is a list of `Logged` messages that may be soiled (`dirt.py`) before it is written.
+A recording is a list of `Logged` messages, which `faulty.py` spoils before they are written.
 """
 
 from collections.abc import Iterable, Sequence

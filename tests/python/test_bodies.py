@@ -49,7 +49,7 @@ def test_taking_off_undoes_adding(body: tactid.MassProperties) -> None:
     )
 
 
-def test_an_impossible_body_is_told() -> None:
+def test_an_inconsistent_body_is_reported() -> None:
     # The triangle inequality: no principal moment exceeds the sum of the other two.
     assert not tactid.MassProperties(1.0, [0, 0, 0], np.diag([1, 1, 3])).is_physical
     with pytest.raises(tactid.ArgumentError, match="not symmetric"):
@@ -122,11 +122,11 @@ def test_rows_that_are_not_finite_are_refused_and_counted() -> None:
 
 
 def test_settings_out_of_range_are_refused() -> None:
-    with pytest.raises(tactid.ArgumentError, match="alpha is 2"):
+    with pytest.raises(tactid.ArgumentError, match="`alpha` is 2"):
         tactid.Nlms(4, alpha=2.0)
-    with pytest.raises(tactid.ArgumentError, match="beta is 1"):
+    with pytest.raises(tactid.ArgumentError, match="`beta` is 1"):
         tactid.Nlms(4, beta=1.0)
-    with pytest.raises(tactid.ArgumentError, match="step is 0"):
+    with pytest.raises(tactid.ArgumentError, match="`step` is 0"):
         tactid.Lms(4, step=0.0)
     with pytest.raises(tactid.ArgumentError, match="`size` is 11: expected 1 to 10"):
         tactid.Rls(11)

@@ -41,28 +41,30 @@ def test_version(command: TactidCommand) -> None:
 
 
 def test_identify_prints_json_and_nothing_else(command: TactidCommand, log: Path) -> None:
-    done = command("identify", log, "--json", "--estimator", "rls")
+    done = command("identify", log, "--json", "--estimator", "least-squares")
     assert done.returncode == 0
     assert done.stderr == ""
     record = json.loads(done.stdout)
     assert list(record) == LAYOUT
     assert_has_values(record["estimate"])
     assert record["estimate"]["mass"] == pytest.approx(100, rel=2e-3)
-    assert record["estimator"] == "rls"
+    assert record["estimator"] == "least-squares"
     assert len(record["diagnostics"]["excitation"]) == 10
     assert record["diagnostics"]["momentum_drift"]["linear"] < 1e-3
 
 
 def test_identify_shows_a_table_beside_the_truth(command: TactidCommand, log: Path) -> None:
-    done = command("identify", log, "--estimator", "rls", "--way", "joint-sensing")
+    done = command("identify", log, "--estimator", "least-squares", "--method", "joint-sensing")
     assert done.returncode == 0
     for part in ("inertia zz", "kg m²", "nominal", "101.60", "moment 3"):
         assert part in done.stdout
 
 
-def test_identify_tells_how_much_longer_to_move(command: TactidCommand, log: Path) -> None:
+def test_identify_says_how_much_longer_to_move(command: TactidCommand, log: Path) -> None:
     done = command("identify", log, "--within", "0.01%")
-    assert "Every value within 0.01 %: another" in done.stderr
+    assert "Every value is known within 0.01 % after another" in done.stderr
+    done = command("identify", log, "--within", "0.0001%")
+    assert "This motion does not determine the inertia within 0.0001 % (" in done.stderr
     record = json.loads(command("identify", log, "--within", "50", "--json").stdout)
     assert record["remaining_s"]["within"] == 0.5
     assert record["remaining_s"]["all"] == 0
@@ -86,7 +88,9 @@ def test_simulate_then_identify(command: TactidCommand, tmp_path: Path) -> None:
 
 
 def test_paper_writes_everything(command: TactidCommand, tmp_path: Path) -> None:
-    done = command("paper", "--out", "a/b", "--duration", 3, "--estimator", "rls", "--seed", 3)
+    done = command(
+        "paper", "--out", "a/b", "--duration", 3, "--estimator", "least-squares", "--seed", 3
+    )
     assert done.returncode == 0, done.stderr
     assert "101.60" in done.stdout
     folder = tmp_path / "a/b"
@@ -96,7 +100,7 @@ def test_paper_writes_everything(command: TactidCommand, tmp_path: Path) -> None
     record = json.loads((folder / "result.json").read_text())
     for key in ("estimate", "truth", "error_percent"):
         assert_has_values(record[key])
-    assert record["estimator"] == "rls"
+    assert record["estimator"] == "least-squares"
     assert record["truth"]["inertia"]["yy"] == pytest.approx(20, rel=1e-3)
     assert record["diagnostics"]["steps"] == 3000
     page = (folder / "report.html").read_text()
@@ -139,6 +143,15 @@ def test_a_truncated_log_is_read_as_far_as_it_goes(
     assert done.stderr.startswith("tactid: note: ")
     assert done.stderr.count("\n") == 1
     assert "damage" in command("info", "cut.mcap").stdout
+
+
+def test_an_error_keeps_every_word_of_its_message(command: TactidCommand, tmp_path: Path) -> None:
+    """Also those with a bar, which only the excerpt below a TOML error's message may lose."""
+    assert_refused(command("identify", "left|right.mcap"), "left|right.mcap")
+    (tmp_path / "bad.toml").write_text("seed = 1\n[payload]\nname = 'a|b'\n")
+    done = command("simulate", "bad.toml")
+    assert_refused(done, "line 3", "name")
+    assert "a|b" not in done.stderr
 
 
 def test_wrong_options_are_refused(command: TactidCommand, log: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 import tactid
 from tactid import bodies, forms
-from tactid.result import values_of
+from tactid.values import values_of
 
 
 @pytest.fixture(params=range(20))

@@ -7,6 +7,7 @@ import pytest
 
 import tactid
 from conftest import TactidCommand
+from tactid import wording
 from test_cli import assert_refused
 from wrist import BODY, EARLY, NOISE, TRUTH, identified
 
@@ -18,24 +19,28 @@ DULL = NOISE * [100, 100, 100, 1, 1, 1]
 def test_a_known_mass_makes_the_others_known_better() -> None:
     alone = identified(EARLY, 1, noise=DULL)
     exact = identified(EARLY, 1, noise=DULL, known_mass=BODY.mass)
-    weighed = identified(EARLY, 1, noise=DULL, known_mass=1.85, known_mass_deviation=0.01)
+    weighed = identified(EARLY, 1, noise=DULL, known_mass=1.85, known_mass_std_dev=0.01)
     assert exact.estimate.body.mass == pytest.approx(BODY.mass, rel=1e-6)
-    assert exact.deviation[0] == 0
-    assert weighed.deviation[0] == pytest.approx(0.01, rel=0.02)
+    assert exact.estimate.std_devs[0] == 0
+    assert weighed.estimate.std_devs[0] == pytest.approx(0.01, rel=0.02)
     assert weighed.estimate.body.mass == pytest.approx(1.85, abs=0.002)
-    assert alone.deviation[0] > 0.1
-    assert exact.deviation[3] < weighed.deviation[3] < 0.5 * alone.deviation[3]
+    assert alone.estimate.std_devs[0] > 0.1
+    assert (
+        exact.estimate.std_devs[3] < weighed.estimate.std_devs[3] < 0.5 * alone.estimate.std_devs[3]
+    )
     for found in (alone, exact, weighed):
         error = np.abs(found.estimate.values - TRUTH)
-        assert (error <= 4 * found.deviation + 1e-6).all()
-    assert (alone.known_mass, exact.known_mass, exact.known_mass_deviation) == (None, BODY.mass, 0)
-    assert weighed.history_deviation[-1, 0] == pytest.approx(0.01, rel=0.02)
+        assert (error <= 4 * found.estimate.std_devs + 1e-6).all()
+    assert (alone.known_mass, exact.known_mass) == (None, tactid.KnownMass(BODY.mass, 0))
+    assert weighed.history.std_devs[-1, 0] == pytest.approx(0.01, rel=0.02)
 
 
-def test_a_mass_that_the_data_contradict_is_told() -> None:
-    (remark,) = identified(EARLY, 1, known_mass=2.0).remarks
-    assert remark.startswith("The mass is given as 2 kg, but the data alone say 1.839")
-    assert identified(EARLY, 1, known_mass=BODY.mass).remarks == []
+def test_a_mass_that_the_data_contradict_is_reported() -> None:
+    (finding,) = identified(EARLY, 1, known_mass=2.0).findings
+    remark = wording.finding(finding)
+    assert finding.kind == "mass_contradicted"
+    assert remark.startswith("The given mass is 2 kg, but the data alone give 1.839")
+    assert identified(EARLY, 1, known_mass=BODY.mass).findings == []
 
 
 def test_a_body_that_fits_into_the_box_stays_and_another_is_brought_in() -> None:
@@ -47,8 +52,11 @@ def test_a_body_that_fits_into_the_box_stays_and_another_is_brought_in() -> None
     brought = identified(EARLY, 1, bounding_box=low)
     assert free.estimate.body.com[2] > 0.09 > brought.estimate.body.com[2]
     assert brought.estimate.is_physical
-    (remark,) = brought.remarks
-    assert remark.startswith("No possible body within the box explains the data")
+    (finding,) = brought.findings
+    assert finding.kind == "inconsistent"
+    assert wording.finding(finding).startswith(
+        "No physically consistent body within the box explains the data"
+    )
 
 
 def test_a_box_helps_where_the_recording_says_little() -> None:
@@ -70,10 +78,10 @@ def test_a_box_helps_where_the_recording_says_little() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"known_mass": -1.0}, "the known mass is -1, but must be a positive number"),
-        ({"known_mass": np.nan}, "known mass"),
-        ({"known_mass": 1.0, "known_mass_deviation": -0.1}, "deviation of the known mass is -0.1"),
-        ({"known_mass_deviation": 0.1}, "without `known_mass`"),
+        ({"known_mass": -1.0}, "`known_mass` is -1, but must be a positive number"),
+        ({"known_mass": np.nan}, "known_mass"),
+        ({"known_mass": 1.0, "known_mass_std_dev": -0.1}, "`known_mass_std_dev` is -0.1"),
+        ({"known_mass_std_dev": 0.1}, "without a known mass"),
         ({"bounding_box": ROOM[::-1]}, "goes from 0.2 to -0.2 m along x"),
         ({"bounding_box": [[0, 0, 0], [1, 1, np.inf]]}, "along z"),
         ({"bounding_box": [0, 0, 0, 1, 1, 1]}, "bounding_box"),
@@ -86,14 +94,18 @@ def test_what_cannot_be_known_is_refused(options: dict[str, object], message: st
 
 def test_the_paper_s_filter_takes_no_knowledge(log: Path) -> None:
     for options, what in (({"known_mass": 100.0}, "mass"), ({"bounding_box": ROOM}, "box")):
-        with pytest.raises(tactid.IdentificationError, match=f"{what} needs least squares"):
+        with pytest.raises(tactid.ArgumentError, match=f"{what} needs least squares"):
             tactid.identify(log, estimator="nlms", **options)
 
 
 def test_the_command_takes_mass_and_box(command: TactidCommand, log: Path) -> None:
-    done = command("identify", log, "--mass", 100, "--box", "-1,-1,-1,2,1,1")
+    done = command("identify", log, "--known-mass", 100, "--bounding-box", "-1,-1,-1,2,1,1")
     assert done.returncode == 0
     assert "mass 100 kg (given); within a box from -1 -1 -1 to 2 1 1 m (given);" in done.stderr
-    assert_refused(command("identify", log, "--mass", "-1"), "known mass is -1")
-    assert_refused(command("identify", log, "--box", "1,2,3"), "--box", "6 numbers")
-    assert_refused(command("identify", log, "--box", "1,1,1,0,2,2"), "from 1 to 0 m along x")
+    assert_refused(command("identify", log, "--known-mass", "-1"), "--known-mass is -1")
+    assert_refused(
+        command("identify", log, "--bounding-box", "1,2,3"), "--bounding-box", "6 numbers"
+    )
+    assert_refused(
+        command("identify", log, "--bounding-box", "1,1,1,0,2,2"), "from 1 to 0 m along x"
+    )

@@ -1,14 +1,20 @@
 """The package as it is installed: its example runs, and its stubs are those of the binary."""
 
+import ast
+import dataclasses
 import doctest
+import inspect
 import subprocess
 import sys
+from graphlib import TopologicalSorter
 from importlib import metadata
 from pathlib import Path
 
 import pytest
 
 import tactid
+
+PACKAGE = Path(tactid.__file__).parent
 
 
 def test_the_packages_example_runs() -> None:
@@ -38,9 +44,57 @@ def test_everything_public_says_what_it_is() -> None:
             continue
         assert thing.__doc__, name
         members = vars(thing).items() if isinstance(thing, type) else ()
+        plain = {field.name for field in dataclasses.fields(thing)} if is_data(thing) else set()
         for member, value in members:
-            if not member.startswith("_") and not isinstance(value, str):
+            if not member.startswith("_") and not isinstance(value, str) and member not in plain:
                 assert value.__doc__, f"{name}.{member}"
+
+
+def is_data(thing: object) -> bool:
+    return isinstance(thing, type) and dataclasses.is_dataclass(thing)
+
+
+def test_every_field_of_a_result_says_what_it_is() -> None:
+    """Python keeps no docstrings of fields: each has a string below it in the source."""
+    public = [getattr(tactid, name) for name in tactid.__all__]
+    for thing in (each for each in public if is_data(each) and each is not tactid.Options):
+        (body,) = ast.parse(inspect.getsource(thing)).body
+        assert isinstance(body, ast.ClassDef)
+        below = dict(zip(body.body, body.body[1:], strict=False))
+        for field in (each for each in body.body if isinstance(each, ast.AnnAssign)):
+            text = below.get(field)
+            assert isinstance(text, ast.Expr), f"{thing.__name__}: {ast.unparse(field)}"
+            assert isinstance(text.value, ast.Constant)
+            assert str(text.value.value).strip().endswith("."), ast.unparse(text)
+
+
+def test_no_file_imports_another_in_a_circle() -> None:
+    """`import tactid` in a file of the package would be a circle through `__init__.py`."""
+    modules = {
+        ".".join(("tactid", *path.relative_to(PACKAGE).with_suffix("").parts)): path
+        for path in PACKAGE.rglob("*.py")
+    }
+    modules = {name.removesuffix(".__init__"): path for name, path in modules.items()}
+    known = {*modules, "tactid._native"}
+    imported: dict[str, set[str]] = {name: set() for name in modules}
+    for name, path in modules.items():
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                imported[name] |= {each.name for each in node.names} & known
+            elif isinstance(node, ast.ImportFrom) and node.module in known:
+                below = {f"{node.module}.{each.name}" for each in node.names}
+                imported[name] |= below & known
+                if not below <= known:
+                    imported[name].add(str(node.module))
+    order = list(TopologicalSorter(imported).static_order())  # raises where there is a circle
+    assert set(order) >= modules.keys()
+    assert order.index("tactid.errors") < order.index("tactid.options")
+
+
+def test_no_public_function_shadows_a_module() -> None:
+    modules = {path.stem for path in PACKAGE.glob("*.py")}
+    modules |= {path.name for path in PACKAGE.iterdir() if (path / "__init__.py").exists()}
+    assert not modules & set(tactid.__all__)
 
 
 @pytest.mark.parametrize("module", ["tactid._native"])

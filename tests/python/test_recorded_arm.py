@@ -89,7 +89,7 @@ def test_the_wrench_is_that_of_the_payload(moved: tuple[Arm, State, np.ndarray])
     assert np.abs(s.wrench - predicted).max() < TOLERANCE * np.abs(s.wrench).max()
 
 
-def test_the_motion_tells_all_ten(moved: tuple[Arm, State, np.ndarray]) -> None:
+def test_the_motion_determines_all_ten(moved: tuple[Arm, State, np.ndarray]) -> None:
     """Least squares on what is recorded is exact, and well conditioned in the payload's size."""
     _, s, gravity = moved
     rows = regressor(s.tip, gravity).reshape(-1, 10)
@@ -144,7 +144,7 @@ def test_the_payloads_efforts_are_the_wrench_through_the_jacobian(
         pin.computeFrameJacobian(model, data, q, tip, pin.LOCAL).T @ wrench
         for q, wrench in zip(s.q, s.wrench, strict=True)
     ]
-    error = np.abs(s.effort - s.bare_effort - np.array(expected)).max()
+    error = np.abs(s.effort - s.unloaded_effort - np.array(expected)).max()
     assert error < TOLERANCE * np.abs(s.effort).max()
 
 
@@ -192,11 +192,11 @@ def test_bags_hold_what_was_logged(tmp_path: Path, how: str) -> None:
         assert len(list(bag.glob("bag_*.mcap"))) == 11
     else:
         write_bag(bag, messages, zstd=how == "zstd")
-    wanted = sorted(messages, key=lambda m: m.log_ns)
+    expected = sorted(messages, key=lambda m: m.log_ns)
     with AnyReader([bag]) as reader:
-        assert reader.message_count == len(wanted)
+        assert reader.message_count == len(expected)
         read = list(reader.messages())
-    for (connection, log_ns, data), each in zip(read, wanted, strict=True):
+    for (connection, log_ns, data), each in zip(read, expected, strict=True):
         assert (connection.topic, log_ns, data) == (each.topic, each.log_ns, each.data)
         decoded: Any = STORE.deserialize_cdr(data, connection.msgtype)
         assert decoded.__msgtype__ == each.type_name

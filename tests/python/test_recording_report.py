@@ -1,7 +1,8 @@
-"""The report of a recording says what was found, and shows something whatever was found."""
+"""The report of a recording shows what was found, whatever was found."""
 
 import html
 import re
+from dataclasses import replace
 from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
@@ -10,9 +11,9 @@ import numpy as np
 import pytest
 
 import doubles
-from tactid import recording_plots, recording_report
+from tactid import Channel, Finding, Identification, recording_plots, recording_report, wording
 from tactid.bodies import ellipsoid
-from tactid.result import values_of
+from tactid.values import values_of
 
 BODY = values_of(doubles.BODY)
 
@@ -48,7 +49,7 @@ class Page(HTMLParser):
             self.rows[-1][-1] += data
 
 
-def page_of(found: doubles.RecordingDouble, name: str = "run.mcap") -> Page:
+def page_of(found: Identification, name: str = "run.mcap") -> Page:
     page = Page(recording_report.render(found, name))
     assert page.open == []
     return page
@@ -74,15 +75,15 @@ def test_a_report_is_one_small_file_with_every_value(tmp_path: Path) -> None:
     for index, name in enumerate(recording_report.NAMES):
         value, around, low, high = map(float, cells[name][1:])
         assert low <= value <= high
-        assert around == pytest.approx(1.96 * found.deviation[index], rel=0.05)
+        assert around == pytest.approx(1.96 * found.estimate.std_devs[index], rel=0.05)
         assert value == pytest.approx(found.estimate.values[index], abs=0.06 * around)
     moments = [float(cells[name][1]) for name in recording_report.MOMENT_NAMES]
-    assert moments == pytest.approx(found.principal_moments, rel=0.01)
+    assert moments == pytest.approx(found.principal_moments.values, rel=0.01)
     assert float(cells["force y"][1]) == pytest.approx(0.12, rel=0.05)
     assert cells["moment z"][4] == "99.98 %"
     assert "<inertial>" in words
     assert "12.3 ms ± 0.78 ms" in words
-    assert "Every value within 0.5 %: another" in " ".join(
+    assert "Every value is known within 0.5 % after another" in " ".join(
         Page(recording_report.render(found, "run.mcap", 0.005)).words
     )
 
@@ -94,20 +95,22 @@ def test_what_is_not_identifiable_is_no_number() -> None:
     inertia = [f"inertia {axes}" for axes in ("xx", "xy", "xz", "yy", "yz")]
     assert unknown == ["com z", *inertia, *recording_report.MOMENT_NAMES]
     words = " ".join(page.words)
-    assert words.count(found.motion_advice[0]) == 1
+    for advice in wording.motion_advice(found.estimate.not_identifiable):
+        assert words.count(advice) == 1
     assert "The centre of mass is not known." in words
     assert "no inertial for URDF: com z, inertia xx" in words
 
 
 def test_remarks_damage_and_advice_are_shown() -> None:
-    found = doubles.effort(joints=1).but(
-        remarks=["Gravity is <9.7>."], damage=["cut at byte 7"], motion_advice=["Shake it more."]
-    )
+    finding = Finding("wrenches_summed", {"topics": ["/<left>", "/right"]})
+    found = replace(doubles.effort(joints=1), findings=[finding], damage=["cut at byte 7"])
     words = " ".join(page_of(found).words)
-    assert "Gravity is <9.7>." in words
+    assert "The wrenches of /<left> and /right are summed." in words
     assert "Damage: cut at byte 7" in words
-    assert "Shake it more." in words
-    assert "Nothing conspicuous" not in words
+    (advice,) = wording.motion_advice(["Ixx"])
+    unknown = doubles.with_estimate(found, identifiable=[True] * 4 + [False] + [True] * 5)
+    assert advice in " ".join(page_of(unknown).words)
+    assert "Nothing was noticed" not in words
 
 
 @pytest.mark.parametrize("name", doubles.DEGENERATE)
@@ -124,37 +127,40 @@ def test_an_impossible_body_has_no_ellipsoid() -> None:
 
 def test_names_may_be_of_any_script_and_hold_no_formula() -> None:
     names = ["effort $x_{$", "effort 关节", "<b>", "&amp;", "a\nb", "", "effort \\frac{"]
-    text = recording_report.render(doubles.effort().but(channels=names, tool="手"), "ログ")
+    found = doubles.with_estimate(doubles.effort(), frame="手")
+    found = doubles.with_fit(found, channels=[Channel(name, "N m") for name in names])
+    text = recording_report.render(found, "ログ")
     assert html.escape("<b>") in text
     assert Page(text).open == []
 
 
 def test_a_long_recording_makes_no_larger_report() -> None:
     found = doubles.tactile(duration=400.0)
-    assert len(found.fit_time) == 20_000
+    assert len(doubles.fit_of(found).time) == 20_000
     assert len(recording_report.render(found, "run.mcap")) < 3_000_000
 
 
 def test_a_peak_in_what_is_left_is_found_across_gaps() -> None:
     """A sine of 0.1 N at 3.1 Hz over noise of 0.12 N, and its level: 2 s / √2 of white noise."""
-    found = doubles.tactile(duration=100.0)
-    left = (found.fit_measured - found.fit_predicted)[:, 0]
+    found = doubles.fit_of(doubles.tactile(duration=100.0))
+    left = (found.measured - found.predicted)[:, 0]
     left[recording_plots.outliers(found)[:, 0]] = np.nan
     kept = np.ones(len(left), dtype=bool)
     kept[1000:1100] = False
-    frequency, density = recording_plots.spectrum(found.fit_time[kept], left[kept])
+    frequency, density = recording_plots.spectrum(found.time[kept], left[kept])
     assert frequency[density.argmax()] == pytest.approx(3.1, abs=0.2)
     level = np.median(density[frequency > 6])
     assert level == pytest.approx(0.12 * np.sqrt(2 * doubles.STRIDE), rel=0.05)
     assert frequency[-1] == pytest.approx(0.5 / doubles.STRIDE)
-    short, _ = recording_plots.spectrum(found.fit_time[:9], left[:9])
+    short, _ = recording_plots.spectrum(found.time[:9], left[:9])
     assert short.size == 0
 
 
 def test_weak_directions_are_named_by_what_they_are_made_of() -> None:
     found = doubles.turned_about_one_axis()
-    relative, weak = recording_plots.relative_excitation(found)
-    names = [recording_plots.make_up(row) for row in found.excitation_directions]
+    fit, identifiable = doubles.fit_of(found), found.estimate.identifiable
+    relative, weak = recording_plots.relative_excitation(fit, identifiable)
+    names = [recording_plots.composition(row) for row in fit.excitation_directions]
     assert relative[0] == 1
     assert {name for name, faint in zip(names, weak, strict=True) if faint} == {
         "m·z",
@@ -162,23 +168,24 @@ def test_weak_directions_are_named_by_what_they_are_made_of() -> None:
         "Ixy",
         "Iyy",
     }
-    assert recording_plots.make_up(np.sqrt([0.6, 0, 0, 0.35, 0.05, *[0] * 5])) == (
+    assert recording_plots.composition(np.sqrt([0.6, 0, 0, 0.35, 0.05, *[0] * 5])) == (
         "60 % mass, 35 % m·z, 5 % Ixx"
     )
-    assert not recording_plots.relative_excitation(doubles.tactile())[1].any()
+    moving = doubles.fit_of(doubles.tactile())
+    assert not recording_plots.relative_excitation(moving, [True] * 10)[1].any()
 
 
 def test_windows_that_count_less_are_marked_where_they_were_used() -> None:
-    found = doubles.tactile()
+    found = doubles.fit_of(doubles.tactile())
     marked = recording_plots.outliers(found)
     assert marked.any(axis=0).all()
-    assert not marked[found.fit_held_out].any()
-    np.testing.assert_array_equal(marked, found.fit_weight < 0.5)
-    none = found.but(fit_weight=np.where(found.fit_held_out[:, None], 0.0, 1.0) * np.ones(6))
+    assert not marked[found.held_out].any()
+    np.testing.assert_array_equal(marked, found.weights < 0.5)
+    none = replace(found, weights=np.where(found.held_out[:, None], 0.0, 1.0) * np.ones(6))
     assert not recording_plots.outliers(none).any()
 
 
-def test_an_interval_is_told_to_two_figures() -> None:
+def test_an_interval_has_two_figures() -> None:
     assert recording_report.with_interval(1.23456, 0.00789) == (
         "1.2346",
         "0.0079",
@@ -194,7 +201,7 @@ def test_the_double_finds_the_body_that_it_was_made_of() -> None:
     """Else nothing above would be shown a realistic recording."""
     found = doubles.tactile()
     error = np.abs(found.estimate.values - BODY)
-    assert (error < 4 * found.deviation).all()
+    assert (error < 4 * found.estimate.std_devs).all()
     assert found.estimate.is_physical
     semi_axes, _ = ellipsoid(BODY)
     assert (semi_axes > 0.02).all()

@@ -1,4 +1,4 @@
-"""How much longer to move: what is told after a while comes true when the motion goes on."""
+"""How much longer to move: the forecast comes true when the motion goes on."""
 
 from pathlib import Path
 
@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import tactid
-from tactid import result
-from wrist import EARLY, half_parts, identified
+from tactid import outlook
+from wrist import EARLY, half_widths, identified
 
 
 @pytest.mark.parametrize("calm_until", [0.0, EARLY / 2])
-def test_the_time_that_is_told_is_the_time_that_it_takes(calm_until: float) -> None:
+def test_the_forecast_time_is_the_time_that_it_takes(calm_until: float) -> None:
     """For half the interval of the worst value, with a calm first half or without.
 
     Intervals come from residuals, and scatter: the mean over ten draws of the noise is held to four
@@ -20,27 +20,27 @@ def test_the_time_that_is_told_is_the_time_that_it_takes(calm_until: float) -> N
     ratios = []
     for seed in range(10):
         early = identified(EARLY, seed, calm_until=calm_until)
-        parts = half_parts(early)
-        worst, within = parts.argmax(), parts.max() / 2
+        widths = half_widths(early)
+        worst, within = widths.argmax(), widths.max() / 2
         remaining = early.remaining(within)
         assert remaining.argmax() == worst
         assert remaining[worst] == pytest.approx(14 if calm_until else 23, rel=0.05)
         late = identified(EARLY + remaining[worst], seed, calm_until=calm_until)
-        ratios.append(half_parts(late)[worst] / within)
+        ratios.append(half_widths(late)[worst] / within)
     assert np.std(ratios) < 0.2
     assert abs(np.mean(ratios) - 1) < 4 * np.std(ratios) / np.sqrt(len(ratios)), ratios
 
 
 def test_what_is_known_takes_no_time_and_what_is_not_excited_for_ever() -> None:
     moving, still = identified(EARLY, 0), identified(EARLY, 0, swings=False)
-    np.testing.assert_array_equal(moving.remaining(2 * half_parts(moving).max()), np.zeros(10))
-    told = still.remaining(0.01)
-    assert np.isfinite(told[0])
-    assert np.isinf(told[4:]).all()
-    sentence = result.outlook(still, 0.02)
+    np.testing.assert_array_equal(moving.remaining(2 * half_widths(moving).max()), np.zeros(10))
+    remaining = still.remaining(0.01)
+    assert np.isfinite(remaining[0])
+    assert np.isinf(remaining[4:]).all()
+    sentence = outlook.outlook(still, 0.02)
     assert sentence is not None
-    assert sentence.startswith("However long this motion goes on, not within 2 %:")
-    assert "Ixx" in sentence
+    assert "This motion does not determine the inertia within 2 %" in sentence
+    assert "Ixx stays unknown however long it goes on" in sentence
     for wrong in (0.0, -1.0, np.nan):
         with pytest.raises(tactid.ArgumentError, match="within"):
             moving.remaining(wrong)
@@ -49,6 +49,6 @@ def test_what_is_known_takes_no_time_and_what_is_not_excited_for_ever() -> None:
 def test_the_paper_s_filter_knows_of_no_intervals(log: Path) -> None:
     found = tactid.identify(log, estimator="nlms")
     assert np.isnan(found.remaining()).all()
-    assert result.outlook(found) is None
-    assert np.isfinite(found.principal_moments).all()
-    assert np.isnan(found.principal_moment_deviation).all()
+    assert outlook.outlook(found) is None
+    assert np.isfinite(found.principal_moments.values).all()
+    assert np.isnan(found.principal_moments.std_devs).all()

@@ -1,4 +1,4 @@
-"""What is known of the sensors: that wrenches may be off by a constant, and their noise."""
+"""What is known of the sensors: a constant offset of the wrenches, and their noise."""
 
 import json
 from pathlib import Path
@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import doubles
 import tactid
 from conftest import TactidCommand
+from tactid import wording
 from test_cli import assert_refused
 from wrist import EARLY, NOISE, TRUTH, identified
 
@@ -15,7 +17,7 @@ OFFSET = np.array([1.5, -2.0, 3.0, 0.05, 0.1, -0.08])
 
 
 def normalised(found: tactid.Identification) -> np.ndarray:
-    return (found.estimate.values - TRUTH) / found.deviation
+    return (found.estimate.values - TRUTH) / found.estimate.std_devs
 
 
 def test_an_offset_is_suspected_and_found() -> None:
@@ -23,28 +25,37 @@ def test_an_offset_is_suspected_and_found() -> None:
     found = identified(EARLY, 1, offset=OFFSET, wrench_offset=True)
     assert np.abs(normalised(taken_for_none)).max() > 10
     assert np.abs(normalised(found)).max() < 3.5
-    assert (np.abs(found.offset - OFFSET) < 3.5 * found.offset_deviation).all()
-    assert (found.offset_deviation < 0.1).all()
-    (remark,) = (line for line in taken_for_none.remarks if "off by a constant" in line)
-    assert remark.endswith("--wrench-offset identifies it as well.")
-    assert found.remarks == []
+    offset = doubles.fit_of(found).wrench_offset
+    assert offset is not None
+    assert offset.frame == found.estimate.frame
+    assert (np.abs(offset.values - OFFSET) < 3.5 * offset.std_devs).all()
+    assert (offset.std_devs < 0.1).all()
+    (finding,) = (each for each in taken_for_none.findings if each.kind == "offset_suspected")
+    remark = wording.finding(finding, "command-line")
+    assert "constant offset" in remark
+    assert remark.endswith("--wrench-offset identifies it together with the payload.")
+    assert "`wrench_offset` identifies it" in wording.finding(finding)
+    assert found.findings == []
     # The history ends where the estimate is, and the prediction has the offset in it.
-    np.testing.assert_allclose(found.history[-1], found.estimate.values, rtol=1e-3, atol=1e-5)
-    assert (found.residual_rms < 1.2 * identified(EARLY, 1).residual_rms).all()
+    np.testing.assert_allclose(
+        found.history.values[-1], found.estimate.values, rtol=1e-3, atol=1e-5
+    )
+    without = doubles.fit_of(identified(EARLY, 1))
+    assert (doubles.fit_of(found).residual_rms < 1.2 * without.residual_rms).all()
 
 
 def test_without_an_offset_nothing_is_suspected_and_asking_costs_little() -> None:
     plain, asked = identified(EARLY, 2), identified(EARLY, 2, wrench_offset=True)
-    assert plain.remarks == asked.remarks == []
-    assert plain.offset.shape == (0,)
-    assert (asked.deviation >= 0.9 * plain.deviation).all()
+    assert plain.findings == asked.findings == []
+    assert doubles.fit_of(plain).wrench_offset is None
+    assert (asked.estimate.std_devs >= 0.9 * plain.estimate.std_devs).all()
     assert np.abs(normalised(asked)).max() < 3.5
 
 
-def test_at_rest_an_offset_cannot_be_told_from_a_mass() -> None:
+def test_at_rest_an_offset_cannot_be_separated_from_a_mass() -> None:
     found = identified(EARLY, 3, swings=False, wrench_offset=True)
     assert not any(found.estimate.identifiable)
-    assert found.deviation[0] > 1e6
+    assert found.estimate.std_devs[0] > 1e6
 
 
 def test_given_noise_weighs_the_channels() -> None:
@@ -65,8 +76,8 @@ def test_given_noise_weighs_the_channels() -> None:
     ("options", "what"),
     [
         ({"wrench_noise": [0.1] * 5}, "wrench_noise"),
-        ({"wrench_noise": [0.0, 1, 1, 1, 1, 1]}, "wrench_noise is 0, but must be a positive"),
-        ({"wrench_noise": np.ones((3, 6))}, "wrench_noise has 3 entries: give one for all"),
+        ({"wrench_noise": [0.0, 1, 1, 1, 1, 1]}, "`wrench_noise` is 0, but must be a positive"),
+        ({"wrench_noise": np.ones((3, 6))}, "`wrench_noise` has 3 entries: give one for all"),
         ({"wrench_offset": True, "estimator": "nlms"}, "an unknown offset of the wrenches needs"),
         ({"wrench_noise": NOISE, "estimator": "nlms"}, "the noise of the sensors needs"),
     ],
@@ -84,10 +95,12 @@ def test_the_command_takes_offset_and_noise(command: TactidCommand, log: Path) -
     assert next(iter(offset)) == "force x"
     assert offset["moment z"]["unit"] == "N m"
     assert abs(offset["force x"]["value"]) < 0.01
-    assert "; wrenches off by force x " in command("identify", log, "--wrench-offset").stderr
+    assert "; wrench offset force x " in command("identify", log, "--wrench-offset").stderr
     assert_refused(
         command("identify", log, "--wrench-noise", "1,2,3"), "--wrench-noise", "6 numbers"
     )
     three = [word for _ in range(3) for word in noise]
-    assert_refused(command("identify", log, *three), "wrench_noise has 3 entries", "2 sensors")
-    assert_refused(command("identify", log, "--effort-noise", "1,2"), "effort_noise has 2 entries")
+    assert_refused(command("identify", log, *three), "--wrench-noise has 3 entries", "2 sensors")
+    assert_refused(
+        command("identify", log, "--effort-noise", "1,2"), "--effort-noise has 2 entries"
+    )

@@ -100,8 +100,8 @@ def assert_says_whether_it_is_possible(record: Record) -> None:
         return
     possible = bool(values[0] > 0 and is_possible(values[4:]))
     assert record["diagnostics"]["is_physical"] is possible
-    told = remarks_with(record, "no body can have these parameters")
-    assert possible or told
+    remarks = remarks_with(record, "no body can have these parameters")
+    assert possible or remarks
 
 
 @pytest.mark.parametrize("tool", TOOLS)
@@ -110,8 +110,8 @@ def test_without_noise_it_is_exact(identify: Identify, tool: str) -> None:
     bag = DATA / f"{tool}_none"
     truth = truth_of(bag)
     record = identify(bag, *UP)
-    wanted = np.array([truth.mass, *truth.com, *truth.inertia])
-    np.testing.assert_allclose(values_of(record["estimate"]), wanted, rtol=0, atol=1e-9)
+    expected = np.array([truth.mass, *truth.com, *truth.inertia])
+    np.testing.assert_allclose(values_of(record["estimate"]), expected, rtol=0, atol=1e-9)
     assert record["frame"] == "ft_sensor"
     assert record["diagnostics"]["is_physical"] is True
     assert not remarks_with(record, "opposite")
@@ -165,23 +165,23 @@ def test_under_noise_it_is_better_than_weighted_least_squares(identify: Identify
 def test_under_noise_the_intervals_hold_the_truth(identify: Identify) -> None:
     """Each with 95 %, so that of 28 one or two are outside; and the body is a possible one.
 
-    Five of 28 would be once in 85 times, and 3.29 deviations for any one once in a thousand.
+    Five of 28 would be once in 85 times, and any one beyond 3.29 std_devs once in a thousand.
     """
-    deviations = []
+    distances = []
     for tool in TOOLS:
         bag = DATA / f"{tool}_high"
         record, truth = identify(bag, *UP), truth_of(bag)
         assert record["diagnostics"]["is_physical"] is True
-        wanted = np.array([truth.mass, *truth.com, *truth.inertia])
+        expected = np.array([truth.mass, *truth.com, *truth.inertia])
         half_width = values_of(record["half_width_95"])
         known = np.isfinite(half_width)
         # Where the motion says nothing of the inertia there is no interval.
         assert known[:4].all()
-        error = values_of(record["estimate"]) - wanted
-        deviations.extend(1.96 * np.abs(error[known]) / half_width[known])
-    assert len(deviations) >= 28
-    assert np.sum(np.array(deviations) > 1.96) <= 4
-    assert max(deviations) < 3.29
+        error = values_of(record["estimate"]) - expected
+        distances.extend(1.96 * np.abs(error[known]) / half_width[known])
+    assert len(distances) >= 28
+    assert np.sum(np.array(distances) > 1.96) <= 4
+    assert max(distances) < 3.29
 
 
 @pytest.mark.parametrize("tool", TOOLS)

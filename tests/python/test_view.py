@@ -16,7 +16,7 @@ from rerun.chunk import RrdReader
 import tactid
 from bags import joints, message, odometry, wrench, write_bag
 from conftest import TactidCommand
-from tactid.result import nested
+from tactid.values import nested
 from tactid.view import open_viewer, record
 from tactid.view.estimate import Estimate
 from tactid.view.shapes import shapes_of
@@ -39,7 +39,7 @@ def result_record(values: list[float | None], start_ns: int) -> dict[str, Any]:
         "estimate": nested(values),
         "half_width_95": nested([None if v is None else 0.01 for v in values]),
         "frame": "tool0",
-        "estimator": "rls",
+        "estimator": "least-squares",
         "diagnostics": {},
         "remarks": ["A remark."],
         "series": {

@@ -51,7 +51,7 @@ def identified(
     offset: Array | float = 0.0,
     **options: Any,
 ) -> tactid.Identification:
-    """What is told of a recording of so many seconds, its noise drawn from the seed."""
+    """The result of a recording of so many seconds, its noise drawn from the seed."""
     time = np.arange(0.0, duration, 1 / RATE)
     step = 1e-4
 
@@ -75,8 +75,8 @@ def identified(
     return tactid.identify(time, **given, **{"cutoff": 5.0, "delay": 0.0} | options)
 
 
-def half_parts(found: tactid.Identification) -> Array:
-    """Half of each interval as a part of the largest value of its kind."""
+def half_widths(found: tactid.Identification) -> Array:
+    """Half of each interval as a fraction of the largest value of its kind."""
     values = np.abs(found.estimate.values)
     largest = np.array([values[kind == KINDS].max() for kind in range(3)])
-    return 1.96 * found.deviation / largest[KINDS]
+    return 1.96 * found.estimate.std_devs / largest[KINDS]

@@ -7,9 +7,10 @@ use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
 use tactid_dynamics::MassProperties;
-use tactid_identify::{Identification, Request, Settings, Way, identify_log};
+use tactid_identify::Method;
 use tactid_logs::messages::{Odometry, WrenchStamped};
 use tactid_logs::{Durability, LogReader, LogWriter};
+use tactid_recordings::{Estimator, Identification, Request, identify_log};
 use tactid_sim::{Experiment, NamedPosture, Posture, run};
 use tactid_tests::{errors_percent, worst_percent};
 
@@ -25,28 +26,36 @@ fn simulate(experiment: &Experiment, log: &Path) {
     run(experiment, log, |_| ControlFlow::Continue(())).unwrap();
 }
 
-fn identify(log: &Path, settings: &Settings) -> Identification {
-    let request = Request {
-        settings: settings.clone(),
-        way: Some(settings.way),
+/// The paper's filter.
+fn paper(method: Method) -> Request {
+    Request {
+        method: Some(method),
         ..Request::paper()
-    };
-    identify_log(log, &request, &mut |_| ControlFlow::Continue(())).unwrap()
+    }
 }
 
-fn worst(log: &Path, settings: &Settings) -> (f64, [f64; 10]) {
-    let body = identify(log, settings).estimate.body;
+/// Least squares with the filter of the paper's equations, on a recording whose clocks agree.
+fn least_squares(method: Method) -> Request {
+    Request {
+        method: Some(method),
+        estimator: Some(Estimator::LeastSquares),
+        cutoff_hz: Some(10.0),
+        max_gap_s: Some(0.1),
+        delay_s: Some(0.0),
+        ..Request::default()
+    }
+}
+
+fn identify(log: &Path, request: &Request) -> Identification {
+    identify_log(log, request, &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+fn worst(log: &Path, request: &Request) -> (f64, [f64; 10]) {
+    let body = identify(log, request).estimate.body;
     (
         worst_percent(&body, &payload()),
         errors_percent(&body, &payload()),
     )
-}
-
-fn joint_sensing(settings: Settings) -> Settings {
-    Settings {
-        way: Way::JointSensing,
-        ..settings
-    }
 }
 
 /// The bars of the experiment as the paper ran it, 300 s with 1 % noise on the command: the paper's
@@ -57,14 +66,14 @@ fn the_papers_experiment() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("run.mcap");
     simulate(&Experiment::paper(), &log);
-    for (settings, bound) in [
-        (Settings::paper(), 1.0),
-        (Settings::default(), 0.1),
-        (joint_sensing(Settings::paper()), 1.0),
-        (joint_sensing(Settings::default()), 0.5),
+    for (request, bound) in [
+        (paper(Method::Tactile), 1.0),
+        (least_squares(Method::Tactile), 0.1),
+        (paper(Method::JointSensing), 1.0),
+        (least_squares(Method::JointSensing), 0.5),
     ] {
-        let (worst, errors) = worst(&log, &settings);
-        assert!(worst < bound, "{settings:?}: {errors:?}");
+        let (worst, errors) = worst(&log, &request);
+        assert!(worst < bound, "{request:?}: {errors:?}");
     }
 }
 
@@ -78,7 +87,7 @@ fn at_two_hertz() {
     experiment.set_frequency(2.0);
     experiment.duration_s = 30.0;
     simulate(&experiment, &log);
-    let (worst, errors) = worst(&log, &Settings::default());
+    let (worst, errors) = worst(&log, &least_squares(Method::Tactile));
     assert!(worst < 0.2, "{errors:?}");
 }
 
@@ -91,9 +100,9 @@ fn at_the_posture_of_table_1() {
     experiment.posture = Posture::Named(NamedPosture::Table1);
     experiment.duration_s = 15.0;
     simulate(&experiment, &log);
-    let estimate = identify(&log, &Settings::paper()).estimate;
-    let unknown: Vec<_> = estimate.not_identifiable().collect();
-    assert_eq!(unknown, ["Ixx"], "{:?}", estimate.singular_values);
+    let found = identify(&log, &paper(Method::Tactile));
+    let unknown: Vec<_> = found.estimate.not_identifiable().collect();
+    assert_eq!(unknown, ["Ixx"], "{:?}", found.singular_values);
 }
 
 /// Identification reads nothing that a real robot could not measure: without any metadata record the
@@ -102,17 +111,18 @@ fn at_the_posture_of_table_1() {
 #[test]
 fn from_measurements_alone_and_aligned() {
     let folder = tempfile::tempdir().unwrap();
-    let [log, bare, late] = ["run.mcap", "bare.mcap", "late.mcap"].map(|n| folder.path().join(n));
+    let names = ["run.mcap", "measured.mcap", "late.mcap"];
+    let [log, measured, late] = names.map(|name| folder.path().join(name));
     let mut experiment = Experiment::paper();
     experiment.duration_s = 15.0;
     simulate(&experiment, &log);
-    copy(&log, &bare, 0);
+    copy(&log, &measured, 0);
     copy(&log, &late, 20_000_000);
-    let settings = Settings::default();
-    let (whole, without) = (identify(&log, &settings), identify(&bare, &settings));
+    let request = least_squares(Method::Tactile);
+    let (whole, without) = (identify(&log, &request), identify(&measured, &request));
     assert_eq!(whole.estimate, without.estimate);
-    let (aligned, _) = worst(&log, &settings);
-    let (shifted, errors) = worst(&late, &settings);
+    let (aligned, _) = worst(&log, &request);
+    let (shifted, errors) = worst(&late, &request);
     assert!(aligned < 0.003, "{aligned}");
     assert!(shifted > 10.0 * aligned, "{errors:?}");
 }

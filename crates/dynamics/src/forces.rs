@@ -4,7 +4,8 @@ use nalgebra::Vector3;
 
 use crate::Wrench;
 use crate::manipulator::{Body, FrameId, JointKind};
-use crate::workspace::{BodyState, Workspace};
+use crate::motion::BodyState;
+use crate::workspace::Workspace;
 
 /// Computes the force and the moment on every body from its parent, (21)-(41) of Hou et al. 2016, for the motion that
 /// the workspace holds, and stores them there. `gravity` is the gravitational acceleration in the inertial frame, m/s²,

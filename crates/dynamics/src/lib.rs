@@ -62,7 +62,7 @@ pub use inertia::{
 };
 pub use manipulator::{BaseKind, FrameId, JointKind, Manipulator};
 pub use momentum::{BaseAcceleration, Momentum, base_acceleration, momentum};
-pub use motion::{JointMotion, motion};
+pub use motion::JointMotion;
 pub use rows::{
     Rows, inertia_regressor, inertia_rows, mass_rows, omega_matrix, tactile_mass_rows,
     wrench_regressor,
@@ -70,4 +70,4 @@ pub use rows::{
 pub use spatial::{FrameMotion, ToolMotion, Wrench, cross, inertia_product};
 pub use structure::{BodyView, JointView, LinkView};
 pub use urdf::{CollisionBox, Urdf};
-pub use workspace::Workspace;
+pub use workspace::{Workspace, motion};

@@ -2,8 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::motion::{JointMotion, motion};
+use crate::motion::JointMotion;
 use crate::workspace::Workspace;
+use crate::workspace::motion;
 use crate::{FrameMotion, StateError, Wrench, cross, forces};
 
 /// Momentum of a robot, expressed in the inertial frame.

@@ -2,9 +2,8 @@
 
 use nalgebra::{Isometry3, Vector3};
 
+use crate::FrameMotion;
 use crate::manipulator::{Body, JointKind};
-use crate::workspace::{BodyState, Workspace};
-use crate::{FrameMotion, StateError};
 
 /// Position, velocity and acceleration of the independent joints, each in the order of
 /// [`Manipulator::joint_names`](crate::Manipulator::joint_names).
@@ -18,26 +17,28 @@ pub struct JointMotion<'a> {
     pub acceleration: &'a [f64],
 }
 
-/// Computes the motion of every body, (1)-(20) of Hou et al. 2016, from the motion of the base frame and the joints,
-/// and stores it in the workspace. Forces computed before become unavailable.
-///
-/// The cost is one pass over the bodies. Nothing is allocated.
-///
-/// # Errors
-/// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint. The workspace is then
-/// unchanged.
-pub fn motion(
-    workspace: &mut Workspace,
-    base: &FrameMotion,
-    joints: JointMotion<'_>,
-) -> Result<(), StateError> {
-    let Workspace { robot, bodies, .. } = workspace;
-    robot.check_length("position", joints.position)?;
-    robot.check_length("velocity", joints.velocity)?;
-    robot.check_length("acceleration", joints.acceleration)?;
-    move_bodies(&robot.bodies, bodies, base, joints);
-    workspace.has_forces = false;
-    Ok(())
+/// Motion of one body and the wrench on it. All vectors are expressed in the inertial frame.
+#[derive(Clone, Debug)]
+pub(crate) struct BodyState {
+    /// `p`, `ṗ`, `p̈`, `ω`, `ω̇`: motion of the body's frame.
+    pub(crate) origin: FrameMotion,
+    /// Vector from the parent's origin to the body's origin, `a + b` of the parent, m. It is kept, as is `a`, so that no
+    /// moment is computed from the difference of two positions far from the inertial frame's origin.
+    pub(crate) from_parent: Vector3<f64>,
+    /// `a`: vector from the body's origin to its centre of mass, m.
+    pub(crate) a: Vector3<f64>,
+    /// `r`: position of the centre of mass, m.
+    pub(crate) center: Vector3<f64>,
+    /// `ṙ`: velocity of the centre of mass, m/s.
+    pub(crate) center_velocity: Vector3<f64>,
+    /// `r̈`: acceleration of the centre of mass, m/s².
+    pub(crate) center_acceleration: Vector3<f64>,
+    /// `z`: unit vector along the joint's axis.
+    pub(crate) axis: Vector3<f64>,
+    /// `f`: force on the body from its parent, N.
+    pub(crate) force: Vector3<f64>,
+    /// `n`: moment on the body from its parent about the body's origin `p`, N m.
+    pub(crate) moment: Vector3<f64>,
 }
 
 /// Moves the bodies, parents first. Each slice of `joints` has one entry for each independent joint.

@@ -4,15 +4,14 @@ use thiserror::Error;
 
 /// Why a payload cannot be identified.
 #[derive(Debug, Error)]
-#[non_exhaustive]
 pub enum IdentifyError {
-    /// The robot's model is at fault, or lacks the tool or a sensor's frame.
+    /// The model of the robot is invalid, or has no link for the tool or a sensor.
     #[error(transparent)]
     Model(#[from] ModelError),
     /// A sample does not fit the robot.
     #[error(transparent)]
     State(#[from] StateError),
-    /// A setting of an estimator is out of range.
+    /// A setting of a filter is out of range.
     #[error(transparent)]
     Setting(#[from] SettingError),
     /// A setting of the identification is out of range.
@@ -22,12 +21,12 @@ pub enum IdentifyError {
         name: &'static str,
         /// The given value.
         given: f64,
-        /// What is possible.
+        /// The range of the setting, as a phrase.
         expected: &'static str,
     },
-    /// A bounding box has no volume, or a corner that is not finite.
+    /// A bounding box has a side that is not positive, or a corner that is not finite.
     #[error(
-        "the bounding box goes from {min} to {max} m along {axis}: it must end beyond where it begins"
+        "the bounding box goes from {min} to {max} m along {axis}: its upper end must be larger than its lower end"
     )]
     Box {
         /// Axis of the tool frame.
@@ -37,22 +36,24 @@ pub enum IdentifyError {
         /// Upper end of the box, m.
         max: f64,
     },
-    /// A known mass, a bounding box, unknown offsets or the like were given to the paper's filter.
-    #[error("{0} needs least squares: the paper's filter has ten parameters and nothing else")]
+    /// A known mass, a bounding box, an unknown offset or known noise is given to the paper's filter.
+    #[error(
+        "{0} needs least squares: the paper's filter estimates ten parameters and nothing else"
+    )]
     KnowledgeNeedsLeastSquares(&'static str),
-    /// Noise is given neither once nor for each.
+    /// Noise is given neither once for all sensors or joints nor once for each.
     #[error("{name} has {given} entries: give one for all, or one for each of the {expected} {of}")]
     NoiseCount {
         /// Name of the setting.
         name: &'static str,
-        /// Number of its entries.
+        /// Number of entries of the setting.
         given: usize,
-        /// What there should be an entry for.
+        /// What each entry belongs to, in the plural.
         of: &'static str,
-        /// Number of those.
+        /// Number of sensors or joints.
         expected: usize,
     },
-    /// A sample has another number of wrenches than there are sensors.
+    /// The number of wrenches of a sample is not the number of sensors.
     #[error("a sample has {given} wrenches, but there are {expected} sensors")]
     WrenchCount {
         /// Number of wrenches in the sample.
@@ -60,30 +61,31 @@ pub enum IdentifyError {
         /// Number of sensors.
         expected: usize,
     },
-    /// The tactile method has no sensor.
+    /// No measurement remains: the tactile method without a sensor, or the combined method without sensors and
+    /// efforts on a fixed base.
     #[error(
-        "the tactile method needs at least one wrench: name a sensor, or use the joint-sensing method"
+        "the method needs at least one wrench: name a sensor, or use the joint-sensing or the effort method"
     )]
     NoWrench,
-    /// The joint-sensing method on a base that cannot move.
+    /// The joint-sensing method is used on a fixed base.
     #[error(
-        "the joint-sensing method needs a free-floating base: a fixed one takes up the momentum that it relies on"
+        "the joint-sensing method needs a free-floating base: a fixed base exchanges momentum with the ground"
     )]
     FixedBase,
-    /// The paper's filter, which takes the three rows of a force or a moment, on a method with others.
+    /// The paper's filter is used with a method whose rows are not a force and a moment.
     #[error(
-        "the {0} method has other rows than forces and moments, which the paper's filter cannot \
-             take: use least squares"
+        "the paper's filter needs the force and the moment on the end-effector, which the {0} method does \
+             not compute: use least squares"
     )]
     NeedsLeastSquares(&'static str),
-    /// Too few windows without a gap.
+    /// The recording has too few windows without a gap.
     #[error(
         "too few windows: {windows} of {window_s:.3} s without a gap were found; record longer, or raise the cutoff"
     )]
     TooFewWindows {
         /// Number of windows.
         windows: usize,
-        /// Their length, s.
+        /// Length of a window, s.
         window_s: f64,
     },
 }

@@ -6,16 +6,15 @@ use crate::Method;
 use crate::equations::Channel;
 use crate::solve::{KnownMass, Offset};
 
-/// Something that the data say about the assumptions of an identification. Nothing is corrected silently:
-/// each finding is for the user to judge.
+/// An observation about the data that concerns the assumptions of an identification. Nothing is corrected
+/// silently: each finding is for the user to judge.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Finding {
     /// Another gravity explains the load far better than the given one.
     GravityContradicted {
         /// The better gravitational acceleration in the inertial frame, m/s²: none at all, or the opposite.
         better: Vector3<f64>,
-        /// Rms residual with it, relative to that with the given one.
+        /// Rms residual with the better gravity, relative to that with the given one.
         residual_ratio: f64,
         /// The measurements that were used.
         method: Method,
@@ -31,7 +30,7 @@ pub enum Finding {
     OffsetSuspected {
         /// The channel with the most significant offset.
         channel: Channel,
-        /// Its offset, in the tool frame and about its origin.
+        /// Offset of the channel, in the tool frame and about its origin, in the channel's unit.
         offset: Offset,
     },
     /// The data contradict the known mass.
@@ -40,19 +39,20 @@ pub enum Finding {
         known: KnownMass,
         /// The mass from the data alone, kg.
         found_kg: f64,
-        /// Its standard deviation, kg.
+        /// Standard deviation of the mass from the data alone, kg.
         std_dev_kg: f64,
-        /// Their distance in standard deviations.
+        /// Distance between the two masses, in standard deviations of their difference.
         distance: f64,
     },
-    /// No physically consistent body explains the data within their noise; the nearest one is returned.
+    /// No physically consistent body explains the data within their noise. The projection onto consistent
+    /// parameters is returned.
     Inconsistent {
-        /// Its Mahalanobis distance from the unconstrained estimate, in standard deviations.
+        /// Mahalanobis distance of the returned body from the unconstrained estimate, in standard deviations.
         distance: f64,
         /// Whether the body also had to fit into a bounding box.
         within_box: bool,
     },
-    /// Some windows are outliers, such as an impact leaves, and have next to no weight.
+    /// Some windows are outliers, for example because of an impact, and have next to no weight.
     Outliers {
         /// Number of outliers.
         outliers: usize,

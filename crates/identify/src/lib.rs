@@ -1,9 +1,14 @@
 //! Identifies the mass, centre of mass and inertia of a payload that a robot holds.
 //!
-//! A [`Sample`] (joints, base, wrenches) enters an [`EquationStream`], which turns the measurements into the
-//! end-effector's motion by (1)-(20) of Hou et al. 2016 and motion and wrench into rows by (29)-(48). Three
-//! solvers take its equations: [`Identifier`], least squares in the control loop; [`BatchIdentifier`], robust
-//! least squares over a whole recording; and [`PaperFilter`], the paper's two-stage filter (49)-(54).
+//! A [`Sample`] (joints, base, wrenches) enters an [`EquationStream`], which computes the motion of the
+//! end-effector by (1)-(20) of Hou et al. 2016 and row equations from motion and wrench by (29)-(48). Three
+//! solvers use these equations:
+//!
+//! - [`Identifier`]: least squares in the control loop, with uncertainty and detection of payload changes;
+//! - [`BatchIdentifier`]: robust least squares over a whole recording;
+//! - [`PaperFilter`]: the paper's two-stage filter (49)-(54), for comparison with the paper.
+//!
+//! All of them return a [`PayloadEstimate`]. Nothing in this crate reads or writes files.
 //!
 //! ```
 //! use tactid_dynamics::{BaseKind, Manipulator};
@@ -16,9 +21,9 @@
 //! #   <joint name="hinge" type="continuous"><parent link="base"/><child link="tool0"/></joint></robot>"#;
 //! let robot = Manipulator::from_urdf(urdf, BaseKind::Floating)?;
 //! let mut identifier = Identifier::new(&robot, "tool0", &["tool0"], &EquationSettings::default())?;
-//! // for each sample: identifier.push(&sample)?;
+//! // For each sample: identifier.push(&sample)?;
 //! let estimate = identifier.estimate();
-//! assert_eq!(estimate.not_identifiable().count(), 10); // nothing is known yet
+//! assert_eq!(estimate.not_identifiable().count(), 10); // there are no samples yet
 //! # Ok::<(), tactid_identify::IdentifyError>(())
 //! ```
 

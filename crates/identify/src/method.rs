@@ -1,6 +1,6 @@
 use std::fmt;
 
-/// Which measurements the payload is identified from.
+/// The measurements that the payload is identified from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
     /// The contact wrenches of the fingers or of a wrist sensor, (47)-(48) and (46): the payload alone.
@@ -16,8 +16,7 @@ pub enum Method {
     /// if there are any, the joint efforts if they are measured, and the momentum of a floating base on
     /// which nothing external acts. The payload alone.
     ///
-    /// Each source must satisfy its model: joint friction, or a thruster that fires, biases the whole
-    /// estimate.
+    /// Each source must satisfy its model: joint friction, or a firing thruster, biases the whole estimate.
     Combined {
         /// Whether the joint efforts are measured.
         effort: bool,
@@ -25,7 +24,7 @@ pub enum Method {
 }
 
 impl Method {
-    /// Short name: `tactile`, `joint-sensing`, `effort` or `combined`.
+    /// Returns the name: `tactile`, `joint-sensing`, `effort` or `combined`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

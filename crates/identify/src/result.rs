@@ -7,32 +7,32 @@ use tactid_dynamics::{
     InertialParameters, MassProperties, Wrench, symmetric_entries, symmetric_matrix,
 };
 
-/// The names of [`PayloadEstimate::values`], in order.
+/// Names of [`PayloadEstimate::values`], in order: mass, centre of mass, and inertia about it.
 pub const VALUE_NAMES: [&str; 10] = [
     "mass", "com.x", "com.y", "com.z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz",
 ];
 
-/// Index ranges of mass, centre of mass and inertia among the ten values.
+/// Index ranges of mass, centre of mass and inertia among the ten values: three kinds of one unit each.
 pub(crate) const KINDS: [Range<usize>; 3] = [0..1, 1..4, 4..10];
 
 /// Fraction of the largest principal moment by which an estimate may violate the triangle inequality and
 /// still count as physically consistent: plates and rods lie on the boundary, and no estimate is exact.
 const BOUNDARY: f64 = 0.01;
 
-/// An identified payload.
+/// An identified payload with its uncertainty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PayloadEstimate {
     /// Name of the frame in which the payload is expressed: the end-effector frame.
     pub frame: Arc<str>,
     /// Mass, centre of mass in `frame`, and inertia about the centre of mass along the axes of `frame`.
     pub body: MassProperties,
-    /// Gripper and payload as one body, in `frame`; for the joint-sensing method only.
+    /// Mass properties of gripper and payload as one body, in `frame`; for the joint-sensing method only.
     pub composite: Option<MassProperties>,
-    /// Whether the motion determined each of [`VALUE_NAMES`]. Where it did not, the number in `body` is
+    /// Whether the motion determines each of [`VALUE_NAMES`]. Where it does not, the number in `body` is
     /// meaningless.
     pub identifiable: [bool; 10],
-    /// Standard deviation of each of [`VALUE_NAMES`], in its unit, infinite where the motion did not
-    /// determine the value; `None` for the paper's filter, which estimates none.
+    /// Standard deviation of each of [`VALUE_NAMES`], in its unit, infinite where the motion does not determine
+    /// the value; `None` for the paper's filter, which estimates none.
     pub std_devs: Option<[f64; 10]>,
     /// Whether a body with these parameters can exist, within 1 % of its largest principal moment.
     pub is_physical: bool,
@@ -50,13 +50,14 @@ pub struct PayloadEstimate {
 }
 
 impl PayloadEstimate {
-    /// Mass, kg; centre of mass, m; inertia about it, kg m²: in the order of [`VALUE_NAMES`].
+    /// Returns the ten values in the order of [`VALUE_NAMES`]: mass, kg; centre of mass, m; inertia about it,
+    /// kg m².
     #[must_use]
     pub fn values(&self) -> [f64; 10] {
         values(&self.body)
     }
 
-    /// Names of the values that the motion did not determine.
+    /// Returns the names of the values that the motion does not determine.
     pub fn not_identifiable(&self) -> impl Iterator<Item = &'static str> + '_ {
         let named = VALUE_NAMES.iter().zip(&self.identifiable);
         named.filter(|(_, known)| !**known).map(|(name, _)| *name)
@@ -77,11 +78,11 @@ pub struct ExpressedWrench {
 pub struct HistoryPoint {
     /// Index of the presentation of the recording to the paper's filter; 0 for least squares.
     pub epoch: u32,
-    /// Time on the recording's clock, whose zero is its first message, s.
+    /// Time on the clock of the samples, s.
     pub time_s: f64,
-    /// The ten values, in the order of [`VALUE_NAMES`]; not averaged.
+    /// The ten values, in the order and the units of [`PayloadEstimate::values`]; not averaged.
     pub values: [f64; 10],
-    /// Their standard deviations; `None` for the paper's filter.
+    /// Standard deviations of the values; `None` for the paper's filter.
     pub std_devs: Option<[f64; 10]>,
 }
 
@@ -107,10 +108,11 @@ pub(crate) fn is_physical(body: &MassProperties) -> bool {
     InertialParameters::from(*body).is_physical_within(BOUNDARY)
 }
 
-/// Subtracts a known body, such as the gripper, from an identified one.
+/// Returns an identified body without a known one, such as the gripper; both are in the same frame.
+///
+/// Where the masses are equal, the remaining body has no centre of mass, and the identified body is returned.
 #[must_use]
 pub fn without(composite: &MassProperties, known: &InertialParameters) -> MassProperties {
-    let rest = InertialParameters::from(*composite) - *known;
-    // A mass of exactly zero has no centre; then there is nothing to subtract from.
-    rest.mass_properties().unwrap_or(*composite)
+    let remaining = InertialParameters::from(*composite) - *known;
+    remaining.mass_properties().unwrap_or(*composite)
 }

@@ -82,6 +82,14 @@ impl Series {
         &self.values[start..start + self.width]
     }
 
+    /// All items one after the other; a single one is repeated `count` times.
+    pub(crate) fn repeated(self, count: usize) -> Vec<f64> {
+        match self.samples {
+            Some(_) => self.values,
+            None => self.values.repeat(count),
+        }
+    }
+
     /// The one item that is given, where a series makes no sense.
     pub(crate) fn single(&self) -> PyResult<&[f64]> {
         match self.samples {
@@ -149,9 +157,9 @@ impl Poses {
         &self.poses[self.samples.map_or(0, |_| sample)]
     }
 
-    /// Whether one pose holds for all samples.
-    pub(crate) fn is_single(&self) -> bool {
-        self.samples.is_none()
+    /// All poses, or the one that holds for all samples.
+    pub(crate) fn as_slice(&self) -> &[Isometry3<f64>] {
+        &self.poses
     }
 
     /// The one pose that is given, where a series makes no sense.
@@ -273,7 +281,7 @@ fn pose_from_matrix(entries: &[f64]) -> Result<Isometry3<f64>, &'static str> {
     let matrix = Matrix4::from_row_slice(entries);
     let rotation: Matrix3<f64> = matrix.fixed_view::<3, 3>(0, 0).into();
     let off = (rotation * rotation.transpose() - Matrix3::identity()).amax();
-    // Written so that NaN is refused, too.
+    // Written so that NaN is rejected, too.
     if !(off < ROTATION_TOLERANCE && rotation.determinant() > 0.0) {
         return Err("the upper left 3x3 block is not a rotation");
     }

@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use tactid_dynamics::{BaseKind, JointMotion, StateError, ToolMotion, Workspace};
+use tactid_dynamics::{BaseKind, ToolMotion, Workspace};
 
-use crate::arrays::{Poses, Sampled, Series, common_length, extend_with, homogeneous, output};
+use crate::arrays::{Series, common_length, extend_with, homogeneous, output};
 use crate::errors::{ArgumentError, IntoPyErr, ModelError};
 use crate::inertia::MassProperties;
+use crate::states::States;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
@@ -133,7 +134,7 @@ impl Manipulator {
         Ok(Self(self.0.with_payload(frame, &body.0.into())))
     }
 
-    /// The robot with the masses of the links below ``frame`` (not its own) taken off; joints stay.
+    /// The robot without the masses of the links below ``frame`` (its own stays); joints stay.
     ///
     /// Raises:
     ///     ModelError: There is no such link.
@@ -371,94 +372,4 @@ pub(crate) fn wrench_regressor<'py>(
         }
     });
     output(py, values, samples, &[6, 10])
-}
-
-/// The robot's states, as arrays.
-struct States<'a> {
-    robot: &'a tactid_dynamics::Manipulator,
-    q: Series,
-    qd: Series,
-    qdd: Series,
-    pose: Poses,
-    twist: Series,
-    acceleration: Series,
-}
-
-impl<'a> States<'a> {
-    /// Joints as given, the base at rest.
-    fn read(
-        robot: &'a tactid_dynamics::Manipulator,
-        q: &Bound<'_, PyAny>,
-        qd: Argument<'_, '_>,
-        qdd: Argument<'_, '_>,
-    ) -> PyResult<Self> {
-        let dof = robot.dof();
-        Ok(Self {
-            robot,
-            q: Series::read(q, "q", &[dof])?,
-            qd: Series::read_or_zero(qd, "qd", dof)?,
-            qdd: Series::read_or_zero(qdd, "qdd", dof)?,
-            pose: Poses::read_or_identity(None, "base_pose")?,
-            twist: Series::read_or_zero(None, "base_twist", 6)?,
-            acceleration: Series::read_or_zero(None, "base_acceleration", 6)?,
-        })
-    }
-
-    fn with_base(
-        self,
-        pose: Argument<'_, '_>,
-        twist: Argument<'_, '_>,
-        acceleration: Argument<'_, '_>,
-    ) -> PyResult<Self> {
-        Ok(Self {
-            pose: Poses::read_or_identity(pose, "base_pose")?,
-            twist: Series::read_or_zero(twist, "base_twist", 6)?,
-            acceleration: Series::read_or_zero(acceleration, "base_acceleration", 6)?,
-            ..self
-        })
-    }
-
-    fn samples(&self) -> PyResult<Option<usize>> {
-        let series: [&dyn Sampled; 6] = [
-            &self.q,
-            &self.qd,
-            &self.qdd,
-            &self.pose,
-            &self.twist,
-            &self.acceleration,
-        ];
-        common_length(&series)
-    }
-
-    fn at(&self, sample: usize) -> (tactid_dynamics::FrameMotion, JointMotion<'_>) {
-        let base = tactid_dynamics::FrameMotion {
-            pose: *self.pose.at(sample),
-            velocity: self.twist.vector(sample, 0),
-            angular_velocity: self.twist.vector(sample, 3),
-            acceleration: self.acceleration.vector(sample, 0),
-            angular_acceleration: self.acceleration.vector(sample, 3),
-        };
-        let joints = JointMotion {
-            position: self.q.at(sample),
-            velocity: self.qd.at(sample),
-            acceleration: self.qdd.at(sample),
-        };
-        (base, joints)
-    }
-
-    /// Moves the robot to each sample in turn and looks at it.
-    fn each(
-        &self,
-        samples: Option<usize>,
-        mut look: impl FnMut(&mut Workspace) -> Result<(), StateError>,
-    ) -> PyResult<()> {
-        let mut workspace = Workspace::new(self.robot);
-        for sample in 0..samples.unwrap_or(1) {
-            let (base, joints) = self.at(sample);
-            tactid_dynamics::motion(&mut workspace, &base, joints)
-                .map_err(IntoPyErr::into_py_err)?;
-            look(&mut workspace).map_err(IntoPyErr::into_py_err)?;
-        }
-        Ok(())
-    }
 }

@@ -1,7 +1,14 @@
 //! From each crate's error to the Python exception of its kind.
 
-use pyo3::PyErr;
+use pyo3::exceptions::PyException;
+use pyo3::prelude::*;
+use tactid_identify::IdentifyError;
+use tactid_nlms::SettingError;
+use tactid_recordings::{RecordingError, TopicKind};
 
+use crate::faults::FaultData;
+
+pyo3::import_exception!(tactid.errors, TactidError);
 pyo3::import_exception!(tactid.errors, ArgumentError);
 pyo3::import_exception!(tactid.errors, ModelError);
 pyo3::import_exception!(tactid.errors, LogError);
@@ -9,9 +16,27 @@ pyo3::import_exception!(tactid.errors, ExperimentError);
 pyo3::import_exception!(tactid.errors, SimulationError);
 pyo3::import_exception!(tactid.errors, IdentificationError);
 
-/// Says which Python exception an error of a crate is.
+/// Converts an error of a crate into the Python exception of its kind.
 pub(crate) trait IntoPyErr {
     fn into_py_err(self) -> PyErr;
+}
+
+/// An argument error that the option `name` causes.
+pub(crate) fn option_error(message: String, name: &'static str) -> PyErr {
+    ArgumentError::new_err((message, name))
+}
+
+/// Adds the option that causes an error, if there is one.
+pub(crate) fn with_option<T>(result: PyResult<T>, name: &'static str) -> PyResult<T> {
+    result.inspect_err(|error| {
+        Python::attach(|py| {
+            let value = error.value(py);
+            // An exception that takes no attribute is still raised, without the option.
+            if value.is_instance_of::<PyException>() {
+                let _ = value.setattr("option", name);
+            }
+        });
+    })
 }
 
 impl IntoPyErr for tactid_dynamics::ModelError {
@@ -26,9 +51,9 @@ impl IntoPyErr for tactid_dynamics::StateError {
     }
 }
 
-impl IntoPyErr for tactid_nlms::SettingError {
+impl IntoPyErr for SettingError {
     fn into_py_err(self) -> PyErr {
-        ArgumentError::new_err(self.to_string())
+        ArgumentError::new_err(setting_message(&self))
     }
 }
 
@@ -38,33 +63,154 @@ impl IntoPyErr for tactid_logs::LogError {
     }
 }
 
-impl IntoPyErr for tactid_identify::IdentifyError {
+impl IntoPyErr for IdentifyError {
     fn into_py_err(self) -> PyErr {
-        use tactid_identify::IdentifyError as Error;
+        let message = self.to_string();
         match self {
-            Error::Model(error) => error.into_py_err(),
-            Error::State(error) => error.into_py_err(),
-            Error::Setting(error) => error.into_py_err(),
-            Error::Log(error) => error.into_py_err(),
-            Error::Value { .. } | Error::Box { .. } | Error::WrenchCount { .. } => {
-                ArgumentError::new_err(self.to_string())
+            Self::Model(error) => error.into_py_err(),
+            Self::State(error) => error.into_py_err(),
+            Self::Setting(error) => match error {
+                SettingError::Alpha(_) => option_error(setting_message(&error), "alpha"),
+                SettingError::Beta(_) => option_error(setting_message(&error), "beta"),
+                // No option sets these: the identification does not use LMS, and detects changes by constants.
+                SettingError::Step(_)
+                | SettingError::RowsBetweenFalseAlarms(_)
+                | SettingError::CorrelationRows(_)
+                | SettingError::Shift(_)
+                | SettingError::Growth(_)
+                | SettingError::Clip(_) => error.into_py_err(),
+            },
+            Self::Value {
+                name,
+                given,
+                expected,
+            } => {
+                let name = option_of(name);
+                option_error(format!("`{name}` is {given}, but must be {expected}"), name)
             }
-            _ => IdentificationError::new_err(self.to_string()),
+            Self::NoiseCount {
+                name,
+                given,
+                of,
+                expected,
+            } => {
+                let name = option_of(name);
+                let each = format!("give one for all, or one for each of the {expected} {of}");
+                option_error(format!("`{name}` has {given} entries: {each}"), name)
+            }
+            Self::Box { .. } => option_error(message, "bounding_box"),
+            Self::KnowledgeNeedsLeastSquares(_) | Self::NeedsLeastSquares(_) => {
+                option_error(message, "estimator")
+            }
+            Self::WrenchCount { .. } => ArgumentError::new_err(message),
+            Self::NoWrench | Self::FixedBase => IdentificationError::new_err((message, "method")),
+            Self::TooFewWindows { .. } => IdentificationError::new_err((message, "cutoff")),
+        }
+    }
+}
+
+impl IntoPyErr for RecordingError {
+    fn into_py_err(self) -> PyErr {
+        let message = self.to_string();
+        match self {
+            Self::Identify(error) => error.into_py_err(),
+            Self::Log(error) => error.into_py_err(),
+            Self::NoSuchTopic { kind, .. } => option_error(message, topic_option(kind)),
+            Self::EffortGains { .. } => option_error(message, "effort_gain"),
+            Self::UnloadedNeedsEffort => option_error(message, "unloaded"),
+            Self::NotForArrays(name) => option_error(message, option_of(name)),
+            Self::NoSamples => ArgumentError::new_err("the times are empty: there is no sample"),
+            Self::ArrayLength {
+                name,
+                given,
+                expected,
+            } => ArgumentError::new_err(format!(
+                "`{}` has {given} entries, but must have {expected}",
+                keyword_of(name)
+            )),
+            Self::MissingArray { name, reason } => {
+                ArgumentError::new_err(format!("`{}` is missing: {reason}", keyword_of(name)))
+            }
+            Self::SeveralTopics { kind, .. } => {
+                IdentificationError::new_err((message, topic_option(kind)))
+            }
+            Self::NoUrdf(_) => IdentificationError::new_err((message, "urdf")),
+            Self::ImuFrame { .. } => IdentificationError::new_err((message, "imu_topic")),
+            Self::OtherMotion { .. } => IdentificationError::new_err((message, "unloaded")),
+            Self::NoOverlap { faults, .. } => {
+                let faults: Vec<FaultData> = faults.iter().map(FaultData::from).collect();
+                IdentificationError::new_err((message, None::<&str>, faults))
+            }
+            Self::MissingTopic { .. }
+            | Self::NoLoad(_)
+            | Self::Interrupted
+            | Self::Empty { .. }
+            | Self::NoMotion(_)
+            | Self::UnknownFrame { .. }
+            | Self::MissingJoint { .. }
+            | Self::EmptyTopic(_) => IdentificationError::new_err(message),
         }
     }
 }
 
 impl IntoPyErr for tactid_sim::SimError {
     fn into_py_err(self) -> PyErr {
-        use tactid_sim::SimError as Error;
+        let message = self.to_string();
         match self {
-            Error::Log(error) => error.into_py_err(),
-            Error::File { .. }
-            | Error::Syntax(_)
-            | Error::Value { .. }
-            | Error::Model(_)
-            | Error::Robot(_) => ExperimentError::new_err(self.to_string()),
-            _ => SimulationError::new_err(self.to_string()),
+            Self::Log(error) => error.into_py_err(),
+            Self::File { .. }
+            | Self::Syntax(_)
+            | Self::Value { .. }
+            | Self::Model(_)
+            | Self::Robot(_) => ExperimentError::new_err(message),
+            Self::Command { .. } => ArgumentError::new_err(message),
+            Self::Grasp(_) | Self::Bound { .. } | Self::Lost { .. } | Self::Diverged { .. } => {
+                SimulationError::new_err(message)
+            }
         }
+    }
+}
+
+/// A setting of an estimator that is out of its range: the error's text, which begins with the setting's name,
+/// with this name as code.
+fn setting_message(error: &SettingError) -> String {
+    let text = error.to_string();
+    match text.split_once(' ') {
+        Some((name, rest)) => format!("`{name}` {rest}"),
+        None => text,
+    }
+}
+
+/// The option that sets a field of a Rust settings type: its name without the unit.
+fn option_of(field: &'static str) -> &'static str {
+    let name = ["_s", "_hz", "_kg"]
+        .iter()
+        .find_map(|unit| field.strip_suffix(unit));
+    name.unwrap_or(field)
+}
+
+/// The option that chooses a topic.
+fn topic_option(kind: TopicKind) -> &'static str {
+    match kind {
+        TopicKind::Joints => "joint_topic",
+        TopicKind::Wrenches => "wrench_topic",
+        TopicKind::Odometry => "odometry_topic",
+        TopicKind::Imu => "imu_topic",
+        TopicKind::Acceleration => "acceleration_topic",
+    }
+}
+
+/// The keyword of `tactid.identify` that gives a field of `Arrays`.
+fn keyword_of(field: &str) -> &str {
+    match field {
+        "times_s" => "source",
+        "joint_position" => "q",
+        "joint_velocity" => "qd",
+        "joint_effort" => "effort",
+        "wrenches" => "wrench",
+        "poses" => "pose",
+        "twists" => "twist",
+        "accelerations" => "acceleration",
+        other => other,
     }
 }

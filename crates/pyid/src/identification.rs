@@ -1,364 +1,352 @@
-//! What a recording says, as Python reads it.
-
-use std::path::PathBuf;
+//! Results as plain Python values: dictionaries by the names of the fields of the dataclasses in
+//! `tactid.identification`, built once.
 
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
-use tactid_identify::{Clock, FitReport, HistoryPoint, Offset};
+use tactid_recordings::{
+    Clock, Delay, Estimator, FitReport, HistoryPoint, Identification, KnownMass, PaperSettings,
+    PayloadEstimate, PrincipalMoments, SingularValues,
+};
 
 use crate::arrays::output;
-use crate::errors::{ArgumentError, IntoPyErr};
-use crate::payload::PayloadEstimate;
+use crate::errors::ArgumentError;
+use crate::faults::FaultData;
+use crate::findings::{FindingData, finding_data};
+use crate::inertia::MassProperties;
+use crate::options::{LEAST_SQUARES, NLMS};
 
-type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+type Array = Py<PyArrayDyn<f64>>;
 
-/// What :func:`identify` found in a log.
-#[pyclass(module = "tactid", frozen)]
-pub(crate) struct Identification(pub(crate) tactid_identify::Identification);
+/// `tactid.identification.PayloadEstimate`.
+#[derive(IntoPyObject)]
+pub(crate) struct EstimateData {
+    frame: String,
+    values: Array,
+    std_devs: Array,
+    identifiable: Vec<bool>,
+    is_physical: bool,
+    composite: Option<MassProperties>,
+    windows: u64,
+    payload_changes: u64,
+    since: f64,
+    rejected: u64,
+    gaps: u64,
+}
 
-#[pymethods]
-impl Identification {
-    /// The payload.
-    #[getter]
-    fn estimate(&self) -> PayloadEstimate {
-        PayloadEstimate(self.0.estimate)
-    }
-
-    /// The end-effector frame in which the payload is.
-    #[getter]
-    fn tool(&self) -> &str {
-        &self.0.tool
-    }
-
-    /// ``"tactile"``, ``"effort"`` or ``"joint-sensing"``.
-    #[getter]
-    fn way(&self) -> &'static str {
-        self.0.settings.way.name()
-    }
-
-    /// ``"nlms"`` or ``"rls"``.
-    #[getter]
-    fn estimator(&self) -> &'static str {
-        self.0.settings.estimator.name()
-    }
-
-    /// The estimate is the mean over this last time, s; 0 where it is the latest value.
-    #[getter]
-    fn average(&self) -> f64 {
-        self.0.settings.average_s
-    }
-
-    /// How often the log was presented to the estimator.
-    #[getter]
-    fn epochs(&self) -> u32 {
-        self.0.settings.epochs
-    }
-
-    /// Where the filter of both sides of the equations has lost 3 dB, Hz.
-    #[getter]
-    fn cutoff(&self) -> f64 {
-        let fit = self.0.fit.as_ref();
-        fit.map_or(self.0.settings.cutoff_hz, |fit| fit.cutoff_hz)
-    }
-
-    /// Between two windows of the filter, s; NaN for the paper's filter.
-    #[getter]
-    fn stride(&self) -> f64 {
-        self.0.fit.as_ref().map_or(f64::NAN, |fit| fit.stride_s)
-    }
-
-    /// Which presentation of the log each entry of ``history`` belongs to, from 0, (H,), unsigned integers.
-    #[getter]
-    fn history_epoch<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
-        PyArray1::from_iter(py, self.0.history.iter().map(|point| point.epoch))
-    }
-
-    /// Times of ``history`` on the recording's clock, (H,), s. They begin anew with each epoch.
-    #[getter]
-    fn history_time<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let times = self.0.history.iter().map(|point| point.time_s).collect();
-        output(py, times, Some(self.0.history.len()), &[])
-    }
-
-    /// The estimate over time, not averaged, in the order of ``VALUE_NAMES``, (H, 10).
-    #[getter]
-    fn history<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let values = self.0.history.iter().flat_map(|point| point.values);
-        output(py, values.collect(), Some(self.0.history.len()), &[10])
-    }
-
-    /// Standard deviations of ``history``, (H, 10), infinite where a value was not determined yet; NaN for the
-    /// paper's filter.
-    #[getter]
-    fn history_deviation<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let deviations = |point: &HistoryPoint| point.deviations.unwrap_or([f64::NAN; 10]);
-        let values = self.0.history.iter().flat_map(deviations).collect();
-        output(py, values, Some(self.0.history.len()), &[10])
-    }
-
-    /// Standard deviation of each of the ten values; infinite where the motion did not determine it, NaN for the
-    /// paper's filter, (10,).
-    #[getter]
-    fn deviation<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let deviations = self.0.estimate.deviations.unwrap_or([f64::NAN; 10]);
-        output(py, deviations.to_vec(), None, &[10])
-    }
-
-    /// Principal moments of inertia about the centre of mass, ascending, (3,), kg m²; NaN where there are none.
-    #[getter]
-    fn principal_moments<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let moments = self.0.principal_moments.map(|found| found.moments);
-        output(py, moments.unwrap_or([f64::NAN; 3]).to_vec(), None, &[3])
-    }
-
-    /// Their standard deviations, (3,), kg m²: infinite where the motion did not determine the whole inertia, NaN
-    /// for the paper's filter. Moments that are nearer to each other than their noise share a deviation that holds
-    /// the noise of all their axes, since noise drives equal moments apart.
-    #[getter]
-    fn principal_moment_deviation<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let deviations = self.0.principal_moments.and_then(|found| found.deviations);
-        output(py, deviations.unwrap_or([f64::NAN; 3]).to_vec(), None, &[3])
-    }
-
-    /// How much longer the motion must go on, by its second half, until every value is known well enough.
-    ///
-    /// What the model has wrong (a sign, a frame, friction) is a bias, which no time takes away.
-    ///
-    /// Args:
-    ///     within: Half of the 95 % interval that is wanted, as a part of the largest value of its kind (mass,
-    ///         centre of mass, inertia): 0.01 for 1 %.
-    ///
-    /// Returns:
-    ///     Time for each of ``VALUE_NAMES``, (10,), s: 0 where it is so already, infinite where the motion does not
-    ///     determine the value, NaN for the paper's filter.
-    ///
-    /// Raises:
-    ///     ArgumentError: ``within`` is not positive.
-    #[pyo3(signature = (within=0.01))]
-    fn remaining<'py>(&self, py: Python<'py>, within: f64) -> PyResult<Array<'py>> {
-        if within.is_nan() || within <= 0.0 {
-            return Err(ArgumentError::new_err(format!(
-                "`within` is {within}: expected a positive part, such as 0.01"
-            )));
-        }
-        let remaining = self.0.remaining_s(within).unwrap_or([f64::NAN; 10]);
-        output(py, remaining.to_vec(), None, &[10])
-    }
-
-    /// The middle of each window on the recording's clock, (W,), s. Empty for the paper's filter, as is all that
-    /// begins with ``fit``.
-    #[getter]
-    fn fit_time<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let times = self.fit(|fit| fit.times_s.clone());
-        let count = times.len();
-        output(py, times, Some(count), &[])
-    }
-
-    /// The load that was measured, filtered, (W, C), in the order of ``channels``.
-    #[getter]
-    fn fit_measured<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        self.by_channel(py, self.fit(|fit| fit.measured.clone()))
-    }
-
-    /// What the payload makes of the motion, (W, C).
-    #[getter]
-    fn fit_predicted<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        self.by_channel(py, self.fit(|fit| fit.predicted.clone()))
-    }
-
-    /// How much each window counts, (W, C): 1, or less for an outlier.
-    #[getter]
-    fn fit_weight<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let channels = self.channels().len();
-        let weights = self.fit(|fit| fit.weights.clone()).into_iter();
-        let spread = weights.flat_map(|weight| std::iter::repeat_n(weight, channels));
-        self.by_channel(py, spread.collect())
-    }
-
-    /// Which windows the held-out check did not see, (W,).
-    #[getter]
-    fn fit_held_out<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-        PyArray1::from_vec(py, self.fit(|fit| fit.held_out.clone()))
-    }
-
-    /// What was measured: the names of the C channels.
-    #[getter]
-    fn channels(&self) -> Vec<String> {
-        self.fit(|fit| fit.channels.iter().map(|(name, _)| name.clone()).collect())
-    }
-
-    /// The channels' units.
-    #[getter]
-    fn channel_units(&self) -> Vec<&'static str> {
-        self.fit(|fit| fit.channels.iter().map(|(_, unit)| *unit).collect())
-    }
-
-    /// Weighted rms of measured less predicted, (C,).
-    #[getter]
-    fn residual_rms<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let rms = self.fit(|fit| fit.residual_rms.clone());
-        let count = rms.len();
-        output(py, rms, Some(count), &[])
-    }
-
-    /// The same on the parts of the recording that another fit, on the rest alone, did not see, (C,).
-    #[getter]
-    fn held_out_rms<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let rms = self.fit(|fit| fit.held_out_rms.clone());
-        let count = rms.len();
-        output(py, rms, Some(count), &[])
-    }
-
-    /// What the wrenches are off by, where ``wrench_offset`` made that unknown: of the first six ``channels``, (6,);
-    /// else empty.
-    #[getter]
-    fn offset<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        self.of_offsets(py, |offset| offset.value)
-    }
-
-    /// Standard deviations of ``offset``, (6,), or empty.
-    #[getter]
-    fn offset_deviation<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        self.of_offsets(py, |offset| offset.deviation)
-    }
-
-    /// How strongly directions of the ten linear parameters were excited, descending, 1 for the strongest, (10,).
-    #[getter]
-    fn excitation_values<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let strengths = self.fit(|fit| fit.strengths.clone());
-        let count = strengths.len();
-        output(py, strengths, Some(count), &[])
-    }
-
-    /// These directions, unit vectors in the linear parameters, each divided by its scale, (10, 10), a row each.
-    #[getter]
-    fn excitation_directions<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let directions = self.fit(|fit| fit.directions.clone());
-        let count = directions.len();
-        output(py, directions.into_flattened(), Some(count), &[10])
-    }
-
-    /// Writes the estimate over time as a log: ``geometry_msgs/msg/InertiaStamped`` on ``/tactid/payload``, and half
-    /// the width of each value's 95 % interval on ``/tactid/payload_half_width_95``.
-    ///
-    /// Args:
-    ///     path: The ``.mcap`` file to write.
-    ///
-    /// Raises:
-    ///     LogError: It cannot be written.
-    fn write_estimates(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| tactid_identify::write_estimates(&path, &self.0))
-            .map_err(IntoPyErr::into_py_err)
-    }
-
-    /// What motion would make known what is not, a sentence each.
-    #[getter]
-    fn motion_advice(&self) -> Vec<String> {
-        self.fit(|fit| fit.advice.clone())
-    }
-
-    /// Stamp of time zero, ns since the epoch.
-    #[getter]
-    fn start_ns(&self) -> i64 {
-        self.0.start_ns
-    }
-
-    /// By how much later than the motion the wrenches were taken to be stamped, s.
-    #[getter]
-    fn delay(&self) -> f64 {
-        self.0.delay_s
-    }
-
-    /// The delay as it was estimated, s; None where it was not.
-    #[getter]
-    fn delay_estimate(&self) -> Option<f64> {
-        self.0.estimated_delay.map(|delay| delay.0)
-    }
-
-    /// Standard deviation of the estimated delay, s; None where it was not estimated.
-    #[getter]
-    fn delay_deviation(&self) -> Option<f64> {
-        self.0.estimated_delay.map(|delay| delay.1)
-    }
-
-    /// The payload's mass as it was given, kg; None where it was not.
-    #[getter]
-    fn known_mass(&self) -> Option<f64> {
-        self.0.known_mass.map(|mass| mass.mass_kg)
-    }
-
-    /// Its standard deviation, kg, 0 for an exact mass; None where no mass was given.
-    #[getter]
-    fn known_mass_deviation(&self) -> Option<f64> {
-        self.0.known_mass.map(|mass| mass.deviation_kg)
-    }
-
-    /// Least and largest corner of the box that was given, in the tool frame, (2, 3), m; None where it was not.
-    #[getter]
-    fn bounding_box<'py>(&self, py: Python<'py>) -> PyResult<Option<Array<'py>>> {
-        let corners = self.0.bounding_box.map(|given| [given.min, given.max]);
-        let told = corners.map(|both| both.iter().flatten().copied().collect());
-        told.map(|corners| output(py, corners, None, &[2, 3]))
-            .transpose()
-    }
-
-    /// ``"stamps"`` of the headers, or ``"log times"`` where there are none.
-    #[getter]
-    fn clock(&self) -> &'static str {
-        match self.0.clock {
-            Clock::Stamps => "stamps",
-            Clock::LogTimes => "log times",
-        }
-    }
-
-    /// What was wrong with messages: topic, what, how often, and when first, s.
-    #[getter]
-    fn dirt(&self) -> Vec<(String, String, u64, f64)> {
-        let dirt = self.0.dirt.iter();
-        dirt.map(|d| (d.topic.clone(), d.what.clone(), d.count, d.first_s))
-            .collect()
-    }
-
-    /// What a reader must know of how the recording was read, a sentence each.
-    #[getter]
-    fn remarks(&self) -> Vec<String> {
-        self.0.remarks.clone()
-    }
-
-    /// Gravitational acceleration that was assumed, in world axes, (3,), m/s², pointing down.
-    #[getter]
-    fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        output(py, self.0.gravity.as_slice().to_vec(), None, &[3])
-    }
-
-    /// From the first sample to the last, s.
-    #[getter]
-    fn duration(&self) -> f64 {
-        self.0.duration_s
-    }
-
-    /// Where the log could not be read further, and why, a line each; empty for a sound log.
-    #[getter]
-    fn damage(&self) -> Vec<String> {
-        self.0.damage.clone()
+impl EstimateData {
+    pub(crate) fn new(py: Python<'_>, estimate: &PayloadEstimate) -> PyResult<Self> {
+        Ok(Self {
+            frame: estimate.frame.to_string(),
+            values: array(py, estimate.values().to_vec(), &[10])?,
+            std_devs: array(py, std_devs(estimate.std_devs).to_vec(), &[10])?,
+            identifiable: estimate.identifiable.to_vec(),
+            is_physical: estimate.is_physical,
+            composite: estimate.composite.map(MassProperties),
+            windows: estimate.windows,
+            payload_changes: estimate.payload_changes,
+            since: estimate.since_s,
+            rejected: estimate.rejected,
+            gaps: estimate.gaps,
+        })
     }
 }
 
-impl Identification {
-    /// Something of the fit, or nothing of it for the paper's filter.
-    fn fit<T: Default>(&self, of: impl Fn(&FitReport) -> T) -> T {
-        self.0.fit.as_ref().map(of).unwrap_or_default()
-    }
+/// `tactid.identification.SingularValues`.
+#[derive(IntoPyObject)]
+pub(crate) struct SingularValuesData {
+    mass: Array,
+    inertia: Array,
+}
 
-    fn of_offsets<'py>(&self, py: Python<'py>, of: fn(&Offset) -> f64) -> PyResult<Array<'py>> {
-        let values = self.fit(|fit| fit.offsets.iter().map(of).collect::<Vec<_>>());
-        let count = values.len();
-        output(py, values, Some(count), &[])
+impl SingularValuesData {
+    pub(crate) fn new(py: Python<'_>, values: &SingularValues) -> PyResult<Self> {
+        Ok(Self {
+            mass: array(py, values.mass.to_vec(), &[4])?,
+            inertia: array(py, values.inertia.to_vec(), &[6])?,
+        })
     }
+}
 
-    fn by_channel<'py>(&self, py: Python<'py>, values: Vec<f64>) -> PyResult<Array<'py>> {
-        let channels = self.channels().len();
-        let windows = values.len() / channels.max(1);
-        output(py, values, Some(windows), &[channels])
+/// `tactid.identification.WrenchOffset`.
+#[derive(IntoPyObject)]
+pub(crate) struct WrenchOffsetData {
+    frame: String,
+    values: Array,
+    std_devs: Array,
+}
+
+impl WrenchOffsetData {
+    pub(crate) fn new(
+        py: Python<'_>,
+        frame: &str,
+        values: Vec<f64>,
+        std_devs: Vec<f64>,
+    ) -> PyResult<Self> {
+        Ok(Self {
+            frame: frame.to_owned(),
+            values: array(py, values, &[6])?,
+            std_devs: array(py, std_devs, &[6])?,
+        })
+    }
+}
+
+#[derive(IntoPyObject)]
+struct MomentsData {
+    values: Array,
+    std_devs: Array,
+}
+
+#[derive(IntoPyObject)]
+struct HistoryData {
+    epoch: Py<PyArray1<u32>>,
+    time: Array,
+    values: Array,
+    std_devs: Array,
+}
+
+#[derive(IntoPyObject)]
+struct FitData {
+    channels: Vec<(String, &'static str)>,
+    time: Array,
+    measured: Array,
+    predicted: Array,
+    weights: Array,
+    held_out: Py<PyArray1<bool>>,
+    residual_rms: Array,
+    held_out_rms: Array,
+    stride: f64,
+    excitation: Array,
+    excitation_directions: Array,
+    wrench_offset: Option<WrenchOffsetData>,
+}
+
+#[derive(IntoPyObject)]
+struct PaperData {
+    alpha: f64,
+    beta: f64,
+    average: f64,
+    epochs: u32,
+}
+
+/// A number with its standard deviation.
+#[derive(IntoPyObject)]
+struct UncertainData {
+    value: f64,
+    std_dev: f64,
+}
+
+/// `tactid.identification.Identification`.
+#[derive(IntoPyObject)]
+pub(crate) struct IdentificationData {
+    estimate: EstimateData,
+    method: &'static str,
+    estimator: &'static str,
+    principal_moments: MomentsData,
+    history: HistoryData,
+    gravity: Array,
+    cutoff: f64,
+    max_gap: f64,
+    duration: f64,
+    delay: f64,
+    estimated_delay: Option<UncertainData>,
+    known_mass: Option<UncertainData>,
+    bounding_box: Option<Array>,
+    clock: &'static str,
+    start_ns: i64,
+    fit: Option<FitData>,
+    forecast: Option<Forecast>,
+    singular_values: Option<SingularValuesData>,
+    paper_settings: Option<PaperData>,
+    faults: Vec<FaultData>,
+    findings: Vec<FindingData>,
+    interrupted: bool,
+    damage: Vec<String>,
+}
+
+impl IdentificationData {
+    pub(crate) fn new(py: Python<'_>, found: Identification) -> PyResult<Self> {
+        let frame = &found.estimate.frame;
+        let findings = found
+            .findings
+            .iter()
+            .map(|finding| finding_data(py, finding));
+        let (estimator, paper_settings) = match found.estimator {
+            Estimator::LeastSquares => (LEAST_SQUARES, None),
+            Estimator::Paper(settings) => (NLMS, Some(paper_data(&settings))),
+        };
+        let strengths = found.singular_values.as_ref();
+        let corners = found.bounding_box.map(|given| [given.min, given.max]);
+        let corners = corners.map(|both| both.iter().flatten().copied().collect());
+        Ok(Self {
+            estimate: EstimateData::new(py, &found.estimate)?,
+            method: found.method.name(),
+            estimator,
+            principal_moments: moments_data(py, found.principal_moments)?,
+            history: history_data(py, &found.history)?,
+            gravity: array(py, found.gravity.as_slice().to_vec(), &[3])?,
+            cutoff: found.cutoff_hz,
+            max_gap: found.max_gap_s,
+            duration: found.duration_s,
+            delay: found.delay_s,
+            estimated_delay: found.estimated_delay.map(delay_data),
+            known_mass: found.known_mass.map(mass_data),
+            bounding_box: corners.map(|six| array(py, six, &[2, 3])).transpose()?,
+            clock: match found.clock {
+                Clock::Stamps => "stamps",
+                Clock::LogTimes => "log times",
+            },
+            start_ns: found.start_ns,
+            fit: found
+                .fit
+                .as_ref()
+                .map(|fit| fit_data(py, fit, frame))
+                .transpose()?,
+            singular_values: strengths
+                .map(|s| SingularValuesData::new(py, s))
+                .transpose()?,
+            paper_settings,
+            faults: found.faults.iter().map(FaultData::from).collect(),
+            findings: findings.collect::<PyResult<_>>()?,
+            interrupted: found.interrupted,
+            damage: found.damage.clone(),
+            forecast: Forecast::of(found),
+        })
+    }
+}
+
+/// How the ten values become known when the motion goes on as in the recording's second half.
+#[pyclass(module = "tactid", frozen)]
+pub(crate) struct Forecast {
+    forecast: tactid_recordings::Forecast,
+    values: [f64; 10],
+    std_devs: [f64; 10],
+}
+
+impl Forecast {
+    fn of(found: Identification) -> Option<Self> {
+        Some(Self {
+            values: found.estimate.values(),
+            std_devs: found.estimate.std_devs?,
+            forecast: found.forecast?,
+        })
+    }
+}
+
+#[pymethods]
+impl Forecast {
+    /// Returns the time until half of each 95 % interval is small enough, s, (10,): 0 where it is so already,
+    /// infinite where the motion does not determine the value.
+    ///
+    /// Args:
+    ///     within: The target as a fraction of the largest value of its kind.
+    ///
+    /// Raises:
+    ///     ArgumentError: ``within`` is not positive.
+    fn remaining<'py>(
+        &self,
+        py: Python<'py>,
+        within: f64,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        if within.is_nan() || within <= 0.0 {
+            return Err(ArgumentError::new_err(format!(
+                "`within` is {within}: expected a positive fraction, such as 0.01"
+            )));
+        }
+        let remaining = self
+            .forecast
+            .remaining_s(&self.values, &self.std_devs, within);
+        output(py, remaining.to_vec(), None, &[10])
+    }
+}
+
+fn array(py: Python<'_>, values: Vec<f64>, shape: &[usize]) -> PyResult<Array> {
+    Ok(output(py, values, None, shape)?.unbind())
+}
+
+/// Standard deviations; NaN for the paper's filter, which estimates none.
+fn std_devs<const N: usize>(given: Option<[f64; N]>) -> [f64; N] {
+    given.unwrap_or([f64::NAN; N])
+}
+
+fn moments_data(py: Python<'_>, moments: Option<PrincipalMoments>) -> PyResult<MomentsData> {
+    let values = moments
+        .as_ref()
+        .map_or([f64::NAN; 3], |found| found.moments);
+    let uncertain = std_devs(moments.and_then(|found| found.std_devs));
+    Ok(MomentsData {
+        values: array(py, values.to_vec(), &[3])?,
+        std_devs: array(py, uncertain.to_vec(), &[3])?,
+    })
+}
+
+fn history_data(py: Python<'_>, points: &[HistoryPoint]) -> PyResult<HistoryData> {
+    let count = points.len();
+    let values = points.iter().flat_map(|point| point.values);
+    let uncertain = points.iter().flat_map(|point| std_devs(point.std_devs));
+    Ok(HistoryData {
+        epoch: PyArray1::from_iter(py, points.iter().map(|point| point.epoch)).unbind(),
+        time: array(
+            py,
+            points.iter().map(|point| point.time_s).collect(),
+            &[count],
+        )?,
+        values: array(py, values.collect(), &[count, 10])?,
+        std_devs: array(py, uncertain.collect(), &[count, 10])?,
+    })
+}
+
+fn fit_data(py: Python<'_>, fit: &FitReport, frame: &str) -> PyResult<FitData> {
+    let (windows, channels) = (fit.times_s.len(), fit.channels.len());
+    let by_channel = |values: Vec<f64>| array(py, values, &[windows, channels]);
+    let weights = fit
+        .weights
+        .iter()
+        .flat_map(|&w| std::iter::repeat_n(w, channels));
+    let named = fit
+        .channels
+        .iter()
+        .map(|channel| (channel.name.clone(), channel.unit));
+    let directions = fit.directions.clone().into_flattened();
+    let offset = (!fit.offsets.is_empty()).then(|| {
+        let values = fit.offsets.iter().map(|offset| offset.value).collect();
+        let uncertain = fit.offsets.iter().map(|offset| offset.std_dev).collect();
+        WrenchOffsetData::new(py, frame, values, uncertain)
+    });
+    Ok(FitData {
+        channels: named.collect(),
+        time: array(py, fit.times_s.clone(), &[windows])?,
+        measured: by_channel(fit.measured.clone())?,
+        predicted: by_channel(fit.predicted.clone())?,
+        weights: by_channel(weights.collect())?,
+        held_out: PyArray1::from_slice(py, &fit.held_out).unbind(),
+        residual_rms: array(py, fit.residual_rms.clone(), &[channels])?,
+        held_out_rms: array(py, fit.held_out_rms.clone(), &[channels])?,
+        stride: fit.stride_s,
+        excitation: array(py, fit.strengths.clone(), &[fit.strengths.len()])?,
+        excitation_directions: array(py, directions, &[fit.directions.len(), 10])?,
+        wrench_offset: offset.transpose()?,
+    })
+}
+
+fn paper_data(settings: &PaperSettings) -> PaperData {
+    PaperData {
+        alpha: settings.alpha,
+        beta: settings.beta,
+        average: settings.average_s,
+        epochs: settings.epochs,
+    }
+}
+
+fn delay_data(delay: Delay) -> UncertainData {
+    UncertainData {
+        value: delay.delay_s,
+        std_dev: delay.std_dev_s,
+    }
+}
+
+fn mass_data(mass: KnownMass) -> UncertainData {
+    UncertainData {
+        value: mass.mass_kg,
+        std_dev: mass.std_dev_kg,
     }
 }

@@ -1,16 +1,16 @@
-//! What a body weighs, as Python reads it.
+//! Mass properties of a rigid body in Python.
 
 use nalgebra::{Matrix3, SVector, Vector3};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use tactid_dynamics::InertialParameters;
+use tactid_dynamics::{InertialParameters, symmetric_matrix};
 
 use crate::arrays::{Poses, Series, output};
 use crate::errors::ArgumentError;
 
 /// Mass, centre of mass and inertia of a rigid body in one frame.
 ///
-/// Immutable. Bodies in one frame add and subtract: a gripper taken off a composite is
+/// Immutable. Bodies in one frame add and subtract: a composite without its gripper is
 /// ``composite - gripper``.
 ///
 /// Args:
@@ -63,6 +63,25 @@ impl MassProperties {
         )))
     }
 
+    /// From the ten values of a payload.
+    ///
+    /// Args:
+    ///     values: Mass, kg; centre of mass, m; inertia about it, kg m², xx, xy, xz, yy, yz, zz; shape (10,).
+    ///         The mass may be zero, as in an estimate before its first window.
+    ///
+    /// Raises:
+    ///     ArgumentError: The shape does not fit.
+    #[staticmethod]
+    fn from_values(values: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let values = Series::read(values, "values", &[10])?;
+        let values = values.single()?;
+        Ok(Self(tactid_dynamics::MassProperties {
+            mass_kg: values[0],
+            center_of_mass: Vector3::from_column_slice(&values[1..4]),
+            inertia: symmetric_matrix(std::array::from_fn(|k| values[4 + k])),
+        }))
+    }
+
     /// Mass, kg.
     #[getter]
     fn mass(&self) -> f64 {
@@ -106,7 +125,7 @@ impl MassProperties {
     /// The same body in another frame.
     ///
     /// Args:
-    ///     a_from_b: Pose of this value's frame ``b`` in the frame ``a`` that is wanted: 4x4, or
+    ///     a_from_b: Pose of this value's frame ``b`` in the target frame ``a``: 4x4, or
     ///         ``[x, y, z, qx, qy, qz, qw]``.
     ///
     /// Raises:

@@ -1,22 +1,27 @@
-//! The extension module `tactid._native`: what Python sees of the crates.
+//! The extension module `tactid._native`: the crates in Python.
 //!
-//! One module a concern, and no mathematics: arrays come in, a crate's function runs with the
-//! interpreter released, arrays go out.
+//! It contains no mathematics: arrays come in, a crate's function runs with the interpreter released,
+//! and arrays go out.
 
 mod arrays;
 mod dynamics;
 mod errors;
 mod estimators;
+mod faults;
+mod findings;
 mod identification;
-mod identifier;
 mod identify;
 mod inertia;
+mod interruption;
 mod logs;
-mod payload;
-mod pulse;
+mod online;
+mod options;
 mod read;
-mod request;
+mod rows;
+mod samples;
 mod simulate;
+mod states;
+mod table;
 
 /// The compiled part of the package `tactid`.
 #[pyo3::pymodule]
@@ -28,23 +33,23 @@ mod _native {
     #[pymodule_export]
     use crate::estimators::{Estimator, Lms, Nlms, Rls};
     #[pymodule_export]
-    use crate::identification::Identification;
+    use crate::identification::Forecast;
     #[pymodule_export]
-    use crate::identifier::Identifier;
-    #[pymodule_export]
-    use crate::identify::{identify_arrays, identify_log};
+    use crate::identify::{identify_arrays, identify_log, write_estimates};
     #[pymodule_export]
     use crate::inertia::MassProperties;
     #[pymodule_export]
     use crate::logs::{LogInfo, Topic, info};
     #[pymodule_export]
-    use crate::payload::PayloadEstimate;
+    use crate::online::{Identifier, PaperFilter};
     #[pymodule_export]
-    use crate::read::{Samples, read};
+    use crate::read::read;
+    #[pymodule_export]
+    use crate::samples::Samples;
     #[pymodule_export]
     use crate::simulate::{Experiment, RunReport, simulate};
 
-    /// A panic is a fault of tactid: one line says where, in place of Rust's several.
+    /// Reports a panic, which is a fault of tactid, in one line.
     #[pymodule_init]
     fn init(_module: &Bound<'_, PyModule>) -> PyResult<()> {
         std::panic::set_hook(Box::new(|panic| {

@@ -7,7 +7,7 @@ use tactid_sim::{NamedPosture, Posture};
 
 use crate::errors::{ArgumentError, IntoPyErr};
 use crate::inertia::MassProperties;
-use crate::pulse::Pulse;
+use crate::interruption::InterruptionCheck;
 
 /// What is simulated: robot, payload, grasp, excitation, noise and bounds.
 ///
@@ -149,9 +149,9 @@ pub(crate) struct RunReport {
     linear_momentum_drift: f64,
     /// Change of its angular momentum, as a fraction of the largest of any single body.
     angular_momentum_drift: f64,
-    /// How far the payload moved in the grasp, m.
+    /// Displacement of the payload in the grasp, m.
     grasp_drift: f64,
-    /// How far it turned in the grasp, rad.
+    /// Rotation of the payload in the grasp, rad.
     grasp_rotation: f64,
     /// Contact force less the payload's mass times its acceleration, as a fraction of the largest force.
     newton_residual: f64,
@@ -191,13 +191,13 @@ pub(crate) fn simulate(
     out: PathBuf,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<RunReport> {
-    let mut pulse = Pulse::new(progress);
+    let mut interruption = InterruptionCheck::new(progress);
     let result = py.detach(|| {
         tactid_sim::run(&experiment.0, &out, |progress| {
-            pulse.beat(progress.steps as f64 / progress.total_steps.max(1) as f64)
+            interruption.check(progress.steps as f64 / progress.total_steps.max(1) as f64)
         })
     });
-    let report = pulse.finish(py, result.map_err(IntoPyErr::into_py_err))?;
+    let report = interruption.finish(py, result.map_err(IntoPyErr::into_py_err))?;
     let checks = report.checks;
     Ok(RunReport {
         linear_momentum_drift: checks.linear_momentum_drift,

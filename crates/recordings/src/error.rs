@@ -1,28 +1,30 @@
+//! Errors of an identification from a recording.
+
 use tactid_dynamics::ModelError;
 use tactid_identify::IdentifyError;
 use tactid_logs::LogError;
 use thiserror::Error;
 
-/// What a log has topics of.
+/// Kind of a topic, as the fields of [`Topics`](crate::Topics) distinguish them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TopicKind {
-    /// Joint states.
+    /// Joint states: [`Topics::joints`](crate::Topics::joints).
     Joints,
-    /// Wrenches.
+    /// Wrenches: [`Topics::wrenches`](crate::Topics::wrenches).
     Wrenches,
-    /// Odometry of the base or of the sensor.
+    /// Odometry of the base or of the sensor: [`Topics::odometry`](crate::Topics::odometry).
     Odometry,
-    /// Measurements of an inertial unit.
+    /// Measurements of an inertial unit: [`Topics::imu`](crate::Topics::imu).
     Imu,
-    /// Accelerations of what the odometry moves.
+    /// Accelerations of the body that the odometry moves:
+    /// [`Topics::acceleration`](crate::Topics::acceleration).
     Acceleration,
 }
 
 /// Why a payload cannot be identified from a recording.
 #[derive(Debug, Error)]
-#[non_exhaustive]
 pub enum RecordingError {
-    /// The identification refuses the robot, the settings or the samples.
+    /// The robot, the settings or the samples do not allow an identification.
     #[error(transparent)]
     Identify(#[from] IdentifyError),
     /// The log cannot be read.
@@ -38,33 +40,33 @@ pub enum RecordingError {
         /// The topics of the log.
         topics: String,
     },
-    /// Nothing in the log measures a load.
+    /// Neither wrenches nor joint efforts measure the load.
     #[error(
         "the log has neither a wrench (type geometry_msgs/msg/WrenchStamped) nor joint states with an effort: nothing measures the load; its topics are: {0}"
     )]
     NoLoad(String),
-    /// An inertial unit that is not in the base's own frame.
+    /// The inertial unit on a moving base does not measure in the base's own frame.
     #[error(
         "{topic} is in the frame `{frame}`, but an inertial unit on a moving base must be in the \
-         base's own, `{base}`: transform it, or do without it"
+         base's own, `{base}`: transform its messages, or do not use it"
     )]
     ImuFrame {
-        /// Its topic.
+        /// Topic of the inertial unit.
         topic: String,
-        /// Its frame.
+        /// Frame of its messages.
         frame: String,
-        /// The base's frame.
+        /// Frame of the base.
         base: String,
     },
     /// The user interrupted the work before there was a result.
     #[error("interrupted before the recording was read")]
     Interrupted,
-    /// A log without a message.
+    /// The log has no message.
     #[error("there is no message in {path}{damage}")]
     Empty {
-        /// The log.
+        /// Path of the log.
         path: String,
-        /// The reason, if it is known.
+        /// Where the log is damaged, if it is; begins with a colon.
         damage: String,
     },
     /// A requested topic does not exist, or has another type.
@@ -79,25 +81,25 @@ pub enum RecordingError {
         /// The topics of the log.
         topics: String,
     },
-    /// More topics fit than can be used together.
+    /// More topics have the right type than can be used together.
     #[error("the log has several topics of {what}: {topics}; choose one")]
     SeveralTopics {
-        /// What they all are.
+        /// What all of them measure.
         what: &'static str,
-        /// All of them.
+        /// Their names.
         topics: String,
-        /// Which field of [`Topics`](crate::Topics) chooses.
+        /// The field of [`Topics`](crate::Topics) that chooses among them.
         kind: TopicKind,
     },
     /// Neither the log nor the request describes the robot.
     #[error("the log has no robot description: give a URDF; its topics are: {0}")]
     NoUrdf(String),
-    /// Nothing measures how the wrench's sensor moves.
+    /// Nothing measures the motion of the wrench's sensor.
     #[error(
         "the log has wrenches but no motion: neither joint states, nor odometry of the sensor, nor an IMU; its topics are: {0}"
     )]
     NoMotion(String),
-    /// A frame that is neither a link nor fixed to one.
+    /// A frame is neither a link of the robot nor fixed to one.
     #[error(
         "the frame `{frame}` of {whose} is neither a link nor fixed to one by /tf_static; the links are: {links}"
     )]
@@ -109,7 +111,7 @@ pub enum RecordingError {
         /// The links of the robot.
         links: String,
     },
-    /// A joint that moves the tool and is not in the log.
+    /// A joint that moves the tool is not in the log.
     #[error("joint `{joint}` of the URDF is not in the log, whose joints are: {joints}")]
     MissingJoint {
         /// The joint.
@@ -117,8 +119,10 @@ pub enum RecordingError {
         /// The joints of the log.
         joints: String,
     },
-    /// Gains that do not fit the joints.
-    #[error("{given} effort gains for {count} joints: give one for each joint, in the order {joints}")]
+    /// The number of effort gains is not that of the joints.
+    #[error(
+        "{given} effort gains for {count} joints: give one for each joint, in the order {joints}"
+    )]
     EffortGains {
         /// Number of gains.
         given: usize,
@@ -127,19 +131,21 @@ pub enum RecordingError {
         /// The robot's joints.
         joints: String,
     },
-    /// An unloaded recording where no efforts are used.
-    #[error("an unloaded recording is subtracted from the joint efforts: it needs the effort method")]
+    /// An unloaded recording is given, but another method than effort is used.
+    #[error(
+        "an unloaded recording is subtracted from the joint efforts: it needs the effort method"
+    )]
     UnloadedNeedsEffort,
-    /// An unloaded recording of another motion.
+    /// The unloaded recording has another motion.
     #[error(
         "the unloaded recording has another motion: joint `{joint}` differs by {rms:.3} {unit} rms, where {allowed} {unit} is allowed"
     )]
     OtherMotion {
         /// The joint that differs most.
         joint: String,
-        /// Its unit.
+        /// Unit of its position, `rad` or `m`.
         unit: &'static str,
-        /// Its difference, rad or m.
+        /// Rms difference of its position, rad or m.
         rms: f64,
         /// The allowed difference, rad or m.
         allowed: f64,
@@ -147,14 +153,40 @@ pub enum RecordingError {
     /// A topic exists but has no message.
     #[error("{0} is there, but has no message")]
     EmptyTopic(String),
-    /// No time at which all streams have a value.
+    /// There is no time at which all streams have a value.
     #[error("there is no stretch of time in which all of these have values: {topics}")]
     NoOverlap {
-        /// The topics.
+        /// Names of the topics, or of the arrays.
         topics: String,
-        /// What was wrong with their messages.
+        /// Faults of their messages.
         faults: Vec<crate::DataFault>,
     },
+    /// The arrays have no sample.
+    #[error("`times_s` is empty: the arrays have no sample")]
+    NoSamples,
+    /// An array does not have the length that the others ask for.
+    #[error("`{name}` has {given} entries, but must have {expected}")]
+    ArrayLength {
+        /// Name of the field of [`Arrays`](crate::Arrays).
+        name: &'static str,
+        /// Number of its entries.
+        given: usize,
+        /// Number of entries that it must have, with the factors of which it is the product.
+        expected: String,
+    },
+    /// An array that the identification needs is empty.
+    #[error("`{name}` is empty, but {reason}")]
+    MissingArray {
+        /// Name of the field of [`Arrays`](crate::Arrays).
+        name: &'static str,
+        /// Why it is needed.
+        reason: &'static str,
+    },
+    /// The request for arrays has an option that only a log can use; the name of the field.
+    #[error(
+        "`{0}` of the request is for logs only: arrays have no topics, and bring their robot with them"
+    )]
+    NotForArrays(&'static str),
 }
 
 impl From<ModelError> for RecordingError {

@@ -1,70 +1,72 @@
-//! The estimate over time as a log of its own, to be opened beside the one it came from.
+//! The estimate over time as a log of its own.
 
 use std::path::Path;
 
+use tactid_identify::{HALF_WIDTH_95, HistoryPoint, VALUE_NAMES};
 use tactid_logs::messages::{
     Float64MultiArray, Header, Inertia, InertiaStamped, MultiArrayDimension, MultiArrayLayout, Time,
 };
 use tactid_logs::{Durability, LogWriter};
 
-use super::outcome::Identification;
-use crate::uncertainty::HALF_WIDTH_95;
-use crate::{IdentifyError, VALUE_NAMES};
+use crate::RecordingError;
 
-/// `geometry_msgs/msg/InertiaStamped`.
+/// Topic of the estimate, `geometry_msgs/msg/InertiaStamped`.
 const INERTIA_TOPIC: &str = "/tactid/payload";
-/// `std_msgs/msg/Float64MultiArray`: half the width of the 95 % interval of each value.
+/// Topic of half the width of the 95 % interval of each value, `std_msgs/msg/Float64MultiArray`.
 const INTERVAL_TOPIC: &str = "/tactid/payload_half_width_95";
 
-/// Writes the estimate over time as `geometry_msgs/msg/InertiaStamped` on `/tactid/payload`, in the
-/// frame of the tool, and the half width of each value's 95 % interval beside it. Stamps are those of
-/// the recording; the last message is the final estimate.
+/// Writes an estimate over time as a log: `geometry_msgs/msg/InertiaStamped` on `/tactid/payload`, in the
+/// frame `frame`, and half the width of the 95 % interval of each value on
+/// `/tactid/payload_half_width_95` where standard deviations are known.
+///
+/// Times of the `points` are relative to `start_ns`, the time zero of the recording in ns since the epoch.
+/// [`Identification::estimates`](crate::Identification::estimates) returns the points of a result.
 ///
 /// # Errors
-/// Where the file cannot be written.
-pub fn write_estimates(path: &Path, found: &Identification) -> Result<(), IdentifyError> {
+/// [`RecordingError::Log`] where the file cannot be written.
+pub fn write_estimates(
+    path: &Path,
+    frame: &str,
+    start_ns: i64,
+    points: &[HistoryPoint],
+) -> Result<(), RecordingError> {
     let mut log = LogWriter::create(path)?;
     let inertia = log.channel::<InertiaStamped>(INERTIA_TOPIC, Durability::Volatile)?;
     let intervals = log.channel::<Float64MultiArray>(INTERVAL_TOPIC, Durability::Volatile)?;
-    let epoch = found.history.last().map_or(0, |point| point.epoch);
-    let points = found.history.iter().filter(|point| point.epoch == epoch);
-    let end_s = found.history.last().map_or(0.0, |point| point.time_s);
-    let over_time = points.map(|point| (point.time_s, point.values, point.std_devs));
-    let last = (end_s, found.estimate.values(), found.estimate.std_devs);
-    let count = found
-        .history
-        .iter()
-        .filter(|p| p.epoch == epoch)
-        .count()
-        .saturating_sub(1);
-    for (time_s, values, std_devs) in over_time.take(count).chain([last]) {
-        let stamp_ns = found.start_ns.saturating_add((time_s * 1e9).round() as i64);
+    for point in points {
+        let stamp_ns = start_ns.saturating_add((point.time_s * 1e9).round() as i64);
         let time_ns = u64::try_from(stamp_ns).unwrap_or(0);
-        let header = Header {
-            stamp: Time::from_ns(time_ns),
-            frame_id: found.tool.clone(),
-        };
-        let [m, x, y, z, ixx, ixy, ixz, iyy, iyz, izz] = values;
-        let message = InertiaStamped {
-            header,
-            inertia: Inertia {
-                m,
-                com: [x, y, z].into(),
-                ixx,
-                ixy,
-                ixz,
-                iyy,
-                iyz,
-                izz,
-            },
-        };
-        log.write(&inertia, time_ns, &message)?;
-        if let Some(std_devs) = std_devs {
+        log.write(
+            &inertia,
+            time_ns,
+            &inertia_message(frame, time_ns, &point.values),
+        )?;
+        if let Some(std_devs) = point.std_devs {
             log.write(&intervals, time_ns, &half_widths(&std_devs))?;
         }
     }
     log.finish()?;
     Ok(())
+}
+
+fn inertia_message(frame: &str, time_ns: u64, values: &[f64; 10]) -> InertiaStamped {
+    let [m, x, y, z, ixx, ixy, ixz, iyy, iyz, izz] = *values;
+    InertiaStamped {
+        header: Header {
+            stamp: Time::from_ns(time_ns),
+            frame_id: frame.to_owned(),
+        },
+        inertia: Inertia {
+            m,
+            com: [x, y, z].into(),
+            ixx,
+            ixy,
+            ixz,
+            iyy,
+            iyz,
+            izz,
+        },
+    }
 }
 
 fn half_widths(std_devs: &[f64; 10]) -> Float64MultiArray {
@@ -78,6 +80,9 @@ fn half_widths(std_devs: &[f64; 10]) -> Float64MultiArray {
             dim: vec![dimension],
             data_offset: 0,
         },
-        data: std_devs.iter().map(|d| HALF_WIDTH_95 * d).collect(),
+        data: std_devs
+            .iter()
+            .map(|std_dev| HALF_WIDTH_95 * std_dev)
+            .collect(),
     }
 }

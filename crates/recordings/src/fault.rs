@@ -1,13 +1,13 @@
-//! What is wrong with a recording's messages, counted.
+//! Faults of messages and samples, counted by topic and kind.
 
 use std::collections::BTreeMap;
 
-/// No quantity of a robot is larger in SI units: an absurd value is a fault of a driver or a file.
+/// Largest value of a quantity in SI units. No quantity of a robot comes near it: a larger value is a fault of a
+/// driver or of a file.
 const ABSURD: f64 = 1e9;
 
 /// What is wrong with a message or a sample, and what was done about it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[non_exhaustive]
 pub enum FaultKind {
     /// A silence longer than the longest bridged gap. It is not bridged.
     Gap,
@@ -44,7 +44,8 @@ pub enum FaultKind {
 /// A kind of fault on one topic.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DataFault {
-    /// Topic of the messages, or `samples` for what could not be aligned.
+    /// Topic of the messages, name of the field of [`Arrays`](crate::Arrays), or `samples` for samples that could
+    /// not be aligned.
     pub topic: String,
     /// What is wrong.
     pub kind: FaultKind,
@@ -81,7 +82,7 @@ impl FaultCounts {
     }
 }
 
-/// Checks that numbers can be used.
+/// Checks that values are finite and not absurdly large.
 pub(crate) fn check<'a>(values: impl IntoIterator<Item = &'a f64>) -> Result<(), FaultKind> {
     let fault = values.into_iter().find_map(|value| {
         if !value.is_finite() {

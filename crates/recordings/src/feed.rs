@@ -1,71 +1,74 @@
-//! The events of a recording in the order of its log times, a batch at a time.
+//! Events of a log in the order of the times of logging, a batch at a time.
 
 use std::iter::Peekable;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
 use std::thread;
 
 use tactid_logs::{LogReader, Messages};
 
-use super::decode::Decoder;
-use super::streams::{Event, Measured};
-use crate::IdentifyError;
+use crate::RecordingError;
+use crate::alignment::{Event, Measured};
+use crate::decode::{Decoder, Decoding};
+use crate::recording::Reading;
+use crate::sources::times_ns;
 
-/// Events that go from the reading to the computing thread at a time.
+/// Number of events that go from the reading to the computing thread at a time.
 const BATCH: usize = 4096;
-/// Batches that may wait.
+/// Number of batches that may wait.
 const BATCHES: usize = 8;
 
-/// One log, decoded as it is read; with the bare recording of the same motion, if there is one.
+/// One log, decoded while it is read, with the unloaded recording of the same motion if there is one.
 pub(crate) struct Feed {
     messages: Messages,
-    pub(crate) decoder: Decoder,
-    unloaded: Option<Unloaded>,
-    /// Of the log's times, s.
+    decoder: Decoder,
+    unloaded: Option<UnloadedFeed>,
+    /// First and last time of logging, s.
     begin_s: f64,
     end_s: f64,
 }
 
-/// The recording without the payload.
-struct Unloaded {
+/// An unloaded recording of the same motion, and where it lies on the loaded one's clock.
+pub(crate) struct Unloaded {
+    pub(crate) log: LogReader,
+    pub(crate) topics: Vec<String>,
+    pub(crate) decoding: Arc<Decoding>,
+    /// Time to add to the unloaded recording's times, s.
+    pub(crate) shift_s: f64,
+}
+
+/// The unloaded recording, read alongside.
+struct UnloadedFeed {
     messages: Peekable<Messages>,
     decoder: Decoder,
-    /// To be added to its times to have those of the loaded recording, s.
+    /// Time to add to its times for those of the loaded recording, s.
     shift_s: f64,
     events: Vec<Event>,
 }
 
 impl Feed {
-    pub(crate) fn new(log: &LogReader, decoder: Decoder) -> Result<Self, IdentifyError> {
-        let (begin_ns, end_ns) = decoder.sources().times_ns(log);
+    /// Begins to read some topics of a log, alongside an unloaded recording.
+    pub(crate) fn new(
+        log: &LogReader,
+        topics: &[String],
+        decoding: &Arc<Decoding>,
+        max_gap_s: f64,
+        unloaded: Option<&Unloaded>,
+    ) -> Result<Self, RecordingError> {
+        let (begin_ns, end_ns) = times_ns(log, topics);
         Ok(Self {
-            messages: log.messages_on(decoder.sources().measured())?,
-            decoder,
-            unloaded: None,
+            messages: log.messages_on(topics)?,
+            decoder: Decoder::new(decoding.clone(), max_gap_s),
+            unloaded: unloaded.map(UnloadedFeed::new).transpose()?,
             begin_s: begin_ns as f64 * 1e-9,
             end_s: end_ns as f64 * 1e-9,
         })
     }
 
-    /// The same with a bare recording.
-    pub(crate) fn with_unloaded(
-        mut self,
-        log: &LogReader,
-        decoder: Decoder,
-        shift_s: f64,
-    ) -> Result<Self, IdentifyError> {
-        self.unloaded = Some(Unloaded {
-            messages: log.messages_on(decoder.sources().measured())?.peekable(),
-            decoder,
-            shift_s,
-            events: Vec::new(),
-        });
-        Ok(self)
-    }
-
-    /// Adds the events of the next messages; gives the part of the log that has been read, or `None`
+    /// Adds the events of the next messages. Returns the fraction of the log that has been read, or `None`
     /// at its end.
-    pub(crate) fn read(&mut self, events: &mut Vec<Event>) -> Result<Option<f64>, IdentifyError> {
+    pub(crate) fn read(&mut self, events: &mut Vec<Event>) -> Result<Option<f64>, RecordingError> {
         let enough = events.len() + BATCH;
         let mut read_s = None;
         while events.len() < enough {
@@ -83,77 +86,88 @@ impl Feed {
         Ok(read_s.map(|now_s| ((now_s - self.begin_s) / length_s).clamp(0.0, 1.0)))
     }
 
-    /// Reads to the end on a thread of its own, while `take` is called here with each event, and
-    /// `progress` with the part that has been read; whether `progress` stopped it.
+    /// Reads to the end on a thread of its own, while `take` is called on this one with each event, and
+    /// `progress` with the fraction that has been read.
     pub(crate) fn run(
         mut self,
-        take: &mut dyn FnMut(Event) -> Result<(), IdentifyError>,
+        take: &mut dyn FnMut(Event) -> Result<(), RecordingError>,
         progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
-    ) -> Result<(Self, bool), IdentifyError> {
+    ) -> Result<Reading, RecordingError> {
         let (sender, receiver) = sync_channel::<(Vec<Event>, f64)>(BATCHES);
         thread::scope(|scope| {
-            let reading = scope.spawn(move || -> Result<Self, IdentifyError> {
+            let reading = scope.spawn(move || -> Result<Self, RecordingError> {
                 loop {
                     let mut events = Vec::with_capacity(BATCH + 2);
                     let Some(fraction) = self.read(&mut events)? else {
                         return Ok(self);
                     };
                     if sender.send((events, fraction)).is_err() {
-                        return Ok(self); // the other side has heard enough
+                        return Ok(self); // interrupted, or an error on the other side
                     }
                 }
             });
             let mut interrupted = false;
             let mut outcome = Ok(());
-            'batches: for (events, fraction) in receiver {
-                if progress(fraction).is_break() {
-                    interrupted = true;
-                    break;
+            for (events, fraction) in receiver {
+                interrupted = progress(fraction).is_break();
+                if !interrupted {
+                    outcome = events.into_iter().try_for_each(&mut *take);
                 }
-                for event in events {
-                    outcome = take(event);
-                    if outcome.is_err() {
-                        break 'batches;
-                    }
+                if interrupted || outcome.is_err() {
+                    break;
                 }
             }
             match reading.join() {
-                Ok(feed) => outcome.and(feed).map(|feed| (feed, interrupted)),
+                Ok(feed) => outcome.and(feed).map(|feed| feed.reading(interrupted)),
                 Err(panic) => std::panic::resume_unwind(panic),
             }
         })
     }
 
-    /// Where the log could not be read further.
-    pub(crate) fn damage(&self) -> Vec<String> {
+    fn reading(&self, interrupted: bool) -> Reading {
         let damage = self.messages.damage().iter();
-        damage.map(ToString::to_string).collect()
+        Reading {
+            faults: self.decoder.faults().clone(),
+            findings: self.decoder.unequal_ends(),
+            damage: damage.map(ToString::to_string).collect(),
+            interrupted,
+        }
     }
 }
 
-impl Unloaded {
+impl UnloadedFeed {
+    fn new(unloaded: &Unloaded) -> Result<Self, RecordingError> {
+        let messages = unloaded.log.messages_on(&unloaded.topics)?;
+        Ok(Self {
+            messages: messages.peekable(),
+            decoder: Decoder::new(unloaded.decoding.clone(), f64::INFINITY),
+            shift_s: unloaded.shift_s,
+            events: Vec::new(),
+        })
+    }
+
     /// Adds the events up to a time of the loaded recording.
-    fn read_until(&mut self, time_s: f64, events: &mut Vec<Event>) -> Result<(), IdentifyError> {
-        loop {
-            let due = match self.messages.peek() {
-                Some(Ok(message)) => self.decoder.log_time_s(message) + self.shift_s <= time_s,
-                Some(Err(_)) => true,
-                None => false,
-            };
-            if !due {
-                return Ok(());
-            }
-            let Some(message) = self.messages.next() else {
-                return Ok(());
-            };
-            self.decoder.decode(&message?, &mut self.events);
-            events.extend(self.events.drain(..).filter_map(|event| match event.what {
-                Measured::Joints(values) => Some(Event {
-                    time_s: event.time_s + self.shift_s,
-                    what: Measured::Unloaded(values),
-                }),
-                _ => None,
-            }));
+    fn read_until(&mut self, time_s: f64, events: &mut Vec<Event>) -> Result<(), RecordingError> {
+        let (decoder, shift_s) = (&self.decoder, self.shift_s);
+        let is_due = |message: &Result<_, _>| match message {
+            Ok(message) => decoder.log_time_s(message) + shift_s <= time_s,
+            Err(_) => true,
+        };
+        let mut due = Vec::new();
+        while let Some(message) = self.messages.next_if(is_due) {
+            due.push(message?);
         }
+        for message in due {
+            self.decoder.decode(&message, &mut self.events);
+        }
+        for event in self.events.drain(..) {
+            if let Measured::Joints(values) = event.measured {
+                events.push(Event {
+                    time_s: event.time_s + shift_s,
+                    measured: Measured::Unloaded(values),
+                });
+            }
+        }
+        Ok(())
     }
 }

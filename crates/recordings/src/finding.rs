@@ -1,10 +1,9 @@
-//! What was noticed on the way from a recording to the payload, for a program to match.
+//! Findings: what a reader of the result should know of the recording, for a program to match.
 
 use tactid_identify::Delay;
 
 /// Something that a reader of the result should know.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Finding {
     /// What the data say about the assumptions of the identification.
     Data(tactid_identify::Finding),

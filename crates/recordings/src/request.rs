@@ -1,4 +1,4 @@
-//! What to identify from a recording, and how: every option once.
+//! Requests: what to identify from a recording, and how. Every option is declared here, once.
 
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ pub enum Estimator {
     Paper(PaperSettings),
 }
 
-/// On which body a measured wrench acts.
+/// Body on which a measured wrench acts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ActsOn {
     /// The payload: the wrench that the robot exerts on it.
@@ -49,19 +49,20 @@ pub struct Request {
     /// Measurements that the payload is identified from. Default: tactile where there are wrenches, else
     /// effort. Whether [`Method::Combined`] uses efforts is decided by the recording.
     pub method: Option<Method>,
-    /// Default: [`Estimator::LeastSquares`].
+    /// Estimator. Default: [`Estimator::LeastSquares`].
     pub estimator: Option<Estimator>,
-    /// End-effector frame, a link of the robot. Default: `tool0`, or the wrench's frame where there is no
-    /// robot.
+    /// End-effector frame, a link of the robot. Default: `tool0`; without a robot, the frame of the first wrench
+    /// (`sensor` for arrays).
     pub tip: Option<String>,
-    /// The robot's URDF as text. Default: the robot description in the log.
+    /// The robot's URDF as text, for logs. Default: the robot description in the log.
     pub urdf: Option<String>,
-    /// Which topics of a log to read.
+    /// Topics to read, for logs.
     pub topics: Topics,
-    /// On which body the measured wrenches act. Default: the payload.
+    /// Body on which the measured wrenches act. Default: the payload.
     pub wrench_acts_on: Option<ActsOn>,
     /// Gravitational acceleration in the world, m/s², pointing down. Default: zero for a floating base, 9.81
-    /// along -z for a fixed one and for a sensor alone.
+    /// along -z for a fixed one and for a sensor alone. Not used with an inertial unit on the sensor, whose
+    /// accelerations contain gravity.
     pub gravity: Option<Vector3<f64>>,
     /// Cutoff of the low-pass on both sides of the equations, Hz. Default: chosen from the data; 10 for the
     /// paper's filter.
@@ -69,8 +70,8 @@ pub struct Request {
     /// Longest time between two samples that is bridged, s. Default: five periods of the slowest stream; 0.1
     /// for the paper's filter.
     pub max_gap_s: Option<f64>,
-    /// Delay of the wrenches' stamps relative to the motion, s. Default: estimated, and corrected where it is
-    /// significant; 0 for the paper's filter.
+    /// Delay of the wrenches' stamps relative to the motion, s. Default: estimated by the tactile method, and
+    /// corrected where it is significant; 0 for other methods and for the paper's filter.
     pub delay_s: Option<f64>,
     /// Whether the sum of the wrenches may have an unknown constant offset. Default: false.
     pub wrench_offset: Option<bool>,
@@ -83,7 +84,7 @@ pub struct Request {
     /// Effort of a joint in N m (N) for one unit of the recorded value, one entry for each joint in the
     /// robot's order. Default: 1.
     pub effort_gain: Option<Vec<f64>>,
-    /// An unloaded recording of the same motion, whose efforts are subtracted.
+    /// Log of the same motion without the payload, whose efforts are subtracted; for logs, by the effort method.
     pub unloaded: Option<PathBuf>,
     /// A known body that the measured load contains besides the payload, in the tool frame: it is
     /// subtracted.

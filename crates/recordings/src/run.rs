@@ -1,243 +1,289 @@
-//! One passage through a recording: events in, equations kept.
+//! Runs through a recording: events in, an estimator fed.
 
-use nalgebra::Vector3;
 use tactid_dynamics::{JointKind, Manipulator};
+use tactid_identify::{BatchIdentifier, HistoryPoint, PaperFilter, PaperSettings, Sample};
 
-use super::decode::Decoder;
-use super::faults::FaultCounts;
-use super::feed::Feed;
-use super::outcome::HistoryPoint;
-use super::probe::sample;
-use super::records::EquationBatch;
-use super::request::Request;
-use super::streams::{Aligned, Aligner, Event, Layout};
-use crate::{Identifier, IdentifyError, Settings};
+use crate::alignment::{Aligned, Aligner, Event};
+use crate::fault::{FaultCounts, FaultKind};
+use crate::plan::Plan;
+use crate::recording::{Reading, Recording};
+use crate::{Estimator, Finding, Observer, Progress, RecordingError};
 
-/// Between two points of the history of the paper's filter, s.
+/// Topic of the fault that a sample could not be aligned.
+const SAMPLES: &str = "samples";
+
+/// Time between two points of the history of the paper's filter, s.
 const HISTORY_STEP_S: f64 = 0.1;
-/// The same within the last part of the log, which is looked at closely.
+/// Time between two points near the end of the recording, where figures show the filter's ripple, s.
 const FINE_STEP_S: f64 = 0.01;
-/// How long that last part is, s.
+/// Length of the fine part of the history, s.
 const FINE_SPAN_S: f64 = 10.0;
 
-/// By how much the motions of a loaded and a bare recording may differ, rms of a joint, rad or m.
+/// Largest rms difference of a joint between the loaded and the unloaded motion, rad or m.
 const SAME_MOTION: f64 = 0.02;
 
-/// How a recording is to be run through.
-#[derive(Clone, Debug)]
-pub(crate) struct Plan {
-    pub(crate) robot: Manipulator,
-    pub(crate) tool: String,
-    pub(crate) sensors: Vec<String>,
-    pub(crate) settings: Settings,
-    pub(crate) layout: Layout,
-    /// Taken off the wrenches' times, s.
-    pub(crate) delay_s: f64,
-    /// What was estimated, and its standard deviation, s.
-    pub(crate) found_delay: Option<(f64, f64)>,
-    pub(crate) least_squares: bool,
+/// The estimator of a run.
+pub(crate) enum Solver {
+    LeastSquares(Box<BatchIdentifier>),
+    Paper(Box<PaperRun>),
 }
 
-impl Plan {
-    pub(crate) fn new(decoder: &Decoder, settings: Settings, request: &Request) -> Self {
-        let sources = decoder.sources();
-        Self {
-            robot: sources.robot.clone(),
-            tool: sources.tool.clone(),
-            sensors: sources.sensors.clone(),
-            layout: Layout {
-                felt_gravity: sources
-                    .base_imu
-                    .as_ref()
-                    .map(|_| settings.gravity_for(sources.robot.base_kind())),
-                ..decoder.layout()
-            },
-            delay_s: 0.0,
-            found_delay: None,
-            least_squares: request.is_least_squares(),
-            settings,
-        }
-    }
-}
-
-/// How far a bare recording's joints are from the loaded one's.
-#[derive(Clone, Debug)]
-struct Mismatch {
-    squares: Vec<f64>,
-    count: u64,
-}
-
-/// The state of running through a recording.
-pub(crate) struct Run {
-    pub(crate) plan: Plan,
-    pub(crate) identifier: Identifier,
-    aligner: Aligner,
-    pub(crate) records: EquationBatch,
+/// The paper's filter with its history.
+pub(crate) struct PaperRun {
+    pub(crate) filter: PaperFilter,
     pub(crate) history: Vec<HistoryPoint>,
-    next_point_s: f64,
-    first_s: Option<f64>,
-    pub(crate) last_s: f64,
-    end_s: f64,
+    settings: PaperSettings,
     epoch: u32,
-    mismatch: Mismatch,
-    pub(crate) faults: FaultCounts,
-    pub(crate) damage: Vec<String>,
-    pub(crate) remarks: Vec<String>,
+    next_point_s: f64,
+    /// Time of the last event, s; infinite while it is not known.
+    end_s: f64,
 }
 
-impl Run {
-    pub(crate) fn new(plan: Plan) -> Result<Self, IdentifyError> {
-        let sensors: Vec<&str> = plan.sensors.iter().map(String::as_str).collect();
-        let settings = plan.settings.clone();
-        Ok(Self {
-            identifier: Identifier::new(&plan.robot, &plan.tool, &sensors, settings)?,
-            aligner: Aligner::new(plan.layout.clone(), 0.0, plan.settings.max_gap_s),
-            records: EquationBatch::default(),
-            history: Vec::new(),
-            next_point_s: 0.0,
-            first_s: None,
-            last_s: 0.0,
-            end_s: f64::INFINITY,
-            epoch: 0,
-            mismatch: Mismatch {
-                squares: vec![0.0; plan.robot.dof()],
-                count: 0,
-            },
-            faults: FaultCounts::default(),
-            damage: Vec::new(),
-            remarks: Vec::new(),
-            plan,
+impl Solver {
+    fn new(plan: &Plan<'_>) -> Result<Self, RecordingError> {
+        let (robot, tip) = (&plan.sources.robot, plan.options.tip.as_str());
+        let sensors: Vec<&str> = plan.sources.sensors.iter().map(String::as_str).collect();
+        Ok(match plan.options.estimator {
+            Estimator::LeastSquares => {
+                let (equations, settings) = (plan.equations.clone(), plan.batch.clone());
+                let batch = BatchIdentifier::new(robot, tip, &sensors, equations, settings)?;
+                Self::LeastSquares(Box::new(batch))
+            }
+            Estimator::Paper(settings) => Self::Paper(Box::new(PaperRun {
+                filter: PaperFilter::new(robot, tip, &sensors, &plan.equations, settings)?,
+                history: Vec::new(),
+                settings,
+                epoch: 0,
+                next_point_s: f64::NEG_INFINITY,
+                end_s: plan.sources.end_s.unwrap_or(f64::INFINITY),
+            })),
         })
     }
 
-    /// How often the recording is presented: least squares over all equations needs no second time.
-    pub(crate) fn epochs(&self) -> u32 {
-        if self.plan.least_squares {
-            1
-        } else {
-            self.plan.settings.epochs
+    /// Number of times that the recording is presented: least squares keeps all equations of one.
+    fn epochs(&self) -> u32 {
+        match self {
+            Self::LeastSquares(_) => 1,
+            Self::Paper(run) => run.settings.epochs,
         }
     }
 
-    /// Before each presentation of the recording.
-    pub(crate) fn begin(&mut self, epoch: u32) {
-        let plan = &self.plan;
-        if epoch > 0 {
-            self.end_s = self.last_s;
-        }
-        self.epoch = epoch;
-        self.aligner = Aligner::new(plan.layout.clone(), plan.delay_s, plan.settings.max_gap_s);
-        self.identifier.rewind();
-        self.records = EquationBatch::default();
-        self.first_s = None;
-        self.next_point_s = f64::NEG_INFINITY;
-    }
-
-    pub(crate) fn take(&mut self, event: Event) -> Result<(), IdentifyError> {
-        self.aligner.push(event);
-        while let Some(mut aligned) = self.aligner.next() {
-            if self.plan.layout.unloaded {
-                self.subtract_unloaded(&mut aligned);
+    fn push(&mut self, sample: &Sample<'_>) -> Result<(), RecordingError> {
+        match self {
+            Self::LeastSquares(batch) => {
+                batch.push(sample)?;
             }
-            let sample = sample(&aligned);
-            if self.plan.least_squares {
-                let records = &mut self.records;
-                self.identifier
-                    .filter(&sample, |_, equation| records.push(equation))?;
-            } else {
-                self.identifier.push(&sample)?;
-            }
-            self.first_s.get_or_insert(aligned.time_s);
-            self.last_s = aligned.time_s;
-            self.record(aligned.time_s);
+            Self::Paper(run) => run.push(sample)?,
         }
         Ok(())
     }
 
-    /// After each presentation.
-    pub(crate) fn end(&mut self, feed: &Feed) {
-        self.faults = feed.decoder.faults.clone();
-        self.damage = feed.damage();
-        self.remarks = feed.decoder.unequal_ends();
-        self.end_streams();
+    /// Number of averaging windows of the last presentation.
+    pub(crate) fn windows(&self) -> u64 {
+        match self {
+            Self::LeastSquares(batch) => batch.windows(),
+            Self::Paper(run) => run.filter.estimate().windows,
+        }
+    }
+}
+
+impl PaperRun {
+    fn push(&mut self, sample: &Sample<'_>) -> Result<(), RecordingError> {
+        self.filter.push(sample)?;
+        let time_s = sample.time_s;
+        if time_s >= self.next_point_s {
+            let is_fine = time_s > self.end_s - FINE_SPAN_S;
+            self.next_point_s = time_s + if is_fine { FINE_STEP_S } else { HISTORY_STEP_S };
+            self.history.push(HistoryPoint {
+                epoch: self.epoch,
+                time_s,
+                values: self.filter.latest_values(),
+                std_devs: None,
+            });
+        }
+        Ok(())
     }
 
-    /// Counts what could not be aligned.
-    pub(crate) fn end_streams(&mut self) {
-        if self.aligner.incomplete > 0 {
-            let kind = "sample of the motion for which another stream has no value, left out";
-            self.faults
-                .add_many("samples", kind, self.aligner.incomplete, f64::NAN);
+    /// Prepares for the same samples once more, of which the last was at `end_s`.
+    fn rewind(&mut self, end_s: f64) {
+        self.filter.rewind();
+        self.epoch += 1;
+        self.next_point_s = f64::NEG_INFINITY;
+        self.end_s = end_s;
+    }
+}
+
+/// A recording that was run through.
+pub(crate) struct Run {
+    pub(crate) solver: Solver,
+    /// Number of aligned samples of the last presentation.
+    pub(crate) samples: u64,
+    /// Time from the first aligned sample to the last, s.
+    pub(crate) duration_s: f64,
+    pub(crate) faults: FaultCounts,
+    pub(crate) findings: Vec<Finding>,
+    pub(crate) damage: Vec<String>,
+    pub(crate) interrupted: bool,
+}
+
+impl Run {
+    /// Presents a recording to the estimator of a plan, as often as that needs it.
+    ///
+    /// # Errors
+    /// A recording that cannot be read, samples that do not fit the robot, or an unloaded recording of
+    /// another motion.
+    pub(crate) fn new(
+        recording: &impl Recording,
+        plan: &Plan<'_>,
+        observer: &mut Observer<'_>,
+    ) -> Result<Self, RecordingError> {
+        let mut solver = Solver::new(plan)?;
+        let epochs = solver.epochs();
+        let mut epoch = 0;
+        loop {
+            let mut pass = Pass::new(plan, &mut solver);
+            let take = &mut |event| pass.take(event);
+            let progress = &mut |fraction| {
+                let fraction = (f64::from(epoch) + fraction) / f64::from(epochs);
+                observer(Progress { fraction })
+            };
+            let reading = recording.read(plan.selection(), take, progress)?;
+            epoch += 1;
+            if reading.interrupted || epoch >= epochs {
+                if plan.streams.unloaded {
+                    pass.mismatch.check(&plan.sources.robot)?;
+                }
+                let totals = pass.totals();
+                return Ok(Self::of_pass(solver, totals, reading));
+            }
+            let end_s = pass.last_s;
+            if let Solver::Paper(run) = &mut solver {
+                run.rewind(end_s);
+            }
         }
     }
 
-    /// From the first sample to the last, s.
-    pub(crate) fn duration_s(&self) -> f64 {
-        self.first_s.map_or(0.0, |first_s| self.last_s - first_s)
+    fn of_pass(solver: Solver, totals: Totals, reading: Reading) -> Self {
+        let mut faults = reading.faults;
+        if totals.incomplete > 0 {
+            faults.add_many(SAMPLES, FaultKind::Incomplete, totals.incomplete, f64::NAN);
+        }
+        Self {
+            solver,
+            samples: totals.samples,
+            duration_s: totals.duration_s,
+            faults,
+            findings: reading.findings,
+            damage: reading.damage,
+            interrupted: reading.interrupted,
+        }
+    }
+}
+
+/// One presentation of a recording.
+struct Pass<'a> {
+    solver: &'a mut Solver,
+    aligner: Aligner,
+    mismatch: Mismatch,
+    samples: u64,
+    first_s: f64,
+    last_s: f64,
+}
+
+/// What is counted in a presentation.
+struct Totals {
+    samples: u64,
+    duration_s: f64,
+    incomplete: u64,
+}
+
+impl<'a> Pass<'a> {
+    fn new(plan: &Plan<'_>, solver: &'a mut Solver) -> Self {
+        Self {
+            solver,
+            aligner: Aligner::new(plan.streams.clone(), plan.delay_s, plan.options.max_gap_s),
+            mismatch: Mismatch::new(plan.sources.robot.dof()),
+            samples: 0,
+            first_s: 0.0,
+            last_s: 0.0,
+        }
     }
 
-    pub(crate) fn gravity(&self) -> Vector3<f64> {
-        self.identifier.gravity()
+    fn take(&mut self, event: Event) -> Result<(), RecordingError> {
+        self.aligner.push(event);
+        while let Some(mut aligned) = self.aligner.next() {
+            self.mismatch.subtract_unloaded(&mut aligned);
+            self.solver.push(&aligned.sample())?;
+            if self.samples == 0 {
+                self.first_s = aligned.time_s;
+            }
+            self.samples += 1;
+            self.last_s = aligned.time_s;
+        }
+        Ok(())
     }
 
-    /// Takes off what the arm alone exerted at the same point of the same motion.
+    fn totals(&self) -> Totals {
+        Totals {
+            samples: self.samples,
+            duration_s: self.last_s - self.first_s,
+            incomplete: self.aligner.incomplete(),
+        }
+    }
+}
+
+/// Difference of the joints between the loaded and the unloaded motion.
+struct Mismatch {
+    /// Sum of the squared differences of each joint, rad² or m².
+    squares: Vec<f64>,
+    count: u64,
+}
+
+impl Mismatch {
+    fn new(joints: usize) -> Self {
+        Self {
+            squares: vec![0.0; joints],
+            count: 0,
+        }
+    }
+
+    /// Subtracts the efforts of the unloaded arm at the same point of the same motion, if it was recorded.
     fn subtract_unloaded(&mut self, aligned: &mut Aligned) {
-        let Some(unloaded) = &aligned.unloaded else { return };
+        let Some(unloaded) = &aligned.unloaded else {
+            return;
+        };
         let pairs = aligned.joints.effort.iter_mut().zip(&unloaded.effort);
         for (effort, unloaded) in pairs {
             *effort -= unloaded;
         }
-        self.mismatch.count += 1;
+        self.count += 1;
         let positions = aligned.joints.position.iter().zip(&unloaded.position);
-        for (square, (loaded, unloaded)) in self.mismatch.squares.iter_mut().zip(positions) {
+        for (square, (loaded, unloaded)) in self.squares.iter_mut().zip(positions) {
             *square += (loaded - unloaded).powi(2);
         }
     }
 
-    /// That the bare recording had the same motion.
+    /// Checks that the unloaded recording has the same motion.
     ///
     /// # Errors
-    /// With the joint that differs most.
-    pub(crate) fn check_unloaded(&self) -> Result<(), IdentifyError> {
-        let count = self.mismatch.count.max(1) as f64;
-        let worst = self
-            .mismatch
-            .squares
-            .iter()
-            .enumerate()
-            .max_by(|a, b| a.1.total_cmp(b.1));
-        match worst {
-            Some((joint, square)) if (square / count).sqrt() > SAME_MOTION => {
-                Err(IdentifyError::OtherMotion {
-                    joint: self.plan.robot.joint_names()[joint].clone(),
-                    unit: match self.plan.robot.joint_kind(joint) {
-                        Some(JointKind::Prismatic) => "m",
-                        Some(JointKind::Revolute) | None => "rad",
-                    },
-                    rms: (square / count).sqrt(),
-                    allowed: SAME_MOTION,
-                })
-            }
-            _ => Ok(()),
+    /// [`RecordingError::OtherMotion`] with the joint that differs most.
+    fn check(&self, robot: &Manipulator) -> Result<(), RecordingError> {
+        let squares = self.squares.iter().enumerate();
+        let Some((joint, square)) = squares.max_by(|a, b| a.1.total_cmp(b.1)) else {
+            return Ok(());
+        };
+        let rms = (square / self.count.max(1) as f64).sqrt();
+        if rms <= SAME_MOTION {
+            return Ok(());
         }
-    }
-
-    /// A point of the history of the paper's filter.
-    fn record(&mut self, time_s: f64) {
-        if self.plan.least_squares || time_s < self.next_point_s {
-            return;
-        }
-        let fine = time_s > self.end_s - FINE_SPAN_S;
-        self.next_point_s = time_s + if fine { FINE_STEP_S } else { HISTORY_STEP_S };
-        self.history.push(HistoryPoint {
-            epoch: self.epoch,
-            time_s,
-            values: self.identifier.latest_values(),
-            std_devs: None,
-        });
-    }
-
-    pub(crate) fn set_end_s(&mut self, end_s: f64) {
-        self.end_s = end_s;
+        Err(RecordingError::OtherMotion {
+            joint: robot.joint_names()[joint].clone(),
+            unit: match robot.joint_kind(joint) {
+                Some(JointKind::Prismatic) => "m",
+                Some(JointKind::Revolute) | None => "rad",
+            },
+            rms,
+            allowed: SAME_MOTION,
+        })
     }
 }

@@ -1,87 +1,85 @@
-//! The recording of the same motion without the payload, and when it began.
+//! Search of the shift in time at which an unloaded recording has the same motion.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use tactid_logs::LogReader;
 
-use super::decode::Decoder;
-use super::feed::Feed;
-use super::request::Request;
-use super::sources::Sources;
-use super::streams::{Event, Measured};
-use super::{Observer, look_up};
-use crate::{IdentifyError, Method};
+use crate::alignment::{Event, Measured};
+use crate::decode::Decoding;
+use crate::error::{RecordingError, TopicKind};
+use crate::feed::{Feed, Unloaded};
+use crate::progress::check_interruption;
+use crate::sources::{LogSources, MeasuredTopics, MotionTopics, joint_topics};
+use crate::{Method, Observer, Request};
 
-/// Grid on which motions are compared at first, s.
+/// Step of the grid on which motions are compared at first, s.
 const COARSE_S: f64 = 0.05;
-/// How much of the beginning is compared at full rate, s.
+/// Length of the beginning that is compared at full rate, s.
 const FINE_S: f64 = 60.0;
-/// How many instants of the loaded motion are compared.
+/// Number of instants of the loaded motion that are compared.
 const COMPARED: usize = 2000;
-/// The recordings must share this part of the shorter one.
+/// Fraction of the shorter recording that both must share.
 const SHARED: f64 = 0.5;
-
-/// A bare recording, and where it lies on the loaded one's clock.
-pub(crate) struct Unloaded {
-    pub(crate) log: LogReader,
-    pub(crate) decoder: Decoder,
-    /// To be added to the bare recording's times, s.
-    pub(crate) shift_s: f64,
-}
+/// Largest number of Gauss-Newton steps to the shift, which converge in three or four.
+const FINE_STEPS: usize = 8;
+/// A shift that moves by less has converged, s.
+const CONVERGED_S: f64 = 1e-9;
 
 /// Positions of all joints over time.
 type Motion = Vec<(f64, Vec<f64>)>;
 
-impl Unloaded {
-    pub(crate) fn find(
-        path: &Path,
-        loaded_log: &LogReader,
-        loaded: &Decoder,
-        request: &Request,
-        observer: &mut Observer<'_>,
-    ) -> Result<Self, IdentifyError> {
-        if loaded.sources().method != Method::Effort {
-            return Err(IdentifyError::UnloadedNeedsEffort);
-        }
-        let log = LogReader::open(path)?;
-        let mut request = request.clone();
-        request.method = Some(Method::Effort);
-        let mut sources = Sources::find(&log, &request).or_else(|error| match error {
-            // The robot is described in the loaded recording.
-            IdentifyError::NoUrdf(_) => {
-                let mut sources = loaded.sources().clone();
-                sources.motion = super::sources::Motion::Joints(super::sources::joint_topics(
-                    &log,
-                    &request.topics.joints,
-                )?);
-                Ok(sources)
-            }
-            error => Err(error),
-        })?;
-        sources.robot = loaded.sources().robot.clone();
-        sources.odometry = None;
-        let decoder = Decoder::new(&log, sources, &request)?;
-        if decoder.groups().places.len() > 1 {
-            return Err(IdentifyError::SeveralTopics {
-                what: "joint states, which a unloaded recording must have in one",
-                topics: decoder.sources().measured().join(", "),
-                option: "--joints",
-            });
-        }
-        let ours = Motions::read(loaded_log, loaded, observer)?;
-        let theirs = Motions::read(&log, &decoder, observer)?;
-        let shift_s = coarse_shift_s(&ours.coarse, &theirs.coarse).ok_or(
-            IdentifyError::NoOverlap("the loaded and the unloaded motion".to_owned()),
-        )?;
-        Ok(Self {
-            log,
-            decoder,
-            shift_s: fine_shift_s(&ours.fine, &theirs.fine, shift_s),
-        })
+/// Finds the joints of an unloaded recording by the robot of the loaded one, and the shift in time at
+/// which the motions agree.
+pub(crate) fn find_unloaded(
+    path: &Path,
+    (loaded_log, loaded, loaded_decoding): (&LogReader, &LogSources, &Arc<Decoding>),
+    request: &Request,
+    observer: &mut Observer<'_>,
+) -> Result<Unloaded, RecordingError> {
+    let MotionTopics::Joints { joints, .. } = &loaded.topics.motion else {
+        return Err(RecordingError::UnloadedNeedsEffort);
+    };
+    if loaded.options.method != Method::Effort {
+        return Err(RecordingError::UnloadedNeedsEffort);
     }
+    let log = LogReader::open(path)?;
+    let topics = joint_topics(&log, &request.topics.joints)?;
+    let sources = LogSources {
+        topics: MeasuredTopics {
+            motion: MotionTopics::Joints {
+                joints: topics.clone(),
+                base_odometry: None,
+                base_imu: None,
+            },
+            ..loaded.topics.clone()
+        },
+        ..loaded.clone()
+    };
+    let decoding = Arc::new(Decoding::new(&log, &sources, request)?);
+    if decoding.joint_publishers() > 1 {
+        return Err(RecordingError::SeveralTopics {
+            what: "joint states, which an unloaded recording must have in one",
+            topics: topics.join(", "),
+            kind: TopicKind::Joints,
+        });
+    }
+    let ours = Motions::read(loaded_log, joints, loaded_decoding, observer)?;
+    let theirs = Motions::read(&log, &topics, &decoding, observer)?;
+    let coarse_s = coarse_shift_s(&ours.coarse, &theirs.coarse);
+    let coarse_s = coarse_s.ok_or_else(|| RecordingError::NoOverlap {
+        topics: "the loaded and the unloaded motion".to_owned(),
+        faults: Vec::new(),
+    })?;
+    Ok(Unloaded {
+        log,
+        topics,
+        decoding,
+        shift_s: fine_shift_s(&ours.fine, &theirs.fine, coarse_s),
+    })
 }
 
-/// The joints' motion over a log.
+/// The motion of the joints over a log.
 struct Motions {
     /// At most one instant in [`COARSE_S`].
     coarse: Motion,
@@ -92,10 +90,11 @@ struct Motions {
 impl Motions {
     fn read(
         log: &LogReader,
-        decoder: &Decoder,
+        topics: &[String],
+        decoding: &Arc<Decoding>,
         observer: &mut Observer<'_>,
-    ) -> Result<Self, IdentifyError> {
-        let mut feed = Feed::new(log, decoder.clone())?;
+    ) -> Result<Self, RecordingError> {
+        let mut feed = Feed::new(log, topics, decoding, f64::INFINITY, None)?;
         let mut events: Vec<Event> = Vec::new();
         let mut motions = Self {
             coarse: Motion::new(),
@@ -103,9 +102,9 @@ impl Motions {
         };
         let mut next_s = f64::NEG_INFINITY;
         while feed.read(&mut events)?.is_some() {
-            look_up(observer)?;
+            check_interruption(observer)?;
             for event in events.drain(..) {
-                let Measured::Joints(values) = event.what else {
+                let Measured::Joints(values) = event.measured else {
                     continue;
                 };
                 if event.time_s >= next_s {
@@ -122,21 +121,21 @@ impl Motions {
     }
 }
 
-/// The positions at a time, on the line between two instants.
+/// Returns positions and velocities at a time, on the line between two instants.
 fn at(motion: &Motion, time_s: f64) -> Option<(Vec<f64>, Vec<f64>)> {
     let right = motion.partition_point(|(t, _)| *t <= time_s);
     let (before_s, before) = motion.get(right.checked_sub(1)?)?;
     let (after_s, after) = motion.get(right)?;
     let length_s = after_s - before_s;
-    let part = (time_s - before_s) / length_s;
+    let fraction = (time_s - before_s) / length_s;
     let pairs = || before.iter().zip(after);
     Some((
-        pairs().map(|(a, b)| a + (b - a) * part).collect(),
+        pairs().map(|(a, b)| a + (b - a) * fraction).collect(),
         pairs().map(|(a, b)| (b - a) / length_s).collect(),
     ))
 }
 
-/// The shift on the coarse grid at which the motions differ least.
+/// Returns the shift on the coarse grid at which the motions differ least.
 fn coarse_shift_s(ours: &Motion, theirs: &Motion) -> Option<f64> {
     let (first, last) = (ours.first()?.0, ours.last()?.0);
     let (their_first, their_last) = (theirs.first()?.0, theirs.last()?.0);
@@ -150,17 +149,7 @@ fn coarse_shift_s(ours: &Motion, theirs: &Motion) -> Option<f64> {
     let mut best = None;
     for step in 0..=steps {
         let shift_s = lowest + step as f64 * COARSE_S;
-        let (mut squares, mut count) = (0.0, 0usize);
-        for (time_s, position) in &compared {
-            if let Some((their, _)) = at(theirs, time_s - shift_s) {
-                squares += position
-                    .iter()
-                    .zip(&their)
-                    .map(|(a, b)| (a - b).powi(2))
-                    .sum::<f64>();
-                count += 1;
-            }
-        }
+        let (squares, count) = difference(&compared, theirs, shift_s);
         if count > enough.saturating_sub(2).max(2) {
             let mean = squares / count as f64;
             if best.is_none_or(|(least, _)| mean < least) {
@@ -171,9 +160,24 @@ fn coarse_shift_s(ours: &Motion, theirs: &Motion) -> Option<f64> {
     best.map(|(_, shift_s)| shift_s)
 }
 
-/// Gauss-Newton from a shift that is right to the grid.
+/// Returns the sum of the squared differences of the positions with a shift, and the number of instants that
+/// both motions have.
+fn difference(compared: &[&(f64, Vec<f64>)], theirs: &Motion, shift_s: f64) -> (f64, usize) {
+    let (mut squares, mut count) = (0.0, 0);
+    for (time_s, position) in compared {
+        if let Some((their, _)) = at(theirs, time_s - shift_s) {
+            let pairs = position.iter().zip(&their);
+            squares += pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+            count += 1;
+        }
+    }
+    (squares, count)
+}
+
+/// Returns the shift at which the motions differ least, by Gauss-Newton steps from one that is right to the
+/// grid.
 fn fine_shift_s(ours: &Motion, theirs: &Motion, mut shift_s: f64) -> f64 {
-    for _ in 0..8 {
+    for _ in 0..FINE_STEPS {
         let (mut slope, mut square) = (0.0, 0.0);
         for (time_s, position) in ours {
             if let Some((their, rate)) = at(theirs, time_s - shift_s) {
@@ -188,7 +192,7 @@ fn fine_shift_s(ours: &Motion, theirs: &Motion, mut shift_s: f64) -> f64 {
         }
         let step = (slope / square).clamp(-COARSE_S, COARSE_S);
         shift_s -= step;
-        if step.abs() < 1e-9 {
+        if step.abs() < CONVERGED_S {
             break;
         }
     }

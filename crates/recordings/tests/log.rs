@@ -2,172 +2,48 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+#[path = "../../identify/tests/common/mod.rs"]
 mod common;
+mod recorded_log;
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use common::{Experiment, Instant, SENSORS, TOOL, URDF, identifier, worst_percent};
-use tactid_identify::{Identification, IdentifyError, Request, Settings, identify_log};
-use tactid_logs::messages::{
-    Header, JointState, Odometry, Quaternion, StringMsg, Time, Wrench, WrenchStamped,
+use common::{Experiment, Instant, TOOL, errors_percent, identifier, paper_filter, worst_percent};
+use recorded_log::Recording;
+use tactid_identify::{EquationSettings, PayloadEstimate};
+use tactid_logs::LogReader;
+use tactid_logs::messages::InertiaStamped;
+use tactid_recordings::{
+    Clock, Estimator, Finding, Identification, KnownMass, Method, PaperSettings, RecordingError,
+    Request, TopicKind, identify_log, write_estimates,
 };
-use tactid_logs::{Durability, LogWriter};
 
-/// A log of an experiment, with what a test wants to change in it.
-struct Recording<'a> {
-    instants: &'a [Instant],
-    description: Option<&'a str>,
-    joint_topics: &'a [&'a str],
-    joint_names: Vec<&'a str>,
-    odometry: bool,
-    sensors: &'a [&'a str],
-    velocities: bool,
-    stamps: bool,
+fn identify(path: &Path, request: &Request) -> Result<Identification, RecordingError> {
+    identify_log(path, request, &mut |_| ControlFlow::Continue(()))
 }
 
-impl<'a> Recording<'a> {
-    fn of(instants: &'a [Instant]) -> Self {
-        Self {
-            instants,
-            description: Some(URDF),
-            joint_topics: &["/joint_states"],
-            joint_names: [
-                "joint_1",
-                "joint_2",
-                "joint_3",
-                "joint_4",
-                "joint_5",
-                "joint_6",
-                "finger_left_joint",
-                "finger_right_joint",
-            ]
-            .to_vec(),
-            odometry: true,
-            sensors: &SENSORS,
-            velocities: true,
-            stamps: true,
-        }
-    }
-
-    fn write(&self, path: &Path) {
-        let mut log = LogWriter::create(path).unwrap();
-        if let Some(urdf) = self.description {
-            let topic = log
-                .channel("/robot_description", Durability::TransientLocal)
-                .unwrap();
-            log.write(
-                &topic,
-                1,
-                &StringMsg {
-                    data: urdf.to_owned(),
-                },
-            )
-            .unwrap();
-        }
-        let joints: Vec<_> = self
-            .joint_topics
-            .iter()
-            .map(|topic| {
-                log.channel::<JointState>(topic, Durability::Volatile)
-                    .unwrap()
-            })
-            .collect();
-        let odometry = self.odometry.then(|| {
-            log.channel::<Odometry>("/base/odom", Durability::Volatile)
-                .unwrap()
-        });
-        let wrenches: Vec<_> = (0..self.sensors.len())
-            .map(|k| {
-                log.channel::<WrenchStamped>(&format!("/finger_{k}/wrench"), Durability::Volatile)
-                    .unwrap()
-            })
-            .collect();
-        for instant in self.instants {
-            // An epoch of today's clocks: seconds in an f64 would lose a quarter of a microsecond.
-            let time_ns = 1_800_000_000_000_000_000 + (instant.time_s * 1e9).round() as u64;
-            let stamp = if self.stamps {
-                Time::from_ns(time_ns)
-            } else {
-                Time::default()
-            };
-            let header = |frame_id: &str| Header {
-                stamp,
-                frame_id: frame_id.to_owned(),
-            };
-            for topic in &joints {
-                // Turned round: order is by name.
-                let reversed = |values: &[f64]| values.iter().rev().copied().collect::<Vec<_>>();
-                let message = JointState {
-                    header: header(""),
-                    name: self
-                        .joint_names
-                        .iter()
-                        .rev()
-                        .map(|&name| name.to_owned())
-                        .collect(),
-                    position: reversed(&instant.position[..self.joint_names.len()]),
-                    velocity: if self.velocities {
-                        reversed(&instant.velocity[..self.joint_names.len()])
-                    } else {
-                        vec![]
-                    },
-                    effort: vec![],
-                };
-                log.write(topic, time_ns, &message).unwrap();
-            }
-            if let Some(topic) = &odometry {
-                log.write(topic, time_ns, &odometry_message(instant, header("world")))
-                    .unwrap();
-            }
-            for (k, topic) in wrenches.iter().enumerate() {
-                let wrench = &instant.wrenches[k];
-                let message = WrenchStamped {
-                    header: header(self.sensors[k]),
-                    wrench: Wrench {
-                        force: <[f64; 3]>::from(wrench.force).into(),
-                        torque: <[f64; 3]>::from(wrench.moment).into(),
-                    },
-                };
-                log.write(topic, time_ns, &message).unwrap();
-            }
-        }
-        log.finish().unwrap();
-    }
+/// Both estimators, with the filter of the online identifier and no delay.
+fn requests() -> [Request; 2] {
+    [paper(), least_squares()]
 }
 
-fn odometry_message(instant: &Instant, header: Header) -> Odometry {
-    let base = &instant.base;
-    let q = base.pose.rotation.coords;
-    let to_child = |v| <[f64; 3]>::from(base.pose.rotation.inverse() * v).into();
-    let mut message = Odometry {
-        header,
-        child_frame_id: "base_link".to_owned(),
-        ..Odometry::default()
-    };
-    message.pose.pose.position = <[f64; 3]>::from(base.pose.translation.vector).into();
-    message.pose.pose.orientation = Quaternion {
-        x: q.x,
-        y: q.y,
-        z: q.z,
-        w: q.w,
-    };
-    message.twist.twist.linear = to_child(base.velocity);
-    message.twist.twist.angular = to_child(base.angular_velocity);
-    message
-}
-
-fn identify(path: &Path, settings: &Settings) -> Result<Identification, IdentifyError> {
-    identify_log(path, &request(settings), &mut |_| ControlFlow::Continue(()))
-}
-
-/// With the filter of the online identifier and no delay.
-fn request(settings: &Settings) -> Request {
+fn paper() -> Request {
     Request {
-        settings: settings.clone(),
-        method: Some(settings.method),
-        tool: Some(TOOL.to_owned()),
+        tip: Some(TOOL.to_owned()),
+        method: Some(Method::Tactile),
         ..Request::paper()
+    }
+}
+
+fn least_squares() -> Request {
+    let online = EquationSettings::default();
+    Request {
+        estimator: None,
+        cutoff_hz: Some(online.cutoff_hz),
+        max_gap_s: Some(online.max_gap_s),
+        delay_s: Some(0.0),
+        ..paper()
     }
 }
 
@@ -185,33 +61,46 @@ fn recorded(change: impl FnOnce(&mut Recording<'_>)) -> (tempfile::TempDir, Path
     (folder, path, instants)
 }
 
-/// The log feeds the same identifier: its result is that of the samples pushed by hand, but for the
-/// rounding of the base's twist into its own frame and back.
+/// A log gives the estimate of its samples pushed by hand, but for the rounding of the base's twist into its
+/// own frame and back.
 #[test]
 fn a_log_gives_what_its_samples_give() {
     let (_folder, path, instants) = recorded(|_| {});
-    for settings in [Settings::paper(), Settings::default()] {
-        let from_log = identify(&path, &settings).unwrap();
-        let mut online = identifier(&Experiment::default(), settings);
-        for _ in 0..from_log.settings.epochs {
-            online.rewind();
-            for instant in &instants {
-                online.push(&instant.sample()).unwrap();
-            }
-        }
-        let online = online.estimate();
-        assert_eq!(from_log.estimate.intervals, online.intervals);
-        for (a, b) in from_log.estimate.values().iter().zip(online.values()) {
+    for request in requests() {
+        let from_log = identify(&path, &request).unwrap();
+        let by_hand = pushed_by_hand(&instants, request.estimator);
+        assert_eq!(from_log.estimate.windows, by_hand.windows);
+        for (a, b) in from_log.estimate.values().iter().zip(by_hand.values()) {
             assert!((a - b).abs() < 2e-7 * (1.0 + b.abs()), "{a} {b}");
         }
     }
 }
 
-/// The history ends at the end of the log with the latest estimate, and is fine in its last part.
+/// The estimate of an online estimator from the samples themselves.
+fn pushed_by_hand(instants: &[Instant], estimator: Option<Estimator>) -> PayloadEstimate {
+    let (experiment, settings) = (Experiment::default(), EquationSettings::default());
+    if estimator.is_none() {
+        let mut online = identifier(&experiment, &settings);
+        for instant in instants {
+            online.push(&instant.sample()).unwrap();
+        }
+        return online.estimate();
+    }
+    let mut filter = paper_filter(&experiment, &settings);
+    for _ in 0..PaperSettings::default().epochs {
+        filter.rewind();
+        for instant in instants {
+            filter.push(&instant.sample()).unwrap();
+        }
+    }
+    filter.estimate()
+}
+
+/// The history ends at the end of the log with the latest estimate.
 #[test]
-fn the_history_tells_the_estimate_over_time() {
+fn the_history_is_the_estimate_over_time() {
     let (_folder, path, _) = recorded(|_| {});
-    let result = identify(&path, &Settings::default()).unwrap();
+    let result = identify(&path, &least_squares()).unwrap();
     let last = result.history.last().unwrap();
     assert!((last.time_s - 1.95).abs() < 0.05, "{}", last.time_s);
     assert!((result.duration_s - 2.0).abs() < 1e-9);
@@ -227,19 +116,21 @@ fn the_history_tells_the_estimate_over_time() {
 
 /// Stamps of zero fall back on the log's time.
 #[test]
-fn log_time_stands_in_for_a_missing_stamp() {
+fn log_time_replaces_a_missing_stamp() {
     let (_folder, path, _) = recorded(|recording| recording.stamps = false);
-    let result = identify(&path, &Settings::default()).unwrap();
+    let result = identify(&path, &least_squares()).unwrap();
     assert!(worst_percent(&result.estimate.body) < 1e-2);
+    assert_eq!(result.clock, Clock::LogTimes);
+    assert!(result.findings.contains(&Finding::NoStamps));
 }
 
-/// A log that was cut is used up to the cut, which is told.
+/// A log that was cut is used up to the cut, which is reported.
 #[test]
 fn a_cut_log_is_used_up_to_the_cut() {
     let (_folder, path, _) = recorded(|_| {});
     let bytes = std::fs::read(&path).unwrap();
     std::fs::write(&path, &bytes[..bytes.len() * 2 / 3]).unwrap();
-    let result = identify(&path, &Settings::default()).unwrap();
+    let result = identify(&path, &least_squares()).unwrap();
     assert!(
         result.duration_s > 0.2 && result.duration_s < 2.0,
         "{}",
@@ -248,12 +139,11 @@ fn a_cut_log_is_used_up_to_the_cut() {
     assert_eq!(result.damage.len(), 1);
 }
 
-/// The observer can stop the reading; what was learnt until then is returned.
+/// The observer can interrupt the reading; what was read until then is identified.
 #[test]
 fn the_observer_can_stop() {
     let (_folder, path, _) = recorded(|_| {});
-    for settings in [Settings::paper(), Settings::default()] {
-        let request = request(&settings);
+    for request in requests() {
         let mut reports = 0;
         let result = identify_log(&path, &request, &mut |progress| {
             assert!((0.0..=1.0).contains(&progress.fraction));
@@ -265,18 +155,18 @@ fn the_observer_can_stop() {
             }
         });
         let result = result.unwrap();
-        assert!(result.interrupted && result.estimate.intervals > 0);
+        assert!(result.interrupted && result.estimate.windows > 0);
         let result = identify_log(&path, &request, &mut |_| ControlFlow::Break(()));
-        assert!(matches!(result, Err(IdentifyError::Interrupted)));
+        assert!(matches!(result, Err(RecordingError::Interrupted)));
     }
 }
 
-/// What the log lacks, or has twice, is said by topic and type.
+/// What the log lacks, or has twice, is reported by topic and type.
 #[test]
 fn a_log_that_lacks_something_says_what() {
     type Change = fn(&mut Recording<'_>);
     let cases: [(&str, Change); 7] = [
-        ("no robot description: give a URDF with --urdf", |r| {
+        ("no robot description: give a URDF", |r| {
             r.description = None
         }),
         ("not a URDF", |r| r.description = Some("<robot")),
@@ -285,7 +175,7 @@ fn a_log_that_lacks_something_says_what() {
             |r| r.joint_topics = &[],
         ),
         (
-            "several topics of joint states of the same joints: /a, /b; choose with --joints",
+            "several topics of joint states of the same joints: /a, /b; choose one",
             |r| r.joint_topics = &["/a", "/b"],
         ),
         ("no wrench (type geometry_msgs/msg/WrenchStamped)", |r| {
@@ -303,18 +193,18 @@ fn a_log_that_lacks_something_says_what() {
     ];
     for (expected, change) in cases {
         let (_folder, path, _) = recorded(change);
-        let error = identify(&path, &Settings::paper()).unwrap_err().to_string();
+        let error = identify(&path, &paper()).unwrap_err().to_string();
         assert!(
             error.contains(expected),
-            "target `{expected}`, got `{error}`"
+            "expected `{expected}`, got `{error}`"
         );
     }
     let (_folder, path, _) = recorded(|r| r.odometry = false);
-    let settings = Settings {
-        method: tactid_identify::Method::JointSensing,
-        ..Settings::paper()
+    let request = Request {
+        method: Some(Method::JointSensing),
+        ..paper()
     };
-    let error = identify(&path, &settings).unwrap_err().to_string();
+    let error = identify(&path, &request).unwrap_err().to_string();
     assert!(
         error.contains("no motion of the base (type nav_msgs/msg/Odometry)"),
         "{error}"
@@ -324,9 +214,125 @@ fn a_log_that_lacks_something_says_what() {
 /// A path without a log is an error that names it.
 #[test]
 fn no_log_no_panic() {
-    let error = identify(Path::new("/nonexistent/run.mcap"), &Settings::paper()).unwrap_err();
+    let error = identify(Path::new("/nonexistent/run.mcap"), &paper()).unwrap_err();
     assert!(
         error.to_string().contains("/nonexistent/run.mcap"),
+        "{error}"
+    );
+}
+
+/// Interrupted before there is enough for a fit, nothing is identifiable, and that is no error.
+#[test]
+fn interrupted_early_nothing_is_known() {
+    let (_folder, path, _) = recorded(|_| {});
+    for request in requests() {
+        let result = identify_log(&path, &request, &mut |progress| {
+            if progress.fraction > 0.0 {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        });
+        let result = result.unwrap();
+        assert!(result.interrupted);
+        assert_eq!(result.estimate.windows, 0);
+        assert_eq!(result.estimate.not_identifiable().count(), 10);
+        assert!(result.fit.is_none() && result.history.is_empty());
+    }
+}
+
+/// The error of a requested topic that the log does not have names the topic and the request's field.
+#[test]
+fn a_requested_topic_that_is_missing_is_named() {
+    let (_folder, path, _) = recorded(|_| {});
+    let mut request = least_squares();
+    request.topics.wrenches = vec!["/no_such_topic".to_owned()];
+    match identify(&path, &request) {
+        Err(RecordingError::NoSuchTopic { kind, topic, .. }) => {
+            assert_eq!(
+                (kind, topic.as_str()),
+                (TopicKind::Wrenches, "/no_such_topic")
+            );
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+/// The paper's filter knows neither masses nor boxes.
+#[test]
+fn the_papers_filter_rejects_a_known_mass() {
+    let (_folder, path, _) = recorded(|_| {});
+    let request = Request {
+        known_mass: Some(KnownMass {
+            mass_kg: 100.0,
+            std_dev_kg: 0.1,
+        }),
+        ..paper()
+    };
+    let error = identify(&path, &request).unwrap_err().to_string();
+    assert!(
+        error.contains("a known mass needs least squares"),
+        "{error}"
+    );
+}
+
+/// Without any option, a log is identified by the defaults: least squares on the wrenches in `tool0`.
+#[test]
+fn the_defaults_identify_a_log() {
+    let (_folder, path, _) = recorded(|_| {});
+    let result = identify(&path, &Request::default()).unwrap();
+    assert_eq!(result.method, Method::Tactile);
+    assert_eq!(result.estimator, Estimator::LeastSquares);
+    assert_eq!(&*result.estimate.frame, TOOL);
+    assert!((result.max_gap_s - 5e-3).abs() < 1e-9);
+    assert_eq!(result.clock, Clock::Stamps);
+    assert_eq!(result.start_ns, 1_800_000_000_000_000_000);
+    let worst = errors_percent(&result.estimate.body);
+    assert!(worst.iter().all(|error| error.abs() < 1e-2), "{worst:?}");
+    assert!(result.faults.is_empty(), "{:?}", result.faults);
+    let sum = |finding: &Finding| matches!(finding, Finding::WrenchesSummed { topics } if topics.len() == 2);
+    assert!(result.findings.iter().any(sum), "{:?}", result.findings);
+    assert!(
+        result
+            .remaining_s(10.0)
+            .unwrap()
+            .iter()
+            .all(|time_s| *time_s == 0.0)
+    );
+}
+
+/// The estimates over time come back from the log that they are written to, the final one last.
+#[test]
+fn estimates_are_written_as_a_log() {
+    let (folder, path, _) = recorded(|_| {});
+    let result = identify(&path, &least_squares()).unwrap();
+    let written = folder.path().join("estimates.mcap");
+    let points = result.estimates();
+    write_estimates(&written, &result.estimate.frame, result.start_ns, &points).unwrap();
+    let log = LogReader::open(&written).unwrap();
+    let messages: Vec<_> = log.messages_on(["/tactid/payload"]).unwrap().collect();
+    assert_eq!(messages.len(), result.history.len());
+    let last = messages[messages.len() - 1].as_ref().unwrap();
+    let stamped: InertiaStamped = last.decode().unwrap();
+    assert_eq!(stamped.header.frame_id, TOOL);
+    assert_eq!(stamped.inertia.m, result.estimate.body.mass_kg);
+    let end_ns = result.start_ns + (points[points.len() - 1].time_s * 1e9).round() as i64;
+    assert_eq!(stamped.header.stamp.as_ns(), end_ns);
+    let widths = log.messages_on(["/tactid/payload_half_width_95"]).unwrap();
+    assert_eq!(widths.count(), points.len());
+}
+
+/// An unloaded recording is for the effort method only.
+#[test]
+fn an_unloaded_recording_needs_the_effort_method() {
+    let (_folder, path, _) = recorded(|_| {});
+    let request = Request {
+        unloaded: Some(path.clone()),
+        ..least_squares()
+    };
+    let error = identify(&path, &request).unwrap_err();
+    assert!(
+        matches!(error, RecordingError::UnloadedNeedsEffort),
         "{error}"
     );
 }

@@ -8,7 +8,6 @@ use thiserror::Error;
 
 /// Reason why an experiment cannot be read or why its run was aborted.
 #[derive(Debug, Error)]
-#[non_exhaustive]
 pub enum SimError {
     /// A file of the experiment cannot be read.
     #[error("cannot read `{path}`: {source}")]

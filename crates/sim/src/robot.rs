@@ -6,7 +6,6 @@ use tactid_dynamics::{
 };
 
 use crate::SimError;
-use crate::experiment::BaseProperties;
 
 /// URDF of the built-in robot, `robots/tactid.urdf`.
 pub const BUILT_IN_URDF: &str = include_str!("../robots/tactid.urdf");
@@ -73,12 +72,12 @@ impl Robot {
     ///
     /// # Errors
     /// Returns [`SimError::Model`] for a URDF that `tactid_dynamics` refuses, and [`SimError::Robot`] for a mimic joint.
-    pub(crate) fn from_urdf(xml: &str, base: Option<&BaseProperties>) -> Result<Self, SimError> {
+    pub(crate) fn from_urdf(xml: &str, base: Option<&MassProperties>) -> Result<Self, SimError> {
         let mut urdf = Urdf::from_xml(xml)?;
         let mut text = xml.to_owned();
         if let Some(base) = base {
             let root = urdf.root_link().to_owned();
-            urdf.set_mass_properties(&root, &base.mass_properties())?;
+            urdf.set_mass_properties(&root, base)?;
             text = urdf.to_xml()?;
         }
         if let Some(joint) = urdf.mimic_joints().next() {

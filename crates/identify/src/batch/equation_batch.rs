@@ -2,16 +2,17 @@
 
 use crate::equations::Equation;
 
-/// More equations than this are not kept: neighbours are merged, which halves the cutoff.
-const MOST: usize = 30_000;
+/// Number of equations at which neighbours are merged, which halves their number and the cutoff.
+const CAPACITY: usize = 30_000;
 
-/// Equations in the order of time.
+/// Equations in the order of time, at most 30 000: more are merged with their neighbours, which halves the
+/// cutoff of the filter.
 #[derive(Clone, Debug, Default)]
 pub struct EquationBatch {
     equations: Vec<Equation>,
-    /// Number of windows each equation is the mean of: a power of two.
+    /// Number of windows of which each equation is the mean.
     merged: u32,
-    /// Windows to be merged with the next ones.
+    /// Windows that wait to be merged with the next ones.
     pending: Vec<Equation>,
 }
 
@@ -37,29 +38,29 @@ impl EquationBatch {
         }
         self.equations.extend(merge(&self.pending));
         self.pending.clear();
-        if self.equations.len() >= MOST {
+        if self.equations.len() >= CAPACITY {
             self.equations = self.equations.chunks(2).filter_map(merge).collect();
             self.merged *= 2;
         }
     }
 }
 
-/// The mean of equations, which is an equation.
+/// Returns the mean of equations, which is an equation; `None` without any.
 fn merge(equations: &[Equation]) -> Option<Equation> {
     let (first, others) = equations.split_first()?;
     if others.is_empty() {
         return Some(first.clone());
     }
-    let share = 1.0 / equations.len() as f64;
+    let weight = 1.0 / equations.len() as f64;
     let mut mean = Equation::new(first.rows.len());
     let middle_s = equations
         .iter()
         .map(|equation| equation.time_s)
         .sum::<f64>()
-        * share;
+        * weight;
     mean.clear(middle_s);
     for equation in equations {
-        mean.add_mean(equation, share);
+        mean.add_mean(equation, weight);
     }
     Some(mean)
 }
@@ -69,12 +70,11 @@ mod tests {
     use super::*;
     use crate::equations::Row;
 
-    /// However long the recording, no more than the bound is kept, and nothing is lost: the mean over
-    /// all equations stays what it was.
+    /// The number of equations is bounded for a recording of any length, and merging changes no mean.
     #[test]
     fn memory_is_bounded_and_nothing_lost() {
-        let mut records = EquationBatch::default();
-        let count = 4 * MOST;
+        let mut batch = EquationBatch::default();
+        let count = 4 * CAPACITY;
         for k in 0..count {
             let mut equation = Equation::new(1);
             equation.clear(k as f64);
@@ -85,12 +85,12 @@ mod tests {
             equation.add(&[row], 1.0, 0.0, 1.0);
             equation.finish();
             equation.rates[0] = -(k as f64);
-            records.push(&equation);
+            batch.push(&equation);
         }
-        assert!(records.equations.len() <= MOST);
-        assert_eq!(records.merged, 8);
-        let kept = records.equations.len() as f64;
-        let mean = |of: fn(&Equation) -> f64| records.equations.iter().map(of).sum::<f64>() / kept;
+        assert!(batch.equations.len() <= CAPACITY);
+        assert_eq!(batch.merged, 8);
+        let length = batch.equations.len() as f64;
+        let mean = |of: fn(&Equation) -> f64| batch.equations.iter().map(of).sum::<f64>() / length;
         let target = (count - 1) as f64 / 2.0;
         assert!((mean(|e| e.rows[0].target) - target).abs() < 1e-6 * target);
         assert!((mean(|e| e.rates[0]) + target).abs() < 1e-6 * target);

@@ -1,31 +1,35 @@
-//! How much longer a motion must go on.
+//! Forecast of the uncertainty for a motion that continues.
 
 use nalgebra::{SMatrix, SVector, SymmetricEigen};
 
-use super::accumulation::Gram;
 use super::fit::Fit;
+use super::normal_equations::NormalEquations;
 use crate::equations::Equation;
-use crate::solve::subspace::known;
+use crate::solve::spectrum::Spectrum;
 use crate::solve::uncertainty::{HALF_WIDTH_95, jacobian, largest_of_kind};
 
-/// What would take more than so many times the recording's length is never reached: the motion does
-/// not excite it any more, but for noise.
+/// Beyond this many times the length of the recording the forecast is infinite: noise alone then excites the
+/// direction.
 const NEVER: f64 = 1e6;
 
-/// How the ten values become known when a motion goes on as in the recording's second half.
+/// Relative precision of a forecast time.
+const PRECISION: f64 = 1e-6;
+
+/// Forecast of the variances of the ten values for a motion that continues as in the second half of the
+/// recording.
 #[derive(Clone, Debug)]
 pub struct Forecast {
-    /// By how much the information of each independent direction grows in a second, in units of what
-    /// there is, 1/s.
+    /// Growth of the information in ten independent directions, relative to the present information, 1/s.
     growth: SVector<f64, 10>,
-    /// The part of each value's variance, a row, that is due to each direction.
-    shares: SMatrix<f64, 10, 10>,
-    /// Of the windows, s.
+    /// Fraction of each value's variance, a row, that is due to each direction, a column.
+    fractions: SMatrix<f64, 10, 10>,
+    /// Length of the recording, s.
     length_s: f64,
 }
 
 impl Forecast {
-    /// From the windows of a fit, one every `stride_s`; `parameters` are those of the payload alone.
+    /// Creates a forecast from the windows of a fit, one every `stride_s`. `parameters` are those of the payload
+    /// alone. `None` for a mass of zero.
     pub(crate) fn new(
         equations: &[Equation],
         fit: &Fit,
@@ -33,7 +37,8 @@ impl Forecast {
         stride_s: f64,
     ) -> Option<Self> {
         let middle = equations.len() / 2;
-        let (mut first, mut second) = (Gram::with_knowledge(fit), Gram::without_windows(fit));
+        let mut first = NormalEquations::with_known_mass(fit);
+        let mut second = NormalEquations::new(fit);
         for (window, equation) in equations.iter().enumerate() {
             let half = if window < middle {
                 &mut first
@@ -44,30 +49,36 @@ impl Forecast {
         }
         let whole = first.information + second.information;
         let second_s = (equations.len() - middle) as f64 * stride_s;
-        // W Wᵀ is the covariance, in directions that are known.
+        // W Wᵀ is the covariance in the observable directions.
         let mut root = SMatrix::<f64, 10, 10>::zeros();
-        for (k, (information, direction)) in known(&SymmetricEigen::new(whole)).enumerate() {
+        for (k, (information, direction)) in Spectrum::new(whole).observable().enumerate() {
             root.set_column(k, &(direction / information.sqrt()));
         }
         let growth = SymmetricEigen::new(root.transpose() * second.information * root / second_s);
         let mut slopes = jacobian(parameters)?;
-        for (mut column, scale) in slopes.column_iter_mut().zip(&fit.excitation.scales) {
+        for (mut column, scale) in slopes.column_iter_mut().zip(fit.scales()) {
             column *= *scale;
         }
-        let mut shares = (slopes * root * growth.eigenvectors).map(|entry| entry * entry);
-        for mut row in shares.row_iter_mut() {
+        let mut fractions = (slopes * root * growth.eigenvectors).map(|entry| entry * entry);
+        for mut row in fractions.row_iter_mut() {
             row /= row.sum().max(f64::MIN_POSITIVE);
         }
         Some(Self {
-            // What the motion's noise adds is taken off the information, and may leave less than none.
+            // The bias correction may leave a direction a negative information.
             growth: growth.eigenvalues.map(|rate| rate.max(0.0)),
-            shares,
+            fractions,
             length_s: equations.len() as f64 * stride_s,
         })
     }
 
-    /// For each value the time until half of its 95 % interval is `within` times the largest value of
-    /// its kind, s.
+    /// Returns for each value the time until half of its 95 % interval is `within` (0.01 for 1 %) times the
+    /// largest value of its kind (mass, centre of mass, inertia), s, in the order of
+    /// [`VALUE_NAMES`](crate::VALUE_NAMES). Zero where it is so already, infinite where the motion does not
+    /// determine the value. `values` and `std_devs` are those of the estimate at the end of the recording.
+    ///
+    /// The information is extrapolated at the rate of the second half of the windows. An error of the model (a
+    /// sign, a frame, friction) is a bias, which no time removes.
+    #[must_use]
     pub fn remaining_s(&self, values: &[f64; 10], std_devs: &[f64; 10], within: f64) -> [f64; 10] {
         let largest = largest_of_kind(values);
         std::array::from_fn(|value| {
@@ -83,23 +94,23 @@ impl Forecast {
         })
     }
 
-    /// When a value's variance has fallen to a part of what it is.
-    fn time_to_s(&self, value: usize, part: f64) -> f64 {
+    /// Returns the time until a value's variance has fallen to a fraction of its present value, s.
+    fn time_to_s(&self, value: usize, fraction: f64) -> f64 {
         let variance = |after_s: f64| -> f64 {
-            let directions = self.shares.row(value).transpose();
-            let left = self.growth.map(|rate| 1.0 / (1.0 + rate * after_s));
-            directions.dot(&left)
+            let fractions = self.fractions.row(value).transpose();
+            let relative = self.growth.map(|rate| 1.0 / (1.0 + rate * after_s));
+            fractions.dot(&relative)
         };
         let (mut low, mut high) = (0.0, self.length_s);
-        while variance(high) > part {
+        while variance(high) > fraction {
             if high > NEVER * self.length_s {
                 return f64::INFINITY;
             }
             (low, high) = (high, 2.0 * high);
         }
-        while high - low > 1e-6 * high {
+        while high - low > PRECISION * high {
             let middle = 0.5 * (low + high);
-            if variance(middle) > part {
+            if variance(middle) > fraction {
                 low = middle;
             } else {
                 high = middle;

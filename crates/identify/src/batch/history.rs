@@ -1,39 +1,38 @@
-//! How the estimate and its uncertainty came about over a recording.
+//! The estimate and its uncertainty over the time of a recording.
 
-use nalgebra::{SMatrix, SVector, SymmetricEigen};
+use nalgebra::{SMatrix, SVector};
 
-use super::accumulation::Gram;
 use super::fit::Fit;
-
+use super::normal_equations::NormalEquations;
 use crate::equations::Equation;
 use crate::equations::window::NOISE_CORRELATION;
 use crate::result::HistoryPoint;
 use crate::solve::BoundingBox;
-use crate::solve::consistency::nearest_possible;
-use crate::solve::subspace::{Directions, known as known_directions};
+use crate::solve::consistency::project;
+use crate::solve::spectrum::Spectrum;
 use crate::solve::uncertainty::{std_devs, values_of};
 
-/// About how many points there are.
-const POINTS: usize = 600;
+/// Most points of a history.
+const MAX_POINTS: usize = 600;
 
-/// The estimate after each part of the equations, with the weights of the fit over all of them.
-/// `known` is taken off each.
+/// Returns the estimate from the first windows alone, for growing numbers of windows, with the robust weights
+/// and the noise of the fit to all of them. `known` are the parameters of the known bodies, which are
+/// subtracted.
 pub(crate) fn history(
     equations: &[Equation],
     fit: &Fit,
     known: &SVector<f64, 10>,
     bounding_box: Option<&BoundingBox>,
 ) -> Vec<HistoryPoint> {
-    let scales = fit.excitation.scales;
-    let every = equations.len().div_ceil(POINTS).max(1);
-    let mut gram = Gram::with_knowledge(fit);
+    let stride = equations.len().div_ceil(MAX_POINTS).max(1);
+    let mut normal_equations = NormalEquations::with_known_mass(fit);
     let mut points = Vec::new();
     for (k, equation) in equations.iter().enumerate() {
-        gram.add(equation, k);
-        if k % every != every - 1 && k + 1 != equations.len() {
+        normal_equations.add(equation, k);
+        if k % stride != stride - 1 && k + 1 != equations.len() {
             continue;
         }
-        if let Some((values, std_devs)) = solve(&gram, &scales, known, bounding_box) {
+        if let Some((values, std_devs)) = solve(&normal_equations, fit, known, bounding_box) {
             points.push(HistoryPoint {
                 epoch: 0,
                 time_s: equation.time_s,
@@ -45,25 +44,26 @@ pub(crate) fn history(
     points
 }
 
+/// Returns values and standard deviations; `None` for a mass of zero.
 fn solve(
-    gram: &Gram<'_>,
-    scales: &SVector<f64, 10>,
+    normal_equations: &NormalEquations<'_>,
+    fit: &Fit,
     known: &SVector<f64, 10>,
     bounding_box: Option<&BoundingBox>,
 ) -> Option<([f64; 10], [f64; 10])> {
-    let eigen = SymmetricEigen::new(gram.information);
-    let directions = Directions::new(&eigen, *scales);
+    let scales = fit.scales();
+    let spectrum = Spectrum::new(normal_equations.information);
     let mut parameters = SVector::<f64, 10>::zeros();
     let mut covariance = SMatrix::<f64, 10, 10>::zeros();
-    for (value, vector) in known_directions(&eigen) {
-        parameters += vector * (vector.dot(&gram.target) / value);
-        covariance.ger(NOISE_CORRELATION / value, &vector, &vector, 1.0);
+    for (information, direction) in spectrum.observable() {
+        parameters += direction * (direction.dot(&normal_equations.target) / information);
+        covariance.ger(NOISE_CORRELATION / information, &direction, &direction, 1.0);
     }
     let parameters = parameters.component_mul(scales) - known;
     let covariance = SMatrix::from_fn(|i, j| covariance[(i, j)] * scales[i] * scales[j]);
-    let nearest = nearest_possible(&parameters, &covariance, scales, bounding_box);
-    let parameters = nearest.map_or(parameters, |nearest| nearest.parameters);
+    let projection = project(&parameters, &covariance, scales, bounding_box);
+    let parameters = projection.map_or(parameters, |projection| projection.parameters);
     let values = values_of(&parameters)?;
-    let std_devs = std_devs(&parameters, &covariance, scales, directions.unknown());
+    let std_devs = std_devs(&parameters, &covariance, &spectrum.null_space(*scales));
     Some((values, std_devs))
 }

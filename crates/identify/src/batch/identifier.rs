@@ -6,33 +6,36 @@ use nalgebra::SVector;
 use tactid_dynamics::{InertialParameters, Manipulator, MassProperties};
 
 use super::equation_batch::EquationBatch;
-use super::fit::{Delay, Fit, Options};
+use super::fit::{Delay, Fit, FitOptions};
 use super::forecast::Forecast;
 use super::history::history;
+use super::least_squares;
 use super::report::FitReport;
 use super::suspicions::{suspected_offset, suspected_signs};
 use crate::IdentifyError;
 use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample, window};
 use crate::finding::Finding;
 use crate::result::{self, HistoryPoint, PayloadEstimate, is_physical};
-use crate::solve::consistency::nearest_possible;
+use crate::solve::consistency::project;
 use crate::solve::uncertainty::identifiable;
 use crate::solve::{BoundingBox, KnownMass, PrincipalMoments};
 
-/// A contradiction of so many standard deviations is reported.
+/// Distance in standard deviations from which a contradiction is reported.
 const CONTRADICTION: f64 = 5.0;
 
-/// What the batch identifier knows besides the samples.
+/// Prior knowledge and options of the batch identifier. By default nothing is known.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BatchSettings {
-    /// A known body that the measured load contains besides the payload, in the tool frame: it is
-    /// subtracted.
+    /// Mass properties, in the tool frame, of a known body that the measured load contains besides the payload,
+    /// such as a tool changer. They are subtracted.
     pub known_tool: Option<MassProperties>,
-    /// The payload's mass from a scale: one more row of least squares.
+    /// Mass of the payload from a scale: one more row of least squares.
     pub known_mass: Option<KnownMass>,
-    /// A box that contains the whole payload: the estimate is a body that fits in.
+    /// A box in the tool frame that contains the whole payload: the estimate is projected onto bodies that fit
+    /// into it.
     pub bounding_box: Option<BoundingBox>,
-    /// Whether the delay of the load relative to the motion is estimated, too.
+    /// Whether the delay of the load relative to the motion is estimated, too. It does not change the other
+    /// results.
     pub delay: bool,
 }
 
@@ -49,7 +52,7 @@ impl BatchSettings {
 
 /// Identifies the payload by robust weighted least squares over all samples at once.
 ///
-/// Memory is bounded: at most 30 000 windows are kept, and neighbours are merged beyond that.
+/// Memory is bounded: at most 30 000 equations are stored, and neighbours are merged beyond that.
 #[derive(Clone, Debug)]
 pub struct BatchIdentifier {
     frame: Arc<str>,
@@ -64,17 +67,17 @@ pub struct BatchIdentifier {
 /// The result of a batch identification.
 #[derive(Clone, Debug)]
 pub struct BatchResult {
-    /// The payload.
+    /// The payload with its uncertainty.
     pub estimate: PayloadEstimate,
-    /// Principal moments of the payload; `None` where its mass is zero.
+    /// Principal moments of inertia of the payload; `None` where its mass is zero.
     pub principal_moments: Option<PrincipalMoments>,
-    /// The estimate over time.
+    /// The estimate over time, with at most 600 points.
     pub history: Vec<HistoryPoint>,
-    /// How well the payload explains what was measured.
+    /// How well the payload explains the measurements.
     pub fit: FitReport,
-    /// Delay of the load that is left in the samples, where [`BatchSettings::delay`] asked for it.
+    /// Delay of the load relative to the motion in the given samples, where [`BatchSettings::delay`] is set.
     pub delay: Option<Delay>,
-    /// What the data say about the assumptions.
+    /// What the identification noticed about the data, for the user to judge.
     pub findings: Vec<Finding>,
     /// Forecast of the uncertainty for a motion that continues; `None` where the mass is zero.
     pub forecast: Option<Forecast>,
@@ -126,7 +129,9 @@ impl BatchIdentifier {
         })
     }
 
-    /// Takes one sample.
+    /// Adds one sample.
+    ///
+    /// Cost: one pass over the robot's bodies, and a copy of the window that the sample ends.
     ///
     /// # Errors
     /// Where a slice does not fit the robot or the sensors. Bad data are no error: see [`PushOutcome`].
@@ -139,7 +144,7 @@ impl BatchIdentifier {
         Ok(outcome)
     }
 
-    /// Number of averaging windows so far.
+    /// Number of averaging windows so far, before merging.
     #[must_use]
     pub fn windows(&self) -> u64 {
         self.windows
@@ -151,7 +156,9 @@ impl BatchIdentifier {
         &self.stream
     }
 
-    /// Solves for the payload. Cost: up to 20 passes over all windows, several times.
+    /// Solves for the payload.
+    ///
+    /// Cost: several fits, each of up to 20 passes over all windows.
     ///
     /// # Errors
     /// [`IdentifyError::TooFewWindows`] where the samples are too few.
@@ -162,24 +169,25 @@ impl BatchIdentifier {
             windows: equations.len(),
             window_s: window::length_s(self.equations.cutoff_hz),
         };
-        let unweighed = Fit::new(equations, Options::new(&channels)).ok_or_else(too_few)?;
+        let fit_without_mass =
+            least_squares::fit(equations, FitOptions::new(&channels)).ok_or_else(too_few)?;
         let known = self.known_bodies();
         let mut findings = Vec::new();
-        let weighed = match self.settings.known_mass {
+        let known_mass_fit = match self.settings.known_mass {
             Some(mass) => {
-                findings.extend(contradiction(&unweighed, known[0], mass));
-                let options = Options {
-                    mass: Some(mass.with(known[0])),
-                    ..Options::new(&channels)
+                findings.extend(contradiction(&fit_without_mass, known[0], mass));
+                let options = FitOptions {
+                    known_mass: Some(mass.with(known[0])),
+                    ..FitOptions::new(&channels)
                 };
-                Some(Fit::new(equations, options).ok_or_else(too_few)?)
+                Some(least_squares::fit(equations, options).ok_or_else(too_few)?)
             }
             None => None,
         };
-        let fit = weighed.as_ref().unwrap_or(&unweighed);
+        let fit = known_mass_fit.as_ref().unwrap_or(&fit_without_mass);
         let (parameters, inconsistent) = self.consistent_payload(fit, &known);
         findings.extend(inconsistent);
-        findings.extend(self.data_findings(&unweighed, fit, &channels));
+        findings.extend(self.data_findings(&fit_without_mass, fit, &channels));
         let report = FitReport::new(&self.batch, fit, &channels, self.equations.cutoff_hz);
         let bounding_box = self.settings.bounding_box.as_ref();
         Ok(BatchResult {
@@ -187,17 +195,17 @@ impl BatchIdentifier {
             principal_moments: PrincipalMoments::with_std_devs(
                 &parameters,
                 &fit.covariance,
-                &fit.excitation,
+                &fit.null_space,
             ),
             history: history(equations, fit, &known, bounding_box),
             forecast: Forecast::new(equations, fit, &parameters, report.stride_s),
             fit: report,
-            delay: self.remaining_delay(&unweighed, &channels),
+            delay: self.remaining_delay(&fit_without_mass, &channels),
             findings,
         })
     }
 
-    /// The estimate before anything is known.
+    /// Returns the estimate without any information: every value is unidentifiable.
     #[must_use]
     pub fn unknown(&self) -> PayloadEstimate {
         let body = result::body(&[0.0; 10]);
@@ -216,7 +224,8 @@ impl BatchIdentifier {
         }
     }
 
-    /// Inertial parameters of the known bodies that the measured load contains besides the payload.
+    /// Inertial parameters, in the tool frame, of the known bodies that the measured load contains besides the
+    /// payload.
     fn known_bodies(&self) -> SVector<f64, 10> {
         let mut known = SVector::<f64, 10>::zeros();
         if let Some(gripper) = self.stream.gripper_to_subtract() {
@@ -228,29 +237,29 @@ impl BatchIdentifier {
         known
     }
 
-    /// Projects the payload's parameters onto physically consistent ones.
+    /// Projects the payload's parameters onto physically consistent ones, and reports where these are far away.
     fn consistent_payload(
         &self,
         fit: &Fit,
         known: &SVector<f64, 10>,
     ) -> (SVector<f64, 10>, Option<Finding>) {
         let parameters = fit.parameters - known;
-        let scales = &fit.excitation.scales;
         let bounding_box = self.settings.bounding_box.as_ref();
-        match nearest_possible(&parameters, &fit.covariance, scales, bounding_box) {
+        match project(&parameters, &fit.covariance, fit.scales(), bounding_box) {
             None => (parameters, None),
-            Some(nearest) => {
+            Some(projection) => {
                 let finding = Finding::Inconsistent {
-                    distance: nearest.distance,
+                    distance: projection.distance,
                     within_box: bounding_box.is_some(),
                 };
-                let is_far = nearest.distance > CONTRADICTION;
-                (nearest.parameters, is_far.then_some(finding))
+                let is_far = projection.distance > CONTRADICTION;
+                (projection.parameters, is_far.then_some(finding))
             }
         }
     }
 
-    /// The estimate with its uncertainty; the load contained the `known` bodies.
+    /// Returns the estimate with its uncertainty, given the payload's consistent parameters and those of the
+    /// `known` bodies.
     fn estimate(
         &self,
         fit: &Fit,
@@ -276,12 +285,17 @@ impl BatchIdentifier {
         }
     }
 
-    /// What the data say about signs, offsets and outliers.
-    fn data_findings(&self, unweighed: &Fit, fit: &Fit, channels: &Channels) -> Vec<Finding> {
+    /// Returns findings about signs, offsets and outliers.
+    fn data_findings(
+        &self,
+        fit_without_mass: &Fit,
+        fit: &Fit,
+        channels: &Channels,
+    ) -> Vec<Finding> {
         let equations = self.batch.equations();
         let (gravity, method) = (self.stream.gravity(), self.equations.method);
         // A known mass would hide a wrong sign.
-        let mut findings = suspected_signs(equations, unweighed, channels, &gravity, method);
+        let mut findings = suspected_signs(equations, fit_without_mass, channels, &gravity, method);
         if self.has_sensors && method.uses_wrench() && channels.offsets == 0 {
             findings.extend(suspected_offset(equations, fit, channels));
         }
@@ -293,26 +307,26 @@ impl BatchIdentifier {
         findings
     }
 
-    /// The delay of the load that is left in the samples.
+    /// Estimates the delay of the load with the weights of a fit without it.
     fn remaining_delay(&self, fit: &Fit, channels: &Channels) -> Option<Delay> {
         if !self.settings.delay {
             return None;
         }
-        let options = Options {
+        let options = FitOptions {
             delay: true,
-            weights: Some(fit),
-            ..Options::new(channels)
+            weights_of: Some(fit),
+            ..FitOptions::new(channels)
         };
-        let delay = Fit::new(self.batch.equations(), options)?.delay;
+        let delay = least_squares::fit(self.batch.equations(), options)?.delay;
         delay.filter(|delay| delay.delay_s.is_finite())
     }
 }
 
-/// Reports a mass from the data alone that contradicts the known one; `others_kg` of the load are not
-/// the payload's.
-fn contradiction(unweighed: &Fit, others_kg: f64, known: KnownMass) -> Option<Finding> {
-    let std_dev_kg = unweighed.std_devs(&unweighed.parameters)[0];
-    let found_kg = unweighed.parameters[0] - others_kg;
+/// Reports where the mass from the data alone contradicts the known one. `others_kg` is the mass of the known
+/// bodies.
+fn contradiction(fit_without_mass: &Fit, others_kg: f64, known: KnownMass) -> Option<Finding> {
+    let std_dev_kg = fit_without_mass.std_devs(&fit_without_mass.parameters)[0];
+    let found_kg = fit_without_mass.parameters[0] - others_kg;
     let distance = (found_kg - known.mass_kg).abs() / std_dev_kg.hypot(known.std_dev_kg);
     (distance > CONTRADICTION).then_some(Finding::MassContradicted {
         known,

@@ -1,13 +1,15 @@
 //! Robust weighted least squares over all equations of a recording.
 
-mod accumulation;
 mod equation_batch;
-pub(crate) mod fit;
+mod fit;
 mod forecast;
 mod history;
 mod identifier;
+mod least_squares;
+mod normal_equations;
 pub mod preview;
 mod report;
+mod sandwich;
 mod suspicions;
 
 pub use equation_batch::EquationBatch;

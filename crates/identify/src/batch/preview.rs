@@ -2,7 +2,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::fit::{Delay, Fit, Options};
+use super::fit::{Delay, FitOptions};
+use super::least_squares::fit;
 use crate::equations::{Channels, Equation, Row, window};
 use crate::solve::noise;
 
@@ -17,20 +18,21 @@ const OTHER_GRAVITY: f64 = 0.25;
 /// Fewest pairs of windows from which a residual is computed.
 const FEWEST_PAIRS: u32 = 20;
 
-/// Mean square of the regressors' entries that are angular accelerations and products of angular
-/// velocities, 1/s⁴: the power of the motion.
+/// Returns the power of the motion: the mean square of the regressors' entries that are angular accelerations
+/// and products of angular velocities, 1/s⁴.
 #[must_use]
 pub fn motion_power(equations: &[Equation]) -> f64 {
     power(equations, |equation| &equation.rows)
 }
 
-/// The part of [`motion_power`] that is white noise of the motion, from the half-differences of neighbouring
-/// instants, 1/s⁴.
+/// Mean square of the same entries that is white noise of the motion, from the half-differences of
+/// neighbouring instants, 1/s⁴. It is to be compared with [`motion_power`].
 #[must_use]
 pub fn motion_noise_power(equations: &[Equation]) -> f64 {
     power(equations, |equation| &equation.differences)
 }
 
+/// Mean square of the entries of the inertia in the chosen rows.
 fn power(equations: &[Equation], rows: impl Fn(&Equation) -> &Vec<Row>) -> f64 {
     let rows = equations.iter().flat_map(rows);
     let squares: f64 = rows
@@ -39,31 +41,32 @@ fn power(equations: &[Equation], rows: impl Fn(&Equation) -> &Vec<Row>) -> f64 {
     squares / equations.len() as f64
 }
 
-/// Geometric mean over the channels of the standard deviation of the residuals of a fit, in the channels'
-/// units; `None` where the equations are too few.
+/// Returns the geometric mean over the channels of the standard deviation of the residuals of a fit, in the
+/// channels' units; `None` where the equations are too few.
 #[must_use]
 pub fn residual_size(equations: &[Equation], channels: &Channels) -> Option<f64> {
-    let channels = without_given_noise(channels);
-    let fit = Fit::new(equations, Options::new(&channels))?;
+    let channels = without_known_noise(channels);
+    let fit = fit(equations, FitOptions::new(&channels))?;
     let std_devs = &fit.noise.std_devs;
     let logarithms: f64 = std_devs.iter().map(|std_dev| std_dev.ln()).sum();
     Some((logarithms / std_devs.len() as f64).exp())
 }
 
-/// Delay of the load relative to the motion, as one more unknown of a fit; `None` where the equations are
-/// too few.
+/// Returns the delay of the load relative to the motion, as one more unknown of a fit; `None` where the
+/// equations are too few. It is accurate for delays that are short against a window.
 #[must_use]
 pub fn fitted_delay(equations: &[Equation], channels: &Channels) -> Option<Delay> {
-    let channels = without_given_noise(channels);
-    let options = Options {
+    let channels = without_known_noise(channels);
+    let options = FitOptions {
         delay: true,
-        ..Options::new(&channels)
+        ..FitOptions::new(&channels)
     };
-    Fit::new(equations, options)?.delay
+    fit(equations, options)?.delay
 }
 
-/// The multiple of the windows' stride by which the wrenches fit the motion best, s; `None` where the sign
-/// of gravity is in doubt or the equations are too few. The first six channels are those of a wrench.
+/// Returns the delay of the wrenches, s, as the multiple of the windows' stride at which they fit the motion
+/// best; `None` where the sign of gravity is in doubt or the equations are too few. The first six channels
+/// are those of a wrench.
 #[must_use]
 pub fn coarse_delay_s(equations: &[Equation], stride_s: f64) -> Option<f64> {
     let reach = (LONGEST_DELAY_S / stride_s).ceil() as i64;
@@ -92,14 +95,15 @@ pub fn coarse_delay_s(equations: &[Equation], stride_s: f64) -> Option<f64> {
     })
 }
 
-fn without_given_noise(channels: &Channels) -> Channels {
+/// Returns the channels as if nothing were known of the sensors' noise.
+fn without_known_noise(channels: &Channels) -> Channels {
     Channels {
         known_noise: Vec::new(),
         ..channels.clone()
     }
 }
 
-/// Motions paired with the wrenches `shift` windows later.
+/// Motions, each paired with the wrench `shift` windows later.
 struct Pairs<'a> {
     equations: &'a [Equation],
     stride_s: f64,
@@ -107,6 +111,7 @@ struct Pairs<'a> {
 }
 
 impl Pairs<'_> {
+    /// Pairs of windows, the motion's first. Windows next to a gap have no partner.
     fn iter(&self) -> impl Iterator<Item = (&Equation, &Equation)> {
         let equations = self.equations.iter().enumerate();
         equations.filter_map(|(k, motion)| {
@@ -117,7 +122,7 @@ impl Pairs<'_> {
         })
     }
 
-    /// Mean square residual of plain least squares, relative to the `sizes` of the channels.
+    /// Returns the mean square residual of plain least squares, relative to the `sizes` of the channels.
     fn mean_square_residual(&self, gravity_scale: f64, sizes: &[f64]) -> Option<f64> {
         let mut gram = SMatrix::<f64, 10, 10>::zeros();
         let mut right_side = SVector::<f64, 10>::zeros();

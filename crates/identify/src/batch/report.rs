@@ -1,13 +1,14 @@
 //! How well a fit explains what was measured.
 
 use super::equation_batch::EquationBatch;
-use super::fit::{Fit, Options};
+use super::fit::{Fit, FitOptions};
+use super::least_squares::fit;
 use crate::equations::{Channel, Channels, Equation, window};
 use crate::solve::Offset;
 
-/// Number of parts of a recording of which some are held out.
-const HELD_OUT_PARTS: usize = 25;
-/// One part in so many is held out.
+/// Number of sections of a recording, of which some are held out for validation.
+const SECTIONS: usize = 25;
+/// One section in so many is held out.
 const HELD_OUT_EVERY: usize = 5;
 
 /// How well the payload explains what was measured.
@@ -15,31 +16,32 @@ const HELD_OUT_EVERY: usize = 5;
 pub struct FitReport {
     /// Names and units of the C channels.
     pub channels: Vec<Channel>,
-    /// The middle of each of W windows, on the recording's clock, s.
+    /// Middle of each of W windows, on the clock of the samples, s.
     pub times_s: Vec<f64>,
-    /// Measured load after the filter, W x C, window by window, in the channels' units.
+    /// Measured load of each window, W x C, window by window, in the channels' units.
     pub measured: Vec<f64>,
-    /// Load predicted from the motion and the identified parameters, W x C.
+    /// Load predicted from the motion and the identified parameters, W x C, window by window, in the
+    /// channels' units.
     pub predicted: Vec<f64>,
     /// Robust weight of each window: 1, or less for an outlier.
     pub weights: Vec<f64>,
     /// Whether each window was held out from the validation fit.
     pub held_out: Vec<bool>,
-    /// Weighted rms of measured less predicted, for each channel.
+    /// Weighted rms of measured less predicted, for each channel, in its unit.
     pub residual_rms: Vec<f64>,
-    /// Weighted rms of measured less predicted on the held-out windows, predicted by a fit to all others;
-    /// NaN where these are too few.
+    /// Weighted rms of measured less predicted on the held-out windows, for each channel, in its unit. A fit to
+    /// all other windows predicts them. NaN where these are too few.
     pub held_out_rms: Vec<f64>,
-    /// Strength with which the motion excites ten directions of the scaled parameters, descending, 1 for
-    /// the strongest.
+    /// Strength with which the motion excites ten directions of the scaled parameters, relative to the
+    /// strongest, descending.
     pub strengths: Vec<f64>,
-    /// These directions: unit vectors in the linear parameters, each divided by its scale.
+    /// These directions, as unit vectors in the linear parameters divided by their scales.
     pub directions: Vec<[f64; 10]>,
-    /// Offset of each of the first six channels, where offsets were among the unknowns.
+    /// Offset of each of the first six channels where offsets were among the unknowns; empty otherwise.
     pub offsets: Vec<Offset>,
     /// Time between two windows, s.
     pub stride_s: f64,
-    /// Cutoff of the filter, Hz.
+    /// Cutoff of the filter, Hz: that of the settings, divided by the number of windows that were merged.
     pub cutoff_hz: f64,
 }
 
@@ -52,9 +54,9 @@ impl FitReport {
         cutoff_hz: f64,
     ) -> Self {
         let equations = batch.equations();
-        let part = equations.len().div_ceil(HELD_OUT_PARTS).max(1);
+        let section = equations.len().div_ceil(SECTIONS).max(1);
         let held_out: Vec<bool> = (0..equations.len())
-            .map(|k| (k / part) % HELD_OUT_EVERY == HELD_OUT_EVERY / 2)
+            .map(|k| (k / section) % HELD_OUT_EVERY == HELD_OUT_EVERY / 2)
             .collect();
         let targets = equations.iter().flat_map(|equation| &equation.rows);
         let measured: Vec<f64> = targets.map(|row| row.target).collect();
@@ -66,7 +68,12 @@ impl FitReport {
             held_out_rms: validate(equations, fit, channels, &held_out, &measured),
             weights: fit.weights.clone(),
             strengths: fit.excitation.strengths.clone(),
-            directions: fit.excitation.vectors.iter().map(|v| (*v).into()).collect(),
+            directions: fit
+                .excitation
+                .directions
+                .iter()
+                .map(|v| (*v).into())
+                .collect(),
             stride_s: window::stride_s(cutoff_hz) * merged,
             cutoff_hz: cutoff_hz / merged,
             offsets: fit.offsets.clone(),
@@ -78,25 +85,26 @@ impl FitReport {
     }
 }
 
-/// Held-out validation: the rms residual of each channel on windows that a second fit has not seen.
+/// Held-out validation: returns the rms residual of each channel on windows that a second fit does not use.
+/// Their robust weights are those of the fit to the `whole` recording.
 fn validate(
     equations: &[Equation],
-    fit: &Fit,
+    whole: &Fit,
     channels: &Channels,
     held_out: &[bool],
     measured: &[f64],
 ) -> Vec<f64> {
     let seen: Vec<bool> = held_out.iter().map(|held| !held).collect();
-    let options = Options {
-        only: Some(&seen),
-        mass: fit.mass,
+    let options = FitOptions {
+        used: Some(&seen),
+        known_mass: whole.known_mass,
         covariance: false,
-        ..Options::new(channels)
+        ..FitOptions::new(channels)
     };
-    let Some(blind) = Fit::new(equations, options) else {
+    let Some(blind) = fit(equations, options) else {
         return vec![f64::NAN; channels.count()];
     };
-    let pairs = fit.weights.iter().zip(held_out);
+    let pairs = whole.weights.iter().zip(held_out);
     let weights: Vec<f64> = pairs
         .map(|(w, held)| if *held { *w } else { 0.0 })
         .collect();
@@ -108,7 +116,7 @@ fn validate(
     )
 }
 
-/// Predicted load, window by window.
+/// Returns the predicted load, window by window.
 fn predict(equations: &[Equation], fit: &Fit) -> Vec<f64> {
     let offset = |channel: usize| fit.offsets.get(channel).map_or(0.0, |offset| offset.value);
     let rows = equations
@@ -118,7 +126,7 @@ fn predict(equations: &[Equation], fit: &Fit) -> Vec<f64> {
         .collect()
 }
 
-/// Weighted rms difference of each channel; `weights` has an entry for each window.
+/// Returns the weighted rms difference of each channel; `weights` has an entry for each window.
 fn rms(measured: &[f64], predicted: &[f64], weights: &[f64], channels: usize) -> Vec<f64> {
     let total = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let of_channel = |channel: usize| {

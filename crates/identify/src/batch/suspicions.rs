@@ -2,18 +2,20 @@
 
 use nalgebra::Vector3;
 
-use super::fit::{Fit, Options};
+use super::fit::{Fit, FitOptions};
+use super::least_squares;
 use crate::Method;
 use crate::equations::{Channels, Equation};
 use crate::finding::Finding;
 use crate::solve::Offset;
 
-/// Another gravity is reported when it leaves less than this fraction of the residual.
+/// Another gravity is reported where it leaves less than this fraction of the residual.
 const FAR_BETTER: f64 = 0.5;
 
-/// A constant offset is reported when that of one channel is so many times its standard deviation, and
-/// all offsets together leave less than [`CLEARLY_BETTER`] of the residual.
+/// A constant offset is reported where that of one channel is more than this many times its standard
+/// deviation, and all offsets together leave less than [`CLEARLY_BETTER`] of the residual.
 const SIGNIFICANT: f64 = 6.0;
+/// Fraction of the residual that offsets must not leave to be reported.
 const CLEARLY_BETTER: f64 = 0.8;
 
 /// Returns the most significant offset of the wrenches, where offsets were not among the unknowns but
@@ -24,12 +26,12 @@ pub(crate) fn suspected_offset(
     channels: &Channels,
 ) -> Option<Finding> {
     let with_offsets = channels.clone().with_offsets(true);
-    let options = Options {
-        weights: Some(fit),
-        mass: fit.mass,
-        ..Options::new(&with_offsets)
+    let options = FitOptions {
+        weights_of: Some(fit),
+        known_mass: fit.known_mass,
+        ..FitOptions::new(&with_offsets)
     };
-    let other = Fit::new(equations, options)?;
+    let other = least_squares::fit(equations, options)?;
     let size = |offset: &Offset| offset.value.abs() / offset.std_dev;
     let pairs = other.offsets.iter().zip(&channels.channels);
     let (largest, channel) = pairs.max_by(|a, b| size(a.0).total_cmp(&size(b.0)))?;
@@ -40,7 +42,7 @@ pub(crate) fn suspected_offset(
     })
 }
 
-/// Returns what is suspect about the signs of gravity and load.
+/// Returns findings about the signs of gravity and load. `gravity` is the configured one, m/s².
 pub(crate) fn suspected_signs(
     equations: &[Equation],
     fit: &Fit,
@@ -76,13 +78,13 @@ pub(crate) fn suspected_signs(
 /// Returns the scale of gravity that explains the data far better than the given one, and its fit.
 fn better_gravity(equations: &[Equation], fit: &Fit, channels: &Channels) -> Option<(f64, Fit)> {
     let fits = [0.0, -1.0].into_iter().filter_map(|gravity_scale| {
-        let options = Options {
+        let options = FitOptions {
             gravity_scale,
-            weights: Some(fit),
+            weights_of: Some(fit),
             covariance: false,
-            ..Options::new(channels)
+            ..FitOptions::new(channels)
         };
-        Some((gravity_scale, Fit::new(equations, options)?))
+        Some((gravity_scale, least_squares::fit(equations, options)?))
     });
     let better = fits.filter(|(_, other)| other.misfit < FAR_BETTER * fit.misfit);
     better.min_by(|a, b| a.1.misfit.total_cmp(&b.1.misfit))

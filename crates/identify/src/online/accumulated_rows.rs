@@ -5,7 +5,8 @@ use tactid_nlms::{Estimator, Rls};
 use super::noise_tracker::NoiseTracker;
 use super::window::{Innovation, MODEL_ERROR, Prediction, WhitenedRow, WhitenedWindow};
 use crate::equations::window::NOISE_CORRELATION;
-use crate::solve::subspace::{Information, Matrix, Vector, inverse_of_upper};
+use crate::solve::information::{Information, inverse_of_upper};
+use crate::solve::subspace::{Matrix, Vector};
 
 /// Terms of the score covariance from the last window of one channel.
 #[derive(Clone, Debug)]

@@ -9,10 +9,11 @@ use super::window::{Innovation, Prediction, WhitenedWindow};
 use crate::equations::Channels;
 use crate::equations::Equation;
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
+use crate::solve::information::Information;
 use crate::solve::offsets::Centering;
-use crate::solve::subspace::{Information, Matrix, Vector};
+use crate::solve::subspace::{Matrix, NullSpace, Vector};
 use crate::solve::uncertainty::students_widening;
-use crate::solve::weights::{cube_root, rare, weight};
+use crate::solve::weights::{rare_distance, robust_weight, wilson_hilferty};
 
 /// Number of windows from which the noise is estimated for the first time: 48 rows of a wrench, for ten
 /// parameters and the noise of six channels.
@@ -156,7 +157,7 @@ impl OnlineLeastSquares {
         let assessment = self.assess_centred(&centred);
         self.centred = centred;
         match assessment {
-            Assessment::PayloadChanged => self.centering.begin_anew(),
+            Assessment::PayloadChanged => self.centering.reset(),
             Assessment::Accepted(_) => self.centering.add(&equation.rows, self.weights.rows),
         }
         assessment
@@ -221,7 +222,7 @@ impl OnlineLeastSquares {
             return Assessment::PayloadChanged;
         }
         self.noise.set_residuals(equation, &self.parameters);
-        let robust = weight(innovation.distance, rare(self.window.rows.len()));
+        let robust = robust_weight(innovation.distance, rare_distance(self.window.rows.len()));
         let noise = robust / (1.0 + innovation.leverage);
         self.weights = WindowWeights {
             rows: if is_settled { robust } else { 1.0 },
@@ -239,7 +240,7 @@ impl OnlineLeastSquares {
     /// Returns whether the innovations up to this one show a payload change, sudden or below the noise of a window.
     fn detects_change(&mut self, innovation: &Innovation) -> bool {
         let channels = self.window.rows.len();
-        let (mean, std_dev) = cube_root(channels);
+        let (mean, std_dev) = wilson_hilferty(channels);
         // The transformation of Wilson and Hilferty to a standard normal variable. Innovations that are smaller
         // than expected are no sign of a payload change.
         let score = |distance: f64| {
@@ -336,11 +337,8 @@ impl OnlineLeastSquares {
         self.information.matrix(&prior) / NOISE_CORRELATION
     }
 
-    /// Returns the units of the parameters, and unit vectors along the unobservable directions in these units.
-    pub(crate) fn unobservable(&self) -> (Vector, impl Iterator<Item = Vector> + Clone + '_) {
-        let scales = self.rows.scales();
-        let directions = self.information.unknown();
-        let scaled = directions.map(move |direction| direction.component_div(&scales).normalize());
-        (scales, scaled)
+    /// Returns the unobservable directions.
+    pub(crate) fn null_space(&self) -> NullSpace {
+        self.information.null_space(self.rows.scales())
     }
 }

@@ -61,8 +61,7 @@ impl Readout {
         };
         let covariance = estimator.covariance();
         let linear = covariance.map_or([f64::INFINITY; 10], |covariance| {
-            let (scales, unobservable) = estimator.unobservable();
-            std_devs(&estimate, &covariance, &scales, unobservable)
+            std_devs(&estimate, &covariance, &estimator.null_space())
         });
         let estimate = values(&body_of(&estimate));
         let body = body_of(&reported);

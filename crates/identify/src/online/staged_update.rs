@@ -105,7 +105,8 @@ impl StagedUpdate {
     fn start_projection(&mut self) {
         let gripper = self.gripper.unwrap_or_else(InertialParameters::zero);
         let payload = self.estimator.parameters() - gripper.as_vector();
-        self.projection.aim(&payload, &self.estimator.information());
+        self.projection
+            .set_estimate(&payload, &self.estimator.information());
     }
 
     fn report(&mut self) {

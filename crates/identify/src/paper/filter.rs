@@ -6,8 +6,8 @@ use nalgebra::SVector;
 use tactid_dynamics::{Manipulator, MassProperties, symmetric_matrix};
 use tactid_nlms::{Estimator, Nlms, PAPER_ALPHA, PAPER_BETA};
 
-use super::excitation::{Excitation, SingularValues};
 use super::recent_mean::RecentMean;
+use super::singular_values::{RowProducts, SingularValues};
 use crate::equations::{Equation, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::result::{self, PayloadEstimate, is_physical, values, without};
 use crate::{IdentifyError, Method};
@@ -19,12 +19,12 @@ pub struct PaperSettings {
     pub alpha: f64,
     /// Regularisation β of (54), in (0, 1). Default: 0.9, as in the paper.
     pub beta: f64,
-    /// The estimate is the mean over this last time, s; 0 for the latest value. Default: 10, as in the
-    /// paper's Table 2: a gradient filter never settles.
+    /// Time over which the estimate is averaged, up to the last sample, s; 0 for the latest value. A gradient
+    /// filter never settles. Default: 10, as in the paper's Table 2.
     pub average_s: f64,
-    /// Number of times that a recording is presented to the filter. Default: 2: what the filter learnt of
-    /// the inertia while the centre of mass was still wrong is corrected only where the motion
-    /// recurs.
+    /// Number of times that a recording is presented to the filter. While the centre of mass is still wrong,
+    /// the inertia is, too, and is corrected only where the motion recurs. [`PaperFilter`] itself does not
+    /// repeat anything: see [`PaperFilter::rewind`]. Default: 2.
     pub epochs: u32,
 }
 
@@ -40,7 +40,8 @@ impl Default for PaperSettings {
 }
 
 impl PaperSettings {
-    /// Checks the settings, also against those of the equations.
+    /// Checks the settings, also against those of the equations: the filter has ten parameters and needs the
+    /// force and the moment on the end-effector.
     fn check(&self, equations: &EquationSettings) -> Result<(), IdentifyError> {
         if !(self.average_s >= 0.0 && self.average_s.is_finite()) {
             return Err(IdentifyError::Value {
@@ -57,11 +58,11 @@ impl PaperSettings {
             });
         }
         let gives_noise = !(equations.wrench_noise.is_empty() && equations.effort_noise.is_empty());
-        let beyond = [
+        let beyond_filter = [
             (equations.wrench_offset, "an unknown offset of the wrenches"),
             (gives_noise, "the noise of the sensors"),
         ];
-        if let Some((_, what)) = beyond.into_iter().find(|(given, _)| *given) {
+        if let Some((_, what)) = beyond_filter.into_iter().find(|(given, _)| *given) {
             return Err(IdentifyError::KnowledgeNeedsLeastSquares(what));
         }
         match equations.method {
@@ -73,8 +74,8 @@ impl PaperSettings {
     }
 }
 
-/// The paper's filter: the normalised LMS filter (54) on (48), then on (46) with the centre of mass found
-/// so far.
+/// The paper's two-stage filter: the normalised LMS filter (54) on the rows of (48), then on those of (46) with
+/// the present centre of mass.
 ///
 /// It estimates no uncertainty, detects no payload change and needs exact measurements; for anything but a
 /// comparison with the paper use [`Identifier`](crate::Identifier). Nothing is allocated after construction.
@@ -85,8 +86,8 @@ pub struct PaperFilter {
     stream: EquationStream,
     mass: Nlms<4>,
     inertia: Nlms<6>,
-    excitation: Excitation,
-    /// `None` where the latest value is asked for.
+    products: RowProducts,
+    /// Moving average; `None` where the latest value is reported.
     recent: Option<RecentMean>,
     latest: Latest,
     windows: u64,
@@ -95,9 +96,9 @@ pub struct PaperFilter {
 /// The estimate after the last window.
 #[derive(Clone, Copy, Debug)]
 struct Latest {
-    /// The payload alone.
+    /// Properties of the payload alone.
     body: MassProperties,
-    /// Gripper and payload, for the joint-sensing method.
+    /// Properties of gripper and payload as one body, for the joint-sensing method.
     composite: Option<MassProperties>,
 }
 
@@ -121,7 +122,7 @@ impl PaperFilter {
             stream: EquationStream::new(robot, tool, sensors, equations)?,
             mass: Nlms::new(settings.alpha, settings.beta)?,
             inertia: Nlms::new(settings.alpha, settings.beta)?,
-            excitation: Excitation::new(),
+            products: RowProducts::new(),
             recent: recent_mean(&settings),
             latest: Latest {
                 body: result::body(&[0.0; 10]),
@@ -130,11 +131,11 @@ impl PaperFilter {
             windows: 0,
             settings,
         };
-        filter.read_out();
+        filter.set_latest();
         Ok(filter)
     }
 
-    /// Takes one sample.
+    /// Adds one sample.
     ///
     /// Cost: one pass over the robot's bodies; no allocation.
     ///
@@ -144,9 +145,9 @@ impl PaperFilter {
         let (outcome, equation) = self.stream.push(sample)?;
         if let Some(equation) = equation {
             self.windows += 1;
-            self.excitation.update(equation);
+            self.products.update(equation);
             update(&mut self.mass, &mut self.inertia, equation);
-            self.read_out();
+            self.set_latest();
             let time_s = self.stream.time_s();
             if let Some(recent) = &mut self.recent {
                 recent.push(time_s, &values(&self.latest.body));
@@ -155,15 +156,16 @@ impl PaperFilter {
         Ok(outcome)
     }
 
-    /// Prepares for the same samples once more: the parameters stay, times and counts start again.
+    /// Prepares for another presentation of the same samples: the parameters stay, while times, counts and
+    /// averages start again.
     pub fn rewind(&mut self) {
         self.stream.rewind();
-        self.excitation = Excitation::new();
+        self.products = RowProducts::new();
         self.windows = 0;
         self.recent = recent_mean(&self.settings);
     }
 
-    /// The payload as known now: the mean over the last [`PaperSettings::average_s`], or the latest value.
+    /// Returns the estimate: the mean over the last [`PaperSettings::average_s`], or the latest value.
     #[must_use]
     pub fn estimate(&self) -> PayloadEstimate {
         let mean = self.recent.as_ref().and_then(RecentMean::mean);
@@ -172,7 +174,7 @@ impl PaperFilter {
             frame: self.frame.clone(),
             body,
             composite: self.latest.composite,
-            identifiable: self.excitation.assess().1,
+            identifiable: self.products.assess().1,
             std_devs: None,
             is_physical: is_physical(&body),
             windows: self.windows,
@@ -183,16 +185,16 @@ impl PaperFilter {
         }
     }
 
-    /// The latest ten values, not averaged, in the order of [`VALUE_NAMES`](crate::VALUE_NAMES).
+    /// Returns the latest ten values, not averaged, in the order of [`VALUE_NAMES`](crate::VALUE_NAMES).
     #[must_use]
     pub fn latest_values(&self) -> [f64; 10] {
         values(&self.latest.body)
     }
 
-    /// Strength with which the motion excited mass and inertia. Cost: two eigenvalue problems.
+    /// Returns the strength with which the motion has excited mass and inertia. Cost: two eigenvalue problems.
     #[must_use]
     pub fn singular_values(&self) -> SingularValues {
-        self.excitation.assess().0
+        self.products.assess().0
     }
 
     /// The equation stream behind the filter.
@@ -201,44 +203,47 @@ impl PaperFilter {
         &self.stream
     }
 
-    /// Subtracts the gripper from what the filters have found.
-    fn read_out(&mut self) {
-        let found = body(&self.mass, &self.inertia);
+    /// Sets the latest estimate from the filters' parameters, less those of the gripper.
+    fn set_latest(&mut self) {
+        let identified = body(&self.mass, &self.inertia);
         let gripper = self.stream.gripper_to_subtract();
         self.latest = match gripper {
             Some(gripper) => Latest {
-                body: without(&found, &gripper),
-                composite: Some(found),
+                body: without(&identified, &gripper),
+                composite: Some(identified),
             },
             None => Latest {
-                body: found,
+                body: identified,
                 composite: None,
             },
         };
     }
 }
 
+/// Returns an empty moving average, if the estimate is averaged.
 fn recent_mean(settings: &PaperSettings) -> Option<RecentMean> {
     (settings.average_s > 0.0).then(|| RecentMean::new(settings.average_s))
 }
 
-/// Updates both filters with the rows of one equation.
+/// Updates both filters with the rows of one equation, (50)-(54): first the mass, then the inertia.
 fn update(mass: &mut Nlms<4>, inertia: &mut Nlms<6>, equation: &Equation) {
+    // (48)
     for (row, target) in equation.mass_rows().iter() {
         mass.update(&row, target);
     }
     let a_u = mass.parameters().fixed_rows::<3>(1).into_owned();
+    // (46)
     for (row, target) in equation.inertia_rows(&a_u).iter() {
         inertia.update(&row, target);
     }
 }
 
-/// The body as the filters know it, in `Σ_U`.
+/// Returns the body with the filters' parameters, in the tool frame `Σ_U`.
 fn body(mass: &Nlms<4>, inertia: &Nlms<6>) -> MassProperties {
     let first: SVector<f64, 4> = mass.parameters();
     MassProperties {
         mass_kg: 1.0 / first[0], // x_3 = [1/m_U; a_U], (32)
         center_of_mass: first.fixed_rows::<3>(1).into_owned(),
-        inertia: symmetric_matrix(inertia.parameters().into()),
+        inertia: symmetric_matrix(inertia.parameters().into()), // x_4, (46)
     }
 }

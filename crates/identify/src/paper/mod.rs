@@ -1,9 +1,9 @@
-//! The paper's two-stage filter: (48) for mass and centre of mass, then (46) for the inertia, each by
-//! normalised LMS.
+//! The paper's two-stage filter: (48) for mass and centre of mass, then (46) for the inertia, each by the
+//! normalised LMS filter (54).
 
-mod excitation;
 mod filter;
 mod recent_mean;
+mod singular_values;
 
-pub use excitation::SingularValues;
 pub use filter::{PaperFilter, PaperSettings};
+pub use singular_values::SingularValues;

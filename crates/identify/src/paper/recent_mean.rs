@@ -1,55 +1,57 @@
-//! The mean over the last few seconds, in constant memory.
+//! Moving average over the last seconds, in constant memory.
 
-/// The span is kept in this many pieces; the mean covers it to within one piece.
-const PIECES: usize = 100;
+/// Number of bins into which the span is divided. The mean covers the span to within one bin.
+const BINS: usize = 100;
 
+/// Sum of the values in one bin of time.
 #[derive(Clone, Copy, Debug, Default)]
-struct Piece {
+struct Bin {
     sum: [f64; 10],
     count: u64,
 }
 
-/// Mean of ten values over the last `span_s`.
+/// Mean of ten values over the last `span_s` seconds.
 #[derive(Clone, Debug)]
 pub(crate) struct RecentMean {
     span_s: f64,
-    pieces: Box<[Piece; PIECES]>,
-    /// The number of the piece that is being filled, counted from time zero.
+    bins: Box<[Bin; BINS]>,
+    /// Number of the newest bin, counted from time zero.
     newest: i64,
 }
 
 impl RecentMean {
+    /// Creates an empty average over a positive span, s.
     pub(crate) fn new(span_s: f64) -> Self {
         Self {
             span_s,
-            pieces: Box::new([Piece::default(); PIECES]),
+            bins: Box::new([Bin::default(); BINS]),
             newest: i64::MIN,
         }
     }
 
-    /// Times must not decrease.
+    /// Adds values at a time, s, which must not decrease.
     pub(crate) fn push(&mut self, time_s: f64, values: &[f64; 10]) {
-        let number = (time_s / self.span_s * PIECES as f64).floor() as i64;
+        let number = (time_s / self.span_s * BINS as f64).floor() as i64;
         if number != self.newest {
-            let passed = number.saturating_sub(self.newest).min(PIECES as i64);
+            let passed = number.saturating_sub(self.newest).min(BINS as i64);
             for back in 0..passed {
-                self.pieces[slot(number - back)] = Piece::default();
+                self.bins[place(number - back)] = Bin::default();
             }
             self.newest = number;
         }
-        let piece = &mut self.pieces[slot(number)];
-        for (sum, value) in piece.sum.iter_mut().zip(values) {
+        let bin = &mut self.bins[place(number)];
+        for (sum, value) in bin.sum.iter_mut().zip(values) {
             *sum += value;
         }
-        piece.count += 1;
+        bin.count += 1;
     }
 
-    /// `None` before the first value.
+    /// Returns the mean; `None` before the first value.
     pub(crate) fn mean(&self) -> Option<[f64; 10]> {
-        let count: u64 = self.pieces.iter().map(|piece| piece.count).sum();
+        let count: u64 = self.bins.iter().map(|bin| bin.count).sum();
         let mut mean = [0.0; 10];
-        for piece in self.pieces.iter() {
-            for (mean, sum) in mean.iter_mut().zip(&piece.sum) {
+        for bin in self.bins.iter() {
+            for (mean, sum) in mean.iter_mut().zip(&bin.sum) {
                 *mean += sum / count as f64;
             }
         }
@@ -57,16 +59,16 @@ impl RecentMean {
     }
 }
 
-/// Where a piece stands in the ring; numbers may be negative.
-fn slot(number: i64) -> usize {
-    number.rem_euclid(PIECES as i64) as usize
+/// Returns the place of a bin in the ring. Numbers may be negative.
+fn place(number: i64) -> usize {
+    number.rem_euclid(BINS as i64) as usize
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Of a ramp over 100 s, the mean of the last 10 s is its value at 95 s.
+    /// The mean of the last 10 s of a ramp over 100 s is its value at 95 s.
     #[test]
     fn covers_the_last_span_and_no_more() {
         let mut recent = RecentMean::new(10.0);
@@ -78,7 +80,7 @@ mod tests {
         assert!((recent.mean().unwrap()[3] - 95.0).abs() < 1e-3);
     }
 
-    /// After a pause longer than the span nothing from before it is left.
+    /// After a pause longer than the span, the mean has no values from before it.
     #[test]
     fn forgets_across_a_pause() {
         let mut recent = RecentMean::new(1.0);

@@ -1,81 +1,87 @@
-//! The possible body that explains the data best.
+//! Projection of an estimate onto physically consistent parameters.
+//!
+//! Parameters are physically consistent where some distribution of positive mass has them: the pseudo-inertia,
+//! a 4x4 matrix that is linear in the parameters, has no negative eigenvalue (Wensing, Kim and Slotine 2018,
+//! doi 10.1109/LRA.2017.2729659). The projection of an estimate `π̂` minimises
+//! `½ (π - π̂)ᵀ Σ⁻¹ (π - π̂)` over these parameters: the nearest body in units of the uncertainty.
+//!
+//! It is computed by an interior-point method: Newton's method on the distance plus a barrier, minus `μ` times
+//! the log of the pseudo-inertia's determinant and of the slack of each bound (Boyd and Vandenberghe 2004,
+//! Convex Optimization, 11.3). The minimum for a barrier weight `μ` is within `μ` times the number of barriers
+//! (4 for the determinant) of the least value, and always inside the set.
 
 use std::ops::{Add, Mul, Sub};
 
-use nalgebra::{SMatrix, SVector, SymmetricEigen};
+use nalgebra::{SVector, SymmetricEigen};
 use tactid_dynamics::InertialParameters;
 
-use crate::solve::prior::BoundingBox;
+use super::prior::BoundingBox;
+use super::subspace::{Matrix, VARIANCE_RATIO, Vector};
 
-type Parameters = SVector<f64, 10>;
-type Information = SMatrix<f64, 10, 10>;
+/// Factor on the barrier's weight once the Newton steps for the present weight have become short.
+const WEIGHT_FACTOR: f64 = 0.05;
 
-/// The barrier's weight falls by this factor once Newton's steps have become short.
-const FALL: f64 = 0.05;
+/// Half the squared length of a Newton step, in the barrier's own metric, below which it is short.
+const SHORT_STEP: f64 = 0.05;
 
-/// Half the squared length of a Newton step, in the barrier's own metric, that counts as short.
-const SHORT: f64 = 0.05;
-
-/// The result is this near to the least squared distance, relative to it.
+/// Relative gap of [`project`] to the least squared distance.
 const GAP: f64 = 1e-9;
 
-/// The barrier's weight for an estimate that is followed, in squared deviations: with the four
-/// eigenvalues of the pseudo-inertia, a tenth of a deviation.
-const CLOSE: f64 = 2.5e-3;
+/// Final barrier weight of a tracked projection, in squared standard deviations. With the four eigenvalues of
+/// the pseudo-inertia it is a tenth of a standard deviation: `√(4 · 2.5e-3)`.
+const TRACKED_WEIGHT: f64 = 2.5e-3;
 
-/// The barrier's weight at most, for an estimate that is followed. At the weight `μ` the body is about
-/// `2 √μ` deviations away: far from the estimate of few windows, which knows some directions to 1e5 kg m²
-/// only. Without a bound a change of payload drove the body to 1e10 kg. In the mean over the first 0.2 s
-/// after a change 1 to 1000 bring it near equally soon, and half the samples are far without a bound; below
-/// 1000 an estimate that moves takes more than 30 steps at times.
-const HEAVIEST: f64 = 1000.0;
+/// Largest barrier weight of a tracked projection. At the weight `μ` the tracked parameters are about `2 √μ`
+/// standard deviations away: far from the estimate of a few windows, which knows some directions to 1e5 kg m²
+/// only. Without this bound a payload change moved the body to 1e10 kg. In the mean over the first 0.2 s after
+/// a change, bounds from 1 to 1000 bring it near equally soon, and twice as many samples are far without one;
+/// below 1000 an estimate that moves takes more than 30 steps at times.
+const MAX_WEIGHT: f64 = 1000.0;
 
-/// The change of half the squared distance between body and estimate, in deviations, with which the estimate
-/// counts as having jumped: from none to six deviations.
+/// Change of half the squared Mahalanobis distance between the tracked parameters and the estimate from which
+/// on the estimate counts as having jumped: from none to six standard deviations.
 const JUMP: f64 = 18.0;
 
-/// More steps are never needed: each fall takes a few.
-const MOST_STEPS: usize = 200;
+/// Bound on the Newton steps of [`project`]. It is never reached, because each weight takes a few.
+const MAX_STEPS: usize = 200;
 
-/// Variances smaller than this part of the largest belong to directions that are unknown.
-const UNKNOWN: f64 = 1e-13;
+/// Shortest step of the line search, relative to the Newton step.
+const MIN_STEP: f64 = 1e-12;
 
-/// An unknown direction resists as if its deviation were this many times the largest known one.
-const SLACK: f64 = 1e3;
+/// Fraction of the predicted decrease that a step must reach (Armijo's condition).
+const SUFFICIENT_DECREASE: f64 = 0.1;
 
-/// A possible body near an estimate.
+/// Standard deviation of an unobservable direction relative to the largest of the observable ones.
+const UNOBSERVABLE_STD_DEV: f64 = 1e3;
+
+/// Physically consistent parameters near an estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Nearest {
-    pub(crate) parameters: Parameters,
-    /// From the estimate, in standard deviations.
+pub(crate) struct Projection {
+    pub(crate) parameters: Vector,
+    /// Mahalanobis distance from the estimate, in standard deviations.
     pub(crate) distance: f64,
 }
 
-/// The parameters of a possible body that are nearest to an estimate, in units of its uncertainty.
+/// Projects an estimate onto the parameters of physically consistent bodies that fit into a box, if there is
+/// one.
 ///
-/// Least `½ (π - π̂)ᵀ Σ⁻¹ (π - π̂)` where the pseudo-inertia has no negative eigenvalue (Wensing, Kim and
-/// Slotine 2018, doi 10.1109/LRA.2017.2729659), and where the body fits into a box, if there is one: by
-/// an interior-point method, Newton's steps with a barrier `-μ log` of the determinant and of each bound
-/// (Boyd and Vandenberghe 2004, Convex Optimization, 11.3), which is within `μ` times their number (4 for
-/// the determinant) of the least value, and always inside the set.
-///
-/// An estimate that is possible already stays as it is. `None` where the mass is not positive: no body
-/// is near. In directions that are not known the result is free to follow. `scales` are units of the
-/// parameters in which their deviations are of like size, so that what is very well known is told from
-/// what is unknown. Some 0.1 ms.
-pub(crate) fn nearest_possible(
-    estimate: &Parameters,
-    covariance: &Information,
-    scales: &Parameters,
+/// A consistent estimate is returned unchanged. `None` where the mass is not positive: then no body is near. In
+/// unobservable directions the result moves freely. `scales` are units of the parameters in which their
+/// standard deviations are of similar size, so that small variances are distinguished from unobservable
+/// directions. Cost: some 0.1 ms.
+pub(crate) fn project(
+    estimate: &Vector,
+    covariance: &Matrix,
+    scales: &Vector,
     bounding_box: Option<&BoundingBox>,
-) -> Option<Nearest> {
+) -> Option<Projection> {
     let body = InertialParameters::from_vector(*estimate);
     if body.mass() <= 0.0 || !estimate.iter().all(|entry| entry.is_finite()) {
         return None;
     }
     let bounds = bounding_box.map_or(vec![], |bounding| bounding.bounds().to_vec());
     if body.is_physical() && bounds.iter().all(|bound| bound.dot(estimate) >= 0.0) {
-        return Some(Nearest {
+        return Some(Projection {
             parameters: *estimate,
             distance: 0.0,
         });
@@ -84,7 +90,7 @@ pub(crate) fn nearest_possible(
     let target = estimate.component_div(&units);
     let problem = Problem {
         target,
-        information: information(covariance, scales, &units),
+        information: information_of(covariance, scales, &units),
         bounds: bounds
             .iter()
             .map(|bound| bound.component_mul(&units))
@@ -95,56 +101,58 @@ pub(crate) fn nearest_possible(
             .filled(body.mass())
             .as_vector()
             .component_div(&units),
-        None => start(&target),
+        None => interior_start(&target),
     };
     let inside = problem.solve(start);
-    Some(Nearest {
+    Some(Projection {
         parameters: inside.component_mul(&units),
         distance: (2.0 * problem.distance(&inside)).sqrt(),
     })
 }
 
-/// The possible body nearest to an estimate that moves: one of Newton's steps at a time.
+/// Tracks the projection of an estimate that changes, one Newton step at a time, without allocation.
 ///
-/// It is always inside the set, and within a tenth of a deviation of the nearest body once it has
-/// settled. An estimate that is possible stays as it is, and is followed, for the next may not be.
+/// The parameters are always consistent, and within a tenth of a standard deviation of the projection once the
+/// tracker has settled. A consistent estimate is returned unchanged, but is tracked nevertheless, because the
+/// next one may be inconsistent.
 #[derive(Clone, Debug)]
 pub(crate) struct ProjectionTracker {
     problem: Problem,
-    units: Parameters,
-    estimate: Parameters,
-    /// Whether the estimate itself is a possible body.
-    is_possible: bool,
-    /// In units; none before the first estimate of positive mass.
-    inside: Option<Parameters>,
+    units: Vector,
+    estimate: Vector,
+    /// Whether the estimate itself is consistent.
+    is_consistent: bool,
+    /// Tracked parameters in `units`; `None` before the first estimate of positive mass.
+    inside: Option<Vector>,
     weight: f64,
     is_settled: bool,
-    /// Whether the estimate has jumped away, and the body has not reached the nearest one since.
+    /// Whether the estimate has jumped, and the tracked parameters have not reached its projection since.
     is_far: bool,
 }
 
 impl ProjectionTracker {
+    /// Creates a tracker of an estimate that is zero.
     pub(crate) fn new() -> Self {
         Self {
             problem: Problem {
-                target: Parameters::zeros(),
-                information: Information::identity(),
+                target: Vector::zeros(),
+                information: Matrix::identity(),
                 bounds: Vec::new(),
             },
-            units: Parameters::repeat(1.0),
-            estimate: Parameters::zeros(),
-            is_possible: false,
+            units: Vector::repeat(1.0),
+            estimate: Vector::zeros(),
+            is_consistent: false,
             inside: None,
-            weight: CLOSE,
+            weight: TRACKED_WEIGHT,
             is_settled: true,
             is_far: true,
         }
     }
 
-    /// Follows another estimate, with the inverse of its covariance.
-    pub(crate) fn aim(&mut self, estimate: &Parameters, information: &Information) {
+    /// Sets the estimate that is tracked, with the inverse of its covariance.
+    pub(crate) fn set_estimate(&mut self, estimate: &Vector, information: &Matrix) {
         self.estimate = *estimate;
-        self.is_possible = InertialParameters::from_vector(*estimate).is_physical();
+        self.is_consistent = InertialParameters::from_vector(*estimate).is_physical();
         if estimate[0] <= 0.0 || !estimate.iter().all(|entry| entry.is_finite()) {
             (self.inside, self.is_settled) = (None, true);
             return;
@@ -156,130 +164,139 @@ impl ProjectionTracker {
         let units = units(estimate);
         self.problem.target = estimate.component_div(&units);
         self.problem.information =
-            Information::from_fn(|i, j| information[(i, j)] * units[i] * units[j]);
+            Matrix::from_fn(|i, j| information[(i, j)] * units[i] * units[j]);
         let (inside, distance) = match before {
             Some((inside, distance)) => (inside.component_div(&units), distance),
-            None => (start(&self.problem.target), 0.0),
+            None => (interior_start(&self.problem.target), 0.0),
         };
-        // The weight that the path has where the estimate has moved by so much.
+        // The weight for which parameters on the central path are as far away as the estimate has moved.
         let moved = (self.problem.distance(&inside) - distance).abs();
-        self.weight = self.weight.max(moved.min(HEAVIEST));
+        self.weight = self.weight.max(moved.min(MAX_WEIGHT));
         self.is_far |= before.is_none() || moved > JUMP;
         self.units = units;
         self.inside = Some(inside);
         self.is_settled = false;
     }
 
+    /// Whether further steps would not move the parameters.
     pub(crate) fn is_settled(&self) -> bool {
         self.is_settled
     }
 
+    /// Takes one Newton step. Cost: a Cholesky factorisation of a 10x10 matrix, and of a 4x4 matrix for each
+    /// trial of the line search.
     pub(crate) fn step(&mut self) {
         let Some(inside) = &mut self.inside else {
             return;
         };
         match self.problem.advance(inside, self.weight) {
-            Advance::Far => {}
-            Advance::Near | Advance::Blocked if self.weight > CLOSE => {
-                self.weight = CLOSE.max(FALL * self.weight);
+            Progress::Far => {}
+            Progress::Near | Progress::Blocked if self.weight > TRACKED_WEIGHT => {
+                self.weight = TRACKED_WEIGHT.max(WEIGHT_FACTOR * self.weight);
             }
-            Advance::Near => (self.is_settled, self.is_far) = (true, false),
-            Advance::Blocked | Advance::Stuck => self.is_settled = true,
+            Progress::Near => (self.is_settled, self.is_far) = (true, false),
+            Progress::Blocked | Progress::Stuck => self.is_settled = true,
         }
     }
 
-    /// Whether the [body](Self::parameters) may be farther than a tenth of a deviation from the nearest
-    /// consistent one, as it is for some steps after the estimate has jumped.
+    /// Whether the [tracked parameters](Self::parameters) may be farther than a tenth of a standard deviation
+    /// from the projection, as they are for some steps after the estimate has jumped.
     pub(crate) fn is_far(&self) -> bool {
-        self.is_far && !self.is_possible
+        self.is_far && !self.is_consistent
     }
 
-    /// The body as far as it has come; the estimate itself where no body is near, its mass not positive.
-    pub(crate) fn parameters(&self) -> Parameters {
+    /// Returns the tracked parameters, or the estimate itself where it is consistent or its mass is not
+    /// positive.
+    pub(crate) fn parameters(&self) -> Vector {
         match &self.inside {
-            Some(inside) if !self.is_possible => inside.component_mul(&self.units),
+            Some(inside) if !self.is_consistent => inside.component_mul(&self.units),
             _ => self.estimate,
         }
     }
 }
 
-/// What became of a step.
-enum Advance {
-    /// The path is still far.
+/// Where a Newton step has led.
+enum Progress {
+    /// The minimum for the present barrier weight is still far.
     Far,
-    /// On the path.
+    /// The minimum for the present barrier weight is near.
     Near,
-    /// No lower point was found along the step.
+    /// The line search found no lower point along the step.
     Blocked,
-    /// Rounding ends the path where the border is reached to the last digits.
+    /// Rounding prevents a step: the boundary of the set is reached to the last digits.
     Stuck,
 }
 
-/// The nearest point of a convex set.
+/// The nearest point of a convex set, in parameters divided by units.
 #[derive(Clone, Debug)]
 struct Problem {
-    target: Parameters,
-    information: Information,
-    /// Rows that are not negative on parameters.
-    bounds: Vec<Parameters>,
+    /// The estimate.
+    target: Vector,
+    /// Inverse of the estimate's covariance.
+    information: Matrix,
+    /// Rows whose products with the parameters must not be negative.
+    bounds: Vec<Vector>,
 }
 
 impl Problem {
-    /// From a point inside the set.
-    fn solve(&self, start: Parameters) -> Parameters {
+    /// Returns the nearest point, from a start inside the set.
+    fn solve(&self, start: Vector) -> Vector {
         let barriers = 4.0 + self.bounds.len() as f64;
         let mut inside = start;
         let mut weight = self.distance(&inside).max(f64::MIN_POSITIVE);
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             match self.advance(&mut inside, weight) {
-                Advance::Far => {}
-                Advance::Near | Advance::Blocked
+                Progress::Far => {}
+                Progress::Near | Progress::Blocked
                     if barriers * weight < GAP * self.distance(&inside) =>
                 {
                     break;
                 }
-                Advance::Near | Advance::Blocked => weight *= FALL,
-                Advance::Stuck => break,
+                Progress::Near | Progress::Blocked => weight *= WEIGHT_FACTOR,
+                Progress::Stuck => break,
             }
         }
         inside
     }
 
-    /// One of Newton's steps, half as far until it is inside, and lower.
-    fn advance(&self, inside: &mut Parameters, weight: f64) -> Advance {
+    /// Takes one Newton step, halved until it ends inside the set at a lower value.
+    fn advance(&self, inside: &mut Vector, weight: f64) -> Progress {
         let Some((step, slope)) = self.newton_step(inside, weight) else {
-            return Advance::Stuck;
+            return Progress::Stuck;
         };
-        let Some(now) = self.value(inside, weight) else {
-            return Advance::Stuck;
+        let Some(value) = self.value(inside, weight) else {
+            return Progress::Stuck;
         };
-        let mut part = 1.0;
-        while part > 1e-12 {
-            let tried = *inside + part * step;
-            let there = self.value(&tried, weight);
-            if there.is_some_and(|there| there <= now - 0.1 * part * slope) {
+        let mut fraction = 1.0;
+        while fraction > MIN_STEP {
+            let tried = *inside + fraction * step;
+            let decreased = value - SUFFICIENT_DECREASE * fraction * slope;
+            if self
+                .value(&tried, weight)
+                .is_some_and(|tried| tried <= decreased)
+            {
                 *inside = tried;
                 break;
             }
-            part *= 0.5;
+            fraction *= 0.5;
         }
-        if slope < SHORT * weight {
-            Advance::Near
-        } else if part <= 1e-12 {
-            Advance::Blocked
+        if slope < SHORT_STEP * weight {
+            Progress::Near
+        } else if fraction <= MIN_STEP {
+            Progress::Blocked
         } else {
-            Advance::Far
+            Progress::Far
         }
     }
 
-    /// Half the squared distance from what is wanted.
-    fn distance(&self, at: &Parameters) -> f64 {
-        let off = at - self.target;
-        0.5 * (self.information * off).dot(&off)
+    /// Returns half the squared Mahalanobis distance from the target.
+    fn distance(&self, at: &Vector) -> f64 {
+        let difference = at - self.target;
+        0.5 * (self.information * difference).dot(&difference)
     }
 
-    /// The distance with the barrier; `None` outside.
-    fn value(&self, at: &Parameters, weight: f64) -> Option<f64> {
+    /// Returns the distance plus the barrier; `None` outside the set.
+    fn value(&self, at: &Vector, weight: f64) -> Option<f64> {
         let pseudo = InertialParameters::from_vector(*at).pseudo_inertia();
         let mut barrier = pseudo.cholesky()?.determinant().ln();
         for bound in &self.bounds {
@@ -292,15 +309,15 @@ impl Problem {
         Some(self.distance(at) - weight * barrier)
     }
 
-    /// Newton's step for the distance with the barrier, and how fast the value falls along it.
-    fn newton_step(&self, inside: &Parameters, weight: f64) -> Option<(Parameters, f64)> {
+    /// Returns the Newton step for the distance plus the barrier, and the rate of decrease along it.
+    fn newton_step(&self, inside: &Vector, weight: f64) -> Option<(Vector, f64)> {
         let pseudo = InertialParameters::from_vector(*inside).pseudo_inertia();
         let inverse = pseudo.cholesky()?.inverse();
-        // Derivatives of the log of the determinant, tr(P⁻¹ dP) and tr(P⁻¹ dP P⁻¹ dP).
-        let mut barrier = Parameters::from(traces(|i, j| inverse[(i, j)]));
-        let mut curvature = Information::from_columns(&traces(|a, b| {
+        // Derivatives of the log of the determinant: tr(P⁻¹ dP) and -tr(P⁻¹ dP P⁻¹ dP).
+        let mut barrier = Vector::from(traces(|i, j| inverse[(i, j)]));
+        let mut curvature = Matrix::from_columns(&traces(|a, b| {
             let (a, b) = (inverse.column(a), inverse.column(b));
-            Parameters::from(traces(|i, j| 0.5 * (a[i] * b[j] + b[i] * a[j])))
+            Vector::from(traces(|i, j| 0.5 * (a[i] * b[j] + b[i] * a[j])))
         }));
         for bound in &self.bounds {
             let relative = bound / bound.dot(inside);
@@ -315,8 +332,8 @@ impl Problem {
     }
 }
 
-/// For each parameter, the trace of a symmetric matrix, given by its entries, times the parameter's
-/// part in the pseudo-inertia.
+/// Returns for each parameter the trace of a symmetric matrix, given by its entries, times the derivative of
+/// the pseudo-inertia with respect to the parameter.
 fn traces<T>(entry: impl Fn(usize, usize) -> T) -> [T; 10]
 where
     T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T>,
@@ -337,9 +354,9 @@ where
     ]
 }
 
-/// By which each parameter is divided to be near one: the mass, and the size of a body of this mass
-/// and inertia.
-fn units(estimate: &Parameters) -> Parameters {
+/// Returns units in which the parameters of an estimate are near one: its mass, and powers of the size of a body
+/// with this mass and inertia.
+fn units(estimate: &Vector) -> Vector {
     let mass = estimate[0];
     let trace = estimate[4].abs() + estimate[7].abs() + estimate[9].abs();
     let length = (trace / mass).sqrt().max(1e-6);
@@ -352,25 +369,26 @@ fn units(estimate: &Parameters) -> Parameters {
     })
 }
 
-/// The inverse of the covariance in these units; what is unknown is told in the scales.
-fn information(covariance: &Information, scales: &Parameters, units: &Parameters) -> Information {
-    let scaled = Information::from_fn(|i, j| covariance[(i, j)] / (scales[i] * scales[j]));
+/// Returns the inverse of a covariance, in these units. Directions without variance in scaled parameters are
+/// unobservable, and get the standard deviation of [`UNOBSERVABLE_STD_DEV`].
+fn information_of(covariance: &Matrix, scales: &Vector, units: &Vector) -> Matrix {
+    let scaled = Matrix::from_fn(|i, j| covariance[(i, j)] / (scales[i] * scales[j]));
     let mut eigen = SymmetricEigen::new(scaled);
     let largest = eigen.eigenvalues.max().max(f64::MIN_POSITIVE);
     eigen.eigenvalues.apply(|variance| {
-        *variance = if *variance > UNKNOWN * largest {
+        *variance = if *variance > VARIANCE_RATIO * largest {
             1.0 / *variance
         } else {
-            1.0 / (largest * SLACK * SLACK)
+            1.0 / (largest * UNOBSERVABLE_STD_DEV * UNOBSERVABLE_STD_DEV)
         };
     });
     let ratio = units.component_div(scales);
     let inverse = eigen.recompose();
-    Information::from_fn(|i, j| inverse[(i, j)] * ratio[i] * ratio[j])
+    Matrix::from_fn(|i, j| inverse[(i, j)] * ratio[i] * ratio[j])
 }
 
-/// A body inside the set: the estimate with its pseudo-inertia's eigenvalues brought above zero.
-fn start(target: &Parameters) -> Parameters {
+/// Returns consistent parameters near an estimate: its pseudo-inertia with the eigenvalues raised above zero.
+fn interior_start(target: &Vector) -> Vector {
     let pseudo = InertialParameters::from_vector(*target).pseudo_inertia();
     let mut eigen = SymmetricEigen::new(pseudo);
     let least = 1e-2 * eigen.eigenvalues.amax();

@@ -1,12 +1,13 @@
-//! What every least-squares solver shares: noise, offsets, the observable subspace, covariance, physical
-//! consistency and prior knowledge. Nothing here knows a robot.
+//! What the least-squares solvers share: the noise model, offsets, observable and unobservable directions,
+//! physical consistency, prior knowledge and error propagation. Nothing here knows a robot.
 
 pub(crate) mod consistency;
-pub(crate) mod covariance;
+pub(crate) mod information;
 pub(crate) mod noise;
 pub(crate) mod offsets;
 pub(crate) mod principal_moments;
 pub(crate) mod prior;
+pub(crate) mod spectrum;
 pub(crate) mod subspace;
 pub(crate) mod uncertainty;
 pub(crate) mod weights;

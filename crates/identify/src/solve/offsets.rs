@@ -1,23 +1,89 @@
-//! Constant offsets of channels, such as a force sensor's zero: further unknowns, eliminated.
+//! Constant offsets of channels, such as a force sensor's zero: further unknowns, which are eliminated.
 //!
-//! With an unknown constant in each channel, least squares is that of rows less their mean. Taken one
-//! by one, it is that of each row less the mean of those before it, times a factor (Welford 1962,
-//! Technometrics 4, 419-420): the same information, and the same parameters.
+//! With an unknown constant in a channel, least squares is that of the channel's rows less their weighted
+//! mean. [`MeanRow`] eliminates the constant from all rows at once, for the batch fit. [`Centering`]
+//! eliminates it from one row after another, for what grows window by window: each row less the mean of those
+//! before it, times a factor (Welford 1962, Technometrics 4, 419-420). Both give the same information and the
+//! same parameters, and both then give the offset as what the parameters leave of the mean.
 
-use nalgebra::SVector;
+use nalgebra::{DMatrix, DVector, SVector};
 
 use crate::equations::Row;
+use crate::equations::window::NOISE_CORRELATION;
 
-/// What a channel is off by, and how well that is known, in the channel's unit.
+/// Constant offset of a channel, in the channel's unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Offset {
-    /// What the sensor says when nothing acts.
+    /// What the sensor measures when nothing acts on it.
     pub value: f64,
-    /// Its standard deviation.
+    /// Standard deviation of the value.
     pub std_dev: f64,
 }
 
-/// The means of the rows so far, of channels whose offset is unknown: the first ones.
+/// Weighted mean of all rows of a channel, `N` entries each.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MeanRow<const N: usize> {
+    /// Mean of the entries.
+    entries: [f64; N],
+    /// Mean of the targets.
+    target: f64,
+}
+
+impl<const N: usize> MeanRow<N> {
+    /// Returns the mean of no rows.
+    pub(crate) fn zero() -> Self {
+        Self {
+            entries: [0.0; N],
+            target: 0.0,
+        }
+    }
+
+    /// Returns the mean of rows, each with its weight, its entries and its target.
+    pub(crate) fn new(rows: impl Iterator<Item = (f64, [f64; N], f64)>) -> Self {
+        let (mut sum, mut sum_of_targets, mut weights) = ([0.0; N], 0.0, f64::MIN_POSITIVE);
+        for (weight, entries, target) in rows {
+            for (sum, entry) in sum.iter_mut().zip(entries) {
+                *sum += weight * entry;
+            }
+            sum_of_targets += weight * target;
+            weights += weight;
+        }
+        Self {
+            entries: sum.map(|sum| sum / weights),
+            target: sum_of_targets / weights,
+        }
+    }
+
+    /// Subtracts the mean from a row.
+    pub(crate) fn subtract_from(&self, entries: &mut [f64; N], target: &mut f64) {
+        for (entry, mean) in entries.iter_mut().zip(&self.entries) {
+            *entry -= mean;
+        }
+        *target -= self.target;
+    }
+
+    /// Returns the offset: the mean target less that predicted by a solution, given the solution's
+    /// covariance, the standard deviation of the noise of one window, and the number of windows.
+    pub(crate) fn offset(
+        &self,
+        solution: &DVector<f64>,
+        covariance: &DMatrix<f64>,
+        noise_std_dev: f64,
+        windows: usize,
+    ) -> Offset {
+        let entries = self.entries.iter();
+        let predicted: f64 = entries.zip(solution).map(|(a, x)| a * x).sum();
+        let gradient = DVector::from_column_slice(&self.entries[..solution.len()]);
+        let of_solution = gradient.dot(&(covariance * &gradient));
+        let of_mean = noise_std_dev * noise_std_dev * NOISE_CORRELATION / windows as f64;
+        Offset {
+            value: self.target - predicted,
+            std_dev: (of_solution + of_mean).max(0.0).sqrt(),
+        }
+    }
+}
+
+/// Running means of the rows of the leading channels, whose offsets are unknown.
 #[derive(Clone, Debug)]
 pub(crate) struct Centering {
     means: Vec<Row>,
@@ -25,6 +91,7 @@ pub(crate) struct Centering {
 }
 
 impl Centering {
+    /// Creates means without rows for so many channels.
     pub(crate) fn new(channels: usize) -> Self {
         Self {
             means: vec![Row::zero(); channels],
@@ -32,8 +99,8 @@ impl Centering {
         }
     }
 
-    /// Forgets all windows.
-    pub(crate) fn begin_anew(&mut self) {
+    /// Discards all windows.
+    pub(crate) fn reset(&mut self) {
         self.means.fill(Row::zero());
         self.weight = 0.0;
     }
@@ -43,12 +110,13 @@ impl Centering {
         !self.means.is_empty()
     }
 
-    /// Whether no window has been added yet: the first tells of the offsets alone.
+    /// Whether no window has been added. The first window determines the offsets alone.
     pub(crate) fn is_empty(&self) -> bool {
         self.weight == 0.0
     }
 
-    /// Makes a window's rows say what they will add to the parameters, with the noise they had.
+    /// Replaces a window's rows by those that it adds to the information on the parameters. Their noise has the
+    /// variance of the original rows.
     pub(crate) fn centre(&self, rows: &mut [Row], weight: f64) {
         let factor = (self.weight / (self.weight + weight).max(f64::MIN_POSITIVE)).sqrt();
         for (row, mean) in rows.iter_mut().zip(&self.means) {
@@ -60,15 +128,16 @@ impl Centering {
     /// Adds a window, as it was before it was [centred](Self::centre).
     pub(crate) fn add(&mut self, rows: &[Row], weight: f64) {
         self.weight += weight;
-        let share = weight / self.weight.max(f64::MIN_POSITIVE);
+        let fraction = weight / self.weight.max(f64::MIN_POSITIVE);
         for (row, mean) in rows.iter().zip(&mut self.means) {
-            let mut beyond = *row;
-            beyond.add(mean, -1.0);
-            mean.add(&beyond, share);
+            let mut difference = *row;
+            difference.add(mean, -1.0);
+            mean.add(&difference, fraction);
         }
     }
 
-    /// What each of six channels is off by, the parameters given; `None` before any window.
+    /// Returns the offsets of the six channels of a wrench, in their units, given the parameters; `None`
+    /// without offsets or before any window.
     pub(crate) fn offsets(&self, parameters: &SVector<f64, 10>) -> Option<[f64; 6]> {
         let means: &[Row; 6] = self.means.as_slice().try_into().ok()?;
         (!self.is_empty()).then(|| means.map(|mean| mean.target - mean.regressor.dot(parameters)))
@@ -82,7 +151,7 @@ mod tests {
 
     use super::*;
 
-    /// The information of centred rows is that of all rows less their weighted mean.
+    /// The information of rows that are centred one by one is that of all rows less their weighted mean.
     #[test]
     fn one_by_one_is_all_at_once() {
         let mut random = SmallRng::seed_from_u64(3);
@@ -95,17 +164,17 @@ mod tests {
                 (row, random.random_range(0.1..1.0))
             })
             .collect();
-        let all: f64 = windows.iter().map(|(_, weight)| weight).sum();
+        let weights: f64 = windows.iter().map(|(_, weight)| weight).sum();
         let mut mean = Row::zero();
         for (row, weight) in &windows {
-            mean.add(row, weight / all);
+            mean.add(row, weight / weights);
         }
         let mut centering = Centering::new(1);
         let (mut whole, mut summed) = (SMatrix::<f64, 10, 10>::zeros(), SMatrix::zeros());
         for (row, weight) in windows {
-            let mut less = row;
-            less.add(&mean, -1.0);
-            whole += less.regressor * less.regressor.transpose() * weight;
+            let mut centred = row;
+            centred.add(&mean, -1.0);
+            whole += centred.regressor * centred.regressor.transpose() * weight;
             // A second channel has no offset and stays as it is.
             let mut rows = [row, row];
             centering.centre(&mut rows, weight);

@@ -3,29 +3,29 @@
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen};
 use tactid_dynamics::InertialParameters;
 
-use super::subspace::Directions;
-use crate::solve::uncertainty::{HALF_WIDTH_95, jacobian, std_dev};
+use super::subspace::NullSpace;
+use super::uncertainty::{HALF_WIDTH_95, jacobian, std_dev};
 
 /// The three principal moments of inertia about the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrincipalMoments {
-    /// Ascending, kg m².
+    /// The moments, ascending, kg m².
     pub moments: [f64; 3],
-    /// Their standard deviations, kg m², in the same order: all infinite where the motion did not
-    /// determine the whole inertia, since then not even their order is known; `None` for the paper's
-    /// filter.
+    /// Standard deviations of the moments, kg m², in the same order. All are infinite where the motion does not
+    /// determine the whole inertia, because then not even the order of the moments is known. `None` for the
+    /// paper's filter.
     ///
-    /// A moment that is well apart from the others has the deviation of `vᵀ I v`, its derivative (`v` is
-    /// its unit axis). Moments that are nearer to each other than their noise have no derivatives, and
-    /// noise drives their estimates apart: each then has the root of the mean square of `Vᵀ dI V`, with
-    /// all axes of the group in `V` (Frobenius norm). No moment of the group errs by more than that
-    /// matrix's norm (Weyl), so an interval of 1.96 deviations holds it with 95 % probability or more
-    /// (Székely and Bakirov 2003, doi 10.1007/s00440-003-0262-6).
+    /// A moment that is well separated from the others has the standard deviation of `vᵀ dI v`, its derivative,
+    /// where `v` is its unit axis. Moments that are nearer to each other than their noise have no derivatives,
+    /// and noise drives their estimates apart. Each of them has the root mean square of `Vᵀ dI V` (Frobenius
+    /// norm), where `V` has all axes of the group. No moment of the group errs by more than the norm of that
+    /// matrix (Weyl's inequality), so an interval of 1.96 standard deviations contains it with a probability of
+    /// 95 % or more (Székely and Bakirov 2003, doi 10.1007/s00440-003-0262-6).
     pub std_devs: Option<[f64; 3]>,
 }
 
 impl PrincipalMoments {
-    /// Of a body whose uncertainty is not known; `None` where its inertia is not finite.
+    /// Returns the moments of a body without uncertainty; `None` where its inertia is not finite.
     #[must_use]
     pub fn of(body: &InertialParameters) -> Option<Self> {
         Some(Self {
@@ -34,11 +34,11 @@ impl PrincipalMoments {
         })
     }
 
-    /// Of parameters with their covariance, in directions that are known; `None` without mass.
+    /// Returns the moments of parameters with their covariance; `None` for a mass of zero.
     pub(crate) fn with_std_devs(
         parameters: &SVector<f64, 10>,
         covariance: &SMatrix<f64, 10, 10>,
-        directions: &Directions,
+        null_space: &NullSpace,
     ) -> Option<Self> {
         let body = InertialParameters::from_vector(*parameters);
         let moments = body.principal_moments()?;
@@ -48,7 +48,7 @@ impl PrincipalMoments {
         order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
         let axes = order.map(|k| eigen.eigenvectors.column(k).into_owned());
         let about_com = jacobian(parameters)?.fixed_rows::<6>(4).into_owned();
-        // Of each entry of dI along the principal axes.
+        // Variance of each entry of dI along the principal axes.
         let variances = Matrix3::from_fn(|i, j| {
             let (u, v) = (&axes[i], &axes[j]);
             let product = |a: usize, b: usize| match a == b {
@@ -57,8 +57,8 @@ impl PrincipalMoments {
             };
             let entries = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
             let weights = SVector::from(entries.map(|(a, b)| product(a, b)));
-            let slope = weights.transpose() * about_com;
-            std_dev(&slope, covariance, &directions.scales, directions.unknown()).powi(2)
+            let gradient = weights.transpose() * about_com;
+            std_dev(&gradient, covariance, null_space).powi(2)
         });
         Some(Self {
             moments: moments.into(),
@@ -67,7 +67,8 @@ impl PrincipalMoments {
     }
 }
 
-/// Of ascending moments, given the variances of the entries of `dI` along their axes.
+/// Returns the standard deviations of ascending moments, given the variances of the entries of `dI` along their
+/// axes.
 fn std_devs(moments: &[f64; 3], variances: &Matrix3<f64>) -> [f64; 3] {
     let size = |first: usize, end: usize| {
         let group = variances.view((first, first), (end - first, end - first));
@@ -98,19 +99,15 @@ mod tests {
     const RUNS: u32 = 100;
     const DRAWS: u32 = 200;
 
-    fn all_known() -> Directions {
-        Directions {
-            strengths: vec![1.0],
-            vectors: vec![SVector::ith(0, 1.0)],
-            scales: SVector::repeat(1.0),
-        }
+    fn without(directions: &[SVector<f64, 10>]) -> NullSpace {
+        NullSpace::new(SVector::repeat(1.0), directions.iter().copied())
     }
 
-    /// How often the intervals hold each moment, over random attitudes of the body and random
-    /// covariances whose deviations are about `size`.
+    /// Returns how often the intervals contain each moment, over random attitudes of the body and random
+    /// covariances whose standard deviations are about `size`.
     fn coverage(moments: [f64; 3], size: f64, seed: u64) -> [f64; 3] {
         let mut random = SmallRng::seed_from_u64(seed);
-        let mut held = [0u32; 3];
+        let mut contained = [0u32; 3];
         for _ in 0..RUNS {
             let mut draw = || random.random_range(-1.0..1.0);
             let turn = Rotation3::from_euler_angles(3.0 * draw(), draw(), 3.0 * draw());
@@ -125,58 +122,57 @@ mod tests {
                 let noise = SVector::<f64, 10>::from_fn(|_, _| random.sample(StandardNormal));
                 let estimate = truth.as_vector() + root * noise;
                 let found =
-                    PrincipalMoments::with_std_devs(&estimate, &covariance, &all_known()).unwrap();
+                    PrincipalMoments::with_std_devs(&estimate, &covariance, &without(&[])).unwrap();
                 for k in 0..3 {
                     let half_width = HALF_WIDTH_95 * found.std_devs.unwrap()[k];
-                    held[k] += u32::from((found.moments[k] - moments[k]).abs() <= half_width);
+                    contained[k] += u32::from((found.moments[k] - moments[k]).abs() <= half_width);
                 }
             }
         }
-        held.map(|held| f64::from(held) / f64::from(RUNS * DRAWS))
+        contained.map(|count| f64::from(count) / f64::from(RUNS * DRAWS))
     }
 
-    /// Moments far apart: 95 % of the intervals hold the truth, within what 20 000 draws scatter.
+    /// Of well-separated moments 95 % of the intervals contain the truth, within the scatter of 20 000 draws.
     #[test]
-    fn intervals_of_moments_apart_hold_as_often_as_they_say() {
+    fn intervals_of_separated_moments_have_their_coverage() {
         let scatter = (0.95 * 0.05 / f64::from(RUNS * DRAWS)).sqrt();
-        for part in coverage([1.0, 2.0, 2.8], 1e-4, 1) {
-            assert!((part - 0.95).abs() < 4.0 * scatter, "{part}");
+        for fraction in coverage([1.0, 2.0, 2.8], 1e-4, 1) {
+            assert!((fraction - 0.95).abs() < 4.0 * scatter, "{fraction}");
         }
     }
 
-    /// Two or three equal moments, and a pair from equal to five deviations apart: no interval holds the
-    /// truth less often than it says, but for what the draws scatter.
+    /// Intervals of two or three equal moments, and of a pair from equal to five standard deviations apart,
+    /// contain the truth with at least their probability, but for the scatter of the draws.
     #[test]
-    fn intervals_of_moments_alike_hold_at_least_as_often() {
+    fn intervals_of_similar_moments_have_at_least_their_coverage() {
         let size = 1e-4;
         for (k, moments) in [[1.0, 1.0, 1.5], [1.0, 1.5, 1.5], [1.0, 1.0, 1.0]]
             .iter()
             .enumerate()
         {
-            let parts = coverage(*moments, size, 2 + k as u64);
+            let fractions = coverage(*moments, size, 2 + k as u64);
             assert!(
-                parts.iter().all(|part| *part > 0.945),
-                "{moments:?}: {parts:?}"
+                fractions.iter().all(|fraction| *fraction > 0.945),
+                "{moments:?}: {fractions:?}"
             );
         }
         for gap in 1u8..10 {
             let moments = [1.0, 1.0 + 0.5 * size * f64::from(gap), 1.5];
-            let parts = coverage(moments, size, 10 + u64::from(gap));
-            assert!(parts.iter().all(|part| *part > 0.945), "{gap}: {parts:?}");
+            let fractions = coverage(moments, size, 10 + u64::from(gap));
+            assert!(
+                fractions.iter().all(|fraction| *fraction > 0.945),
+                "{gap}: {fractions:?}"
+            );
         }
     }
 
-    /// The motion tells nothing of one entry of the inertia: no moment is known.
+    /// Where the motion does not determine one entry of the inertia, no moment is known.
     #[test]
-    fn moments_of_a_partly_unknown_inertia_are_unknown() {
-        let directions = Directions {
-            strengths: vec![1.0, 0.0],
-            vectors: vec![SVector::ith(0, 1.0), SVector::ith(4, 1.0)],
-            ..all_known()
-        };
+    fn moments_of_a_partly_unobservable_inertia_are_unknown() {
+        let null_space = without(&[SVector::ith(4, 1.0)]);
         let estimate = SVector::from([2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 2.5]);
         let covariance = SMatrix::identity() * 1e-6;
-        let found = PrincipalMoments::with_std_devs(&estimate, &covariance, &directions).unwrap();
+        let found = PrincipalMoments::with_std_devs(&estimate, &covariance, &null_space).unwrap();
         assert_eq!(found.moments, [1.0, 2.0, 2.5]);
         assert_eq!(found.std_devs, Some([f64::INFINITY; 3]));
     }

@@ -1,4 +1,4 @@
-//! What is known of the payload besides the recording.
+//! Prior knowledge of the payload: its mass, and a box that contains it.
 
 use nalgebra::{SVector, Vector3, Vector4};
 use tactid_dynamics::InertialParameters;
@@ -6,24 +6,26 @@ use tactid_dynamics::InertialParameters;
 use crate::IdentifyError;
 use crate::equations::window::NOISE_CORRELATION;
 
-/// A mass that is said to be exact is so to this part of itself: better than any scale, and far from
-/// what doubles round.
+/// Relative standard deviation of a mass that is given as exact: better than any scale, and far from the
+/// rounding of double precision.
 const EXACT: f64 = 1e-9;
 
-/// A mass that was weighed.
+/// The payload's mass, known from a scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnownMass {
-    /// Of the payload, kg.
+    /// Mass of the payload, kg.
     pub mass_kg: f64,
     /// Standard deviation of the weighing, kg; 0 for an exact mass.
     pub std_dev_kg: f64,
 }
 
 impl KnownMass {
+    /// Checks that the values are in range.
+    ///
     /// # Errors
-    /// Where the mass is not positive, or its deviation is negative or not finite.
+    /// Where the mass is not positive, or its standard deviation is negative or not finite.
     pub(crate) fn check(&self) -> Result<(), IdentifyError> {
-        let value = |name, given, expected| {
+        let out_of_range = |name, given, expected| {
             Err(IdentifyError::Value {
                 name,
                 given,
@@ -31,16 +33,16 @@ impl KnownMass {
             })
         };
         if !(self.mass_kg > 0.0 && self.mass_kg.is_finite()) {
-            return value("the known mass", self.mass_kg, "a positive number of kg");
+            return out_of_range("known_mass_kg", self.mass_kg, "a positive number of kg");
         }
         if !(self.std_dev_kg >= 0.0 && self.std_dev_kg.is_finite()) {
-            let name = "the std_dev of the known mass";
-            return value(name, self.std_dev_kg, "zero or a positive number of kg");
+            let name = "known_mass_std_dev_kg";
+            return out_of_range(name, self.std_dev_kg, "zero or a positive number of kg");
         }
         Ok(())
     }
 
-    /// That of the payload together with a body of so many kg, which may be negative.
+    /// Returns the mass of the payload together with a body of so many kg, which may be negative.
     pub(crate) fn with(self, mass_kg: f64) -> Self {
         Self {
             mass_kg: self.mass_kg + mass_kg,
@@ -48,25 +50,27 @@ impl KnownMass {
         }
     }
 
-    /// The weight of a row that says this mass, among rows of windows in units of their noise, 1/kg²:
-    /// neighbouring windows share samples, and count for more than they tell.
+    /// Weight of a row with this mass as its target among the whitened rows of windows, 1/kg². It is enlarged,
+    /// because the rows of neighbouring windows share samples and are overweighted by the same factor.
     pub(crate) fn information(&self) -> f64 {
         NOISE_CORRELATION / self.std_dev_kg.powi(2)
     }
 }
 
-/// A box, along the axes of the tool frame, that holds the whole payload.
+/// A box along the axes of the tool frame that contains the whole payload.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundingBox {
-    /// The corner with the least coordinates, m.
+    /// Corner with the smallest coordinates, m.
     pub min: Vector3<f64>,
-    /// The corner with the largest, m.
+    /// Corner with the largest coordinates, m.
     pub max: Vector3<f64>,
 }
 
 impl BoundingBox {
+    /// Checks that the box has a volume.
+    ///
     /// # Errors
-    /// Where a corner is not finite, or the box has no room.
+    /// Where a corner is not finite, or a side is not positive.
     pub(crate) fn check(&self) -> Result<(), IdentifyError> {
         for (axis, (min, max)) in self.min.iter().zip(&self.max).enumerate() {
             if !(min < max && (max - min).is_finite()) {
@@ -80,13 +84,12 @@ impl BoundingBox {
         Ok(())
     }
 
-    /// What is not negative for a body inside, as rows in its ten parameters: the mean over the mass of
-    /// the product of its distances from any two faces, kg m².
+    /// Returns rows whose products with the ten parameters are not negative for a body inside the box: integrals
+    /// over the mass of the product of the distances from any two faces, kg m².
     ///
-    /// For opposite faces these are the box's counterpart of the bounding ellipsoid of Wensing, Kim and
-    /// Slotine (2018, doi 10.1109/LRA.2017.2729659), and hold the centre of mass inside; with those of
-    /// neighbouring faces they are products of bounds as in Anstreicher and Burer (2010,
-    /// Mathematical Programming 124).
+    /// For opposite faces these are the box's counterpart of the bounding ellipsoid of Wensing, Kim and Slotine
+    /// (2018, doi 10.1109/LRA.2017.2729659), and keep the centre of mass inside. For neighbouring faces they are
+    /// products of bounds as in Anstreicher and Burer (2010, Mathematical Programming 124).
     pub(crate) fn bounds(&self) -> [SVector<f64, 10>; 15] {
         let face = |k: usize| {
             let axis = k / 2;
@@ -109,7 +112,7 @@ impl BoundingBox {
         bounds
     }
 
-    /// A uniform solid of this mass that fills the box.
+    /// Returns a uniform solid of this mass that fills the box.
     pub(crate) fn filled(&self, mass_kg: f64) -> InertialParameters {
         let center = 0.5 * (self.min + self.max);
         let size = self.max - self.min;
@@ -134,7 +137,7 @@ mod tests {
         max: Vector3::new(0.3, 0.4, 0.3),
     };
 
-    fn least(body: &InertialParameters) -> f64 {
+    fn smallest_slack(body: &InertialParameters) -> f64 {
         let bounds = BOX.bounds();
         let slacks = bounds.iter().map(|bound| bound.dot(body.as_vector()));
         slacks.fold(f64::INFINITY, f64::min)
@@ -145,25 +148,25 @@ mod tests {
         InertialParameters::from_moments(mass_kg, &(mass_kg * at), &(-mass_kg * cross * cross))
     }
 
-    /// Whatever masses are in the box, no bound is broken; a point outside breaks one.
+    /// Random masses in the box violate no bound, and a point mass outside violates one.
     #[test]
-    fn every_body_in_the_box_keeps_the_bounds() {
+    fn every_body_in_the_box_satisfies_the_bounds() {
         let mut random = SmallRng::seed_from_u64(1);
         let mut draw = |spread: f64| {
-            let part = Vector3::from_fn(|_, _| random.random_range(0.0..1.0));
+            let fractions = Vector3::from_fn(|_, _| random.random_range(0.0..1.0));
             let middle = 0.5 * (BOX.min + BOX.max);
-            middle + spread * (BOX.min + part.component_mul(&(BOX.max - BOX.min)) - middle)
+            middle + spread * (BOX.min + fractions.component_mul(&(BOX.max - BOX.min)) - middle)
         };
         for count in 1..200 {
             let body = (0..count % 7 + 1).map(|_| point(1.0, draw(1.0))).sum();
-            assert!(least(&body) > -1e-15, "{body:?}");
+            assert!(smallest_slack(&body) > -1e-15, "{body:?}");
             let at = draw(3.0);
             let inside = (0..3).all(|k| (BOX.min[k]..BOX.max[k]).contains(&at[k]));
-            assert_eq!(least(&point(1.0, at)) >= 0.0, inside, "{at}");
+            assert_eq!(smallest_slack(&point(1.0, at)) >= 0.0, inside, "{at}");
         }
     }
 
-    /// The filled box has a cuboid's inertia, and room at every bound.
+    /// The filled box has the inertia of a cuboid, and satisfies every bound with slack.
     #[test]
     fn a_filled_box_is_a_cuboid() {
         let body = BOX.filled(12.0);
@@ -172,6 +175,6 @@ mod tests {
         let moments = Vector3::new(0.04 + 0.36, 0.16 + 0.36, 0.16 + 0.04);
         let error = properties.inertia - Matrix3::from_diagonal(&moments);
         assert!(error.norm() < 1e-12, "{error}");
-        assert!(least(&body) > 0.01);
+        assert!(smallest_slack(&body) > 0.01);
     }
 }

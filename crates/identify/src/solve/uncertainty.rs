@@ -1,22 +1,20 @@
-//! What the covariance of the linear parameters says of mass, centre of mass and inertia.
+//! Uncertainty of mass, centre of mass and inertia from the covariance of the linear parameters.
 
-use nalgebra::{RowSVector, SMatrix, SVector};
+use nalgebra::RowSVector;
 use tactid_dynamics::InertialParameters;
 
+use super::subspace::{Matrix, NullSpace, Vector};
 use crate::result::{KINDS, values};
 
-/// A value is not known where more than this part of it (of its square) lies in unknown directions.
-const SHARE: f64 = 1e-3;
-
-/// What is divided by the mass is known only where the mass is, to this part of it: beyond, it is far
-/// from linear in what was estimated.
+/// Largest relative standard deviation of the mass with which quantities that are divided by the mass are
+/// reported: beyond, they are far from linear in the parameters.
 const MASS_KNOWN: f64 = 0.25;
 
-/// Half the width of a 95 % interval, in standard deviations.
+/// Half width of a 95 % interval, in standard deviations.
 pub const HALF_WIDTH_95: f64 = 1.96;
 
-/// The ten values that a user reads, of linear parameters; `None` without mass.
-pub(crate) fn values_of(parameters: &SVector<f64, 10>) -> Option<[f64; 10]> {
+/// Returns the ten values that a user reads, of linear parameters; `None` for a mass of zero.
+pub(crate) fn values_of(parameters: &Vector) -> Option<[f64; 10]> {
     let body = InertialParameters::from_vector(*parameters).mass_properties()?;
     Some(values(&body))
 }
@@ -24,25 +22,26 @@ pub(crate) fn values_of(parameters: &SVector<f64, 10>) -> Option<[f64; 10]> {
 /// The entries of a symmetric matrix, in the order of the ten values.
 const ENTRIES: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
 
-/// Derivatives of the ten values after the linear parameters, each row one value; `None` without mass.
-pub(crate) fn jacobian(parameters: &SVector<f64, 10>) -> Option<SMatrix<f64, 10, 10>> {
+/// Returns the derivatives of the ten values with respect to the linear parameters, a row for each value;
+/// `None` for a mass of zero.
+pub(crate) fn jacobian(parameters: &Vector) -> Option<Matrix> {
     let mass = parameters[0];
     if mass == 0.0 {
         return None;
     }
-    let mut jacobian = SMatrix::<f64, 10, 10>::identity();
+    let mut jacobian = Matrix::identity();
     let first = parameters.fixed_rows::<3>(1);
     // a = h / m
     for axis in 0..3 {
         jacobian[(1 + axis, 0)] = -first[axis] / (mass * mass);
         jacobian[(1 + axis, 1 + axis)] = 1.0 / mass;
     }
-    // I = I_o - (|h|² E - h hᵀ) / m
+    // I = I_o - (|h|² E - h hᵀ) / m: the theorem of Huygens and Steiner
     let square = first.norm_squared();
     for (entry, (a, b)) in ENTRIES.into_iter().enumerate() {
         let diagonal = f64::from(a == b);
-        let moved = square * diagonal - first[a] * first[b];
-        jacobian[(4 + entry, 0)] = moved / (mass * mass);
+        let steiner = square * diagonal - first[a] * first[b];
+        jacobian[(4 + entry, 0)] = steiner / (mass * mass);
         for k in 0..3 {
             let slope = 2.0 * first[k] * diagonal
                 - f64::from(k == a) * first[b]
@@ -53,65 +52,58 @@ pub(crate) fn jacobian(parameters: &SVector<f64, 10>) -> Option<SMatrix<f64, 10,
     Some(jacobian)
 }
 
-/// Standard deviations of the ten values; infinite for one that the motion did not determine.
-///
-/// `unknown` are unit vectors in the parameters, each divided by its scale.
+/// Returns the standard deviations of the ten values by linear error propagation, each in its unit. They are
+/// infinite for a value that the motion does not determine.
 pub(crate) fn std_devs(
-    parameters: &SVector<f64, 10>,
-    covariance: &SMatrix<f64, 10, 10>,
-    scales: &SVector<f64, 10>,
-    unknown: impl Iterator<Item = SVector<f64, 10>>,
+    parameters: &Vector,
+    covariance: &Matrix,
+    null_space: &NullSpace,
 ) -> [f64; 10] {
     let Some(jacobian) = jacobian(parameters) else {
         return [f64::INFINITY; 10];
     };
-    // Each is needed for each value.
-    let mut directions = [SVector::zeros(); 10];
-    let places = directions.iter_mut().zip(unknown);
-    let count = places.map(|(place, direction)| *place = direction).count();
-    let mut std_devs: [f64; 10] = std::array::from_fn(|k| {
-        let unknown = directions[..count].iter().copied();
-        std_dev(&jacobian.row(k).into(), covariance, scales, unknown)
-    });
+    let mut std_devs: [f64; 10] =
+        std::array::from_fn(|k| std_dev(&jacobian.row(k).into(), covariance, null_space));
     if std_devs[0] > MASS_KNOWN * parameters[0].abs() {
         std_devs[1..].fill(f64::INFINITY);
     }
     std_devs
 }
 
-/// Six standard deviations are meant to be exceeded once in a million estimates. Of a normal variable,
-/// [`RARE_NORMAL`] are: the rest is left for what is not normal.
+/// Number of standard deviations that an error should exceed once in a million estimates. A normal variable
+/// does so at [`RARE_NORMAL`]; the rest is a margin for what is not normal.
 const COVERED: f64 = 6.0;
 
-/// The two-sided quantile of the standard normal distribution that is exceeded once in a million.
+/// Two-sided quantile of the standard normal distribution that is exceeded once in a million.
 const RARE_NORMAL: f64 = 4.892;
 
-/// Deviations of quotients are widened by no more than this factor, which they reach where the mass is
-/// known to a fifth: up to [`MASS_KNOWN`], six of them are then exceeded with a probability of 5e-5.
-const WIDEST: f64 = 20.0;
+/// Largest factor by which the standard deviation of a quotient is widened. It is reached where the mass is
+/// known to a fifth; from there to the limit at which quotients are reported at all, six standard deviations
+/// are exceeded with a probability of 5e-5.
+const MAX_WIDENING: f64 = 20.0;
 
-/// Standard deviations of the ten values at an estimate that is not yet known well, such that an error
-/// of six of them remains as rare as once in a million. Where the mass is known to 3.7 %, the inertia is
-/// far from the least that a body with this uncertainty of its centre of mass can have, and `reported` is
-/// the estimate itself, they are the [linear ones](deviations).
+/// Returns standard deviations of the ten values of an estimate that is not known well yet, such that an error
+/// of six of them remains as rare as once in a million. They are the `linear` ones where the mass is known to
+/// 3.7 %, the inertia is far from the least that a body with this uncertainty of its centre of mass can have,
+/// and `reported` is the estimate itself.
 ///
-/// - Centre of mass and inertia are divided by the mass `m`. With the error `z s` of the mass the error of a
-///   quotient in units of its linear deviation is `z m / (m - z s)`, which for the rare `z` stays below
-///   six only where `m / s` is above 26.5.
+/// - Centre of mass and inertia are divided by the mass `m`. With the error `z s` of the mass, the error of a
+///   quotient in units of its linear standard deviation is `z m / (m - z s)`, which for the rare `z` stays
+///   below six only where `m / s` is above 26.5.
 /// - The inertia about the centre of mass contains its square. Second order adds `m |δ|²` for the error `δ`
 ///   of the centre of mass, whose square in a plane is rarely above `28 s²`.
-/// - `reported` may differ from the estimate, as the nearest consistent body does while it is approached.
-///   A difference `d` adds the variance `d² / 12`: `d + z s` is then below `6 √(s² + d² / 12)` for each
-///   `z` up to `√24 = 4.899`.
+/// - `reported` may differ from the estimate, as the tracked projection does while it approaches. A difference
+///   `d` adds the variance `d² / 12`: `d + z s` is then below `6 √(s² + d² / 12)` for each `z` up to
+///   `√24 = 4.899`.
 pub(crate) fn widened(estimate: &[f64; 10], reported: &[f64; 10], linear: &[f64; 10]) -> [f64; 10] {
     let mass = estimate[0].abs();
-    let known = mass / linear[0].max(f64::MIN_POSITIVE);
-    let quotient = if known > RARE_NORMAL {
-        RARE_NORMAL / COVERED * known / (known - RARE_NORMAL)
+    let signal = mass / linear[0].max(f64::MIN_POSITIVE);
+    let quotient = if signal > RARE_NORMAL {
+        RARE_NORMAL / COVERED * signal / (signal - RARE_NORMAL)
     } else {
         f64::INFINITY
     };
-    let quotient = quotient.clamp(1.0, WIDEST);
+    let quotient = quotient.clamp(1.0, MAX_WIDENING);
     let of_center = linear[1..4].iter().fold(0.0, |a, &b| f64::max(a, b)) * quotient;
     // 4.892 s + 28 c ≤ 6 √(s² + (8 c)²).
     let second_order = 8.0 * mass * of_center * of_center;
@@ -126,9 +118,9 @@ pub(crate) fn widened(estimate: &[f64; 10], reported: &[f64; 10], linear: &[f64;
     })
 }
 
-/// By how much a standard deviation that was itself estimated with so many degrees of freedom is to be
-/// larger, for six of it to be exceeded once in a million: Student's quantile, as Wallace (1959, Annals of
-/// Mathematical Statistics 30, 1124) approximates it, over six; one from 34 degrees of freedom on.
+/// Returns the factor by which a standard deviation that was itself estimated with so many degrees of freedom
+/// must be widened, so that six of it are exceeded once in a million: Student's quantile, as Wallace (1959,
+/// Annals of Mathematical Statistics 30, 1124) approximates it, over six; one from 34 degrees of freedom on.
 pub(crate) fn students_widening(freedom: f64) -> f64 {
     let freedom = freedom.max(1.0);
     let normal = RARE_NORMAL * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0);
@@ -136,44 +128,39 @@ pub(crate) fn students_widening(freedom: f64) -> f64 {
     (student / COVERED).max(1.0)
 }
 
-/// Standard deviation of a quantity with these derivatives after the parameters; infinite where the
-/// motion did not determine it.
+/// Returns the standard deviation of a quantity with this gradient in the parameters, infinite where the
+/// motion does not determine it.
 pub(crate) fn std_dev(
-    slope: &RowSVector<f64, 10>,
-    covariance: &SMatrix<f64, 10, 10>,
-    scales: &SVector<f64, 10>,
-    unknown: impl Iterator<Item = SVector<f64, 10>>,
+    gradient: &RowSVector<f64, 10>,
+    covariance: &Matrix,
+    null_space: &NullSpace,
 ) -> f64 {
-    let scaled = slope.component_mul(&scales.transpose());
-    let unknown: f64 = unknown
-        .map(|direction| (scaled * direction)[0].powi(2))
-        .sum();
-    if unknown > SHARE * scaled.norm_squared() {
-        f64::INFINITY
-    } else {
-        // Most derivatives are zero.
-        let pairs = slope.iter().zip(covariance.column_iter());
-        let pulled: SVector<f64, 10> = pairs
-            .filter(|(slope, _)| **slope != 0.0)
-            .map(|(slope, column)| column * *slope)
-            .sum();
-        (slope * pulled)[0].max(0.0).sqrt()
+    if !null_space.determines(gradient) {
+        return f64::INFINITY;
     }
+    // Most derivatives are zero.
+    let pairs = gradient.iter().zip(covariance.column_iter());
+    let product: Vector = pairs
+        .filter(|(slope, _)| **slope != 0.0)
+        .map(|(slope, column)| column * *slope)
+        .sum();
+    (gradient * product)[0].max(0.0).sqrt()
 }
 
-/// A value counts as identifiable when its 95 % interval is narrower than the largest of its kind.
+/// Returns whether each value is identifiable: half of its 95 % interval is less than the largest value of its
+/// kind.
 pub(crate) fn identifiable(values: &[f64; 10], std_devs: &[f64; 10]) -> [bool; 10] {
-    let mut known = [false; 10];
+    let mut identifiable = [false; 10];
     let largest = largest_of_kind(values);
     for k in 0..10 {
         let half_width = HALF_WIDTH_95 * std_devs[k];
-        known[k] = half_width < largest[k] || half_width == 0.0;
+        identifiable[k] = half_width < largest[k] || half_width == 0.0;
     }
-    known
+    identifiable
 }
 
-/// For each value the largest of its kind, of mass, centre of mass and inertia: what its interval is
-/// compared with. Many a value is zero by symmetry, and no part of zero is a measure.
+/// Returns for each value the largest magnitude of its kind (mass, centre of mass, inertia), to which its
+/// interval is compared. Many values are zero by symmetry, so that a relative error would be meaningless.
 pub(crate) fn largest_of_kind(values: &[f64; 10]) -> [f64; 10] {
     let mut largest = [0.0; 10];
     for kind in KINDS {
@@ -185,11 +172,12 @@ pub(crate) fn largest_of_kind(values: &[f64; 10]) -> [f64; 10] {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::SVector;
     use rand::{RngExt, SeedableRng, rngs::SmallRng};
 
     use super::*;
 
-    /// The derivatives are those of the values, by central differences at random bodies.
+    /// The derivatives agree with central differences of the values, at random bodies.
     #[test]
     fn jacobian_is_the_derivative() {
         let mut random = SmallRng::seed_from_u64(1);

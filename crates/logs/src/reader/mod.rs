@@ -4,6 +4,7 @@ mod bag;
 mod chunk;
 mod file;
 mod index;
+mod scan;
 mod stream;
 mod summary;
 
@@ -78,7 +79,7 @@ impl LogReader {
         };
         let files: Arc<[FileIndex]> = paths
             .iter()
-            .map(|path| FileIndex::open(path))
+            .map(|path| scan::open(path))
             .collect::<Result<_, _>>()?;
         Ok(Self {
             path: path.to_owned(),

@@ -1,7 +1,8 @@
 """Identifies what a robot is holding: mass, centre of mass and inertia of a grasped payload.
 
-A robot is read from a URDF and computed with on whole arrays; a log, or samples one at a time,
-become a payload. SI units everywhere; each argument says its frame and its sign.
+:func:`identify` takes a log or arrays; :class:`Identifier` takes samples one at a time. A robot is
+read from a URDF, and its dynamics are computed on whole arrays. SI units everywhere; each argument
+says its frame and its sign.
 
 >>> import numpy as np
 >>> import tactid
@@ -18,7 +19,7 @@ become a payload. SI units everywhere; each argument says its frame and its sign
 >>> print(np.round(torques[:, 0], 3) + 0.0)  # N m: what holds it up
 [0.   9.81]
 
-What a body weighs, and the wrench that moves it:
+The parameters of a body, and the wrench that moves it:
 
 >>> payload = tactid.MassProperties(mass=100, com=[0.5, 0, 0], inertia=np.diag([10, 20, 10]))
 >>> print(payload.parameters[7])  # Iyy about the frame's origin: 20 + 100 * 0.5**2
@@ -31,7 +32,7 @@ What a body weighs, and the wrench that moves it:
 The paper's experiment, and the payload from its log::
 
     tactid.simulate(tactid.Experiment.paper(), "run.mcap")
-    estimate = tactid.identify("run.mcap", estimator="rls").estimate
+    estimate = tactid.identify("run.mcap", estimator="least-squares").estimate
     print(estimate.body)
 """
 
@@ -41,14 +42,11 @@ from tactid._native import (
     Estimator,
     Experiment,
     FrameMotion,
-    Identification,
-    Identifier,
     Lms,
     LogInfo,
     Manipulator,
     MassProperties,
     Nlms,
-    PayloadEstimate,
     Rls,
     RunReport,
     Samples,
@@ -67,20 +65,46 @@ from tactid.errors import (
     SimulationError,
     TactidError,
 )
-from tactid.identify import identify
+from tactid.faults import DataFault
+from tactid.identification import (
+    Channel,
+    Delay,
+    Finding,
+    Fit,
+    Forecast,
+    History,
+    Identification,
+    KnownMass,
+    PaperSettings,
+    PayloadEstimate,
+    PrincipalMoments,
+    SingularValues,
+    WrenchOffset,
+)
+from tactid.offline import identify
+from tactid.online import Identifier, PaperFilter
+from tactid.options import Options
 
 __version__ = VERSION
 
 __all__ = [
     "VALUE_NAMES",
     "ArgumentError",
+    "Channel",
+    "DataFault",
+    "Delay",
     "Estimator",
     "Experiment",
     "ExperimentError",
+    "Finding",
+    "Fit",
+    "Forecast",
     "FrameMotion",
+    "History",
     "Identification",
     "IdentificationError",
     "Identifier",
+    "KnownMass",
     "Lms",
     "LogError",
     "LogInfo",
@@ -88,13 +112,19 @@ __all__ = [
     "MassProperties",
     "ModelError",
     "Nlms",
+    "Options",
+    "PaperFilter",
+    "PaperSettings",
     "PayloadEstimate",
+    "PrincipalMoments",
     "Rls",
     "RunReport",
     "Samples",
     "SimulationError",
+    "SingularValues",
     "TactidError",
     "Topic",
+    "WrenchOffset",
     "__version__",
     "identify",
     "info",

@@ -1,4 +1,4 @@
-"""The command ``tactid``: whatever happens, one line says it and the exit code tells its kind.
+"""The command ``tactid``: every error is one line, and the exit code is that of its kind.
 
 0 done; 1 nobody reads the output any more; 2 something given is wrong; 70 a fault of tactid itself;
 130 interrupted by Ctrl-C.

@@ -1,6 +1,6 @@
 from collections.abc import Callable, Sequence
 from os import PathLike
-from typing import Final, Literal, TypeAlias, final
+from typing import Any, Final, Literal, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -9,23 +9,23 @@ from typing_extensions import disjoint_base
 _Array: TypeAlias = NDArray[np.float64]
 _Path: TypeAlias = str | PathLike[str]
 _Progress: TypeAlias = Callable[[float], object]
-_Way: TypeAlias = Literal["tactile", "effort", "joint-sensing", "combined"]
-_Filter: TypeAlias = Literal["nlms", "rls"]
+_Data: TypeAlias = dict[str, Any]
+"""Plain values by the names of the fields of a dataclass in ``tactid.identification``."""
 
 __all__ = [
     "VALUE_NAMES",
     "VERSION",
     "Estimator",
     "Experiment",
+    "Forecast",
     "FrameMotion",
-    "Identification",
     "Identifier",
     "Lms",
     "LogInfo",
     "Manipulator",
     "MassProperties",
     "Nlms",
-    "PayloadEstimate",
+    "PaperFilter",
     "Rls",
     "RunReport",
     "Samples",
@@ -36,6 +36,7 @@ __all__ = [
     "read",
     "simulate",
     "wrench_regressor",
+    "write_estimates",
 ]
 
 VERSION: Final[str]
@@ -46,6 +47,8 @@ class MassProperties:
     def __new__(cls, mass: float, com: ArrayLike, inertia: ArrayLike) -> MassProperties: ...
     @staticmethod
     def from_parameters(parameters: ArrayLike) -> MassProperties: ...
+    @staticmethod
+    def from_values(values: ArrayLike) -> MassProperties: ...
     @property
     def mass(self) -> float: ...
     @property
@@ -175,56 +178,9 @@ class Rls(Estimator):
     def covariance(self) -> _Array | None: ...
 
 @final
-class PayloadEstimate:
-    @property
-    def body(self) -> MassProperties: ...
-    @property
-    def composite(self) -> MassProperties | None: ...
-    @property
-    def values(self) -> _Array: ...
-    @property
-    def deviations(self) -> _Array: ...
-    @property
-    def identifiable(self) -> list[bool]: ...
-    @property
-    def not_identifiable(self) -> list[str]: ...
-    @property
-    def mass_singular_values(self) -> _Array: ...
-    @property
-    def inertia_singular_values(self) -> _Array: ...
-    @property
-    def is_physical(self) -> bool: ...
-    @property
-    def intervals(self) -> int: ...
-    @property
-    def changes(self) -> int: ...
-    @property
-    def since(self) -> float: ...
-    @property
-    def refused(self) -> int: ...
-    @property
-    def gaps(self) -> int: ...
-
-@final
 class Identifier:
     def __new__(
-        cls,
-        robot: Manipulator,
-        tool: str,
-        sensors: Sequence[str] = ...,
-        *,
-        way: _Way = "tactile",
-        estimator: _Filter = "rls",
-        effort: bool = True,
-        alpha: float = 1.8,
-        beta: float = 0.9,
-        gravity: ArrayLike | None = None,
-        average: float | None = None,
-        cutoff: float = 10.0,
-        max_gap: float = 0.1,
-        wrench_offset: bool = False,
-        wrench_noise: ArrayLike | None = None,
-        effort_noise: ArrayLike | None = None,
+        cls, robot: Manipulator, sensors: Sequence[str], effort: bool, options: object
     ) -> Identifier: ...
     def push(
         self,
@@ -237,134 +193,39 @@ class Identifier:
         base_pose: ArrayLike | None = None,
         base_twist: ArrayLike | None = None,
     ) -> int: ...
-    def rewind(self) -> None: ...
-    def estimate(self) -> PayloadEstimate: ...
-    def covariance(self) -> _Array | None: ...
-    def wrench_offset(self) -> _Array | None: ...
+    def estimate(self) -> _Data: ...
+    def covariance(self) -> _Array: ...
+    def wrench_offset(self) -> _Data | None: ...
 
 @final
-class Identification:
-    @property
-    def estimate(self) -> PayloadEstimate: ...
-    @property
-    def tool(self) -> str: ...
-    @property
-    def way(self) -> _Way: ...
-    @property
-    def estimator(self) -> _Filter: ...
-    @property
-    def average(self) -> float: ...
-    @property
-    def epochs(self) -> int: ...
-    @property
-    def cutoff(self) -> float: ...
-    @property
-    def stride(self) -> float: ...
-    @property
-    def history_epoch(self) -> NDArray[np.uint32]: ...
-    @property
-    def history_time(self) -> _Array: ...
-    @property
-    def history(self) -> _Array: ...
-    @property
-    def history_deviation(self) -> _Array: ...
-    @property
-    def deviation(self) -> _Array: ...
-    @property
-    def principal_moments(self) -> _Array: ...
-    @property
-    def principal_moment_deviation(self) -> _Array: ...
-    def remaining(self, within: float = 0.01) -> _Array: ...
-    @property
-    def fit_time(self) -> _Array: ...
-    @property
-    def fit_measured(self) -> _Array: ...
-    @property
-    def fit_predicted(self) -> _Array: ...
-    @property
-    def fit_weight(self) -> _Array: ...
-    @property
-    def fit_held_out(self) -> NDArray[np.bool_]: ...
-    @property
-    def channels(self) -> list[str]: ...
-    @property
-    def channel_units(self) -> list[str]: ...
-    @property
-    def offset(self) -> _Array: ...
-    @property
-    def offset_deviation(self) -> _Array: ...
-    @property
-    def residual_rms(self) -> _Array: ...
-    @property
-    def held_out_rms(self) -> _Array: ...
-    @property
-    def excitation_values(self) -> _Array: ...
-    @property
-    def excitation_directions(self) -> _Array: ...
-    def write_estimates(self, path: _Path) -> None: ...
-    @property
-    def motion_advice(self) -> list[str]: ...
-    @property
-    def start_ns(self) -> int: ...
-    @property
-    def delay(self) -> float: ...
-    @property
-    def delay_estimate(self) -> float | None: ...
-    @property
-    def delay_deviation(self) -> float | None: ...
-    @property
-    def known_mass(self) -> float | None: ...
-    @property
-    def known_mass_deviation(self) -> float | None: ...
-    @property
-    def bounding_box(self) -> _Array | None: ...
-    @property
-    def clock(self) -> Literal["stamps", "log times"]: ...
-    @property
-    def dirt(self) -> list[tuple[str, str, int, float]]: ...
-    @property
-    def remarks(self) -> list[str]: ...
-    @property
-    def gravity(self) -> _Array: ...
-    @property
-    def duration(self) -> float: ...
-    @property
-    def damage(self) -> list[str]: ...
+class PaperFilter:
+    def __new__(
+        cls, robot: Manipulator, sensors: Sequence[str], options: object
+    ) -> PaperFilter: ...
+    def push(
+        self,
+        time: ArrayLike,
+        q: ArrayLike,
+        qd: ArrayLike | None = None,
+        wrenches: ArrayLike | None = None,
+        *,
+        effort: ArrayLike | None = None,
+        base_pose: ArrayLike | None = None,
+        base_twist: ArrayLike | None = None,
+    ) -> int: ...
+    def rewind(self) -> None: ...
+    def estimate(self) -> _Data: ...
+    def singular_values(self) -> _Data: ...
 
-def identify_log(
-    log: _Path,
-    *,
-    tool: str | None = None,
-    way: _Way | None = None,
-    estimator: _Filter = "rls",
-    alpha: float = 1.8,
-    beta: float = 0.9,
-    gravity: ArrayLike | None = None,
-    average: float | None = None,
-    cutoff: float | None = None,
-    epochs: int | None = None,
-    max_gap: float | None = None,
-    wrench_offset: bool = False,
-    wrench_noise: ArrayLike | None = None,
-    effort_noise: ArrayLike | None = None,
-    urdf: str | None = None,
-    joints: Sequence[str] = ...,
-    wrenches: Sequence[str] = ...,
-    odometry: str | None = None,
-    imu: str | None = None,
-    acceleration: str | None = None,
-    wrench_acts_on: Literal["payload", "sensor"] = "payload",
-    known_tool: MassProperties | None = None,
-    known_mass: float | None = None,
-    known_mass_deviation: float = 0.0,
-    bounding_box: ArrayLike | None = None,
-    delay: float | None = None,
-    bare: _Path | None = None,
-    effort_gain: Sequence[float] = ...,
-    progress: _Progress | None = None,
-) -> Identification: ...
+@final
+class Forecast:
+    def remaining(self, within: float) -> _Array: ...
+
+def identify_log(log: _Path, options: object, progress: _Progress | None = None) -> _Data: ...
 def identify_arrays(
     time: ArrayLike,
+    options: object,
+    progress: _Progress | None = None,
     *,
     robot: Manipulator | None = None,
     q: ArrayLike | None = None,
@@ -375,26 +236,16 @@ def identify_arrays(
     twist: ArrayLike | None = None,
     acceleration: ArrayLike | None = None,
     sensors: Sequence[str] | None = None,
-    tool: str | None = None,
-    way: _Way | None = None,
-    estimator: _Filter = "rls",
-    alpha: float = 1.8,
-    beta: float = 0.9,
-    gravity: ArrayLike | None = None,
-    average: float | None = None,
-    cutoff: float | None = None,
-    epochs: int | None = None,
-    max_gap: float | None = None,
-    wrench_offset: bool = False,
-    wrench_noise: ArrayLike | None = None,
-    effort_noise: ArrayLike | None = None,
-    known_tool: MassProperties | None = None,
-    known_mass: float | None = None,
-    known_mass_deviation: float = 0.0,
-    bounding_box: ArrayLike | None = None,
-    delay: float | None = None,
-    progress: _Progress | None = None,
-) -> Identification: ...
+) -> _Data: ...
+def write_estimates(
+    path: _Path,
+    *,
+    frame: str,
+    start_ns: int,
+    times: ArrayLike,
+    values: ArrayLike,
+    std_devs: ArrayLike,
+) -> None: ...
 
 @final
 class Topic:

@@ -1,6 +1,6 @@
-"""A body told by its ten values: its tensors, whether it can be, and its equivalent ellipsoid.
+"""A body given by its ten values: its tensors, whether it can exist, and its ellipsoid.
 
-The ten values are those of ``result.Values``: mass, centre of mass in a frame, and the inertia
+The ten values are those of ``values.Values``: mass, centre of mass in a frame, and the inertia
 about the centre of mass along that frame's axes. An off-diagonal entry is the matrix's own,
 ``Ixy = -∫ x y dm``, as URDF, MuJoCo and Pinocchio have it.
 """
@@ -22,7 +22,7 @@ def inertia_about_com(values: Sequence[float]) -> NDArray[np.float64]:
 
 
 def inertia_about_origin(values: Sequence[float]) -> NDArray[np.float64]:
-    """The same about the frame's origin, by the parallel axes theorem."""
+    """The inertia about the frame's origin, by the parallel axes theorem, kg m²."""
     com = np.array(values[1:4], dtype=float)
     moved: NDArray[np.float64] = com @ com * np.eye(3) - np.outer(com, com)
     return inertia_about_com(values) + values[0] * moved
@@ -34,18 +34,18 @@ def principal_moments(values: Sequence[float]) -> list[float]:
 
 
 def why_impossible(values: Sequence[float]) -> str | None:
-    """What forbids that a body of these values moves in a simulator; None where nothing does."""
+    """Returns why no body can have these values; None where one can."""
     if not all(math.isfinite(value) for value in values):
         return "not all of its values are finite"
     if values[0] <= 0:
         return f"its mass is {values[0]:.4g} kg"
     moments = principal_moments(values)
-    told = ", ".join(f"{moment:.4g}" for moment in moments) + " kg m²"
+    listed = ", ".join(f"{moment:.4g}" for moment in moments) + " kg m²"
     if moments[0] <= 0:
-        return f"its principal moments of inertia are {told}, and none may be zero or less"
+        return f"its principal moments of inertia are {listed}, and none may be zero or less"
     if moments[2] > (1 + BORDER) * (moments[0] + moments[1]):
         return (
-            f"its principal moments of inertia are {told}, and none may exceed the sum of the"
+            f"its principal moments of inertia are {listed}, and none may exceed the sum of the"
             " other two"
         )
     return None

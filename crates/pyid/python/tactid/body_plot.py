@@ -13,8 +13,8 @@ from matplotlib.ticker import MaxNLocator
 
 from tactid import bodies, drawing
 from tactid.drawing import STYLE
-from tactid.recording import Array
-from tactid.result import Values
+from tactid.identification import Array
+from tactid.values import Values
 
 AXES = "xyz"
 COLORS = ("#c8502d", "#3c8d40", "#1f5fa8")

@@ -1,5 +1,6 @@
 """The commands of ``tactid``. Results go to standard output, all else to standard error."""
 
+import re
 import sys
 import tempfile
 from pathlib import Path
@@ -9,11 +10,14 @@ import typer
 from rich.console import Console
 from typer.exceptions import TyperException
 
-import tactid
 from tactid import table
+from tactid._native import VERSION, Experiment
+from tactid._native import info as log_info
+from tactid._native import simulate as simulate_experiment
 from tactid.console import interruptible, notes, print_whole, progress
-from tactid.identify_command import identify
-from tactid.result import Filter
+from tactid.errors import ArgumentError, ExperimentError, TactidError
+from tactid.identify_command import identify_recording
+from tactid.options import Estimator
 
 app = typer.Typer(
     name="tactid",
@@ -25,15 +29,18 @@ app = typer.Typer(
 
 
 def run() -> int:
-    """Runs the command line and returns the exit code; every foreseen error is one line."""
+    """Runs the command line and returns the exit code; every expected error is one line."""
     try:
         return app(standalone_mode=False) or 0
     except TyperException as error:
-        # Without a command the help has been shown, and nothing is left to say.
+        # Without a command typer has shown the help, and the message is empty.
         message = error.format_message()
         return _fail(message) if message else 2
-    except tactid.TactidError as error:
-        return _fail(str(error))
+    except TactidError as error:
+        message = error.worded("command-line")
+        if isinstance(error, ExperimentError):
+            message = EXCERPT.sub("", message)
+        return _fail(message)
     except BrokenPipeError:
         raise
     except OSError as error:
@@ -41,16 +48,18 @@ def run() -> int:
         return _fail(f"cannot use{where}: {error.strerror}" if error.strerror else str(error))
 
 
+EXCERPT = re.compile(r"^ *\d* *\|.*$", re.MULTILINE)
+"""The lines of a TOML file that a parser's error draws below its message, behind a gutter."""
+
+
 def _fail(message: str) -> int:
-    # What is wrong with a TOML file comes with the excerpt drawn below it: a line is enough here.
-    lines = [line for line in message.splitlines() if "|" not in line]
-    print("tactid: error:", " ".join(" ".join(lines).split()), file=sys.stderr)
+    print("tactid: error:", " ".join(message.split()), file=sys.stderr)
     return 2
 
 
-def _show_version(wanted: bool) -> None:
-    if wanted:
-        print(f"tactid {tactid.__version__}")
+def _show_version(requested: bool) -> None:
+    if requested:
+        print(f"tactid {VERSION}")
         raise typer.Exit
 
 
@@ -63,16 +72,16 @@ def _main(
     """Takes the options that stand before a command."""
 
 
-@app.command()
-def paper(
+@app.command("paper")
+def run_paper(
     out: Annotated[Path, typer.Option(help="Folder for the log and the results.")] = Path(
         "tactid-paper"
     ),
     estimator: Annotated[
-        Filter, typer.Option(help="The paper's filter, or least squares.")
+        Estimator, typer.Option(help="The paper's filter, or least squares.")
     ] = "nlms",
     frequency: Annotated[
-        float | None, typer.Option(help="Of the excitation, Hz: 0.2 in the paper's text.")
+        float | None, typer.Option(help="Frequency of the excitation, Hz: 0.2 in the paper's text.")
     ] = None,
     posture: Annotated[
         str | None,
@@ -81,16 +90,16 @@ def paper(
         ),
     ] = None,
     seed: Annotated[
-        int | None, typer.Option(min=0, max=2**63 - 1, help="Of the noise on the command.")
+        int | None, typer.Option(min=0, max=2**63 - 1, help="Seed of the noise on the command.")
     ] = None,
     duration: Annotated[
         float | None, typer.Option(help="Simulated time, s: 300 in the paper.")
     ] = None,
 ) -> None:
     """Runs the paper's experiment: simulates, logs, identifies, and shows Table 2."""
-    from tactid import paper as paper_run  # with matplotlib, which takes a while to load
+    from tactid import paper_run  # imports matplotlib, which takes a while to load
 
-    experiment = tactid.Experiment.paper().replace(
+    experiment = Experiment.paper().replace(
         frequency=frequency,
         posture=None if posture is None else _read_posture(posture),
         seed=seed,
@@ -100,11 +109,11 @@ def paper(
     files = paper_run.Files(out)
     files.remove_results()
     with interruptible(f"{files.log} holds the run up to here"), progress("simulating") as done:
-        report = tactid.simulate(experiment, files.log, progress=done)
+        report = simulate_experiment(experiment, files.log, progress=done)
     with interruptible(f"{files.log} is complete, no result was written"):
         with progress("identifying") as done:
             found = paper_run.identify_all(files.log, experiment.tool, estimator, done)
-        outcome = paper_run.Outcome(experiment, report, found, tactid.info(files.log))
+        outcome = paper_run.Outcome(experiment, report, found, log_info(files.log))
         with notes.status("drawing"):
             outcome.write(files)
     print_whole(table.rich_table(outcome.columns[:1], outcome.truth))
@@ -119,24 +128,22 @@ def _read_posture(text: str) -> str | list[float]:
     try:
         return [float(angle) for angle in text.replace(",", " ").split()]
     except ValueError:
-        raise tactid.ArgumentError(
+        raise ArgumentError(
             f"--posture is {text!r}: expected identifiable, table1, or joint angles in rad"
         ) from None
 
 
-@app.command()
-def simulate(
+@app.command("simulate")
+def run_simulation(
     experiment: Annotated[
         Path | None, typer.Argument(help="A TOML file; the paper's experiment where left out.")
     ] = None,
     out: Annotated[Path, typer.Option(help="The log to write.")] = Path("run.mcap"),
 ) -> None:
     """Simulates an experiment and writes its log."""
-    what = (
-        tactid.Experiment.paper() if experiment is None else tactid.Experiment.from_file(experiment)
-    )
+    chosen = Experiment.paper() if experiment is None else Experiment.from_file(experiment)
     with interruptible(f"{out} holds the run up to here"), progress("simulating") as done:
-        report = tactid.simulate(what, out, progress=done)
+        report = simulate_experiment(chosen, out, progress=done)
     notes.print(
         f"Wrote {out}: {report.simulated_time:g} s in {report.wall_time:.1f} s,"
         f" grasp drift {report.grasp_drift * 1e6:.1f} µm,"
@@ -145,22 +152,22 @@ def simulate(
     )
 
 
-app.command()(identify)
+app.command("identify")(identify_recording)
 
 
-@app.command()
-def info(
+@app.command("info")
+def show_info(
     log: Annotated[Path, typer.Argument(help="An .mcap file, or the folder of a rosbag2 bag.")],
 ) -> None:
-    """Says what is in a log."""
-    found = tactid.info(log)
+    """Shows the topics of a log."""
+    found = log_info(log)
     Console().print(table.topics_table(found), highlight=False)
     for line in table.info_lines(found):
         Console().print(line, highlight=False, markup=False)
 
 
-@app.command()
-def view(
+@app.command("view")
+def show_view(
     log: Annotated[Path, typer.Argument(help="An .mcap file, or the folder of a rosbag2 bag.")],
     result_file: Annotated[
         Path | None,

@@ -1,4 +1,4 @@
-"""What the commands tell beside their results: on standard error."""
+"""Progress and notes of the commands, on standard error."""
 
 import sys
 from collections.abc import Callable, Iterator

@@ -1,11 +1,40 @@
-"""What can go wrong: one tree of exceptions under :class:`TactidError`.
+"""The exceptions of tactid: one tree under :class:`TactidError`.
 
 The message of each says what is wrong, where, and what would be right.
 """
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from tactid.faults import DataFault
+from tactid.naming import Style, option_name
+
 
 class TactidError(Exception):
-    """Whatever tactid raises."""
+    """Base class of every exception that tactid raises on purpose.
+
+    Args:
+        message: What is wrong, without the name of an option.
+        option: The field of ``tactid.Options`` that causes or resolves the error; None where there
+            is none.
+    """
+
+    def __init__(self, message: str = "", option: str | None = None) -> None:
+        super().__init__(message, option)
+        self.message = message
+        self.option = option
+
+    def __str__(self) -> str:
+        return self.worded("keyword")
+
+    def worded(self, style: Style) -> str:
+        """Returns the message with the option's name as the reader would write it."""
+        if self.option is None:
+            return self.message
+        keyword, name = option_name(self.option, "keyword"), option_name(self.option, style)
+        if keyword in self.message:
+            return self.message.replace(keyword, name)
+        return f"{self.message} ({name})"
 
 
 class ArgumentError(TactidError, ValueError):
@@ -25,8 +54,25 @@ class ExperimentError(TactidError):
 
 
 class SimulationError(TactidError):
-    """A run that was given up, because the payload slipped or a check exceeded its bound."""
+    """A simulation that was stopped because the payload slipped or a check exceeded its bound."""
 
 
 class IdentificationError(TactidError):
-    """A log or a motion from which nothing can be identified."""
+    """A recording from which the payload cannot be identified.
+
+    Args:
+        message: What is wrong, without the name of an option.
+        option: The field of ``tactid.Options`` that causes or resolves the error.
+        faults: What is wrong with the recording's messages: the fields of ``DataFault`` by name.
+    """
+
+    def __init__(
+        self,
+        message: str = "",
+        option: str | None = None,
+        faults: Sequence[Mapping[str, Any]] = (),
+    ) -> None:
+        found = [DataFault(**fault) for fault in faults]
+        listed = [f"{fault.topic}: {fault.count} × {fault.phrase}" for fault in found]
+        super().__init__("; ".join([message, *listed]), option)
+        self.faults = found

@@ -1,4 +1,4 @@
-"""A payload in the words of what will use it: a URDF, a MuJoCo model, a robot controller.
+"""A payload in the format of what will use it: a URDF, a MuJoCo model, a robot controller.
 
 Numbers are written as Python writes them, so that reading one back gives the very same number.
 """
@@ -10,14 +10,18 @@ from typing import Literal
 
 from tactid.bodies import inertia_about_com, inertia_about_origin, why_impossible
 from tactid.errors import IdentificationError
-from tactid.result import KINDS, Values
 from tactid.table import NAMES
+from tactid.values import KINDS, Values
 
 Form = Literal["urdf", "mujoco", "controller"]
 
 
 def urdf(values: Values, frame: str) -> str:
-    """The ``<inertial>`` of a link at the frame; refused unless known and possible."""
+    """Returns the ``<inertial>`` of a link at the frame.
+
+    Raises:
+        IdentificationError: A value is unknown, or no body can have these values.
+    """
     mass, x, y, z, xx, xy, xz, yy, yz, zz = map(repr, _of_a_simulator(values, "URDF"))
     return f"""{_comment(frame)}
 <inertial>
@@ -29,9 +33,12 @@ def urdf(values: Values, frame: str) -> str:
 
 
 def mujoco(values: Values, frame: str) -> str:
-    """The ``<inertial>`` of a MuJoCo body at the frame; refused unless known and possible.
+    """Returns the ``<inertial>`` of a MuJoCo body at the frame.
 
     MuJoCo's order is the diagonal first: xx, yy, zz, xy, xz, yz.
+
+    Raises:
+        IdentificationError: A value is unknown, or no body can have these values.
     """
     mass, x, y, z, xx, xy, xz, yy, yz, zz = map(repr, _of_a_simulator(values, "MuJoCo"))
     return f"""{_comment(frame)}
@@ -40,9 +47,9 @@ def mujoco(values: Values, frame: str) -> str:
 
 
 def controller(values: Values, frame: str) -> str:
-    """What a robot controller asks for, as text; refused unless mass and centre of mass are known.
+    """Returns what a robot controller asks for, as text.
 
-    An inertia that is not known is said to be so: most controllers take a payload without one. Some
+    An unknown inertia is marked as such: most controllers accept a payload without one. Some
     want the centre of mass in mm, and some the inertia about the flange: both are given.
     """
     mass, *com = _known(values, "payload for a controller", upto=KINDS[1].stop)

@@ -1,18 +1,27 @@
-"""The command ``tactid identify``: from a recording to the payload and the reasons to trust it."""
+"""The command ``tactid identify``: from a recording to the payload and the reasons to trust it.
 
+Its parameters are the fields of ``tactid.Options``, and those below, which choose the output.
+"""
+
+import inspect
 import sys
+from dataclasses import dataclass, fields
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_type_hints
 
-import numpy as np
 import typer
 
-import tactid
-from tactid import forms, result, table
+from tactid import forms, option_text, outlook, reported, result_json, table
+from tactid._native import info
 from tactid.console import interruptible, notes, print_whole, progress
-from tactid.errors import ArgumentError
-from tactid.result import Filter, Way
+from tactid.files import atomic_path, write_atomically
+from tactid.identification import Identification
+from tactid.naming import command_line_flag
+from tactid.offline import identify
+from tactid.options import Declaration, Options
+from tactid.truth import read_checks, read_truth
+from tactid.wording import assumptions, remarks
 
 
 class Form(StrEnum):
@@ -25,284 +34,153 @@ class Form(StrEnum):
     CONTROLLER = "controller"
 
 
-class ActsOn(StrEnum):
-    """On which body a measured wrench acts."""
-
-    PAYLOAD = "payload"
-    SENSOR = "sensor"
-
-
 FORMS = {
     Form.URDF: forms.urdf,
     Form.MUJOCO: forms.mujoco,
     Form.CONTROLLER: forms.controller,
 }
 
-Log = Annotated[Path, typer.Argument(help="An .mcap file, or the folder of a rosbag2 bag.")]
+RESULTS = "Results"
 
 
-def _panel(name: str, text: str, *names: str) -> Any:
-    return typer.Option(*names, help=text, rich_help_panel=name)
+def _result(text: str, *flags: str) -> Any:
+    return typer.Option(*flags, help=text, rich_help_panel=RESULTS)
 
 
-ROBOT, TOPICS, SIGNS, SIGNALS, RESULTS = "Robot", "Topics", "Signs", "Signals", "Results"
-PAYLOAD = "Payload, where something is known of it"
+@dataclass(frozen=True)
+class Output:
+    """What the command prints and writes."""
+
+    form: Form
+    within: float
+    result_file: Path | None
+    report: Path | None
+    estimates: Path | None
 
 
-def identify(
-    log: Log,
-    urdf: Annotated[
-        Path | None, _panel(ROBOT, "The robot, where the log has no /robot_description.")
-    ] = None,
-    tip: Annotated[
-        str | None,
-        _panel(ROBOT, "The end-effector frame: a link of the robot. Default: tool0."),
-    ] = None,
-    way: Annotated[
-        Way | None,
-        _panel(
-            ROBOT,
-            "From wrenches, from joint efforts, or from the motion of joints and free base."
-            " Default: tactile where there are wrenches.",
-        ),
-    ] = None,
-    bare: Annotated[
-        Path | None,
-        _panel(ROBOT, "A recording of the same motion without the payload: its efforts go off."),
-    ] = None,
-    effort_gain: Annotated[
-        str | None,
-        _panel(ROBOT, "What a unit of effort is in N m, one a joint: 12.5,12.5,9.8,..."),
-    ] = None,
-    joints: Annotated[
-        list[str] | None, _panel(TOPICS, "JointState; more than once for parts of the joints.")
-    ] = None,
-    wrench: Annotated[
-        list[str] | None, _panel(TOPICS, "WrenchStamped; more than once for several fingers.")
-    ] = None,
-    odometry: Annotated[
-        str | None, _panel(TOPICS, "Odometry of the base, or of the sensor itself without joints.")
-    ] = None,
-    imu: Annotated[
-        str | None, _panel(TOPICS, "Imu on the tool, without joints; or on a moving base.")
-    ] = None,
-    accel: Annotated[str | None, _panel(TOPICS, "AccelStamped of what the odometry moves.")] = None,
-    gravity: Annotated[
-        tuple[float, float, float] | None,
-        _panel(
-            SIGNS,
-            "Gravitational acceleration in the world, m/s². Default: 0 0 -9.81, or none for a"
-            " robot whose base moves.",
-        ),
-    ] = None,
-    wrench_acts_on: Annotated[
-        ActsOn, _panel(SIGNS, "The body on which the measured wrench acts.")
-    ] = ActsOn.PAYLOAD,
-    tool_mass_properties: Annotated[
-        str | None,
-        _panel(
-            SIGNS,
-            "A known tool in the measured load, to be taken off: mass, centre of mass in the tip's"
-            " frame, inertia about it: m,cx,cy,cz,Ixx,Ixy,Ixz,Iyy,Iyz,Izz.",
-        ),
-    ] = None,
-    mass: Annotated[float | None, _panel(PAYLOAD, "Its mass as it was weighed, kg.")] = None,
-    mass_deviation: Annotated[
-        float, _panel(PAYLOAD, "Standard deviation of the weighing, kg; 0 for an exact mass.")
-    ] = 0.0,
-    box: Annotated[
-        str | None,
-        _panel(
-            PAYLOAD,
-            "A box that holds all of it, in the tip's frame, m: least and largest corner,"
-            " x,y,z,x,y,z.",
-        ),
-    ] = None,
-    delay: Annotated[
-        str, _panel(SIGNALS, "By how much later than the motion wrenches are stamped: auto, or s.")
-    ] = "auto",
-    cutoff: Annotated[
-        float | None,
-        _panel(SIGNALS, "Of the low-pass on both sides, Hz. Default: chosen from the data."),
-    ] = None,
-    max_gap: Annotated[
-        float | None,
-        _panel(SIGNALS, "Samples further apart are not bridged, s. Default: five periods."),
-    ] = None,
-    wrench_offset: Annotated[
-        bool,
-        _panel(
-            SIGNALS,
-            "The wrenches may be off by a constant: identify it as well.",
-            "--wrench-offset",
-        ),
-    ] = False,
-    wrench_noise: Annotated[
-        list[str] | None,
-        _panel(
-            SIGNALS,
-            "Noise of one sample of a wrench, N and N m: fx,fy,fz,mx,my,mz. Once for all sensors,"
-            " or once for each. Default: from the residuals.",
-        ),
-    ] = None,
-    effort_noise: Annotated[
-        str | None,
-        _panel(SIGNALS, "The same of a joint's effort: one for all, or 0.5,0.5,0.2,..."),
-    ] = None,
-    estimator: Annotated[
-        Filter, _panel(SIGNALS, "Robust least squares, or the paper's filter.")
-    ] = "rls",
-    epochs: Annotated[
-        int | None,
-        typer.Option(
-            min=1,
-            max=2**32 - 1,
-            help="How often nlms sees the log. Default: 2.",
-            rich_help_panel=SIGNALS,
-        ),
-    ] = None,
-    form: Annotated[Form, _panel(RESULTS, "What to print.", "--format")] = Form.TABLE,
-    as_json: Annotated[bool, _panel(RESULTS, "The same as --format json.", "--json")] = False,
+def identify_recording(
+    log: Annotated[Path, typer.Argument(help="An .mcap file, or the folder of a rosbag2 bag.")],
+    form: Annotated[Form, _result("What to print.", "--format")] = Form.TABLE,
+    as_json: Annotated[bool, _result("The same as --format json.", "--json")] = False,
     result_file: Annotated[
-        Path | None, _panel(RESULTS, "A JSON file with all time series to write.", "--result")
+        Path | None, _result("A JSON file with all time series to write.", "--result")
     ] = None,
-    report: Annotated[Path | None, _panel(RESULTS, "An HTML file to write, with plots.")] = None,
+    report: Annotated[Path | None, _result("An HTML file to write, with plots.")] = None,
     within: Annotated[
         str,
-        _panel(
-            RESULTS,
-            "The precision for which the time left is told: half of each 95 % interval in percent"
-            " of the largest value of its kind.",
+        _result(
+            "Target precision: half of each 95 % interval in percent of the largest value of its"
+            " kind. The output says how much longer the motion must go on to reach it."
         ),
     ] = "1%",
     estimates: Annotated[
         Path | None,
-        _panel(RESULTS, "An .mcap file to write, with the estimate over time (InertiaStamped)."),
+        _result("An .mcap file to write, with the estimate over time (InertiaStamped)."),
     ] = None,
+    **options: Any,
 ) -> None:
     """Identifies the payload from a recording."""
-    precision = _percent("--within", within)
+    precision = option_text.fraction("--within", within)
+    output = Output(Form.JSON if as_json else form, precision, result_file, report, estimates)
     with interruptible("no result"), progress("identifying") as done:
-        found = tactid.identify(
-            log,
-            tool=tip,
-            way=way,
-            estimator=estimator,
-            epochs=epochs,
-            gravity=gravity,
-            cutoff=cutoff,
-            max_gap=max_gap,
-            wrench_offset=wrench_offset,
-            wrench_noise=_each("--wrench-noise", wrench_noise, 6),
-            effort_noise=None if effort_noise is None else _numbers("--effort-noise", effort_noise),
-            urdf=None if urdf is None else _read(urdf),
-            joints=joints or [],
-            wrenches=wrench or [],
-            odometry=odometry,
-            imu=imu,
-            acceleration=accel,
-            wrench_acts_on=wrench_acts_on.value,
-            known_tool=_read_tool(tool_mass_properties),
-            known_mass=mass,
-            known_mass_deviation=mass_deviation,
-            bounding_box=None if box is None else np.reshape(_numbers("--box", box, 6), (2, 3)),
-            delay=None if delay == "auto" else _numbers("--delay", delay, 1)[0],
-            bare=bare,
-            effort_gain=[] if effort_gain is None else _numbers("--effort-gain", effort_gain),
-            progress=done,
-        )
-    _print(log, found, Form.JSON if as_json else form, precision)
+        found = identify(log, options=_parsed(options), progress=done)
+    _print(log, found, output)
     with interruptible("some of the files were not written"):
-        _write(log, found, result_file, report, estimates, precision)
+        _write(log, found, output)
 
 
-def _print(log: Path, found: tactid.Identification, form: Form, within: float) -> None:
+def _parameters() -> list[inspect.Parameter]:
+    """Returns a parameter for each field of ``Options``."""
+    hints = get_type_hints(Options)
+    parameters = []
+    for one in fields(Options):
+        declared = Declaration.of(one)
+        unit = f" Unit: {declared.unit}." if declared.unit else ""
+        option = typer.Option(
+            command_line_flag(one.name),
+            help=declared.text + unit,
+            metavar=declared.metavar,
+            rich_help_panel=declared.panel,
+            show_default=False,
+        )
+        kind = hints[one.name] if declared.argument is None else declared.argument | None
+        parameters.append(
+            inspect.Parameter(
+                one.name,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=None,
+                annotation=Annotated[kind, option],
+            )
+        )
+    return parameters
+
+
+def _parsed(arguments: dict[str, Any]) -> Options:
+    """Returns the options that the command line gives; what is absent stays None."""
+    values = {}
+    for one in fields(Options):
+        declared, value = Declaration.of(one), arguments[one.name]
+        if value is not None and value != [] and declared.parse is not None:
+            value = declared.parse(command_line_flag(one.name), value)
+        values[one.name] = None if isinstance(value, list) and not value else value
+    return Options(**values)
+
+
+def _show_options() -> None:
+    """Gives the command the signature that typer reads: its own parameters and the options."""
+    signature = inspect.signature(identify_recording)
+    own = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
+    log, outputs = own[0], [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own[1:]]
+    parameters = [log, *_parameters(), *outputs]
+    identify_recording.__signature__ = signature.replace(  # type: ignore[attr-defined]
+        parameters=parameters
+    )
+    identify_recording.__annotations__ = {p.name: p.annotation for p in parameters}
+
+
+_show_options()
+
+
+def _print(log: Path, found: Identification, output: Output) -> None:
     for damage in found.damage:
         notes.print(f"tactid: note: {damage}; what stands before was used", style="yellow")
-    values = result.estimate_values(found)
-    if form is Form.JSON:
-        sys.stdout.write(result.to_json(_record(log, found, within)))
+    if output.form is Form.JSON:
+        sys.stdout.write(result_json.to_json(_record(log, found, output.within)))
         return
-    if form is not Form.TABLE:
-        sys.stdout.write(FORMS[form](values, found.tool).rstrip() + "\n")
-    else:
-        truth = result.read_truth(tactid.info(log))
+    if output.form is Form.TABLE:
+        truth = read_truth(info(log))
         print_whole(table.rich_table([table.Column.of(found, truth)], truth))
-    for line in result.facts(found):
-        notes.print(line)
-    outlook = result.outlook(found, within)
-    if outlook is not None:
-        notes.print(outlook)
-    for remark in result.recording_remarks(found):
+    else:
+        form = FORMS[output.form]
+        values = reported.estimate_values(found)
+        sys.stdout.write(form(values, found.estimate.frame).rstrip() + "\n")
+    notes.print(assumptions(found))
+    sentence = outlook.outlook(found, output.within)
+    if sentence is not None:
+        notes.print(sentence)
+    for remark in remarks(found, "command-line"):
         notes.print(remark)
 
 
-def _record(log: Path, found: tactid.Identification, within: float) -> dict[str, object]:
-    record = result.record(found, within)
-    record["diagnostics"] |= result.read_checks(tactid.info(log))
+def _record(log: Path, found: Identification, within: float) -> dict[str, Any]:
+    record = result_json.record(found, within, "command-line")
+    record["diagnostics"] |= read_checks(info(log))
     return record
 
 
-def _write(
-    log: Path,
-    found: tactid.Identification,
-    result_file: Path | None,
-    report: Path | None,
-    estimates: Path | None,
-    within: float,
-) -> None:
-    if result_file is not None:
-        record = _record(log, found, within) | {"series": result.series(found)}
-        result.write_atomically(result_file, result.to_json(record))
-    if report is not None:
-        from tactid import recording_report  # with matplotlib, which takes a while to load
+def _write(log: Path, found: Identification, output: Output) -> None:
+    if output.result_file is not None:
+        record = _record(log, found, output.within) | {"series": result_json.series(found)}
+        write_atomically(output.result_file, result_json.to_json(record))
+    if output.report is not None:
+        from tactid import recording_report  # imports matplotlib, which takes a while to load
 
         with notes.status("drawing"):
-            recording_report.write_report(found, log.name, report, within)
-    if estimates is not None:
-        with result.atomic_path(estimates) as path:
+            recording_report.write_report(found, log.name, output.report, output.within)
+    if output.estimates is not None:
+        with atomic_path(output.estimates) as path:
             found.write_estimates(path)
-    written = [str(path) for path in (result_file, report, estimates) if path is not None]
+    files = (output.result_file, output.report, output.estimates)
+    written = [str(path) for path in files if path is not None]
     if written:
         notes.print(f"Wrote {', '.join(written)}.")
-
-
-def _read(urdf: Path) -> str:
-    try:
-        return urdf.read_text(encoding="utf-8")
-    except UnicodeDecodeError:
-        raise ArgumentError(f"--urdf {urdf} is not a text file") from None
-
-
-def _read_tool(text: str | None) -> tactid.MassProperties | None:
-    if text is None:
-        return None
-    mass, x, y, z, xx, xy, xz, yy, yz, zz = _numbers("--tool-mass-properties", text, 10)
-    inertia = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
-    return tactid.MassProperties(mass=mass, com=[x, y, z], inertia=inertia)
-
-
-def _numbers(option: str, text: str, count: int | None = None) -> list[float]:
-    try:
-        numbers = [float(word) for word in text.replace(",", " ").split()]
-    except ValueError:
-        numbers = []
-    if not numbers or (count is not None and len(numbers) != count):
-        many = "numbers" if count is None else f"{count} number{'s' if count > 1 else ''}"
-        raise ArgumentError(f"{option} is {text!r}: expected {many}, separated by commas")
-    return numbers
-
-
-def _each(option: str, texts: list[str] | None, count: int) -> list[list[float]] | None:
-    return [_numbers(option, text, count) for text in texts] if texts else None
-
-
-def _percent(option: str, text: str) -> float:
-    """A part of one, from a number in percent, with its sign or without."""
-    try:
-        percent = float(text.strip().removesuffix("%"))
-    except ValueError:
-        percent = 0.0
-    if not 0 < percent < float("inf"):
-        raise ArgumentError(f"{option} is {text!r}: expected a positive percentage, such as 1%")
-    return percent / 100

@@ -1,10 +1,10 @@
-"""What the reports share: one HTML file that needs nothing else, and its parts."""
+"""HTML that both reports share: one file that needs nothing else, and its parts."""
 
 import base64
 import html
 from collections.abc import Mapping
 
-import tactid
+from tactid._native import VERSION
 
 STYLE = """
 :root { color-scheme: light; --ink: #1d2329; --dim: #5b6570; --line: #d9dde2; --warn: #c8502d; }
@@ -27,7 +27,7 @@ pre { background: #f4f6f8; padding: .8rem; overflow-x: auto; font-size: .85rem; 
 
 
 def document(title: str, body: str) -> str:
-    """A whole page around its body."""
+    """Returns a whole page around its body."""
     return f"""<!doctype html>
 <html lang="en">
 <head>
@@ -38,23 +38,23 @@ def document(title: str, body: str) -> str:
 </head>
 <body>
 {body}
-<p class="lead">tactid {tactid.__version__}</p>
+<p class="lead">tactid {VERSION}</p>
 </body>
 </html>
 """
 
 
 def figure(png: bytes, caption: str) -> str:
-    """A picture and what it shows."""
-    told = html.escape(caption)
+    """Returns a figure with its caption."""
+    escaped = html.escape(caption)
     data = base64.b64encode(png).decode()
     return (
-        f'<figure><img alt="{told}" src="data:image/png;base64,{data}">'
-        f"<figcaption>{told}</figcaption></figure>\n"
+        f'<figure><img alt="{escaped}" src="data:image/png;base64,{data}">'
+        f"<figcaption>{escaped}</figcaption></figure>\n"
     )
 
 
 def facts(named: Mapping[str, str]) -> str:
-    """What there is to know, by name."""
+    """Returns facts by name as a list of definitions."""
     rows = (f"<dt>{html.escape(k)}</dt><dd>{html.escape(v)}</dd>" for k, v in named.items())
     return f"<dl>{''.join(rows)}</dl>"

@@ -1,4 +1,4 @@
-"""Figures of what a recording told: the fit, what it leaves, how it came about, and the body."""
+"""Figures of a result: the fit, its residuals, the estimate over time, and the excitation."""
 
 import warnings
 from collections.abc import Callable, Sequence
@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from tactid import drawing
 from tactid.drawing import EARLIER, ESTIMATE, TRUE, padded, remark
-from tactid.recording import Array, Recording
-from tactid.result import Z95, known_history
+from tactid.identification import Array, Fit, Identification
+from tactid.reported import known_history
 from tactid.table import NAMES, NOT_IDENTIFIABLE, UNITS
+from tactid.values import Z95
 
 STYLE = drawing.STYLE | {
     "agg.path.chunksize": 10_000,  # an hour of windows is one line
@@ -31,49 +32,51 @@ PANELS = ((0,), (1, 2, 3), (4, 7, 9), (5, 6, 8))
 """The rows of the figure of parameters: mass, centre, moments, products."""
 
 DIRECTIONS = ("mass", "m·x", "m·y", "m·z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
-"""The parameters that excitation speaks of."""
+"""The linear parameters, in which directions of excitation are given."""
 
 FLOOR = 1e-8
-"""What is weaker than this part of the strongest is rounding."""
+"""A direction that is weaker than this, relative to the strongest, is rounding."""
 
 SEGMENT = 256
-"""Windows in a segment of a spectrum, at the most."""
+"""Largest number of windows in a segment of a spectrum."""
 
 
-def figures(found: Recording) -> dict[str, bytes]:
-    """Draws what there is to draw, as PNG by name."""
-    drawers: dict[str, Callable[[Recording], Figure]] = {
-        "fit": fit,
-        "residuals": residuals,
-        "parameters": parameters,
-        "excitation": excitation,
-    }
+def figures(found: Identification) -> dict[str, bytes]:
+    """Draws all figures, as PNG by name; without a fit, only the parameters over time."""
+    drawers: dict[str, Callable[[], Figure]] = {"parameters": lambda: parameters(found)}
+    known = found.fit
+    if known is not None:
+        drawers |= {
+            "fit": lambda: fit(known),
+            "residuals": lambda: residuals(known, found.cutoff),
+            "excitation": lambda: excitation(known, found.estimate.identifiable),
+        }
     with mpl.rc_context(STYLE), warnings.catch_warnings():
-        # A name in a script that the font lacks is drawn as boxes: no reason to speak up.
+        # A name in a script that the font lacks is drawn as boxes, which needs no warning.
         warnings.filterwarnings("ignore", message="Glyph")
-        return {name: drawing.png(draw(found)) for name, draw in drawers.items()}
+        return {name: drawing.png(draw()) for name, draw in drawers.items()}
 
 
-def fit(found: Recording) -> Figure:
-    """Measured against predicted, a panel for each channel."""
+def fit(found: Fit) -> Figure:
+    """Draws measured and predicted load, a panel for each channel."""
     count = len(found.channels)
     rows = -(-count // 2)
     figure = Figure(figsize=(9.0, 0.9 + 1.7 * rows))
     panels = figure.subplots(rows, 2, sharex=True, squeeze=False)
     # Down the columns: forces on the left, moments on the right.
     for channel, axes in enumerate(panels.T.flat):
-        axes.set_xlim(_span(found.fit_time))
+        axes.set_xlim(_span(found.time))
         if channel >= count:
             _time_axis_above(axes)
             continue
         _shade_held_out(axes, found)
         for values, color, width in (
-            (found.fit_measured, MEASURED, 2.2),
-            (found.fit_predicted, ESTIMATE, 1.0),
+            (found.measured, MEASURED, 2.2),
+            (found.predicted, ESTIMATE, 1.0),
         ):
-            _line(axes, found.fit_time, values[:, channel], color=color, linewidth=width)
+            _line(axes, found.time, values[:, channel], color=color, linewidth=width)
         outlier = outliers(found)[:, channel]
-        _dots(axes, found.fit_time[outlier], found.fit_measured[outlier, channel])
+        _dots(axes, found.time[outlier], found.measured[outlier, channel])
         _name(axes, found, channel)
         if axes in panels[-1]:
             axes.set_xlabel("time / s")
@@ -85,26 +88,26 @@ def fit(found: Recording) -> Figure:
     return figure
 
 
-def residuals(found: Recording) -> Figure:
-    """What is left of each channel, over time and over frequency."""
+def residuals(found: Fit, cutoff: float) -> Figure:
+    """Draws the residual of each channel, over time and over frequency."""
     count = len(found.channels)
     figure = Figure(figsize=(9.0, 0.9 + 1.45 * count))
     panels = figure.subplots(count, 2, sharex="col", squeeze=False, width_ratios=(2, 1))
-    error = found.fit_measured - found.fit_predicted
+    error = found.measured - found.predicted
     for channel, (axes, spectral) in enumerate(panels):
         outlier = outliers(found)[:, channel]
         limit = _largest(error[~outlier, channel]) or _largest(error[:, channel])
         _shade_held_out(axes, found)
-        _line(axes, found.fit_time, error[:, channel], color=ESTIMATE, linewidth=0.8)
+        _line(axes, found.time, error[:, channel], color=ESTIMATE, linewidth=0.8)
         if limit > 0:
             axes.set_ylim(-1.15 * limit, 1.15 * limit)
             shown = error[outlier, channel].clip(-1.1 * limit, 1.1 * limit)
-            _dots(axes, found.fit_time[outlier], shown)
+            _dots(axes, found.time[outlier], shown)
         _name(axes, found, channel)
         regular = np.where(outlier, np.nan, error[:, channel])
-        _spectra(spectral, found, (found.fit_measured[:, channel], regular))
-        spectral.set_ylabel(f"{found.channel_units[channel]} / √Hz")
-        axes.set_xlim(_span(found.fit_time))
+        _spectra(spectral, found, cutoff, (found.measured[:, channel], regular))
+        spectral.set_ylabel(f"{found.channels[channel].unit} / √Hz")
+        axes.set_xlim(_span(found.time))
     panels[-1, 0].set_xlabel("time / s")
     panels[-1, 1].set_xlabel("frequency / Hz")
     lines = [
@@ -115,21 +118,21 @@ def residuals(found: Recording) -> Figure:
     return figure
 
 
-def parameters(found: Recording) -> Figure:
-    """The ten values over time, each with its 95 % interval."""
+def parameters(found: Identification) -> Figure:
+    """Draws the ten values over time, each with its 95 % interval."""
     figure = Figure(figsize=(9.0, 8.2))
     panels = figure.subplots(len(PANELS), 3, sharex=True)
-    values, deviation = known_history(found)
+    values, std_devs = known_history(found)
     for row, indices in enumerate(PANELS):
         for column, axes in enumerate(panels[row]):
             if column >= len(indices):
                 axes.axis("off")
                 continue
             index = indices[column]
-            _history(axes, found, index, values[:, index], Z95 * deviation[:, index])
+            _history(axes, found, index, values[:, index], Z95 * std_devs[:, index])
             axes.set_title(NAMES[index])
             axes.set_ylabel(UNITS[index])
-            axes.set_xlim(_span(found.history_time))
+            axes.set_xlim(_span(found.history.time))
     for axes in panels[-1]:
         axes.set_xlabel("time / s")
     handles = [
@@ -141,9 +144,9 @@ def parameters(found: Recording) -> Figure:
     return figure
 
 
-def excitation(found: Recording) -> Figure:
-    """How strongly the motion speaks of each direction, and what that direction is made of."""
-    relative, weak = relative_excitation(found)
+def excitation(found: Fit, identifiable: Sequence[bool]) -> Figure:
+    """Draws how strongly the motion excites each direction, and what the direction consists of."""
+    relative, weak = relative_excitation(found, identifiable)
     figure = Figure(figsize=(9.0, 3.9))
     axes = figure.subplots()
     if not relative.any():
@@ -157,56 +160,66 @@ def excitation(found: Recording) -> Figure:
         axes.annotate(
             "none", (0.005, at), xycoords=("axes fraction", "data"), color=TRUE, va="center"
         )
-    axes.set_yticks(place, [make_up(row) for row in found.excitation_directions])
+    axes.set_yticks(place, [composition(row) for row in found.excitation_directions])
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
     axes.set_xscale("log")
     axes.set_xlim(relative[relative >= FLOOR].min() / 3, 1.2)
-    axes.set_xlabel("strength of excitation, as a part of the strongest")
+    axes.set_xlabel("strength of excitation, relative to the strongest")
     if weak.any():
         named = [
             Patch(color=ESTIMATE, label="excited"),
-            Patch(color=TRUE, label="not enough to tell"),
+            Patch(color=TRUE, label="too weak"),
         ]
         figure.legend(handles=named, loc="outside lower center", ncols=2)
     return figure
 
 
-def relative_excitation(found: Recording) -> tuple[Array, NDArray[np.bool_]]:
-    """The strength of each direction as a part of the strongest, and which are too weak.
+def relative_excitation(
+    found: Fit, identifiable: Sequence[bool]
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Returns the strength of each direction relative to the strongest, and which are too weak.
 
-    What was not identifiable has been decided elsewhere: too weak is a faint direction that lies
-    mostly within it.
+    A faint direction is too weak if it consists mostly of values that are not identifiable.
     """
-    strength = np.nan_to_num(found.excitation_values, nan=0.0, posinf=0.0)
+    strength = np.nan_to_num(found.excitation, nan=0.0, posinf=0.0)
     relative = strength / (strength.max() or 1.0)
-    unknown = ~np.array(found.estimate.identifiable)
+    unknown = ~np.array(identifiable)
     share = np.nan_to_num(found.excitation_directions[:, unknown] ** 2).sum(axis=1)
     return relative, (relative < FLOOR) | ((relative < 0.01) & (share > 0.5))
 
 
-def make_up(direction: Array, most: int = 3) -> str:
-    """What a direction is made of, in words: its largest parts in percent of its square."""
-    part = 100 * np.nan_to_num(direction) ** 2
-    largest = [index for index in np.argsort(-part, kind="stable")[:most] if part[index] >= 4.5]
+def composition(direction: Array, most: int = 3) -> str:
+    """Says what a direction consists of: its largest components in percent of its square."""
+    percent = 100 * np.nan_to_num(direction) ** 2
+    largest = [
+        index for index in np.argsort(-percent, kind="stable")[:most] if percent[index] >= 4.5
+    ]
     if not largest:
-        return "a little of each" if part.any() else "nothing"
+        return "a little of each" if percent.any() else "nothing"
     return ", ".join(
-        DIRECTIONS[index] if part[index] > 99.5 else f"{part[index]:.0f} % {DIRECTIONS[index]}"
+        DIRECTIONS[index]
+        if percent[index] > 99.5
+        else f"{percent[index]:.0f} % {DIRECTIONS[index]}"
         for index in largest
     )
 
 
-def outliers(found: Recording) -> NDArray[np.bool_]:
-    """Which windows count less than half, of those that the estimate has seen; (N, C)."""
-    weight = np.nan_to_num(found.fit_weight, nan=1.0, posinf=1.0)
+def outliers(found: Fit) -> NDArray[np.bool_]:
+    """Returns which measurements have less than half of the full weight, (W, C).
+
+    Held-out windows are not among them.
+    """
+    weight = np.nan_to_num(found.weights, nan=1.0, posinf=1.0)
     full = weight.max(axis=0, initial=0.0)
-    lowered: NDArray[np.bool_] = (weight < 0.5 * full) & ~found.fit_held_out[:, None]
+    lowered: NDArray[np.bool_] = (weight < 0.5 * full) & ~found.held_out[:, None]
     return lowered
 
 
 def spectrum(time: Array, values: Array) -> tuple[Array, Array]:
-    """Frequencies in Hz and amplitude density by Welch's method; empty for too few windows.
+    """Returns frequencies, Hz, and the amplitude density by Welch's method.
+
+    Both are empty for too few windows.
 
     Segments lie within stretches without a gap, and overlap by half.
     """
@@ -222,15 +235,15 @@ def spectrum(time: Array, values: Array) -> tuple[Array, Array]:
             part = values[at : at + length]
             powers.append(np.abs(np.fft.rfft(window * (part - part.mean()))) ** 2)
     density: Array = 2 * step * np.mean(powers, axis=0) / (window @ window)
-    # The mean has been taken off, and with it the first entries of a windowed spectrum.
+    # Without the mean, the first entry of a windowed spectrum is meaningless.
     frequency: Array = np.arange(1, length // 2 + 1) / (length * step)
     amplitude: Array = np.sqrt(density)[1:]
     return frequency, amplitude
 
 
-def _spectra(axes: Axes, found: Recording, signals: Sequence[Array]) -> None:
+def _spectra(axes: Axes, found: Fit, cutoff: float, signals: Sequence[Array]) -> None:
     for signal, color in zip(signals, (MEASURED, ESTIMATE), strict=True):
-        frequency, density = spectrum(found.fit_time, signal)
+        frequency, density = spectrum(found.time, signal)
         shown = density > 0
         if shown.any():
             axes.loglog(frequency[shown], density[shown], color=color)
@@ -238,17 +251,17 @@ def _spectra(axes: Axes, found: Recording, signals: Sequence[Array]) -> None:
     if not axes.lines:
         axes.set_yticks([])
         remark(axes, "no spectrum")
-    elif axes.get_xlim()[0] < found.cutoff < axes.get_xlim()[1]:
-        axes.axvline(found.cutoff, color=TRUE, linestyle=":", linewidth=1.0)
+    elif axes.get_xlim()[0] < cutoff < axes.get_xlim()[1]:
+        axes.axvline(cutoff, color=TRUE, linestyle=":", linewidth=1.0)
 
 
-def _history(axes: Axes, found: Recording, index: int, values: Array, half: Array) -> None:
+def _history(axes: Axes, found: Identification, index: int, values: Array, half: Array) -> None:
     final = float(found.estimate.values[index])
     if not found.estimate.identifiable[index] or not np.isfinite(final):
         axes.set_yticks([])
         remark(axes, NOT_IDENTIFIABLE)
         return
-    time = found.history_time
+    time = found.history.time
     axes.fill_between(time, values - half, values + half, color=ESTIMATE, alpha=0.2, linewidth=0)
     _line(axes, time, values, color=ESTIMATE)
     axes.axhline(final, color=TRUE, linestyle="--", linewidth=1.0)
@@ -260,18 +273,18 @@ def _history(axes: Axes, found: Recording, index: int, values: Array, half: Arra
     axes.ticklabel_format(axis="y", useOffset=False)
 
 
-def _name(axes: Axes, found: Recording, channel: int) -> None:
-    axes.set_title(found.channels[channel].replace("$", r"\$"))  # no formula
-    axes.set_ylabel(found.channel_units[channel])
+def _name(axes: Axes, found: Fit, channel: int) -> None:
+    axes.set_title(found.channels[channel].name.replace("$", r"\$"))  # no formula
+    axes.set_ylabel(found.channels[channel].unit)
 
 
-def _legend(figure: Figure, lines: Sequence[Line2D], found: Recording) -> None:
+def _legend(figure: Figure, lines: Sequence[Line2D], found: Fit) -> None:
     handles: list[Line2D | Patch] = list(lines)
     if outliers(found).any():
         handles.append(
-            Line2D([], [], color=OUTLIER, marker=".", linestyle="", label="counts less than half")
+            Line2D([], [], color=OUTLIER, marker=".", linestyle="", label="weight below one half")
         )
-    if found.fit_held_out.any():
+    if found.held_out.any():
         handles.append(Patch(facecolor=HELD_OUT, edgecolor=EARLIER, label="held out"))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
@@ -280,25 +293,25 @@ def _dots(axes: Axes, time: Array, values: Array) -> None:
     axes.plot(time, values, ".", color=OUTLIER, markersize=5, zorder=3)
 
 
-def _shade_held_out(axes: Axes, found: Recording) -> None:
-    if not found.fit_held_out.any():
+def _shade_held_out(axes: Axes, found: Fit) -> None:
+    if not found.held_out.any():
         return
-    half = _step(found.fit_time) / 2
-    edges = np.flatnonzero(np.diff([False, *found.fit_held_out, False]))
+    half = _step(found.time) / 2
+    edges = np.flatnonzero(np.diff([False, *found.held_out, False]))
     for start, end in edges.reshape(-1, 2):
-        first, last = found.fit_time[start], found.fit_time[end - 1]
+        first, last = found.time[start], found.time[end - 1]
         axes.axvspan(first - half, last + half, color=HELD_OUT, linewidth=0, zorder=0)
 
 
 def _line(axes: Axes, time: Array, values: Array, **style: Any) -> None:
-    """A line that does not bridge gaps, and shows each of a few points."""
+    """Draws a line that does not bridge gaps, and marks each point where there are few."""
     gaps = np.flatnonzero(np.diff(time) > 3 * _step(time)) + 1
     broken = (np.insert(time, gaps, np.nan), np.insert(values, gaps, np.nan))
     axes.plot(*broken, marker="." if len(time) < 20 else "", **style)
 
 
 def _time_axis_above(axes: Axes) -> None:
-    """The place that an odd number of panels leaves: for the time axis of the panel above."""
+    """Shows the time axis of the panel above in the place that an odd number of panels leaves."""
     axes.spines[:].set_visible(False)
     axes.grid(visible=False)
     axes.yaxis.set_visible(False)
@@ -309,7 +322,7 @@ def _time_axis_above(axes: Axes) -> None:
 def _stretches(
     time: Array, values: Array, step: float
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Starts and ends of where values follow each other steadily."""
+    """Returns starts and ends of the stretches without a gap."""
     finite = np.isfinite(values)
     joined = finite[1:] & finite[:-1] & (np.abs(np.diff(time) - step) < 0.5 * step)
     edges = np.flatnonzero(np.diff([False, *joined, False]))
@@ -317,7 +330,7 @@ def _stretches(
 
 
 def _step(time: Array) -> float:
-    """The usual time from one window to the next."""
+    """Returns the median time from one window to the next."""
     return float(np.median(np.diff(time))) if len(time) > 1 else 0.0
 
 

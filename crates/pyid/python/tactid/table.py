@@ -8,10 +8,11 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-import tactid
-from tactid import result
-from tactid.recording import Recording
-from tactid.result import KINDS, Truth, Values
+from tactid import reported
+from tactid._native import LogInfo
+from tactid.identification import Identification
+from tactid.truth import Truth
+from tactid.values import KINDS, Values
 
 NAMES = (
     "mass",
@@ -38,25 +39,25 @@ NOT_IDENTIFIABLE = "not identifiable"
 
 @dataclass(frozen=True)
 class Column:
-    """One way to identify, and what it gave."""
+    """The result of one identification."""
 
     title: str
     values: Values
     errors: Sequence[float | None] | None
-    """In percent; None where the truth is not known."""
+    """Errors in percent; None where the truth is not known."""
     half_widths: Values | None = None
-    """Half of each 95 % interval; None where the estimator tells none."""
+    """Half of each 95 % interval; None where the estimator has none."""
 
     @classmethod
-    def of(cls, found: Recording, truth: Truth | None) -> "Column":
-        """Of a recording: the ten values, then the three principal moments."""
-        values, moments = result.estimate_values(found), result.moments(found)
+    def of(cls, found: Identification, truth: Truth | None) -> "Column":
+        """Returns the column of a recording: the ten values, then the three principal moments."""
+        values, moments = reported.estimate_values(found), reported.moments(found)
         errors = None
         if truth is not None:
             errors = truth.errors_percent(values) + truth.moment_errors_percent(moments)
         half_widths = None
-        if found.stride > 0:
-            half_widths = result.half_widths(found) + result.moment_half_widths(found)
+        if found.fit is not None:
+            half_widths = reported.half_widths(found) + reported.moment_half_widths(found)
         return cls(found.estimator, values + moments, errors, half_widths)
 
 
@@ -135,8 +136,8 @@ def _without_minus_zero(value: float, digits: int) -> float:
     return round(value, digits) + 0.0
 
 
-def topics_table(info: tactid.LogInfo) -> Table:
-    """What topics a log has."""
+def topics_table(info: LogInfo) -> Table:
+    """Returns the topics of a log as a table."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("topic", overflow="fold")
     table.add_column("type", overflow="fold")
@@ -148,8 +149,8 @@ def topics_table(info: tactid.LogInfo) -> Table:
     return table
 
 
-def info_lines(info: tactid.LogInfo) -> list[str]:
-    """What else there is to say of a log."""
+def info_lines(info: LogInfo) -> list[str]:
+    """Returns the duration, the metadata and the damage of a log, a line each."""
     duration = "no messages" if info.duration is None else f"{info.duration:.3f} s"
     records = ", ".join(info.metadata) or "none"
     lines = [f"duration  {duration}", f"metadata  {records}"]

@@ -17,7 +17,7 @@ use super::{DRIVE_DAMPING, Link, Pad, Scene, integration_parameters};
 use crate::contact::SlipAnchors;
 use crate::convert::{glam_matrix, glam_pose, glam_vector};
 use crate::robot::{BoxShape, MovingJoint, Robot};
-use crate::{Experiment, SimError};
+use crate::{BaseProperties, Experiment, SimError};
 
 /// Collision group of the pads, which collide with the handle only.
 const PADS: Group = Group::GROUP_1;
@@ -33,7 +33,11 @@ impl Scene {
     /// # Errors
     /// Returns a fault of the robot, or [`SimError::Grasp`] if the fingers do not reach the handle.
     pub(crate) fn new(experiment: &Experiment) -> Result<Self, SimError> {
-        let robot = Robot::from_urdf(&experiment.urdf()?, experiment.base.as_ref())?;
+        let base = experiment
+            .base
+            .as_ref()
+            .map(BaseProperties::mass_properties);
+        let robot = Robot::from_urdf(&experiment.urdf()?, base.as_ref())?;
         let tool = robot.link(&experiment.robot.tool)?.clone();
         let fingers = fingers(&robot, experiment)?;
         let (mut bodies, mut multibody_joints) = (RigidBodySet::new(), MultibodyJointSet::new());

@@ -1,7 +1,7 @@
 //! The joint efforts beyond those of the arm, `Jᵀ [f_U; n_U]`: the payload alone.
 
 use nalgebra::{DMatrix, DVector, Vector6};
-use tactid_dynamics::{StateError, FrameId, JointKind, Manipulator};
+use tactid_dynamics::{FrameId, JointKind, Manipulator, StateError};
 
 use super::regressor::WrenchRegressor;
 use super::source::{MeasurementSource, RobotState};

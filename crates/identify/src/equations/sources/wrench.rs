@@ -1,7 +1,7 @@
 //! The wrenches of the fingers or of a wrist sensor, (47): the payload alone.
 
 use nalgebra::{DMatrix, SMatrix, SVector};
-use tactid_dynamics::{StateError, FrameId, Manipulator, Wrench};
+use tactid_dynamics::{FrameId, Manipulator, StateError, Wrench};
 
 use super::regressor::{WrenchRegressor, columns_expressed_in};
 use super::source::{MeasurementSource, RobotState};

@@ -1,23 +1,23 @@
-//! The nearest body on random problems.
+//! The projection on random problems.
 
 use nalgebra::{Matrix3, Matrix4, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 
 use super::*;
 
-fn random_covariance(random: &mut SmallRng) -> Information {
-    let root = SMatrix::<f64, 10, 10>::from_fn(|_, _| random.random_range(-1.0..1.0));
-    root * root.transpose() * 0.01 + SMatrix::identity() * 1e-4
+fn random_covariance(random: &mut SmallRng) -> Matrix {
+    let root = Matrix::from_fn(|_, _| random.random_range(-1.0..1.0));
+    root * root.transpose() * 0.01 + Matrix::identity() * 1e-4
 }
 
-/// The nearest body in a space whose parameters have deviations of about the same size.
-fn nearest(estimate: &Parameters, covariance: &Information) -> Option<Nearest> {
-    nearest_possible(estimate, covariance, &SVector::repeat(1.0), None)
+/// Projects parameters whose standard deviations are of similar size, without a box.
+fn project_freely(estimate: &Vector, covariance: &Matrix) -> Option<Projection> {
+    project(estimate, covariance, &SVector::repeat(1.0), None)
 }
 
-/// Far from any body, at random, with random covariances: the conditions of Karush, Kuhn and Tucker
-/// hold, which in a convex problem are those of the minimum. The gradient as a symmetric matrix
-/// has no negative eigenvalue, and is orthogonal to the pseudo-inertia.
+/// Far from consistent parameters, with random covariances, the conditions of Karush, Kuhn and Tucker hold,
+/// which in a convex problem are those of the minimum: the gradient as a symmetric matrix has no negative
+/// eigenvalue, and is orthogonal to the pseudo-inertia.
 #[test]
 fn meets_the_conditions_of_the_minimum() {
     let mut random = SmallRng::seed_from_u64(1);
@@ -26,7 +26,7 @@ fn meets_the_conditions_of_the_minimum() {
         let mut estimate = SVector::from_fn(|_, _| random.random_range(-1.0..1.0));
         estimate[0] = random.random_range(0.5..2.0);
         let covariance = random_covariance(&mut random);
-        let found = nearest(&estimate, &covariance).unwrap().parameters;
+        let found = project_freely(&estimate, &covariance).unwrap().parameters;
         let body = InertialParameters::from_vector(found);
         assert!(body.is_physical(), "{found}");
         moved += u32::from((found - estimate).norm() > 1e-9);
@@ -46,9 +46,9 @@ fn meets_the_conditions_of_the_minimum() {
     assert!(moved > 250, "{moved}");
 }
 
-/// A possible body stays as it is, bit by bit; one on the border, too.
+/// Consistent parameters are returned unchanged, also on the boundary.
 #[test]
-fn a_possible_body_stays() {
+fn consistent_parameters_are_unchanged() {
     let covariance = random_covariance(&mut SmallRng::seed_from_u64(2));
     for inertia in [
         [10.0, 0.1, 0.0, 15.0, 0.0, 10.0],
@@ -56,52 +56,52 @@ fn a_possible_body_stays() {
     ] {
         let [xx, xy, xz, yy, yz, zz] = inertia;
         let estimate = SVector::from([100.0, 0.0, 0.0, 0.0, xx, xy, xz, yy, yz, zz]);
-        let found = nearest(&estimate, &covariance).unwrap();
+        let found = project_freely(&estimate, &covariance).unwrap();
         assert_eq!((found.parameters, found.distance), (estimate, 0.0));
     }
 }
 
-/// What is known exactly does not move: the others make room.
+/// Parameters without uncertainty do not move; the others do.
 #[test]
-fn what_is_certain_stays() {
+fn certain_parameters_do_not_move() {
     let estimate = SVector::from([2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 2.5]);
-    let mut covariance = SMatrix::identity() * 1e-2;
+    let mut covariance = Matrix::identity() * 1e-2;
     for k in [0, 4, 7] {
         covariance[(k, k)] = 1e-12;
     }
-    let Nearest {
+    let Projection {
         parameters: found,
         distance,
-    } = nearest(&estimate, &covariance).unwrap();
+    } = project_freely(&estimate, &covariance).unwrap();
     assert!((distance - 5.0).abs() < 1e-4, "{distance}");
     assert!((found[0] - 2.0).abs() < 1e-6 && (found[4] - 1.0).abs() < 1e-6);
     assert!((found[9] - 2.0).abs() < 1e-5, "{found}");
 }
 
-/// Whatever the covariance, and be it no covariance at all, the result is a possible body.
+/// The result is consistent for any symmetric matrix in place of the covariance, also an indefinite one.
 #[test]
-fn any_covariance_will_do() {
+fn any_covariance_gives_consistent_parameters() {
     let mut random = SmallRng::seed_from_u64(3);
     for _ in 0..500 {
         let mut estimate = SVector::from_fn(|_, _| random.random_range(-10.0..10.0));
         estimate[0] = random.random_range(0.01..100.0);
-        let root = SMatrix::<f64, 10, 10>::from_fn(|_, _| random.random_range(-1.0..1.0));
+        let root = Matrix::from_fn(|_, _| random.random_range(-1.0..1.0));
         let sizes = SVector::<f64, 10>::from_fn(|_, _| {
             let sign = if random.random_bool(0.1) { -1.0 } else { 1.0 };
             sign * 10f64.powf(random.random_range(-20.0..5.0))
         });
-        let covariance = root * SMatrix::from_diagonal(&sizes) * root.transpose();
-        let found = nearest(&estimate, &covariance).unwrap();
+        let covariance = root * Matrix::from_diagonal(&sizes) * root.transpose();
+        let found = project_freely(&estimate, &covariance).unwrap();
         let body = InertialParameters::from_vector(found.parameters);
         assert!(body.is_physical_within(1e-6), "{}", found.parameters);
     }
 }
 
-/// A negative mass is near no body.
+/// A negative mass has no projection.
 #[test]
-fn no_body_is_near_a_negative_mass() {
+fn a_negative_mass_has_no_projection() {
     let estimate = SVector::from([-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0]);
-    assert_eq!(nearest(&estimate, &SMatrix::identity()), None);
+    assert_eq!(project_freely(&estimate, &Matrix::identity()), None);
 }
 
 const CUBE: BoundingBox = BoundingBox {
@@ -109,14 +109,14 @@ const CUBE: BoundingBox = BoundingBox {
     max: Vector3::new(0.3, 0.2, 0.5),
 };
 
-fn slacks(bounding: &BoundingBox, parameters: &Parameters) -> Vec<f64> {
+fn slacks(bounding: &BoundingBox, parameters: &Vector) -> Vec<f64> {
     let bounds = bounding.bounds();
     bounds.iter().map(|bound| bound.dot(parameters)).collect()
 }
 
-/// With a box, far from any body inside: no possible body is nearer, by more than what slacks bear of rounding, since
-/// multipliers that are not negative bound the distance of all from below (weak duality; Boyd and
-/// Vandenberghe 2004, 5.2.2). They are those of the barrier at its last weight.
+/// With a box, far from any body inside, no consistent body is nearer but for the rounding of the slacks:
+/// multipliers that are not negative bound the distance of all of them from below (weak duality; Boyd and
+/// Vandenberghe 2004, 5.2.2). The multipliers are those of the barrier at its last weight.
 #[test]
 fn no_body_in_the_box_is_nearer() {
     let mut random = SmallRng::seed_from_u64(4);
@@ -137,7 +137,7 @@ fn no_body_in_the_box_is_nearer() {
         assert!(distance > 0.1, "{distance}");
         let mut weight = problem.distance(&start);
         while 19.0 * weight >= GAP * distance {
-            weight *= FALL;
+            weight *= WEIGHT_FACTOR;
         }
         let dual = weight * body.pseudo_inertia().cholesky().unwrap().inverse();
         let mut sum = SVector::from_fn(|k, _| {
@@ -147,27 +147,27 @@ fn no_body_in_the_box_is_nearer() {
         for bound in &problem.bounds {
             sum += weight / bound.dot(&found) * bound;
         }
-        // The least of distance less multipliers times bounds, over all parameters whatsoever.
+        // Least value of the Lagrangian, the distance less multipliers times bounds, over all parameters.
         let least = -sum.dot(&target) - 0.5 * sum.dot(&(covariance * sum));
         assert!(least > (1.0 - 1e-3) * distance, "{least} {distance}");
     }
 }
 
-/// A body whose centre of mass is outside comes in, as far as it must; the nearer axis alone moves
-/// where nothing couples it to the others.
+/// A body whose centre of mass is outside the box moves to its boundary, and only along the axis on which it is
+/// outside where the covariance does not couple the axes.
 #[test]
-fn a_body_outside_comes_in() {
+fn a_body_outside_the_box_moves_inside() {
     let outside = InertialParameters::from(tactid_dynamics::MassProperties {
         mass_kg: 2.0,
         center_of_mass: Vector3::new(0.35, 0.05, 0.3),
         inertia: Matrix3::from_diagonal_element(0.01),
     });
     let estimate = *outside.as_vector();
-    let covariance = SMatrix::identity() * 1e-4;
+    let covariance = Matrix::identity() * 1e-4;
     let scales = SVector::repeat(1e-2);
-    let free = nearest_possible(&estimate, &covariance, &scales, None).unwrap();
+    let free = project(&estimate, &covariance, &scales, None).unwrap();
     assert_eq!((free.parameters, free.distance), (estimate, 0.0));
-    let found = nearest_possible(&estimate, &covariance, &scales, Some(&CUBE)).unwrap();
+    let found = project(&estimate, &covariance, &scales, Some(&CUBE)).unwrap();
     assert!(found.distance > 0.0);
     let slacks = slacks(&CUBE, &found.parameters);
     assert!(slacks.iter().all(|slack| *slack >= 0.0), "{slacks:?}");
@@ -177,22 +177,23 @@ fn a_body_outside_comes_in() {
     assert!(center.x < 0.3 && (center.y - 0.05).abs() < 0.02, "{center}");
 }
 
-/// A body that fits stays as it is, bit by bit.
+/// A body that fits into the box is returned unchanged.
 #[test]
-fn a_body_inside_stays() {
+fn a_body_inside_the_box_is_unchanged() {
     let estimate = *CUBE.filled(3.0).as_vector();
     let covariance = random_covariance(&mut SmallRng::seed_from_u64(5));
     let scales = SVector::repeat(0.1);
-    let found = nearest_possible(&estimate, &covariance, &scales, Some(&CUBE)).unwrap();
+    let found = project(&estimate, &covariance, &scales, Some(&CUBE)).unwrap();
     assert_eq!((found.parameters, found.distance), (estimate, 0.0));
 }
 
-/// A mass that is known to a billionth does not move, though its variance is as small as rounding.
+/// A mass with a relative standard deviation of a billionth does not move, although its variance is as small as
+/// rounding.
 #[test]
-fn a_known_mass_stays() {
+fn a_known_mass_does_not_move() {
     let mut random = SmallRng::seed_from_u64(6);
     let mut moved = 0;
-    for bounding in [None, Some(&CUBE)] {
+    for bounding_box in [None, Some(&CUBE)] {
         for _ in 0..100 {
             let mut estimate = SVector::from_fn(|_, _| random.random_range(-1.0..1.0));
             estimate[0] = 1.5;
@@ -201,53 +202,53 @@ fn a_known_mass_stays() {
             let mut covariance = random_covariance(&mut random);
             covariance.row_mut(0).scale_mut(1e-8);
             covariance.column_mut(0).scale_mut(1e-8);
-            let found = nearest_possible(&estimate, &covariance, &scales, bounding).unwrap();
+            let found = project(&estimate, &covariance, &scales, bounding_box).unwrap();
             moved += u32::from(found.distance > 0.0);
-            let off = found.parameters[0] - 1.5;
-            assert!(off.abs() < 1e-6, "{off}");
+            let difference = found.parameters[0] - 1.5;
+            assert!(difference.abs() < 1e-6, "{difference}");
         }
     }
     assert!(moved > 150, "{moved}");
 }
 
-/// An estimate that wanders as its information grows is followed by possible bodies alone, which end
-/// within a tenth of a deviation of the nearest one, after a few steps.
+/// The tracker of an estimate that moves while its information grows is always consistent, and settles after a
+/// few steps within a tenth of a standard deviation of the projection.
 #[test]
-fn a_moving_estimate_is_followed() {
+fn a_moving_estimate_is_tracked() {
     let mut random = SmallRng::seed_from_u64(4);
     for _ in 0..30 {
-        let root = SMatrix::<f64, 10, 10>::from_fn(|_, _| random.random_range(-1.0..1.0));
-        let covariance = root * root.transpose() * 0.01 + SMatrix::identity() * 1e-4;
+        let root = Matrix::from_fn(|_, _| random.random_range(-1.0..1.0));
+        let covariance = root * root.transpose() * 0.01 + Matrix::identity() * 1e-4;
         let Some(inverse) = covariance.try_inverse() else {
             continue;
         };
         let plate = SVector::from([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 1.0]);
-        let mut follower = ProjectionTracker::new();
-        let mut sum = Parameters::zeros();
+        let mut tracker = ProjectionTracker::new();
+        let mut sum = Vector::zeros();
         for window in 1..200 {
-            sum += root * Parameters::from_fn(|_, _| random.random_range(-0.17..0.17));
+            sum += root * Vector::from_fn(|_, _| random.random_range(-0.17..0.17));
             let estimate = plate + sum / f64::from(window);
             let information = inverse * f64::from(window);
-            follower.aim(&estimate, &information);
-            // No more than there are samples to the next window at 1 kHz and 10 Hz.
+            tracker.set_estimate(&estimate, &information);
+            // There are as many samples to the next window at 1 kHz and 10 Hz.
             let mut steps = 0;
-            while !follower.is_settled() {
-                follower.step();
-                let found = InertialParameters::from_vector(follower.parameters());
+            while !tracker.is_settled() {
+                tracker.step();
+                let found = InertialParameters::from_vector(tracker.parameters());
                 assert!(found.is_physical() || estimate[0] <= 0.0);
                 steps += 1;
             }
             assert!(steps <= 30, "{steps}");
-            let found = follower.parameters();
+            let found = tracker.parameters();
             if estimate[0] <= 0.0 {
                 assert_eq!(found, estimate);
                 continue;
             }
-            let scales = Parameters::repeat(1.0);
+            let scales = Vector::repeat(1.0);
             let covariance = covariance / f64::from(window);
-            let nearest = nearest_possible(&estimate, &covariance, &scales, None).unwrap();
-            let off = found - nearest.parameters;
-            let apart = (information * off).dot(&off).sqrt();
+            let projection = project(&estimate, &covariance, &scales, None).unwrap();
+            let difference = found - projection.parameters;
+            let apart = (information * difference).dot(&difference).sqrt();
             assert!(apart < 0.15, "{window}: {apart}");
         }
     }

@@ -55,3 +55,42 @@ fn known_noise_keeps_its_proportions() {
     assert!(correlation[(2, 0)].abs() < 1e-12 && correlation[(3, 1)].abs() < 1e-12);
     assert!((correlation[(4, 3)] - 1.0 / 1.01).abs() < 0.01);
 }
+
+/// Whitened rows have the identity as their noise covariance, in both storages of the rows.
+#[test]
+fn whitening_is_the_same_for_both_storages() {
+    let covariance = DMatrix::from_row_slice(
+        3,
+        3,
+        &[4.0, 1.8, 0.3, 1.8, 1.0, 0.1, 0.3, 0.1, 9.0], // Correlations 0.9, 0.05 and 0.03.
+    );
+    let channels = Channels {
+        kinds: vec![3],
+        sources: vec![3],
+        known_noise: vec![KnownNoise {
+            first_channel: 0,
+            covariance: covariance.clone(),
+        }],
+        ..Channels::of_wrench()
+    };
+    let mut equation = Equation::new(3);
+    equation.instants = 70;
+    let noise = Noise::from_targets(&[equation], &channels, ROUNDING);
+    let root = covariance.cholesky().unwrap().unpack();
+    let mut columns = root.clone();
+    noise.whiten(&mut columns);
+    // The noise of a window's mean is smaller than that of the samples by the same factor in all channels.
+    let scaled = &columns / columns[(0, 0)];
+    assert!((scaled - DMatrix::<f64>::identity(3, 3)).norm() < 1e-12);
+    let mut rows: Vec<(SVector<f64, 10>, f64)> = (0..3)
+        .map(|i| {
+            let entry = |k: usize| if k < 3 { root[(i, k)] } else { 0.0 };
+            (SVector::from_fn(|k, _| entry(k)), root[(i, 2)])
+        })
+        .collect();
+    noise.whiten(&mut rows[..]);
+    for (i, (regressor, target)) in rows.iter().enumerate() {
+        assert!((0..3).all(|k| (regressor[k] - columns[(i, k)]).abs() < 1e-12 * columns[(0, 0)]));
+        assert_eq!(*target, regressor[2]);
+    }
+}

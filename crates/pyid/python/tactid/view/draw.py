@@ -11,7 +11,8 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from tactid.errors import ArgumentError
-from tactid.result import PATHS, atomic_path
+from tactid.files import atomic_path
+from tactid.values import PATHS
 from tactid.view.estimate import Channel, Estimate
 from tactid.view.scene import Force, Frame, Scene
 from tactid.view.shapes import Shape
@@ -41,7 +42,7 @@ ARROW = 0.5
 """The longest arrows as a fraction of the scene's radius."""
 FLAT = 0.01
 """The least semi-axis that is drawn, as a fraction of the largest: a plate is to be seen, too."""
-DIRT = 1e12
+FAULT = 1e12
 """Values that no plot can show beside others."""
 
 
@@ -105,18 +106,18 @@ class _Drawing:
     def _tip(self, given: str | None) -> str | None:
         """The frame that the payload is attached to."""
         frames = self.scene.frames
-        wanted = given
-        if wanted is None and self.estimate is not None:
+        frame = given
+        if frame is None and self.estimate is not None:
             # A sensor that moves by itself is the only frame there is.
-            wanted = self.estimate.frame or None
+            frame = self.estimate.frame or None
             if not self.scene.is_robot:
-                wanted = next(iter(frames))
-        if wanted is not None and wanted not in frames:
+                frame = next(iter(frames))
+        if frame is not None and frame not in frames:
             known = ", ".join(frames)
-            raise ArgumentError(f"there is no frame `{wanted}`; with --tip it is one of {known}")
-        if wanted is None and "tool0" in frames:
+            raise ArgumentError(f"there is no frame `{frame}`; with --tip it is one of {known}")
+        if frame is None and "tool0" in frames:
             return "tool0"
-        return wanted
+        return frame
 
     def _look(self) -> tuple[float, _Camera]:
         """The scene's radius, m, and a place from which it fills the view."""
@@ -230,7 +231,7 @@ class _Drawing:
     def _send_history(self, recording: rr.RecordingStream, estimate: Estimate) -> None:
         if not len(estimate.history_time):
             return
-        # A filter that tells no intervals has one line a value.
+        # The paper's filter has no intervals: one line for each value.
         with_intervals = bool(np.isfinite(estimate.history_half_width).any())
         for index, path in enumerate(PATHS):
             value, half = estimate.history[:, index], estimate.history_half_width[:, index]
@@ -338,7 +339,7 @@ def widened(
 
 def plottable(values: Array) -> Array:
     """Values with NaN, a gap in the line, in place of what would hide all others."""
-    return np.where(np.abs(values) < DIRT, values, np.nan)
+    return np.where(np.abs(values) < FAULT, values, np.nan)
 
 
 def summary(estimate: Estimate, notes: Iterable[str]) -> str:

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import tactid
+from tactid._native import MassProperties
 from tactid.errors import ArgumentError
-from tactid.result import PATHS
+from tactid.values import PATHS
 
 Array = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ class Estimate:
 
     @classmethod
     def read(cls, path: Path) -> "Estimate":
-        """Reads a result; any file that is none is refused with what is wrong in it."""
+        """Reads a result; the error for any other file says what is wrong in it."""
         try:
             record = json.loads(path.read_bytes())
         except ValueError as error:
@@ -109,7 +109,7 @@ class Estimate:
         xx, xy, xz, yy, yz, zz = self.values[4:]
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         mass = float(self.values[0])
-        if not tactid.MassProperties(mass, self.com, inertia).is_physical_within(BORDER):
+        if not MassProperties(mass, self.com, inertia).is_physical_within(BORDER):
             return None
         moments, axes = np.linalg.eigh(inertia)
         # A body's moment about an axis is m/5 (b² + c²) of the two other semi-axes.

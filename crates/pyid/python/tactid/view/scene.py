@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-import tactid
+from tactid._native import Manipulator, Samples, read
+from tactid._native import info as log_info
 from tactid.errors import LogError, ModelError
 from tactid.view.shapes import Shape, link_names, shapes_of
 
@@ -18,7 +19,7 @@ RATE_HZ = 50.0
 MOST = 20_000
 """Points in time at most, however long the log is."""
 ABSURD = 1e6
-"""Positions, m and rad, and forces, N, beyond which a sample is dirt and is left out."""
+"""Positions, m and rad, and forces, N, beyond which a sample is faulty and left out."""
 
 
 @dataclass(frozen=True)
@@ -86,27 +87,27 @@ class _Log:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        info = tactid.info(path)
+        info = log_info(path)
         self.types = {topic.name: topic.type_name for topic in info.topics if topic.count}
         self.every = max(1 / RATE_HZ, (info.duration or 0.0) / MOST)
         self.notes = [f"{damage}; what stands before is shown" for damage in info.damage]
         self.start_ns: int | None = None
 
-    def read_all(self, type_name: str) -> list[tactid.Samples]:
+    def read_all(self, type_name: str) -> list[Samples]:
         """The topics of a type that have messages, by name."""
         names = [
             name
             for name, found in sorted(self.types.items())
             if found.replace("/msg/", "/") == type_name
         ]
-        topics = [tactid.read(self.path, name, every=self.every) for name in names]
+        topics = [read(self.path, name, every=self.every) for name in names]
         for damage in (damage for topic in topics for damage in topic.damage):
             note = f"{damage}; what stands before is shown"
             if note not in self.notes:
                 self.notes.append(note)
         return [topic for topic in topics if len(topic)]
 
-    def time(self, topic: tactid.Samples) -> Array:
+    def time(self, topic: Samples) -> Array:
         """When its messages were measured, s since the scene's start."""
         assert self.start_ns is not None
         return topic.time + (topic.start_ns - self.start_ns) * 1e-9
@@ -140,7 +141,7 @@ def read_scene(path: Path, urdf: Path | None, start_ns: int | None) -> Scene:
     return _robot_scene(log, description, urdf, joints, odometry, wrenches)
 
 
-def _overlaps(log: _Log, topics: Sequence[tactid.Samples]) -> bool:
+def _overlaps(log: _Log, topics: Sequence[Samples]) -> bool:
     # A filter or a delay may shift a result's start by some samples, but never out of the log.
     return any(log.time(topic).min() < 1.0 < log.time(topic).max() + 2.0 for topic in topics)
 
@@ -159,13 +160,13 @@ def _robot_scene(
     log: _Log,
     urdf: str,
     path: Path | None,
-    joints: list[tactid.Samples],
-    odometry: list[tactid.Samples],
-    wrenches: list[tactid.Samples],
+    joints: list[Samples],
+    odometry: list[Samples],
+    wrenches: list[Samples],
 ) -> Scene:
     links = link_names(urdf)
     base = next((topic for topic in odometry if topic.child_frame_id in links), None)
-    robot = tactid.Manipulator.from_urdf(
+    robot = Manipulator.from_urdf(
         urdf,
         "fixed" if base is None else "floating",
         base_link=None if base is None else base.child_frame_id,
@@ -206,9 +207,7 @@ def _robot_scene(
     )
 
 
-def _sensor_scene(
-    log: _Log, odometry: list[tactid.Samples], wrenches: list[tactid.Samples]
-) -> Scene:
+def _sensor_scene(log: _Log, odometry: list[Samples], wrenches: list[Samples]) -> Scene:
     """A sensor that moves by itself, or is taken to be at rest."""
     name = wrenches[0].frame_id if wrenches else odometry[0].child_frame_id
     name = name or "sensor"
@@ -218,7 +217,7 @@ def _sensor_scene(
         track = _poses(log.time(own[0]), own[0]["pose"])
         frame = Frame(track.time, track.values[:, :3], track.values[:, 3:])
     else:
-        log.notes.append("The log does not tell how the sensor moves: it is shown at rest.")
+        log.notes.append("The log does not contain how the sensor moves: it is shown at rest.")
         frame = Frame(np.zeros(1), np.zeros((1, 3)), np.array([[0.0, 0, 0, 1]]))
     frames = {name: frame}
     return Scene(
@@ -232,7 +231,7 @@ def _sensor_scene(
     )
 
 
-def _forces(log: _Log, wrenches: list[tactid.Samples], frames: dict[str, Frame]) -> list[Force]:
+def _forces(log: _Log, wrenches: list[Samples], frames: dict[str, Frame]) -> list[Force]:
     forces = []
     for topic in wrenches:
         # A sensor that names no frame can only be meant where there is one.

@@ -1,0 +1,50 @@
+"""Faults of a recording's messages: counted by topic and kind, and put into words."""
+
+import math
+from dataclasses import dataclass
+
+PHRASES = {
+    "gap": "gap, not bridged",
+    "out_of_order": "message out of order, left out",
+    "undecodable": "message that cannot be decoded, left out",
+    "not_finite": "message with a value that is not finite, left out",
+    "absurd": "message with an absurd value (beyond 1e9), left out",
+    "partial_joints": "message with only some of its publisher's joints, left out",
+    "position_count": "message with another number of positions than of names, left out",
+    "velocity_not_finite": "velocity that is not finite, derived from the positions",
+    "no_velocity": "message without velocities, derived from the positions",
+    "no_effort": "message without efforts, left out",
+    "effort_not_finite": "effort of {joint} that is not finite, message left out",
+    "not_unit_quaternion": "orientation that is no unit quaternion, message left out",
+    "no_stamp": "message without a stamp, the time of logging is used",
+    "far_stamp": "message with a stamp far from the time of logging, left out",
+    "incomplete": "sample at which another stream has no value, left out",
+}
+"""Each kind of fault, and what was done about it, in the singular."""
+
+
+@dataclass(frozen=True)
+class DataFault:
+    """One kind of fault in the messages of one topic."""
+
+    topic: str
+    """Topic of the messages, or ``samples`` for what could not be aligned."""
+    kind: str
+    """What is wrong, such as ``out_of_order``."""
+    count: int
+    """Number of occurrences."""
+    first: float = math.nan
+    """Time of the first occurrence on the recording's clock, s; NaN where it is not known."""
+    joint: str | None = None
+    """The joint at fault, where the fault is that of one joint."""
+
+    @property
+    def phrase(self) -> str:
+        """What is wrong, and what was done about it, in the singular."""
+        return PHRASES[self.kind].format(joint=self.joint)
+
+    @property
+    def sentence(self) -> str:
+        """What is wrong on the topic, how often, and when first."""
+        since = f", the first at {self.first:.3f} s" if math.isfinite(self.first) else ""
+        return f"{self.topic}: {self.count} × {self.phrase}{since}."

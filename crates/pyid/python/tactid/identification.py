@@ -1,0 +1,328 @@
+"""What an identification returns: plain data, which a program can construct as well as read.
+
+All arrays are NumPy arrays of SI units. N, W, C and H are numbers of samples, averaging windows,
+channels and points of the history.
+"""
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactid import _native
+from tactid._native import VALUE_NAMES, MassProperties
+from tactid.errors import ArgumentError
+from tactid.faults import DataFault
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class PayloadEstimate:
+    """An identified payload, expressed in one frame."""
+
+    frame: str
+    """Name of the frame in which the payload is expressed: the end-effector frame."""
+    values: Array
+    """Mass, kg; centre of mass, m; inertia about it, kg m²; in the order of ``VALUE_NAMES``, (10,).
+
+    Where the motion did not determine a value, the number is meaningless.
+    """
+    std_devs: Array
+    """Standard deviation of each of the ten values, (10,).
+
+    It is infinite where the motion did not determine the value, and NaN for the paper's filter,
+    which estimates none.
+    """
+    identifiable: Sequence[bool]
+    """Whether the motion determined each of the ten values."""
+    is_physical: bool
+    """Whether a body with these parameters can exist, within 1 % of its largest principal moment.
+
+    Plates and rods lie on the boundary of what can exist, and no estimate is exact.
+    """
+    composite: MassProperties | None = None
+    """Gripper and payload as one body, for the joint-sensing method; else None."""
+    windows: int = 0
+    """Number of averaging windows that the estimate uses."""
+    payload_changes: int = 0
+    """Number of payload changes that online least squares detected."""
+    since: float = -math.inf
+    """Time of the last payload change on the samples' clock, s, or minus infinity."""
+    rejected: int = 0
+    """Number of rejected samples: not finite, or not later than the one before."""
+    gaps: int = 0
+    """Number of gaps that were too long to be bridged."""
+
+    @property
+    def body(self) -> MassProperties:
+        """The payload alone as a body in :attr:`frame`."""
+        return MassProperties.from_values(self.values)
+
+    @property
+    def not_identifiable(self) -> list[str]:
+        """The names of the values that the motion did not determine."""
+        pairs = zip(VALUE_NAMES, self.identifiable, strict=True)
+        return [name for name, known in pairs if not known]
+
+
+@dataclass(frozen=True, eq=False)
+class PrincipalMoments:
+    """Principal moments of inertia about the centre of mass, ascending."""
+
+    values: Array
+    """The moments, kg m², (3,); NaN where there are none."""
+    std_devs: Array
+    """Their standard deviations, kg m², (3,).
+
+    They are infinite where the motion did not determine the whole inertia, and NaN for the paper's
+    filter. Moments that are closer to each other than their noise share a standard deviation that
+    covers the noise of all their axes, since noise drives equal moments apart.
+    """
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """The estimate over time."""
+
+    epoch: NDArray[np.uint32]
+    """Which presentation of the recording each point belongs to, from 0, (H,)."""
+    time: Array
+    """Times on the recording's clock, s, (H,). They begin again with each epoch."""
+    values: Array
+    """The ten values, not averaged, (H, 10)."""
+    std_devs: Array
+    """Their standard deviations, (H, 10).
+
+    They are infinite where a value was not determined yet, and NaN for the paper's filter.
+    """
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One measured quantity of a window: a component of a wrench, or the effort of a joint."""
+
+    name: str
+    """Name such as ``force x`` or ``effort elbow``."""
+    unit: str
+    """Unit such as ``N``."""
+
+
+@dataclass(frozen=True, eq=False)
+class WrenchOffset:
+    """A constant offset of the sum of the wrenches: a sensor zero that was not set."""
+
+    frame: str
+    """Name of the frame in which the offset is expressed, and about whose origin its moment is."""
+    values: Array
+    """Force, N, then moment, N m, (6,)."""
+    std_devs: Array
+    """Their standard deviations, (6,); NaN where none are estimated."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """How well least squares explains what was measured: W windows of C channels."""
+
+    channels: Sequence[Channel]
+    """The C channels."""
+    time: Array
+    """The middle of each window on the recording's clock, s, (W,)."""
+    measured: Array
+    """The measured load after the low-pass, (W, C)."""
+    predicted: Array
+    """The load that the estimate predicts from the motion, (W, C)."""
+    weights: Array
+    """Robust weight of each measurement, (W, C): 1, or less for an outlier."""
+    held_out: NDArray[np.bool_]
+    """Whether each window was held out from the validation fit, (W,)."""
+    residual_rms: Array
+    """Weighted rms of measured less predicted, (C,)."""
+    held_out_rms: Array
+    """Weighted rms on the held-out windows, predicted by a fit to all others, (C,)."""
+    stride: float
+    """Time from one window to the next, s."""
+    excitation: Array
+    """Strength with which the motion excites ten directions of the parameters, (10,).
+
+    It is relative to the strongest direction, in descending order.
+    """
+    excitation_directions: Array
+    """These directions as rows, (10, 10).
+
+    They are unit vectors in mass, first moments and inertia about the frame's origin, each divided
+    by its scale.
+    """
+    wrench_offset: WrenchOffset | None = None
+    """The offset of the wrenches, where the option ``wrench_offset`` makes it an unknown."""
+
+
+@dataclass(frozen=True, eq=False)
+class SingularValues:
+    """How strongly the motion excited the rows of the paper's filter: rms singular values."""
+
+    mass: Array
+    """Of equation (48), for mass and centre of mass, descending, m/s², (4,)."""
+    inertia: Array
+    """Of equation (46), for the inertia, descending, rad/s², (6,)."""
+
+
+@dataclass(frozen=True)
+class PaperSettings:
+    """The settings that the paper's filter used."""
+
+    alpha: float
+    """Step size α of equation (54)."""
+    beta: float
+    """Regularisation β of equation (54)."""
+    average: float
+    """The estimate is the mean over this last time, s; 0 for the latest value."""
+    epochs: int
+    """Number of times that the recording was presented to the filter."""
+
+
+@dataclass(frozen=True)
+class Delay:
+    """An estimated delay of the wrenches' stamps relative to the motion."""
+
+    value: float
+    """Delay, s; positive where the wrenches are stamped later than the motion."""
+    std_dev: float
+    """Its standard deviation, s."""
+
+
+@dataclass(frozen=True)
+class KnownMass:
+    """The mass of the payload as it was given."""
+
+    value: float
+    """Mass, kg."""
+    std_dev: float
+    """Its standard deviation, kg; 0 for an exact mass."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something that a reader of the result should know; :mod:`tactid.wording` has the words."""
+
+    kind: str
+    """What was noticed, such as ``negative_mass``."""
+    data: Mapping[str, Any] = field(default_factory=dict)
+    """The numbers and names that belong to the kind."""
+
+
+class Forecast(Protocol):
+    """How the ten values become known when the motion goes on as in the recording's second half."""
+
+    def remaining(self, within: float) -> Array:
+        """Returns the time until half of each 95 % interval is small enough, s, (10,).
+
+        Args:
+            within: The target as a fraction of the largest value of its kind.
+        """
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """The payload identified from a recording, with the reasons to trust it."""
+
+    estimate: PayloadEstimate
+    """The payload."""
+    method: str
+    """``"tactile"``, ``"effort"``, ``"joint-sensing"`` or ``"combined"``."""
+    estimator: str
+    """``"least-squares"`` or ``"nlms"``."""
+    principal_moments: PrincipalMoments
+    """Principal moments of inertia of the payload."""
+    history: History
+    """The estimate over time."""
+    gravity: Array
+    """Gravitational acceleration that was assumed, in world axes, m/s², (3,)."""
+    cutoff: float
+    """Cutoff of the low-pass on both sides of the equations, Hz."""
+    max_gap: float
+    """Longest time between two samples that was bridged, s."""
+    duration: float
+    """Time from the first sample to the last, s."""
+    delay: float = 0.0
+    """Delay of the wrenches' stamps that was corrected, s."""
+    estimated_delay: Delay | None = None
+    """The delay as it was estimated, corrected or not; None where it was not estimated."""
+    known_mass: KnownMass | None = None
+    """The payload's mass as it was given; None where it was not."""
+    bounding_box: Array | None = None
+    """Least and largest corner of the box as it was given, m, (2, 3); None where it was not."""
+    clock: str = "stamps"
+    """``"stamps"`` of the headers, or ``"log times"`` where the messages have none."""
+    start_ns: int = 0
+    """Stamp of time zero, ns since the epoch."""
+    fit: Fit | None = None
+    """How well least squares explains the measurements; None for the paper's filter."""
+    forecast: Forecast | None = None
+    """How the values become known when the motion goes on; None for the paper's filter."""
+    singular_values: SingularValues | None = None
+    """How strongly the motion excited the paper's filter; None for least squares."""
+    paper_settings: PaperSettings | None = None
+    """The settings of the paper's filter; None for least squares."""
+    faults: Sequence[DataFault] = ()
+    """What was wrong with messages or samples, and how often."""
+    findings: Sequence[Finding] = ()
+    """What was noticed on the way from the recording to the payload."""
+    interrupted: bool = False
+    """Whether the user interrupted the reading: the result then uses what was read before."""
+    damage: Sequence[str] = ()
+    """Where the log could not be read further, and why, a line each; empty for a sound log."""
+
+    def remaining(self, within: float = 0.01) -> Array:
+        """Returns how much longer the motion must go on until every value is known well enough.
+
+        The information is assumed to grow as in the recording's second half. An error of the model
+        (a sign, a frame, friction) is a bias, which no time reduces.
+
+        Args:
+            within: Target for half of each 95 % interval, as a fraction of the largest value of its
+                kind (mass, centre of mass, inertia): 0.01 for 1 %.
+
+        Returns:
+            Time for each of ``VALUE_NAMES``, (10,), s: 0 where the target is reached already,
+            infinite where the motion does not determine the value, NaN for the paper's filter.
+
+        Raises:
+            ArgumentError: ``within`` is not positive.
+        """
+        if not within > 0:
+            raise ArgumentError(f"`within` is {within}: expected a positive fraction, such as 0.01")
+        if self.forecast is None:
+            return np.full(len(VALUE_NAMES), np.nan)
+        return self.forecast.remaining(within)
+
+    def write_estimates(self, path: str | os.PathLike[str]) -> None:
+        """Writes the estimate over time as a log.
+
+        The log has ``geometry_msgs/msg/InertiaStamped`` on ``/tactid/payload``, and half the width
+        of each value's 95 % interval on ``/tactid/payload_half_width_95``. Stamps are those of the
+        recording; the last message is the final estimate.
+
+        Args:
+            path: The ``.mcap`` file to write.
+
+        Raises:
+            LogError: The file cannot be written.
+        """
+        history = self.history
+        last = history.epoch == (history.epoch[-1] if len(history.epoch) else 0)
+        times, values, std_devs = history.time[last], history.values[last], history.std_devs[last]
+        # The final estimate takes the place of the last point.
+        end = times[-1:] if len(times) else np.zeros(1)
+        _native.write_estimates(
+            path,
+            frame=self.estimate.frame,
+            start_ns=self.start_ns,
+            times=np.concatenate([times[:-1], end]),
+            values=np.vstack([values[:-1].reshape(-1, 10), self.estimate.values]),
+            std_devs=np.vstack([std_devs[:-1].reshape(-1, 10), self.estimate.std_devs]),
+        )

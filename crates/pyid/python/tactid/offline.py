@@ -1,0 +1,124 @@
+"""Identification from a whole recording: a log, or arrays."""
+
+import os
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from tactid import _native
+from tactid._native import Manipulator
+from tactid.errors import ArgumentError
+from tactid.faults import DataFault
+from tactid.identification import (
+    Channel,
+    Delay,
+    Finding,
+    Fit,
+    History,
+    Identification,
+    KnownMass,
+    PaperSettings,
+    PayloadEstimate,
+    PrincipalMoments,
+    SingularValues,
+    WrenchOffset,
+)
+from tactid.options import Options, collect, with_options
+
+ARRAYS = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceleration", "sensors")
+"""The keywords of :func:`identify` that belong to arrays."""
+
+
+@with_options("log")
+def identify(
+    source: str | os.PathLike[str] | ArrayLike,
+    *,
+    robot: Manipulator | None = None,
+    q: ArrayLike | None = None,
+    qd: ArrayLike | None = None,
+    effort: ArrayLike | None = None,
+    wrench: ArrayLike | None = None,
+    pose: ArrayLike | None = None,
+    twist: ArrayLike | None = None,
+    acceleration: ArrayLike | None = None,
+    sensors: Sequence[str] | None = None,
+    options: Options | None = None,
+    progress: Callable[[float], object] | None = None,
+    **keywords: Any,
+) -> Identification:
+    """Identifies the payload from a log, or from arrays.
+
+    A log is an ``.mcap`` file or the folder of a rosbag2 bag; its topics are found by their types.
+    The motion is that of joints and a URDF, on a base that odometry moves if there is any; without
+    joints, it is that of the sensor itself, by odometry or by an inertial unit. Memory is bounded.
+
+    Arrays are on one clock. With a ``robot``, ``pose``, ``twist`` and ``acceleration`` are those of
+    its base; without one, they are those of the sensor itself. What is left out is derived.
+
+    Args:
+        source: The log's path, or the times of the samples, (N,), s.
+        robot: For arrays: the robot with its gripper and without the payload.
+        q: Joint positions, (N, n), rad or m.
+        qd: Joint velocities, (N, n), rad/s or m/s.
+        effort: Efforts that the joints exert, (N, n), N m or N.
+        wrench: Force, N, then moment, N m, on the payload, each in its sensor's frame and about
+            its origin, (N, 6), or (N, S, 6) for S sensors.
+        pose: Poses in the world, (N, 4, 4), or (N, 7) as ``[x, y, z, qx, qy, qz, qw]``.
+        twist: Velocity of the origin, then angular velocity, in world axes, (N, 6).
+        acceleration: Classical acceleration without gravity, then angular, in world axes, (N, 6).
+        sensors: The links of the wrenches. Default: the tip.
+        options: Options to start from; keywords replace them.
+        progress: Called with the fraction done, about twenty times a second. An exception that it
+            raises stops the work, as Ctrl-C does.
+        **keywords: The fields of :class:`tactid.Options`, as follows. Those that choose from a log
+            do not apply to arrays.
+        <options>
+
+    Raises:
+        LogError: The log cannot be read.
+        ModelError: The robot cannot be modelled, or has no such link.
+        IdentificationError: Something that is needed is missing.
+        ArgumentError: An option is unknown, does not apply or is out of range, or a shape is wrong.
+    """
+    given = (robot, q, qd, effort, wrench, pose, twist, acceleration, sensors)
+    arrays: dict[str, Any] = dict(zip(ARRAYS, given, strict=True))
+    if isinstance(source, str | os.PathLike):
+        collected = collect(options, keywords, "log")
+        for name, value in arrays.items():
+            if value is not None:
+                raise ArgumentError(f"`{name}` belongs to arrays, but the source is a log")
+        return _identification(_native.identify_log(source, collected, progress))
+    collected = collect(options, keywords, "arrays")
+    return _identification(_native.identify_arrays(source, collected, progress, **arrays))
+
+
+def _identification(data: dict[str, Any]) -> Identification:
+    """Builds the result from what the native part hands over: one dictionary of plain values."""
+    parts = {
+        "estimate": PayloadEstimate,
+        "principal_moments": PrincipalMoments,
+        "history": History,
+        "singular_values": SingularValues,
+        "paper_settings": PaperSettings,
+        "estimated_delay": Delay,
+        "known_mass": KnownMass,
+    }
+    built = {name: _built(kind, data[name]) for name, kind in parts.items()}
+    faults = [DataFault(**fault) for fault in data["faults"]]
+    findings = [Finding(kind, found) for kind, found in data["findings"]]
+    return Identification(
+        **data | built | {"fit": _fit(data["fit"]), "faults": faults, "findings": findings}
+    )
+
+
+def _fit(data: dict[str, Any] | None) -> Fit | None:
+    if data is None:
+        return None
+    channels = [Channel(name, unit) for name, unit in data["channels"]]
+    offset = _built(WrenchOffset, data["wrench_offset"])
+    return Fit(**data | {"channels": channels, "wrench_offset": offset})
+
+
+def _built(kind: Callable[..., Any], data: dict[str, Any] | None) -> Any:
+    return None if data is None else kind(**data)

@@ -1,0 +1,161 @@
+"""Identification sample by sample: least squares, and the paper's filter."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from tactid import _native
+from tactid._native import Manipulator
+from tactid.identification import Array, PayloadEstimate, SingularValues, WrenchOffset
+from tactid.options import Options, collect, documented
+
+
+class _Online:
+    """What both solvers share: samples in, an estimate at any time."""
+
+    _native: "_native.Identifier | _native.PaperFilter"
+
+    def push(
+        self,
+        time: ArrayLike,
+        q: ArrayLike,
+        qd: ArrayLike | None = None,
+        wrenches: ArrayLike | None = None,
+        *,
+        effort: ArrayLike | None = None,
+        base_pose: ArrayLike | None = None,
+        base_twist: ArrayLike | None = None,
+    ) -> int:
+        """Takes one sample, or N in a row.
+
+        Args:
+            time: Times on one clock, s, () or (N,).
+            q: Joint positions in the order of the robot's ``joint_names``, (n,) or (N, n), rad or
+                m.
+            qd: Joint velocities, (n,) or (N, n), rad/s or m/s. Derived from the positions where
+                left out.
+            wrenches: Force, N, then moment, N m, **on the payload**, each in its sensor's frame and
+                about that frame's origin, (S, 6) or (N, S, 6). May be left out without sensors.
+            effort: Efforts that the joints exert, (n,) or (N, n), N m or N, where the method uses
+                them.
+            base_pose: ``world_from_base``, (4, 4) or (7,), or N of them; identity where left out.
+            base_twist: Velocity of the base frame's origin, then angular velocity, in world axes,
+                (6,) or (N, 6); zero where left out.
+
+        Returns:
+            How many samples were used: they gave rows once a window was full. Bad samples (not
+            finite, not later than the one before) are rejected and counted. The first sample of
+            all, or after a gap, only starts a window.
+
+        Raises:
+            ArgumentError: A shape does not fit.
+        """
+        return self._native.push(
+            time, q, qd, wrenches, effort=effort, base_pose=base_pose, base_twist=base_twist
+        )
+
+    def estimate(self) -> PayloadEstimate:
+        """Returns the payload as known now."""
+        return PayloadEstimate(**self._native.estimate())
+
+
+@documented("online")
+class Identifier(_Online):
+    """Identifies the payload of one robot online by least squares.
+
+    It estimates its uncertainty, returns a physically consistent body and detects payload changes.
+    It learns the noise from the first 32 windows, 1 s at a cutoff of 10 Hz; before, intervals are
+    rough and no change is detected. One sample takes some microseconds, a call from Python more:
+    push many at once where possible.
+
+    Args:
+        robot: The robot with its gripper and without the payload.
+        sensors: The links in whose frames the wrenches of each sample are.
+        effort: For the combined method, whether each sample has the joints' efforts.
+        options: Options to start from; keywords replace them.
+        **keywords: The fields of :class:`tactid.Options` that apply online, as follows.
+        <options>
+
+    Raises:
+        ModelError: The robot has no such link.
+        ArgumentError: An option does not exist, does not apply online, or is out of range.
+        IdentificationError: The method does not fit the robot or the sensors.
+    """
+
+    _native: _native.Identifier
+
+    def __init__(
+        self,
+        robot: Manipulator,
+        sensors: Sequence[str] = (),
+        *,
+        effort: bool = True,
+        options: Options | None = None,
+        **keywords: Any,
+    ) -> None:
+        collected = collect(options, keywords, "online")
+        self._native = _native.Identifier(robot, list(sensors), effort, collected)
+
+    def covariance(self) -> Array:
+        """Returns the covariance of the payload's linear parameters, (10, 10).
+
+        The parameters are mass, kg; first moments, kg m; inertia about the end-effector's origin,
+        kg m², xx, xy, xz, yy, yz, zz. The covariance is zero in directions that the motion did not
+        determine.
+        """
+        return self._native.covariance()
+
+    def wrench_offset(self) -> WrenchOffset | None:
+        """Returns the offset of the wrenches in the end-effector's frame and about its origin.
+
+        None stands where the option ``wrench_offset`` does not make it an unknown. Standard
+        deviations are not estimated online.
+        """
+        found = self._native.wrench_offset()
+        return None if found is None else WrenchOffset(**found)
+
+
+@documented("paper filter")
+class PaperFilter(_Online):
+    """The paper's two-stage NLMS filter, online: equations (48), then (46), by (53)-(54).
+
+    It estimates no uncertainty, detects no payload change and needs exact measurements: for
+    anything but a comparison with the paper use :class:`Identifier`.
+
+    Args:
+        robot: The robot with its gripper and without the payload.
+        sensors: The links in whose frames the wrenches of each sample are.
+        options: Options to start from; keywords replace them.
+        **keywords: The fields of :class:`tactid.Options` that apply to the filter, as follows.
+        <options>
+
+    Raises:
+        ModelError: The robot has no such link.
+        ArgumentError: An option does not exist, does not apply to the filter, or is out of range.
+        IdentificationError: The method does not fit the robot, the sensors or the filter.
+    """
+
+    _native: _native.PaperFilter
+
+    def __init__(
+        self,
+        robot: Manipulator,
+        sensors: Sequence[str] = (),
+        *,
+        options: Options | None = None,
+        **keywords: Any,
+    ) -> None:
+        collected = collect(options, keywords, "paper filter")
+        self._native = _native.PaperFilter(robot, list(sensors), collected)
+
+    def rewind(self) -> None:
+        """Prepares for the same samples once more.
+
+        The parameters stay; times, counts and the mean start again.
+        """
+        self._native.rewind()
+
+    def singular_values(self) -> SingularValues:
+        """Returns how strongly the motion excited mass and inertia."""
+        return SingularValues(**self._native.singular_values())

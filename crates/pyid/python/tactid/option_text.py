@@ -1,0 +1,56 @@
+"""Options written on the command line: from text to values, with a clear error for the rest."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactid._native import MassProperties
+from tactid.errors import ArgumentError
+
+
+def numbers(flag: str, text: str, count: int | None = None) -> list[float]:
+    """Reads numbers separated by commas or spaces: ``count`` of them, or one and more."""
+    try:
+        found = [float(word) for word in text.replace(",", " ").split()]
+    except ValueError:
+        found = []
+    if not found or (count is not None and len(found) != count):
+        many = "numbers" if count is None else f"{count} number{'s' if count > 1 else ''}"
+        raise ArgumentError(f"{flag} is {text!r}: expected {many}, separated by commas")
+    return found
+
+
+def wrenches(flag: str, texts: list[str]) -> list[list[float]]:
+    """Reads six numbers from each text."""
+    return [numbers(flag, text, 6) for text in texts]
+
+
+def box(flag: str, text: str) -> NDArray[np.float64]:
+    """Reads the least and the largest corner of a box, (2, 3)."""
+    return np.reshape(numbers(flag, text, 6), (2, 3))
+
+
+def body(flag: str, text: str) -> MassProperties:
+    """Reads the ten values of a body."""
+    mass, x, y, z, xx, xy, xz, yy, yz, zz = numbers(flag, text, 10)
+    return MassProperties(mass, [x, y, z], [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def file_content(flag: str, path: Path) -> str:
+    """Reads a text file."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise ArgumentError(f"{flag} {path} is not a text file") from None
+
+
+def fraction(flag: str, text: str) -> float:
+    """Reads a positive percentage, with or without its sign, as a fraction of one."""
+    try:
+        percent = float(text.strip().removesuffix("%"))
+    except ValueError:
+        percent = 0.0
+    if not 0 < percent < float("inf"):
+        raise ArgumentError(f"{flag} is {text!r}: expected a positive percentage, such as 1%")
+    return percent / 100

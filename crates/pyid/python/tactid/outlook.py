@@ -1,0 +1,68 @@
+"""How much longer a motion must go on, in words."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactid._native import VALUE_NAMES
+from tactid.identification import Array, Identification
+from tactid.values import KINDS
+from tactid.wording import motion_advice
+
+WITHIN = 0.01
+"""Target for half of each 95 % interval, as a fraction of the largest value of its kind."""
+
+TOO_LONG = 10.0
+"""A motion that would have to go on for more than this many times the recording's length does not
+determine a value: what information there is comes from noise and from the filter's transients."""
+
+KIND_NAMES = ("mass", "centre of mass", "inertia")
+
+STEPS = ((36_000.0, "10 h"), (3_600.0, "1 h"), (600.0, "10 min"), (60.0, "1 min"), (10.0, "10 s"))
+"""Lower bounds that stand for a longer time, s, with their names."""
+
+
+def outlook(found: Identification, within: float = WITHIN) -> str | None:
+    """Says how much longer the motion must go on, or which motion would determine what it cannot.
+
+    Returns None where the estimator has no intervals, as the paper's filter.
+    """
+    remaining = found.remaining(within)
+    if np.isnan(remaining).any():
+        return None
+    target = f"within {100 * within:g} %"
+    if not remaining.any():
+        return f"Every value is known {target}."
+    hopeless = remaining > TOO_LONG * found.duration
+    if hopeless.any():
+        # What is not identifiable at all has its advice among the remarks.
+        advised = hopeless & np.array(found.estimate.identifiable)
+        names = np.array(VALUE_NAMES)[advised].tolist()
+        return " ".join([*_undetermined(remaining, hopeless, target), *motion_advice(names)])
+    last = VALUE_NAMES[int(remaining.argmax())]
+    more = _duration(float(remaining.max()))
+    return f"Every value is known {target} after another {more} of this motion, {last} last."
+
+
+def _undetermined(remaining: Array, hopeless: NDArray[np.bool_], target: str) -> list[str]:
+    sentences = []
+    for kind, name in zip(KINDS, KIND_NAMES, strict=True):
+        if hopeless[kind].any():
+            worst = kind.start + int(remaining[kind].argmax())
+            need = _need(VALUE_NAMES[worst], float(remaining[worst]))
+            sentences.append(f"This motion does not determine the {name} {target} ({need}).")
+    return sentences
+
+
+def _need(name: str, seconds: float) -> str:
+    if math.isinf(seconds):
+        return f"{name} stays unknown however long it goes on"
+    bound = next((text for step, text in STEPS if seconds >= step), _duration(seconds))
+    return f"{name} would need more than {bound}"
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 120:
+        return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.1f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:,.0f} h"

@@ -1,0 +1,164 @@
+"""The paper's experiment from log to report."""
+
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, cast
+
+from tactid import paper_plots, paper_report, reported, result_json, table
+from tactid._native import Experiment, LogInfo, RunReport
+from tactid.errors import LogError
+from tactid.files import write_atomically
+from tactid.identification import Identification
+from tactid.offline import identify
+from tactid.options import Estimator, Method
+from tactid.truth import Truth, read_checks, read_truth
+from tactid.values import nested
+from tactid.wording import remarks
+
+TITLES: dict[tuple[Method, Estimator], str] = {
+    ("tactile", "nlms"): "NLMS",
+    ("tactile", "least-squares"): "least squares",
+    ("joint-sensing", "least-squares"): "joint sensing, least squares",
+}
+
+
+@dataclass(frozen=True)
+class Files:
+    """The files that a run writes into its folder."""
+
+    folder: Path
+
+    @property
+    def log(self) -> Path:
+        """What was measured, and the truth as metadata."""
+        return self.folder / "run.mcap"
+
+    @property
+    def result(self) -> Path:
+        """Estimate, truth, errors and diagnostics."""
+        return self.folder / "result.json"
+
+    @property
+    def report(self) -> Path:
+        """The same as a page, with figures."""
+        return self.folder / "report.html"
+
+    def remove_results(self) -> None:
+        """Removes the results of an earlier run, which do not belong to a new log."""
+        for file in (self.result, self.report, *self.folder.glob("figure_??.png")):
+            file.unlink(missing_ok=True)
+
+
+def identify_all(
+    log: Path, tip: str, estimator: Estimator, progress: Callable[[float], None]
+) -> list[Identification]:
+    """Identifies from one log by each method and estimator; the chosen estimator comes first."""
+    runs = sorted(TITLES, key=lambda run: run != ("tactile", estimator))
+
+    def one(index: int) -> Identification:
+        method, chosen = runs[index]
+        return identify(
+            log,
+            tip=tip,
+            method=method,
+            estimator=chosen,
+            progress=lambda done: progress((index + done) / len(runs)),
+        )
+
+    return [one(index) for index in range(len(runs))]
+
+
+@dataclass
+class Outcome:
+    """The results of one run."""
+
+    experiment: Experiment
+    run: RunReport
+    found: list[Identification]
+    info: LogInfo
+    truth: Truth = field(init=False)
+    columns: list[table.Column] = field(init=False)
+
+    def __post_init__(self) -> None:
+        truth = read_truth(self.info)
+        if truth is None:
+            raise LogError("the log does not say what the payload really is")
+        self.truth = truth
+        self.columns = [self._column(found) for found in self.found]
+
+    def _column(self, found: Identification) -> table.Column:
+        values = reported.estimate_values(found)
+        title = TITLES[cast(Method, found.method), cast(Estimator, found.estimator)]
+        return table.Column(title, values, self.truth.errors_percent(values))
+
+    @property
+    def remarks(self) -> list[str]:
+        """What a reader must know to trust the numbers."""
+        return remarks(self.found[0], "command-line")
+
+    def record(self) -> dict[str, Any]:
+        """Returns the content of ``result.json``."""
+        first, column = self.found[0], self.columns[0]
+        run = {
+            "wall_time_s": self.run.wall_time,
+            "steps": self.run.steps,
+            "steps_per_second": self.run.steps_per_second,
+            "grip_force_n": self.run.grip_force,
+        }
+        others = {column.title: nested(column.values) for column in self.columns[1:]}
+        return {
+            "estimate": nested(column.values),
+            "truth": nested(self.truth.actual),
+            "error_percent": nested(column.errors or []),
+            "frame": first.estimate.frame,
+            "estimator": first.estimator,
+            "diagnostics": result_json.paper_diagnostics(first) | read_checks(self.info) | run,
+            "other_estimates": others,
+        }
+
+    def write(self, files: Files) -> None:
+        """Writes result, figures and report."""
+        write_atomically(files.result, result_json.to_json(self.record()))
+        history = paper_plots.History.of(self.found[0], driving_phases(self.experiment))
+        figures = paper_plots.figures(history, self.truth)
+        for name, png in figures.items():
+            write_atomically(files.folder / name, png)
+        experiment = self.experiment.to_toml()
+        page = paper_report.Report(
+            self.truth, self.columns, self._facts(), self.remarks, experiment, figures
+        )
+        write_atomically(files.report, paper_report.render(page))
+
+    def _facts(self) -> dict[str, str]:
+        run, strengths = self.run, self.found[0].singular_values
+        facts = {
+            "end-effector frame": self.experiment.tool,
+            "simulated time": f"{run.simulated_time:g} s in {run.steps} steps",
+            "wall time": f"{run.wall_time:.1f} s, {run.steps_per_second:.0f} steps a second",
+            "momentum drift": f"linear {run.linear_momentum_drift:.1e}, angular"
+            f" {run.angular_momentum_drift:.1e} of the largest of a single body",
+            "grasp drift": f"{run.grasp_drift * 1e6:.2f} µm, {run.grasp_rotation * 1e6:.2f} µrad",
+            "contact readout": f"force {run.newton_residual:.1e}, moment {run.euler_residual:.1e}"
+            " off the payload's Newton-Euler equations",
+            "grip force": f"{run.grip_force:.0f} N a finger",
+        }
+        if strengths is not None:
+            facts["singular values, mass"] = _numbers(strengths.mass) + " m/s²"
+            facts["singular values, inertia"] = _numbers(strengths.inertia) + " rad/s²"
+        return facts
+
+
+def _numbers(values: Any) -> str:
+    return ", ".join(f"{value:.3g}" for value in values)
+
+
+def driving_phases(experiment: Experiment) -> list[paper_plots.Phase]:
+    """Returns which joint is driven when."""
+    excitation = tomllib.loads(experiment.to_toml())["excitation"]
+    names = [joint["name"].replace("_", " ") for joint in excitation["joints"]]
+    if excitation["mode"] != "sequence" or not names:
+        return []
+    part = experiment.duration / len(names)
+    return [paper_plots.Phase(i * part, (i + 1) * part, name) for i, name in enumerate(names)]

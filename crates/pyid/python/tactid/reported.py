@@ -1,0 +1,63 @@
+"""The numbers of a result as they are reported: None where the motion did not determine a value."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactid.identification import Array, Identification
+from tactid.values import KINDS, PATHS, Z95, finite
+
+
+def estimate_values(found: Identification) -> list[float | None]:
+    """Returns the ten values; None where the motion did not determine one."""
+    return _where(found.estimate.identifiable, found.estimate.values)
+
+
+def half_widths(found: Identification) -> list[float | None]:
+    """Returns half of each value's 95 % interval; None where it is unknown."""
+    return _where(found.estimate.identifiable, Z95 * found.estimate.std_devs)
+
+
+def moments(found: Identification) -> list[float | None]:
+    """Returns the principal moments, ascending: None unless the whole inertia is known."""
+    known = all(found.estimate.identifiable[KINDS[2]])
+    bounded = ~np.isinf(found.principal_moments.std_devs)
+    return _where(known & bounded, found.principal_moments.values)
+
+
+def moment_half_widths(found: Identification) -> list[float | None]:
+    """Returns half of the 95 % interval of each principal moment; None where it is unknown."""
+    known = [value is not None for value in moments(found)]
+    return _where(known, Z95 * found.principal_moments.std_devs)
+
+
+def known_history(found: Identification) -> tuple[Array, Array]:
+    """Returns each value and its standard deviation over time, NaN for what was not known.
+
+    A value is not known yet where its standard deviation is infinite, unless the estimator gives no
+    finite one at all: then it estimates none, and its values stand without.
+    """
+    values = np.array(found.history.values, dtype=float).reshape(-1, len(PATHS))
+    std_devs = np.array(found.history.std_devs, dtype=float).reshape(values.shape)
+    bounded = np.isfinite(std_devs)
+    determined = bounded | ~bounded.any(axis=0)
+    known = np.isfinite(values) & determined & np.array(found.estimate.identifiable)
+    values[~known] = np.nan
+    std_devs[~(known & bounded)] = np.nan
+    return values, std_devs
+
+
+def offsets(found: Identification) -> list[tuple[str, str, float, float]]:
+    """Returns the channels' offsets: name, unit, value, and half of its 95 % interval."""
+    fit = found.fit
+    if fit is None or fit.wrench_offset is None:
+        return []
+    names = [(channel.name, channel.unit) for channel in fit.channels[:6]]
+    numbers = zip(fit.wrench_offset.values, Z95 * fit.wrench_offset.std_devs, strict=True)
+    pairs = zip(names, numbers, strict=True)
+    return [(name, unit, float(value), float(half)) for (name, unit), (value, half) in pairs]
+
+
+def _where(known: Iterable[bool] | NDArray[np.bool_], values: Array) -> list[float | None]:
+    return [finite(value) if yes else None for value, yes in zip(values, known, strict=True)]

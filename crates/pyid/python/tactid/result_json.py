@@ -1,0 +1,191 @@
+"""A result as JSON: the layout of ``result.json`` and of ``tactid identify --json``."""
+
+import json
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactid import reported
+from tactid.identification import Fit, Identification
+from tactid.naming import Style
+from tactid.outlook import WITHIN
+from tactid.values import Z95, all_finite, finite, nested, values_of
+from tactid.wording import finding, motion_advice, remarks
+
+MOST_POINTS = 2000
+"""Largest number of points of a time series in JSON."""
+
+
+def to_json(record: dict[str, Any]) -> str:
+    """Returns JSON that people can read, too; it never contains NaN."""
+    return json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def record(
+    found: Identification, within: float = WITHIN, style: Style = "keyword"
+) -> dict[str, Any]:
+    """Returns the result as JSON has it, but for its time series.
+
+    Args:
+        found: The result.
+        within: Target for the remaining time, as :meth:`Identification.remaining` takes it.
+        style: Who reads the sentences: it decides how they spell options.
+    """
+    remaining = found.remaining(within)
+    return {
+        "estimate": nested(reported.estimate_values(found)),
+        "half_width_95": nested(reported.half_widths(found)),
+        "principal_moments": {
+            "values": reported.moments(found),
+            "half_width_95": reported.moment_half_widths(found),
+        },
+        "remaining_s": {
+            "within": within,
+            "all": finite(remaining.max()),
+            "each": nested([float(seconds) for seconds in remaining]),
+        },
+        "frame": found.estimate.frame,
+        "method": found.method,
+        "estimator": found.estimator,
+        "diagnostics": diagnostics(found),
+        "findings": [
+            {"kind": each.kind, **_plain(each.data), "text": finding(each, style)}
+            for each in found.findings
+        ],
+        "remarks": remarks(found, style),
+    }
+
+
+def diagnostics(found: Identification) -> dict[str, Any]:
+    """Returns the reasons to trust a result, or not to."""
+    estimated, mass, box = found.estimated_delay, found.known_mass, found.bounding_box
+    return (
+        _of_every_estimator(found)
+        | {
+            "clock": found.clock,
+            "delay_s": finite(found.delay),
+            "estimated_delay_s": None if estimated is None else finite(estimated.value),
+            "delay_std_dev_s": None if estimated is None else finite(estimated.std_dev),
+            "known_mass": None if mass is None else mass.value,
+            "known_mass_std_dev": None if mass is None else mass.std_dev,
+            "bounding_box": None if box is None else box.tolist(),
+            "offset": {
+                name: {"value": finite(value), "half_width_95": finite(half_width), "unit": unit}
+                for name, unit, value, half_width in reported.offsets(found)
+            },
+            "faults": [
+                {
+                    "topic": each.topic,
+                    "kind": each.kind,
+                    "what": each.phrase,
+                    "count": each.count,
+                    "first_s": finite(each.first),
+                }
+                for each in found.faults
+            ],
+            "motion_advice": motion_advice(found.estimate.not_identifiable),
+        }
+        | ({} if found.fit is None else _of_the_fit(found.fit))
+    )
+
+
+def paper_diagnostics(found: Identification) -> dict[str, Any]:
+    """Returns the reasons to trust a result of the paper's experiment, or not to."""
+    settings, strengths = found.paper_settings, found.singular_values
+    result = _of_every_estimator(found)
+    if settings is not None:
+        result |= {"average_s": settings.average, "epochs": settings.epochs}
+    if strengths is not None:
+        result["singular_values"] = {
+            "mass": all_finite(strengths.mass),
+            "inertia": all_finite(strengths.inertia),
+        }
+    if found.estimate.composite is not None:
+        result["composite"] = nested(values_of(found.estimate.composite))
+    return result
+
+
+def _of_every_estimator(found: Identification) -> dict[str, Any]:
+    estimate = found.estimate
+    return {
+        "method": found.method,
+        "gravity": all_finite(found.gravity),
+        "cutoff_hz": finite(found.cutoff),
+        "max_gap_s": finite(found.max_gap),
+        "duration_s": finite(found.duration),
+        "windows": estimate.windows,
+        "rejected": estimate.rejected,
+        "gaps": estimate.gaps,
+        "not_identifiable": estimate.not_identifiable,
+        "is_physical": estimate.is_physical,
+        "interrupted": found.interrupted,
+        "damage": list(found.damage),
+    }
+
+
+def _of_the_fit(fit: Fit) -> dict[str, Any]:
+    held_out = int(np.count_nonzero(fit.held_out))
+    names = [channel.name for channel in fit.channels]
+    return {
+        "stride_s": finite(fit.stride),
+        "fit_windows": len(fit.time) - held_out,
+        "held_out_windows": held_out,
+        "residual_rms": dict(zip(names, all_finite(fit.residual_rms), strict=True)),
+        "held_out_rms": dict(zip(names, all_finite(fit.held_out_rms), strict=True)),
+        "excitation": all_finite(fit.excitation),
+    }
+
+
+def series(found: Identification) -> dict[str, Any]:
+    """Returns the time series that belong to :func:`record`: the fit and the history."""
+    points = thinned(len(found.history.time))
+    values, std_devs = reported.known_history(found)
+    return {
+        "start_ns": int(found.start_ns),
+        **({} if found.fit is None else {"fit": _fit_series(found.fit)}),
+        "history": {
+            "time_s": all_finite(found.history.time[points]),
+            "values": [all_finite(row) for row in values[points]],
+            "half_width_95": [all_finite(row) for row in Z95 * std_devs[points]],
+        },
+    }
+
+
+def _fit_series(fit: Fit) -> dict[str, Any]:
+    points = thinned(len(fit.time))
+    return {
+        "time_s": all_finite(fit.time[points]),
+        "held_out": [bool(entry) for entry in fit.held_out[points]],
+        "channels": [
+            {
+                "name": channel.name,
+                "unit": channel.unit,
+                "measured": all_finite(fit.measured[points, k]),
+                "predicted": all_finite(fit.predicted[points, k]),
+                "weight": all_finite(fit.weights[points, k]),
+            }
+            for k, channel in enumerate(fit.channels)
+        ],
+    }
+
+
+def thinned(count: int, most: int = MOST_POINTS) -> NDArray[np.intp]:
+    """Returns which of so many points to show: evenly spaced, with the first and the last."""
+    if count <= most:
+        return np.arange(count)
+    return np.linspace(0, count - 1, most).round().astype(np.intp)
+
+
+def _plain(data: Any) -> dict[str, Any]:
+    """Returns the data of a finding with numbers that JSON has."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, float):
+            return finite(value)
+        if isinstance(value, Iterable) and not isinstance(value, str):
+            return [plain(entry) for entry in value]
+        return value
+
+    return {name: plain(value) for name, value in data.items()}

@@ -1,0 +1,85 @@
+"""What only a simulation knows: the true payload, and the checks of the run."""
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+from tactid._native import LogInfo
+from tactid.bodies import principal_moments
+from tactid.values import KINDS, Values, flat
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The true payload of a simulated log, in the frame of the tool."""
+
+    actual: list[float]
+    """The ten values as the payload sits in the grasp."""
+    nominal: list[float]
+    """The ten values as the experiment asks for them."""
+
+    @property
+    def scales(self) -> list[float]:
+        """What an error is a fraction of: the nominal value, or the largest of its kind for 0."""
+        scales: list[float] = []
+        for kind in KINDS:
+            largest = max(abs(value) for value in self.nominal[kind])
+            scales += [abs(value) or largest for value in self.nominal[kind]]
+        return scales
+
+    def errors_percent(self, values: Values) -> list[float | None]:
+        """Error of each value in percent of its scale; None where there is no value."""
+        return [
+            None if value is None or scale == 0 else 100 * (value - actual) / scale
+            for value, actual, scale in zip(values, self.actual, self.scales, strict=True)
+        ]
+
+    @property
+    def nominal_moments(self) -> list[float]:
+        """The nominal principal moments of inertia, ascending, kg m²."""
+        return principal_moments(self.nominal)
+
+    def moment_errors_percent(self, moments: Values) -> list[float | None]:
+        """Error of each principal moment in percent of its nominal value.
+
+        None stands where there is no moment.
+        """
+        actual, nominal = principal_moments(self.actual), self.nominal_moments
+        return [
+            None if moment is None or scale == 0 else 100 * (moment - true) / scale
+            for moment, true, scale in zip(moments, actual, nominal, strict=True)
+        ]
+
+
+def read_truth(info: LogInfo) -> Truth | None:
+    """Returns the truth that a simulated log carries; None for any other log."""
+    record = _record(info, "tactid.truth")
+    if record is None:
+        return None
+    try:
+        return Truth(actual=flat(record), nominal=flat(record.get("nominal", record)))
+    except (KeyError, TypeError, ValueError):
+        return None
+
+
+def read_checks(info: LogInfo) -> dict[str, Any]:
+    """Returns how the run behind a simulated log went; empty for any other log."""
+    record = _record(info, "tactid.report")
+    if record is None:
+        return {}
+    checks = {
+        "momentum_drift": {
+            "linear": record.get("linear_momentum_drift"),
+            "angular": record.get("angular_momentum_drift"),
+        }
+    }
+    names = ("grasp_drift_m", "grasp_drift_rad", "newton_residual", "euler_residual")
+    return checks | {name: record.get(name) for name in names}
+
+
+def _record(info: LogInfo, name: str) -> dict[str, Any] | None:
+    try:
+        record = json.loads(info.metadata[name]["json"])
+    except (KeyError, ValueError):
+        return None
+    return record if isinstance(record, dict) else None

@@ -1,0 +1,54 @@
+"""The ten values of a payload: their order, their nested layout in JSON, and their kinds."""
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from tactid._native import MassProperties
+
+Values = Sequence[float | None]
+"""Mass, kg; centre of mass, m; inertia about it, kg m²: ten, in the order of ``VALUE_NAMES``."""
+
+PATHS = (
+    ("mass",),
+    *(("com", axis) for axis in ("x", "y", "z")),
+    *(("inertia", axes) for axes in ("xx", "xy", "xz", "yy", "yz", "zz")),
+)
+"""Where each of the ten values stands in a nested result."""
+
+KINDS = (slice(0, 1), slice(1, 4), slice(4, 10))
+"""Mass, centre of mass and inertia among the ten values."""
+
+Z95 = 1.96
+"""Half the width of a 95 % interval, in standard deviations."""
+
+
+def nested(values: Values) -> dict[str, Any]:
+    """Lays ten values out as ``mass``, ``com`` and ``inertia``; None for what is not finite."""
+    result: dict[str, Any] = {"com": {}, "inertia": {}}
+    for path, value in zip(PATHS, values, strict=True):
+        place = result if len(path) == 1 else result[path[0]]
+        place[path[-1]] = None if value is None else finite(value)
+    return {"mass": result["mass"], **result}
+
+
+def flat(record: dict[str, Any]) -> list[float]:
+    """Returns the ten values of a nested layout: the inverse of :func:`nested`."""
+    return [float(record[p[0]] if len(p) == 1 else record[p[0]][p[1]]) for p in PATHS]
+
+
+def values_of(body: MassProperties) -> list[float]:
+    """Returns the ten values of a body."""
+    i = body.inertia
+    inertia = (i[0, 0], i[0, 1], i[0, 2], i[1, 1], i[1, 2], i[2, 2])
+    return [body.mass, *map(float, body.com), *map(float, inertia)]
+
+
+def finite(value: float) -> float | None:
+    """Returns the number, or None where it is infinite or NaN, which JSON does not have."""
+    return float(value) if math.isfinite(value) else None
+
+
+def all_finite(values: Iterable[float]) -> list[float | None]:
+    """Applies :func:`finite` to each number."""
+    return [finite(value) for value in values]

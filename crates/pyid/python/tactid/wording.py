@@ -1,0 +1,267 @@
+"""Results in words: findings, remarks, and the motion that would determine more.
+
+A sentence that names an option spells it as its reader would write it: see :mod:`tactid.naming`.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from tactid.bodies import why_impossible
+from tactid.identification import Finding, Identification
+from tactid.naming import Style, option_name
+from tactid.reported import offsets
+from tactid.values import Z95
+
+Data = Mapping[str, Any]
+
+LOADS = {"tactile": "wrench", "joint-sensing": "wrench", "effort": "effort", "combined": "load"}
+"""What each method measures of the payload."""
+
+
+def finding(found: Finding, style: Style = "keyword") -> str:
+    """Says what was noticed on the way from the recording to the payload, in sentences."""
+    return _FINDINGS[found.kind](found.data, style)
+
+
+def _gravity_contradicted(data: Data, style: Style) -> str:
+    x, y, z = (entry + 0.0 for entry in data["better"])
+    what = "Gravity of the opposite sign" if any(data["better"]) else "No gravity at all"
+    return (
+        f"{what}, ({x:g}, {y:g}, {z:g}) m/s², explains the {LOADS[data['method']]} far better than"
+        f" the given one (ratio of the residuals {data['residual_ratio']:.2e}): check the sign of"
+        f" {option_name('gravity', style)} and the axes of the world."
+    )
+
+
+def _negative_mass(data: Data, style: Style) -> str:
+    hints = {
+        "tactile": f" ({option_name('wrench_acts_on', style)})",
+        "effort": f" ({option_name('effort_gain', style)} with a minus sign)",
+    }
+    gravity = f", or of gravity ({option_name('gravity', style)})," if data["or_gravity"] else ""
+    load = f"{LOADS[data['method']]}{hints.get(data['method'], '')}"
+    return (
+        f"The identified mass is negative: the opposite sign of the {load}{gravity} would explain"
+        " the data."
+    )
+
+
+def _offset_suspected(data: Data, style: Style) -> str:
+    half_width = Z95 * data["std_dev"]
+    return (
+        f"The wrenches seem to have a constant offset ({data['channel']}: {data['value']:.3f} ±"
+        f" {half_width:.3f} {data['unit']}): {option_name('wrench_offset', style)} identifies it"
+        " together with the payload."
+    )
+
+
+def _mass_contradicted(data: Data, _: Style) -> str:
+    half_width = Z95 * data["std_dev_kg"]
+    digits = digits_of(half_width)
+    return (
+        f"The given mass is {data['known_kg']:g} kg, but the data alone give"
+        f" {data['found_kg']:.{digits}f} ± {half_width:.{digits}f} kg,"
+        f" {data['distance']:.1f} standard deviations away: check gravity, and the gains and"
+        " offsets of the sensors."
+    )
+
+
+def _inconsistent(data: Data, _: Style) -> str:
+    within, box = (" within the box", ", the box") if data["within_box"] else ("", "")
+    return (
+        f"No physically consistent body{within} explains the data within their noise. The result is"
+        f" the nearest one, {data['distance']:.1f} standard deviations away: check the frames{box},"
+        " gravity and the offsets of the sensors."
+    )
+
+
+def _outliers(data: Data, _: Style) -> str:
+    return (
+        f"{data['outliers']} of {data['windows']} windows are outliers, as an impact causes them,"
+        " and have next to no weight."
+    )
+
+
+def _acceleration_not_used(data: Data, style: Style) -> str:
+    why = "explain the wrench better" if data["explains_better"] else "have less noise"
+    return (
+        f"{data['topic']} is not used: accelerations derived from the velocities {why} (ratio of"
+        f" the residuals {data['residual_ratio']:.2f}, of the powers {data['power_ratio']:.2f})."
+        f" Give {option_name('acceleration_topic', style)} to use it."
+    )
+
+
+def _frame_assumed(data: Data, _: Style) -> str:
+    return f"{data['topic']} names no frame: its wrenches are taken to be in `{data['frame']}`."
+
+
+def _wrenches_summed(data: Data, _: Style) -> str:
+    return f"The wrenches of {' and '.join(data['topics'])} are summed."
+
+
+def _unknown_joints(data: Data, _: Style) -> str:
+    return f"Joints that the URDF does not have were left out: {', '.join(data['joints'])}."
+
+
+def _absent_joints(data: Data, _: Style) -> str:
+    return (
+        "Joints that the log does not have, and that do not move the tool, were taken to be at"
+        f" zero: {', '.join(data['joints'])}."
+    )
+
+
+def _late_start(data: Data, _: Style) -> str:
+    return (
+        f"{data['topic']} begins {data['late_s']:.3f} s after the others: what came before was left"
+        " out."
+    )
+
+
+def _early_end(data: Data, _: Style) -> str:
+    return (
+        f"{data['topic']} ends at {data['end_s']:.3f} s, {data['early_s']:.3f} s before the others:"
+        " what came after was left out."
+    )
+
+
+def _no_stamps(_: Data, __: Style) -> str:
+    return "The messages have no stamps: their times are those of logging."
+
+
+def _delay_corrected(data: Data, _: Style) -> str:
+    half_width = Z95 * data["std_dev_s"]
+    return (
+        f"The wrenches are stamped {1e3 * data['applied_s']:.2f} ms later than the motion: this"
+        f" delay was corrected (estimated {1e3 * data['estimated_s']:.2f} ±"
+        f" {1e3 * half_width:.2f} ms)."
+    )
+
+
+_FINDINGS: dict[str, Callable[[Data, Style], str]] = {
+    "gravity_contradicted": _gravity_contradicted,
+    "negative_mass": _negative_mass,
+    "offset_suspected": _offset_suspected,
+    "mass_contradicted": _mass_contradicted,
+    "inconsistent": _inconsistent,
+    "outliers": _outliers,
+    "acceleration_not_used": _acceleration_not_used,
+    "frame_assumed": _frame_assumed,
+    "wrenches_summed": _wrenches_summed,
+    "unknown_joints": _unknown_joints,
+    "absent_joints": _absent_joints,
+    "late_start": _late_start,
+    "early_end": _early_end,
+    "no_stamps": _no_stamps,
+    "delay_corrected": _delay_corrected,
+}
+
+FINDING_KINDS = tuple(_FINDINGS)
+"""Every kind of finding."""
+
+
+def digits_of(half_width: float) -> int:
+    """Number of decimals that show two figures of a half width."""
+    return min(max(1 - math.floor(math.log10(half_width)), 0), 9) if half_width > 0 else 9
+
+
+def motion_advice(names: Sequence[str]) -> list[str]:
+    """Says which motion determines these values: a sentence for each kind.
+
+    By the structure of the regressor, forces determine the mass by any acceleration against gravity
+    and the first moments by rotation; moments determine the inertia by angular accelerations, (45).
+
+    Args:
+        names: Names of values that are not determined, as in ``VALUE_NAMES``.
+    """
+    advice = []
+    if "mass" in names:
+        advice.append("Accelerate the tool, or hold it still under gravity, for the mass.")
+    for axis, others in (("x", "y or z"), ("y", "x or z"), ("z", "x or y")):
+        if f"com.{axis}" in names:
+            advice.append(
+                f"Rotate the tool about its {others} axis, or tilt its {axis} axis away from the"
+                f" vertical, for com.{axis}."
+            )
+    inertia = [name for name in names if name.startswith("I")]
+    if inertia:
+        axes = sorted({name[1] for name in inertia if name[1] == name[2]})
+        # A product of inertia is determined by rotation about either of its two axes.
+        either = [f"{n[1]} or {n[2]}" for n in inertia if n[1] != n[2] and not {*n[1:]} & {*axes}]
+        about = [*axes, *either]
+        several = "axes" if len(about) > 1 else "axis"
+        advice.append(
+            f"Rotate the tool faster about its {_listed(about)} {several}, for {_listed(inertia)}."
+        )
+    return advice
+
+
+def remarks(found: Identification, style: Style = "keyword") -> list[str]:
+    """Says what a reader must know to trust a result, in sentences; there may be none."""
+    said = [finding(each, style) for each in found.findings]
+    faults = [each.sentence for each in found.faults]
+    return list(dict.fromkeys([*_of_the_estimate(found), *said, *faults]))
+
+
+def _of_the_estimate(found: Identification) -> list[str]:
+    estimate = found.estimate
+    said = []
+    unknown = estimate.not_identifiable
+    if unknown:
+        said.append(" ".join([f"Not identifiable: {', '.join(unknown)}.", *motion_advice(unknown)]))
+    # An inertia that is partly unknown is often impossible; a mass below zero needs a reason.
+    explained = unknown and not estimate.values[0] <= 0
+    if not estimate.is_physical and not explained:
+        reason = why_impossible(estimate.values.tolist()) or "the estimate has not converged"
+        said.append(f"No body can have these parameters: {reason}.")
+    if estimate.rejected:
+        said.append(f"{estimate.rejected} samples were rejected: not finite, or out of order.")
+    if estimate.gaps:
+        said.append(f"{estimate.gaps} gaps in the recording were not bridged.")
+    return said
+
+
+def assumptions(found: Identification) -> str:
+    """Says what was assumed, and what was chosen from the data: a line for every result."""
+    gravity = " ".join(f"{entry:g}" for entry in found.gravity)
+    parts = [f"frame {found.estimate.frame}", f"method {found.method}", f"gravity {gravity} m/s²"]
+    parts.append(f"cutoff {found.cutoff:.3g} Hz")
+    estimated = found.estimated_delay
+    if estimated is not None:
+        used = "corrected" if found.delay else "not significant, not corrected"
+        half_width = Z95 * estimated.std_dev
+        parts.append(f"delay {1e3 * estimated.value:.2f} ± {1e3 * half_width:.2g} ms ({used})")
+    elif found.delay:
+        parts.append(f"delay {1e3 * found.delay:g} ms (given)")
+    parts += knowledge(found)
+    if offsets(found):
+        parts.append(f"wrench offset {wrench_offset(found)}")
+    parts.append(f"times from {'header stamps' if found.clock == 'stamps' else 'the log'}")
+    return "; ".join(parts) + "."
+
+
+def knowledge(found: Identification) -> list[str]:
+    """Says what was given of the payload."""
+    parts = []
+    mass = found.known_mass
+    if mass is not None:
+        around = f" ± {Z95 * mass.std_dev:.2g}" if mass.std_dev else ""
+        parts.append(f"mass {mass.value:g}{around} kg (given)")
+    if found.bounding_box is not None:
+        low, high = (" ".join(f"{entry:g}" for entry in corner) for corner in found.bounding_box)
+        parts.append(f"within a box from {low} to {high} m (given)")
+    return parts
+
+
+def wrench_offset(found: Identification) -> str:
+    """Says the offset of the wrenches with its 95 % intervals; empty where it is not known."""
+    return ", ".join(
+        f"{name} {value:.3g} ± {half_width:.2g} {unit}"
+        for name, unit, value, half_width in offsets(found)
+        if math.isfinite(value) and math.isfinite(half_width)
+    )
+
+
+def _listed(words: Sequence[str]) -> str:
+    *most, last = words
+    return f"{', '.join(most)} and {last}" if most else last

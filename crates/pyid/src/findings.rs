@@ -1,0 +1,106 @@
+//! Findings as plain Python values: a kind, and a dictionary of the numbers and names that belong to it.
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use tactid_recordings::Finding;
+
+/// The kind of a finding, and its data.
+pub(crate) type FindingData = (&'static str, Py<PyDict>);
+
+/// A dictionary of the listed entries.
+macro_rules! data {
+    ($py:expr $(, $name:literal: $value:expr)*) => {{
+        let data = PyDict::new($py);
+        $(data.set_item($name, $value)?;)*
+        data.unbind()
+    }};
+}
+
+/// Returns what Python's `tactid.identification.Finding` is made from.
+pub(crate) fn finding_data(py: Python<'_>, finding: &Finding) -> PyResult<FindingData> {
+    Ok(match finding {
+        Finding::Data(finding) => return data_finding(py, finding),
+        Finding::AccelerationNotUsed {
+            topic,
+            explains_better,
+            residual_ratio,
+            power_ratio,
+        } => (
+            "acceleration_not_used",
+            data!(py, "topic": topic, "explains_better": explains_better,
+                "residual_ratio": residual_ratio, "power_ratio": power_ratio),
+        ),
+        Finding::FrameAssumed { topic, frame } => {
+            ("frame_assumed", data!(py, "topic": topic, "frame": frame))
+        }
+        Finding::WrenchesSummed { topics } => ("wrenches_summed", data!(py, "topics": topics)),
+        Finding::UnknownJoints { joints } => ("unknown_joints", data!(py, "joints": joints)),
+        Finding::AbsentJoints { joints } => ("absent_joints", data!(py, "joints": joints)),
+        Finding::LateStart { topic, late_s } => {
+            ("late_start", data!(py, "topic": topic, "late_s": late_s))
+        }
+        Finding::EarlyEnd {
+            topic,
+            end_s,
+            early_s,
+        } => (
+            "early_end",
+            data!(py, "topic": topic, "end_s": end_s, "early_s": early_s),
+        ),
+        Finding::NoStamps => ("no_stamps", data!(py)),
+        Finding::DelayCorrected {
+            applied_s,
+            estimated,
+        } => (
+            "delay_corrected",
+            data!(py, "applied_s": applied_s, "estimated_s": estimated.delay_s,
+                "std_dev_s": estimated.std_dev_s),
+        ),
+    })
+}
+
+/// What the data say about the assumptions of the identification.
+fn data_finding(py: Python<'_>, finding: &tactid_identify::Finding) -> PyResult<FindingData> {
+    use tactid_identify::Finding as Found;
+    Ok(match finding {
+        Found::GravityContradicted {
+            better,
+            residual_ratio,
+            method,
+        } => (
+            "gravity_contradicted",
+            data!(py, "better": [better.x, better.y, better.z],
+                "residual_ratio": residual_ratio, "method": method.name()),
+        ),
+        Found::NegativeMass { method, or_gravity } => (
+            "negative_mass",
+            data!(py, "method": method.name(), "or_gravity": or_gravity),
+        ),
+        Found::OffsetSuspected { channel, offset } => (
+            "offset_suspected",
+            data!(py, "channel": &channel.name, "unit": channel.unit, "value": offset.value,
+                "std_dev": offset.std_dev),
+        ),
+        Found::MassContradicted {
+            known,
+            found_kg,
+            std_dev_kg,
+            distance,
+        } => (
+            "mass_contradicted",
+            data!(py, "known_kg": known.mass_kg, "known_std_dev_kg": known.std_dev_kg,
+                "found_kg": found_kg, "std_dev_kg": std_dev_kg, "distance": distance),
+        ),
+        Found::Inconsistent {
+            distance,
+            within_box,
+        } => (
+            "inconsistent",
+            data!(py, "distance": distance, "within_box": within_box),
+        ),
+        Found::Outliers { outliers, windows } => (
+            "outliers",
+            data!(py, "outliers": outliers, "windows": windows),
+        ),
+    })
+}

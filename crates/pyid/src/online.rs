@@ -1,0 +1,261 @@
+//! The online solvers: samples in, an estimate at any time. `tactid.online` wraps them.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use nalgebra::Vector3;
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use tactid_dynamics::Wrench;
+use tactid_identify::{BaseState, ExpressedWrench, IdentifyError, PushOutcome, Sample};
+
+use crate::arrays::{Poses, Series, common_length, output};
+use crate::dynamics::Manipulator;
+use crate::errors::{ArgumentError, IntoPyErr};
+use crate::identification::{EstimateData, SingularValuesData, WrenchOffsetData};
+use crate::options;
+
+type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
+
+/// The end-effector frame where the options name none.
+const DEFAULT_TIP: &str = "tool0";
+
+/// Online least squares: see :class:`tactid.Identifier`.
+#[pyclass(module = "tactid._native", frozen)]
+pub(crate) struct Identifier {
+    solver: Mutex<tactid_identify::Identifier>,
+    dof: usize,
+    sensors: usize,
+}
+
+#[pymethods]
+impl Identifier {
+    #[new]
+    fn new(
+        robot: &Manipulator,
+        sensors: Vec<String>,
+        effort: bool,
+        options: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let request = options::request(options)?;
+        let settings = options::equation_settings(&request, effort);
+        let tip = request.tip.as_deref().unwrap_or(DEFAULT_TIP);
+        let names: Vec<&str> = sensors.iter().map(String::as_str).collect();
+        let solver = tactid_identify::Identifier::new(&robot.0, tip, &names, &settings)
+            .map_err(IntoPyErr::into_py_err)?;
+        Ok(Self {
+            solver: Mutex::new(solver),
+            dof: robot.0.dof(),
+            sensors: names.len(),
+        })
+    }
+
+    /// Takes one sample, or N in a row: see :meth:`tactid.Identifier.push`.
+    #[pyo3(signature = (time, q, qd=None, wrenches=None, *, effort=None, base_pose=None, base_twist=None))]
+    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+    fn push(
+        &self,
+        py: Python<'_>,
+        time: &Bound<'_, PyAny>,
+        q: &Bound<'_, PyAny>,
+        qd: Argument<'_, '_>,
+        wrenches: Argument<'_, '_>,
+        effort: Argument<'_, '_>,
+        base_pose: Argument<'_, '_>,
+        base_twist: Argument<'_, '_>,
+    ) -> PyResult<usize> {
+        let joints = [Some(q), qd, effort];
+        let base = [base_pose, base_twist];
+        let samples = Samples::read((self.dof, self.sensors), time, joints, wrenches, base)?;
+        py.detach(|| {
+            let mut solver = lock(&self.solver);
+            let used = samples.push_to(|sample| solver.push(sample))?;
+            solver.finish();
+            Ok(used)
+        })
+    }
+
+    /// Returns the payload as known now.
+    fn estimate(&self, py: Python<'_>) -> PyResult<EstimateData> {
+        let estimate = py.detach(|| lock(&self.solver).estimate());
+        EstimateData::new(py, &estimate)
+    }
+
+    /// Returns the covariance of the payload's linear parameters, (10, 10).
+    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let covariance = py.detach(|| lock(&self.solver).covariance());
+        // Symmetric: row by row and column by column are the same.
+        output(py, covariance.as_slice().to_vec(), None, &[10, 10])
+    }
+
+    /// Returns the offset of the wrenches; None where it is not an unknown.
+    fn wrench_offset(&self, py: Python<'_>) -> PyResult<Option<WrenchOffsetData>> {
+        let offset = py.detach(|| lock(&self.solver).wrench_offset());
+        let data = |offset: ExpressedWrench| {
+            let Wrench { force, moment } = offset.wrench;
+            let values = force.iter().chain(&moment).copied().collect();
+            WrenchOffsetData::new(py, &offset.frame, values, vec![f64::NAN; 6])
+        };
+        offset.map(data).transpose()
+    }
+}
+
+/// The paper's filter: see :class:`tactid.PaperFilter`.
+#[pyclass(module = "tactid._native", frozen)]
+pub(crate) struct PaperFilter {
+    solver: Mutex<tactid_identify::PaperFilter>,
+    dof: usize,
+    sensors: usize,
+}
+
+#[pymethods]
+impl PaperFilter {
+    #[new]
+    fn new(
+        robot: &Manipulator,
+        sensors: Vec<String>,
+        options: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let (request, settings) = options::paper_request(options)?;
+        let equations = options::equation_settings(&request, false);
+        let tip = request.tip.as_deref().unwrap_or(DEFAULT_TIP);
+        let names: Vec<&str> = sensors.iter().map(String::as_str).collect();
+        let solver = tactid_identify::PaperFilter::new(&robot.0, tip, &names, &equations, settings)
+            .map_err(IntoPyErr::into_py_err)?;
+        Ok(Self {
+            solver: Mutex::new(solver),
+            dof: robot.0.dof(),
+            sensors: names.len(),
+        })
+    }
+
+    /// Takes one sample, or N in a row: see :meth:`tactid.PaperFilter.push`.
+    #[pyo3(signature = (time, q, qd=None, wrenches=None, *, effort=None, base_pose=None, base_twist=None))]
+    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+    fn push(
+        &self,
+        py: Python<'_>,
+        time: &Bound<'_, PyAny>,
+        q: &Bound<'_, PyAny>,
+        qd: Argument<'_, '_>,
+        wrenches: Argument<'_, '_>,
+        effort: Argument<'_, '_>,
+        base_pose: Argument<'_, '_>,
+        base_twist: Argument<'_, '_>,
+    ) -> PyResult<usize> {
+        let joints = [Some(q), qd, effort];
+        let base = [base_pose, base_twist];
+        let samples = Samples::read((self.dof, self.sensors), time, joints, wrenches, base)?;
+        py.detach(|| {
+            let mut solver = lock(&self.solver);
+            samples.push_to(|sample| solver.push(sample))
+        })
+    }
+
+    /// Prepares for the same samples once more.
+    fn rewind(&self, py: Python<'_>) {
+        py.detach(|| lock(&self.solver).rewind());
+    }
+
+    /// Returns the payload as known now.
+    fn estimate(&self, py: Python<'_>) -> PyResult<EstimateData> {
+        let estimate = py.detach(|| lock(&self.solver).estimate());
+        EstimateData::new(py, &estimate)
+    }
+
+    /// Returns how strongly the motion excited mass and inertia.
+    fn singular_values(&self, py: Python<'_>) -> PyResult<SingularValuesData> {
+        let values = py.detach(|| lock(&self.solver).singular_values());
+        SingularValuesData::new(py, &values)
+    }
+}
+
+fn lock<T>(solver: &Mutex<T>) -> MutexGuard<'_, T> {
+    // A push that panicked has left numbers behind, not broken memory.
+    solver.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Samples in arrays, one after the other.
+struct Samples {
+    time: Series,
+    q: Series,
+    qd: Series,
+    effort: Series,
+    wrenches: Series,
+    pose: Poses,
+    twist: Series,
+    count: usize,
+}
+
+impl Samples {
+    fn read(
+        (dof, sensors): (usize, usize),
+        time: &Bound<'_, PyAny>,
+        [q, qd, effort]: [Argument<'_, '_>; 3],
+        wrenches: Argument<'_, '_>,
+        [pose, twist]: [Argument<'_, '_>; 2],
+    ) -> PyResult<Self> {
+        let wrenches = match wrenches {
+            Some(given) => Series::read(given, "wrenches", &[sensors, 6])?,
+            None if sensors == 0 => Series::read_or_empty(None, "wrenches", 0)?,
+            None => {
+                return Err(ArgumentError::new_err(format!(
+                    "`wrenches` is missing: the identifier has {sensors} sensors"
+                )));
+            }
+        };
+        let mut samples = Self {
+            time: Series::read(time, "time", &[])?,
+            q: Series::read_or_empty(q, "q", dof)?,
+            qd: Series::read_or_empty(qd, "qd", dof)?,
+            effort: Series::read_or_empty(effort, "effort", dof)?,
+            wrenches,
+            pose: Poses::read_or_identity(pose, "base_pose")?,
+            twist: Series::read_or_zero(twist, "base_twist", 6)?,
+            count: 1,
+        };
+        let Self { time, q, qd, .. } = &samples;
+        let Self {
+            effort,
+            wrenches,
+            pose,
+            ..
+        } = &samples;
+        let all = common_length(&[time, q, qd, effort, wrenches, pose, &samples.twist])?;
+        samples.count = all.unwrap_or(1);
+        Ok(samples)
+    }
+
+    /// Pushes every sample, and returns how many were used.
+    fn push_to(
+        &self,
+        mut push: impl FnMut(&Sample<'_>) -> Result<PushOutcome, IdentifyError>,
+    ) -> PyResult<usize> {
+        let (mut used, mut loads) = (0, Vec::new());
+        for k in 0..self.count {
+            loads.clear();
+            loads.extend(self.wrenches.at(k).chunks_exact(6).map(|six| Wrench {
+                force: Vector3::from_column_slice(&six[..3]),
+                moment: Vector3::from_column_slice(&six[3..]),
+            }));
+            let sample = Sample {
+                time_s: self.time.at(k)[0],
+                base: BaseState {
+                    pose: *self.pose.at(k),
+                    velocity: self.twist.vector(k, 0),
+                    angular_velocity: self.twist.vector(k, 3),
+                    ..BaseState::fixed()
+                },
+                joint_position: self.q.at(k),
+                joint_velocity: self.qd.at(k),
+                joint_effort: self.effort.at(k),
+                wrenches: &loads,
+            };
+            let outcome = push(&sample).map_err(IntoPyErr::into_py_err)?;
+            used += usize::from(match outcome {
+                PushOutcome::Used | PushOutcome::PayloadChanged => true,
+                PushOutcome::Started | PushOutcome::Rejected => false,
+            });
+        }
+        Ok(used)
+    }
+}

@@ -1,0 +1,353 @@
+//! The aligner: all streams at the times of the joints.
+
+use std::collections::VecDeque;
+
+use tactid_dynamics::{BaseAcceleration, Wrench};
+use tactid_identify::{BaseState, Sample};
+
+use super::event::{Event, JointValues, Measured, SpecificForce, Streams};
+use super::stream::{Stream, ValueAt};
+
+/// Time for which a sample waits for the other streams to reach its own, s.
+const LONGEST_WAIT_S: f64 = 1.0;
+
+/// All measurements at one time.
+#[derive(Clone, Debug)]
+pub(crate) struct Aligned {
+    pub(crate) time_s: f64,
+    pub(crate) joints: JointValues,
+    pub(crate) base: BaseState,
+    pub(crate) wrenches: Vec<Wrench>,
+    pub(crate) unloaded: Option<JointValues>,
+}
+
+impl Aligned {
+    /// Returns the sample for an equation stream.
+    pub(crate) fn sample(&self) -> Sample<'_> {
+        Sample {
+            time_s: self.time_s,
+            base: self.base,
+            joint_position: &self.joints.position,
+            joint_velocity: &self.joints.velocity,
+            joint_effort: &self.joints.effort,
+            wrenches: &self.wrenches,
+        }
+    }
+}
+
+/// Interpolates all streams at the times of the joints. Memory is bounded: a sample waits for at most
+/// [`LONGEST_WAIT_S`].
+#[derive(Clone, Debug)]
+pub(crate) struct Aligner {
+    streams: Streams,
+    /// Delay of the wrenches' stamps relative to the motion, s.
+    delay_s: f64,
+    joints: VecDeque<(f64, JointValues)>,
+    more_joints: Vec<Stream<JointValues>>,
+    base: Stream<BaseState>,
+    acceleration: Stream<BaseAcceleration>,
+    base_imu: Stream<SpecificForce>,
+    wrenches: Vec<Stream<Wrench>>,
+    unloaded: Stream<JointValues>,
+    newest_s: f64,
+    incomplete: u64,
+}
+
+impl Aligner {
+    /// Creates an aligner for some streams. `delay_s` is subtracted from the times of the wrenches, and gaps
+    /// longer than `max_gap_s` are not bridged.
+    pub(crate) fn new(streams: Streams, delay_s: f64, max_gap_s: f64) -> Self {
+        Self {
+            delay_s,
+            joints: VecDeque::new(),
+            more_joints: vec![Stream::new(max_gap_s); streams.more_joints.len()],
+            base: Stream::new(max_gap_s),
+            acceleration: Stream::new(max_gap_s),
+            base_imu: Stream::new(max_gap_s),
+            wrenches: vec![Stream::new(max_gap_s); streams.wrenches],
+            unloaded: Stream::new(max_gap_s),
+            newest_s: f64::NEG_INFINITY,
+            incomplete: 0,
+            streams,
+        }
+    }
+
+    /// Number of samples that were left out because another stream has no value at their time.
+    pub(crate) fn incomplete(&self) -> u64 {
+        self.incomplete
+    }
+
+    /// Adds a measurement. One of a stream that is not aligned is ignored.
+    pub(crate) fn push(&mut self, event: Event) {
+        let time_s = event.time_s;
+        match event.measured {
+            Measured::Joints(values) if time_s > self.newest_s => {
+                self.newest_s = time_s;
+                self.joints.push_back((time_s, values));
+            }
+            Measured::Joints(_) => {}
+            Measured::MoreJoints(publisher, values) => {
+                if let Some(stream) = self.more_joints.get_mut(publisher) {
+                    stream.push(time_s, values);
+                }
+            }
+            Measured::Base(base) if self.streams.base => self.base.push(time_s, base),
+            Measured::Acceleration(value) if self.streams.acceleration => {
+                self.acceleration.push(time_s, value);
+            }
+            Measured::Wrench(sensor, wrench) => {
+                if let Some(stream) = self.wrenches.get_mut(sensor) {
+                    stream.push(time_s - self.delay_s, wrench);
+                }
+            }
+            Measured::BaseImu(value) if self.streams.base_imu.is_some() => {
+                self.base_imu.push(time_s, value);
+            }
+            Measured::Unloaded(values) if self.streams.unloaded => {
+                self.unloaded.push(time_s, values);
+            }
+            Measured::Base(_)
+            | Measured::Acceleration(_)
+            | Measured::BaseImu(_)
+            | Measured::Unloaded(_) => {}
+        }
+    }
+
+    /// Returns the next sample for which all streams have a value; `None` until more events have come.
+    pub(crate) fn next(&mut self) -> Option<Aligned> {
+        while let Some(time_s) = self.joints.front().map(|(time_s, _)| *time_s) {
+            match self.others_at(time_s) {
+                ValueAt::NotYet if self.newest_s - time_s < LONGEST_WAIT_S => return None,
+                ValueAt::NotYet | ValueAt::Never => {
+                    self.joints.pop_front();
+                    self.incomplete += 1;
+                }
+                ValueAt::Known(others) => {
+                    let (time_s, joints) = self.joints.pop_front()?;
+                    return Some(self.complete(time_s, joints, others));
+                }
+            }
+        }
+        None
+    }
+
+    /// Returns the values of all streams but the joints' own at a time.
+    fn others_at(&mut self, time_s: f64) -> ValueAt<Others> {
+        let mut missing = Missing::default();
+        let mut more_joints = Vec::new();
+        for stream in &mut self.more_joints {
+            more_joints.extend(missing.check(stream.at(time_s)));
+        }
+        let base = self.base_at(time_s, &mut missing);
+        let mut wrenches = Vec::with_capacity(self.wrenches.len());
+        for stream in &mut self.wrenches {
+            wrenches.extend(missing.check(stream.at(time_s)));
+        }
+        let mut unloaded = None;
+        if self.streams.unloaded {
+            unloaded = missing.check(self.unloaded.at(time_s));
+        }
+        match missing {
+            Missing { never: true, .. } => ValueAt::Never,
+            Missing { not_yet: true, .. } => ValueAt::NotYet,
+            Missing { .. } => ValueAt::Known(Others {
+                more_joints,
+                base,
+                wrenches,
+                unloaded,
+            }),
+        }
+    }
+
+    /// Returns the state of the base at a time, with its measured accelerations.
+    fn base_at(&mut self, time_s: f64, missing: &mut Missing) -> BaseState {
+        let mut base = BaseState::fixed();
+        if self.streams.base {
+            base = missing.check(self.base.at(time_s)).unwrap_or(base);
+        }
+        if self.streams.acceleration
+            && let Some(in_base) = missing.check(self.acceleration.at(time_s))
+        {
+            base.acceleration = Some(base.pose.rotation * in_base.linear);
+            base.angular_acceleration = Some(base.pose.rotation * in_base.angular);
+        }
+        if let Some(gravity) = self.streams.base_imu
+            && let Some(in_base) = missing.check(self.base_imu.at(time_s))
+        {
+            base.acceleration = Some(base.pose.rotation * in_base.linear + gravity);
+            base.angular_velocity = base.pose.rotation * in_base.angular_velocity;
+        }
+        base
+    }
+
+    /// Returns the joints at a time with the values of the other streams.
+    fn complete(&self, time_s: f64, mut joints: JointValues, others: Others) -> Aligned {
+        for (values, places) in others.more_joints.iter().zip(&self.streams.more_joints) {
+            fill(&mut joints, places, values);
+        }
+        Aligned {
+            time_s,
+            joints,
+            base: others.base,
+            wrenches: others.wrenches,
+            unloaded: others.unloaded,
+        }
+    }
+}
+
+/// Values of all streams but the joints' own at one time.
+#[derive(Clone, Debug, PartialEq)]
+struct Others {
+    more_joints: Vec<JointValues>,
+    base: BaseState,
+    wrenches: Vec<Wrench>,
+    unloaded: Option<JointValues>,
+}
+
+/// Whether a stream has no value at a time.
+#[derive(Default)]
+struct Missing {
+    never: bool,
+    not_yet: bool,
+}
+
+impl Missing {
+    fn check<T>(&mut self, at: ValueAt<T>) -> Option<T> {
+        match at {
+            ValueAt::Known(value) => return Some(value),
+            ValueAt::NotYet => self.not_yet = true,
+            ValueAt::Never => self.never = true,
+        }
+        None
+    }
+}
+
+/// Writes the joints of one publisher to their places among all.
+fn fill(all: &mut JointValues, places: &[usize], values: &JointValues) {
+    let pairs = [
+        (&mut all.position, &values.position),
+        (&mut all.velocity, &values.velocity),
+        (&mut all.effort, &values.effort),
+    ];
+    for (all, values) in pairs {
+        if values.len() != places.len() {
+            // A quantity that one publisher does not measure is not known of the robot.
+            all.clear();
+        }
+        if !all.is_empty() {
+            for (&place, &value) in places.iter().zip(values) {
+                all[place] = value;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+    use tactid_dynamics::Wrench;
+
+    use super::*;
+
+    fn wrench_of(x: f64) -> Wrench {
+        Wrench {
+            force: Vector3::new(x, 0.0, 0.0),
+            moment: Vector3::new(0.0, -x, 0.0),
+        }
+    }
+
+    fn joints(time_s: f64) -> Event {
+        Event {
+            time_s,
+            measured: Measured::Joints(JointValues::default()),
+        }
+    }
+
+    fn wrench(time_s: f64, x: f64) -> Event {
+        Event {
+            time_s,
+            measured: Measured::Wrench(0, wrench_of(x)),
+        }
+    }
+
+    fn one_wrench() -> Streams {
+        Streams {
+            wrenches: 1,
+            ..Streams::default()
+        }
+    }
+
+    /// A sample waits for a late stream, but not for one that has stopped, and missing values are counted.
+    #[test]
+    fn waits_for_a_late_stream_but_not_for_a_dead_one() {
+        let mut aligner = Aligner::new(one_wrench(), 0.0, 0.1);
+        aligner.push(joints(0.00));
+        aligner.push(joints(0.01));
+        assert!(aligner.next().is_none());
+        aligner.push(wrench(-0.005, 1.0));
+        aligner.push(wrench(0.005, 3.0));
+        let first = aligner.next().unwrap();
+        assert_eq!(first.time_s, 0.0);
+        assert!((first.wrenches[0].force.x - 2.0).abs() < 1e-12);
+        assert!(aligner.next().is_none());
+        for k in 2..1000 {
+            aligner.push(joints(0.01 * f64::from(k)));
+            assert!(aligner.next().is_none());
+        }
+        assert!(
+            aligner.joints.len() < 110,
+            "memory grows behind a stream that stopped"
+        );
+        assert!(aligner.incomplete > 880);
+    }
+
+    /// A wrench that is stamped late is paired with the motion that it belongs to.
+    #[test]
+    fn subtracts_the_delay() {
+        let mut aligner = Aligner::new(one_wrench(), 0.25, 1.0);
+        aligner.push(joints(1.0));
+        aligner.push(wrench(1.25, 7.0));
+        let found = aligner.next().unwrap();
+        assert_eq!((found.time_s, found.wrenches[0]), (1.0, wrench_of(7.0)));
+    }
+
+    /// A wrench of a sensor that is not aligned is ignored.
+    #[test]
+    fn ignores_a_stream_that_is_not_aligned() {
+        let mut aligner = Aligner::new(one_wrench(), 0.0, 1.0);
+        aligner.push(Event {
+            time_s: 1.0,
+            measured: Measured::Wrench(1, wrench_of(3.0)),
+        });
+        aligner.push(joints(1.0));
+        aligner.push(wrench(1.0, 7.0));
+        assert_eq!(aligner.next().unwrap().wrenches, [wrench_of(7.0)]);
+    }
+
+    /// Joints of two publishers become one sample; what only one of them measures is not known of all.
+    #[test]
+    fn puts_publishers_together() {
+        let streams = Streams {
+            more_joints: vec![vec![1]],
+            ..Streams::default()
+        };
+        let mut aligner = Aligner::new(streams, 0.0, 0.1);
+        let values = |position: Vec<f64>, velocity: Vec<f64>| JointValues {
+            position,
+            velocity,
+            effort: vec![],
+        };
+        aligner.push(Event {
+            time_s: 0.0,
+            measured: Measured::Joints(values(vec![1.0, f64::NAN], vec![3.0, f64::NAN])),
+        });
+        aligner.push(Event {
+            time_s: 0.0,
+            measured: Measured::MoreJoints(0, values(vec![2.0], vec![])),
+        });
+        assert_eq!(
+            aligner.next().unwrap().joints,
+            values(vec![1.0, 2.0], vec![])
+        );
+    }
+}

@@ -1,0 +1,9 @@
+//! Alignment: measurements of several publishers, brought onto the times of the joints.
+
+mod aligner;
+mod event;
+mod interpolation;
+mod stream;
+
+pub(crate) use aligner::{Aligned, Aligner};
+pub(crate) use event::{Event, JOINT_VELOCITY, JointValues, Measured, SpecificForce, Streams};

@@ -1,0 +1,223 @@
+//! A stream: one measured quantity over time, interpolated between its samples.
+
+use std::collections::VecDeque;
+
+use super::interpolation::Interpolate;
+
+/// Value of a stream at a time.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum ValueAt<T> {
+    Known(T),
+    /// Later samples are needed.
+    NotYet,
+    /// The stream begins later, or has a gap there.
+    Never,
+}
+
+/// The latest samples of one measured quantity.
+#[derive(Clone, Debug)]
+pub(crate) struct Stream<T> {
+    samples: VecDeque<(f64, T)>,
+    max_gap_s: f64,
+}
+
+impl<T: Interpolate> Stream<T> {
+    /// Creates a stream in which `max_gap_s` is the longest time between two samples that is bridged.
+    pub(crate) fn new(max_gap_s: f64) -> Self {
+        Self {
+            samples: VecDeque::new(),
+            max_gap_s,
+        }
+    }
+
+    /// Adds a sample. One that is not later than the last is ignored.
+    pub(crate) fn push(&mut self, time_s: f64, value: T) {
+        if self
+            .samples
+            .back()
+            .is_none_or(|(last_s, _)| time_s > *last_s)
+        {
+            self.samples.push_back((time_s, value));
+        }
+    }
+
+    /// Returns the value at a time: that of a sample; of the cubic through two samples before and two after;
+    /// or of the line between the two neighbours where a gap or an end is beside them.
+    ///
+    /// Times must not decrease from call to call, because the samples before them are discarded.
+    pub(crate) fn at(&mut self, time_s: f64) -> ValueAt<T> {
+        self.discard_before(time_s);
+        let right = self.samples.partition_point(|(time, _)| *time <= time_s);
+        let Some(left) = right.checked_sub(1) else {
+            return if self.samples.is_empty() {
+                ValueAt::NotYet
+            } else {
+                ValueAt::Never
+            };
+        };
+        let (before_s, before) = &self.samples[left];
+        if *before_s == time_s {
+            return ValueAt::Known(before.clone());
+        }
+        let Some((after_s, after)) = self.samples.get(right) else {
+            return ValueAt::NotYet;
+        };
+        if after_s - before_s > self.max_gap_s {
+            return ValueAt::Never;
+        }
+        let beyond = self.samples.get(right + 1);
+        if left > 0 && beyond.is_none() {
+            return ValueAt::NotYet;
+        }
+        let first = left.checked_sub(1).map(|k| &self.samples[k]);
+        ValueAt::Known(match (first, beyond) {
+            (Some(first), Some(last))
+                if before_s - first.0 <= self.max_gap_s && last.0 - after_s <= self.max_gap_s =>
+            {
+                let nodes = [first.0, *before_s, *after_s, last.0];
+                let [w0, w1, w2, w3] = cubic_weights(&nodes, time_s);
+                T::weighted_sum(&[(w0, &first.1), (w1, before), (w2, after), (w3, &last.1)])
+            }
+            _ => {
+                let fraction = (time_s - before_s) / (after_s - before_s);
+                T::weighted_sum(&[(1.0 - fraction, before), (fraction, after)])
+            }
+        })
+    }
+
+    /// Discards all samples but the last two that are not later than a time.
+    fn discard_before(&mut self, time_s: f64) {
+        while self
+            .samples
+            .get(2)
+            .is_some_and(|(third_s, _)| *third_s <= time_s)
+        {
+            self.samples.pop_front();
+        }
+    }
+}
+
+/// Weights of the values at four different times for the value of the cubic through them (Lagrange).
+fn cubic_weights(times_s: &[f64; 4], time_s: f64) -> [f64; 4] {
+    std::array::from_fn(|k| {
+        let others = times_s.iter().enumerate().filter(|(other, _)| *other != k);
+        let factors = others.map(|(_, other_s)| (time_s - other_s) / (times_s[k] - other_s));
+        factors.product()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{UnitQuaternion, Vector3};
+    use rand::{RngExt, SeedableRng, rngs::SmallRng};
+    use tactid_dynamics::Wrench;
+    use tactid_identify::BaseState;
+
+    use super::*;
+
+    fn wrench(x: f64) -> Wrench {
+        Wrench {
+            force: Vector3::new(x, 0.0, 0.0),
+            moment: Vector3::new(0.0, -x, 0.0),
+        }
+    }
+
+    /// A cubic is exact between its samples; on a sample the value is the sample, bit by bit.
+    #[test]
+    fn interpolates_and_is_exact_on_a_sample() {
+        let cubic = |t: f64| 1.0 - 2.0 * t + 30.0 * t * t - 100.0 * t * t * t;
+        let mut stream = Stream::new(1.0);
+        for time_s in [0.1, 0.19, 0.31, 0.4] {
+            stream.push(time_s, wrench(cubic(time_s)));
+        }
+        stream.push(0.4, wrench(9.0));
+        assert_eq!(stream.at(0.0), ValueAt::Never);
+        assert_eq!(stream.at(0.1), ValueAt::Known(wrench(cubic(0.1))));
+        let ValueAt::Known(middle) = stream.at(0.25) else {
+            panic!("no value between two samples")
+        };
+        assert!((middle.force.x - cubic(0.25)).abs() < 1e-12);
+        assert_eq!(stream.at(0.31), ValueAt::Known(wrench(cubic(0.31))));
+        assert_eq!(
+            stream.at(0.35),
+            ValueAt::NotYet,
+            "the next sample may still come"
+        );
+    }
+
+    /// A rotation through half of the quaternions' sphere is interpolated along the shorter arc, whatever
+    /// the signs of the quaternions.
+    #[test]
+    fn interpolates_rotations_of_either_sign() {
+        let turned = |angle: f64, sign: f64| {
+            let q = UnitQuaternion::from_euler_angles(0.0, 0.0, angle);
+            let q = UnitQuaternion::new_unchecked(q.into_inner() * sign);
+            let mut base = BaseState::fixed();
+            base.pose.rotation = q;
+            base
+        };
+        let mut stream = Stream::new(1.0);
+        for (k, sign) in [1.0, -1.0, 1.0, -1.0].into_iter().enumerate() {
+            stream.push(0.1 * k as f64, turned(0.1 * k as f64, sign));
+        }
+        let ValueAt::Known(middle) = stream.at(0.15) else {
+            panic!("no value between two samples")
+        };
+        let target = turned(0.15, 1.0).pose.rotation;
+        assert!(middle.pose.rotation.angle_to(&target) < 1e-5);
+    }
+
+    /// A gap is not bridged.
+    #[test]
+    fn does_not_bridge_a_gap() {
+        let mut stream = Stream::new(0.05);
+        stream.push(0.0, wrench(1.0));
+        stream.push(0.2, wrench(2.0));
+        assert_eq!(stream.at(0.1), ValueAt::Never);
+        assert_eq!(stream.at(0.2), ValueAt::Known(wrench(2.0)));
+    }
+
+    /// On random times with random gaps: a value is exactly the sample on a sample, the cubic itself between
+    /// samples without a gap beside them, within its neighbours' hull of a line beside a gap, and none in a
+    /// gap.
+    #[test]
+    fn interpolation_holds_on_random_times() {
+        let mut random = SmallRng::seed_from_u64(1);
+        let cubic = |t: f64| 0.3 + t - 2.0 * t * t + 0.5 * t * t * t;
+        for _ in 0..200 {
+            let mut times_s = vec![0.0];
+            for _ in 0..12 {
+                let is_gap = random.random::<f64>() < 0.2;
+                let step_s = if is_gap { 0.5 } else { 0.1 } * (0.5 + random.random::<f64>());
+                times_s.push(times_s[times_s.len() - 1] + step_s);
+            }
+            let mut stream = Stream::new(0.2);
+            for time_s in &times_s {
+                stream.push(*time_s, wrench(cubic(*time_s)));
+            }
+            for k in 0..times_s.len() - 2 {
+                assert_eq!(
+                    stream.at(times_s[k]),
+                    ValueAt::Known(wrench(cubic(times_s[k])))
+                );
+                let (before_s, after_s) = (times_s[k], times_s[k + 1]);
+                let time_s = before_s + random.random::<f64>() * (after_s - before_s);
+                let is_dense = |k: usize| times_s[k + 1] - times_s[k] <= 0.2;
+                match stream.at(time_s) {
+                    ValueAt::NotYet => panic!("all samples have come"),
+                    ValueAt::Never => assert!(!is_dense(k)),
+                    ValueAt::Known(value) if k > 0 && is_dense(k - 1) && is_dense(k + 1) => {
+                        assert!(is_dense(k));
+                        assert!((value.force.x - cubic(time_s)).abs() < 1e-9, "{time_s}");
+                    }
+                    ValueAt::Known(value) => {
+                        assert!(is_dense(k) || time_s == before_s);
+                        let ends = [cubic(before_s), cubic(after_s)];
+                        let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+                        assert!((low - 1e-12..=high + 1e-12).contains(&value.force.x));
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Times and the motion of the base.
+
+use nalgebra::{Isometry3, Vector3};
+use tactid_identify::{BaseState, states_of_poses};
+
+use super::fields::Arrays;
+use crate::fault::{FaultKind, check};
+
+/// The samples whose times can be used.
+pub(super) struct Timeline {
+    /// Indices of the samples that come later than all usable ones before them.
+    pub(super) usable: Vec<usize>,
+    /// Time from the first to the last of them, s.
+    pub(super) length_s: f64,
+    /// Mean time between two of them, s; `None` where there is one sample only.
+    pub(super) period_s: Option<f64>,
+}
+
+impl Timeline {
+    pub(super) fn new(times_s: &[f64]) -> Self {
+        let mut last_s = f64::NEG_INFINITY;
+        let mut usable = Vec::with_capacity(times_s.len());
+        for (k, &time_s) in times_s.iter().enumerate() {
+            if time_s.is_finite() && time_s > last_s {
+                last_s = time_s;
+                usable.push(k);
+            }
+        }
+        let first_s = usable.first().map_or(last_s, |&first| times_s[first]);
+        let length_s = if usable.len() > 1 {
+            last_s - first_s
+        } else {
+            0.0
+        };
+        let period_s = length_s / (usable.len().max(2) - 1) as f64;
+        Self {
+            usable,
+            length_s,
+            period_s: (period_s > 0.0 && period_s.is_finite()).then_some(period_s),
+        }
+    }
+}
+
+/// Returns the state of the base at each sample. Where no twists are measured, they follow from the poses of
+/// the samples that can be used.
+pub(super) fn base_states(arrays: &Arrays<'_>, timeline: &Timeline) -> Vec<BaseState> {
+    let vector = |values: &[f64], at: usize| Vector3::from_column_slice(&values[at..at + 3]);
+    let pose = |k: usize| match arrays.poses {
+        [] => Isometry3::identity(),
+        [single] => *single,
+        poses => poses[k],
+    };
+    let at_rest = |k| BaseState {
+        pose: pose(k),
+        ..BaseState::fixed()
+    };
+    let mut bases: Vec<BaseState> = (0..arrays.times_s.len()).map(at_rest).collect();
+    if !arrays.twists.is_empty() {
+        for (base, twist) in bases.iter_mut().zip(arrays.twists.chunks_exact(6)) {
+            base.velocity = vector(twist, 0);
+            base.angular_velocity = vector(twist, 3);
+        }
+    } else if arrays.poses.len() > 1 {
+        let usable = timeline.usable.iter().copied();
+        let known: Vec<usize> = usable
+            .filter(|&k| check_pose(&arrays.poses[k]).is_ok())
+            .collect();
+        let times_s: Vec<f64> = known.iter().map(|&k| arrays.times_s[k]).collect();
+        let poses: Vec<_> = known.iter().map(|&k| arrays.poses[k]).collect();
+        for (&k, state) in known.iter().zip(states_of_poses(&times_s, &poses)) {
+            bases[k] = state;
+        }
+    }
+    let accelerations = arrays.accelerations.chunks_exact(6);
+    for (base, measured) in bases.iter_mut().zip(accelerations) {
+        base.acceleration = Some(vector(measured, 0));
+        base.angular_acceleration = Some(vector(measured, 3));
+    }
+    bases
+}
+
+/// Checks a state of the base. The error has the name of the array.
+pub(super) fn check_base(base: &BaseState) -> Result<(), (&'static str, FaultKind)> {
+    check_pose(&base.pose).map_err(|kind| ("poses", kind))?;
+    let twist = base.velocity.iter().chain(&base.angular_velocity);
+    check(twist).map_err(|kind| ("twists", kind))?;
+    let measured = base.acceleration.iter().chain(&base.angular_acceleration);
+    let measured = measured.flat_map(|vector| vector.iter());
+    check(measured).map_err(|kind| ("accelerations", kind))
+}
+
+fn check_pose(pose: &Isometry3<f64>) -> Result<(), FaultKind> {
+    let translation = pose.translation.vector.iter();
+    check(translation.chain(pose.rotation.coords.iter()))
+}

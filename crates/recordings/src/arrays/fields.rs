@@ -1,0 +1,35 @@
+//! The arrays of a recording.
+
+use nalgebra::Isometry3;
+use tactid_dynamics::Manipulator;
+
+/// A recording in arrays on one clock.
+///
+/// Matrices are flat, row by row; a row is one of N samples. An array that is empty was not measured.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Arrays<'a> {
+    /// Robot with n joints; `None` for a sensor that is carried about, whose motion is that of the base.
+    pub robot: Option<&'a Manipulator>,
+    /// Links of the S wrench sensors. Default (`None`): one sensor in the end-effector frame where there are
+    /// wrenches, else none.
+    pub sensors: Option<&'a [&'a str]>,
+    /// Time of each sample, s: N, increasing.
+    pub times_s: &'a [f64],
+    /// Joint positions, rad or m: N x n.
+    pub joint_position: &'a [f64],
+    /// Joint velocities, rad/s or m/s: N x n, or empty to derive them from the positions.
+    pub joint_velocity: &'a [f64],
+    /// Joint efforts, N m or N, which include those for gravity and payload: N x n, or empty.
+    pub joint_effort: &'a [f64],
+    /// Force, N, and moment, N m, of each sensor, in its own frame and about that frame's origin: N x S x 6,
+    /// or empty.
+    pub wrenches: &'a [f64],
+    /// `world_from_base`: N poses, one for a base that does not move, or none for the identity.
+    pub poses: &'a [Isometry3<f64>],
+    /// Velocity of the base frame's origin, m/s, and angular velocity, rad/s, along the axes of the world:
+    /// N x 6, or empty to derive them from the poses.
+    pub twists: &'a [f64],
+    /// Classical acceleration of the base frame's origin without gravity, m/s², and angular acceleration,
+    /// rad/s², along the axes of the world: N x 6, or empty to derive them from the velocities.
+    pub accelerations: &'a [f64],
+}

@@ -1,0 +1,100 @@
+//! Checks of the lengths of arrays.
+
+use tactid_dynamics::Manipulator;
+
+use super::fields::Arrays;
+use crate::{Method, RecordingError};
+
+impl Arrays<'_> {
+    /// Checks the arrays that describe the motion.
+    ///
+    /// # Errors
+    /// No sample, a length that does not fit the times and the robot, or missing joint positions.
+    pub(super) fn check_motion(&self, robot: &Manipulator) -> Result<(), RecordingError> {
+        let (samples, joints) = (self.times_s.len(), robot.dof());
+        if samples == 0 {
+            return Err(RecordingError::NoSamples);
+        }
+        if joints > 0 && self.joint_position.is_empty() {
+            return Err(RecordingError::MissingArray {
+                name: "joint_position",
+                reason: "the robot has joints",
+            });
+        }
+        let matrices = [
+            ("joint_position", self.joint_position, joints, "joints"),
+            ("joint_velocity", self.joint_velocity, joints, "joints"),
+            ("joint_effort", self.joint_effort, joints, "joints"),
+            ("twists", self.twists, 6, "components"),
+            ("accelerations", self.accelerations, 6, "components"),
+        ];
+        for (name, array, columns, what) in matrices {
+            if !array.is_empty() {
+                check_length(name, array.len(), &[(samples, "samples"), (columns, what)])?;
+            }
+        }
+        if self.poses.len() > 1 {
+            check_length("poses", self.poses.len(), &[(samples, "samples")])?;
+        }
+        Ok(())
+    }
+
+    /// Checks that there are the arrays that a method needs.
+    ///
+    /// # Errors
+    /// Missing efforts, or a motion of the base that is not measured.
+    pub(super) fn check_method(&self, method: Method) -> Result<(), RecordingError> {
+        if method == Method::Effort && self.joint_effort.is_empty() {
+            return Err(RecordingError::MissingArray {
+                name: "joint_effort",
+                reason: "the effort method needs it",
+            });
+        }
+        if method == Method::JointSensing && self.poses.len() <= 1 && self.twists.is_empty() {
+            return Err(RecordingError::MissingArray {
+                name: "twists",
+                reason: "the joint-sensing method needs the motion of the base",
+            });
+        }
+        Ok(())
+    }
+
+    /// Checks the wrenches against the number of sensors.
+    ///
+    /// # Errors
+    /// A length that does not fit, or sensors without wrenches.
+    pub(super) fn check_wrenches(&self, sensors: usize) -> Result<(), RecordingError> {
+        if self.wrenches.is_empty() && sensors > 0 {
+            return Err(RecordingError::MissingArray {
+                name: "wrenches",
+                reason: "there are sensors",
+            });
+        }
+        let factors = [
+            (self.times_s.len(), "samples"),
+            (sensors, "sensors"),
+            (6, "components"),
+        ];
+        check_length("wrenches", self.wrenches.len(), &factors)
+    }
+}
+
+/// Checks that an array has as many entries as the product of some factors, given with their names.
+fn check_length(
+    name: &'static str,
+    given: usize,
+    factors: &[(usize, &str)],
+) -> Result<(), RecordingError> {
+    let expected: usize = factors.iter().map(|(factor, _)| factor).product();
+    if given == expected {
+        return Ok(());
+    }
+    let factors = factors
+        .iter()
+        .map(|(factor, what)| format!("{factor} {what}"));
+    Err(RecordingError::ArrayLength {
+        name,
+        given,
+        expected: format!("{expected} ({})", factors.collect::<Vec<_>>().join(" x ")),
+    })
+}

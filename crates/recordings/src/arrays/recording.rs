@@ -1,0 +1,170 @@
+//! Arrays whose lengths fit, as a recording.
+
+use std::ops::ControlFlow;
+
+use tactid_dynamics::Manipulator;
+
+use super::base::{Timeline, base_states};
+use super::fields::Arrays;
+use super::samples::{SampleReader, Samples};
+use crate::alignment::{Event, Streams};
+use crate::defaults::{Contents, Motion, Options, effort_gains};
+use crate::recording::{BEGINNING_S, Reading, Recording, Selection, Sources};
+use crate::sources::SENSOR_FRAME;
+use crate::{Clock, Observer, RecordingError, Request};
+
+/// Number of samples between two calls of the observer.
+const OBSERVE_EVERY: usize = 4096;
+
+/// Arrays whose lengths fit, with what a request asks for.
+pub(crate) struct ArrayRecording<'a> {
+    samples: Samples<'a>,
+    sources: Sources,
+}
+
+impl<'a> ArrayRecording<'a> {
+    /// Checks the lengths of arrays, and that they have what a request asks for.
+    pub(crate) fn new(arrays: &Arrays<'a>, request: &Request) -> Result<Self, RecordingError> {
+        check_request(request)?;
+        let robot = match arrays.robot {
+            Some(robot) => robot.clone(),
+            None => Manipulator::lone_body(SENSOR_FRAME),
+        };
+        arrays.check_motion(&robot)?;
+        let timeline = Timeline::new(arrays.times_s);
+        let contents = contents(arrays, &timeline);
+        let options = Options::resolve(request, &contents);
+        arrays.check_method(options.method)?;
+        let mut sensors = sensors(arrays, &options.tip);
+        arrays.check_wrenches(sensors.len())?;
+        if !options.method.uses_wrench() {
+            sensors.clear();
+        }
+        Ok(Self {
+            samples: Samples {
+                arrays: *arrays,
+                bases: base_states(arrays, &timeline),
+                sensors: sensors.len(),
+                wrench_sign: options.wrench_sign,
+                joint_names: robot.joint_names().to_vec(),
+                effort_gains: effort_gains(request, robot.joint_names())?,
+                uses_effort: options.method.uses_effort(),
+            },
+            sources: Sources {
+                robot,
+                streams: Streams {
+                    base: true,
+                    wrenches: sensors.len(),
+                    ..Streams::default()
+                },
+                sensors,
+                contents,
+                optional_acceleration: None,
+                names: names(arrays),
+                findings: Vec::new(),
+                clock: Clock::Stamps,
+                start_ns: 0,
+                end_s: Some(timeline.length_s),
+            },
+        })
+    }
+}
+
+impl Recording for ArrayRecording<'_> {
+    fn sources(&self) -> &Sources {
+        &self.sources
+    }
+
+    fn beginning(&self, _: &mut Observer<'_>) -> Result<Vec<Event>, RecordingError> {
+        let mut reader = SampleReader::new(&self.samples, f64::INFINITY);
+        let mut events = Vec::new();
+        for k in 0..self.samples.count() {
+            reader.read(k, &mut events);
+            if reader.time_s().is_some_and(|time_s| time_s > BEGINNING_S) {
+                break;
+            }
+        }
+        Ok(events)
+    }
+
+    fn read(
+        &self,
+        selection: Selection,
+        take: &mut dyn FnMut(Event) -> Result<(), RecordingError>,
+        progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+    ) -> Result<Reading, RecordingError> {
+        let count = self.samples.count();
+        let mut reader = SampleReader::new(&self.samples, selection.max_gap_s);
+        let mut events = Vec::new();
+        let mut interrupted = false;
+        for k in 0..count {
+            if k % OBSERVE_EVERY == 0 && progress(k as f64 / count as f64).is_break() {
+                interrupted = true;
+                break;
+            }
+            reader.read(k, &mut events);
+            events.drain(..).try_for_each(&mut *take)?;
+        }
+        Ok(Reading {
+            faults: reader.into_faults(),
+            findings: Vec::new(),
+            damage: Vec::new(),
+            interrupted,
+        })
+    }
+}
+
+/// Checks that a request asks for nothing that only a log has.
+fn check_request(request: &Request) -> Result<(), RecordingError> {
+    let topics = &request.topics;
+    let given = [
+        ("urdf", request.urdf.is_some()),
+        ("topics.joints", !topics.joints.is_empty()),
+        ("topics.wrenches", !topics.wrenches.is_empty()),
+        ("topics.odometry", topics.odometry.is_some()),
+        ("topics.acceleration", topics.acceleration.is_some()),
+        ("topics.imu", topics.imu.is_some()),
+        ("unloaded", request.unloaded.is_some()),
+    ];
+    match given.into_iter().find(|(_, given)| *given) {
+        Some((name, _)) => Err(RecordingError::NotForArrays(name)),
+        None => Ok(()),
+    }
+}
+
+fn contents(arrays: &Arrays<'_>, timeline: &Timeline) -> Contents {
+    let period_s = timeline.period_s;
+    let has_wrenches = !arrays.wrenches.is_empty();
+    Contents {
+        motion: match arrays.robot {
+            Some(_) => Motion::Joints,
+            None => Motion::Carried,
+        },
+        has_wrenches,
+        has_efforts: !arrays.joint_effort.is_empty(),
+        sensor_frame: SENSOR_FRAME.to_owned(),
+        motion_period_s: period_s,
+        acceleration_period_s: period_s.filter(|_| !arrays.accelerations.is_empty()),
+        wrench_period_s: period_s.filter(|_| has_wrenches),
+    }
+}
+
+/// Returns the links of the wrench sensors.
+fn sensors(arrays: &Arrays<'_>, tip: &str) -> Vec<String> {
+    match arrays.sensors {
+        Some(sensors) => sensors.iter().map(|&name| name.to_owned()).collect(),
+        None if arrays.wrenches.is_empty() => Vec::new(),
+        None => vec![tip.to_owned()],
+    }
+}
+
+/// Returns the names of the arrays that are aligned.
+fn names(arrays: &Arrays<'_>) -> Vec<String> {
+    let all = [
+        ("joint_position", arrays.joint_position.is_empty()),
+        ("wrenches", arrays.wrenches.is_empty()),
+        ("poses", arrays.poses.is_empty()),
+    ];
+    let given = all.into_iter().filter(|(_, is_empty)| !is_empty);
+    given.map(|(name, _)| name.to_owned()).collect()
+}

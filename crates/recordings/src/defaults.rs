@@ -1,0 +1,312 @@
+//! Defaults of all options, for logs and arrays alike.
+
+use nalgebra::Vector3;
+use tactid_dynamics::BaseKind;
+use tactid_identify::{EquationSettings, IdentifyError, Method};
+
+use crate::{ActsOn, Estimator, RecordingError, Request};
+
+/// End-effector frame of a robot, as ROS-Industrial names it.
+const ROBOT_TIP: &str = "tool0";
+/// Standard acceleration of free fall, m/s², as `EquationSettings` has it.
+const GRAVITY: f64 = 9.81;
+/// Number of periods of the slowest stream that are bridged.
+const GAP_PERIODS: f64 = 5.0;
+/// Period that is assumed where no stream has two messages, s.
+const UNKNOWN_PERIOD_S: f64 = 0.01;
+/// Shortest default of the longest bridged gap, s: arrays may have a single sample.
+const SHORTEST_GAP_S: f64 = 1e-9;
+
+/// What measures the motion of the end-effector.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Motion {
+    /// The joints of a robot, and its base if that moves.
+    Joints,
+    /// The pose of the sensor itself, which is carried about on the ground.
+    Carried,
+    /// An inertial measurement unit on the sensor, whose accelerations contain gravity.
+    InertialUnit,
+}
+
+/// What a recording contains, as far as the defaults depend on it.
+#[derive(Clone, Debug)]
+pub(crate) struct Contents {
+    pub(crate) motion: Motion,
+    pub(crate) has_wrenches: bool,
+    pub(crate) has_efforts: bool,
+    /// Frame of the sensor where there is no robot.
+    pub(crate) sensor_frame: String,
+    /// Period of the slowest stream of joints and base, s; `None` where no stream has two messages.
+    pub(crate) motion_period_s: Option<f64>,
+    /// Period of the measured accelerations, s.
+    pub(crate) acceleration_period_s: Option<f64>,
+    /// Period of the slowest wrench sensor, s.
+    pub(crate) wrench_period_s: Option<f64>,
+}
+
+impl Contents {
+    /// Returns the contents of a recording whose measured accelerations are not used.
+    pub(crate) fn without_acceleration(&self) -> Self {
+        Self {
+            acceleration_period_s: None,
+            ..self.clone()
+        }
+    }
+
+    /// Returns the period of the slowest stream that a method uses, s.
+    fn slowest_period_s(&self, method: Method) -> f64 {
+        let wrench_period_s = self.wrench_period_s.filter(|_| method.uses_wrench());
+        let periods = [
+            self.motion_period_s,
+            self.acceleration_period_s,
+            wrench_period_s,
+        ];
+        let slowest_s = periods.into_iter().flatten().reduce(f64::max);
+        slowest_s.unwrap_or(UNKNOWN_PERIOD_S)
+    }
+}
+
+/// All options of a request, with their defaults. What is still `None` is chosen from the beginning of the
+/// recording.
+#[derive(Clone, Debug)]
+pub(crate) struct Options {
+    pub(crate) method: Method,
+    pub(crate) estimator: Estimator,
+    pub(crate) tip: String,
+    /// Gravitational acceleration in the inertial frame, m/s²; `None` for that of the robot's kind of base.
+    pub(crate) gravity: Option<Vector3<f64>>,
+    pub(crate) cutoff_hz: Option<f64>,
+    pub(crate) max_gap_s: f64,
+    pub(crate) delay_s: Option<f64>,
+    /// Period of the slowest stream that is used, s.
+    pub(crate) period_s: f64,
+    /// 1, or -1 where the measured wrenches act on the sensor.
+    pub(crate) wrench_sign: f64,
+    pub(crate) effort_is_net: bool,
+    pub(crate) wrench_offset: bool,
+    pub(crate) wrench_noise: Vec<[f64; 6]>,
+    pub(crate) effort_noise: Vec<f64>,
+}
+
+impl Options {
+    /// Resolves a request for a recording. This is the only place where defaults are chosen.
+    pub(crate) fn resolve(request: &Request, contents: &Contents) -> Self {
+        let estimator = request.estimator.unwrap_or_default();
+        let method = method(request.method, contents);
+        let period_s = contents.slowest_period_s(method);
+        // The paper's filter assumes clocks that agree, and has the paper's filter settings.
+        let paper = match estimator {
+            Estimator::Paper(_) => Some(EquationSettings::default()),
+            Estimator::LeastSquares => None,
+        };
+        let gap_s = (GAP_PERIODS * period_s).max(SHORTEST_GAP_S);
+        // Only the wrenches determine a delay.
+        let has_no_delay = paper.is_some() || method != Method::Tactile;
+        Self {
+            tip: request
+                .tip
+                .clone()
+                .unwrap_or_else(|| match contents.motion {
+                    Motion::Joints => ROBOT_TIP.to_owned(),
+                    Motion::Carried | Motion::InertialUnit => contents.sensor_frame.clone(),
+                }),
+            gravity: match contents.motion {
+                Motion::Joints => request.gravity,
+                Motion::Carried => request.gravity.or(Some(-GRAVITY * Vector3::z())),
+                Motion::InertialUnit => Some(Vector3::zeros()),
+            },
+            cutoff_hz: request
+                .cutoff_hz
+                .or(paper.as_ref().map(|paper| paper.cutoff_hz)),
+            max_gap_s: request
+                .max_gap_s
+                .or(paper.as_ref().map(|paper| paper.max_gap_s))
+                .unwrap_or(gap_s),
+            delay_s: request.delay_s.or(has_no_delay.then_some(0.0)),
+            wrench_sign: match request.wrench_acts_on.unwrap_or_default() {
+                ActsOn::Payload => 1.0,
+                ActsOn::Sensor => -1.0,
+            },
+            effort_is_net: request.unloaded.is_some(),
+            wrench_offset: request.wrench_offset.unwrap_or(false),
+            wrench_noise: request.wrench_noise.clone().unwrap_or_default(),
+            effort_noise: request.effort_noise.clone().unwrap_or_default(),
+            method,
+            estimator,
+            period_s,
+        }
+    }
+
+    /// Returns the gravitational acceleration in the inertial frame for a kind of base, m/s².
+    pub(crate) fn gravity_for(&self, base: BaseKind) -> Vector3<f64> {
+        let settings = EquationSettings {
+            gravity: self.gravity,
+            ..EquationSettings::default()
+        };
+        settings.gravity_for(base)
+    }
+
+    /// Returns the settings of the equation stream with a cutoff.
+    pub(crate) fn equations(&self, cutoff_hz: f64) -> EquationSettings {
+        EquationSettings {
+            method: self.method,
+            gravity: self.gravity,
+            cutoff_hz,
+            max_gap_s: self.max_gap_s,
+            effort_is_net: self.effort_is_net,
+            wrench_offset: self.wrench_offset,
+            wrench_noise: self.wrench_noise.clone(),
+            effort_noise: self.effort_noise.clone(),
+        }
+    }
+}
+
+/// Tactile where there are wrenches, else effort. The combined method uses efforts where they are measured.
+fn method(requested: Option<Method>, contents: &Contents) -> Method {
+    match requested {
+        Some(Method::Combined { .. }) => Method::Combined {
+            effort: contents.has_efforts,
+        },
+        Some(method) => method,
+        None if contents.has_wrenches => Method::Tactile,
+        None => Method::Effort,
+    }
+}
+
+/// Returns the effort of each joint for one unit of its recorded value, N m or N.
+///
+/// # Errors
+/// Where the request has gains for another number of joints.
+pub(crate) fn effort_gains(
+    request: &Request,
+    joint_names: &[String],
+) -> Result<Vec<f64>, RecordingError> {
+    match &request.effort_gain {
+        None => Ok(vec![1.0; joint_names.len()]),
+        Some(gains) if gains.len() == joint_names.len() => Ok(gains.clone()),
+        Some(gains) => Err(RecordingError::EffortGains {
+            given: gains.len(),
+            count: joint_names.len(),
+            joints: joint_names.join(", "),
+        }),
+    }
+}
+
+/// Checks that the request asks for nothing that its estimator cannot use.
+///
+/// # Errors
+/// A known mass or a bounding box for the paper's filter.
+pub(crate) fn check(request: &Request) -> Result<(), RecordingError> {
+    let given = [
+        (request.known_mass.is_some(), "a known mass"),
+        (request.bounding_box.is_some(), "a bounding box"),
+    ];
+    let is_paper = matches!(request.estimator, Some(Estimator::Paper(_)));
+    match given.into_iter().find(|(given, _)| *given && is_paper) {
+        Some((_, what)) => Err(IdentifyError::KnowledgeNeedsLeastSquares(what).into()),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn contents(motion: Motion) -> Contents {
+        Contents {
+            motion,
+            has_wrenches: true,
+            has_efforts: false,
+            sensor_frame: "ft_sensor".to_owned(),
+            motion_period_s: Some(0.002),
+            acceleration_period_s: Some(0.02),
+            wrench_period_s: Some(0.004),
+        }
+    }
+
+    /// The method depends on what is measured, and on a request.
+    #[test]
+    fn method_follows_the_measurements() {
+        let mut contents = contents(Motion::Joints);
+        let method =
+            |request: &Request, contents: &Contents| Options::resolve(request, contents).method;
+        let open = Request::default();
+        assert_eq!(method(&open, &contents), Method::Tactile);
+        contents.has_wrenches = false;
+        assert_eq!(method(&open, &contents), Method::Effort);
+        let combined = Request {
+            method: Some(Method::Combined { effort: true }),
+            ..Request::default()
+        };
+        assert_eq!(
+            method(&combined, &contents),
+            Method::Combined { effort: false }
+        );
+        contents.has_efforts = true;
+        assert_eq!(
+            method(&combined, &contents),
+            Method::Combined { effort: true }
+        );
+    }
+
+    /// Tip and gravity depend on what moves.
+    #[test]
+    fn tip_and_gravity_follow_the_motion() {
+        let down = Vector3::new(0.0, 0.0, -9.81);
+        let given = Vector3::new(0.0, 9.81, 0.0);
+        let asks = Request {
+            tip: Some("flange".to_owned()),
+            gravity: Some(given),
+            ..Request::default()
+        };
+        for (motion, tip, gravity, asked) in [
+            (Motion::Joints, "tool0", None, Some(given)),
+            (Motion::Carried, "ft_sensor", Some(down), Some(given)),
+            (
+                Motion::InertialUnit,
+                "ft_sensor",
+                Some(Vector3::zeros()),
+                Some(Vector3::zeros()),
+            ),
+        ] {
+            let open = Options::resolve(&Request::default(), &contents(motion));
+            assert_eq!((open.tip.as_str(), open.gravity), (tip, gravity));
+            let resolved = Options::resolve(&asks, &contents(motion));
+            assert_eq!((resolved.tip.as_str(), resolved.gravity), ("flange", asked));
+        }
+    }
+
+    /// The gap is five periods of the slowest stream that is used; the paper's filter has settings of its own.
+    #[test]
+    fn gap_cutoff_and_delay_follow_the_estimator() {
+        let contents = contents(Motion::Carried);
+        let open = Options::resolve(&Request::default(), &contents);
+        assert_eq!((open.cutoff_hz, open.delay_s), (None, None));
+        assert!((open.max_gap_s - 0.1).abs() < 1e-12);
+        let without = Options::resolve(&Request::default(), &contents.without_acceleration());
+        assert!((without.max_gap_s - 0.02).abs() < 1e-12);
+        let effort = Request {
+            method: Some(Method::Effort),
+            ..Request::default()
+        };
+        let effort = Options::resolve(&effort, &contents.without_acceleration());
+        assert!((effort.max_gap_s - 0.01).abs() < 1e-12);
+        assert_eq!(effort.delay_s, Some(0.0));
+        let paper = Options::resolve(&Request::paper(), &contents);
+        assert_eq!(
+            (paper.cutoff_hz, paper.max_gap_s, paper.delay_s),
+            (Some(10.0), 0.1, Some(0.0))
+        );
+        let given = Request {
+            cutoff_hz: Some(3.0),
+            max_gap_s: Some(0.3),
+            delay_s: Some(0.01),
+            ..Request::paper()
+        };
+        let given = Options::resolve(&given, &contents);
+        assert_eq!(
+            (given.cutoff_hz, given.max_gap_s, given.delay_s),
+            (Some(3.0), 0.3, Some(0.01))
+        );
+    }
+}

@@ -1,0 +1,63 @@
+//! Identification from a log or from arrays.
+
+use std::path::Path;
+
+use crate::arrays::ArrayRecording;
+use crate::defaults;
+use crate::log::LogRecording;
+use crate::plan::Plan;
+use crate::recording::Recording;
+use crate::run::Run;
+use crate::{Arrays, Identification, Observer, RecordingError, Request};
+
+/// Identifies the payload from a log: an `.mcap` file, or the directory of a bag.
+///
+/// Topics are found by type, unless the request names them. The motion is that of the joints of a URDF (from
+/// the request or the log), on a base that odometry measures if there is any; or, without joints, that of the
+/// sensor itself by odometry (and by its measured accelerations, if these explain the wrenches better) or by
+/// an inertial unit. Times are those of the headers, or those of logging where stamps are zero.
+///
+/// Memory is bounded, whatever the length of the log. The observer is called several times a second.
+///
+/// # Errors
+/// A log that cannot be opened, lacks what the method needs, or contradicts its own URDF. Messages that cannot
+/// be used are no error, but are counted in [`Identification::faults`]; a log that ends early is used up to its
+/// end, see [`Identification::damage`]. Where the observer stops the reading, what was read so far is
+/// identified; where it stops the work before that, the error is [`RecordingError::Interrupted`].
+pub fn identify_log(
+    path: &Path,
+    request: &Request,
+    observer: &mut Observer<'_>,
+) -> Result<Identification, RecordingError> {
+    defaults::check(request)?;
+    let recording = LogRecording::open(path, request, observer)?;
+    identify(&recording, request, observer)
+}
+
+/// Identifies the payload from arrays, with the checks and the defaults of [`identify_log`].
+///
+/// The observer is called every 4096 samples. Where it stops the reading, what was read so far is identified.
+///
+/// # Errors
+/// An array that has another length than the others or that the method needs and is empty, a request for what
+/// only a log has, or too few samples. Values that are not finite and times that do not increase are no error,
+/// but are counted in [`Identification::faults`] under the name of the array.
+pub fn identify_arrays(
+    arrays: &Arrays<'_>,
+    request: &Request,
+    observer: &mut Observer<'_>,
+) -> Result<Identification, RecordingError> {
+    defaults::check(request)?;
+    let recording = ArrayRecording::new(arrays, request)?;
+    identify(&recording, request, observer)
+}
+
+fn identify(
+    recording: &impl Recording,
+    request: &Request,
+    observer: &mut Observer<'_>,
+) -> Result<Identification, RecordingError> {
+    let plan = Plan::new(recording, request, observer)?;
+    let run = Run::new(recording, &plan, observer)?;
+    Identification::new(plan, run, request)
+}

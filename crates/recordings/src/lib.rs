@@ -1,0 +1,88 @@
+//! Identifies the payload that a robot holds, or that a force-torque sensor carries, from a recording: a ROS 2
+//! log ([`identify_log`]) or arrays ([`identify_arrays`]).
+//!
+//! A [`Request`] says what to identify and how. All of its fields are optional: topics, method, filter and the
+//! delay between the clocks are chosen from the recording, with the same defaults for logs and arrays. The
+//! result is an [`Identification`]: the payload with its uncertainty, what was noticed about the recording
+//! ([`Finding`]) and what could not be used ([`DataFault`]).
+//!
+//! ```
+//! use std::ops::ControlFlow;
+//!
+//! use nalgebra::{Isometry3, Vector3};
+//! use tactid_recordings::{Arrays, Request, identify_arrays};
+//!
+//! // For 3 s, a sensor turns about a tilted axis. It carries 2 kg, 0.1 m in front of it.
+//! let times_s: Vec<f64> = (0..600).map(|k| 0.005 * f64::from(k)).collect();
+//! let (turn_rate, center) = (Vector3::new(3.0, 1.0, 2.0), Vector3::new(0.0, 0.0, 0.1));
+//! let gravity = Vector3::new(0.0, 0.0, -9.81);
+//! let mut poses = Vec::new();
+//! let mut wrenches = Vec::new();
+//! for &t in &times_s {
+//!     let pose = Isometry3::rotation(turn_rate * t);
+//!     let centripetal = turn_rate.cross(&turn_rate.cross(&center));
+//!     let force = 2.0 * (centripetal - pose.inverse() * gravity);
+//!     let moment = center.cross(&force);
+//!     wrenches.extend(force.iter().chain(&moment).copied());
+//!     poses.push(pose);
+//! }
+//!
+//! let arrays = Arrays {
+//!     times_s: &times_s,
+//!     poses: &poses,
+//!     wrenches: &wrenches,
+//!     ..Arrays::default()
+//! };
+//! let mut observer = |_| ControlFlow::Continue(());
+//! let result = identify_arrays(&arrays, &Request::default(), &mut observer)?;
+//! let payload = &result.estimate;
+//! assert!((payload.body.mass_kg - 2.0).abs() < 1e-3);
+//! assert!((payload.body.center_of_mass - center).norm() < 1e-4);
+//! // A constant rotation leaves some of the inertia unknown.
+//! assert!(payload.not_identifiable().any(|name| name == "Ixx"));
+//! # Ok::<(), tactid_recordings::RecordingError>(())
+//! ```
+//!
+//! From a recording to the result, each step is built once and whole: the request and the recording give its
+//! sources (topics or arrays, robot, frames); the beginning of the recording gives the plan (filter, delay,
+//! whether measured accelerations are used); a run aligns all streams and feeds the estimator; the estimator
+//! and what was counted on the way give the result.
+
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
+mod alignment;
+mod arrays;
+mod clock;
+mod decode;
+mod defaults;
+mod error;
+mod estimates;
+mod fault;
+mod feed;
+mod finding;
+mod identification;
+mod identify;
+mod log;
+mod plan;
+mod preview;
+mod progress;
+mod recording;
+mod request;
+mod run;
+mod sources;
+mod unloaded;
+
+pub use arrays::Arrays;
+pub use clock::Clock;
+pub use error::{RecordingError, TopicKind};
+pub use estimates::write_estimates;
+pub use fault::{DataFault, FaultKind};
+pub use finding::Finding;
+pub use identification::Identification;
+pub use identify::{identify_arrays, identify_log};
+pub use progress::{Observer, Progress};
+pub use request::{ActsOn, Estimator, Request, Topics};
+pub use tactid_identify::{
+    BoundingBox, Delay, FitReport, Forecast, HALF_WIDTH_95, HistoryPoint, KnownMass, Method,
+    PaperSettings, PayloadEstimate, PrincipalMoments, SingularValues, VALUE_NAMES,
+};

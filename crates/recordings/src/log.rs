@@ -1,0 +1,132 @@
+//! A log as a recording.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::Arc;
+
+use tactid_logs::LogReader;
+
+use crate::alignment::Event;
+use crate::decode::Decoding;
+use crate::feed::{Feed, Unloaded};
+use crate::progress::check_interruption;
+use crate::recording::{BEGINNING_S, Reading, Recording, Selection, Sources};
+use crate::sources::{LogSources, MeasuredTopics};
+use crate::unloaded::find_unloaded;
+use crate::{Clock, Finding, Observer, RecordingError, Request};
+
+/// A log whose topics, robot and clock are known.
+pub(crate) struct LogRecording {
+    log: LogReader,
+    topics: MeasuredTopics,
+    decoding: Arc<Decoding>,
+    unloaded: Option<Unloaded>,
+    sources: Sources,
+}
+
+impl LogRecording {
+    /// Opens a log and finds what a request asks for in it.
+    pub(crate) fn open(
+        path: &Path,
+        request: &Request,
+        observer: &mut Observer<'_>,
+    ) -> Result<Self, RecordingError> {
+        let log = LogReader::open(path)?;
+        if log.topics().iter().all(|topic| topic.count == 0) {
+            let damage = log.damage().iter().map(|damage| format!(": {damage}"));
+            return Err(RecordingError::Empty {
+                path: path.display().to_string(),
+                damage: damage.collect(),
+            });
+        }
+        let found = LogSources::find(&log, request)?;
+        let decoding = Arc::new(Decoding::new(&log, &found, request)?);
+        let unloaded = match &request.unloaded {
+            Some(path) => Some(find_unloaded(
+                path,
+                (&log, &found, &decoding),
+                request,
+                observer,
+            )?),
+            None => None,
+        };
+        Ok(Self {
+            sources: sources(&found, &decoding, request),
+            topics: found.topics,
+            log,
+            decoding,
+            unloaded,
+        })
+    }
+
+    /// Returns the topics that are read, with or without that of the accelerations.
+    fn topics(&self, acceleration: bool) -> Vec<String> {
+        let mut topics = self.topics.without_acceleration();
+        topics.extend(self.topics.acceleration().filter(|_| acceleration).cloned());
+        topics
+    }
+}
+
+fn sources(found: &LogSources, decoding: &Decoding, request: &Request) -> Sources {
+    let mut findings = found.findings.clone();
+    findings.extend(decoding.findings());
+    let clock = decoding.clock();
+    if clock.kind() == Clock::LogTimes {
+        findings.push(Finding::NoStamps);
+    }
+    let mut names = found.topics.without_acceleration();
+    names.extend(found.topics.acceleration().cloned());
+    let is_requested = request.topics.acceleration.is_some();
+    Sources {
+        robot: found.robot.clone(),
+        sensors: found.sensors.clone(),
+        contents: found.contents.clone(),
+        streams: decoding.streams(found, request.unloaded.is_some()),
+        optional_acceleration: found
+            .topics
+            .acceleration()
+            .filter(|_| !is_requested)
+            .cloned(),
+        names,
+        findings,
+        clock: clock.kind(),
+        start_ns: clock.origin_ns(),
+        end_s: None,
+    }
+}
+
+impl Recording for LogRecording {
+    fn sources(&self) -> &Sources {
+        &self.sources
+    }
+
+    /// The events of the unloaded recording are not among them.
+    fn beginning(&self, observer: &mut Observer<'_>) -> Result<Vec<Event>, RecordingError> {
+        let topics = self.topics(true);
+        let mut feed = Feed::new(&self.log, &topics, &self.decoding, f64::INFINITY, None)?;
+        let mut events = Vec::new();
+        while feed.read(&mut events)?.is_some() {
+            check_interruption(observer)?;
+            if events
+                .last()
+                .is_some_and(|event| event.time_s > BEGINNING_S)
+            {
+                break;
+            }
+        }
+        Ok(events)
+    }
+
+    fn read(
+        &self,
+        selection: Selection,
+        take: &mut dyn FnMut(Event) -> Result<(), RecordingError>,
+        progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+    ) -> Result<Reading, RecordingError> {
+        let topics = self.topics(selection.acceleration);
+        let unloaded = self.unloaded.as_ref();
+        let max_gap_s = selection.max_gap_s;
+        let feed = Feed::new(&self.log, &topics, &self.decoding, max_gap_s, unloaded)?;
+        feed.run(take, progress)
+    }
+}

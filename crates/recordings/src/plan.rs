@@ -1,0 +1,111 @@
+//! The plan of an identification: all options, chosen from the request and the beginning of the recording.
+
+use tactid_identify::{BatchSettings, Delay, EquationSettings};
+
+use crate::alignment::{Event, Streams};
+use crate::defaults::Options;
+use crate::preview::{Preview, is_significant};
+use crate::recording::{Recording, Selection, Sources};
+use crate::{Finding, Observer, RecordingError, Request};
+
+/// How a recording is identified.
+#[derive(Clone, Debug)]
+pub(crate) struct Plan<'a> {
+    pub(crate) sources: &'a Sources,
+    pub(crate) options: Options,
+    /// The streams that are used.
+    pub(crate) streams: Streams,
+    pub(crate) equations: EquationSettings,
+    pub(crate) batch: BatchSettings,
+    /// Delay to subtract from the times of the wrenches, s.
+    pub(crate) delay_s: f64,
+    /// Delay as estimated from the beginning.
+    pub(crate) estimated_delay: Option<Delay>,
+    pub(crate) findings: Vec<Finding>,
+}
+
+impl<'a> Plan<'a> {
+    /// Chooses all that the request leaves open.
+    pub(crate) fn new(
+        recording: &'a impl Recording,
+        request: &Request,
+        observer: &mut Observer<'_>,
+    ) -> Result<Self, RecordingError> {
+        let sources = recording.sources();
+        let events = recording.beginning(observer)?;
+        let (streams, options, findings) = choose_streams(sources, &events, request)?;
+        let preview = Preview {
+            sources,
+            options: &options,
+            events: &events,
+        };
+        let cutoff_hz = match options.cutoff_hz {
+            Some(cutoff_hz) => cutoff_hz,
+            None => preview.cutoff_hz(&streams)?,
+        };
+        let estimated_delay = match options.delay_s {
+            Some(_) => None,
+            None => preview.delay(&streams, cutoff_hz)?,
+        };
+        let significant = estimated_delay.filter(|delay| is_significant(*delay));
+        Ok(Self {
+            sources,
+            delay_s: options
+                .delay_s
+                .unwrap_or(significant.map_or(0.0, |delay| delay.delay_s)),
+            streams: Streams {
+                unloaded: sources.streams.unloaded,
+                ..streams
+            },
+            equations: options.equations(cutoff_hz),
+            batch: BatchSettings {
+                known_tool: request.known_tool,
+                known_mass: request.known_mass,
+                bounding_box: request.bounding_box,
+                delay: estimated_delay.is_some(),
+            },
+            options,
+            estimated_delay,
+            findings,
+        })
+    }
+
+    /// Returns which events are read.
+    pub(crate) fn selection(&self) -> Selection {
+        Selection {
+            max_gap_s: self.options.max_gap_s,
+            acceleration: self.streams.acceleration,
+        }
+    }
+}
+
+/// Chooses whether measured accelerations are used, and resolves the options accordingly. The streams are
+/// those of the beginning, which has no unloaded recording.
+fn choose_streams(
+    sources: &Sources,
+    events: &[Event],
+    request: &Request,
+) -> Result<(Streams, Options, Vec<Finding>), RecordingError> {
+    let options = Options::resolve(request, &sources.contents);
+    let streams = Streams {
+        unloaded: false,
+        ..sources.streams.clone()
+    };
+    let Some(topic) = &sources.optional_acceleration else {
+        return Ok((streams, options, Vec::new()));
+    };
+    let preview = Preview {
+        sources,
+        options: &options,
+        events,
+    };
+    let Some(finding) = preview.compare_accelerations(&streams, topic)? else {
+        return Ok((streams, options, Vec::new()));
+    };
+    let streams = Streams {
+        acceleration: false,
+        ..streams
+    };
+    let contents = sources.contents.without_acceleration();
+    Ok((streams, Options::resolve(request, &contents), vec![finding]))
+}

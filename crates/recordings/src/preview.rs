@@ -1,0 +1,204 @@
+//! Preview: the beginning of a recording, from which its filter and its delay are chosen.
+
+use tactid_identify::batch::preview::{
+    LONGEST_DELAY_S, coarse_delay_s, fitted_delay, motion_noise_power, motion_power, residual_size,
+};
+use tactid_identify::equations::{Equation, window};
+use tactid_identify::{Channels, Delay, EquationSettings, EquationStream};
+
+use crate::alignment::{Aligner, Event, Streams};
+use crate::defaults::Options;
+use crate::recording::Sources;
+use crate::{Finding, RecordingError};
+
+/// Number of samples of the slowest stream in the shortest window that is tried.
+const FEWEST_SAMPLES: f64 = 16.0;
+/// Length of the longest window that is tried, s.
+const LONGEST_WINDOW_S: f64 = 1.0;
+/// Fewest windows from which a cutoff is judged.
+const FEWEST_WINDOWS: usize = 4;
+/// Largest fraction of the motion's power that may be white noise.
+const QUIET: f64 = 1e-4;
+/// Smallest fraction of the motion's power that the filter keeps.
+const KEPT: f64 = 0.8;
+
+/// A delay is corrected from so many standard deviations on, if it is longer than [`SHORTEST_DELAY_S`].
+const SIGNIFICANT: f64 = 6.0;
+/// Shorter delays are not worth an interpolation, s.
+const SHORTEST_DELAY_S: f64 = 1e-4;
+/// Largest number of fits of the delay: each is linear in what the one before has left.
+const DELAY_FITS: usize = 4;
+
+/// Derived accelerations replace measured ones whose residual, or whose power, they reduce to less than this
+/// fraction.
+const CLEARLY_LESS: f64 = 0.9;
+
+/// The beginning of a recording.
+#[derive(Clone, Copy)]
+pub(crate) struct Preview<'a> {
+    pub(crate) sources: &'a Sources,
+    pub(crate) options: &'a Options,
+    pub(crate) events: &'a [Event],
+}
+
+/// A cutoff with the power of the motion that it keeps, and the white noise in that power, 1/s⁴.
+struct Candidate {
+    cutoff_hz: f64,
+    power: f64,
+    noise: f64,
+}
+
+impl Preview<'_> {
+    /// Chooses the highest cutoff that admits little of the motion's noise: motion that the filter removes
+    /// costs information, noise that it admits costs a bias correction.
+    ///
+    /// White noise shows in the differences of neighbouring instants. Other noise shows only in that the
+    /// power of the motion rises with the cutoff: no cutoff is chosen above the one where the power depends
+    /// least on it. Where all admit noise, it is the lowest that keeps [`KEPT`] of that power.
+    pub(crate) fn cutoff_hz(&self, streams: &Streams) -> Result<f64, RecordingError> {
+        let candidates = self.candidates(streams)?;
+        let change = |pair: &[Candidate]| (pair[0].power - pair[1].power).abs() / pair[0].power;
+        let flattest = candidates
+            .windows(2)
+            .filter(|pair| pair[0].power > 0.0)
+            .min_by(|a, b| change(a).total_cmp(&change(b)))
+            .map(|pair| &pair[0])
+            .or(candidates.first());
+        let Some(flattest) = flattest else {
+            return Ok(EquationSettings::default().cutoff_hz);
+        };
+        let is_quiet = |candidate: &&Candidate| {
+            candidate.cutoff_hz <= flattest.cutoff_hz && candidate.noise <= QUIET * candidate.power
+        };
+        let keeps_motion = |candidate: &&Candidate| candidate.power >= KEPT * flattest.power;
+        let quiet = candidates.iter().find(is_quiet);
+        let chosen = quiet.or_else(|| candidates.iter().rev().find(keeps_motion));
+        Ok(chosen.unwrap_or(flattest).cutoff_hz)
+    }
+
+    /// Tries windows of doubling lengths.
+    fn candidates(&self, streams: &Streams) -> Result<Vec<Candidate>, RecordingError> {
+        let mut length_s = (FEWEST_SAMPLES * self.options.period_s).min(LONGEST_WINDOW_S);
+        let mut candidates = Vec::new();
+        while length_s <= LONGEST_WINDOW_S {
+            let cutoff_hz = window::cutoff_hz(length_s);
+            let (equations, _) = self.equations(streams, 0.0, cutoff_hz)?;
+            if equations.len() < FEWEST_WINDOWS {
+                break;
+            }
+            candidates.push(Candidate {
+                cutoff_hz,
+                power: motion_power(&equations),
+                noise: motion_noise_power(&equations),
+            });
+            length_s *= 2.0;
+        }
+        Ok(candidates)
+    }
+
+    /// Estimates the delay of the wrenches' stamps relative to the motion; `None` where it is not in the data
+    /// or longer than half a second.
+    pub(crate) fn delay(
+        &self,
+        streams: &Streams,
+        cutoff_hz: f64,
+    ) -> Result<Option<Delay>, RecordingError> {
+        let (mut equations, channels) = self.equations(streams, 0.0, cutoff_hz)?;
+        let Some(mut delay_s) = coarse_delay_s(&equations, window::stride_s(cutoff_hz)) else {
+            return Ok(None);
+        };
+        let mut found = None;
+        for _ in 0..DELAY_FITS {
+            if delay_s != 0.0 {
+                (equations, _) = self.equations(streams, delay_s, cutoff_hz)?;
+            }
+            let Some(rest) = fitted_delay(&equations, &channels) else {
+                return Ok(None);
+            };
+            let sum_s = delay_s + rest.delay_s;
+            if !rest.delay_s.is_finite() || sum_s.abs() > LONGEST_DELAY_S {
+                return Ok(None);
+            }
+            found = Some(Delay {
+                delay_s: sum_s,
+                std_dev_s: rest.std_dev_s,
+            });
+            let is_settled = rest.delay_s.abs() < 0.01 * SHORTEST_DELAY_S
+                || rest.delay_s.abs() < 0.1 * rest.std_dev_s;
+            if is_settled {
+                break;
+            }
+            delay_s = sum_s;
+        }
+        Ok(found)
+    }
+
+    /// Compares measured accelerations of the topic `topic` with those derived from the velocities. Returns
+    /// a finding where the derived ones explain the wrenches better or have less noise.
+    pub(crate) fn compare_accelerations(
+        &self,
+        streams: &Streams,
+        topic: &str,
+    ) -> Result<Option<Finding>, RecordingError> {
+        let derived = Streams {
+            acceleration: false,
+            ..streams.clone()
+        };
+        let cutoff_hz = f64::min(self.cutoff_hz(streams)?, self.cutoff_hz(&derived)?);
+        let measured = self.residual_and_power(streams, cutoff_hz)?;
+        let derived = self.residual_and_power(&derived, cutoff_hz)?;
+        let (Some(measured), Some(derived)) = (measured, derived) else {
+            return Ok(None);
+        };
+        let explains_better = derived.0 < CLEARLY_LESS * measured.0;
+        // The motion is the same in both: the one with less power has less noise.
+        let is_quieter =
+            derived.1 < CLEARLY_LESS * measured.1 && derived.0 * CLEARLY_LESS < measured.0;
+        let finding = Finding::AccelerationNotUsed {
+            topic: topic.to_owned(),
+            explains_better,
+            residual_ratio: derived.0 / measured.0,
+            power_ratio: derived.1 / measured.1,
+        };
+        Ok((explains_better || is_quieter).then_some(finding))
+    }
+
+    /// Returns the size of the residuals and the power of the motion; `None` where there is too little.
+    fn residual_and_power(
+        &self,
+        streams: &Streams,
+        cutoff_hz: f64,
+    ) -> Result<Option<(f64, f64)>, RecordingError> {
+        let (equations, channels) = self.equations(streams, 0.0, cutoff_hz)?;
+        let residual = residual_size(&equations, &channels);
+        Ok(residual.map(|residual| (residual, motion_power(&equations))))
+    }
+
+    /// Returns all equations of the beginning, with their channels.
+    fn equations(
+        &self,
+        streams: &Streams,
+        delay_s: f64,
+        cutoff_hz: f64,
+    ) -> Result<(Vec<Equation>, Channels), RecordingError> {
+        let (sources, options) = (self.sources, self.options);
+        let sensors: Vec<&str> = sources.sensors.iter().map(String::as_str).collect();
+        let settings = options.equations(cutoff_hz);
+        let mut stream = EquationStream::new(&sources.robot, &options.tip, &sensors, &settings)?;
+        let mut aligner = Aligner::new(streams.clone(), delay_s, options.max_gap_s);
+        let mut equations = Vec::new();
+        for event in self.events {
+            aligner.push(event.clone());
+            while let Some(aligned) = aligner.next() {
+                let (_, equation) = stream.push(&aligned.sample())?;
+                equations.extend(equation.cloned());
+            }
+        }
+        Ok((equations, stream.channels()))
+    }
+}
+
+/// Returns whether a delay is worth correcting.
+pub(crate) fn is_significant(delay: Delay) -> bool {
+    delay.delay_s.abs() > SHORTEST_DELAY_S && delay.delay_s.abs() > SIGNIFICANT * delay.std_dev_s
+}

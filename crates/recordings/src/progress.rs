@@ -1,0 +1,24 @@
+//! Progress of an identification, and its interruption by the user.
+
+use std::ops::ControlFlow;
+
+use crate::RecordingError;
+
+/// Progress of an identification.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Fraction of the recording that has been read, over all presentations: 0 to 1.
+    pub fraction: f64,
+}
+
+/// Callback that receives the progress several times a second, and interrupts the work by returning
+/// [`ControlFlow::Break`].
+pub type Observer<'a> = dyn FnMut(Progress) -> ControlFlow<()> + 'a;
+
+/// Lets the observer interrupt the work that comes before the recording is read, which leaves no result.
+pub(crate) fn check_interruption(observer: &mut Observer<'_>) -> Result<(), RecordingError> {
+    match observer(Progress { fraction: 0.0 }) {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(RecordingError::Interrupted),
+    }
+}

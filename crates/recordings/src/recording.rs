@@ -1,0 +1,70 @@
+//! What logs and arrays have in common: a source of events that can be read as often as needed.
+
+use std::ops::ControlFlow;
+
+use tactid_dynamics::Manipulator;
+
+use crate::alignment::{Event, Streams};
+use crate::defaults::Contents;
+use crate::fault::FaultCounts;
+use crate::{Clock, Finding, Observer, RecordingError};
+
+/// Length of the beginning of a recording from which its filter and its delay are chosen, s.
+pub(crate) const BEGINNING_S: f64 = 30.0;
+
+/// What a recording measures, and of which robot.
+#[derive(Clone, Debug)]
+pub(crate) struct Sources {
+    pub(crate) robot: Manipulator,
+    /// Frame of each wrench, a frame of the robot.
+    pub(crate) sensors: Vec<String>,
+    pub(crate) contents: Contents,
+    /// All streams of events.
+    pub(crate) streams: Streams,
+    /// Name of the stream of measured accelerations that need not be used.
+    pub(crate) optional_acceleration: Option<String>,
+    /// Names of topics or arrays.
+    pub(crate) names: Vec<String>,
+    pub(crate) findings: Vec<Finding>,
+    pub(crate) clock: Clock,
+    /// Time zero, ns since the epoch.
+    pub(crate) start_ns: i64,
+    /// Time of the last event, s, where it is known before reading.
+    pub(crate) end_s: Option<f64>,
+}
+
+/// Which events of a recording are read.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Selection {
+    /// Longer silences are counted as gaps, s.
+    pub(crate) max_gap_s: f64,
+    /// Whether accelerations are read.
+    pub(crate) acceleration: bool,
+}
+
+/// What was noticed while a recording was read.
+#[derive(Clone, Debug)]
+pub(crate) struct Reading {
+    pub(crate) faults: FaultCounts,
+    pub(crate) findings: Vec<Finding>,
+    pub(crate) damage: Vec<String>,
+    pub(crate) interrupted: bool,
+}
+
+/// A source of events: a log, or arrays.
+pub(crate) trait Recording {
+    /// Returns what the recording measures.
+    fn sources(&self) -> &Sources;
+
+    /// Returns the events of at least the first [`BEGINNING_S`].
+    fn beginning(&self, observer: &mut Observer<'_>) -> Result<Vec<Event>, RecordingError>;
+
+    /// Reads the events from beginning to end: calls `take` with each, and `progress` with the fraction that
+    /// has been read, which may interrupt the reading.
+    fn read(
+        &self,
+        selection: Selection,
+        take: &mut dyn FnMut(Event) -> Result<(), RecordingError>,
+        progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+    ) -> Result<Reading, RecordingError>;
+}

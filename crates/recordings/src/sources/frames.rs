@@ -1,0 +1,67 @@
+//! Frames of sensors: links of the robot, or fixed to one by `/tf_static`.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use tactid_dynamics::Manipulator;
+use tactid_logs::LogReader;
+use tactid_logs::messages::TFMessage;
+
+use crate::RecordingError;
+
+/// Static transforms of a log: the parent of each frame, and `parent_from_frame`.
+pub(crate) struct StaticTransforms(BTreeMap<String, (String, Isometry3<f64>)>);
+
+impl StaticTransforms {
+    pub(crate) fn read(log: &LogReader) -> Result<Self, RecordingError> {
+        let mut transforms = BTreeMap::new();
+        let topics = log.topics_of::<TFMessage>();
+        let names: Vec<&str> = topics
+            .map(|topic| topic.name.as_str())
+            .filter(|name| name.ends_with("tf_static"))
+            .collect();
+        for message in log.messages_on(names)? {
+            for stamped in message?.decode::<TFMessage>()?.transforms {
+                let (t, q) = (stamped.transform.translation, stamped.transform.rotation);
+                let pose = Isometry3::from_parts(
+                    Translation3::new(t.x, t.y, t.z),
+                    UnitQuaternion::new_normalize(Quaternion::new(q.w, q.x, q.y, q.z)),
+                );
+                transforms.insert(stamped.child_frame_id, (stamped.header.frame_id, pose));
+            }
+        }
+        Ok(Self(transforms))
+    }
+
+    /// Returns the robot with a frame, which is one of its links already or is fixed to one.
+    ///
+    /// # Errors
+    /// [`RecordingError::UnknownFrame`] with the topic `whose` that names the frame.
+    pub(crate) fn place(
+        &self,
+        robot: Manipulator,
+        frame: &str,
+        whose: &str,
+    ) -> Result<Manipulator, RecordingError> {
+        if robot.frame(frame).is_ok() {
+            return Ok(robot);
+        }
+        let unknown = || RecordingError::UnknownFrame {
+            frame: frame.to_owned(),
+            whose: whose.to_owned(),
+            links: robot.frame_names().collect::<Vec<_>>().join(", "),
+        };
+        let mut ancestor = frame;
+        let mut ancestor_from_frame = Isometry3::identity();
+        // A chain longer than the number of transforms is a ring.
+        for _ in 0..self.0.len() {
+            let (parent, parent_from_ancestor) = self.0.get(ancestor).ok_or_else(unknown)?;
+            ancestor = parent;
+            ancestor_from_frame = parent_from_ancestor * ancestor_from_frame;
+            if let Ok(link) = robot.frame(ancestor) {
+                return Ok(robot.with_frame(frame, link, &ancestor_from_frame));
+            }
+        }
+        Err(unknown())
+    }
+}

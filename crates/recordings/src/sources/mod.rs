@@ -1,0 +1,204 @@
+//! Sources of a log: topics, robot and frames of the sensors.
+
+mod frames;
+mod robot;
+mod topics;
+
+use tactid_dynamics::Manipulator;
+use tactid_logs::LogReader;
+use tactid_logs::messages::{Imu, JointState, Odometry, WrenchStamped};
+
+use crate::defaults::{Contents, Options};
+use crate::{Finding, RecordingError, Request, TopicKind};
+use frames::StaticTransforms;
+pub(crate) use topics::{MeasuredTopics, MotionTopics, joint_topics, times_ns};
+use topics::{first, missing, slowest_period_s};
+
+/// Name of the frame of a sensor that is carried about, where nothing names one.
+pub(crate) const SENSOR_FRAME: &str = "sensor";
+
+/// Which topics of a log are read, and the robot that they belong to.
+#[derive(Clone, Debug)]
+pub(crate) struct LogSources {
+    pub(crate) topics: MeasuredTopics,
+    pub(crate) contents: Contents,
+    pub(crate) options: Options,
+    pub(crate) robot: Manipulator,
+    /// Frame of each wrench, a frame of the robot.
+    pub(crate) sensors: Vec<String>,
+    pub(crate) findings: Vec<Finding>,
+}
+
+impl LogSources {
+    /// Finds the topics of a request in a log.
+    pub(crate) fn find(log: &LogReader, request: &Request) -> Result<Self, RecordingError> {
+        let topics = MeasuredTopics::find(log, &request.topics, request.method)?;
+        let frames = NamedFrames::read(log, &topics)?;
+        let contents = Contents {
+            motion: topics.motion_kind(),
+            has_wrenches: !topics.wrenches.is_empty(),
+            has_efforts: topics.has_efforts,
+            sensor_frame: frames.sensor(),
+            motion_period_s: slowest_period_s(log, &topics.motion_topics()),
+            acceleration_period_s: slowest_period_s(log, topics.acceleration()),
+            wrench_period_s: slowest_period_s(log, &topics.wrenches),
+        };
+        let options = Options::resolve(request, &contents);
+        let robot = match &topics.motion {
+            MotionTopics::Joints { base_odometry, .. } => {
+                let robot = robot::robot(log, request.urdf.as_ref(), base_odometry.as_ref())?;
+                robot.frame(&options.tip)?;
+                robot
+            }
+            _ if request.urdf.is_some() => {
+                return Err(missing::<JointState>(log, "joint states"));
+            }
+            _ => Manipulator::lone_body(&frames.body()),
+        };
+        let assumed = match &frames.moved {
+            Some(_) => frames.body(),
+            None => options.tip.clone(),
+        };
+        let placed = Placed::new(log, robot, &topics.wrenches, frames.wrenches, &assumed)?;
+        let robot = placed
+            .transforms
+            .place(placed.robot, &options.tip, "the end-effector")?;
+        check_sensors(&placed.sensors, &topics.wrenches, request)?;
+        check_base_imu(log, &topics, &robot)?;
+        let mut findings = placed.findings;
+        if topics.wrenches.len() > 1 {
+            findings.push(Finding::WrenchesSummed {
+                topics: topics.wrenches.clone(),
+            });
+        }
+        Ok(Self {
+            sensors: placed.sensors,
+            topics,
+            contents,
+            options,
+            robot,
+            findings,
+        })
+    }
+}
+
+/// Frames that the first messages of a log name; empty where they name none.
+struct NamedFrames {
+    /// Frame of each wrench.
+    wrenches: Vec<String>,
+    /// Frame whose motion is measured without joints.
+    moved: Option<String>,
+}
+
+impl NamedFrames {
+    fn read(log: &LogReader, topics: &MeasuredTopics) -> Result<Self, RecordingError> {
+        let frame = |topic: &String| Ok(first::<WrenchStamped>(log, topic)?.header.frame_id);
+        let wrenches: Result<Vec<String>, RecordingError> =
+            topics.wrenches.iter().map(frame).collect();
+        Ok(Self {
+            wrenches: wrenches?,
+            moved: match &topics.motion {
+                MotionTopics::Joints { .. } => None,
+                MotionTopics::Odometry { odometry, .. } => {
+                    Some(first::<Odometry>(log, odometry)?.child_frame_id)
+                }
+                MotionTopics::Imu(topic) => Some(first::<Imu>(log, topic)?.header.frame_id),
+            },
+        })
+    }
+
+    /// Returns the frame whose motion is measured; that of the first sensor where none is named.
+    fn body(&self) -> String {
+        let frames = self.moved.iter().chain(self.wrenches.first());
+        first_named(frames)
+    }
+
+    /// Returns the frame of the first sensor; that whose motion is measured where none is named.
+    fn sensor(&self) -> String {
+        let frames = self.wrenches.first().into_iter().chain(&self.moved);
+        first_named(frames)
+    }
+}
+
+fn first_named<'a>(mut frames: impl Iterator<Item = &'a String>) -> String {
+    let named = frames.find(|frame| !frame.is_empty());
+    named.map_or(SENSOR_FRAME, String::as_str).to_owned()
+}
+
+/// The frames of the wrenches among those of a robot.
+struct Placed {
+    robot: Manipulator,
+    sensors: Vec<String>,
+    transforms: StaticTransforms,
+    findings: Vec<Finding>,
+}
+
+impl Placed {
+    /// Places the frames of the wrenches; `assumed` is that of a topic that names none.
+    fn new(
+        log: &LogReader,
+        mut robot: Manipulator,
+        topics: &[String],
+        frames: Vec<String>,
+        assumed: &str,
+    ) -> Result<Self, RecordingError> {
+        let transforms = StaticTransforms::read(log)?;
+        let mut findings = Vec::new();
+        let mut sensors = Vec::new();
+        for (topic, mut frame) in topics.iter().zip(frames) {
+            if frame.is_empty() {
+                assumed.clone_into(&mut frame);
+                findings.push(Finding::FrameAssumed {
+                    topic: topic.clone(),
+                    frame: frame.clone(),
+                });
+            }
+            robot = transforms.place(robot, &frame, topic)?;
+            sensors.push(frame);
+        }
+        Ok(Self {
+            robot,
+            sensors,
+            transforms,
+            findings,
+        })
+    }
+}
+
+/// Checks that no wrench is counted twice: two topics in one frame may be one sensor.
+fn check_sensors(
+    sensors: &[String],
+    topics: &[String],
+    request: &Request,
+) -> Result<(), RecordingError> {
+    let is_repeated = |k: usize| sensors[..k].contains(&sensors[k]);
+    if request.topics.wrenches.is_empty() && (1..sensors.len()).any(is_repeated) {
+        return Err(RecordingError::SeveralTopics {
+            what: "wrenches in one frame",
+            topics: topics.join(", "),
+            kind: TopicKind::Wrenches,
+        });
+    }
+    Ok(())
+}
+
+/// Checks that an inertial unit on the base measures in the base's own frame.
+fn check_base_imu(
+    log: &LogReader,
+    topics: &MeasuredTopics,
+    robot: &Manipulator,
+) -> Result<(), RecordingError> {
+    let Some(topic) = topics.base_imu() else {
+        return Ok(());
+    };
+    let frame = first::<Imu>(log, topic)?.header.frame_id;
+    let base = robot.frame_name(robot.base_frame());
+    if frame.is_empty() || frame == base {
+        return Ok(());
+    }
+    Err(RecordingError::ImuFrame {
+        topic: topic.clone(),
+        frame,
+        base: base.to_owned(),
+    })
+}

@@ -1,0 +1,37 @@
+//! The robot of a log, by its URDF.
+
+use tactid_dynamics::{BaseKind, Manipulator};
+use tactid_logs::messages::{Odometry, StringMsg};
+use tactid_logs::{LogReader, Topic};
+
+use super::topics::{first, topic_names};
+use crate::RecordingError;
+
+/// Returns the robot of a URDF, or of the robot description in the log. Its base is fixed, or the link that
+/// the odometry moves.
+pub(crate) fn robot(
+    log: &LogReader,
+    urdf: Option<&String>,
+    odometry: Option<&String>,
+) -> Result<Manipulator, RecordingError> {
+    let urdf = match urdf {
+        Some(text) => text.clone(),
+        None => description(log)?,
+    };
+    let Some(odometry) = odometry else {
+        return Ok(Manipulator::from_urdf(&urdf, BaseKind::Fixed)?);
+    };
+    let moved = first::<Odometry>(log, odometry)?.child_frame_id;
+    let base = (!moved.is_empty()).then_some(moved.as_str());
+    let robot = Manipulator::from_urdf_below(&urdf, BaseKind::Floating, base)?;
+    Ok(robot)
+}
+
+fn description(log: &LogReader) -> Result<String, RecordingError> {
+    let topics: Vec<&Topic> = log.topics_of::<StringMsg>().collect();
+    let mut named = topics.iter();
+    match named.find(|topic| topic.name.ends_with("robot_description")) {
+        Some(topic) => Ok(first::<StringMsg>(log, &topic.name)?.data),
+        None => Err(RecordingError::NoUrdf(topic_names(log))),
+    }
+}

@@ -1,0 +1,283 @@
+//! Topics of a log: found by type, or as requested.
+
+use tactid_logs::messages::{AccelStamped, Imu, JointState, Odometry, WrenchStamped};
+use tactid_logs::{LogReader, Message, Topic};
+
+use crate::defaults::Motion;
+use crate::error::{RecordingError, TopicKind};
+use crate::{Method, Topics};
+
+/// Topics that measure the motion of the end-effector.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum MotionTopics {
+    /// Joint states, on a base that is fixed or measured by odometry and, if requested, an inertial unit.
+    Joints {
+        joints: Vec<String>,
+        base_odometry: Option<String>,
+        base_imu: Option<String>,
+    },
+    /// Odometry of the sensor itself, and its acceleration if that is measured.
+    Odometry {
+        odometry: String,
+        acceleration: Option<String>,
+    },
+    /// An inertial unit on the sensor.
+    Imu(String),
+}
+
+/// Topics that an identification reads.
+#[derive(Clone, Debug)]
+pub(crate) struct MeasuredTopics {
+    pub(crate) motion: MotionTopics,
+    pub(crate) wrenches: Vec<String>,
+    pub(crate) has_efforts: bool,
+}
+
+impl MeasuredTopics {
+    /// Finds the topics that a request names, or that have the right types.
+    pub(crate) fn find(
+        log: &LogReader,
+        topics: &Topics,
+        method: Option<Method>,
+    ) -> Result<Self, RecordingError> {
+        let wrenches = choose::<WrenchStamped>(log, &topics.wrenches, TopicKind::Wrenches)?;
+        let joints = choose::<JointState>(log, &topics.joints, TopicKind::Joints)?;
+        let odometry = choose_one::<Odometry>(log, topics.odometry.as_ref(), TopicKind::Odometry)?;
+        let may_use_efforts = match method {
+            Some(method) => matches!(method, Method::Combined { .. }),
+            None => wrenches.is_empty(),
+        };
+        let has_efforts = may_use_efforts && has_efforts(log, &joints)?;
+        if method.is_none() && wrenches.is_empty() && !has_efforts {
+            return Err(RecordingError::NoLoad(topic_names(log)));
+        }
+        if method == Some(Method::Tactile) && wrenches.is_empty() {
+            return Err(missing::<WrenchStamped>(log, "wrench"));
+        }
+        if method == Some(Method::JointSensing) && odometry.is_none() {
+            return Err(missing::<Odometry>(log, "motion of the base"));
+        }
+        let motion = if joints.is_empty() {
+            if method.is_some_and(|method| method != Method::Tactile) {
+                return Err(missing::<JointState>(log, "joint states"));
+            }
+            MotionTopics::of_sensor(log, topics, odometry)?
+        } else {
+            MotionTopics::of_joints(log, topics, joints, odometry)?
+        };
+        let uses_wrenches = method.is_none_or(Method::uses_wrench);
+        Ok(Self {
+            motion,
+            wrenches: if uses_wrenches { wrenches } else { Vec::new() },
+            has_efforts,
+        })
+    }
+
+    /// Returns what measures the motion.
+    pub(crate) fn motion_kind(&self) -> Motion {
+        match &self.motion {
+            MotionTopics::Joints { .. } => Motion::Joints,
+            MotionTopics::Odometry { .. } => Motion::Carried,
+            MotionTopics::Imu(_) => Motion::InertialUnit,
+        }
+    }
+
+    /// Returns the topic of the measured accelerations of a sensor.
+    pub(crate) fn acceleration(&self) -> Option<&String> {
+        match &self.motion {
+            MotionTopics::Odometry { acceleration, .. } => acceleration.as_ref(),
+            MotionTopics::Joints { .. } | MotionTopics::Imu(_) => None,
+        }
+    }
+
+    /// Returns the topic of the inertial unit on a moving base.
+    pub(crate) fn base_imu(&self) -> Option<&String> {
+        match &self.motion {
+            MotionTopics::Joints { base_imu, .. } => base_imu.as_ref(),
+            MotionTopics::Odometry { .. } | MotionTopics::Imu(_) => None,
+        }
+    }
+
+    /// Returns whether the motion of a base (or of the sensor itself) is measured.
+    pub(crate) fn has_base(&self) -> bool {
+        match &self.motion {
+            MotionTopics::Joints { base_odometry, .. } => base_odometry.is_some(),
+            MotionTopics::Odometry { .. } | MotionTopics::Imu(_) => true,
+        }
+    }
+
+    /// Returns the topics of joints and base, without those of the accelerations.
+    pub(crate) fn motion_topics(&self) -> Vec<String> {
+        match &self.motion {
+            MotionTopics::Joints {
+                joints,
+                base_odometry,
+                base_imu,
+            } => {
+                let others = base_odometry.iter().chain(base_imu);
+                joints.iter().chain(others).cloned().collect()
+            }
+            MotionTopics::Odometry { odometry, .. } => vec![odometry.clone()],
+            MotionTopics::Imu(topic) => vec![topic.clone()],
+        }
+    }
+
+    /// Returns all topics but that of the accelerations.
+    pub(crate) fn without_acceleration(&self) -> Vec<String> {
+        let motion = self.motion_topics();
+        motion.into_iter().chain(self.wrenches.clone()).collect()
+    }
+}
+
+impl MotionTopics {
+    /// An inertial unit on the base is used only on request.
+    fn of_joints(
+        log: &LogReader,
+        topics: &Topics,
+        joints: Vec<String>,
+        base_odometry: Option<String>,
+    ) -> Result<Self, RecordingError> {
+        let base_imu = match &topics.imu {
+            Some(_) if base_odometry.is_none() => {
+                return Err(missing::<Odometry>(log, "motion of the base"));
+            }
+            Some(topic) => choose_one::<Imu>(log, Some(topic), TopicKind::Imu)?,
+            None => None,
+        };
+        Ok(Self::Joints {
+            joints,
+            base_odometry,
+            base_imu,
+        })
+    }
+
+    /// Without joints, the sensor is the body whose motion is measured.
+    fn of_sensor(
+        log: &LogReader,
+        topics: &Topics,
+        odometry: Option<String>,
+    ) -> Result<Self, RecordingError> {
+        let imu = choose_one::<Imu>(log, topics.imu.as_ref(), TopicKind::Imu)?;
+        let requested = topics.acceleration.as_ref();
+        let acceleration = choose_one::<AccelStamped>(log, requested, TopicKind::Acceleration)?;
+        match (odometry, imu) {
+            (Some(odometry), _) => Ok(Self::Odometry {
+                odometry,
+                acceleration,
+            }),
+            (None, Some(topic)) => Ok(Self::Imu(topic)),
+            (None, None) => Err(RecordingError::NoMotion(topic_names(log))),
+        }
+    }
+}
+
+/// Returns the period of the slowest of some topics by the times of logging, s.
+pub(crate) fn slowest_period_s<'a>(
+    log: &LogReader,
+    topics: impl IntoIterator<Item = &'a String>,
+) -> Option<f64> {
+    let topics = topics.into_iter();
+    let rates = topics.filter_map(|name| log.topic(name)?.frequency_hz());
+    let slowest_hz = rates.fold(f64::INFINITY, f64::min);
+    slowest_hz.is_finite().then(|| 1.0 / slowest_hz)
+}
+
+/// Returns the first and the last time of logging on some topics, ns.
+pub(crate) fn times_ns(log: &LogReader, topics: &[String]) -> (u64, u64) {
+    let times = || topics.iter().filter_map(|name| log.topic(name)?.times_ns);
+    let (first, last) = (times().map(|t| t.0).min(), times().map(|t| t.1).max());
+    first.zip(last).unwrap_or((0, 0))
+}
+
+/// Returns the requested topics, or all of the type.
+fn choose<M: Message>(
+    log: &LogReader,
+    requested: &[String],
+    kind: TopicKind,
+) -> Result<Vec<String>, RecordingError> {
+    if requested.is_empty() {
+        let topics = log.topics_of::<M>().filter(|topic| topic.count > 0);
+        return Ok(topics.map(|topic| topic.name.clone()).collect());
+    }
+    let is_absent = |name: &&String| !log.topics_of::<M>().any(|topic| topic.name == **name);
+    match requested.iter().find(is_absent) {
+        Some(name) => Err(RecordingError::NoSuchTopic {
+            kind,
+            topic: name.clone(),
+            type_name: M::TYPE,
+            topics: topic_names(log),
+        }),
+        None => Ok(requested.to_vec()),
+    }
+}
+
+/// Returns the requested topic, or the only one of the type.
+fn choose_one<M: Message>(
+    log: &LogReader,
+    requested: Option<&String>,
+    kind: TopicKind,
+) -> Result<Option<String>, RecordingError> {
+    let mut found = choose::<M>(log, requested.map_or(&[], std::slice::from_ref), kind)?;
+    if found.len() > 1 {
+        return Err(RecordingError::SeveralTopics {
+            what: match kind {
+                TopicKind::Joints => "joint states",
+                TopicKind::Wrenches => "wrenches",
+                TopicKind::Odometry => "odometry",
+                TopicKind::Imu => "inertial units",
+                TopicKind::Acceleration => "accelerations",
+            },
+            topics: found.join(", "),
+            kind,
+        });
+    }
+    Ok(found.pop())
+}
+
+/// Returns the topics of joint states that are requested, or all.
+pub(crate) fn joint_topics(
+    log: &LogReader,
+    requested: &[String],
+) -> Result<Vec<String>, RecordingError> {
+    let topics = choose::<JointState>(log, requested, TopicKind::Joints)?;
+    if topics.is_empty() {
+        return Err(missing::<JointState>(log, "joint states"));
+    }
+    Ok(topics)
+}
+
+fn has_efforts(log: &LogReader, joints: &[String]) -> Result<bool, RecordingError> {
+    for topic in joints {
+        if !first::<JointState>(log, topic)?.effort.is_empty() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// Returns the names and types of all topics, for an error.
+pub(crate) fn topic_names(log: &LogReader) -> String {
+    let name = |topic: &Topic| format!("{} ({})", topic.name, topic.type_name);
+    let names: Vec<_> = log.topics().iter().map(|topic| name(topic)).collect();
+    if names.is_empty() {
+        return "none".to_owned();
+    }
+    names.join(", ")
+}
+
+/// Returns the error that the log has no topic of a type.
+pub(crate) fn missing<M: Message>(log: &LogReader, what: &'static str) -> RecordingError {
+    RecordingError::MissingTopic {
+        what,
+        type_name: M::TYPE,
+        topics: topic_names(log),
+    }
+}
+
+/// Returns the first message on a topic that the log has.
+pub(crate) fn first<M: Message>(log: &LogReader, topic: &str) -> Result<M, RecordingError> {
+    match log.messages_on([topic])?.next() {
+        Some(message) => Ok(message?.decode()?),
+        None => Err(RecordingError::EmptyTopic(topic.to_owned())),
+    }
+}

@@ -1,0 +1,449 @@
+//! Identification from arrays: the estimate, the defaults, and arrays that do not fit or hold bad values.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+#[path = "../../identify/tests/common/mod.rs"]
+mod common;
+
+use std::ops::ControlFlow;
+
+use common::{Experiment, Instant, SENSORS, TOOL, errors_percent};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use rand::{RngExt, SeedableRng, rngs::SmallRng};
+use tactid_dynamics::{BaseKind, Manipulator};
+use tactid_recordings::{
+    ActsOn, Arrays, Estimator, FaultKind, Finding, Identification, Method, RecordingError, Request,
+    identify_arrays,
+};
+
+/// A recording whose arrays a test can change.
+#[derive(Clone)]
+struct Recording {
+    robot: Option<Manipulator>,
+    sensors: Option<Vec<&'static str>>,
+    times_s: Vec<f64>,
+    joint_position: Vec<f64>,
+    joint_velocity: Vec<f64>,
+    joint_effort: Vec<f64>,
+    wrenches: Vec<f64>,
+    poses: Vec<Isometry3<f64>>,
+    twists: Vec<f64>,
+    accelerations: Vec<f64>,
+}
+
+impl Recording {
+    fn of(instants: &[Instant]) -> Self {
+        let flat = |of: &dyn Fn(&Instant) -> Vec<f64>| instants.iter().flat_map(of).collect();
+        let wrenches = |instant: &Instant| -> Vec<f64> {
+            let wrenches = instant.wrenches.iter();
+            let six = wrenches.flat_map(|wrench| wrench.force.iter().chain(&wrench.moment));
+            six.copied().collect()
+        };
+        let twist = |instant: &Instant| -> Vec<f64> {
+            let base = &instant.base;
+            let six = base.velocity.iter().chain(&base.angular_velocity);
+            six.copied().collect()
+        };
+        Self {
+            robot: Some(Experiment::default().robot()),
+            sensors: Some(SENSORS.to_vec()),
+            times_s: instants.iter().map(|instant| instant.time_s).collect(),
+            joint_position: flat(&|instant| instant.position.clone()),
+            joint_velocity: flat(&|instant| instant.velocity.clone()),
+            joint_effort: vec![],
+            wrenches: flat(&wrenches),
+            poses: instants.iter().map(|instant| instant.base.pose).collect(),
+            twists: flat(&twist),
+            accelerations: vec![],
+        }
+    }
+
+    fn identify(&self, request: &Request) -> Result<Identification, RecordingError> {
+        let arrays = Arrays {
+            robot: self.robot.as_ref(),
+            sensors: self.sensors.as_deref(),
+            times_s: &self.times_s,
+            joint_position: &self.joint_position,
+            joint_velocity: &self.joint_velocity,
+            joint_effort: &self.joint_effort,
+            wrenches: &self.wrenches,
+            poses: &self.poses,
+            twists: &self.twists,
+            accelerations: &self.accelerations,
+        };
+        identify_arrays(&arrays, request, &mut |_| ControlFlow::Continue(()))
+    }
+
+    /// The error of arrays that a test changes.
+    fn error(&self, change: impl FnOnce(&mut Self)) -> RecordingError {
+        let mut changed = self.clone();
+        change(&mut changed);
+        changed.identify(&Request::default()).unwrap_err()
+    }
+
+    fn count_faults(&self, name: &str, kind: &FaultKind) -> u64 {
+        let result = self.identify(&quick()).unwrap();
+        let faults = result.faults.iter();
+        let of_kind = faults.filter(|fault| fault.topic == name && fault.kind == *kind);
+        of_kind.map(|fault| fault.count).sum()
+    }
+}
+
+/// The paper's robot and payload for 2 s.
+fn recorded() -> Recording {
+    let experiment = Experiment {
+        duration_s: 2.0,
+        ..Experiment::default()
+    };
+    Recording::of(&experiment.run())
+}
+
+/// A request that chooses nothing from the beginning of the recording.
+fn quick() -> Request {
+    Request {
+        cutoff_hz: Some(10.0),
+        delay_s: Some(0.0),
+        max_gap_s: Some(0.1),
+        ..Request::default()
+    }
+}
+
+/// Body that a sensor carries in [`carried`]: kg, and its centre of mass in the sensor's frame, m.
+const CARRIED_KG: f64 = 2.0;
+const CARRIED_AT: Vector3<f64> = Vector3::new(0.02, -0.03, 0.1);
+
+/// A sensor that is turned and shaken by hand, holding a point mass, on the ground.
+fn carried() -> Recording {
+    let times_s: Vec<f64> = (0..2000).map(|k| 0.002 * f64::from(k)).collect();
+    let pose = |t: f64| {
+        let turn =
+            UnitQuaternion::from_euler_angles(1.2 * (2.0 * t).sin(), 0.9 * (3.1 * t).sin(), t);
+        let at = Vector3::new(
+            0.1 * (5.0 * t).sin(),
+            0.08 * (6.0 * t).cos(),
+            0.1 * (4.0 * t).sin(),
+        );
+        Isometry3::from_parts(at.into(), turn)
+    };
+    let wrench = |&t: &f64| -> Vec<f64> {
+        // Acceleration of the point mass by central differences of the fourth order.
+        let h = 1e-3;
+        let at = |t: f64| (pose(t) * nalgebra::Point3::from(CARRIED_AT)).coords;
+        let near = at(t + h) + at(t - h);
+        let far = at(t + 2.0 * h) + at(t - 2.0 * h);
+        let acceleration = (near * 16.0 - far - at(t) * 30.0) / (12.0 * h * h);
+        let force = CARRIED_KG * (acceleration + Vector3::new(0.0, 0.0, 9.81));
+        let force = pose(t).rotation.inverse() * force;
+        let moment = CARRIED_AT.cross(&force);
+        force.iter().chain(&moment).copied().collect()
+    };
+    Recording {
+        robot: None,
+        sensors: None,
+        joint_position: vec![],
+        joint_velocity: vec![],
+        joint_effort: vec![],
+        wrenches: times_s.iter().flat_map(wrench).collect(),
+        poses: times_s.iter().map(|&t| pose(t)).collect(),
+        twists: vec![],
+        accelerations: vec![],
+        times_s,
+    }
+}
+
+/// Exact arrays give the payload, by both estimators' defaults, in the frame of the default tip.
+#[test]
+fn arrays_are_identified() {
+    let result = recorded().identify(&Request::default()).unwrap();
+    let errors = errors_percent(&result.estimate.body);
+    assert!(errors.iter().all(|error| error.abs() < 1e-2), "{errors:?}");
+    assert_eq!(&*result.estimate.frame, TOOL);
+    assert_eq!(result.method, Method::Tactile);
+    assert_eq!(result.gravity, Vector3::zeros());
+    assert!(
+        (result.max_gap_s - 5e-3).abs() < 1e-9,
+        "{}",
+        result.max_gap_s
+    );
+    assert_eq!(result.delay_s, 0.0);
+    assert!(result.faults.is_empty(), "{:?}", result.faults);
+    assert!((result.duration_s - 2.0).abs() < 0.01);
+    assert!(!result.interrupted && result.damage.is_empty());
+}
+
+/// The paper's filter has the paper's cutoff, gap and delay, as on a log.
+#[test]
+fn the_papers_filter_has_its_own_defaults() {
+    let result = recorded().identify(&Request::paper()).unwrap();
+    assert!(matches!(result.estimator, Estimator::Paper(_)));
+    assert_eq!(
+        (result.cutoff_hz, result.max_gap_s, result.delay_s),
+        (10.0, 0.1, 0.0)
+    );
+    assert!(result.estimated_delay.is_none() && result.fit.is_none());
+    assert!(result.singular_values.is_some());
+    assert!(result.history.iter().any(|point| point.epoch == 1));
+}
+
+/// A sensor alone is on the ground, its frame is the tip, and its velocities follow from its poses.
+#[test]
+fn a_sensor_alone_is_on_the_ground() {
+    let recording = carried();
+    let result = recording.identify(&Request::default()).unwrap();
+    assert_eq!(result.gravity, Vector3::new(0.0, 0.0, -9.81));
+    assert_eq!(&*result.estimate.frame, "sensor");
+    let body = result.estimate.body;
+    assert!((body.mass_kg - CARRIED_KG).abs() < 1e-4, "{}", body.mass_kg);
+    assert!((body.center_of_mass - CARRIED_AT).norm() < 1e-4);
+}
+
+/// Wrenches that act on the sensor have the opposite sign.
+#[test]
+fn wrenches_may_act_on_the_sensor() {
+    let mut recording = carried();
+    for value in &mut recording.wrenches {
+        *value = -*value;
+    }
+    let request = Request {
+        wrench_acts_on: Some(ActsOn::Sensor),
+        ..quick()
+    };
+    let mass_kg = recording.identify(&request).unwrap().estimate.body.mass_kg;
+    assert!((mass_kg - CARRIED_KG).abs() < 1e-4, "{mass_kg}");
+}
+
+/// A delay of the wrenches is found, corrected and reported.
+#[test]
+fn a_delay_is_corrected() {
+    let mut recording = carried();
+    let late = 4;
+    recording.wrenches.rotate_right(6 * late);
+    for (k, value) in recording.wrenches[..6 * late].iter_mut().enumerate() {
+        *value = if k % 6 == 2 { 19.62 } else { 0.0 };
+    }
+    let result = recording.identify(&Request::default()).unwrap();
+    assert!((result.delay_s - 0.008).abs() < 1e-4, "{}", result.delay_s);
+    let is_correction = |finding: &Finding| matches!(finding, Finding::DelayCorrected { applied_s, .. } if *applied_s == result.delay_s);
+    assert!(
+        result.findings.iter().any(is_correction),
+        "{:?}",
+        result.findings
+    );
+}
+
+/// An array with an entry too many or too few is an error that names it. Too many wrenches, and rows of
+/// another length than the robot's joints, once were a panic.
+#[test]
+fn a_wrong_length_is_an_error_with_the_name() {
+    type Array = fn(&mut Recording) -> &mut Vec<f64>;
+    let arrays: [(&str, Array); 6] = [
+        ("joint_position", |r| &mut r.joint_position),
+        ("joint_velocity", |r| &mut r.joint_velocity),
+        ("joint_effort", |r| &mut r.joint_effort),
+        ("wrenches", |r| &mut r.wrenches),
+        ("twists", |r| &mut r.twists),
+        ("accelerations", |r| &mut r.accelerations),
+    ];
+    let recording = recorded();
+    let assert_names = |error: RecordingError, expected: &str| match error {
+        RecordingError::ArrayLength { name, .. } => assert_eq!(name, expected),
+        other => panic!("{expected}: {other}"),
+    };
+    for (name, array) in arrays {
+        assert_names(recording.error(|r| array(r).push(0.0)), name);
+        assert_names(recording.error(|r| array(r).extend([0.0; 12])), name);
+        if !array(&mut recording.clone()).is_empty() {
+            assert_names(
+                recording.error(|r| {
+                    array(r).pop();
+                }),
+                name,
+            );
+        }
+    }
+    let pop_pose = |r: &mut Recording| r.poses.truncate(2000);
+    assert_names(recording.error(pop_pose), "poses");
+    let one_sensor = |r: &mut Recording| r.sensors = Some(vec![SENSORS[0]]);
+    assert_names(recording.error(one_sensor), "wrenches");
+    let pop_time = |r: &mut Recording| r.times_s.truncate(2000);
+    assert_names(recording.error(pop_time), "joint_position");
+}
+
+/// What is missing is named: no sample, no joints, nothing that measures a load.
+#[test]
+fn a_missing_array_is_named() {
+    let recording = recorded();
+    let error = recording.error(|r| r.times_s.clear());
+    assert!(matches!(error, RecordingError::NoSamples), "{error}");
+    type Change = fn(&mut Recording);
+    let cases: [(&str, Change); 3] = [
+        ("joint_position", |r| r.joint_position.clear()),
+        ("wrenches", |r| {
+            r.wrenches.clear();
+            r.joint_effort.clone_from(&r.joint_position);
+        }),
+        ("joint_effort", |r| {
+            r.wrenches.clear();
+            r.sensors = None;
+        }),
+    ];
+    for (expected, change) in cases {
+        match recording.error(change) {
+            RecordingError::MissingArray { name, .. } => assert_eq!(name, expected),
+            other => panic!("{expected}: {other}"),
+        }
+    }
+}
+
+/// Options that only a log can use are errors for arrays.
+#[test]
+fn options_for_logs_are_rejected() {
+    let mut requests = vec![Request::default(); 3];
+    requests[0].urdf = Some(String::new());
+    requests[1].unloaded = Some("empty.mcap".into());
+    requests[2].topics.imu = Some("/imu".to_owned());
+    let recording = recorded();
+    for (request, expected) in requests.iter().zip(["urdf", "unloaded", "topics.imu"]) {
+        match recording.identify(request) {
+            Err(RecordingError::NotForArrays(name)) => assert_eq!(name, expected),
+            other => panic!("{other:?}"),
+        }
+    }
+    let request = Request {
+        effort_gain: Some(vec![1.0; 3]),
+        ..Request::default()
+    };
+    match recording.identify(&request) {
+        Err(RecordingError::EffortGains { given, count, .. }) => assert_eq!((given, count), (3, 8)),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Values that cannot be used are counted under the name of their array, and the rest is identified.
+#[test]
+fn bad_values_are_counted() {
+    let clean = recorded();
+    let mut bad = clean.clone();
+    bad.wrenches[12 * 100] = f64::NAN;
+    bad.wrenches[12 * 300 + 7] = 1e12;
+    bad.joint_position[8 * 500] = f64::INFINITY;
+    bad.joint_velocity[8 * 600 + 3] = f64::NAN;
+    bad.twists[6 * 700] = f64::NAN;
+    bad.poses[800].translation.vector.x = f64::NAN;
+    let count = |name, kind| bad.count_faults(name, &kind);
+    assert_eq!(count("wrenches", FaultKind::NotFinite), 1);
+    assert_eq!(count("wrenches", FaultKind::Absurd), 1);
+    assert_eq!(count("joint_position", FaultKind::NotFinite), 1);
+    assert_eq!(count("joint_velocity", FaultKind::VelocityNotFinite), 1);
+    assert_eq!(count("twists", FaultKind::NotFinite), 1);
+    assert_eq!(count("poses", FaultKind::NotFinite), 1);
+    let errors = errors_percent(&bad.identify(&quick()).unwrap().estimate.body);
+    assert!(errors.iter().all(|error| error.abs() < 0.1), "{errors:?}");
+}
+
+/// Times that are not finite or do not increase are counted, and so are gaps; the rest is identified.
+#[test]
+fn bad_times_are_counted() {
+    let mut bad = recorded();
+    bad.times_s[100] = f64::NAN;
+    bad.times_s[200] = bad.times_s[199];
+    bad.times_s[300] = -1.0;
+    for time_s in &mut bad.times_s[1000..] {
+        *time_s += 0.5;
+    }
+    let count = |kind| bad.count_faults("times_s", &kind);
+    assert_eq!(count(FaultKind::NotFinite), 1);
+    assert_eq!(count(FaultKind::OutOfOrder), 2);
+    assert_eq!(count(FaultKind::Gap), 1);
+    let errors = errors_percent(&bad.identify(&quick()).unwrap().estimate.body);
+    assert!(errors.iter().all(|error| error.abs() < 0.1), "{errors:?}");
+}
+
+/// A pose that is not finite, or a time that cannot be used, does not spoil the velocities of its neighbours.
+#[test]
+fn bad_poses_do_not_spoil_their_neighbours() {
+    let mut bad = carried();
+    bad.poses[500].translation.vector.x = f64::NAN;
+    bad.times_s[900] = f64::NAN;
+    bad.times_s[1200] = bad.times_s[1199];
+    assert_eq!(bad.count_faults("poses", &FaultKind::NotFinite), 1);
+    assert_eq!(bad.count_faults("samples", &FaultKind::Incomplete), 0);
+    let body = bad.identify(&quick()).unwrap().estimate.body;
+    assert!((body.mass_kg - CARRIED_KG).abs() < 1e-3, "{}", body.mass_kg);
+}
+
+/// Whatever stands in arrays of the right lengths, the result is an estimate or an error, never a panic.
+#[test]
+fn wild_arrays_do_not_panic() {
+    let wild = [f64::NAN, f64::INFINITY, -1e300, 1e300, 0.0, -1.0, 1e12];
+    let mut random = SmallRng::seed_from_u64(7);
+    let mut recording = carried();
+    recording.times_s.truncate(200);
+    recording.poses.truncate(200);
+    recording.wrenches.truncate(1200);
+    for _ in 0..60 {
+        let mut changed = recording.clone();
+        for _ in 0..random.random_range(1..20) {
+            let value = wild[random.random_range(0..wild.len())];
+            let k = random.random_range(0..200);
+            match random.random_range(0..3) {
+                0 => changed.times_s[k] = value,
+                1 => changed.wrenches[6 * k] = value,
+                _ => changed.poses[k].translation.vector.y = value,
+            }
+        }
+        for request in [Request::default(), Request::paper()] {
+            match changed.identify(&request) {
+                Ok(result) => assert!(result.estimate.windows > 0),
+                Err(error) => assert!(!error.to_string().is_empty()),
+            }
+        }
+    }
+    for samples in [1, 2, 4] {
+        let mut short = carried();
+        short.times_s.truncate(samples);
+        short.poses.truncate(samples);
+        short.wrenches.truncate(6 * samples);
+        let error = short.identify(&Request::default()).unwrap_err().to_string();
+        assert!(error.contains("too few windows"), "{error}");
+    }
+}
+
+/// Interrupted before there is enough for a fit, nothing is identifiable, and that is no error.
+#[test]
+fn interrupted_early_nothing_is_known() {
+    let recording = carried();
+    let arrays = Arrays {
+        times_s: &recording.times_s,
+        wrenches: &recording.wrenches,
+        poses: &recording.poses,
+        ..Arrays::default()
+    };
+    let result = identify_arrays(
+        &arrays,
+        &Request::default(),
+        &mut |_| ControlFlow::Break(()),
+    );
+    let result = result.unwrap();
+    assert!(result.interrupted);
+    assert_eq!(result.estimate.not_identifiable().count(), 10);
+    assert!(result.fit.is_none() && result.forecast.is_none());
+}
+
+/// The efforts of the arm alone, standing in gravity, are no payload.
+#[test]
+fn efforts_are_the_default_without_wrenches() {
+    let experiment = Experiment {
+        base: BaseKind::Fixed,
+        duration_s: 2.0,
+        ..Experiment::default()
+    };
+    let mut recording = Recording::of(&experiment.run());
+    recording.robot = Some(experiment.robot());
+    recording.joint_effort = vec![0.0; recording.joint_position.len()];
+    recording.wrenches.clear();
+    recording.sensors = None;
+    let result = recording.identify(&quick()).unwrap();
+    assert_eq!(result.method, Method::Effort);
+    assert_eq!(result.gravity, Vector3::new(0.0, 0.0, -9.81));
+}

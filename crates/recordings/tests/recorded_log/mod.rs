@@ -1,0 +1,140 @@
+//! A log of the common experiment, with what a test changes in it.
+
+use std::path::Path;
+
+use tactid_logs::messages::{
+    Header, JointState, Odometry, Quaternion, StringMsg, Time, Wrench, WrenchStamped,
+};
+use tactid_logs::{Durability, LogWriter};
+
+use crate::common::{Instant, SENSORS, URDF};
+
+/// A log of an experiment, with what a test wants to change in it.
+pub(crate) struct Recording<'a> {
+    pub(crate) instants: &'a [Instant],
+    pub(crate) description: Option<&'a str>,
+    pub(crate) joint_topics: &'a [&'a str],
+    pub(crate) joint_names: Vec<&'a str>,
+    pub(crate) odometry: bool,
+    pub(crate) sensors: &'a [&'a str],
+    pub(crate) velocities: bool,
+    pub(crate) stamps: bool,
+}
+
+impl<'a> Recording<'a> {
+    pub(crate) fn of(instants: &'a [Instant]) -> Self {
+        Self {
+            instants,
+            description: Some(URDF),
+            joint_topics: &["/joint_states"],
+            joint_names: [
+                "joint_1",
+                "joint_2",
+                "joint_3",
+                "joint_4",
+                "joint_5",
+                "joint_6",
+                "finger_left_joint",
+                "finger_right_joint",
+            ]
+            .to_vec(),
+            odometry: true,
+            sensors: &SENSORS,
+            velocities: true,
+            stamps: true,
+        }
+    }
+
+    /// Writes the log, at an epoch of today's clocks: seconds in an f64 would lose a quarter of a microsecond.
+    pub(crate) fn write(&self, path: &Path) {
+        let mut log = LogWriter::create(path).unwrap();
+        if let Some(urdf) = self.description {
+            let data = urdf.to_owned();
+            let latched = Durability::TransientLocal;
+            let topic = log.channel("/robot_description", latched).unwrap();
+            log.write(&topic, 1, &StringMsg { data }).unwrap();
+        }
+        let volatile = Durability::Volatile;
+        let joints = self.joint_topics.iter();
+        let joints: Vec<_> = joints
+            .map(|topic| log.channel(topic, volatile).unwrap())
+            .collect();
+        let odometry = self
+            .odometry
+            .then(|| log.channel("/base/odom", volatile).unwrap());
+        let wrenches = (0..self.sensors.len()).map(|k| format!("/finger_{k}/wrench"));
+        let wrenches: Vec<_> = wrenches
+            .map(|topic| log.channel(&topic, volatile).unwrap())
+            .collect();
+        for instant in self.instants {
+            let time_ns = 1_800_000_000_000_000_000 + (instant.time_s * 1e9).round() as u64;
+            let header = |frame_id: &str| Header {
+                stamp: if self.stamps {
+                    Time::from_ns(time_ns)
+                } else {
+                    Time::default()
+                },
+                frame_id: frame_id.to_owned(),
+            };
+            for topic in &joints {
+                log.write(topic, time_ns, &self.joint_state(instant, header("")))
+                    .unwrap();
+            }
+            if let Some(topic) = &odometry {
+                log.write(topic, time_ns, &odometry_message(instant, header("world")))
+                    .unwrap();
+            }
+            for (k, topic) in wrenches.iter().enumerate() {
+                let wrench = &instant.wrenches[k];
+                let message = WrenchStamped {
+                    header: header(self.sensors[k]),
+                    wrench: Wrench {
+                        force: <[f64; 3]>::from(wrench.force).into(),
+                        torque: <[f64; 3]>::from(wrench.moment).into(),
+                    },
+                };
+                log.write(topic, time_ns, &message).unwrap();
+            }
+        }
+        log.finish().unwrap();
+    }
+
+    /// The joints in reversed order: their order is by name.
+    fn joint_state(&self, instant: &Instant, header: Header) -> JointState {
+        let count = self.joint_names.len();
+        let reversed = |values: &[f64]| values[..count].iter().rev().copied().collect();
+        let names = self.joint_names.iter().rev();
+        JointState {
+            header,
+            name: names.map(|&name| name.to_owned()).collect(),
+            position: reversed(&instant.position),
+            velocity: if self.velocities {
+                reversed(&instant.velocity)
+            } else {
+                vec![]
+            },
+            effort: vec![],
+        }
+    }
+}
+
+fn odometry_message(instant: &Instant, header: Header) -> Odometry {
+    let base = &instant.base;
+    let q = base.pose.rotation.coords;
+    let to_child = |v| <[f64; 3]>::from(base.pose.rotation.inverse() * v).into();
+    let mut message = Odometry {
+        header,
+        child_frame_id: "base_link".to_owned(),
+        ..Odometry::default()
+    };
+    message.pose.pose.position = <[f64; 3]>::from(base.pose.translation.vector).into();
+    message.pose.pose.orientation = Quaternion {
+        x: q.x,
+        y: q.y,
+        z: q.z,
+        w: q.w,
+    };
+    message.twist.twist.linear = to_child(base.velocity);
+    message.twist.twist.angular = to_child(base.angular_velocity);
+    message
+}

@@ -1,0 +1,106 @@
+"""Findings, faults and advice in words."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tactid import Finding, wording
+from tactid.faults import PHRASES, DataFault
+from tactid.wording import FINDING_KINDS, finding, motion_advice
+
+NATIVE = Path(__file__).parents[2] / "crates/pyid/src"
+
+FINDINGS = [
+    Finding(
+        "gravity_contradicted",
+        {"better": [0.0, 0.0, 9.81], "residual_ratio": 1e-3, "method": "tactile"},
+    ),
+    Finding("negative_mass", {"method": "tactile", "or_gravity": True}),
+    Finding("offset_suspected", {"channel": "force x", "unit": "N", "value": 1.5, "std_dev": 0.01}),
+    Finding(
+        "mass_contradicted",
+        {
+            "known_kg": 2.0,
+            "known_std_dev_kg": 0.0,
+            "found_kg": 1.8391,
+            "std_dev_kg": 0.001,
+            "distance": 160.9,
+        },
+    ),
+    Finding("inconsistent", {"distance": 7.0, "within_box": True}),
+    Finding("outliers", {"outliers": 3, "windows": 100}),
+    Finding(
+        "acceleration_not_used",
+        {"topic": "/accel", "explains_better": True, "residual_ratio": 0.5, "power_ratio": 0.4},
+    ),
+    Finding("frame_assumed", {"topic": "/wrench", "frame": "tool0"}),
+    Finding("wrenches_summed", {"topics": ["/left", "/right"]}),
+    Finding("unknown_joints", {"joints": ["finger"]}),
+    Finding("absent_joints", {"joints": ["head"]}),
+    Finding("late_start", {"topic": "/wrench", "late_s": 1.5}),
+    Finding("early_end", {"topic": "/wrench", "end_s": 8.0, "early_s": 7.0}),
+    Finding("no_stamps"),
+    Finding("delay_corrected", {"applied_s": 0.037, "estimated_s": 0.037, "std_dev_s": 1e-4}),
+]
+
+
+def test_every_kind_of_the_native_part_has_its_words() -> None:
+    findings = (NATIVE / "findings.rs").read_text()
+    assert set(re.findall(r'^ *\(?"([a-z_]+)", *(?:data!|$)', findings, re.M)) | set(
+        re.findall(r'\("([a-z_]+)", data!', findings)
+    ) == set(FINDING_KINDS)
+    faults = (NATIVE / "faults.rs").read_text()
+    assert set(re.findall(r'FaultKind::\w+(?:\(joint\))? => \("([a-z_]+)"', faults)) == set(PHRASES)
+
+
+def test_every_finding_is_sentences() -> None:
+    assert {each.kind for each in FINDINGS} == set(FINDING_KINDS)
+    for each in FINDINGS:
+        for style in ("keyword", "command-line"):
+            assert re.fullmatch(r"\S.*\.", finding(each, style)), each.kind
+        assert "--" not in finding(each)
+
+
+@pytest.mark.parametrize(
+    ("kind", "keyword"),
+    [
+        ("gravity_contradicted", "gravity"),
+        ("negative_mass", "wrench_acts_on"),
+        ("offset_suspected", "wrench_offset"),
+        ("acceleration_not_used", "acceleration_topic"),
+    ],
+)
+def test_a_finding_names_options_as_its_reader_writes_them(kind: str, keyword: str) -> None:
+    (found,) = (each for each in FINDINGS if each.kind == kind)
+    assert f"`{keyword}`" in finding(found, "keyword")
+    assert f"--{keyword.replace('_', '-')}" in finding(found, "command-line")
+    assert "`" not in finding(found, "command-line")
+
+
+def test_a_fault_says_what_how_often_and_when_first() -> None:
+    fault = DataFault("/joint_states", "effort_not_finite", 12, 3.5, "elbow")
+    assert fault.sentence == (
+        "/joint_states: 12 × effort of elbow that is not finite, message left out, the first at"
+        " 3.500 s."
+    )
+    assert DataFault("samples", "incomplete", 1).sentence.endswith("left out.")
+    for kind in PHRASES:
+        assert "{" not in DataFault("/topic", kind, 1, joint="elbow").phrase
+
+
+def test_advice_names_the_least_motion_that_determines_all() -> None:
+    assert motion_advice([]) == []
+    assert motion_advice(["Iyy"]) == ["Rotate the tool faster about its y axis, for Iyy."]
+    assert motion_advice(["Ixx", "Ixy", "Iyz"]) == [
+        "Rotate the tool faster about its x and y or z axes, for Ixx, Ixy and Iyz."
+    ]
+    mass, com = motion_advice(["mass", "com.z"])
+    assert "under gravity" in mass
+    assert "its x or y axis" in com
+
+
+def test_remarks_of_a_sound_result_are_none() -> None:
+    import doubles
+
+    assert wording.remarks(doubles.tactile()) == []
