@@ -249,7 +249,7 @@ impl Identifier {
     ///
     /// A direction that the motion does not determine has the variance of a parameter of plausible size:
     /// one whose load alone would be all that is measured, or that is as large as the estimate before the
-    /// last payload change. All entries are zero during the first seven windows, in which nothing is known.
+    /// last payload change. All entries are zero before eight windows, from which the noise is estimated for the first time.
     #[must_use]
     pub fn covariance(&self) -> Matrix {
         self.update.readout().uncertainty.covariance

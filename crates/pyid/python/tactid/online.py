@@ -101,8 +101,8 @@ class Identifier(_Online):
         """Returns the covariance of the payload's linear parameters, (10, 10).
 
         The parameters are mass, kg; first moments, kg m; inertia about the end-effector's origin,
-        kg m², xx, xy, xz, yy, yz, zz. The covariance is zero in directions that the motion did not
-        determine.
+        kg m², xx, xy, xz, yy, yz, zz. A direction that the motion does not determine has the
+        variance of a parameter of plausible size. All entries are zero before eight windows.
         """
         return self._native.covariance()
 
