@@ -36,9 +36,10 @@ pub struct PayloadEstimate {
     pub std_devs: Option<[f64; 10]>,
     /// Whether a body with these parameters can exist, within 1 % of its largest principal moment.
     pub is_physical: bool,
-    /// Number of averaging windows used.
+    /// Number of averaging windows so far. Online least squares counts those before a payload change, too,
+    /// which the estimate no longer uses.
     pub windows: u64,
-    /// Number of detected payload changes. Online least squares only.
+    /// Number of payload changes that online least squares has detected; zero for the other solvers.
     pub payload_changes: u64,
     /// Time of the last payload change on the samples' clock, s, or minus infinity: the estimate uses
     /// the samples after it.

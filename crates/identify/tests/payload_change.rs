@@ -1,5 +1,5 @@
-//! Uncertainty of the online estimate: whenever a value is reported as known, its error is within six of
-//! its standard deviations, also in the first second, after a gap and after changes of the payload.
+//! Uncertainty of the online estimate: the error of each value that is reported as known is within six of its
+//! standard deviations, also in the first second, after a gap and after payload changes.
 
 #![allow(clippy::unwrap_used)]
 

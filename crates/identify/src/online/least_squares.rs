@@ -21,7 +21,7 @@ const MIN_WINDOWS: usize = 8;
 
 /// Number of windows from which the noise is estimated all at once for the last time, after 1 s at a cutoff of
 /// 10 Hz. Only an estimate from more windows than that assigns robust weights and detects payload changes.
-pub(crate) const INITIAL_WINDOWS: usize = 32;
+const INITIAL_WINDOWS: usize = 32;
 
 /// Leverage of a window relative to the mean since the estimate began below which the robot counts as at rest.
 const REST_LEVERAGE: f64 = 0.02;
