@@ -133,7 +133,7 @@ impl AccumulatedRows {
         let information = Information::new(
             self.rls.information_root(),
             &self.noise,
-            self.plausible_size(),
+            self.plausible_size(&self.scales()),
         );
         let parameters = if information.is_complete() {
             biased + information.solve(&(self.noise * biased - self.noise_targets))
@@ -163,16 +163,17 @@ impl AccumulatedRows {
     ///
     /// One parameter of a payload alone hardly causes a larger load than all that is measured; and none is
     /// larger than it was before the first row, as far as that is known.
-    pub(crate) fn plausible_size(&self) -> f64 {
+    fn plausible_size(&self, scales: &Vector) -> f64 {
         let load = (self.rls.information_root() * self.rls.parameters()).norm();
-        let scaled = self.start.component_div(&self.scales()).norm();
+        let scaled = self.start.component_div(scales).norm();
         load.hypot(scaled)
     }
 
-    /// Returns the [plausible size](Self::plausible_size) in the units of the parameters: what a parameter that the
-    /// rows leave unobservable has as its standard deviation.
+    /// Returns the plausible size of each parameter in its own unit: the standard deviation of one that the rows
+    /// leave unobservable.
     pub(crate) fn plausible_std_devs(&self) -> Vector {
-        self.scales() * self.plausible_size()
+        let scales = self.scales();
+        scales * self.plausible_size(&scales)
     }
 
     /// Returns the innovation of whitened rows with their prediction. `covariance` is that of the parameters in

@@ -111,6 +111,8 @@ pub(crate) struct OnlineLeastSquares {
     parameters: Vector,
     information: Information,
     /// Sandwich covariance in observable directions.
+    sandwich: Matrix,
+    /// Covariance that is reported: wider than the sandwich.
     covariance: Matrix,
 }
 
@@ -136,6 +138,7 @@ impl OnlineLeastSquares {
             weights: WindowWeights::ROWS_ONLY,
             parameters: Vector::zeros(),
             information: Information::none(),
+            sandwich: Matrix::zeros(),
             covariance: Matrix::zeros(),
         })
     }
@@ -209,9 +212,9 @@ impl OnlineLeastSquares {
         self.window.copy_from(equation);
         self.noise.whiten(&mut self.window.rows);
         self.prediction.predict(&self.window.rows, &self.parameters);
-        let innovation =
-            self.rows
-                .innovation(&self.window.rows, &self.prediction, &self.covariance);
+        let innovation = self
+            .rows
+            .innovation(&self.window.rows, &self.prediction, &self.sandwich);
         // Otherwise the parameters are less certain than the noise, and innovations show little of a change.
         let is_predictable = innovation.leverage < 1.0;
         // At rest, errors of the model do not show: the residuals are no sign of the noise in motion.
@@ -298,7 +301,16 @@ impl OnlineLeastSquares {
     pub(crate) fn compute_covariance(&mut self) {
         let factor = self.noise.inflation() * self.noise.lasting_error_factor();
         let scores = self.rows.score_covariance() * factor;
-        self.covariance = self.information.sandwich(&scores);
+        self.sandwich = self.information.sandwich(&scores);
+        let widening = students_widening(self.noise.degrees_of_freedom());
+        self.covariance = self.sandwich * widening.powi(2);
+        if !self.information.is_complete() {
+            let prior = self.rows.plausible_std_devs();
+            for (k, direction) in self.information.unobservable() {
+                let variance = prior[k].powi(2);
+                self.covariance.ger(variance, &direction, &direction, 1.0);
+            }
+        }
     }
 
     /// Returns the parameters in the order of [`InertialParameters`](tactid_dynamics::InertialParameters).
@@ -311,16 +323,7 @@ impl OnlineLeastSquares {
     /// It is larger than the sandwich covariance by what the uncertainty of the noise itself adds. In unobservable
     /// directions it has the [plausible size](Information::unobservable) of the parameters.
     pub(crate) fn covariance(&self) -> Option<Matrix> {
-        if self.windows < MIN_WINDOWS {
-            return None;
-        }
-        let widening = students_widening(self.noise.degrees_of_freedom());
-        let mut covariance = self.covariance * widening.powi(2);
-        let prior = self.rows.plausible_std_devs();
-        for (k, direction) in self.information.unobservable() {
-            covariance.ger(prior[k].powi(2), &direction, &direction, 1.0);
-        }
-        Some(covariance)
+        (self.windows >= MIN_WINDOWS).then_some(self.covariance)
     }
 
     /// Returns the constant offsets of the first six channels, in their units; `None` where they are not among the
