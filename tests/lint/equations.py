@@ -1,6 +1,6 @@
 """Checks docs/equations.md: each equation of the paper has a row, each item and test exists.
 
-Run it from anywhere: ``python3 tests/check_equations.py [FILE]``. It prints each fault and exits
+Run it from anywhere: ``python3 tests/lint/equations.py [FILE]``. It prints each fault and exits
 with status 1 if there is one.
 """
 

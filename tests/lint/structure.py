@@ -90,7 +90,7 @@ def rust_edges(source: Path) -> Edges:
     for module, text in texts.items():
         for target in paths_in(text, module):
             found = definition(target, files, texts)
-            # Unit tests in a file of their own belong to the file that they test.
+            # A child module may use its parent, whose part it is; so may unit tests in a file of their own.
             if found not in {None, module} and found != module[:-1] and module[-1:] != ("tests",):
                 edges[files[module]].add(files[found])
     return edges
