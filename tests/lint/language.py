@@ -130,7 +130,7 @@ def prose_of(text: str) -> str:
 
 def phrases(text: str) -> Iterator[tuple[int, str, str]]:
     """Phrases that have a better one; they may run over the end of a line."""
-    joined = re.sub(r"[ \t]*\n[ \t]*(?:///?!?|#|\*)?[ \t]*", lambda f: "\x00", text)
+    joined = re.sub(r"[ \t]*\n[ \t]*(?:///?!?|#|\*)?[ \t]*", "\x00", text)
     flat = joined.replace("\x00", " ")
     for pattern, better in PROSE.items():
         for found in re.finditer(pattern, flat, re.IGNORECASE):

@@ -43,7 +43,8 @@ def sizes() -> Iterator[str]:
             functions = rust_functions(text) if path.suffix == ".rs" else python_functions(text)
             for name, line, length in functions:
                 if length > MOST_FUNCTION_LINES:
-                    yield f"{place}:{line}: {name} has {length} lines, at most {MOST_FUNCTION_LINES}"
+                    limit = f"at most {MOST_FUNCTION_LINES}"
+                    yield f"{place}:{line}: {name} has {length} lines, {limit}"
 
 
 def rust_functions(text: str) -> Iterator[tuple[str, int, int]]:
@@ -90,7 +91,7 @@ def rust_edges(source: Path) -> Edges:
     for module, text in texts.items():
         for target in paths_in(text, module):
             found = definition(target, files, texts)
-            # A child module may use its parent, whose part it is; so may unit tests in a file of their own.
+            # A child module may use its parent; so may unit tests in a file of their own.
             if found not in {None, module} and found != module[:-1] and module[-1:] != ("tests",):
                 edges[files[module]].add(files[found])
     return edges
