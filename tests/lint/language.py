@@ -1,7 +1,7 @@
 """Checks names and prose against the project's glossary: one standard term for one thing.
 
-Run by ``make lint``; prints each violation with its place and the term to use, and exits with 1 if there is
-any. Names are the words of identifiers in Rust and Python; prose is comments, strings and Markdown.
+Run by ``make lint``; prints each violation with its place and the term to use, and exits with 1 if
+there is any. Names are the words of identifiers in Rust and Python; prose is comments, strings and Markdown.
 """
 
 import re
