@@ -1,7 +1,8 @@
 """Checks names and prose against the project's glossary: one standard term for one thing.
 
 Run by ``make lint``; prints each violation with its place and the term to use, and exits with 1 if
-there is any. Names are the words of identifiers in Rust and Python; prose is comments, strings and Markdown.
+there is any. Names are the words of identifiers in Rust and Python; prose is comments, strings and
+Markdown.
 """
 
 import re
