@@ -21,7 +21,7 @@ use crate::solve::uncertainty::identifiable;
 use crate::solve::{BoundingBox, KnownMass, PrincipalMoments};
 
 /// Distance in standard deviations from which a contradiction is reported.
-const CONTRADICTION: f64 = 5.0;
+pub(super) const CONTRADICTION: f64 = 5.0;
 
 /// Prior knowledge and options of the batch identifier. By default nothing is known.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -175,7 +175,6 @@ impl BatchIdentifier {
         let mut findings = Vec::new();
         let known_mass_fit = match self.settings.known_mass {
             Some(mass) => {
-                findings.extend(contradiction(&fit_without_mass, known[0], mass));
                 let options = FitOptions {
                     known_mass: Some(mass.with(known[0])),
                     ..FitOptions::new(&channels)
@@ -186,6 +185,7 @@ impl BatchIdentifier {
         };
         let fit = known_mass_fit.as_ref().unwrap_or(&fit_without_mass);
         let (parameters, inconsistent) = self.consistent_payload(fit, &known);
+        findings.extend(self.contradicted_mass(&fit_without_mass, known[0], parameters[0]));
         findings.extend(inconsistent);
         findings.extend(self.data_findings(&fit_without_mass, fit, &channels));
         let report = FitReport::new(&self.batch, fit, &channels, self.equations.cutoff_hz);
@@ -258,6 +258,33 @@ impl BatchIdentifier {
         }
     }
 
+    /// Reports where the payload's mass from the data alone contradicts the known one, or where the
+    /// result, `estimated_kg`, is not the known one. `others_kg` is the mass of the known bodies.
+    fn contradicted_mass(
+        &self,
+        fit_without_mass: &Fit,
+        others_kg: f64,
+        estimated_kg: f64,
+    ) -> Option<Finding> {
+        let known = self.settings.known_mass?;
+        let std_dev_kg = fit_without_mass.mass_std_dev_kg();
+        let found_kg = fit_without_mass.parameters[0] - others_kg;
+        // At least the standard deviation of an exact mass in a fit: data without noise have none.
+        let of_difference_kg = std_dev_kg
+            .hypot(known.std_dev_kg)
+            .max(known.with(0.0).std_dev_kg);
+        let distance = (found_kg - known.mass_kg).abs() / of_difference_kg;
+        let is_missed = !known.agrees_with(estimated_kg, CONTRADICTION);
+        let is_contradicted = distance > CONTRADICTION || is_missed;
+        // A motion that does not determine the mass contradicts none.
+        (std_dev_kg.is_finite() && is_contradicted).then_some(Finding::MassContradicted {
+            known,
+            found_kg,
+            std_dev_kg,
+            distance,
+        })
+    }
+
     /// Returns the estimate with its uncertainty, given the payload's consistent parameters and those of the
     /// `known` bodies.
     fn estimate(
@@ -267,8 +294,11 @@ impl BatchIdentifier {
         known: &SVector<f64, 10>,
     ) -> PayloadEstimate {
         let mut std_devs = fit.std_devs(parameters);
-        let known_mass = self.settings.known_mass;
-        if known_mass.is_some_and(|mass| mass.std_dev_kg == 0.0) {
+        let exact = self
+            .settings
+            .known_mass
+            .filter(|mass| mass.std_dev_kg == 0.0);
+        if exact.is_some_and(|mass| mass.agrees_with(parameters[0], 0.0)) {
             std_devs[0] = 0.0;
         }
         let body_of = |p: SVector<f64, 10>| InertialParameters::from_vector(p).mass_properties();
@@ -320,18 +350,4 @@ impl BatchIdentifier {
         let delay = least_squares::fit(self.batch.equations(), options)?.delay;
         delay.filter(|delay| delay.delay_s.is_finite())
     }
-}
-
-/// Reports where the mass from the data alone contradicts the known one. `others_kg` is the mass of the known
-/// bodies.
-fn contradiction(fit_without_mass: &Fit, others_kg: f64, known: KnownMass) -> Option<Finding> {
-    let std_dev_kg = fit_without_mass.std_devs(&fit_without_mass.parameters)[0];
-    let found_kg = fit_without_mass.parameters[0] - others_kg;
-    let distance = (found_kg - known.mass_kg).abs() / std_dev_kg.hypot(known.std_dev_kg);
-    (distance > CONTRADICTION).then_some(Finding::MassContradicted {
-        known,
-        found_kg,
-        std_dev_kg,
-        distance,
-    })
 }
