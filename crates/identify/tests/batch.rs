@@ -4,9 +4,9 @@
 
 mod common;
 
-use common::{Experiment, Instant, Noise, SENSORS, TOOL};
+use common::{Experiment, Instant, Noise, SENSORS, TOOL, payload};
 use rand::{SeedableRng, rngs::SmallRng};
-use tactid_dynamics::Wrench;
+use tactid_dynamics::{MassProperties, Wrench};
 use tactid_identify::{
     BatchIdentifier, BatchResult, BatchSettings, EquationSettings, Finding, IdentifyError,
     KnownMass,
@@ -31,6 +31,15 @@ fn instants(duration_s: f64) -> Vec<Instant> {
         ..Experiment::default()
     }
     .run()
+}
+
+fn noisy_instants(duration_s: f64) -> Vec<Instant> {
+    let mut random = SmallRng::seed_from_u64(1);
+    let instants = instants(duration_s);
+    let noisy = instants
+        .iter()
+        .map(|instant| Noise::fraction(1e-3).on(instant, &mut random));
+    noisy.collect()
 }
 
 fn with_mass(mass_kg: f64, std_dev_kg: f64) -> BatchSettings {
@@ -73,14 +82,36 @@ fn wrenches_of_zero_contradict_a_known_mass() {
 /// A known mass that the data confirm is the result, with the standard deviation of an exact mass, and no finding.
 #[test]
 fn a_known_mass_that_the_data_confirm_is_exact() {
-    let mut random = SmallRng::seed_from_u64(1);
-    let noisy: Vec<Instant> = instants(5.0)
-        .iter()
-        .map(|instant| Noise::fraction(1e-3).on(instant, &mut random))
-        .collect();
     let settings = with_mass(100.0, 0.0);
-    let result = identify(&noisy, EquationSettings::default(), settings).unwrap();
+    let result = identify(&noisy_instants(5.0), EquationSettings::default(), settings).unwrap();
     assert!((result.estimate.body.mass_kg - 100.0).abs() < 1e-6);
     assert_eq!(result.estimate.std_devs.unwrap()[0], 0.0);
     assert_eq!(result.findings, []);
+}
+
+/// A known tool that is heavier than the load is reported. One that is the whole load leaves a payload of zero within
+/// the noise, and is not.
+#[test]
+fn a_known_tool_heavier_than_the_load_is_reported() {
+    let instants = noisy_instants(5.0);
+    let with_tool = |mass_kg: f64| {
+        let known_tool = Some(MassProperties {
+            mass_kg,
+            ..payload()
+        });
+        let settings = BatchSettings {
+            known_tool,
+            ..BatchSettings::default()
+        };
+        identify(&instants, EquationSettings::default(), settings).unwrap()
+    };
+    let result = with_tool(150.0);
+    assert!((result.estimate.body.mass_kg + 50.0).abs() < 1.0);
+    let [Finding::KnownBodiesTooHeavy { known_kg, load_kg }] = result.findings[..] else {
+        panic!("{:?}", result.findings);
+    };
+    assert_eq!(known_kg, 150.0);
+    assert!((load_kg - 100.0).abs() < 1.0, "{load_kg}");
+    assert_eq!(with_tool(99.0).findings, []);
+    assert_eq!(with_tool(100.0).findings, []);
 }

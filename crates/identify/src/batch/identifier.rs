@@ -11,7 +11,7 @@ use super::forecast::Forecast;
 use super::history::history;
 use super::least_squares;
 use super::report::FitReport;
-use super::suspicions::{suspected_offset, suspected_signs};
+use super::suspicions::{CONTRADICTION, suspected_offset, suspected_signs};
 use crate::IdentifyError;
 use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample, window};
 use crate::finding::Finding;
@@ -19,9 +19,6 @@ use crate::result::{self, HistoryPoint, PayloadEstimate, is_physical};
 use crate::solve::consistency::project;
 use crate::solve::uncertainty::identifiable;
 use crate::solve::{BoundingBox, KnownMass, PrincipalMoments};
-
-/// Distance in standard deviations from which a contradiction is reported.
-pub(super) const CONTRADICTION: f64 = 5.0;
 
 /// Prior knowledge and options of the batch identifier. By default nothing is known.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -187,7 +184,7 @@ impl BatchIdentifier {
         let (parameters, inconsistent) = self.consistent_payload(fit, &known);
         findings.extend(self.contradicted_mass(&fit_without_mass, known[0], parameters[0]));
         findings.extend(inconsistent);
-        findings.extend(self.data_findings(&fit_without_mass, fit, &channels));
+        findings.extend(self.data_findings(&fit_without_mass, fit, known[0], &channels));
         let report = FitReport::new(&self.batch, fit, &channels, self.equations.cutoff_hz);
         let bounding_box = self.settings.bounding_box.as_ref();
         Ok(BatchResult {
@@ -315,17 +312,25 @@ impl BatchIdentifier {
         }
     }
 
-    /// Returns findings about signs, offsets and outliers.
+    /// Returns findings about signs, offsets and outliers, and about the mass of the known bodies, `known_kg`.
     fn data_findings(
         &self,
         fit_without_mass: &Fit,
         fit: &Fit,
+        known_kg: f64,
         channels: &Channels,
     ) -> Vec<Finding> {
         let equations = self.batch.equations();
         let (gravity, method) = (self.stream.gravity(), self.equations.method);
         // A known mass would hide a wrong sign.
-        let mut findings = suspected_signs(equations, fit_without_mass, channels, &gravity, method);
+        let mut findings = suspected_signs(
+            equations,
+            fit_without_mass,
+            channels,
+            &gravity,
+            known_kg,
+            method,
+        );
         if self.has_sensors && method.uses_wrench() && channels.offsets == 0 {
             findings.extend(suspected_offset(equations, fit, channels));
         }
