@@ -115,3 +115,30 @@ fn a_known_tool_heavier_than_the_load_is_reported() {
     assert_eq!(with_tool(99.0).findings, []);
     assert_eq!(with_tool(100.0).findings, []);
 }
+
+/// A recording that is too short and a cutoff that is too high for the sample rate are different errors, with
+/// opposite remedies.
+#[test]
+fn too_short_and_too_sparse_recordings_are_different_errors() {
+    let message = |duration_s, cutoff_hz| {
+        let equations = EquationSettings {
+            cutoff_hz,
+            ..EquationSettings::default()
+        };
+        let error = identify(&instants(duration_s), equations, BatchSettings::default());
+        error.unwrap_err().to_string()
+    };
+    let too_short = "too few windows: 0 of 0.0926 s without a gap were found; record longer, or raise the cutoff";
+    assert_eq!(message(0.08, 10.0), too_short);
+    let too_sparse = |cutoff_hz| {
+        let message = message(1.0, cutoff_hz);
+        assert!(
+            message.contains("have fewer than 6; lower the cutoff"),
+            "{message}"
+        );
+        message
+    };
+    // Restarted at each sample, since a third of a window has none; and dropped, with three samples or four.
+    assert!(too_sparse(1e6).contains("0.000000926 s"));
+    too_sparse(250.0);
+}

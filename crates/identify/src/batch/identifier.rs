@@ -13,7 +13,7 @@ use super::least_squares;
 use super::report::FitReport;
 use super::suspicions::{CONTRADICTION, suspected_offset, suspected_signs};
 use crate::IdentifyError;
-use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample, window};
+use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::finding::Finding;
 use crate::result::{self, HistoryPoint, PayloadEstimate, is_physical};
 use crate::solve::consistency::project;
@@ -158,14 +158,12 @@ impl BatchIdentifier {
     /// Cost: several fits, each of up to 20 passes over all windows.
     ///
     /// # Errors
-    /// [`IdentifyError::TooFewWindows`] where the samples are too few.
+    /// Returns [`IdentifyError::TooFewWindows`] if the recording is too short for the cutoff, and
+    /// [`IdentifyError::TooFewSamples`] if the sample rate is too low for it.
     pub fn solve(&self) -> Result<BatchResult, IdentifyError> {
         let equations = self.batch.equations();
         let channels = self.stream.channels();
-        let too_few = || IdentifyError::TooFewWindows {
-            windows: equations.len(),
-            window_s: window::length_s(self.equations.cutoff_hz),
-        };
+        let too_few = || self.stream.too_few_windows(equations.len());
         let fit_without_mass =
             least_squares::fit(equations, FitOptions::new(&channels)).ok_or_else(too_few)?;
         let known = self.known_bodies();
