@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use tactid_identify::{
     BatchIdentifier, BoundingBox, Delay, FitReport, Forecast, HistoryPoint, IdentifyError,
-    KnownMass, Method, PayloadEstimate, PrincipalMoments, SingularValues, without,
+    KnownMass, Method, PayloadEstimate, PrincipalMoments, SingularValues, subtract_known_body,
 };
 
 use crate::plan::Plan;
@@ -110,7 +110,7 @@ impl Solution {
     fn of_paper(run: PaperRun, request: &Request) -> Self {
         let mut estimate = run.filter.estimate();
         if let Some(tool) = request.known_tool {
-            estimate.body = without(&estimate.body, &tool.into());
+            estimate.body = subtract_known_body(&estimate.body, &tool.into());
         }
         Self {
             principal_moments: PrincipalMoments::of(&estimate.body.into()),

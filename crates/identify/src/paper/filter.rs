@@ -10,7 +10,7 @@ use super::recent_mean::RecentMean;
 use super::rows::{inertia_rows, mass_rows};
 use super::singular_values::{RowProducts, SingularValues};
 use crate::equations::{Equation, EquationSettings, EquationStream, PushOutcome, Sample};
-use crate::result::{self, PayloadEstimate, is_physical, values, without};
+use crate::result::{self, PayloadEstimate, is_physical, subtract_known_body, values};
 use crate::{IdentifyError, Method};
 
 /// Settings of the paper's filter.
@@ -210,7 +210,7 @@ impl PaperFilter {
         let gripper = self.stream.gripper_to_subtract();
         self.latest = match gripper {
             Some(gripper) => Latest {
-                body: without(&identified, &gripper),
+                body: subtract_known_body(&identified, &gripper),
                 composite: Some(identified),
             },
             None => Latest {
