@@ -17,6 +17,7 @@ FINDINGS = [
         {"better": [0.0, 0.0, 9.81], "residual_ratio": 1e-3, "method": "tactile"},
     ),
     Finding("negative_mass", {"method": "tactile", "or_gravity": True}),
+    Finding("known_bodies_too_heavy", {"known_kg": 3.0, "load_kg": 2.0}),
     Finding("offset_suspected", {"channel": "force x", "unit": "N", "value": 1.5, "std_dev": 0.01}),
     Finding(
         "mass_contradicted",
@@ -67,6 +68,7 @@ def test_every_finding_is_sentences() -> None:
     [
         ("gravity_contradicted", "gravity"),
         ("negative_mass", "wrench_acts_on"),
+        ("known_bodies_too_heavy", "known_tool"),
         ("offset_suspected", "wrench_offset"),
         ("acceleration_not_used", "acceleration_topic"),
     ],

@@ -78,9 +78,10 @@ pub enum IdentifyError {
              not compute: use least squares"
     )]
     NeedsLeastSquares(&'static str),
-    /// The recording has too few windows without a gap.
+    /// The recording has too few windows without a gap: it is too short for the cutoff.
     #[error(
-        "too few windows: {windows} of {window_s:.3} s without a gap were found; record longer, or raise the cutoff"
+        "too few windows: {windows} of {} s without a gap were found; record longer, or raise the cutoff",
+        three_digits(*window_s)
     )]
     TooFewWindows {
         /// Number of windows.
@@ -88,4 +89,22 @@ pub enum IdentifyError {
         /// Length of a window, s.
         window_s: f64,
     },
+    /// Most windows have too few samples: the cutoff is too high for the sample rate.
+    #[error(
+        "too few samples: most windows of {} s have fewer than {min_samples}; lower the cutoff, or raise the \
+         sample rate",
+        three_digits(*window_s)
+    )]
+    TooFewSamples {
+        /// Length of a window, s.
+        window_s: f64,
+        /// Fewest samples of a window.
+        min_samples: u32,
+    },
+}
+
+/// Returns a number rounded to three significant digits.
+fn three_digits(value: f64) -> f64 {
+    // Every float in this format is a number again.
+    format!("{value:.2e}").parse().unwrap_or(value)
 }

@@ -19,12 +19,20 @@ pub enum Finding {
         /// The measurements that were used.
         method: Method,
     },
-    /// The mass comes out negative: the load has the opposite sign.
+    /// The mass of the whole load comes out negative: the load has the opposite sign.
     NegativeMass {
         /// The measurements that were used.
         method: Method,
         /// Whether gravity of the opposite sign would explain the data just as well.
         or_gravity: bool,
+    },
+    /// The known bodies weigh more than the whole load that contains them, so that the mass of the payload comes out
+    /// negative.
+    KnownBodiesTooHeavy {
+        /// Mass of the known bodies: the known tool, and the links below the tool where the method includes them, kg.
+        known_kg: f64,
+        /// Mass of the whole load from the data alone, kg.
+        load_kg: f64,
     },
     /// The wrenches seem to have a constant offset that was not among the unknowns.
     OffsetSuspected {

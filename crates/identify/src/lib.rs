@@ -49,5 +49,7 @@ pub use finding::Finding;
 pub use method::Method;
 pub use online::Identifier;
 pub use paper::{PaperFilter, PaperSettings, SingularValues};
-pub use result::{ExpressedWrench, HistoryPoint, PayloadEstimate, VALUE_NAMES, without};
+pub use result::{
+    ExpressedWrench, HistoryPoint, PayloadEstimate, VALUE_NAMES, subtract_known_body,
+};
 pub use solve::{BoundingBox, HALF_WIDTH_95, KnownMass, Offset, PrincipalMoments};

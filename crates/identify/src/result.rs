@@ -26,7 +26,8 @@ pub struct PayloadEstimate {
     pub frame: Arc<str>,
     /// Mass, centre of mass in `frame`, and inertia about the centre of mass along the axes of `frame`.
     pub body: MassProperties,
-    /// Mass properties of gripper and payload as one body, in `frame`; for the joint-sensing method only.
+    /// Mass properties of the whole load as one body, in `frame`: gripper, payload and, where one is given, known tool;
+    /// for the joint-sensing method only.
     pub composite: Option<MassProperties>,
     /// Whether the motion determines each of [`VALUE_NAMES`]. Where it does not, the number in `body` is
     /// meaningless.
@@ -109,11 +110,15 @@ pub(crate) fn is_physical(body: &MassProperties) -> bool {
     InertialParameters::from(*body).is_physical_within(BOUNDARY)
 }
 
-/// Returns an identified body without a known one, such as the gripper; both are in the same frame.
+/// Subtracts a known body, such as the gripper, from an identified one, and returns the rest; both are in the same
+/// frame.
 ///
 /// Where the masses are equal, the remaining body has no centre of mass, and the identified body is returned.
 #[must_use]
-pub fn without(composite: &MassProperties, known: &InertialParameters) -> MassProperties {
+pub fn subtract_known_body(
+    composite: &MassProperties,
+    known: &InertialParameters,
+) -> MassProperties {
     let remaining = InertialParameters::from(*composite) - *known;
     remaining.mass_properties().unwrap_or(*composite)
 }

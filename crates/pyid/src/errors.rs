@@ -104,7 +104,9 @@ impl IntoPyErr for IdentifyError {
             }
             Self::WrenchCount { .. } => ArgumentError::new_err(message),
             Self::NoWrench | Self::FixedBase => IdentificationError::new_err((message, "method")),
-            Self::TooFewWindows { .. } => IdentificationError::new_err((message, "cutoff")),
+            Self::TooFewWindows { .. } | Self::TooFewSamples { .. } => {
+                IdentificationError::new_err((message, "cutoff"))
+            }
         }
     }
 }

@@ -76,6 +76,10 @@ fn data_finding(py: Python<'_>, finding: &tactid_identify::Finding) -> PyResult<
             "negative_mass",
             data!(py, "method": method.name(), "or_gravity": or_gravity),
         ),
+        Found::KnownBodiesTooHeavy { known_kg, load_kg } => (
+            "known_bodies_too_heavy",
+            data!(py, "known_kg": known_kg, "load_kg": load_kg),
+        ),
         Found::OffsetSuspected { channel, offset } => (
             "offset_suspected",
             data!(py, "channel": &channel.name, "unit": channel.unit, "value": offset.value,

@@ -3,8 +3,7 @@
 use nalgebra::Vector3;
 use tactid_identify::{
     BatchIdentifier, BoundingBox, Delay, FitReport, Forecast, HistoryPoint, IdentifyError,
-    KnownMass, Method, PayloadEstimate, PrincipalMoments, SingularValues, equations::window,
-    without,
+    KnownMass, Method, PayloadEstimate, PrincipalMoments, SingularValues, subtract_known_body,
 };
 
 use crate::plan::Plan;
@@ -93,7 +92,7 @@ impl Solution {
                 remaining_delay: result.delay,
                 findings: result.findings.into_iter().map(Finding::Data).collect(),
             }),
-            Err(IdentifyError::TooFewWindows { .. }) if interrupted => Ok(Self {
+            Err(error) if interrupted && is_too_little(&error) => Ok(Self {
                 estimate: batch.unknown(),
                 principal_moments: None,
                 history: Vec::new(),
@@ -111,7 +110,7 @@ impl Solution {
     fn of_paper(run: PaperRun, request: &Request) -> Self {
         let mut estimate = run.filter.estimate();
         if let Some(tool) = request.known_tool {
-            estimate.body = without(&estimate.body, &tool.into());
+            estimate.body = subtract_known_body(&estimate.body, &tool.into());
         }
         Self {
             principal_moments: PrincipalMoments::of(&estimate.body.into()),
@@ -231,8 +230,13 @@ fn nothing_found(plan: &Plan<'_>, run: &Run) -> RecordingError {
             faults: run.faults.to_vec(),
         };
     }
-    RecordingError::Identify(IdentifyError::TooFewWindows {
-        windows: 0,
-        window_s: window::length_s(plan.equations.cutoff_hz),
-    })
+    RecordingError::Identify(run.solver.stream().too_few_windows(0))
+}
+
+/// Returns whether the data are too short, or too sparse, for an estimate.
+fn is_too_little(error: &IdentifyError) -> bool {
+    matches!(
+        error,
+        IdentifyError::TooFewWindows { .. } | IdentifyError::TooFewSamples { .. }
+    )
 }

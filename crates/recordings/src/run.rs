@@ -1,7 +1,9 @@
 //! Runs through a recording: events in, an estimator fed.
 
 use tactid_dynamics::{JointKind, Manipulator};
-use tactid_identify::{BatchIdentifier, HistoryPoint, PaperFilter, PaperSettings, Sample};
+use tactid_identify::{
+    BatchIdentifier, EquationStream, HistoryPoint, PaperFilter, PaperSettings, Sample,
+};
 
 use crate::alignment::{Aligned, Aligner, Event};
 use crate::fault::{FaultCounts, FaultKind};
@@ -83,6 +85,14 @@ impl Solver {
         match self {
             Self::LeastSquares(batch) => batch.windows(),
             Self::Paper(run) => run.filter.estimate().windows,
+        }
+    }
+
+    /// The equation stream behind the solver.
+    pub(crate) fn stream(&self) -> &EquationStream {
+        match self {
+            Self::LeastSquares(batch) => batch.stream(),
+            Self::Paper(run) => run.filter.stream(),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The parameters that explain a recording best, and what a fit may use.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{RowSVector, SMatrix, SVector};
 
 use crate::equations::Channels;
 use crate::solve::noise::Noise;
@@ -8,7 +8,7 @@ use crate::solve::offsets::Offset;
 use crate::solve::prior::KnownMass;
 use crate::solve::spectrum::Excitation;
 use crate::solve::subspace::NullSpace;
-use crate::solve::uncertainty::std_devs;
+use crate::solve::uncertainty::{std_dev, std_devs};
 use crate::solve::weights::OUTLIER;
 
 /// What a fit may use, and what it estimates besides the parameters.
@@ -89,6 +89,14 @@ impl Fit {
     /// Returns the standard deviations of the ten values at parameters near those of the fit.
     pub(crate) fn std_devs(&self, parameters: &SVector<f64, 10>) -> [f64; 10] {
         std_devs(parameters, &self.covariance, &self.null_space)
+    }
+
+    /// Returns the standard deviation of the mass of the whole load, kg; infinite where the motion does not
+    /// determine the mass. Unlike [`std_devs`](Self::std_devs), it is known for a mass of zero, too.
+    pub(crate) fn mass_std_dev_kg(&self) -> f64 {
+        let mut gradient = RowSVector::zeros();
+        gradient[0] = 1.0;
+        std_dev(&gradient, &self.covariance, &self.null_space)
     }
 
     /// Returns whether a window is an outlier.

@@ -11,17 +11,14 @@ use super::forecast::Forecast;
 use super::history::history;
 use super::least_squares;
 use super::report::FitReport;
-use super::suspicions::{suspected_offset, suspected_signs};
+use super::suspicions::{CONTRADICTION, suspected_offset, suspected_signs};
 use crate::IdentifyError;
-use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample, window};
+use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::finding::Finding;
 use crate::result::{self, HistoryPoint, PayloadEstimate, is_physical};
 use crate::solve::consistency::project;
 use crate::solve::uncertainty::identifiable;
 use crate::solve::{BoundingBox, KnownMass, PrincipalMoments};
-
-/// Distance in standard deviations from which a contradiction is reported.
-const CONTRADICTION: f64 = 5.0;
 
 /// Prior knowledge and options of the batch identifier. By default nothing is known.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -161,21 +158,18 @@ impl BatchIdentifier {
     /// Cost: several fits, each of up to 20 passes over all windows.
     ///
     /// # Errors
-    /// [`IdentifyError::TooFewWindows`] where the samples are too few.
+    /// Returns [`IdentifyError::TooFewWindows`] if the recording is too short for the cutoff, and
+    /// [`IdentifyError::TooFewSamples`] if the sample rate is too low for it.
     pub fn solve(&self) -> Result<BatchResult, IdentifyError> {
         let equations = self.batch.equations();
         let channels = self.stream.channels();
-        let too_few = || IdentifyError::TooFewWindows {
-            windows: equations.len(),
-            window_s: window::length_s(self.equations.cutoff_hz),
-        };
+        let too_few = || self.stream.too_few_windows(equations.len());
         let fit_without_mass =
             least_squares::fit(equations, FitOptions::new(&channels)).ok_or_else(too_few)?;
         let known = self.known_bodies();
         let mut findings = Vec::new();
         let known_mass_fit = match self.settings.known_mass {
             Some(mass) => {
-                findings.extend(contradiction(&fit_without_mass, known[0], mass));
                 let options = FitOptions {
                     known_mass: Some(mass.with(known[0])),
                     ..FitOptions::new(&channels)
@@ -186,8 +180,9 @@ impl BatchIdentifier {
         };
         let fit = known_mass_fit.as_ref().unwrap_or(&fit_without_mass);
         let (parameters, inconsistent) = self.consistent_payload(fit, &known);
+        findings.extend(self.contradicted_mass(&fit_without_mass, known[0], parameters[0]));
         findings.extend(inconsistent);
-        findings.extend(self.data_findings(&fit_without_mass, fit, &channels));
+        findings.extend(self.data_findings(&fit_without_mass, fit, known[0], &channels));
         let report = FitReport::new(&self.batch, fit, &channels, self.equations.cutoff_hz);
         let bounding_box = self.settings.bounding_box.as_ref();
         Ok(BatchResult {
@@ -258,6 +253,33 @@ impl BatchIdentifier {
         }
     }
 
+    /// Reports where the payload's mass from the data alone contradicts the known one, or where the
+    /// result, `estimated_kg`, is not the known one. `others_kg` is the mass of the known bodies.
+    fn contradicted_mass(
+        &self,
+        fit_without_mass: &Fit,
+        others_kg: f64,
+        estimated_kg: f64,
+    ) -> Option<Finding> {
+        let known = self.settings.known_mass?;
+        let std_dev_kg = fit_without_mass.mass_std_dev_kg();
+        let found_kg = fit_without_mass.parameters[0] - others_kg;
+        // At least the standard deviation of an exact mass in a fit: data without noise have none.
+        let of_difference_kg = std_dev_kg
+            .hypot(known.std_dev_kg)
+            .max(known.with(0.0).std_dev_kg);
+        let distance = (found_kg - known.mass_kg).abs() / of_difference_kg;
+        let is_missed = !known.agrees_with(estimated_kg, CONTRADICTION);
+        let is_contradicted = distance > CONTRADICTION || is_missed;
+        // A motion that does not determine the mass contradicts none.
+        (std_dev_kg.is_finite() && is_contradicted).then_some(Finding::MassContradicted {
+            known,
+            found_kg,
+            std_dev_kg,
+            distance,
+        })
+    }
+
     /// Returns the estimate with its uncertainty, given the payload's consistent parameters and those of the
     /// `known` bodies.
     fn estimate(
@@ -267,8 +289,11 @@ impl BatchIdentifier {
         known: &SVector<f64, 10>,
     ) -> PayloadEstimate {
         let mut std_devs = fit.std_devs(parameters);
-        let known_mass = self.settings.known_mass;
-        if known_mass.is_some_and(|mass| mass.std_dev_kg == 0.0) {
+        let exact = self
+            .settings
+            .known_mass
+            .filter(|mass| mass.std_dev_kg == 0.0);
+        if exact.is_some_and(|mass| mass.agrees_with(parameters[0], 0.0)) {
             std_devs[0] = 0.0;
         }
         let body_of = |p: SVector<f64, 10>| InertialParameters::from_vector(p).mass_properties();
@@ -285,17 +310,25 @@ impl BatchIdentifier {
         }
     }
 
-    /// Returns findings about signs, offsets and outliers.
+    /// Returns findings about signs, offsets and outliers, and about the mass of the known bodies, `known_kg`.
     fn data_findings(
         &self,
         fit_without_mass: &Fit,
         fit: &Fit,
+        known_kg: f64,
         channels: &Channels,
     ) -> Vec<Finding> {
         let equations = self.batch.equations();
         let (gravity, method) = (self.stream.gravity(), self.equations.method);
         // A known mass would hide a wrong sign.
-        let mut findings = suspected_signs(equations, fit_without_mass, channels, &gravity, method);
+        let mut findings = suspected_signs(
+            equations,
+            fit_without_mass,
+            channels,
+            &gravity,
+            known_kg,
+            method,
+        );
         if self.has_sensors && method.uses_wrench() && channels.offsets == 0 {
             findings.extend(suspected_offset(equations, fit, channels));
         }
@@ -320,18 +353,4 @@ impl BatchIdentifier {
         let delay = least_squares::fit(self.batch.equations(), options)?.delay;
         delay.filter(|delay| delay.delay_s.is_finite())
     }
-}
-
-/// Reports where the mass from the data alone contradicts the known one. `others_kg` is the mass of the known
-/// bodies.
-fn contradiction(fit_without_mass: &Fit, others_kg: f64, known: KnownMass) -> Option<Finding> {
-    let std_dev_kg = fit_without_mass.std_devs(&fit_without_mass.parameters)[0];
-    let found_kg = fit_without_mass.parameters[0] - others_kg;
-    let distance = (found_kg - known.mass_kg).abs() / std_dev_kg.hypot(known.std_dev_kg);
-    (distance > CONTRADICTION).then_some(Finding::MassContradicted {
-        known,
-        found_kg,
-        std_dev_kg,
-        distance,
-    })
 }

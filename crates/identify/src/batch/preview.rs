@@ -19,14 +19,14 @@ const OTHER_GRAVITY: f64 = 0.25;
 const FEWEST_PAIRS: u32 = 20;
 
 /// Returns the power of the motion: the mean square of the regressors' entries that are angular accelerations
-/// and products of angular velocities, 1/s⁴.
+/// and products of angular velocities, 1/s⁴; zero without equations.
 #[must_use]
 pub fn motion_power(equations: &[Equation]) -> f64 {
     power(equations, |equation| &equation.rows)
 }
 
 /// Mean square of the same entries that is white noise of the motion, from the half-differences of
-/// neighbouring instants, 1/s⁴. It is to be compared with [`motion_power`].
+/// neighbouring instants, 1/s⁴; zero without equations. It is to be compared with [`motion_power`].
 #[must_use]
 pub fn motion_noise_power(equations: &[Equation]) -> f64 {
     power(equations, |equation| &equation.differences)
@@ -38,7 +38,7 @@ fn power(equations: &[Equation], rows: impl Fn(&Equation) -> &Vec<Row>) -> f64 {
     let squares: f64 = rows
         .map(|row| row.regressor.fixed_rows::<6>(4).norm_squared())
         .sum();
-    squares / equations.len() as f64
+    squares / equations.len().max(1) as f64
 }
 
 /// Returns the geometric mean over the channels of the standard deviation of the residuals of a fit, in the
@@ -65,10 +65,13 @@ pub fn fitted_delay(equations: &[Equation], channels: &Channels) -> Option<Delay
 }
 
 /// Returns the delay of the wrenches, s, as the multiple of the windows' stride at which they fit the motion
-/// best; `None` where the sign of gravity is in doubt or the equations are too few. The first six channels
-/// are those of a wrench.
+/// best; `None` where the sign of gravity is in doubt, the equations are too few, or they have fewer than six
+/// rows. The first six channels are those of a wrench.
 #[must_use]
 pub fn coarse_delay_s(equations: &[Equation], stride_s: f64) -> Option<f64> {
+    if equations.iter().any(|equation| equation.rows.len() < 6) {
+        return None;
+    }
     let reach = (LONGEST_DELAY_S / stride_s).ceil() as i64;
     let mut sizes = [0.0; 6];
     noise::target_sizes(equations, &[3, 3], &mut sizes);
@@ -154,5 +157,37 @@ impl Pairs<'_> {
         let solution = scaled.cholesky()?.solve(&right_side);
         // Rounding must not make an exact fit less than exact.
         Some(((squares - solution.dot(&right_side)) / f64::from(count)).max(1e-12))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_equations_have_no_power_and_no_delay() {
+        assert_eq!((motion_power(&[]), motion_noise_power(&[])), (0.0, 0.0));
+        assert_eq!(coarse_delay_s(&[], 0.03), None);
+    }
+
+    /// Joint efforts have fewer rows than a wrench, and no coarse delay.
+    #[test]
+    fn fewer_rows_than_those_of_a_wrench_have_no_coarse_delay() {
+        let of_rows = |rows| {
+            let equations: Vec<Equation> = (0..100)
+                .map(|k| {
+                    let mut equation = Equation::new(rows);
+                    equation.clear(0.03 * f64::from(k));
+                    for (entry, row) in equation.rows.iter_mut().enumerate() {
+                        row.regressor[entry] = 1.0;
+                        row.target = 1.0;
+                    }
+                    equation
+                })
+                .collect();
+            coarse_delay_s(&equations, 0.03)
+        };
+        assert_eq!(of_rows(2), None);
+        assert_eq!(of_rows(6), Some(0.0));
     }
 }

@@ -9,6 +9,9 @@ use crate::equations::{Channels, Equation};
 use crate::finding::Finding;
 use crate::solve::Offset;
 
+/// Distance in standard deviations from which a contradiction is reported.
+pub(crate) const CONTRADICTION: f64 = 5.0;
+
 /// Another gravity is reported where it leaves less than this fraction of the residual.
 const FAR_BETTER: f64 = 0.5;
 
@@ -42,12 +45,14 @@ pub(crate) fn suspected_offset(
     })
 }
 
-/// Returns findings about the signs of gravity and load. `gravity` is the configured one, m/s².
+/// Returns findings about the signs of gravity and load, and about the mass of the known bodies, `known_kg`.
+/// `gravity` is the configured one, m/s².
 pub(crate) fn suspected_signs(
     equations: &[Equation],
     fit: &Fit,
     channels: &Channels,
     gravity: &Vector3<f64>,
+    known_kg: f64,
     method: Method,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
@@ -71,8 +76,18 @@ pub(crate) fn suspected_signs(
             method,
             or_gravity: has_gravity && better.is_none(),
         });
+    } else if better.is_none() {
+        findings.extend(too_heavy(fit, known_kg));
     }
     findings
+}
+
+/// Reports known bodies that weigh more than the load by more than its uncertainty.
+fn too_heavy(fit: &Fit, known_kg: f64) -> Option<Finding> {
+    let load_kg = fit.parameters[0];
+    let is_significant = known_kg - load_kg > CONTRADICTION * fit.mass_std_dev_kg();
+    (load_kg < known_kg && is_significant)
+        .then_some(Finding::KnownBodiesTooHeavy { known_kg, load_kg })
 }
 
 /// Returns the scale of gravity that explains the data far better than the given one, and its fit.

@@ -1,7 +1,6 @@
 //! The row equations of motion: at one instant, and averaged over a window.
 
-use nalgebra::{SVector, Vector3, Vector4};
-use tactid_dynamics::Rows;
+use nalgebra::{SVector, Vector4};
 
 /// One row equation `regressor · π = target`.
 ///
@@ -151,35 +150,6 @@ impl Equation {
             difference.scale(normalization);
             // The weights of the derivative sum to zero but for rounding and uneven times.
             *rate = (*rate - self.slope_weight * row.target) * normalization;
-        }
-    }
-
-    /// Returns the rows of (48), for the inverse of the mass and the centre of mass, from the force in the
-    /// first three channels.
-    pub(crate) fn mass_rows(&self) -> Rows<4> {
-        let mut rows = Rows {
-            matrix: nalgebra::Matrix3x4::zeros(),
-            target: Vector3::zeros(),
-        };
-        for (k, row) in self.rows[..3].iter().enumerate() {
-            rows.matrix[(k, 0)] = -row.target; // f_K = -f_U, (47)
-            for axis in 0..3 {
-                rows.matrix[(k, 1 + axis)] = row.regressor[1 + axis]; // Ω̇_U, (31)
-            }
-            rows.target[k] = -row.regressor[0]; // -(p̈_U - g), (30)
-        }
-        rows
-    }
-
-    /// Returns the rows of (46), for the inertia about the centre of mass, from force and moment in the
-    /// first six channels. The force enters in proportion to the given centre of mass, m.
-    pub(crate) fn inertia_rows(&self, center_of_mass: &Vector3<f64>) -> Rows<6> {
-        let force = Vector3::from_fn(|k, _| self.rows[k].target);
-        let moment = Vector3::from_fn(|k, _| self.rows[3 + k].target);
-        Rows {
-            // A_4 = Q̇_U, (46)
-            matrix: nalgebra::Matrix3x6::from_fn(|k, entry| self.rows[3 + k].regressor[4 + entry]),
-            target: moment - center_of_mass.cross(&force), // b_4, (45)
         }
     }
 }

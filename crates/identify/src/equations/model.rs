@@ -91,13 +91,6 @@ impl Model {
         self.needs_effort
     }
 
-    /// Whether the first six rows are force and moment on the end-effector, in its frame and about its
-    /// origin.
-    pub(crate) fn begins_with_wrench(&self) -> bool {
-        let first = self.sources.first();
-        first.is_some_and(|source| source.is_tool_wrench())
-    }
-
     /// The channels of the rows, with the known noise at the posture of the last instant.
     pub(crate) fn channels(&self) -> Channels {
         let state = self.state();

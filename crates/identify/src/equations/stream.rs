@@ -10,7 +10,7 @@ use super::model::Model;
 use super::sample::Sample;
 use super::sample_ring::SampleRing;
 use super::settings::EquationSettings;
-use super::window::Windows;
+use super::window::{MIN_INSTANTS, Windows};
 use crate::IdentifyError;
 
 /// What became of a sample.
@@ -110,7 +110,7 @@ impl EquationStream {
     /// Discards all samples and resets the counts, so that the same samples can be presented again.
     pub fn rewind(&mut self) {
         self.samples.clear();
-        self.windows.clear();
+        self.windows.rewind();
         (self.rejected, self.gaps) = (0, 0);
     }
 
@@ -145,11 +145,19 @@ impl EquationStream {
         self.model.channels()
     }
 
-    /// Returns whether the first six channels are force and moment on the end-effector, in its frame and
-    /// about its origin.
+    /// Returns why the stream has given so few equations, `windows`: most windows have too few samples, or the
+    /// recording is too short.
     #[must_use]
-    pub fn begins_with_wrench(&self) -> bool {
-        self.model.begins_with_wrench()
+    pub fn too_few_windows(&self, windows: usize) -> IdentifyError {
+        let window_s = self.windows.length_s();
+        if self.windows.sparse() > windows as u64 {
+            IdentifyError::TooFewSamples {
+                window_s,
+                min_samples: MIN_INSTANTS,
+            }
+        } else {
+            IdentifyError::TooFewWindows { windows, window_s }
+        }
     }
 
     /// Inertial parameters of the known links below the tool that are part of the identified body, at the

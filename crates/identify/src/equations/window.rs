@@ -12,7 +12,7 @@ use super::equation::{Equation, Row};
 const OVERLAP: usize = 3;
 
 /// Fewest instants of a window; a window with fewer is dropped.
-const MIN_INSTANTS: u32 = 6;
+pub(crate) const MIN_INSTANTS: u32 = 6;
 
 /// Frequency at which the mean with weight cos⁴ has lost 3 dB, times the length of the window.
 const CUTOFF_TIMES_LENGTH: f64 = 0.926;
@@ -65,6 +65,8 @@ pub(crate) struct Windows {
     pending_s: f64,
     /// Time of the instant before the pending one.
     previous_s: f64,
+    /// Number of windows that were dropped because of too few instants, without those that a gap ends.
+    sparse: u64,
     /// Half of the instants to which the pending one belongs, 1 or -1.
     half: f64,
 }
@@ -81,6 +83,7 @@ impl Windows {
             pending: vec![Row::zero(); rows],
             pending_s: 0.0,
             previous_s: 0.0,
+            sparse: 0,
             half: 1.0,
         }
     }
@@ -90,14 +93,31 @@ impl Windows {
         self.begin_s = None;
     }
 
+    /// Discards the open windows and resets the count of sparse ones.
+    pub(crate) fn rewind(&mut self) {
+        self.clear();
+        self.sparse = 0;
+    }
+
+    /// Length of a window, s.
+    pub(crate) fn length_s(&self) -> f64 {
+        self.length_s
+    }
+
+    /// Number of windows that were dropped because of too few instants, without those that a gap ends.
+    pub(crate) fn sparse(&self) -> u64 {
+        self.sparse
+    }
+
     /// Adds an instant, later than the one before, and returns the window that ended with it.
     pub(crate) fn push(&mut self, time_s: f64, rows: &[Row]) -> Option<&Equation> {
         let stride_s = self.length_s / OVERLAP as f64;
-        if self.begin_s.is_none() || time_s - self.pending_s > stride_s {
+        let begin_s = self.begin_s.filter(|_| time_s - self.pending_s <= stride_s);
+        let Some(begin_s) = begin_s else {
+            self.sparse += u64::from(self.begin_s.is_some());
             self.begin(time_s, rows);
             return None;
-        }
-        let begin_s = self.begin_s?;
+        };
         let trapezoid = 0.5 * (time_s - self.previous_s);
         let mut ended = false;
         // The pending instant belongs to at most three windows.
@@ -110,6 +130,7 @@ impl Windows {
                 self.oldest += 1;
                 std::mem::swap(&mut self.finished, window);
                 ended = self.finished.instants >= MIN_INSTANTS;
+                self.sparse += u64::from(!ended);
                 window.clear(middle_s);
             }
             let (sin, cos) = phase.sin_cos();

@@ -7,9 +7,10 @@ use tactid_dynamics::{Manipulator, MassProperties, symmetric_matrix};
 use tactid_nlms::{Estimator, Nlms, PAPER_ALPHA, PAPER_BETA};
 
 use super::recent_mean::RecentMean;
+use super::rows::{inertia_rows, mass_rows};
 use super::singular_values::{RowProducts, SingularValues};
 use crate::equations::{Equation, EquationSettings, EquationStream, PushOutcome, Sample};
-use crate::result::{self, PayloadEstimate, is_physical, values, without};
+use crate::result::{self, PayloadEstimate, is_physical, subtract_known_body, values};
 use crate::{IdentifyError, Method};
 
 /// Settings of the paper's filter.
@@ -209,7 +210,7 @@ impl PaperFilter {
         let gripper = self.stream.gripper_to_subtract();
         self.latest = match gripper {
             Some(gripper) => Latest {
-                body: without(&identified, &gripper),
+                body: subtract_known_body(&identified, &gripper),
                 composite: Some(identified),
             },
             None => Latest {
@@ -228,12 +229,12 @@ fn recent_mean(settings: &PaperSettings) -> Option<RecentMean> {
 /// Updates both filters with the rows of one equation, (50)-(54): first the mass, then the inertia.
 fn update(mass: &mut Nlms<4>, inertia: &mut Nlms<6>, equation: &Equation) {
     // (48)
-    for (row, target) in equation.mass_rows().iter() {
+    for (row, target) in mass_rows(equation).iter() {
         mass.update(&row, target);
     }
     let a_u = mass.parameters().fixed_rows::<3>(1).into_owned();
     // (46)
-    for (row, target) in equation.inertia_rows(&a_u).iter() {
+    for (row, target) in inertia_rows(equation, &a_u).iter() {
         inertia.update(&row, target);
     }
 }

@@ -3,6 +3,7 @@
 
 mod filter;
 mod recent_mean;
+mod rows;
 mod singular_values;
 
 pub use filter::{PaperFilter, PaperSettings};

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix4, Matrix6, SMatrix, SVector, SymmetricEigen, Vector3};
 
+use super::rows::{inertia_rows, mass_rows};
 use crate::equations::Equation;
 
 /// A direction whose singular value is less than this fraction of the largest counts as unobservable.
@@ -53,10 +54,10 @@ impl RowProducts {
 
     /// Adds a window.
     pub(crate) fn update(&mut self, equation: &Equation) {
-        let rows = equation.mass_rows();
+        let rows = mass_rows(equation);
         self.mass += rows.matrix.tr_mul(&rows.matrix);
         self.target_squares += rows.target.norm_squared();
-        let matrix = equation.inertia_rows(&Vector3::zeros()).matrix;
+        let matrix = inertia_rows(equation, &Vector3::zeros()).matrix;
         self.inertia += matrix.tr_mul(&matrix);
         self.windows += 1;
     }

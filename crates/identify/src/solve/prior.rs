@@ -10,6 +10,10 @@ use crate::equations::window::NOISE_CORRELATION;
 /// rounding of double precision.
 const EXACT: f64 = 1e-9;
 
+/// Relative difference up to which an estimated mass is the exact known one: far above the rounding of a fit and
+/// of its projection, far below the error of a scale.
+const SAME_MASS: f64 = 1e-6;
+
 /// The payload's mass, known from a scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnownMass {
@@ -48,6 +52,13 @@ impl KnownMass {
             mass_kg: self.mass_kg + mass_kg,
             std_dev_kg: self.std_dev_kg.max(EXACT * self.mass_kg),
         }
+    }
+
+    /// Returns whether an estimate of the payload's mass, kg, is within so many standard deviations of the known
+    /// mass. An estimate that differs by rounding is the exact mass.
+    pub(crate) fn agrees_with(&self, estimated_kg: f64, std_devs: f64) -> bool {
+        let tolerance_kg = (std_devs * self.std_dev_kg).max(SAME_MASS * self.mass_kg);
+        (estimated_kg - self.mass_kg).abs() <= tolerance_kg
     }
 
     /// Weight of a row with this mass as its target among the whitened rows of windows, 1/kg². It is enlarged,

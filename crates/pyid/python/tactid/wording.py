@@ -47,6 +47,14 @@ def _negative_mass(data: Data, style: Style) -> str:
     )
 
 
+def _known_bodies_too_heavy(data: Data, style: Style) -> str:
+    return (
+        f"The known bodies weigh {data['known_kg']:.4g} kg, but the whole load only"
+        f" {data['load_kg']:.4g} kg: check the mass of {option_name('known_tool', style)}, the links"
+        " below the tip in the URDF, and the gains of the sensors."
+    )
+
+
 def _offset_suspected(data: Data, style: Style) -> str:
     half_width = Z95 * data["std_dev"]
     return (
@@ -141,6 +149,7 @@ def _delay_corrected(data: Data, _: Style) -> str:
 _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "gravity_contradicted": _gravity_contradicted,
     "negative_mass": _negative_mass,
+    "known_bodies_too_heavy": _known_bodies_too_heavy,
     "offset_suspected": _offset_suspected,
     "mass_contradicted": _mass_contradicted,
     "inconsistent": _inconsistent,

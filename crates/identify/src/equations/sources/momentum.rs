@@ -38,8 +38,4 @@ impl MeasurementSource for MomentumSource {
     fn includes_gripper(&self) -> bool {
         true
     }
-
-    fn is_tool_wrench(&self) -> bool {
-        true
-    }
 }

@@ -45,11 +45,6 @@ pub(crate) trait MeasurementSource {
         false
     }
 
-    /// Whether the six rows are force and moment on the end-effector, in its frame and about its origin.
-    fn is_tool_wrench(&self) -> bool {
-        false
-    }
-
     /// Whether each channel may have an unknown constant offset.
     fn has_offsets(&self) -> bool {
         false

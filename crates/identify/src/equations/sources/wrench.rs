@@ -84,10 +84,6 @@ impl MeasurementSource for WrenchSource {
         Some(DMatrix::from_column_slice(6, 6, covariance.as_slice()))
     }
 
-    fn is_tool_wrench(&self) -> bool {
-        true
-    }
-
     fn has_offsets(&self) -> bool {
         self.has_offsets
     }
