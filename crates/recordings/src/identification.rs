@@ -4,7 +4,6 @@ use nalgebra::Vector3;
 use tactid_identify::{
     BatchIdentifier, BoundingBox, Delay, FitReport, Forecast, HistoryPoint, IdentifyError,
     KnownMass, Method, PayloadEstimate, PrincipalMoments, SingularValues, equations::window,
-    without,
 };
 
 use crate::plan::Plan;
@@ -108,11 +107,8 @@ impl Solution {
         }
     }
 
-    fn of_paper(run: PaperRun, request: &Request) -> Self {
-        let mut estimate = run.filter.estimate();
-        if let Some(tool) = request.known_tool {
-            estimate.body = without(&estimate.body, &tool.into());
-        }
+    fn of_paper(run: PaperRun) -> Self {
+        let estimate = run.estimate();
         Self {
             principal_moments: PrincipalMoments::of(&estimate.body.into()),
             estimate,
@@ -140,7 +136,7 @@ impl Identification {
         }
         let solution = match run.solver {
             Solver::LeastSquares(batch) => Solution::of_least_squares(&batch, run.interrupted)?,
-            Solver::Paper(paper) => Solution::of_paper(*paper, request),
+            Solver::Paper(paper) => Solution::of_paper(*paper),
         };
         let remaining_delay = solution.remaining_delay.map(|rest| Delay {
             delay_s: plan.delay_s + rest.delay_s,

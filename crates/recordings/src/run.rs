@@ -1,7 +1,9 @@
 //! Runs through a recording: events in, an estimator fed.
 
-use tactid_dynamics::{JointKind, Manipulator};
-use tactid_identify::{BatchIdentifier, HistoryPoint, PaperFilter, PaperSettings, Sample};
+use tactid_dynamics::{JointKind, Manipulator, MassProperties};
+use tactid_identify::{
+    BatchIdentifier, HistoryPoint, PaperFilter, PaperSettings, PayloadEstimate, Sample,
+};
 
 use crate::alignment::{Aligned, Aligner, Event};
 use crate::fault::{FaultCounts, FaultKind};
@@ -33,6 +35,8 @@ pub(crate) struct PaperRun {
     pub(crate) filter: PaperFilter,
     pub(crate) history: Vec<HistoryPoint>,
     settings: PaperSettings,
+    /// A body that is subtracted from all estimates.
+    known_tool: Option<MassProperties>,
     epoch: u32,
     next_point_s: f64,
     /// Time of the last event, s; infinite while it is not known.
@@ -53,6 +57,7 @@ impl Solver {
                 filter: PaperFilter::new(robot, tip, &sensors, &plan.equations, settings)?,
                 history: Vec::new(),
                 settings,
+                known_tool: plan.batch.known_tool,
                 epoch: 0,
                 next_point_s: f64::NEG_INFINITY,
                 end_s: plan.sources.end_s.unwrap_or(f64::INFINITY),
@@ -94,14 +99,26 @@ impl PaperRun {
         if time_s >= self.next_point_s {
             let is_fine = time_s > self.end_s - FINE_SPAN_S;
             self.next_point_s = time_s + if is_fine { FINE_STEP_S } else { HISTORY_STEP_S };
-            self.history.push(HistoryPoint {
+            let point = HistoryPoint {
                 epoch: self.epoch,
                 time_s,
                 values: self.filter.latest_values(),
                 std_devs: None,
-            });
+            };
+            let tool = self.known_tool.as_ref();
+            self.history
+                .push(tool.map_or(point, |tool| point.without(tool)));
         }
         Ok(())
+    }
+
+    /// Returns the estimate of the payload, without the known tool.
+    pub(crate) fn estimate(&self) -> PayloadEstimate {
+        let estimate = self.filter.estimate();
+        match &self.known_tool {
+            Some(tool) => estimate.without(tool),
+            None => estimate,
+        }
     }
 
     /// Prepares for the same samples once more, of which the last was at `end_s`.

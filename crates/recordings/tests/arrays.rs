@@ -8,12 +8,12 @@ mod common;
 use std::ops::ControlFlow;
 
 use common::{Experiment, Instant, SENSORS, TOOL, errors_percent};
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
-use tactid_dynamics::{BaseKind, Manipulator};
+use tactid_dynamics::{BaseKind, Manipulator, MassProperties};
 use tactid_recordings::{
-    ActsOn, Arrays, Estimator, FaultKind, Finding, Identification, Method, RecordingError, Request,
-    identify_arrays,
+    ActsOn, Arrays, Estimator, FaultKind, Finding, Identification, Method, PaperSettings,
+    RecordingError, Request, identify_arrays,
 };
 
 /// A recording whose arrays a test can change.
@@ -183,6 +183,41 @@ fn the_papers_filter_has_its_own_defaults() {
     assert!(result.estimated_delay.is_none() && result.fit.is_none());
     assert!(result.singular_values.is_some());
     assert!(result.history.iter().any(|point| point.epoch == 1));
+}
+
+/// The paper's filter subtracts a known tool from the estimate and from all of its history, and judges what
+/// remains: less than nothing is no body.
+#[test]
+fn the_papers_filter_subtracts_a_known_tool() {
+    let request = |known_tool| Request {
+        estimator: Some(Estimator::Paper(PaperSettings {
+            average_s: 0.0,
+            ..PaperSettings::default()
+        })),
+        known_tool,
+        ..Request::default()
+    };
+    let recording = recorded();
+    let all = recording.identify(&request(None)).unwrap();
+    let all_kg = all.estimate.body.mass_kg;
+    for tool_kg in [0.25 * all_kg, 2.0 * all_kg] {
+        let tool = MassProperties {
+            mass_kg: tool_kg,
+            center_of_mass: Vector3::zeros(),
+            inertia: Matrix3::zeros(),
+        };
+        let result = recording.identify(&request(Some(tool))).unwrap();
+        let rest_kg = result.estimate.body.mass_kg;
+        assert!((rest_kg - (all_kg - tool_kg)).abs() < 1e-12, "{rest_kg}");
+        if tool_kg > all_kg {
+            assert!(!result.estimate.is_physical);
+        }
+        for (point, whole) in result.history.iter().zip(&all.history) {
+            let (rest_kg, whole_kg) = (point.values[0], whole.values[0]);
+            let tolerance = 1e-12 * whole_kg.abs();
+            assert!((rest_kg + tool_kg - whole_kg).abs() <= tolerance || !whole_kg.is_finite());
+        }
+    }
 }
 
 /// A sensor alone is on the ground, its frame is the tip, and its velocities follow from its poses.
