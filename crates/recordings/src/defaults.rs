@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use tactid_dynamics::BaseKind;
-use tactid_identify::{EquationSettings, IdentifyError, Method};
+use tactid_identify::{EquationSettings, Method};
 
 use crate::{ActsOn, Estimator, RecordingError, Request};
 
@@ -189,22 +189,6 @@ pub(crate) fn effort_gains(
             count: joint_names.len(),
             joints: joint_names.join(", "),
         }),
-    }
-}
-
-/// Checks that the request asks for nothing that its estimator cannot use.
-///
-/// # Errors
-/// A known mass or a bounding box for the paper's filter.
-pub(crate) fn check(request: &Request) -> Result<(), RecordingError> {
-    let given = [
-        (request.known_mass.is_some(), "a known mass"),
-        (request.bounding_box.is_some(), "a bounding box"),
-    ];
-    let is_paper = matches!(request.estimator, Some(Estimator::Paper(_)));
-    match given.into_iter().find(|(given, _)| *given && is_paper) {
-        Some((_, what)) => Err(IdentifyError::KnowledgeNeedsLeastSquares(what).into()),
-        None => Ok(()),
     }
 }
 

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use crate::arrays::ArrayRecording;
-use crate::defaults;
 use crate::log::LogRecording;
 use crate::plan::Plan;
 use crate::recording::Recording;
@@ -29,7 +28,7 @@ pub fn identify_log(
     request: &Request,
     observer: &mut Observer<'_>,
 ) -> Result<Identification, RecordingError> {
-    defaults::check(request)?;
+    request.check()?;
     let recording = LogRecording::open(path, request, observer)?;
     identify(&recording, request, observer)
 }
@@ -47,7 +46,7 @@ pub fn identify_arrays(
     request: &Request,
     observer: &mut Observer<'_>,
 ) -> Result<Identification, RecordingError> {
-    defaults::check(request)?;
+    request.check()?;
     let recording = ArrayRecording::new(arrays, request)?;
     identify(&recording, request, observer)
 }

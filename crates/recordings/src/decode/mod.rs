@@ -16,7 +16,7 @@ use crate::defaults::{Motion, effort_gains};
 use crate::fault::{FaultCounts, FaultKind};
 use crate::sources::{LogSources, MotionTopics};
 use crate::{Finding, RecordingError, Request};
-pub(crate) use clock::LogClock;
+pub(crate) use clock::{LONGEST_DELAY_S, LogClock};
 use joints::{JointGroups, Mapping};
 use publishers::Publishers;
 
