@@ -41,7 +41,7 @@ mod solve;
 
 pub use batch::{BatchIdentifier, BatchResult, BatchSettings, Delay, FitReport, Forecast};
 pub use equations::{
-    BaseState, Channel, Channels, EquationSettings, EquationStream, PushOutcome, Sample,
+    BaseState, Channel, Channels, EquationSettings, EquationStream, GRAVITY, PushOutcome, Sample,
     states_of_poses,
 };
 pub use error::IdentifyError;

@@ -8,7 +8,7 @@ use tactid_identify::{
 
 use crate::plan::Plan;
 use crate::run::{PaperRun, Run, Solver};
-use crate::{Clock, DataFault, Estimator, Finding, RecordingError, Request};
+use crate::{Clock, DataFault, Estimator, Finding, RecordingError};
 
 /// The payload that was identified from a recording, with how it was found.
 #[derive(Clone, Debug)]
@@ -128,7 +128,7 @@ impl Identification {
     ///
     /// # Errors
     /// Streams that share no time, or too few windows, where the reading was not interrupted.
-    pub(crate) fn new(plan: Plan<'_>, run: Run, request: &Request) -> Result<Self, RecordingError> {
+    pub(crate) fn new(plan: Plan<'_>, run: Run) -> Result<Self, RecordingError> {
         let sources = plan.sources;
         let windows = run.solver.windows();
         if windows == 0 && !run.interrupted {
@@ -160,15 +160,15 @@ impl Identification {
             fit: solution.fit,
             singular_values: solution.singular_values,
             forecast: solution.forecast,
-            method: plan.options.method,
-            estimator: plan.options.estimator,
+            method: plan.equations.method,
+            estimator: plan.estimator,
             cutoff_hz: plan.equations.cutoff_hz,
             max_gap_s: plan.equations.max_gap_s,
             gravity: solution.gravity,
             delay_s: plan.delay_s,
             estimated_delay,
-            known_mass: request.known_mass,
-            bounding_box: request.bounding_box,
+            known_mass: plan.request.known_mass,
+            bounding_box: plan.request.bounding_box,
             clock: sources.clock,
             start_ns: sources.start_ns,
             duration_s: run.duration_s,

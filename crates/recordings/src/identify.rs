@@ -58,5 +58,5 @@ fn identify(
 ) -> Result<Identification, RecordingError> {
     let plan = Plan::new(recording, request, observer)?;
     let run = Run::new(recording, &plan, observer)?;
-    Identification::new(plan, run, request)
+    Identification::new(plan, run)
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use nalgebra::Vector3;
 use tactid_dynamics::MassProperties;
 use tactid_identify::{
-    BatchSettings, BoundingBox, IdentifyError, KnownMass, Method, PaperSettings,
+    BatchSettings, BoundingBox, EquationSettings, IdentifyError, KnownMass, Method, PaperSettings,
 };
 
 use crate::decode::LONGEST_DELAY_S;
@@ -107,6 +107,33 @@ impl Request {
         Self {
             estimator: Some(Estimator::Paper(PaperSettings::default())),
             ..Self::default()
+        }
+    }
+
+    /// Returns the settings of an online solver, with defaults for what is left open: nothing is chosen from data.
+    /// `effort` says whether the samples of [`Method::Combined`] have efforts.
+    ///
+    /// The solvers check the values. Fields that an online solver does not have are not used.
+    #[must_use]
+    pub fn online_settings(&self, effort: bool) -> EquationSettings {
+        self.equation_settings(match self.method.unwrap_or_default() {
+            Method::Combined { .. } => Method::Combined { effort },
+            other => other,
+        })
+    }
+
+    /// Returns the settings of the equations for a method, with their own defaults for what is left open.
+    pub(crate) fn equation_settings(&self, method: Method) -> EquationSettings {
+        let defaults = EquationSettings::default();
+        EquationSettings {
+            method,
+            gravity: self.gravity,
+            cutoff_hz: self.cutoff_hz.unwrap_or(defaults.cutoff_hz),
+            max_gap_s: self.max_gap_s.unwrap_or(defaults.max_gap_s),
+            wrench_offset: self.wrench_offset.unwrap_or(defaults.wrench_offset),
+            wrench_noise: self.wrench_noise.clone().unwrap_or_default(),
+            effort_noise: self.effort_noise.clone().unwrap_or_default(),
+            ..defaults
         }
     }
 

@@ -45,11 +45,11 @@ pub(crate) struct PaperRun {
 
 impl Solver {
     fn new(plan: &Plan<'_>) -> Result<Self, RecordingError> {
-        let (robot, tip) = (&plan.sources.robot, plan.options.tip.as_str());
+        let (robot, tip) = (&plan.sources.robot, plan.tip.as_str());
         let sensors: Vec<&str> = plan.sources.sensors.iter().map(String::as_str).collect();
-        Ok(match plan.options.estimator {
+        Ok(match plan.estimator {
             Estimator::LeastSquares => {
-                let (equations, settings) = (plan.equations.clone(), plan.batch.clone());
+                let (equations, settings) = (plan.equations.clone(), plan.batch_settings());
                 let batch = BatchIdentifier::new(robot, tip, &sensors, equations, settings)?;
                 Self::LeastSquares(Box::new(batch))
             }
@@ -57,7 +57,7 @@ impl Solver {
                 filter: PaperFilter::new(robot, tip, &sensors, &plan.equations, settings)?,
                 history: Vec::new(),
                 settings,
-                known_tool: plan.batch.known_tool,
+                known_tool: plan.request.known_tool,
                 epoch: 0,
                 next_point_s: f64::NEG_INFINITY,
                 end_s: plan.sources.end_s.unwrap_or(f64::INFINITY),
@@ -218,7 +218,7 @@ impl<'a> Pass<'a> {
     fn new(plan: &Plan<'_>, solver: &'a mut Solver) -> Self {
         Self {
             solver,
-            aligner: Aligner::new(plan.streams.clone(), plan.delay_s, plan.options.max_gap_s),
+            aligner: Aligner::new(plan.streams.clone(), plan.delay_s, plan.equations.max_gap_s),
             mismatch: Mismatch::new(plan.sources.robot.dof()),
             samples: 0,
             first_s: 0.0,

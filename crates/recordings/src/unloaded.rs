@@ -40,7 +40,7 @@ pub(crate) fn find_unloaded(
     let MotionTopics::Joints { joints, .. } = &loaded.topics.motion else {
         return Err(RecordingError::UnloadedNeedsEffort);
     };
-    if loaded.options.method != Method::Effort {
+    if loaded.options.method() != Method::Effort {
         return Err(RecordingError::UnloadedNeedsEffort);
     }
     let log = LogReader::open(path)?;

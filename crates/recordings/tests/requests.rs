@@ -7,8 +7,8 @@ mod recorded_arrays;
 use nalgebra::{Matrix3, Vector3};
 use recorded_arrays::{CARRIED_KG, Recording, carried, quick, recorded};
 use tactid_dynamics::MassProperties;
-use tactid_identify::IdentifyError;
-use tactid_recordings::{ActsOn, Estimator, PaperSettings, RecordingError, Request};
+use tactid_identify::{EquationSettings, IdentifyError};
+use tactid_recordings::{ActsOn, Estimator, Method, PaperSettings, RecordingError, Request};
 
 /// The paper's filter has the paper's cutoff, gap and delay, as on a log.
 #[test]
@@ -144,4 +144,20 @@ fn a_value_out_of_range_is_named() {
         ..Request::default()
     };
     assert_names(&unknown_tool, "known_tool");
+}
+
+/// An online solver has the defaults of the equations where the request leaves a choice open, and the samples
+/// say whether the combined method has efforts.
+#[test]
+fn online_settings_choose_nothing_from_data() {
+    let open = Request::default().online_settings(true);
+    assert_eq!(open, EquationSettings::default());
+    let request = Request {
+        method: Some(Method::Combined { effort: true }),
+        cutoff_hz: Some(3.0),
+        ..Request::default()
+    };
+    let settings = request.online_settings(false);
+    assert_eq!(settings.method, Method::Combined { effort: false });
+    assert_eq!(settings.cutoff_hz, 3.0);
 }

@@ -199,7 +199,7 @@ fn matters(
     place: usize,
     sources: &LogSources,
 ) -> Result<bool, RecordingError> {
-    let method = sources.options.method;
+    let method = sources.options.method();
     if matches!(method, Method::JointSensing | Method::Combined { .. }) {
         return Ok(true);
     }

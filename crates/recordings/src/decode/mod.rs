@@ -63,7 +63,7 @@ impl Decoding {
             joints: JointGroups::find(log, sources)?,
             clock: LogClock::find(log, &topics.without_acceleration())?,
             wrench_sign: sources.options.wrench_sign,
-            uses_effort: sources.options.method.uses_effort(),
+            uses_effort: sources.options.method().uses_effort(),
             is_carried: sources.contents.motion != Motion::Joints,
         })
     }
@@ -79,7 +79,10 @@ impl Decoding {
 
     /// Returns the streams of events that the messages make. `unloaded`: with those of an unloaded recording.
     pub(crate) fn streams(&self, sources: &LogSources, unloaded: bool) -> Streams {
-        let gravity = sources.options.gravity_for(sources.robot.base_kind());
+        let gravity = sources
+            .options
+            .equations
+            .gravity_for(sources.robot.base_kind());
         Streams {
             more_joints: self.joints.others(),
             base: sources.topics.has_base(),
