@@ -1,14 +1,15 @@
 //! Runs through a recording: events in, an estimator fed.
 
-use tactid_dynamics::{JointKind, Manipulator, MassProperties};
+use tactid_dynamics::MassProperties;
 use tactid_identify::{
     BatchIdentifier, HistoryPoint, PaperFilter, PaperSettings, PayloadEstimate, Sample,
 };
 
-use crate::alignment::{Aligned, Aligner, Event};
+use crate::alignment::{Aligner, Event};
 use crate::fault::{FaultCounts, FaultKind};
 use crate::plan::Plan;
 use crate::recording::{Reading, Recording};
+use crate::unloaded::UnloadedSubtraction;
 use crate::{Estimator, Finding, Observer, Progress, RecordingError};
 
 /// Topic of the fault that a sample could not be aligned.
@@ -20,9 +21,6 @@ const HISTORY_STEP_S: f64 = 0.1;
 const FINE_STEP_S: f64 = 0.01;
 /// Length of the fine part of the history, s.
 const FINE_SPAN_S: f64 = 10.0;
-
-/// Largest rms difference of a joint between the loaded and the unloaded motion, rad or m.
-const SAME_MOTION: f64 = 0.02;
 
 /// The estimator of a run.
 pub(crate) enum Solver {
@@ -168,7 +166,7 @@ impl Run {
             epoch += 1;
             if reading.interrupted || epoch >= epochs {
                 if plan.streams.unloaded {
-                    pass.mismatch.check(&plan.sources.robot)?;
+                    pass.unloaded.check_motion(&plan.sources.robot)?;
                 }
                 let totals = pass.totals();
                 return Ok(Self::of_pass(solver, totals, reading));
@@ -201,7 +199,7 @@ impl Run {
 struct Pass<'a> {
     solver: &'a mut Solver,
     aligner: Aligner,
-    mismatch: Mismatch,
+    unloaded: UnloadedSubtraction,
     samples: u64,
     first_s: f64,
     last_s: f64,
@@ -219,7 +217,7 @@ impl<'a> Pass<'a> {
         Self {
             solver,
             aligner: Aligner::new(plan.streams.clone(), plan.delay_s, plan.equations.max_gap_s),
-            mismatch: Mismatch::new(plan.sources.robot.dof()),
+            unloaded: UnloadedSubtraction::new(plan.sources.robot.dof()),
             samples: 0,
             first_s: 0.0,
             last_s: 0.0,
@@ -229,7 +227,7 @@ impl<'a> Pass<'a> {
     fn take(&mut self, event: Event) -> Result<(), RecordingError> {
         self.aligner.push(event);
         while let Some(mut aligned) = self.aligner.next() {
-            self.mismatch.subtract_unloaded(&mut aligned);
+            self.unloaded.subtract(&mut aligned);
             self.solver.push(&aligned.sample())?;
             if self.samples == 0 {
                 self.first_s = aligned.time_s;
@@ -246,61 +244,5 @@ impl<'a> Pass<'a> {
             duration_s: self.last_s - self.first_s,
             incomplete: self.aligner.incomplete(),
         }
-    }
-}
-
-/// Difference of the joints between the loaded and the unloaded motion.
-struct Mismatch {
-    /// Sum of the squared differences of each joint, rad² or m².
-    squares: Vec<f64>,
-    count: u64,
-}
-
-impl Mismatch {
-    fn new(joints: usize) -> Self {
-        Self {
-            squares: vec![0.0; joints],
-            count: 0,
-        }
-    }
-
-    /// Subtracts the efforts of the unloaded arm at the same point of the same motion, if it was recorded.
-    fn subtract_unloaded(&mut self, aligned: &mut Aligned) {
-        let Some(unloaded) = &aligned.unloaded else {
-            return;
-        };
-        let pairs = aligned.joints.effort.iter_mut().zip(&unloaded.effort);
-        for (effort, unloaded) in pairs {
-            *effort -= unloaded;
-        }
-        self.count += 1;
-        let positions = aligned.joints.position.iter().zip(&unloaded.position);
-        for (square, (loaded, unloaded)) in self.squares.iter_mut().zip(positions) {
-            *square += (loaded - unloaded).powi(2);
-        }
-    }
-
-    /// Checks that the unloaded recording has the same motion.
-    ///
-    /// # Errors
-    /// [`RecordingError::OtherMotion`] with the joint that differs most.
-    fn check(&self, robot: &Manipulator) -> Result<(), RecordingError> {
-        let squares = self.squares.iter().enumerate();
-        let Some((joint, square)) = squares.max_by(|a, b| a.1.total_cmp(b.1)) else {
-            return Ok(());
-        };
-        let rms = (square / self.count.max(1) as f64).sqrt();
-        if rms <= SAME_MOTION {
-            return Ok(());
-        }
-        Err(RecordingError::OtherMotion {
-            joint: robot.joint_names()[joint].clone(),
-            unit: match robot.joint_kind(joint) {
-                Some(JointKind::Prismatic) => "m",
-                Some(JointKind::Revolute) | None => "rad",
-            },
-            rms,
-            allowed: SAME_MOTION,
-        })
     }
 }
