@@ -182,7 +182,7 @@ fn setting_message(error: &SettingError) -> String {
 }
 
 /// The option that sets a field of a Rust settings type: its name without the unit.
-fn option_of(field: &'static str) -> &'static str {
+pub(crate) fn option_of(field: &'static str) -> &'static str {
     let name = ["_s", "_hz", "_kg"]
         .iter()
         .find_map(|unit| field.strip_suffix(unit));

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use tactid_identify::{EquationSettings, GRAVITY, Method};
 
-use crate::{ActsOn, Estimator, RecordingError, Request};
+use crate::{ActsOn, Estimator, Finding, RecordingError, Request};
 
 /// The end-effector frame of a robot where a request names none, as ROS-Industrial names it.
 pub const DEFAULT_TIP: &str = "tool0";
@@ -124,6 +124,28 @@ impl Options {
         }
     }
 
+    /// Reports options that have no effect, because the method does not use what they are about.
+    pub(crate) fn not_used(&self, request: &Request, contents: &Contents) -> Vec<Finding> {
+        let method = self.method();
+        let uses_wrench = method.uses_wrench() && contents.has_wrenches;
+        let uses_effort = method.uses_effort();
+        let acts_on_sensor = request.wrench_acts_on == Some(ActsOn::Sensor);
+        let delays = request.delay_s.is_some_and(|delay_s| delay_s != 0.0);
+        let options = [
+            ("wrench_acts_on", acts_on_sensor, uses_wrench),
+            ("delay_s", delays, uses_wrench),
+            ("wrench_offset", self.equations.wrench_offset, uses_wrench),
+            ("wrench_noise", request.wrench_noise.is_some(), uses_wrench),
+            ("effort_noise", request.effort_noise.is_some(), uses_effort),
+            ("effort_gain", request.effort_gain.is_some(), uses_effort),
+        ];
+        let options = options.into_iter();
+        options
+            .filter(|(_, is_given, is_used)| *is_given && !is_used)
+            .map(|(option, ..)| Finding::OptionNotUsed { option, method })
+            .collect()
+    }
+
     /// Returns the measurements that the payload is identified from.
     pub(crate) fn method(&self) -> Method {
         self.equations.method
@@ -230,6 +252,44 @@ mod tests {
                 ("flange", asked)
             );
         }
+    }
+
+    /// An option about measurements that the method does not use is reported, and no other.
+    #[test]
+    fn options_without_effect_are_reported() {
+        let mut contents = contents(Motion::Joints);
+        contents.has_efforts = true;
+        let not_used = |method: Method, contents: &Contents| -> Vec<&str> {
+            let request = Request {
+                method: Some(method),
+                wrench_acts_on: Some(ActsOn::Sensor),
+                delay_s: Some(0.01),
+                wrench_offset: Some(true),
+                wrench_noise: Some(vec![[1.0; 6]]),
+                effort_noise: Some(vec![1.0]),
+                effort_gain: Some(vec![1.0]),
+                ..Request::default()
+            };
+            let findings = Options::resolve(&request, contents).not_used(&request, contents);
+            let name = |finding: &Finding| match *finding {
+                Finding::OptionNotUsed { option, method: of } if of == method => option,
+                ref other => panic!("{other:?}"),
+            };
+            findings.iter().map(name).collect()
+        };
+        let of_wrench = ["wrench_acts_on", "delay_s", "wrench_offset", "wrench_noise"];
+        let of_effort = ["effort_noise", "effort_gain"];
+        assert_eq!(not_used(Method::Tactile, &contents), of_effort);
+        assert_eq!(not_used(Method::Effort, &contents), of_wrench);
+        let all = [&of_wrench[..], &of_effort[..]].concat();
+        assert_eq!(not_used(Method::JointSensing, &contents), all);
+        let combined = Method::Combined { effort: true };
+        assert!(not_used(combined, &contents).is_empty());
+        contents.has_wrenches = false;
+        assert_eq!(not_used(combined, &contents), of_wrench);
+        let open = Request::default();
+        let options = Options::resolve(&open, &contents);
+        assert_eq!(options.not_used(&open, &contents), []);
     }
 
     /// The gap is five periods of the slowest stream that is used; the paper's filter has settings of its own.

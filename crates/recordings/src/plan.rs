@@ -34,7 +34,8 @@ impl<'a> Plan<'a> {
     ) -> Result<Self, RecordingError> {
         let sources = recording.sources();
         let events = recording.beginning(observer)?;
-        let (streams, options, findings) = choose_streams(sources, &events, request)?;
+        let (streams, options, mut findings) = choose_streams(sources, &events, request)?;
+        findings.extend(options.not_used(request, &sources.contents));
         let preview = Preview {
             sources,
             options: &options,
