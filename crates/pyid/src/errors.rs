@@ -136,7 +136,9 @@ impl IntoPyErr for RecordingError {
             }
             Self::NoUrdf(_) => IdentificationError::new_err((message, "urdf")),
             Self::ImuFrame { .. } => IdentificationError::new_err((message, "imu_topic")),
-            Self::OtherMotion { .. } => IdentificationError::new_err((message, "unloaded")),
+            Self::OtherMotion { .. } | Self::NoSharedMotion | Self::SeveralUnloadedTopics(_) => {
+                IdentificationError::new_err((message, "unloaded"))
+            }
             Self::NoOverlap { faults, .. } => {
                 let faults: Vec<FaultData> = faults.iter().map(FaultData::from).collect();
                 IdentificationError::new_err((message, None::<&str>, faults))

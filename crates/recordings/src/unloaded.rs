@@ -9,11 +9,10 @@ use tactid_logs::LogReader;
 
 use crate::alignment::{Aligned, Event, Measured};
 use crate::decode::Decoding;
-use crate::error::{RecordingError, TopicKind};
 use crate::feed::{Feed, Unloaded};
 use crate::progress::check_interruption;
 use crate::sources::{LogSources, MeasuredTopics, MotionTopics, joint_topics};
-use crate::{Method, Observer, Request};
+use crate::{Method, Observer, RecordingError, Request};
 
 /// Step of the grid on which motions are compared at first, s.
 const COARSE_S: f64 = 0.05;
@@ -62,19 +61,12 @@ pub(crate) fn find_unloaded(
     };
     let decoding = Arc::new(Decoding::new(&log, &sources, request)?);
     if decoding.joint_publishers() > 1 {
-        return Err(RecordingError::SeveralTopics {
-            what: "joint states, which an unloaded recording must have in one",
-            topics: topics.join(", "),
-            kind: TopicKind::Joints,
-        });
+        return Err(RecordingError::SeveralUnloadedTopics(topics.join(", ")));
     }
     let ours = Motions::read(loaded_log, joints, loaded_decoding, observer)?;
     let theirs = Motions::read(&log, &topics, &decoding, observer)?;
     let coarse_s = coarse_shift_s(&ours.coarse, &theirs.coarse);
-    let coarse_s = coarse_s.ok_or_else(|| RecordingError::NoOverlap {
-        topics: "the loaded and the unloaded motion".to_owned(),
-        faults: Vec::new(),
-    })?;
+    let coarse_s = coarse_s.ok_or(RecordingError::NoSharedMotion)?;
     Ok(Unloaded {
         log,
         topics,

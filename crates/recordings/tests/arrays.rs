@@ -143,7 +143,7 @@ fn bad_values_are_counted() {
     bad.poses[800].translation.vector.x = f64::NAN;
     let count = |name, kind| bad.count_faults(name, &kind);
     assert_eq!(count("wrenches", FaultKind::NotFinite), 1);
-    assert_eq!(count("wrenches", FaultKind::Absurd), 1);
+    assert_eq!(count("wrenches", FaultKind::OutOfRange), 1);
     assert_eq!(count("joint_position", FaultKind::NotFinite), 1);
     assert_eq!(count("joint_velocity", FaultKind::VelocityNotFinite), 1);
     assert_eq!(count("twists", FaultKind::NotFinite), 1);

@@ -148,7 +148,7 @@ pub(crate) struct Decoder {
 }
 
 impl Decoder {
-    /// Creates a decoder that counts silences longer than `max_gap_s` as gaps.
+    /// Creates a decoder that counts longer times than `max_gap_s` between two messages of a publisher as gaps.
     pub(crate) fn new(decoding: Arc<Decoding>, max_gap_s: f64) -> Self {
         Self {
             decoding,

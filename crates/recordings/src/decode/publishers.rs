@@ -20,7 +20,7 @@ struct Publisher {
 #[derive(Clone, Debug)]
 pub(crate) struct Publishers {
     publishers: Vec<Publisher>,
-    /// Longer silences of a publisher are gaps, s.
+    /// Longer times between two messages of a publisher are gaps, s.
     max_gap_s: f64,
 }
 
