@@ -167,7 +167,7 @@ fn method(requested: Option<Method>, contents: &Contents) -> Method {
 /// Returns the effort of each joint for one unit of its recorded value, N m or N.
 ///
 /// # Errors
-/// Where the request has gains for another number of joints.
+/// Returns [`RecordingError::EffortGains`] if the request has gains for another number of joints.
 pub(crate) fn effort_gains(
     request: &Request,
     joint_names: &[String],

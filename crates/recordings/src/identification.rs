@@ -23,7 +23,8 @@ pub struct Identification {
     pub fit: Option<FitReport>,
     /// Strength with which the motion excited mass and inertia; for the paper's filter only.
     pub singular_values: Option<SingularValues>,
-    /// Forecast of the uncertainty for a motion that goes on; `None` for the paper's filter.
+    /// Forecast of the uncertainty for a motion that goes on, see [`Forecast::remaining_s`]; `None` for the paper's
+    /// filter.
     pub forecast: Option<Forecast>,
     /// Measurements that were used.
     pub method: Method,
@@ -127,7 +128,8 @@ impl Identification {
     /// Solves for the payload of a recording that was run through.
     ///
     /// # Errors
-    /// Streams that share no time, or too few windows, where the reading was not interrupted.
+    /// Returns [`RecordingError::NoOverlap`] if the streams share no time, and [`IdentifyError::TooFewWindows`] if the
+    /// windows are too few and the reading was not interrupted.
     pub(crate) fn new(plan: Plan<'_>, run: Run) -> Result<Self, RecordingError> {
         let sources = plan.sources;
         let windows = run.solver.windows();
@@ -177,38 +179,6 @@ impl Identification {
             interrupted: run.interrupted,
             damage: run.damage,
         })
-    }
-
-    /// Time for which the motion must continue until half of the 95 % interval of each value is `within`
-    /// (0.01 for 1 %) times the largest value of its kind (mass, centre of mass, inertia), in the order of
-    /// [`VALUE_NAMES`](crate::VALUE_NAMES), s. Zero where it is so already, infinite where the motion does
-    /// not determine the value; `None` for the paper's filter, which estimates no uncertainty.
-    ///
-    /// The information is extrapolated at the rate of the second half of the windows. An error of the model
-    /// (a sign, a frame, friction) is a bias, which no time removes.
-    #[must_use]
-    pub fn remaining_s(&self, within: f64) -> Option<[f64; 10]> {
-        let std_devs = self.estimate.std_devs?;
-        let forecast = self.forecast.as_ref()?;
-        Some(forecast.remaining_s(&self.estimate.values(), &std_devs, within))
-    }
-
-    /// Points of the last presentation for [`write_estimates`](crate::write_estimates): the history, whose
-    /// last point is replaced by the final estimate.
-    #[must_use]
-    pub fn estimates(&self) -> Vec<HistoryPoint> {
-        let last = self.history.last();
-        let (epoch, time_s) = last.map_or((0, 0.0), |point| (point.epoch, point.time_s));
-        let history = self.history.iter().filter(|point| point.epoch == epoch);
-        let mut points: Vec<HistoryPoint> = history.copied().collect();
-        points.pop();
-        points.push(HistoryPoint {
-            epoch,
-            time_s,
-            values: self.estimate.values(),
-            std_devs: self.estimate.std_devs,
-        });
-        points
     }
 }
 

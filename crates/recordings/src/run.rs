@@ -145,8 +145,8 @@ impl Run {
     /// Presents a recording to the estimator of a plan, as often as that needs it.
     ///
     /// # Errors
-    /// A recording that cannot be read, samples that do not fit the robot, or an unloaded recording of
-    /// another motion.
+    /// Returns [`RecordingError::Log`] if the recording cannot be read, [`RecordingError::Identify`] if a setting or a
+    /// sample does not fit the robot, and [`RecordingError::OtherMotion`] if the unloaded recording has another motion.
     pub(crate) fn new(
         recording: &impl Recording,
         plan: &Plan<'_>,

@@ -67,7 +67,7 @@ impl LogClock {
     /// stands in, with a fault where other messages do have stamps.
     ///
     /// # Errors
-    /// A stamp far from the time of logging.
+    /// Returns [`FaultKind::FarStamp`] if the stamp is far from the time of logging.
     pub(crate) fn time_s(
         &self,
         message: &RawMessage,
