@@ -61,17 +61,17 @@ def nan_wrenches(messages: Sequence[Logged], which: Sequence[int]) -> list[Logge
     return _changed(messages, which, change)
 
 
-def absurd_wrenches(messages: Sequence[Logged], which: Sequence[int]) -> list[Logged]:
+def out_of_range_wrenches(messages: Sequence[Logged], which: Sequence[int]) -> list[Logged]:
     """Memory that nobody had written to."""
 
     def change(message: Any) -> Any:
-        absurd = vector([1e154, -1e154, 1e154])
-        return replace(message, wrench=replace(message.wrench, torque=absurd))
+        huge = vector([1e154, -1e154, 1e154])
+        return replace(message, wrench=replace(message.wrench, torque=huge))
 
     return _changed(messages, which, change)
 
 
-def absurd_positions(messages: Sequence[Logged], which: Sequence[int]) -> list[Logged]:
+def out_of_range_positions(messages: Sequence[Logged], which: Sequence[int]) -> list[Logged]:
     """The same in joint positions."""
 
     def change(message: Any) -> Any:

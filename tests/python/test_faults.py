@@ -77,18 +77,18 @@ def test_nan_in_wrenches(identify: Identify, tmp_path: Path) -> None:
     assert mentions(record, "/wrench", "finite", "nan", count=len(hit)), reported(record)
 
 
-def test_absurd_wrenches(identify: Identify, tmp_path: Path) -> None:
+def test_out_of_range_wrenches(identify: Identify, tmp_path: Path) -> None:
     messages = with_wrench()
     hit = faulty.every(messages, "/wrench", 300)
-    record = identify(write_bag(tmp_path / "bag", faulty.absurd_wrenches(messages, hit)))
+    record = identify(write_bag(tmp_path / "bag", faulty.out_of_range_wrenches(messages, hit)))
     assert_within(record, TRUTH, CLEAN)
     assert mentions(record, "/wrench", count=len(hit)), reported(record)
 
 
-def test_absurd_positions(identify: Identify, tmp_path: Path) -> None:
+def test_out_of_range_positions(identify: Identify, tmp_path: Path) -> None:
     messages = with_wrench()
     hit = faulty.every(messages, "/joint_states", 300)
-    record = identify(write_bag(tmp_path / "bag", faulty.absurd_positions(messages, hit)))
+    record = identify(write_bag(tmp_path / "bag", faulty.out_of_range_positions(messages, hit)))
     assert_within(record, TRUTH, FAULTY)
     assert mentions(record, "/joint_states", count=len(hit)), reported(record)
 

@@ -35,6 +35,7 @@ FINDINGS = [
         "acceleration_not_used",
         {"topic": "/accel", "explains_better": True, "residual_ratio": 0.5, "power_ratio": 0.4},
     ),
+    Finding("option_not_used", {"option": "effort_noise", "method": "tactile"}),
     Finding("frame_assumed", {"topic": "/wrench", "frame": "tool0"}),
     Finding("wrenches_summed", {"topics": ["/left", "/right"]}),
     Finding("unknown_joints", {"joints": ["finger"]}),
@@ -71,6 +72,7 @@ def test_every_finding_is_sentences() -> None:
         ("known_bodies_too_heavy", "known_tool"),
         ("offset_suspected", "wrench_offset"),
         ("acceleration_not_used", "acceleration_topic"),
+        ("option_not_used", "effort_noise"),
     ],
 )
 def test_a_finding_names_options_as_its_reader_writes_them(kind: str, keyword: str) -> None:

@@ -41,7 +41,7 @@ mod solve;
 
 pub use batch::{BatchIdentifier, BatchResult, BatchSettings, Delay, FitReport, Forecast};
 pub use equations::{
-    BaseState, Channel, Channels, EquationSettings, EquationStream, PushOutcome, Sample,
+    BaseState, Channel, Channels, EquationSettings, EquationStream, GRAVITY, PushOutcome, Sample,
     states_of_poses,
 };
 pub use error::IdentifyError;
@@ -49,7 +49,5 @@ pub use finding::Finding;
 pub use method::Method;
 pub use online::Identifier;
 pub use paper::{PaperFilter, PaperSettings, SingularValues};
-pub use result::{
-    ExpressedWrench, HistoryPoint, PayloadEstimate, VALUE_NAMES, subtract_known_body,
-};
+pub use result::{ExpressedWrench, HistoryPoint, PayloadEstimate, VALUE_NAMES};
 pub use solve::{BoundingBox, HALF_WIDTH_95, KnownMass, Offset, PrincipalMoments};

@@ -64,6 +64,19 @@ impl PayloadEstimate {
         let named = VALUE_NAMES.iter().zip(&self.identifiable);
         named.filter(|(_, known)| !**known).map(|(name, _)| *name)
     }
+
+    /// Returns the estimate without a known body, in `frame`, that `body` contains besides the payload.
+    ///
+    /// For estimates without standard deviations: those of the centre of mass and the inertia would change.
+    #[must_use]
+    pub fn without(&self, known: &MassProperties) -> Self {
+        let body = subtract_known_body(&self.body, &(*known).into());
+        Self {
+            body,
+            is_physical: is_physical(&body),
+            ..self.clone()
+        }
+    }
 }
 
 /// A wrench together with the name of the frame in which it is expressed. Cloning it allocates nothing.
@@ -86,6 +99,17 @@ pub struct HistoryPoint {
     pub values: [f64; 10],
     /// Standard deviations of the values; `None` for the paper's filter.
     pub std_devs: Option<[f64; 10]>,
+}
+
+impl HistoryPoint {
+    /// Returns the point without a known body, as [`PayloadEstimate::without`] does.
+    #[must_use]
+    pub fn without(&self, known: &MassProperties) -> Self {
+        Self {
+            values: values(&subtract_known_body(&body(&self.values), &(*known).into())),
+            ..*self
+        }
+    }
 }
 
 /// Returns the ten values of a body, in the order of [`VALUE_NAMES`].
@@ -115,7 +139,7 @@ pub(crate) fn is_physical(body: &MassProperties) -> bool {
 ///
 /// Where the masses are equal, the remaining body has no centre of mass, and the identified body is returned.
 #[must_use]
-pub fn subtract_known_body(
+pub(crate) fn subtract_known_body(
     composite: &MassProperties,
     known: &InertialParameters,
 ) -> MassProperties {

@@ -138,7 +138,9 @@ impl IntoPyErr for RecordingError {
             }
             Self::NoUrdf(_) => IdentificationError::new_err((message, "urdf")),
             Self::ImuFrame { .. } => IdentificationError::new_err((message, "imu_topic")),
-            Self::OtherMotion { .. } => IdentificationError::new_err((message, "unloaded")),
+            Self::OtherMotion { .. } | Self::NoSharedMotion | Self::SeveralUnloadedTopics(_) => {
+                IdentificationError::new_err((message, "unloaded"))
+            }
             Self::NoOverlap { faults, .. } => {
                 let faults: Vec<FaultData> = faults.iter().map(FaultData::from).collect();
                 IdentificationError::new_err((message, None::<&str>, faults))
@@ -184,7 +186,7 @@ fn setting_message(error: &SettingError) -> String {
 }
 
 /// The option that sets a field of a Rust settings type: its name without the unit.
-fn option_of(field: &'static str) -> &'static str {
+pub(crate) fn option_of(field: &'static str) -> &'static str {
     let name = ["_s", "_hz", "_kg"]
         .iter()
         .find_map(|unit| field.strip_suffix(unit));

@@ -20,7 +20,7 @@ impl From<&DataFault> for FaultData {
             FaultKind::OutOfOrder => ("out_of_order", None),
             FaultKind::Undecodable => ("undecodable", None),
             FaultKind::NotFinite => ("not_finite", None),
-            FaultKind::Absurd => ("absurd", None),
+            FaultKind::OutOfRange => ("out_of_range", None),
             FaultKind::PartialJoints => ("partial_joints", None),
             FaultKind::PositionCount => ("position_count", None),
             FaultKind::VelocityNotFinite => ("velocity_not_finite", None),

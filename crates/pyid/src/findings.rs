@@ -4,6 +4,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tactid_recordings::Finding;
 
+use crate::errors::option_of;
+
 /// The kind of a finding, and its data.
 pub(crate) type FindingData = (&'static str, Py<PyDict>);
 
@@ -29,6 +31,10 @@ pub(crate) fn finding_data(py: Python<'_>, finding: &Finding) -> PyResult<Findin
             "acceleration_not_used",
             data!(py, "topic": topic, "explains_better": explains_better,
                 "residual_ratio": residual_ratio, "power_ratio": power_ratio),
+        ),
+        Finding::OptionNotUsed { option, method } => (
+            "option_not_used",
+            data!(py, "option": option_of(option), "method": method.name()),
         ),
         Finding::FrameAssumed { topic, frame } => {
             ("frame_assumed", data!(py, "topic": topic, "frame": frame))

@@ -1,15 +1,12 @@
 //! Defaults of all options, for logs and arrays alike.
 
 use nalgebra::Vector3;
-use tactid_dynamics::BaseKind;
-use tactid_identify::{EquationSettings, IdentifyError, Method};
+use tactid_identify::{EquationSettings, GRAVITY, Method};
 
-use crate::{ActsOn, Estimator, RecordingError, Request};
+use crate::{ActsOn, Estimator, Finding, RecordingError, Request};
 
-/// End-effector frame of a robot, as ROS-Industrial names it.
-const ROBOT_TIP: &str = "tool0";
-/// Standard acceleration of free fall, m/s², as `EquationSettings` has it.
-const GRAVITY: f64 = 9.81;
+/// The end-effector frame of a robot where a request names none, as ROS-Industrial names it.
+pub const DEFAULT_TIP: &str = "tool0";
 /// Number of periods of the slowest stream that are bridged.
 const GAP_PERIODS: f64 = 5.0;
 /// Period that is assumed where no stream has two messages, s.
@@ -70,22 +67,17 @@ impl Contents {
 /// recording.
 #[derive(Clone, Debug)]
 pub(crate) struct Options {
-    pub(crate) method: Method,
     pub(crate) estimator: Estimator,
     pub(crate) tip: String,
-    /// Gravitational acceleration in the inertial frame, m/s²; `None` for that of the robot's kind of base.
-    pub(crate) gravity: Option<Vector3<f64>>,
-    pub(crate) cutoff_hz: Option<f64>,
-    pub(crate) max_gap_s: f64,
+    /// Settings of the equations, complete but for the cutoff where that is still to be chosen.
+    pub(crate) equations: EquationSettings,
+    /// Whether the cutoff is chosen from the beginning of the recording.
+    pub(crate) chooses_cutoff: bool,
     pub(crate) delay_s: Option<f64>,
     /// Period of the slowest stream that is used, s.
     pub(crate) period_s: f64,
     /// 1, or -1 where the measured wrenches act on the sensor.
     pub(crate) wrench_sign: f64,
-    pub(crate) effort_is_net: bool,
-    pub(crate) wrench_offset: bool,
-    pub(crate) wrench_noise: Vec<[f64; 6]>,
-    pub(crate) effort_noise: Vec<f64>,
 }
 
 impl Options {
@@ -95,69 +87,68 @@ impl Options {
         let method = method(request.method, contents);
         let period_s = contents.slowest_period_s(method);
         // The paper's filter assumes clocks that agree, and has the paper's filter settings.
-        let paper = match estimator {
-            Estimator::Paper(_) => Some(EquationSettings::default()),
-            Estimator::LeastSquares => None,
-        };
-        let gap_s = (GAP_PERIODS * period_s).max(SHORTEST_GAP_S);
+        let is_paper = matches!(estimator, Estimator::Paper(_));
+        let mut equations = request.equation_settings(method);
+        equations.effort_is_net = request.unloaded.is_some();
+        if !is_paper {
+            let gap_s = (GAP_PERIODS * period_s).max(SHORTEST_GAP_S);
+            equations.max_gap_s = request.max_gap_s.unwrap_or(gap_s);
+        }
+        match contents.motion {
+            Motion::Joints => {}
+            Motion::Carried => {
+                let on_the_ground = || -GRAVITY * Vector3::z();
+                equations.gravity.get_or_insert_with(on_the_ground);
+            }
+            Motion::InertialUnit => equations.gravity = Some(Vector3::zeros()),
+        }
         // Only the wrenches determine a delay.
-        let has_no_delay = paper.is_some() || method != Method::Tactile;
+        let has_no_delay = is_paper || method != Method::Tactile;
         Self {
             tip: request
                 .tip
                 .clone()
                 .unwrap_or_else(|| match contents.motion {
-                    Motion::Joints => ROBOT_TIP.to_owned(),
+                    Motion::Joints => DEFAULT_TIP.to_owned(),
                     Motion::Carried | Motion::InertialUnit => contents.sensor_frame.clone(),
                 }),
-            gravity: match contents.motion {
-                Motion::Joints => request.gravity,
-                Motion::Carried => request.gravity.or(Some(-GRAVITY * Vector3::z())),
-                Motion::InertialUnit => Some(Vector3::zeros()),
-            },
-            cutoff_hz: request
-                .cutoff_hz
-                .or(paper.as_ref().map(|paper| paper.cutoff_hz)),
-            max_gap_s: request
-                .max_gap_s
-                .or(paper.as_ref().map(|paper| paper.max_gap_s))
-                .unwrap_or(gap_s),
+            chooses_cutoff: request.cutoff_hz.is_none() && !is_paper,
             delay_s: request.delay_s.or(has_no_delay.then_some(0.0)),
             wrench_sign: match request.wrench_acts_on.unwrap_or_default() {
                 ActsOn::Payload => 1.0,
                 ActsOn::Sensor => -1.0,
             },
-            effort_is_net: request.unloaded.is_some(),
-            wrench_offset: request.wrench_offset.unwrap_or(false),
-            wrench_noise: request.wrench_noise.clone().unwrap_or_default(),
-            effort_noise: request.effort_noise.clone().unwrap_or_default(),
-            method,
+            equations,
             estimator,
             period_s,
         }
     }
 
-    /// Returns the gravitational acceleration in the inertial frame for a kind of base, m/s².
-    pub(crate) fn gravity_for(&self, base: BaseKind) -> Vector3<f64> {
-        let settings = EquationSettings {
-            gravity: self.gravity,
-            ..EquationSettings::default()
-        };
-        settings.gravity_for(base)
+    /// Reports options that have no effect, because the method does not use what they are about.
+    pub(crate) fn not_used(&self, request: &Request, contents: &Contents) -> Vec<Finding> {
+        let method = self.method();
+        let uses_wrench = method.uses_wrench() && contents.has_wrenches;
+        let uses_effort = method.uses_effort();
+        let acts_on_sensor = request.wrench_acts_on == Some(ActsOn::Sensor);
+        let delays = request.delay_s.is_some_and(|delay_s| delay_s != 0.0);
+        let options = [
+            ("wrench_acts_on", acts_on_sensor, uses_wrench),
+            ("delay_s", delays, uses_wrench),
+            ("wrench_offset", self.equations.wrench_offset, uses_wrench),
+            ("wrench_noise", request.wrench_noise.is_some(), uses_wrench),
+            ("effort_noise", request.effort_noise.is_some(), uses_effort),
+            ("effort_gain", request.effort_gain.is_some(), uses_effort),
+        ];
+        let options = options.into_iter();
+        options
+            .filter(|(_, is_given, is_used)| *is_given && !is_used)
+            .map(|(option, ..)| Finding::OptionNotUsed { option, method })
+            .collect()
     }
 
-    /// Returns the settings of the equation stream with a cutoff.
-    pub(crate) fn equations(&self, cutoff_hz: f64) -> EquationSettings {
-        EquationSettings {
-            method: self.method,
-            gravity: self.gravity,
-            cutoff_hz,
-            max_gap_s: self.max_gap_s,
-            effort_is_net: self.effort_is_net,
-            wrench_offset: self.wrench_offset,
-            wrench_noise: self.wrench_noise.clone(),
-            effort_noise: self.effort_noise.clone(),
-        }
+    /// Returns the measurements that the payload is identified from.
+    pub(crate) fn method(&self) -> Method {
+        self.equations.method
     }
 }
 
@@ -176,7 +167,7 @@ fn method(requested: Option<Method>, contents: &Contents) -> Method {
 /// Returns the effort of each joint for one unit of its recorded value, N m or N.
 ///
 /// # Errors
-/// Where the request has gains for another number of joints.
+/// Returns [`RecordingError::EffortGains`] if the request has gains for another number of joints.
 pub(crate) fn effort_gains(
     request: &Request,
     joint_names: &[String],
@@ -189,22 +180,6 @@ pub(crate) fn effort_gains(
             count: joint_names.len(),
             joints: joint_names.join(", "),
         }),
-    }
-}
-
-/// Checks that the request asks for nothing that its estimator cannot use.
-///
-/// # Errors
-/// A known mass or a bounding box for the paper's filter.
-pub(crate) fn check(request: &Request) -> Result<(), RecordingError> {
-    let given = [
-        (request.known_mass.is_some(), "a known mass"),
-        (request.bounding_box.is_some(), "a bounding box"),
-    ];
-    let is_paper = matches!(request.estimator, Some(Estimator::Paper(_)));
-    match given.into_iter().find(|(given, _)| *given && is_paper) {
-        Some((_, what)) => Err(IdentifyError::KnowledgeNeedsLeastSquares(what).into()),
-        None => Ok(()),
     }
 }
 
@@ -229,7 +204,7 @@ mod tests {
     fn method_follows_the_measurements() {
         let mut contents = contents(Motion::Joints);
         let method =
-            |request: &Request, contents: &Contents| Options::resolve(request, contents).method;
+            |request: &Request, contents: &Contents| Options::resolve(request, contents).method();
         let open = Request::default();
         assert_eq!(method(&open, &contents), Method::Tactile);
         contents.has_wrenches = false;
@@ -270,10 +245,51 @@ mod tests {
             ),
         ] {
             let open = Options::resolve(&Request::default(), &contents(motion));
-            assert_eq!((open.tip.as_str(), open.gravity), (tip, gravity));
+            assert_eq!((open.tip.as_str(), open.equations.gravity), (tip, gravity));
             let resolved = Options::resolve(&asks, &contents(motion));
-            assert_eq!((resolved.tip.as_str(), resolved.gravity), ("flange", asked));
+            assert_eq!(
+                (resolved.tip.as_str(), resolved.equations.gravity),
+                ("flange", asked)
+            );
         }
+    }
+
+    /// An option about measurements that the method does not use is reported, and no other.
+    #[test]
+    fn options_without_effect_are_reported() {
+        let mut contents = contents(Motion::Joints);
+        contents.has_efforts = true;
+        let not_used = |method: Method, contents: &Contents| -> Vec<&str> {
+            let request = Request {
+                method: Some(method),
+                wrench_acts_on: Some(ActsOn::Sensor),
+                delay_s: Some(0.01),
+                wrench_offset: Some(true),
+                wrench_noise: Some(vec![[1.0; 6]]),
+                effort_noise: Some(vec![1.0]),
+                effort_gain: Some(vec![1.0]),
+                ..Request::default()
+            };
+            let findings = Options::resolve(&request, contents).not_used(&request, contents);
+            let name = |finding: &Finding| match *finding {
+                Finding::OptionNotUsed { option, method: of } if of == method => option,
+                ref other => panic!("{other:?}"),
+            };
+            findings.iter().map(name).collect()
+        };
+        let of_wrench = ["wrench_acts_on", "delay_s", "wrench_offset", "wrench_noise"];
+        let of_effort = ["effort_noise", "effort_gain"];
+        assert_eq!(not_used(Method::Tactile, &contents), of_effort);
+        assert_eq!(not_used(Method::Effort, &contents), of_wrench);
+        let all = [&of_wrench[..], &of_effort[..]].concat();
+        assert_eq!(not_used(Method::JointSensing, &contents), all);
+        let combined = Method::Combined { effort: true };
+        assert!(not_used(combined, &contents).is_empty());
+        contents.has_wrenches = false;
+        assert_eq!(not_used(combined, &contents), of_wrench);
+        let open = Request::default();
+        let options = Options::resolve(&open, &contents);
+        assert_eq!(options.not_used(&open, &contents), []);
     }
 
     /// The gap is five periods of the slowest stream that is used; the paper's filter has settings of its own.
@@ -281,21 +297,23 @@ mod tests {
     fn gap_cutoff_and_delay_follow_the_estimator() {
         let contents = contents(Motion::Carried);
         let open = Options::resolve(&Request::default(), &contents);
-        assert_eq!((open.cutoff_hz, open.delay_s), (None, None));
-        assert!((open.max_gap_s - 0.1).abs() < 1e-12);
+        assert_eq!((open.chooses_cutoff, open.delay_s), (true, None));
+        assert!((open.equations.max_gap_s - 0.1).abs() < 1e-12);
         let without = Options::resolve(&Request::default(), &contents.without_acceleration());
-        assert!((without.max_gap_s - 0.02).abs() < 1e-12);
+        assert!((without.equations.max_gap_s - 0.02).abs() < 1e-12);
         let effort = Request {
             method: Some(Method::Effort),
             ..Request::default()
         };
         let effort = Options::resolve(&effort, &contents.without_acceleration());
-        assert!((effort.max_gap_s - 0.01).abs() < 1e-12);
+        assert!((effort.equations.max_gap_s - 0.01).abs() < 1e-12);
         assert_eq!(effort.delay_s, Some(0.0));
         let paper = Options::resolve(&Request::paper(), &contents);
+        assert!(!paper.chooses_cutoff);
+        let equations = &paper.equations;
         assert_eq!(
-            (paper.cutoff_hz, paper.max_gap_s, paper.delay_s),
-            (Some(10.0), 0.1, Some(0.0))
+            (equations.cutoff_hz, equations.max_gap_s, paper.delay_s),
+            (10.0, 0.1, Some(0.0))
         );
         let given = Request {
             cutoff_hz: Some(3.0),
@@ -304,9 +322,11 @@ mod tests {
             ..Request::paper()
         };
         let given = Options::resolve(&given, &contents);
+        assert!(!given.chooses_cutoff);
+        let equations = &given.equations;
         assert_eq!(
-            (given.cutoff_hz, given.max_gap_s, given.delay_s),
-            (Some(3.0), 0.3, Some(0.01))
+            (equations.cutoff_hz, equations.max_gap_s, given.delay_s),
+            (3.0, 0.3, Some(0.01))
         );
     }
 }

@@ -106,7 +106,7 @@ pub enum RecordingError {
     UnknownFrame {
         /// The frame.
         frame: String,
-        /// The topic that names it.
+        /// The topic that names it, or `the end-effector`.
         whose: String,
         /// The links of the robot.
         links: String,
@@ -136,6 +136,17 @@ pub enum RecordingError {
         "an unloaded recording is subtracted from the joint efforts: it needs the effort method"
     )]
     UnloadedNeedsEffort,
+    /// Several publishers in the unloaded recording have some of the joints each; their topics.
+    #[error(
+        "the joint states of the unloaded recording come from several publishers, but must come from one; topics: {0}"
+    )]
+    SeveralUnloadedTopics(String),
+    /// There is no shift in time with which the loaded and the unloaded recording overlap for long enough to compare
+    /// them.
+    #[error(
+        "the loaded and the unloaded recording have too few joint states at the same points of the motion to be compared"
+    )]
+    NoSharedMotion,
     /// The unloaded recording has another motion.
     #[error(
         "the unloaded recording has another motion: joint `{joint}` differs by {rms:.3} {unit} rms, where {allowed} {unit} is allowed"

@@ -19,11 +19,11 @@ const INTERVAL_TOPIC: &str = "/tactid/payload_half_width_95";
 /// frame `frame`, and half the width of the 95 % interval of each value on
 /// `/tactid/payload_half_width_95` where standard deviations are known.
 ///
-/// Times of the `points` are relative to `start_ns`, the time zero of the recording in ns since the epoch.
-/// [`Identification::estimates`](crate::Identification::estimates) returns the points of a result.
+/// Times of the `points` are relative to `start_ns`, the time zero of the recording in ns since the epoch. Those of a
+/// result are in [`Identification::history`](crate::Identification::history).
 ///
 /// # Errors
-/// [`RecordingError::Log`] where the file cannot be written.
+/// Returns [`RecordingError::Log`] if the file cannot be written.
 pub fn write_estimates(
     path: &Path,
     frame: &str,

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 /// Largest value of a quantity in SI units. No quantity of a robot comes near it: a larger value is a fault of a
 /// driver or of a file.
-const ABSURD: f64 = 1e9;
+const LARGEST: f64 = 1e9;
 
 /// What is wrong with a message or a sample, and what was done about it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FaultKind {
-    /// A silence longer than the longest bridged gap. It is not bridged.
+    /// A time between two messages of a publisher that is longer than the longest bridged gap. It is not bridged.
     Gap,
     /// A message that is not later than the one before of its publisher. It is left out.
     OutOfOrder,
@@ -18,7 +18,7 @@ pub enum FaultKind {
     /// A value that is not finite. The message is left out.
     NotFinite,
     /// A value beyond 1e9 in SI units. The message is left out.
-    Absurd,
+    OutOfRange,
     /// A message that has only some of its publisher's joints. It is left out.
     PartialJoints,
     /// A message whose positions are not as many as its names. It is left out.
@@ -82,13 +82,13 @@ impl FaultCounts {
     }
 }
 
-/// Checks that values are finite and not absurdly large.
+/// Checks that values are finite and in range.
 pub(crate) fn check<'a>(values: impl IntoIterator<Item = &'a f64>) -> Result<(), FaultKind> {
     let fault = values.into_iter().find_map(|value| {
         if !value.is_finite() {
             Some(FaultKind::NotFinite)
-        } else if value.abs() > ABSURD {
-            Some(FaultKind::Absurd)
+        } else if value.abs() > LARGEST {
+            Some(FaultKind::OutOfRange)
         } else {
             None
         }

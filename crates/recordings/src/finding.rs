@@ -1,12 +1,19 @@
 //! Findings: what a reader of the result should know of the recording, for a program to match.
 
-use tactid_identify::Delay;
+use tactid_identify::{Delay, Method};
 
 /// Something that a reader of the result should know.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finding {
     /// What the data say about the assumptions of the identification.
     Data(tactid_identify::Finding),
+    /// An option of the request has no effect, because the method does not use the measurements that it is about.
+    OptionNotUsed {
+        /// Name of the field of [`Request`](crate::Request).
+        option: &'static str,
+        /// The method.
+        method: Method,
+    },
     /// Measured accelerations are not used, because those derived from the velocities are better.
     AccelerationNotUsed {
         /// Topic of the measured accelerations.

@@ -3,12 +3,12 @@
 use nalgebra::Vector3;
 use tactid_identify::{
     BatchIdentifier, BoundingBox, Delay, FitReport, Forecast, HistoryPoint, IdentifyError,
-    KnownMass, Method, PayloadEstimate, PrincipalMoments, SingularValues, subtract_known_body,
+    KnownMass, Method, PayloadEstimate, PrincipalMoments, SingularValues, equations::window,
 };
 
 use crate::plan::Plan;
 use crate::run::{PaperRun, Run, Solver};
-use crate::{Clock, DataFault, Estimator, Finding, RecordingError, Request};
+use crate::{Clock, DataFault, Estimator, Finding, RecordingError};
 
 /// The payload that was identified from a recording, with how it was found.
 #[derive(Clone, Debug)]
@@ -23,7 +23,8 @@ pub struct Identification {
     pub fit: Option<FitReport>,
     /// Strength with which the motion excited mass and inertia; for the paper's filter only.
     pub singular_values: Option<SingularValues>,
-    /// Forecast of the uncertainty for a motion that goes on; `None` for the paper's filter.
+    /// Forecast of the uncertainty for a motion that goes on, see [`Forecast::remaining_s`]; `None` for the paper's
+    /// filter.
     pub forecast: Option<Forecast>,
     /// Measurements that were used.
     pub method: Method,
@@ -107,11 +108,8 @@ impl Solution {
         }
     }
 
-    fn of_paper(run: PaperRun, request: &Request) -> Self {
-        let mut estimate = run.filter.estimate();
-        if let Some(tool) = request.known_tool {
-            estimate.body = subtract_known_body(&estimate.body, &tool.into());
-        }
+    fn of_paper(run: PaperRun) -> Self {
+        let estimate = run.estimate();
         Self {
             principal_moments: PrincipalMoments::of(&estimate.body.into()),
             estimate,
@@ -130,8 +128,9 @@ impl Identification {
     /// Solves for the payload of a recording that was run through.
     ///
     /// # Errors
-    /// Streams that share no time, or too few windows, where the reading was not interrupted.
-    pub(crate) fn new(plan: Plan<'_>, run: Run, request: &Request) -> Result<Self, RecordingError> {
+    /// Returns [`RecordingError::NoOverlap`] if the streams share no time, and [`IdentifyError::TooFewWindows`] if the
+    /// windows are too few and the reading was not interrupted.
+    pub(crate) fn new(plan: Plan<'_>, run: Run) -> Result<Self, RecordingError> {
         let sources = plan.sources;
         let windows = run.solver.windows();
         if windows == 0 && !run.interrupted {
@@ -139,7 +138,7 @@ impl Identification {
         }
         let solution = match run.solver {
             Solver::LeastSquares(batch) => Solution::of_least_squares(&batch, run.interrupted)?,
-            Solver::Paper(paper) => Solution::of_paper(*paper, request),
+            Solver::Paper(paper) => Solution::of_paper(*paper),
         };
         let remaining_delay = solution.remaining_delay.map(|rest| Delay {
             delay_s: plan.delay_s + rest.delay_s,
@@ -163,15 +162,15 @@ impl Identification {
             fit: solution.fit,
             singular_values: solution.singular_values,
             forecast: solution.forecast,
-            method: plan.options.method,
-            estimator: plan.options.estimator,
+            method: plan.equations.method,
+            estimator: plan.estimator,
             cutoff_hz: plan.equations.cutoff_hz,
             max_gap_s: plan.equations.max_gap_s,
             gravity: solution.gravity,
             delay_s: plan.delay_s,
             estimated_delay,
-            known_mass: request.known_mass,
-            bounding_box: request.bounding_box,
+            known_mass: plan.request.known_mass,
+            bounding_box: plan.request.bounding_box,
             clock: sources.clock,
             start_ns: sources.start_ns,
             duration_s: run.duration_s,
@@ -180,38 +179,6 @@ impl Identification {
             interrupted: run.interrupted,
             damage: run.damage,
         })
-    }
-
-    /// Time for which the motion must continue until half of the 95 % interval of each value is `within`
-    /// (0.01 for 1 %) times the largest value of its kind (mass, centre of mass, inertia), in the order of
-    /// [`VALUE_NAMES`](crate::VALUE_NAMES), s. Zero where it is so already, infinite where the motion does
-    /// not determine the value; `None` for the paper's filter, which estimates no uncertainty.
-    ///
-    /// The information is extrapolated at the rate of the second half of the windows. An error of the model
-    /// (a sign, a frame, friction) is a bias, which no time removes.
-    #[must_use]
-    pub fn remaining_s(&self, within: f64) -> Option<[f64; 10]> {
-        let std_devs = self.estimate.std_devs?;
-        let forecast = self.forecast.as_ref()?;
-        Some(forecast.remaining_s(&self.estimate.values(), &std_devs, within))
-    }
-
-    /// Points of the last presentation for [`write_estimates`](crate::write_estimates): the history, whose
-    /// last point is replaced by the final estimate.
-    #[must_use]
-    pub fn estimates(&self) -> Vec<HistoryPoint> {
-        let last = self.history.last();
-        let (epoch, time_s) = last.map_or((0, 0.0), |point| (point.epoch, point.time_s));
-        let history = self.history.iter().filter(|point| point.epoch == epoch);
-        let mut points: Vec<HistoryPoint> = history.copied().collect();
-        points.pop();
-        points.push(HistoryPoint {
-            epoch,
-            time_s,
-            values: self.estimate.values(),
-            std_devs: self.estimate.std_devs,
-        });
-        points
     }
 }
 

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use crate::arrays::ArrayRecording;
-use crate::defaults;
 use crate::log::LogRecording;
 use crate::plan::Plan;
 use crate::recording::Recording;
@@ -20,16 +19,20 @@ use crate::{Arrays, Identification, Observer, RecordingError, Request};
 /// Memory is bounded, whatever the length of the log. The observer is called several times a second.
 ///
 /// # Errors
-/// A log that cannot be opened, lacks what the method needs, or contradicts its own URDF. Messages that cannot
-/// be used are no error, but are counted in [`Identification::faults`]; a log that ends early is used up to its
-/// end, see [`Identification::damage`]. Where the observer stops the reading, what was read so far is
-/// identified; where it stops the work before that, the error is [`RecordingError::Interrupted`].
+/// Returns [`RecordingError::Log`] if the log cannot be opened, [`RecordingError::Identify`] if a value of the request
+/// is out of range or the windows are too few, [`RecordingError::NoOverlap`] if the streams share no time,
+/// [`RecordingError::Interrupted`] if the observer stops the work before the reading, and the variant that says what
+/// is wrong if the log lacks what the method needs or contradicts its own URDF.
+///
+/// Messages that cannot be used are no error, but are counted in [`Identification::faults`]; a log that ends early
+/// is used up to its end, see [`Identification::damage`]. If the observer stops the reading, what was read so far is
+/// identified.
 pub fn identify_log(
     path: &Path,
     request: &Request,
     observer: &mut Observer<'_>,
 ) -> Result<Identification, RecordingError> {
-    defaults::check(request)?;
+    request.check()?;
     let recording = LogRecording::open(path, request, observer)?;
     identify(&recording, request, observer)
 }
@@ -39,15 +42,20 @@ pub fn identify_log(
 /// The observer is called every 4096 samples. Where it stops the reading, what was read so far is identified.
 ///
 /// # Errors
-/// An array that has another length than the others or that the method needs and is empty, a request for what
-/// only a log has, or too few samples. Values that are not finite and times that do not increase are no error,
-/// but are counted in [`Identification::faults`] under the name of the array.
+/// Returns [`RecordingError::NotForArrays`] if the request asks for what only a log has,
+/// [`RecordingError::NoSamples`], [`RecordingError::ArrayLength`] or [`RecordingError::MissingArray`] if the arrays do
+/// not fit each other, the robot or the method, [`RecordingError::EffortGains`] if the gains are not as many as the
+/// joints, [`RecordingError::Identify`] if a value of the request is out of range or the windows are too few, and
+/// [`RecordingError::NoOverlap`] if no sample has all values.
+///
+/// Values that are not finite and times that do not increase are no error, but are counted in
+/// [`Identification::faults`] under the name of the array.
 pub fn identify_arrays(
     arrays: &Arrays<'_>,
     request: &Request,
     observer: &mut Observer<'_>,
 ) -> Result<Identification, RecordingError> {
-    defaults::check(request)?;
+    request.check()?;
     let recording = ArrayRecording::new(arrays, request)?;
     identify(&recording, request, observer)
 }
@@ -59,5 +67,5 @@ fn identify(
 ) -> Result<Identification, RecordingError> {
     let plan = Plan::new(recording, request, observer)?;
     let run = Run::new(recording, &plan, observer)?;
-    Identification::new(plan, run, request)
+    Identification::new(plan, run)
 }

@@ -74,6 +74,7 @@ mod unloaded;
 
 pub use arrays::Arrays;
 pub use clock::Clock;
+pub use defaults::DEFAULT_TIP;
 pub use error::{RecordingError, TopicKind};
 pub use estimates::write_estimates;
 pub use fault::{DataFault, FaultKind};

@@ -6,17 +6,18 @@ use crate::alignment::{Event, Streams};
 use crate::defaults::Options;
 use crate::preview::{Preview, is_significant};
 use crate::recording::{Recording, Selection, Sources};
-use crate::{Finding, Observer, RecordingError, Request};
+use crate::{Estimator, Finding, Observer, RecordingError, Request};
 
 /// How a recording is identified.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan<'a> {
+    pub(crate) request: &'a Request,
     pub(crate) sources: &'a Sources,
-    pub(crate) options: Options,
+    pub(crate) estimator: Estimator,
+    pub(crate) tip: String,
     /// The streams that are used.
     pub(crate) streams: Streams,
     pub(crate) equations: EquationSettings,
-    pub(crate) batch: BatchSettings,
     /// Delay to subtract from the times of the wrenches, s.
     pub(crate) delay_s: f64,
     /// Delay as estimated from the beginning.
@@ -28,20 +29,22 @@ impl<'a> Plan<'a> {
     /// Chooses all that the request leaves open.
     pub(crate) fn new(
         recording: &'a impl Recording,
-        request: &Request,
+        request: &'a Request,
         observer: &mut Observer<'_>,
     ) -> Result<Self, RecordingError> {
         let sources = recording.sources();
         let events = recording.beginning(observer)?;
-        let (streams, options, findings) = choose_streams(sources, &events, request)?;
+        let (streams, options, mut findings) = choose_streams(sources, &events, request)?;
+        findings.extend(options.not_used(request, &sources.contents));
         let preview = Preview {
             sources,
             options: &options,
             events: &events,
         };
-        let cutoff_hz = match options.cutoff_hz {
-            Some(cutoff_hz) => cutoff_hz,
-            None => preview.cutoff_hz(&streams)?,
+        let cutoff_hz = if options.chooses_cutoff {
+            preview.cutoff_hz(&streams)?
+        } else {
+            options.equations.cutoff_hz
         };
         let estimated_delay = match options.delay_s {
             Some(_) => None,
@@ -49,6 +52,7 @@ impl<'a> Plan<'a> {
         };
         let significant = estimated_delay.filter(|delay| is_significant(*delay));
         Ok(Self {
+            request,
             sources,
             delay_s: options
                 .delay_s
@@ -57,23 +61,31 @@ impl<'a> Plan<'a> {
                 unloaded: sources.streams.unloaded,
                 ..streams
             },
-            equations: options.equations(cutoff_hz),
-            batch: BatchSettings {
-                known_tool: request.known_tool,
-                known_mass: request.known_mass,
-                bounding_box: request.bounding_box,
-                delay: estimated_delay.is_some(),
+            equations: EquationSettings {
+                cutoff_hz,
+                ..options.equations
             },
-            options,
+            estimator: options.estimator,
+            tip: options.tip,
             estimated_delay,
             findings,
         })
     }
 
+    /// Returns the settings of least squares: a delay is estimated once more where the beginning has one.
+    pub(crate) fn batch_settings(&self) -> BatchSettings {
+        BatchSettings {
+            known_tool: self.request.known_tool,
+            known_mass: self.request.known_mass,
+            bounding_box: self.request.bounding_box,
+            delay: self.estimated_delay.is_some(),
+        }
+    }
+
     /// Returns which events are read.
     pub(crate) fn selection(&self) -> Selection {
         Selection {
-            max_gap_s: self.options.max_gap_s,
+            max_gap_s: self.equations.max_gap_s,
             acceleration: self.streams.acceleration,
         }
     }

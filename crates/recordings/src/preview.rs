@@ -183,9 +183,12 @@ impl Preview<'_> {
     ) -> Result<(Vec<Equation>, Channels), RecordingError> {
         let (sources, options) = (self.sources, self.options);
         let sensors: Vec<&str> = sources.sensors.iter().map(String::as_str).collect();
-        let settings = options.equations(cutoff_hz);
+        let settings = EquationSettings {
+            cutoff_hz,
+            ..options.equations.clone()
+        };
         let mut stream = EquationStream::new(&sources.robot, &options.tip, &sensors, &settings)?;
-        let mut aligner = Aligner::new(streams.clone(), delay_s, options.max_gap_s);
+        let mut aligner = Aligner::new(streams.clone(), delay_s, settings.max_gap_s);
         let mut equations = Vec::new();
         for event in self.events {
             aligner.push(event.clone());

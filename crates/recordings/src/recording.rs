@@ -36,7 +36,7 @@ pub(crate) struct Sources {
 /// Which events of a recording are read.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Selection {
-    /// Longer silences are counted as gaps, s.
+    /// Longer times between two events of a stream are counted as gaps, s.
     pub(crate) max_gap_s: f64,
     /// Whether accelerations are read.
     pub(crate) acceleration: bool,

@@ -4,7 +4,11 @@ use std::path::PathBuf;
 
 use nalgebra::Vector3;
 use tactid_dynamics::MassProperties;
-use tactid_identify::{BoundingBox, KnownMass, Method, PaperSettings};
+use tactid_identify::{
+    BatchSettings, BoundingBox, EquationSettings, IdentifyError, KnownMass, Method, PaperSettings,
+};
+
+use crate::decode::LONGEST_DELAY_S;
 
 /// How equations become parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -71,7 +75,8 @@ pub struct Request {
     /// for the paper's filter.
     pub max_gap_s: Option<f64>,
     /// Delay of the wrenches' stamps relative to the motion, s. Default: estimated by the tactile method, and
-    /// corrected where it is significant; 0 for other methods and for the paper's filter.
+    /// corrected where it is significant; 0 for other methods and for the paper's filter. At most 60 in either
+    /// direction.
     pub delay_s: Option<f64>,
     /// Whether the sum of the wrenches may have an unknown constant offset. Default: false.
     pub wrench_offset: Option<bool>,
@@ -104,4 +109,126 @@ impl Request {
             ..Self::default()
         }
     }
+
+    /// Returns the settings of an online solver, with defaults for what is left open: nothing is chosen from data.
+    /// `effort` says whether the samples of [`Method::Combined`] have efforts.
+    ///
+    /// The solvers check the values. Fields that an online solver does not have are not used.
+    #[must_use]
+    pub fn online_settings(&self, effort: bool) -> EquationSettings {
+        self.equation_settings(match self.method.unwrap_or_default() {
+            Method::Combined { .. } => Method::Combined { effort },
+            other => other,
+        })
+    }
+
+    /// Returns the settings of the equations for a method, with their own defaults for what is left open.
+    pub(crate) fn equation_settings(&self, method: Method) -> EquationSettings {
+        let defaults = EquationSettings::default();
+        EquationSettings {
+            method,
+            gravity: self.gravity,
+            cutoff_hz: self.cutoff_hz.unwrap_or(defaults.cutoff_hz),
+            max_gap_s: self.max_gap_s.unwrap_or(defaults.max_gap_s),
+            wrench_offset: self.wrench_offset.unwrap_or(defaults.wrench_offset),
+            wrench_noise: self.wrench_noise.clone().unwrap_or_default(),
+            effort_noise: self.effort_noise.clone().unwrap_or_default(),
+            ..defaults
+        }
+    }
+
+    /// Checks the values that can be judged without a recording.
+    ///
+    /// # Errors
+    /// Returns [`IdentifyError::Value`] or [`IdentifyError::Box`] with the name of a field whose value is out of
+    /// range, and [`IdentifyError::KnowledgeNeedsLeastSquares`] if a known mass or a bounding box is given to the
+    /// paper's filter.
+    pub(crate) fn check(&self) -> Result<(), IdentifyError> {
+        if let Some(Estimator::Paper(_)) = self.estimator {
+            if self.known_mass.is_some() {
+                return Err(IdentifyError::KnowledgeNeedsLeastSquares("a known mass"));
+            }
+            if self.bounding_box.is_some() {
+                return Err(IdentifyError::KnowledgeNeedsLeastSquares("a bounding box"));
+            }
+        }
+        let knowledge = BatchSettings {
+            known_mass: self.known_mass,
+            bounding_box: self.bounding_box,
+            ..BatchSettings::default()
+        };
+        knowledge.check()?;
+        self.check_numbers()
+    }
+
+    /// Checks that each number of the request is in the range of its field.
+    fn check_numbers(&self) -> Result<(), IdentifyError> {
+        let tool = self.known_tool.iter().flat_map(|tool| {
+            let vectors = tool.center_of_mass.iter().chain(&tool.inertia);
+            std::iter::once(&tool.mass_kg).chain(vectors).copied()
+        });
+        let wrench_noise = self.wrench_noise.iter().flatten().flatten();
+        let std_dev = "a positive standard deviation";
+        type IsValid = fn(f64) -> bool;
+        let is_positive: IsValid = |value| value > 0.0 && value.is_finite();
+        let is_delay: IsValid = |delay_s| delay_s.abs() <= LONGEST_DELAY_S;
+        let fields: [(&'static str, Vec<f64>, IsValid, &'static str); 8] = [
+            ("gravity", flat(&self.gravity), f64::is_finite, "finite"),
+            (
+                "cutoff_hz",
+                one(self.cutoff_hz),
+                is_positive,
+                "more than zero",
+            ),
+            (
+                "max_gap_s",
+                one(self.max_gap_s),
+                |gap_s| gap_s > 0.0,
+                "more than zero",
+            ),
+            ("delay_s", one(self.delay_s), is_delay, "between -60 and 60"),
+            (
+                "wrench_noise",
+                wrench_noise.copied().collect(),
+                is_positive,
+                std_dev,
+            ),
+            (
+                "effort_noise",
+                flat(&self.effort_noise),
+                is_positive,
+                std_dev,
+            ),
+            (
+                "effort_gain",
+                flat(&self.effort_gain),
+                f64::is_finite,
+                "finite",
+            ),
+            ("known_tool", tool.collect(), f64::is_finite, "finite"),
+        ];
+        for (name, values, is_valid, expected) in fields {
+            if let Some(given) = values.into_iter().find(|value| !is_valid(*value)) {
+                return Err(IdentifyError::Value {
+                    name,
+                    given,
+                    expected,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Returns the entries of a field; none if it is not given.
+fn flat<'a, T>(given: &'a Option<T>) -> Vec<f64>
+where
+    &'a T: IntoIterator<Item = &'a f64>,
+{
+    given.iter().flatten().copied().collect()
+}
+
+/// Returns the number of a field; none if it is not given.
+fn one(given: Option<f64>) -> Vec<f64> {
+    given.into_iter().collect()
 }

@@ -1,14 +1,15 @@
 //! Runs through a recording: events in, an estimator fed.
 
-use tactid_dynamics::{JointKind, Manipulator};
+use tactid_dynamics::MassProperties;
 use tactid_identify::{
-    BatchIdentifier, EquationStream, HistoryPoint, PaperFilter, PaperSettings, Sample,
+    BatchIdentifier, HistoryPoint, PaperFilter, PaperSettings, PayloadEstimate, Sample,
 };
 
-use crate::alignment::{Aligned, Aligner, Event};
+use crate::alignment::{Aligner, Event};
 use crate::fault::{FaultCounts, FaultKind};
 use crate::plan::Plan;
 use crate::recording::{Reading, Recording};
+use crate::unloaded::UnloadedSubtraction;
 use crate::{Estimator, Finding, Observer, Progress, RecordingError};
 
 /// Topic of the fault that a sample could not be aligned.
@@ -21,9 +22,6 @@ const FINE_STEP_S: f64 = 0.01;
 /// Length of the fine part of the history, s.
 const FINE_SPAN_S: f64 = 10.0;
 
-/// Largest rms difference of a joint between the loaded and the unloaded motion, rad or m.
-const SAME_MOTION: f64 = 0.02;
-
 /// The estimator of a run.
 pub(crate) enum Solver {
     LeastSquares(Box<BatchIdentifier>),
@@ -35,6 +33,8 @@ pub(crate) struct PaperRun {
     pub(crate) filter: PaperFilter,
     pub(crate) history: Vec<HistoryPoint>,
     settings: PaperSettings,
+    /// A body that is subtracted from all estimates.
+    known_tool: Option<MassProperties>,
     epoch: u32,
     next_point_s: f64,
     /// Time of the last event, s; infinite while it is not known.
@@ -43,11 +43,11 @@ pub(crate) struct PaperRun {
 
 impl Solver {
     fn new(plan: &Plan<'_>) -> Result<Self, RecordingError> {
-        let (robot, tip) = (&plan.sources.robot, plan.options.tip.as_str());
+        let (robot, tip) = (&plan.sources.robot, plan.tip.as_str());
         let sensors: Vec<&str> = plan.sources.sensors.iter().map(String::as_str).collect();
-        Ok(match plan.options.estimator {
+        Ok(match plan.estimator {
             Estimator::LeastSquares => {
-                let (equations, settings) = (plan.equations.clone(), plan.batch.clone());
+                let (equations, settings) = (plan.equations.clone(), plan.batch_settings());
                 let batch = BatchIdentifier::new(robot, tip, &sensors, equations, settings)?;
                 Self::LeastSquares(Box::new(batch))
             }
@@ -55,6 +55,7 @@ impl Solver {
                 filter: PaperFilter::new(robot, tip, &sensors, &plan.equations, settings)?,
                 history: Vec::new(),
                 settings,
+                known_tool: plan.request.known_tool,
                 epoch: 0,
                 next_point_s: f64::NEG_INFINITY,
                 end_s: plan.sources.end_s.unwrap_or(f64::INFINITY),
@@ -104,14 +105,26 @@ impl PaperRun {
         if time_s >= self.next_point_s {
             let is_fine = time_s > self.end_s - FINE_SPAN_S;
             self.next_point_s = time_s + if is_fine { FINE_STEP_S } else { HISTORY_STEP_S };
-            self.history.push(HistoryPoint {
+            let point = HistoryPoint {
                 epoch: self.epoch,
                 time_s,
                 values: self.filter.latest_values(),
                 std_devs: None,
-            });
+            };
+            let tool = self.known_tool.as_ref();
+            self.history
+                .push(tool.map_or(point, |tool| point.without(tool)));
         }
         Ok(())
+    }
+
+    /// Returns the estimate of the payload, without the known tool.
+    pub(crate) fn estimate(&self) -> PayloadEstimate {
+        let estimate = self.filter.estimate();
+        match &self.known_tool {
+            Some(tool) => estimate.without(tool),
+            None => estimate,
+        }
     }
 
     /// Prepares for the same samples once more, of which the last was at `end_s`.
@@ -140,8 +153,8 @@ impl Run {
     /// Presents a recording to the estimator of a plan, as often as that needs it.
     ///
     /// # Errors
-    /// A recording that cannot be read, samples that do not fit the robot, or an unloaded recording of
-    /// another motion.
+    /// Returns [`RecordingError::Log`] if the recording cannot be read, [`RecordingError::Identify`] if a setting or a
+    /// sample does not fit the robot, and [`RecordingError::OtherMotion`] if the unloaded recording has another motion.
     pub(crate) fn new(
         recording: &impl Recording,
         plan: &Plan<'_>,
@@ -161,7 +174,7 @@ impl Run {
             epoch += 1;
             if reading.interrupted || epoch >= epochs {
                 if plan.streams.unloaded {
-                    pass.mismatch.check(&plan.sources.robot)?;
+                    pass.unloaded.check_motion(&plan.sources.robot)?;
                 }
                 let totals = pass.totals();
                 return Ok(Self::of_pass(solver, totals, reading));
@@ -194,7 +207,7 @@ impl Run {
 struct Pass<'a> {
     solver: &'a mut Solver,
     aligner: Aligner,
-    mismatch: Mismatch,
+    unloaded: UnloadedSubtraction,
     samples: u64,
     first_s: f64,
     last_s: f64,
@@ -211,8 +224,8 @@ impl<'a> Pass<'a> {
     fn new(plan: &Plan<'_>, solver: &'a mut Solver) -> Self {
         Self {
             solver,
-            aligner: Aligner::new(plan.streams.clone(), plan.delay_s, plan.options.max_gap_s),
-            mismatch: Mismatch::new(plan.sources.robot.dof()),
+            aligner: Aligner::new(plan.streams.clone(), plan.delay_s, plan.equations.max_gap_s),
+            unloaded: UnloadedSubtraction::new(plan.sources.robot.dof()),
             samples: 0,
             first_s: 0.0,
             last_s: 0.0,
@@ -222,7 +235,7 @@ impl<'a> Pass<'a> {
     fn take(&mut self, event: Event) -> Result<(), RecordingError> {
         self.aligner.push(event);
         while let Some(mut aligned) = self.aligner.next() {
-            self.mismatch.subtract_unloaded(&mut aligned);
+            self.unloaded.subtract(&mut aligned);
             self.solver.push(&aligned.sample())?;
             if self.samples == 0 {
                 self.first_s = aligned.time_s;
@@ -239,61 +252,5 @@ impl<'a> Pass<'a> {
             duration_s: self.last_s - self.first_s,
             incomplete: self.aligner.incomplete(),
         }
-    }
-}
-
-/// Difference of the joints between the loaded and the unloaded motion.
-struct Mismatch {
-    /// Sum of the squared differences of each joint, rad² or m².
-    squares: Vec<f64>,
-    count: u64,
-}
-
-impl Mismatch {
-    fn new(joints: usize) -> Self {
-        Self {
-            squares: vec![0.0; joints],
-            count: 0,
-        }
-    }
-
-    /// Subtracts the efforts of the unloaded arm at the same point of the same motion, if it was recorded.
-    fn subtract_unloaded(&mut self, aligned: &mut Aligned) {
-        let Some(unloaded) = &aligned.unloaded else {
-            return;
-        };
-        let pairs = aligned.joints.effort.iter_mut().zip(&unloaded.effort);
-        for (effort, unloaded) in pairs {
-            *effort -= unloaded;
-        }
-        self.count += 1;
-        let positions = aligned.joints.position.iter().zip(&unloaded.position);
-        for (square, (loaded, unloaded)) in self.squares.iter_mut().zip(positions) {
-            *square += (loaded - unloaded).powi(2);
-        }
-    }
-
-    /// Checks that the unloaded recording has the same motion.
-    ///
-    /// # Errors
-    /// [`RecordingError::OtherMotion`] with the joint that differs most.
-    fn check(&self, robot: &Manipulator) -> Result<(), RecordingError> {
-        let squares = self.squares.iter().enumerate();
-        let Some((joint, square)) = squares.max_by(|a, b| a.1.total_cmp(b.1)) else {
-            return Ok(());
-        };
-        let rms = (square / self.count.max(1) as f64).sqrt();
-        if rms <= SAME_MOTION {
-            return Ok(());
-        }
-        Err(RecordingError::OtherMotion {
-            joint: robot.joint_names()[joint].clone(),
-            unit: match robot.joint_kind(joint) {
-                Some(JointKind::Prismatic) => "m",
-                Some(JointKind::Revolute) | None => "rad",
-            },
-            rms,
-            allowed: SAME_MOTION,
-        })
     }
 }

@@ -1,17 +1,18 @@
-//! Search of the shift in time at which an unloaded recording has the same motion.
+//! The unloaded recording: search of the shift in time at which it has the same motion, and subtraction of its
+//! efforts.
 
 use std::path::Path;
 use std::sync::Arc;
 
+use tactid_dynamics::{JointKind, Manipulator};
 use tactid_logs::LogReader;
 
-use crate::alignment::{Event, Measured};
+use crate::alignment::{Aligned, Event, Measured};
 use crate::decode::Decoding;
-use crate::error::{RecordingError, TopicKind};
 use crate::feed::{Feed, Unloaded};
 use crate::progress::check_interruption;
 use crate::sources::{LogSources, MeasuredTopics, MotionTopics, joint_topics};
-use crate::{Method, Observer, Request};
+use crate::{Method, Observer, RecordingError, Request};
 
 /// Step of the grid on which motions are compared at first, s.
 const COARSE_S: f64 = 0.05;
@@ -25,6 +26,8 @@ const SHARED: f64 = 0.5;
 const FINE_STEPS: usize = 8;
 /// A shift that moves by less has converged, s.
 const CONVERGED_S: f64 = 1e-9;
+/// Largest rms difference of a joint between the loaded and the unloaded motion, rad or m.
+const SAME_MOTION: f64 = 0.02;
 
 /// Positions of all joints over time.
 type Motion = Vec<(f64, Vec<f64>)>;
@@ -40,7 +43,7 @@ pub(crate) fn find_unloaded(
     let MotionTopics::Joints { joints, .. } = &loaded.topics.motion else {
         return Err(RecordingError::UnloadedNeedsEffort);
     };
-    if loaded.options.method != Method::Effort {
+    if loaded.options.method() != Method::Effort {
         return Err(RecordingError::UnloadedNeedsEffort);
     }
     let log = LogReader::open(path)?;
@@ -58,19 +61,12 @@ pub(crate) fn find_unloaded(
     };
     let decoding = Arc::new(Decoding::new(&log, &sources, request)?);
     if decoding.joint_publishers() > 1 {
-        return Err(RecordingError::SeveralTopics {
-            what: "joint states, which an unloaded recording must have in one",
-            topics: topics.join(", "),
-            kind: TopicKind::Joints,
-        });
+        return Err(RecordingError::SeveralUnloadedTopics(topics.join(", ")));
     }
     let ours = Motions::read(loaded_log, joints, loaded_decoding, observer)?;
     let theirs = Motions::read(&log, &topics, &decoding, observer)?;
     let coarse_s = coarse_shift_s(&ours.coarse, &theirs.coarse);
-    let coarse_s = coarse_s.ok_or_else(|| RecordingError::NoOverlap {
-        topics: "the loaded and the unloaded motion".to_owned(),
-        faults: Vec::new(),
-    })?;
+    let coarse_s = coarse_s.ok_or(RecordingError::NoSharedMotion)?;
     Ok(Unloaded {
         log,
         topics,
@@ -197,4 +193,62 @@ fn fine_shift_s(ours: &Motion, theirs: &Motion, mut shift_s: f64) -> f64 {
         }
     }
     shift_s
+}
+
+/// Subtraction of the efforts of the unloaded arm, with the difference between the two motions, which must be small.
+pub(crate) struct UnloadedSubtraction {
+    /// Sum of the squared differences of the position of each joint, rad² or m².
+    squares: Vec<f64>,
+    /// Number of samples from which efforts were subtracted.
+    count: u64,
+}
+
+impl UnloadedSubtraction {
+    pub(crate) fn new(joints: usize) -> Self {
+        Self {
+            squares: vec![0.0; joints],
+            count: 0,
+        }
+    }
+
+    /// Subtracts the efforts of the unloaded arm at the same point of the same motion, if it was recorded.
+    pub(crate) fn subtract(&mut self, aligned: &mut Aligned) {
+        let Some(unloaded) = &aligned.unloaded else {
+            return;
+        };
+        let pairs = aligned.joints.effort.iter_mut().zip(&unloaded.effort);
+        for (effort, unloaded) in pairs {
+            *effort -= unloaded;
+        }
+        self.count += 1;
+        let positions = aligned.joints.position.iter().zip(&unloaded.position);
+        for (square, (loaded, unloaded)) in self.squares.iter_mut().zip(positions) {
+            *square += (loaded - unloaded).powi(2);
+        }
+    }
+
+    /// Checks that the unloaded recording has the same motion.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::OtherMotion`] with the joint that differs most if it does so by more than
+    /// [`SAME_MOTION`].
+    pub(crate) fn check_motion(&self, robot: &Manipulator) -> Result<(), RecordingError> {
+        let squares = self.squares.iter().enumerate();
+        let Some((joint, square)) = squares.max_by(|a, b| a.1.total_cmp(b.1)) else {
+            return Ok(());
+        };
+        let rms = (square / self.count.max(1) as f64).sqrt();
+        if rms <= SAME_MOTION {
+            return Ok(());
+        }
+        Err(RecordingError::OtherMotion {
+            joint: robot.joint_names()[joint].clone(),
+            unit: match robot.joint_kind(joint) {
+                Some(JointKind::Prismatic) => "m",
+                Some(JointKind::Revolute) | None => "rad",
+            },
+            rms,
+            allowed: SAME_MOTION,
+        })
+    }
 }

@@ -292,30 +292,26 @@ fn the_defaults_identify_a_log() {
     assert!(result.faults.is_empty(), "{:?}", result.faults);
     let sum = |finding: &Finding| matches!(finding, Finding::WrenchesSummed { topics } if topics.len() == 2);
     assert!(result.findings.iter().any(sum), "{:?}", result.findings);
-    assert!(
-        result
-            .remaining_s(10.0)
-            .unwrap()
-            .iter()
-            .all(|time_s| *time_s == 0.0)
-    );
+    let (values, std_devs) = (result.estimate.values(), result.estimate.std_devs.unwrap());
+    let forecast = result.forecast.unwrap();
+    assert_eq!(forecast.remaining_s(&values, &std_devs, 10.0), [0.0; 10]);
 }
 
-/// The estimates over time come back from the log that they are written to, the final one last.
+/// The estimates over time come back from the log that they are written to.
 #[test]
 fn estimates_are_written_as_a_log() {
     let (folder, path, _) = recorded(|_| {});
     let result = identify(&path, &least_squares()).unwrap();
     let written = folder.path().join("estimates.mcap");
-    let points = result.estimates();
-    write_estimates(&written, &result.estimate.frame, result.start_ns, &points).unwrap();
+    let points = &result.history;
+    write_estimates(&written, &result.estimate.frame, result.start_ns, points).unwrap();
     let log = LogReader::open(&written).unwrap();
     let messages: Vec<_> = log.messages_on(["/tactid/payload"]).unwrap().collect();
-    assert_eq!(messages.len(), result.history.len());
+    assert_eq!(messages.len(), points.len());
     let last = messages[messages.len() - 1].as_ref().unwrap();
     let stamped: InertiaStamped = last.decode().unwrap();
     assert_eq!(stamped.header.frame_id, TOOL);
-    assert_eq!(stamped.inertia.m, result.estimate.body.mass_kg);
+    assert_eq!(stamped.inertia.m, points[points.len() - 1].values[0]);
     let end_ns = result.start_ns + (points[points.len() - 1].time_s * 1e9).round() as i64;
     assert_eq!(stamped.header.stamp.as_ns(), end_ns);
     let widths = log.messages_on(["/tactid/payload_half_width_95"]).unwrap();

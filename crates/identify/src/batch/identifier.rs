@@ -80,26 +80,6 @@ pub struct BatchResult {
     pub forecast: Option<Forecast>,
 }
 
-impl BatchResult {
-    /// Time for which the motion must continue until half of each value's 95 % interval is `within` (0.01
-    /// for 1 %) times the largest value of its kind (mass, centre of mass, inertia), in the order of
-    /// [`VALUE_NAMES`](crate::VALUE_NAMES), s. Zero where it is so already, infinite where the motion does
-    /// not determine the value.
-    ///
-    /// The information is extrapolated at the rate of the second half of the windows. An error of the model
-    /// (a sign, a frame, friction) is a bias, which no time removes.
-    #[must_use]
-    pub fn remaining_s(&self, within: f64) -> [f64; 10] {
-        let std_devs = self.estimate.std_devs.unwrap_or([f64::INFINITY; 10]);
-        let values = self.estimate.values();
-        self.forecast
-            .as_ref()
-            .map_or([f64::INFINITY; 10], |forecast| {
-                forecast.remaining_s(&values, &std_devs, within)
-            })
-    }
-}
-
 impl BatchIdentifier {
     /// Creates an identifier for a robot whose end-effector frame is the link `tool` and whose wrenches are
     /// measured in the links `sensors`.

@@ -6,7 +6,7 @@ use tactid_dynamics::{BaseKind, Manipulator};
 use crate::{IdentifyError, Method};
 
 /// Gravitational acceleration on the ground, m/s².
-const GRAVITY: f64 = 9.81;
+pub const GRAVITY: f64 = 9.81;
 
 /// How samples become equations: the measurements that are used, gravity, the filter, and what is known of
 /// the sensors. Every solver takes these settings; those of one solver are in a type of its own.

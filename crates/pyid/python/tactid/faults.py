@@ -8,7 +8,7 @@ PHRASES = {
     "out_of_order": "message out of order, left out",
     "undecodable": "message that cannot be decoded, left out",
     "not_finite": "message with a value that is not finite, left out",
-    "absurd": "message with an absurd value (beyond 1e9), left out",
+    "out_of_range": "message with a value out of range (beyond 1e9), left out",
     "partial_joints": "message with only some of its publisher's joints, left out",
     "position_count": "message with another number of positions than of names, left out",
     "velocity_not_finite": "velocity that is not finite, derived from the positions",

@@ -100,6 +100,14 @@ def _acceleration_not_used(data: Data, style: Style) -> str:
     )
 
 
+def _option_not_used(data: Data, style: Style) -> str:
+    option = option_name(data["option"], style)
+    return (
+        f"The option {option} has no effect: it is about measurements that the {data['method']}"
+        " method does not use."
+    )
+
+
 def _frame_assumed(data: Data, _: Style) -> str:
     return f"{data['topic']} names no frame: its wrenches are taken to be in `{data['frame']}`."
 
@@ -155,6 +163,7 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "inconsistent": _inconsistent,
     "outliers": _outliers,
     "acceleration_not_used": _acceleration_not_used,
+    "option_not_used": _option_not_used,
     "frame_assumed": _frame_assumed,
     "wrenches_summed": _wrenches_summed,
     "unknown_joints": _unknown_joints,

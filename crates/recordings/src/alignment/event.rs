@@ -26,7 +26,7 @@ impl JointValues {
     /// Velocities that are not finite are removed, with a fault: they follow from the positions.
     ///
     /// # Errors
-    /// Another value that is not finite or absurdly large, with the name of the quantity.
+    /// Returns the name of the quantity with the fault of another value that is not finite or out of range.
     pub(crate) fn check(
         mut self,
         places: &[usize],

@@ -9,7 +9,8 @@ impl Arrays<'_> {
     /// Checks the arrays that describe the motion.
     ///
     /// # Errors
-    /// No sample, a length that does not fit the times and the robot, or missing joint positions.
+    /// Returns [`RecordingError::NoSamples`] if there is no time, [`RecordingError::ArrayLength`] if a length does not
+    /// fit the times and the robot, and [`RecordingError::MissingArray`] if joint positions are missing.
     pub(super) fn check_motion(&self, robot: &Manipulator) -> Result<(), RecordingError> {
         let (samples, joints) = (self.times_s.len(), robot.dof());
         if samples == 0 {
@@ -42,7 +43,7 @@ impl Arrays<'_> {
     /// Checks that there are the arrays that a method needs.
     ///
     /// # Errors
-    /// Missing efforts, or a motion of the base that is not measured.
+    /// Returns [`RecordingError::MissingArray`] if the efforts or the motion of the base are missing.
     pub(super) fn check_method(&self, method: Method) -> Result<(), RecordingError> {
         if method == Method::Effort && self.joint_effort.is_empty() {
             return Err(RecordingError::MissingArray {
@@ -62,7 +63,8 @@ impl Arrays<'_> {
     /// Checks the wrenches against the number of sensors.
     ///
     /// # Errors
-    /// A length that does not fit, or sensors without wrenches.
+    /// Returns [`RecordingError::ArrayLength`] if the length does not fit, and [`RecordingError::MissingArray`] if there
+    /// are sensors without wrenches.
     pub(super) fn check_wrenches(&self, sensors: usize) -> Result<(), RecordingError> {
         if self.wrenches.is_empty() && sensors > 0 {
             return Err(RecordingError::MissingArray {

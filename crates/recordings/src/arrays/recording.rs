@@ -34,10 +34,10 @@ impl<'a> ArrayRecording<'a> {
         let timeline = Timeline::new(arrays.times_s);
         let contents = contents(arrays, &timeline);
         let options = Options::resolve(request, &contents);
-        arrays.check_method(options.method)?;
+        arrays.check_method(options.method())?;
         let mut sensors = sensors(arrays, &options.tip);
         arrays.check_wrenches(sensors.len())?;
-        if !options.method.uses_wrench() {
+        if !options.method().uses_wrench() {
             sensors.clear();
         }
         Ok(Self {
@@ -48,7 +48,7 @@ impl<'a> ArrayRecording<'a> {
                 wrench_sign: options.wrench_sign,
                 joint_names: robot.joint_names().to_vec(),
                 effort_gains: effort_gains(request, robot.joint_names())?,
-                uses_effort: options.method.uses_effort(),
+                uses_effort: options.method().uses_effort(),
             },
             sources: Sources {
                 robot,

@@ -8,8 +8,9 @@ use crate::{Clock, RecordingError};
 
 /// Number of messages whose stamps are compared with their times of logging.
 const COMPARED: usize = 200;
-/// A stamp that is further than this from where the time of logging puts it is a fault, s.
-const FARTHEST_S: f64 = 60.0;
+/// Longest delay of a stamp, in either direction, s: one that is further from where the time of logging puts it is
+/// a fault.
+pub(crate) const LONGEST_DELAY_S: f64 = 60.0;
 
 /// Time zero of a log, and how its stamps relate to the times of logging.
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +67,7 @@ impl LogClock {
     /// stands in, with a fault where other messages do have stamps.
     ///
     /// # Errors
-    /// A stamp far from the time of logging.
+    /// Returns [`FaultKind::FarStamp`] if the stamp is far from the time of logging.
     pub(crate) fn time_s(
         &self,
         message: &RawMessage,
@@ -77,7 +78,7 @@ impl LogClock {
             return Ok((log_s, self.offset_ns.map(|_| FaultKind::NoStamp)));
         }
         let time_s = stamp.as_ns().saturating_sub(self.origin_ns) as f64 * 1e-9;
-        if (time_s - log_s).abs() > FARTHEST_S {
+        if (time_s - log_s).abs() > LONGEST_DELAY_S {
             return Err(FaultKind::FarStamp);
         }
         Ok((time_s, None))

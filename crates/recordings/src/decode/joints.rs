@@ -42,7 +42,8 @@ impl JointGroups {
     /// Reads the beginning of a log.
     ///
     /// # Errors
-    /// Joints that several topics have, or a joint that moves the tool and is not in the log.
+    /// Returns [`RecordingError::SeveralTopics`] if several topics have the same joints, and
+    /// [`RecordingError::MissingJoint`] if a joint that moves the tool is not in the log.
     pub(crate) fn find(log: &LogReader, sources: &LogSources) -> Result<Self, RecordingError> {
         let MotionTopics::Joints { joints, .. } = &sources.topics.motion else {
             return Ok(Self::default());
@@ -167,7 +168,8 @@ fn sort(seen: BTreeMap<Vec<usize>, BTreeSet<String>>) -> Result<Vec<Vec<usize>>,
 /// Returns the joints of the robot that are in no group.
 ///
 /// # Errors
-/// Where one of them matters: it moves the tool or a sensor, or the method needs the motion of its link.
+/// Returns [`RecordingError::MissingJoint`] if one of them matters: it moves the tool or a sensor, or the method needs
+/// the motion of its link.
 fn absent(
     groups: &[Vec<usize>],
     unknown: &BTreeSet<String>,
@@ -199,7 +201,7 @@ fn matters(
     place: usize,
     sources: &LogSources,
 ) -> Result<bool, RecordingError> {
-    let method = sources.options.method;
+    let method = sources.options.method();
     if matches!(method, Method::JointSensing | Method::Combined { .. }) {
         return Ok(true);
     }

@@ -16,7 +16,7 @@ use crate::defaults::{Motion, effort_gains};
 use crate::fault::{FaultCounts, FaultKind};
 use crate::sources::{LogSources, MotionTopics};
 use crate::{Finding, RecordingError, Request};
-pub(crate) use clock::LogClock;
+pub(crate) use clock::{LONGEST_DELAY_S, LogClock};
 use joints::{JointGroups, Mapping};
 use publishers::Publishers;
 
@@ -63,7 +63,7 @@ impl Decoding {
             joints: JointGroups::find(log, sources)?,
             clock: LogClock::find(log, &topics.without_acceleration())?,
             wrench_sign: sources.options.wrench_sign,
-            uses_effort: sources.options.method.uses_effort(),
+            uses_effort: sources.options.method().uses_effort(),
             is_carried: sources.contents.motion != Motion::Joints,
         })
     }
@@ -79,7 +79,10 @@ impl Decoding {
 
     /// Returns the streams of events that the messages make. `unloaded`: with those of an unloaded recording.
     pub(crate) fn streams(&self, sources: &LogSources, unloaded: bool) -> Streams {
-        let gravity = sources.options.gravity_for(sources.robot.base_kind());
+        let gravity = sources
+            .options
+            .equations
+            .gravity_for(sources.robot.base_kind());
         Streams {
             more_joints: self.joints.others(),
             base: sources.topics.has_base(),
@@ -145,7 +148,7 @@ pub(crate) struct Decoder {
 }
 
 impl Decoder {
-    /// Creates a decoder that counts silences longer than `max_gap_s` as gaps.
+    /// Creates a decoder that counts longer times than `max_gap_s` between two messages of a publisher as gaps.
     pub(crate) fn new(decoding: Arc<Decoding>, max_gap_s: f64) -> Self {
         Self {
             decoding,

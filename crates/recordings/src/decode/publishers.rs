@@ -20,7 +20,7 @@ struct Publisher {
 #[derive(Clone, Debug)]
 pub(crate) struct Publishers {
     publishers: Vec<Publisher>,
-    /// Longer silences of a publisher are gaps, s.
+    /// Longer times between two messages of a publisher are gaps, s.
     max_gap_s: f64,
 }
 
@@ -35,7 +35,7 @@ impl Publishers {
     /// Notes the time of a message, and counts a gap before it.
     ///
     /// # Errors
-    /// A message that is not later than the one before of its publisher.
+    /// Returns [`FaultKind::OutOfOrder`] if the message is not later than the one before of its publisher.
     pub(crate) fn push(
         &mut self,
         topic: &str,

@@ -36,7 +36,7 @@ impl StaticTransforms {
     /// Returns the robot with a frame, which is one of its links already or is fixed to one.
     ///
     /// # Errors
-    /// [`RecordingError::UnknownFrame`] with the topic `whose` that names the frame.
+    /// Returns [`RecordingError::UnknownFrame`], with the topic `whose` that names the frame, if no transform leads to it.
     pub(crate) fn place(
         &self,
         robot: Manipulator,

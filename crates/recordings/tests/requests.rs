@@ -1,0 +1,163 @@
+//! What a request asks for: the paper's filter, known tools and signs, and values that cannot be used.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod recorded_arrays;
+
+use nalgebra::{Matrix3, Vector3};
+use recorded_arrays::{CARRIED_KG, Recording, carried, quick, recorded};
+use tactid_dynamics::MassProperties;
+use tactid_identify::{EquationSettings, IdentifyError};
+use tactid_recordings::{ActsOn, Estimator, Method, PaperSettings, RecordingError, Request};
+
+/// The paper's filter has the paper's cutoff, gap and delay, as on a log.
+#[test]
+fn the_papers_filter_has_its_own_defaults() {
+    let result = recorded().identify(&Request::paper()).unwrap();
+    assert!(matches!(result.estimator, Estimator::Paper(_)));
+    assert_eq!(
+        (result.cutoff_hz, result.max_gap_s, result.delay_s),
+        (10.0, 0.1, 0.0)
+    );
+    assert!(result.estimated_delay.is_none() && result.fit.is_none());
+    assert!(result.singular_values.is_some());
+    assert!(result.history.iter().any(|point| point.epoch == 1));
+}
+
+/// The paper's filter subtracts a known tool from the estimate and from all of its history, and judges what
+/// remains: less than nothing is no body.
+#[test]
+fn the_papers_filter_subtracts_a_known_tool() {
+    let request = |known_tool| Request {
+        estimator: Some(Estimator::Paper(PaperSettings {
+            average_s: 0.0,
+            ..PaperSettings::default()
+        })),
+        known_tool,
+        ..Request::default()
+    };
+    let recording = recorded();
+    let all = recording.identify(&request(None)).unwrap();
+    let all_kg = all.estimate.body.mass_kg;
+    for tool_kg in [0.25 * all_kg, 2.0 * all_kg] {
+        let tool = MassProperties {
+            mass_kg: tool_kg,
+            center_of_mass: Vector3::zeros(),
+            inertia: Matrix3::zeros(),
+        };
+        let result = recording.identify(&request(Some(tool))).unwrap();
+        let rest_kg = result.estimate.body.mass_kg;
+        assert!((rest_kg - (all_kg - tool_kg)).abs() < 1e-12, "{rest_kg}");
+        if tool_kg > all_kg {
+            assert!(!result.estimate.is_physical);
+        }
+        for (point, whole) in result.history.iter().zip(&all.history) {
+            let (rest_kg, whole_kg) = (point.values[0], whole.values[0]);
+            let tolerance = 1e-12 * whole_kg.abs();
+            assert!((rest_kg + tool_kg - whole_kg).abs() <= tolerance || !whole_kg.is_finite());
+        }
+    }
+}
+
+/// Wrenches that act on the sensor have the opposite sign.
+#[test]
+fn wrenches_may_act_on_the_sensor() {
+    let mut recording = carried();
+    for value in &mut recording.wrenches {
+        *value = -*value;
+    }
+    let request = Request {
+        wrench_acts_on: Some(ActsOn::Sensor),
+        ..quick()
+    };
+    let mass_kg = recording.identify(&request).unwrap().estimate.body.mass_kg;
+    assert!((mass_kg - CARRIED_KG).abs() < 1e-4, "{mass_kg}");
+}
+
+/// Options that only a log can use are errors for arrays.
+#[test]
+fn options_for_logs_are_rejected() {
+    let mut requests = vec![Request::default(); 3];
+    requests[0].urdf = Some(String::new());
+    requests[1].unloaded = Some("empty.mcap".into());
+    requests[2].topics.imu = Some("/imu".to_owned());
+    let recording = recorded();
+    for (request, expected) in requests.iter().zip(["urdf", "unloaded", "topics.imu"]) {
+        match recording.identify(request) {
+            Err(RecordingError::NotForArrays(name)) => assert_eq!(name, expected),
+            other => panic!("{other:?}"),
+        }
+    }
+    let request = Request {
+        effort_gain: Some(vec![1.0; 3]),
+        ..Request::default()
+    };
+    match recording.identify(&request) {
+        Err(RecordingError::EffortGains { given, count, .. }) => assert_eq!((given, count), (3, 8)),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// A value of the request that is out of range is an error with the name of its field, whatever the recording.
+#[test]
+fn a_value_out_of_range_is_named() {
+    let tool = MassProperties {
+        mass_kg: f64::NAN,
+        center_of_mass: Vector3::zeros(),
+        inertia: Matrix3::zeros(),
+    };
+    type Change = fn(&mut Request, f64);
+    let fields: [(&str, Change); 7] = [
+        ("gravity", |r, bad| {
+            r.gravity = Some(Vector3::new(0.0, 0.0, bad))
+        }),
+        ("cutoff_hz", |r, bad| r.cutoff_hz = Some(bad)),
+        ("max_gap_s", |r, bad| r.max_gap_s = Some(bad)),
+        ("delay_s", |r, bad| r.delay_s = Some(bad)),
+        ("wrench_noise", |r, bad| {
+            r.wrench_noise = Some(vec![[bad; 6]])
+        }),
+        ("effort_noise", |r, bad| r.effort_noise = Some(vec![bad])),
+        ("effort_gain", |r, bad| r.effort_gain = Some(vec![1.0, bad])),
+    ];
+    let empty = Recording::of(&[]);
+    let assert_names = |request: &Request, expected: &str| match empty.identify(request) {
+        Err(RecordingError::Identify(IdentifyError::Value { name, .. })) => {
+            assert_eq!(name, expected);
+        }
+        other => panic!("{expected}: {other:?}"),
+    };
+    for (name, change) in fields {
+        for bad in [f64::NAN, f64::NEG_INFINITY] {
+            let mut request = Request::default();
+            change(&mut request, bad);
+            assert_names(&request, name);
+        }
+    }
+    let far = Request {
+        delay_s: Some(1e9),
+        ..Request::default()
+    };
+    assert_names(&far, "delay_s");
+    let unknown_tool = Request {
+        known_tool: Some(tool),
+        ..Request::default()
+    };
+    assert_names(&unknown_tool, "known_tool");
+}
+
+/// An online solver has the defaults of the equations where the request leaves a choice open, and the samples
+/// say whether the combined method has efforts.
+#[test]
+fn online_settings_choose_nothing_from_data() {
+    let open = Request::default().online_settings(true);
+    assert_eq!(open, EquationSettings::default());
+    let request = Request {
+        method: Some(Method::Combined { effort: true }),
+        cutoff_hz: Some(3.0),
+        ..Request::default()
+    };
+    let settings = request.online_settings(false);
+    assert_eq!(settings.method, Method::Combined { effort: false });
+    assert_eq!(settings.cutoff_hz, 3.0);
+}
