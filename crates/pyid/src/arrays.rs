@@ -1,7 +1,9 @@
 //! Arrays at the edge: anything NumPy can read comes in as a series of samples, and goes out as an
 //! array with one entry a sample.
 
-use nalgebra::{Isometry3, Matrix3, Matrix4, Quaternion, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{
+    Isometry3, Matrix3, Matrix4, Quaternion, Rotation3, UnitQuaternion, Vector3, Vector4,
+};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
@@ -9,6 +11,9 @@ use crate::errors::ArgumentError;
 
 /// How far a rotation matrix may be from orthonormal, entry by entry: more than float32 rounds.
 const ROTATION_TOLERANCE: f64 = 1e-5;
+
+/// Largest difference of a measured quaternion's norm from one, as for the messages of a log.
+const NORM_TOLERANCE: f64 = 0.1;
 
 /// Numbers that belong to samples: one item for each, or one for all of them.
 ///
@@ -116,9 +121,41 @@ pub(crate) struct Poses {
 }
 
 impl Poses {
+    /// Reads poses; the identity where nothing is given. Any entry that is no pose is an error.
     pub(crate) fn read_or_identity(
         value: Option<&Bound<'_, PyAny>>,
         name: &'static str,
+    ) -> PyResult<Self> {
+        Self::read(value, name, pose_from_quaternion, pose_from_matrix)
+    }
+
+    /// Reads measured poses; the identity where nothing is given.
+    ///
+    /// A matrix with NaN, and a quaternion whose norm is not within [`NORM_TOLERANCE`] of one, become poses of NaN,
+    /// which the identification counts as faults of single samples. Any other matrix that is no pose is an error.
+    pub(crate) fn read_measured_or_identity(
+        value: Option<&Bound<'_, PyAny>>,
+        name: &'static str,
+    ) -> PyResult<Self> {
+        Self::read(
+            value,
+            name,
+            |item| Ok(measured_pose_from_quaternion(item)),
+            |item| {
+                if item.iter().any(|entry| entry.is_nan()) {
+                    Ok(missing_pose())
+                } else {
+                    pose_from_matrix(item)
+                }
+            },
+        )
+    }
+
+    fn read(
+        value: Option<&Bound<'_, PyAny>>,
+        name: &'static str,
+        from_quaternion: impl Fn(&[f64]) -> Result<Isometry3<f64>, &'static str>,
+        from_matrix: impl Fn(&[f64]) -> Result<Isometry3<f64>, &'static str>,
     ) -> PyResult<Self> {
         let Some(value) = value else {
             return Ok(Self {
@@ -139,9 +176,9 @@ impl Poses {
         let values = array.to_vec()?;
         let poses = values.chunks_exact(width).enumerate().map(|(row, item)| {
             let pose = if width == 16 {
-                pose_from_matrix(item)
+                from_matrix(item)
             } else {
-                pose_from_quaternion(item)
+                from_quaternion(item)
             };
             pose.map_err(|why| ArgumentError::new_err(format!("`{name}`, entry {row}: {why}")))
         });
@@ -303,4 +340,24 @@ fn pose_from_quaternion(entries: &[f64]) -> Result<Isometry3<f64>, &'static str>
         Vector3::new(entries[0], entries[1], entries[2]).into(),
         rotation,
     ))
+}
+
+/// Returns the pose of a quaternion that is about normalised, else a pose of NaN.
+fn measured_pose_from_quaternion(entries: &[f64]) -> Isometry3<f64> {
+    let quaternion = Quaternion::new(entries[6], entries[3], entries[4], entries[5]);
+    // The comparison with NaN is false.
+    if (quaternion.norm() - 1.0).abs() <= NORM_TOLERANCE {
+        let position = Vector3::new(entries[0], entries[1], entries[2]);
+        Isometry3::from_parts(position.into(), UnitQuaternion::new_normalize(quaternion))
+    } else {
+        missing_pose()
+    }
+}
+
+fn missing_pose() -> Isometry3<f64> {
+    let rotation = Quaternion::from(Vector4::repeat(f64::NAN));
+    Isometry3::from_parts(
+        Vector3::repeat(f64::NAN).into(),
+        UnitQuaternion::new_unchecked(rotation),
+    )
 }

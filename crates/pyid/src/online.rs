@@ -209,7 +209,7 @@ impl Samples {
             qd: Series::read_or_empty(qd, "qd", dof)?,
             effort: Series::read_or_empty(effort, "effort", dof)?,
             wrenches,
-            pose: Poses::read_or_identity(pose, "base_pose")?,
+            pose: Poses::read_measured_or_identity(pose, "base_pose")?,
             twist: Series::read_or_zero(twist, "base_twist", 6)?,
             count: 1,
         };

@@ -64,7 +64,9 @@ def identify(
         effort: Efforts that the joints exert, (N, n), N m or N.
         wrench: Force, N, then moment, N m, on the payload, each in its sensor's frame and about
             its origin, (N, 6), or (N, S, 6) for S sensors.
-        pose: Poses in the world, (N, 4, 4), or (N, 7) as ``[x, y, z, qx, qy, qz, qw]``.
+        pose: Poses in the world, (N, 4, 4), or (N, 7) as ``[x, y, z, qx, qy, qz, qw]``. A sample
+            whose pose has NaN, or a quaternion with a norm outside 0.9 to 1.1, is left out and
+            counted among the faults.
         twist: Velocity of the origin, then angular velocity, in world axes, (N, 6).
         acceleration: Classical acceleration without gravity, then angular, in world axes, (N, 6).
         sensors: The links of the wrenches. Default: the tip.
