@@ -83,7 +83,7 @@ def identify(
         IdentificationError: Something that is needed is missing.
         ArgumentError: An option is unknown, does not apply or is out of range, or a shape is wrong.
     """
-    given = (robot, q, qd, effort, wrench, pose, twist, acceleration, sensors)
+    given: tuple[Any, ...] = (robot, q, qd, effort, wrench, pose, twist, acceleration, sensors)
     arrays: dict[str, Any] = dict(zip(ARRAYS, given, strict=True))
     if isinstance(source, str | os.PathLike):
         collected = collect(options, keywords, "log")
