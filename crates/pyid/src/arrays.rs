@@ -1,5 +1,5 @@
-//! Arrays at the edge: anything NumPy can read comes in as a series of samples, and goes out as an
-//! array with one entry a sample.
+//! Conversion between NumPy arrays and series of samples. Anything that NumPy can convert is read; results are
+//! arrays with one entry for each sample.
 
 use nalgebra::{
     Isometry3, Matrix3, Matrix4, Quaternion, Rotation3, UnitQuaternion, Vector3, Vector4,
@@ -9,13 +9,13 @@ use pyo3::prelude::*;
 
 use crate::errors::ArgumentError;
 
-/// How far a rotation matrix may be from orthonormal, entry by entry: more than float32 rounds.
+/// Largest entry of `R R^T - 1` for a rotation matrix `R`, above the rounding of float32.
 const ROTATION_TOLERANCE: f64 = 1e-5;
 
 /// Largest difference of a measured quaternion's norm from one, as for the messages of a log.
 const NORM_TOLERANCE: f64 = 0.1;
 
-/// Numbers that belong to samples: one item for each, or one for all of them.
+/// Numbers that belong to samples: one item for each sample, or one item for all samples.
 ///
 /// The values are a copy, since nothing keeps Python from changing an array while the interpreter
 /// is released.
@@ -50,7 +50,7 @@ impl Series {
         })
     }
 
-    /// As [`Self::read`]; zeros where nothing is given.
+    /// Reads an array of the shape `(width,)` or `(N, width)`; zeros where nothing is given.
     pub(crate) fn read_or_zero(
         value: Option<&Bound<'_, PyAny>>,
         name: &'static str,
@@ -69,7 +69,7 @@ impl Series {
         )
     }
 
-    /// As [`Self::read`]; nothing at all, an item without entries, where nothing is given.
+    /// Reads an array of the shape `(width,)` or `(N, width)`; an item without entries where nothing is given.
     pub(crate) fn read_or_empty(
         value: Option<&Bound<'_, PyAny>>,
         name: &'static str,
@@ -81,13 +81,13 @@ impl Series {
         }
     }
 
-    /// The item of a sample. Panics where there is none: ask [`common_length`] first.
+    /// Returns the item of a sample. Panics where there is none: ask [`common_length`] first.
     pub(crate) fn at(&self, sample: usize) -> &[f64] {
         let start = self.samples.map_or(0, |_| sample * self.width);
         &self.values[start..start + self.width]
     }
 
-    /// All items one after the other; a single one is repeated `count` times.
+    /// Returns all items one after the other; a single item is repeated `count` times.
     pub(crate) fn repeated(self, count: usize) -> Vec<f64> {
         match self.samples {
             Some(_) => self.values,
@@ -95,7 +95,7 @@ impl Series {
         }
     }
 
-    /// The one item that is given, where a series makes no sense.
+    /// Returns the single item. A series is an error.
     pub(crate) fn single(&self) -> PyResult<&[f64]> {
         match self.samples {
             None => Ok(&self.values),
@@ -106,7 +106,7 @@ impl Series {
         }
     }
 
-    /// The three numbers of an item from `first` on.
+    /// Returns three consecutive numbers of a sample's item, beginning at the index `first`.
     pub(crate) fn vector(&self, sample: usize, first: usize) -> Vector3<f64> {
         let item = self.at(sample);
         Vector3::new(item[first], item[first + 1], item[first + 2])
@@ -189,17 +189,17 @@ impl Poses {
         })
     }
 
-    /// The pose of a sample. Panics where there is none: ask [`common_length`] first.
+    /// Returns the pose of a sample. Panics where there is none: ask [`common_length`] first.
     pub(crate) fn at(&self, sample: usize) -> &Isometry3<f64> {
         &self.poses[self.samples.map_or(0, |_| sample)]
     }
 
-    /// All poses, or the one that holds for all samples.
+    /// Returns all poses, or the single one that holds for all samples.
     pub(crate) fn as_slice(&self) -> &[Isometry3<f64>] {
         &self.poses
     }
 
-    /// The one pose that is given, where a series makes no sense.
+    /// Returns the single pose. A series is an error.
     pub(crate) fn single(&self) -> PyResult<&Isometry3<f64>> {
         match (self.samples, &self.poses[..]) {
             (None, [pose]) => Ok(pose),
@@ -211,7 +211,7 @@ impl Poses {
     }
 }
 
-/// Something that has a number of samples, or one value for all of them.
+/// A quantity with one value for each sample, or one value for all samples.
 pub(crate) trait Sampled {
     fn name(&self) -> &'static str;
     fn samples(&self) -> Option<usize>;
@@ -235,7 +235,7 @@ impl Sampled for Poses {
     }
 }
 
-/// How many samples the series have together; `None` where each holds one item.
+/// Returns the number of samples that the series have in common; `None` where each has one item for all samples.
 pub(crate) fn common_length(series: &[&dyn Sampled]) -> PyResult<Option<usize>> {
     let mut longest: Option<(&'static str, usize)> = None;
     for one in series {
@@ -253,7 +253,7 @@ pub(crate) fn common_length(series: &[&dyn Sampled]) -> PyResult<Option<usize>> 
     Ok(longest.map(|(_, count)| count))
 }
 
-/// An array of the shape `(N, *item)`, or of the shape `item` for a single sample.
+/// Returns an array of the shape `(N, *item)`, or of the shape `item` for a single sample.
 pub(crate) fn output<'py>(
     py: Python<'py>,
     values: Vec<f64>,
@@ -264,12 +264,12 @@ pub(crate) fn output<'py>(
     PyArray1::from_vec(py, values).reshape(shape)
 }
 
-/// `[linear, angular]`, one after the other.
+/// Appends two vectors, such as the linear and the angular part of a twist.
 pub(crate) fn extend_with(values: &mut Vec<f64>, first: &Vector3<f64>, second: &Vector3<f64>) {
     values.extend(first.iter().chain(second.iter()));
 }
 
-/// The 16 entries of a 4x4 pose, row by row.
+/// Returns the 16 entries of a pose as a 4x4 matrix, row by row.
 pub(crate) fn homogeneous(pose: &Isometry3<f64>) -> impl Iterator<Item = f64> {
     let transposed = pose.to_homogeneous().transpose(); // nalgebra goes column by column
     (0..16).map(move |index| transposed[index])
@@ -305,7 +305,7 @@ fn shape_error(name: &str, given: &[usize], items: &[&[usize]]) -> PyErr {
     ))
 }
 
-/// A shape as Python writes it.
+/// Formats a shape as Python writes a tuple.
 fn tuple(shape: &[usize]) -> String {
     let dimensions: Vec<_> = shape.iter().map(usize::to_string).collect();
     match &dimensions[..] {
