@@ -68,7 +68,7 @@ def mentions(record: Record, about: str, *words: str, count: int | None = None) 
     Any of the words will do; the count must be right where one is asked for.
     """
     for line in record["diagnostics"].get("faults", []):
-        text = f"{line['topic']} {line['what']}".casefold()
+        text = f"{line['topic']} {line['text']}".casefold()
         right = count is None or line["count"] == count
         if right and about in text and any(word.casefold() in text for word in words or ("",)):
             return True

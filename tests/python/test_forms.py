@@ -98,7 +98,7 @@ def test_a_controller_gets_both_inertias_by_name(values: list[float]) -> None:
 
 @pytest.mark.parametrize("form", ["urdf", "mujoco"])
 @pytest.mark.parametrize("nothing", [None, float("nan"), float("inf")])
-def test_what_is_not_known_is_not_written(form: forms.Form, nothing: float | None) -> None:
+def test_what_is_not_known_is_not_written(form: str, nothing: float | None) -> None:
     unknown = [*PLATE[:5], nothing, *PLATE[6:8], nothing, PLATE[9]]
     with pytest.raises(tactid.IdentificationError, match="inertia xy, inertia yz not identif") as e:
         forms.FORMS[form](unknown, "tool0")

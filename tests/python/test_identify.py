@@ -129,7 +129,9 @@ def test_online_identifier_on_a_known_motion(
     np.testing.assert_allclose(estimate.body.parameters, payload.parameters, atol=1e-4)
     assert identifier.push(time[-1], q[-1], qd[-1], wrench[-1, None]) == 0  # not later
     assert identifier.push(9.0, q[-1] * np.nan, qd[-1], wrench[-1, None]) == 0
-    assert identifier.estimate().rejected == 2
+    no_pose = np.full(7, np.nan)
+    assert identifier.push(9.0, q[-1], qd[-1], wrench[-1, None], base_pose=no_pose) == 0
+    assert identifier.estimate().rejected == 3
     assert identifier.estimate().frame == "tool0"
 
 

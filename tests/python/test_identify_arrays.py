@@ -58,6 +58,41 @@ def test_velocities_may_be_left_out(
     assert found.estimate.body.mass == pytest.approx(100, rel=1e-2)
 
 
+def test_unusable_poses_are_counted(
+    robot: tactid.Manipulator, arrays: tuple[NDArray[np.float64], Arrays]
+) -> None:
+    time, given = arrays
+    pose = given["pose"].copy()
+    pose[500] = np.nan
+    pose[1000, 0] = np.nan
+    pose[1500, 3:] = 0.0
+    pose[2000, 3:] *= 2.0
+    result = tactid.identify(time, robot=robot, sensors=FINGERS, **given | {"pose": pose})
+    counted = {(fault.topic, fault.kind): fault.count for fault in result.faults}
+    assert counted["poses", "not_finite"] == 4
+    assert result.estimate.body.mass == pytest.approx(100, rel=1e-2)
+
+
+def test_a_matrix_with_nan_is_counted_and_one_that_is_no_rotation_is_refused(
+    rng: np.random.Generator,
+) -> None:
+    time = np.arange(0.0, 4.0, 0.01)
+    pose = np.tile(np.eye(4), (len(time), 1, 1))
+    cos, sin = np.cos(3 * time), np.sin(3 * time)
+    pose[:, 0, 0] = pose[:, 2, 2] = cos
+    pose[:, 0, 2], pose[:, 2, 0] = sin, -sin
+    force = 2.0 * 9.81 * pose[:, 2, :3]  # what holds 2 kg, in the axes of the sensor
+    wrench = np.hstack([force, np.zeros_like(force)]) + 1e-3 * rng.normal(size=(len(time), 6))
+    pose[50, 1, 1] = np.nan
+    result = tactid.identify(time, wrench=wrench, pose=pose)
+    counted = {(fault.topic, fault.kind): fault.count for fault in result.faults}
+    assert counted["poses", "not_finite"] == 1
+    assert result.estimate.values[0] == pytest.approx(2.0, rel=1e-2)
+    pose[60] *= 2.0
+    with pytest.raises(tactid.ArgumentError, match=r"`pose`, entry 60: .* not a rotation"):
+        tactid.identify(time, wrench=wrench, pose=pose)
+
+
 def test_what_does_not_fit_is_refused(
     robot: tactid.Manipulator, arrays: tuple[NDArray[np.float64], Arrays]
 ) -> None:

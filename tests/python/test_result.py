@@ -10,7 +10,7 @@ import pytest
 
 import doubles
 from expectations import LAYOUT
-from tactid import Finding, files, outlook, result_json, truth, values, wording
+from tactid import Finding, KnownMass, files, outlook, result_json, truth, values, wording
 
 NOMINAL = [100.0, 0.5, 0.0, 0.0, 10.0, 0.0, 0.0, 20.0, 0.0, 10.0]
 
@@ -99,6 +99,19 @@ def test_a_recording_as_json_has_the_layout_that_others_read() -> None:
     assert shown["findings"] == [
         {"kind": "frame_assumed", **finding.data, "text": wording.finding(finding)}
     ]
+
+
+def test_the_keys_of_what_was_given_have_units() -> None:
+    box = np.array([[-0.1, -0.1, 0.0], [0.1, 0.1, 0.3]])
+    found = replace(
+        doubles.tactile(duration=4.0), known_mass=KnownMass(1.84, 0.01), bounding_box=box
+    )
+    shown = result_json.record(found)["diagnostics"]
+    assert (shown["known_mass_kg"], shown["known_mass_std_dev_kg"]) == (1.84, 0.01)
+    assert shown["bounding_box_m"] == box.tolist()
+    assert shown["gravity_m_s2"] == doubles.GRAVITY.tolist()
+    assert shown["estimated_delay_std_dev_s"] == found.estimated_delay.std_dev
+    assert shown["wrench_offset"] is None
 
 
 def test_series_hold_fit_and_history_of_a_recording() -> None:

@@ -91,7 +91,9 @@ def test_the_command_takes_offset_and_noise(command: TactidCommand, log: Path) -
     noise = ["--wrench-noise", "1,1,1,.1,.1,.1"]
     done = command("identify", log, "--wrench-offset", *noise, *noise, "--json")
     assert done.returncode == 0, done.stderr
-    offset = json.loads(done.stdout)["diagnostics"]["offset"]
+    reported = json.loads(done.stdout)["diagnostics"]["wrench_offset"]
+    assert reported["frame"] == "tool0"
+    offset = reported["components"]
     assert next(iter(offset)) == "force x"
     assert offset["moment z"]["unit"] == "N m"
     assert abs(offset["force x"]["value"]) < 0.01

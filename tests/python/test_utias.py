@@ -129,7 +129,7 @@ def test_the_usual_gravity_is_suspected(identify: Identify, tool: str, noise: st
     suspects = ("gravity",) if noise == "none" else ("gravity", "wrench")
     assert any(remarks_with(record, suspect, "opposite") for suspect in suspects)
     # Nothing is switched.
-    assert record["diagnostics"]["gravity"] == [0, 0, -9.81]
+    assert record["diagnostics"]["gravity_m_s2"] == [0, 0, -9.81]
     mass = record["estimate"]["mass"]
     assert mass is None or abs(mass / truth_of(bag).mass - 1) > 0.05
 

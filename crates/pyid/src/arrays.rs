@@ -1,16 +1,21 @@
-//! Arrays at the edge: anything NumPy can read comes in as a series of samples, and goes out as an
-//! array with one entry a sample.
+//! Conversion between NumPy arrays and series of samples. Anything that NumPy can convert is read; results are
+//! arrays with one entry for each sample.
 
-use nalgebra::{Isometry3, Matrix3, Matrix4, Quaternion, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{
+    Isometry3, Matrix3, Matrix4, Quaternion, Rotation3, UnitQuaternion, Vector3, Vector4,
+};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use crate::errors::ArgumentError;
 
-/// How far a rotation matrix may be from orthonormal, entry by entry: more than float32 rounds.
+/// Largest entry of `R R^T - 1` for a rotation matrix `R`, above the rounding of float32.
 const ROTATION_TOLERANCE: f64 = 1e-5;
 
-/// Numbers that belong to samples: one item for each, or one for all of them.
+/// Largest difference of a measured quaternion's norm from one, as for the messages of a log.
+const NORM_TOLERANCE: f64 = 0.1;
+
+/// Numbers that belong to samples: one item for each sample, or one item for all samples.
 ///
 /// The values are a copy, since nothing keeps Python from changing an array while the interpreter
 /// is released.
@@ -45,7 +50,7 @@ impl Series {
         })
     }
 
-    /// As [`Self::read`]; zeros where nothing is given.
+    /// Reads an array of the shape `(width,)` or `(N, width)`; zeros where nothing is given.
     pub(crate) fn read_or_zero(
         value: Option<&Bound<'_, PyAny>>,
         name: &'static str,
@@ -64,7 +69,7 @@ impl Series {
         )
     }
 
-    /// As [`Self::read`]; nothing at all, an item without entries, where nothing is given.
+    /// Reads an array of the shape `(width,)` or `(N, width)`; an item without entries where nothing is given.
     pub(crate) fn read_or_empty(
         value: Option<&Bound<'_, PyAny>>,
         name: &'static str,
@@ -76,13 +81,13 @@ impl Series {
         }
     }
 
-    /// The item of a sample. Panics where there is none: ask [`common_length`] first.
+    /// Returns the item of a sample. Panics where there is none: ask [`common_length`] first.
     pub(crate) fn at(&self, sample: usize) -> &[f64] {
         let start = self.samples.map_or(0, |_| sample * self.width);
         &self.values[start..start + self.width]
     }
 
-    /// All items one after the other; a single one is repeated `count` times.
+    /// Returns all items one after the other; a single item is repeated `count` times.
     pub(crate) fn repeated(self, count: usize) -> Vec<f64> {
         match self.samples {
             Some(_) => self.values,
@@ -90,7 +95,7 @@ impl Series {
         }
     }
 
-    /// The one item that is given, where a series makes no sense.
+    /// Returns the single item. A series is an error.
     pub(crate) fn single(&self) -> PyResult<&[f64]> {
         match self.samples {
             None => Ok(&self.values),
@@ -101,7 +106,7 @@ impl Series {
         }
     }
 
-    /// The three numbers of an item from `first` on.
+    /// Returns three consecutive numbers of a sample's item, beginning at the index `first`.
     pub(crate) fn vector(&self, sample: usize, first: usize) -> Vector3<f64> {
         let item = self.at(sample);
         Vector3::new(item[first], item[first + 1], item[first + 2])
@@ -116,9 +121,41 @@ pub(crate) struct Poses {
 }
 
 impl Poses {
+    /// Reads poses; the identity where nothing is given. Any entry that is no pose is an error.
     pub(crate) fn read_or_identity(
         value: Option<&Bound<'_, PyAny>>,
         name: &'static str,
+    ) -> PyResult<Self> {
+        Self::read(value, name, pose_from_quaternion, pose_from_matrix)
+    }
+
+    /// Reads measured poses; the identity where nothing is given.
+    ///
+    /// A matrix with NaN, and a quaternion whose norm is not within [`NORM_TOLERANCE`] of one, become poses of NaN,
+    /// which the identification counts as faults of single samples. Any other matrix that is no pose is an error.
+    pub(crate) fn read_measured_or_identity(
+        value: Option<&Bound<'_, PyAny>>,
+        name: &'static str,
+    ) -> PyResult<Self> {
+        Self::read(
+            value,
+            name,
+            |item| Ok(measured_pose_from_quaternion(item)),
+            |item| {
+                if item.iter().any(|entry| entry.is_nan()) {
+                    Ok(missing_pose())
+                } else {
+                    pose_from_matrix(item)
+                }
+            },
+        )
+    }
+
+    fn read(
+        value: Option<&Bound<'_, PyAny>>,
+        name: &'static str,
+        from_quaternion: impl Fn(&[f64]) -> Result<Isometry3<f64>, &'static str>,
+        from_matrix: impl Fn(&[f64]) -> Result<Isometry3<f64>, &'static str>,
     ) -> PyResult<Self> {
         let Some(value) = value else {
             return Ok(Self {
@@ -139,9 +176,9 @@ impl Poses {
         let values = array.to_vec()?;
         let poses = values.chunks_exact(width).enumerate().map(|(row, item)| {
             let pose = if width == 16 {
-                pose_from_matrix(item)
+                from_matrix(item)
             } else {
-                pose_from_quaternion(item)
+                from_quaternion(item)
             };
             pose.map_err(|why| ArgumentError::new_err(format!("`{name}`, entry {row}: {why}")))
         });
@@ -152,17 +189,17 @@ impl Poses {
         })
     }
 
-    /// The pose of a sample. Panics where there is none: ask [`common_length`] first.
+    /// Returns the pose of a sample. Panics where there is none: ask [`common_length`] first.
     pub(crate) fn at(&self, sample: usize) -> &Isometry3<f64> {
         &self.poses[self.samples.map_or(0, |_| sample)]
     }
 
-    /// All poses, or the one that holds for all samples.
+    /// Returns all poses, or the single one that holds for all samples.
     pub(crate) fn as_slice(&self) -> &[Isometry3<f64>] {
         &self.poses
     }
 
-    /// The one pose that is given, where a series makes no sense.
+    /// Returns the single pose. A series is an error.
     pub(crate) fn single(&self) -> PyResult<&Isometry3<f64>> {
         match (self.samples, &self.poses[..]) {
             (None, [pose]) => Ok(pose),
@@ -174,7 +211,7 @@ impl Poses {
     }
 }
 
-/// Something that has a number of samples, or one value for all of them.
+/// A quantity with one value for each sample, or one value for all samples.
 pub(crate) trait Sampled {
     fn name(&self) -> &'static str;
     fn samples(&self) -> Option<usize>;
@@ -198,7 +235,7 @@ impl Sampled for Poses {
     }
 }
 
-/// How many samples the series have together; `None` where each holds one item.
+/// Returns the number of samples that the series have in common; `None` where each has one item for all samples.
 pub(crate) fn common_length(series: &[&dyn Sampled]) -> PyResult<Option<usize>> {
     let mut longest: Option<(&'static str, usize)> = None;
     for one in series {
@@ -216,7 +253,7 @@ pub(crate) fn common_length(series: &[&dyn Sampled]) -> PyResult<Option<usize>> 
     Ok(longest.map(|(_, count)| count))
 }
 
-/// An array of the shape `(N, *item)`, or of the shape `item` for a single sample.
+/// Returns an array of the shape `(N, *item)`, or of the shape `item` for a single sample.
 pub(crate) fn output<'py>(
     py: Python<'py>,
     values: Vec<f64>,
@@ -227,12 +264,12 @@ pub(crate) fn output<'py>(
     PyArray1::from_vec(py, values).reshape(shape)
 }
 
-/// `[linear, angular]`, one after the other.
+/// Appends two vectors, such as the linear and the angular part of a twist.
 pub(crate) fn extend_with(values: &mut Vec<f64>, first: &Vector3<f64>, second: &Vector3<f64>) {
     values.extend(first.iter().chain(second.iter()));
 }
 
-/// The 16 entries of a 4x4 pose, row by row.
+/// Returns the 16 entries of a pose as a 4x4 matrix, row by row.
 pub(crate) fn homogeneous(pose: &Isometry3<f64>) -> impl Iterator<Item = f64> {
     let transposed = pose.to_homogeneous().transpose(); // nalgebra goes column by column
     (0..16).map(move |index| transposed[index])
@@ -268,7 +305,7 @@ fn shape_error(name: &str, given: &[usize], items: &[&[usize]]) -> PyErr {
     ))
 }
 
-/// A shape as Python writes it.
+/// Formats a shape as Python writes a tuple.
 fn tuple(shape: &[usize]) -> String {
     let dimensions: Vec<_> = shape.iter().map(usize::to_string).collect();
     match &dimensions[..] {
@@ -303,4 +340,24 @@ fn pose_from_quaternion(entries: &[f64]) -> Result<Isometry3<f64>, &'static str>
         Vector3::new(entries[0], entries[1], entries[2]).into(),
         rotation,
     ))
+}
+
+/// Returns the pose of a quaternion that is about normalised, else a pose of NaN.
+fn measured_pose_from_quaternion(entries: &[f64]) -> Isometry3<f64> {
+    let quaternion = Quaternion::new(entries[6], entries[3], entries[4], entries[5]);
+    // The comparison with NaN is false.
+    if (quaternion.norm() - 1.0).abs() <= NORM_TOLERANCE {
+        let position = Vector3::new(entries[0], entries[1], entries[2]);
+        Isometry3::from_parts(position.into(), UnitQuaternion::new_normalize(quaternion))
+    } else {
+        missing_pose()
+    }
+}
+
+fn missing_pose() -> Isometry3<f64> {
+    let rotation = Quaternion::from(Vector4::repeat(f64::NAN));
+    Isometry3::from_parts(
+        Vector3::repeat(f64::NAN).into(),
+        UnitQuaternion::new_unchecked(rotation),
+    )
 }

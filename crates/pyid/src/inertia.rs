@@ -47,7 +47,7 @@ impl MassProperties {
         }))
     }
 
-    /// From the ten parameters in which dynamics are linear.
+    /// Returns the body with these inertial parameters, in which the dynamics are linear.
     ///
     /// Args:
     ///     parameters: ``[m, m·ax, m·ay, m·az, Ixx, Ixy, Ixz, Iyy, Iyz, Izz]``, the inertia about the
@@ -63,7 +63,7 @@ impl MassProperties {
         )))
     }
 
-    /// From the ten values of a payload.
+    /// Returns the body with these ten values of a payload, in the order of ``VALUE_NAMES``.
     ///
     /// Args:
     ///     values: Mass, kg; centre of mass, m; inertia about it, kg m², xx, xy, xz, yy, yz, zz; shape (10,).
@@ -101,8 +101,8 @@ impl MassProperties {
         output(py, self.0.inertia.as_slice().to_vec(), None, &[3, 3])
     }
 
-    /// ``[m, m·ax, m·ay, m·az, Ixx, Ixy, Ixz, Iyy, Iyz, Izz]``, the inertia about the frame's origin;
-    /// kg, kg m, kg m²; shape (10,).
+    /// Inertial parameters ``[m, m·ax, m·ay, m·az, Ixx, Ixy, Ixz, Iyy, Iyz, Izz]``, the inertia about the
+    /// frame's origin; kg, kg m, kg m²; shape (10,).
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let parameters = InertialParameters::from(self.0);
@@ -116,20 +116,25 @@ impl MassProperties {
         InertialParameters::from(self.0).is_physical()
     }
 
-    /// As :attr:`is_physical`, where the largest principal moment may exceed the sum of the two others by
-    /// ``tolerance`` times itself: for an estimate of a plate or a rod, which are on the border.
+    /// Returns whether some distribution of positive mass has these properties within a tolerance.
+    ///
+    /// Estimates of plates and rods need a tolerance: their largest principal moment of inertia equals the sum of
+    /// the two others.
+    ///
+    /// Args:
+    ///     tolerance: Fraction of the largest principal moment by which it may exceed the sum of the two others.
     fn is_physical_within(&self, tolerance: f64) -> bool {
         InertialParameters::from(self.0).is_physical_within(tolerance)
     }
 
-    /// The same body in another frame.
+    /// Returns this body, expressed in another frame.
     ///
     /// Args:
     ///     a_from_b: Pose of this value's frame ``b`` in the target frame ``a``: 4x4, or
     ///         ``[x, y, z, qx, qy, qz, qw]``.
     ///
     /// Raises:
-    ///     ArgumentError: Not a pose.
+    ///     ArgumentError: ``a_from_b`` is not a single pose.
     fn expressed_in(&self, a_from_b: &Bound<'_, PyAny>) -> PyResult<Self> {
         let poses = Poses::read_or_identity(Some(a_from_b), "a_from_b")?;
         let pose = poses.single()?;

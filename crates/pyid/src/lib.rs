@@ -41,7 +41,7 @@ mod _native {
     #[pymodule_export]
     use crate::logs::{LogInfo, Topic, info};
     #[pymodule_export]
-    use crate::online::{Identifier, PaperFilter};
+    use crate::online::{Identifier, OnlineSolver, PaperFilter};
     #[pymodule_export]
     use crate::read::read;
     #[pymodule_export]

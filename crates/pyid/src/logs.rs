@@ -1,4 +1,4 @@
-//! What is in a log.
+//! The contents of a log, for Python.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -11,34 +11,34 @@ use crate::errors::IntoPyErr;
 #[pyclass(module = "tactid", frozen, get_all)]
 #[derive(Clone)]
 pub(crate) struct Topic {
-    /// Such as ``/joint_states``.
+    /// Name of the topic, such as ``/joint_states``.
     name: String,
-    /// Such as ``sensor_msgs/msg/JointState``.
+    /// Type of the messages, such as ``sensor_msgs/msg/JointState``.
     type_name: String,
-    /// How its messages are encoded: ``cdr`` in ROS 2.
+    /// Encoding of the messages: ``cdr`` in ROS 2.
     encoding: String,
-    /// How many messages it has.
+    /// Number of messages on the topic.
     count: u64,
-    /// Messages in a second, on average; None for fewer than two messages.
+    /// Mean rate of the messages, Hz; None for fewer than two messages.
     frequency: Option<f64>,
 }
 
-/// What is in a log, as :func:`info` found it.
+/// Contents of a log, as :func:`info` returns them.
 #[pyclass(module = "tactid", frozen, get_all)]
 pub(crate) struct LogInfo {
-    /// The topics, by name.
+    /// Topics of the log, in the order of their names.
     topics: Vec<Topic>,
     /// First log time, s since the epoch of the log's clock; None for a log without messages.
     start: Option<f64>,
-    /// From the first to the last message, s; None for a log without messages.
+    /// Time from the first message to the last, s; None for a log without messages.
     duration: Option<f64>,
-    /// The metadata records by name.
+    /// Metadata records of the log, by their names.
     metadata: BTreeMap<String, BTreeMap<String, String>>,
-    /// Where files could not be read further, a line each; empty for a sound log.
+    /// Places where files could not be read further, a line each; empty for a sound log.
     damage: Vec<String>,
 }
 
-/// Says what is in a log, from its index.
+/// Returns the contents of a log, which its index lists.
 ///
 /// Args:
 ///     log: An ``.mcap`` file, or the folder of a rosbag2 bag.

@@ -1,12 +1,14 @@
 //! The online solvers: samples in, an estimate at any time. `tactid.online` wraps them.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use tactid_dynamics::Wrench;
-use tactid_identify::{BaseState, ExpressedWrench, IdentifyError, PushOutcome, Sample};
+use tactid_identify::{
+    BaseState, ExpressedWrench, IdentifyError, PayloadEstimate, PushOutcome, Sample,
+};
 
 use crate::arrays::{Poses, Series, common_length, output};
 use crate::dynamics::Manipulator;
@@ -19,36 +21,47 @@ type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 /// The end-effector frame where the options name none.
 const DEFAULT_TIP: &str = "tool0";
 
-/// Online least squares: see :class:`tactid.Identifier`.
-#[pyclass(module = "tactid._native", frozen)]
-pub(crate) struct Identifier {
-    solver: Mutex<tactid_identify::Identifier>,
+/// A solver that takes samples one by one.
+trait Solver: Send {
+    fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError>;
+    /// Does the work that pushing has deferred.
+    fn finish(&mut self);
+    fn estimate(&self) -> PayloadEstimate;
+}
+
+impl Solver for tactid_identify::Identifier {
+    fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
+        self.push(sample)
+    }
+    fn finish(&mut self) {
+        self.finish();
+    }
+    fn estimate(&self) -> PayloadEstimate {
+        self.estimate()
+    }
+}
+
+impl Solver for tactid_identify::PaperFilter {
+    fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
+        self.push(sample)
+    }
+    fn finish(&mut self) {}
+    fn estimate(&self) -> PayloadEstimate {
+        self.estimate()
+    }
+}
+
+/// Base class of the online solvers: samples in, an estimate at any time.
+#[pyclass(module = "tactid._native", frozen, subclass)]
+pub(crate) struct OnlineSolver {
+    /// The solver, which the subclass shares under its own type.
+    solver: Arc<Mutex<dyn Solver>>,
     dof: usize,
     sensors: usize,
 }
 
 #[pymethods]
-impl Identifier {
-    #[new]
-    fn new(
-        robot: &Manipulator,
-        sensors: Vec<String>,
-        effort: bool,
-        options: &Bound<'_, PyAny>,
-    ) -> PyResult<Self> {
-        let request = options::request(options)?;
-        let settings = options::equation_settings(&request, effort);
-        let tip = request.tip.as_deref().unwrap_or(DEFAULT_TIP);
-        let names: Vec<&str> = sensors.iter().map(String::as_str).collect();
-        let solver = tactid_identify::Identifier::new(&robot.0, tip, &names, &settings)
-            .map_err(IntoPyErr::into_py_err)?;
-        Ok(Self {
-            solver: Mutex::new(solver),
-            dof: robot.0.dof(),
-            sensors: names.len(),
-        })
-    }
-
+impl OnlineSolver {
     /// Takes one sample, or N in a row: see :meth:`tactid.Identifier.push`.
     #[pyo3(signature = (time, q, qd=None, wrenches=None, *, effort=None, base_pose=None, base_twist=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
@@ -66,12 +79,7 @@ impl Identifier {
         let joints = [Some(q), qd, effort];
         let base = [base_pose, base_twist];
         let samples = Samples::read((self.dof, self.sensors), time, joints, wrenches, base)?;
-        py.detach(|| {
-            let mut solver = lock(&self.solver);
-            let used = samples.push_to(|sample| solver.push(sample))?;
-            solver.finish();
-            Ok(used)
-        })
+        py.detach(|| samples.push_to(&mut *lock(&self.solver)))
     }
 
     /// Returns the payload as known now.
@@ -79,10 +87,34 @@ impl Identifier {
         let estimate = py.detach(|| lock(&self.solver).estimate());
         EstimateData::new(py, &estimate)
     }
+}
+
+/// Online least squares: see :class:`tactid.Identifier`.
+#[pyclass(module = "tactid._native", frozen, extends = OnlineSolver)]
+pub(crate) struct Identifier(Arc<Mutex<tactid_identify::Identifier>>);
+
+#[pymethods]
+impl Identifier {
+    #[new]
+    fn new(
+        robot: &Manipulator,
+        sensors: Vec<String>,
+        effort: bool,
+        options: &Bound<'_, PyAny>,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        let request = options::request(options)?;
+        let settings = options::equation_settings(&request, effort);
+        let tip = request.tip.as_deref().unwrap_or(DEFAULT_TIP);
+        let names: Vec<&str> = sensors.iter().map(String::as_str).collect();
+        let solver = tactid_identify::Identifier::new(&robot.0, tip, &names, &settings)
+            .map_err(IntoPyErr::into_py_err)?;
+        let (solver, base) = shared(robot, &names, solver);
+        Ok(PyClassInitializer::from(base).add_subclass(Self(solver)))
+    }
 
     /// Returns the covariance of the payload's linear parameters, (10, 10); None before the noise is known.
     fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
-        let covariance = py.detach(|| lock(&self.solver).covariance());
+        let covariance = py.detach(|| lock(&self.0).covariance());
         // Symmetric: row by row and column by column are the same.
         let rows = covariance.map(|matrix| output(py, matrix.as_slice().to_vec(), None, &[10, 10]));
         rows.transpose()
@@ -90,7 +122,7 @@ impl Identifier {
 
     /// Returns the offset of the wrenches; None where it is not an unknown.
     fn wrench_offset(&self, py: Python<'_>) -> PyResult<Option<WrenchOffsetData>> {
-        let offset = py.detach(|| lock(&self.solver).wrench_offset());
+        let offset = py.detach(|| lock(&self.0).wrench_offset());
         let data = |offset: ExpressedWrench| {
             let six = offset.wrench.force.iter().chain(&offset.wrench.moment);
             WrenchOffsetData::new(py, &offset.frame, six.copied().collect(), vec![f64::NAN; 6])
@@ -100,12 +132,8 @@ impl Identifier {
 }
 
 /// The paper's filter: see :class:`tactid.PaperFilter`.
-#[pyclass(module = "tactid._native", frozen)]
-pub(crate) struct PaperFilter {
-    solver: Mutex<tactid_identify::PaperFilter>,
-    dof: usize,
-    sensors: usize,
-}
+#[pyclass(module = "tactid._native", frozen, extends = OnlineSolver)]
+pub(crate) struct PaperFilter(Arc<Mutex<tactid_identify::PaperFilter>>);
 
 #[pymethods]
 impl PaperFilter {
@@ -114,62 +142,45 @@ impl PaperFilter {
         robot: &Manipulator,
         sensors: Vec<String>,
         options: &Bound<'_, PyAny>,
-    ) -> PyResult<Self> {
+    ) -> PyResult<PyClassInitializer<Self>> {
         let (request, settings) = options::paper_request(options)?;
         let equations = options::equation_settings(&request, false);
         let tip = request.tip.as_deref().unwrap_or(DEFAULT_TIP);
         let names: Vec<&str> = sensors.iter().map(String::as_str).collect();
         let solver = tactid_identify::PaperFilter::new(&robot.0, tip, &names, &equations, settings)
             .map_err(IntoPyErr::into_py_err)?;
-        Ok(Self {
-            solver: Mutex::new(solver),
-            dof: robot.0.dof(),
-            sensors: names.len(),
-        })
-    }
-
-    /// Takes one sample, or N in a row: see :meth:`tactid.PaperFilter.push`.
-    #[pyo3(signature = (time, q, qd=None, wrenches=None, *, effort=None, base_pose=None, base_twist=None))]
-    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
-    fn push(
-        &self,
-        py: Python<'_>,
-        time: &Bound<'_, PyAny>,
-        q: &Bound<'_, PyAny>,
-        qd: Argument<'_, '_>,
-        wrenches: Argument<'_, '_>,
-        effort: Argument<'_, '_>,
-        base_pose: Argument<'_, '_>,
-        base_twist: Argument<'_, '_>,
-    ) -> PyResult<usize> {
-        let joints = [Some(q), qd, effort];
-        let base = [base_pose, base_twist];
-        let samples = Samples::read((self.dof, self.sensors), time, joints, wrenches, base)?;
-        py.detach(|| {
-            let mut solver = lock(&self.solver);
-            samples.push_to(|sample| solver.push(sample))
-        })
+        let (solver, base) = shared(robot, &names, solver);
+        Ok(PyClassInitializer::from(base).add_subclass(Self(solver)))
     }
 
     /// Prepares for the same samples once more.
     fn rewind(&self, py: Python<'_>) {
-        py.detach(|| lock(&self.solver).rewind());
-    }
-
-    /// Returns the payload as known now.
-    fn estimate(&self, py: Python<'_>) -> PyResult<EstimateData> {
-        let estimate = py.detach(|| lock(&self.solver).estimate());
-        EstimateData::new(py, &estimate)
+        py.detach(|| lock(&self.0).rewind());
     }
 
     /// Returns how strongly the motion excited mass and inertia.
     fn singular_values(&self, py: Python<'_>) -> PyResult<SingularValuesData> {
-        let values = py.detach(|| lock(&self.solver).singular_values());
+        let values = py.detach(|| lock(&self.0).singular_values());
         SingularValuesData::new(py, &values)
     }
 }
 
-fn lock<T>(solver: &Mutex<T>) -> MutexGuard<'_, T> {
+/// Returns the base class of a solver, and the solver that a subclass shares with it.
+fn shared<T: Solver + 'static>(
+    robot: &Manipulator,
+    sensors: &[&str],
+    solver: T,
+) -> (Arc<Mutex<T>>, OnlineSolver) {
+    let solver = Arc::new(Mutex::new(solver));
+    let base = OnlineSolver {
+        solver: solver.clone(),
+        dof: robot.0.dof(),
+        sensors: sensors.len(),
+    };
+    (solver, base)
+}
+
+fn lock<T: ?Sized>(solver: &Mutex<T>) -> MutexGuard<'_, T> {
     // A push that panicked has left numbers behind, not broken memory.
     solver.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -209,7 +220,7 @@ impl Samples {
             qd: Series::read_or_empty(qd, "qd", dof)?,
             effort: Series::read_or_empty(effort, "effort", dof)?,
             wrenches,
-            pose: Poses::read_or_identity(pose, "base_pose")?,
+            pose: Poses::read_measured_or_identity(pose, "base_pose")?,
             twist: Series::read_or_zero(twist, "base_twist", 6)?,
             count: 1,
         };
@@ -226,10 +237,7 @@ impl Samples {
     }
 
     /// Pushes every sample, and returns how many were used.
-    fn push_to(
-        &self,
-        mut push: impl FnMut(&Sample<'_>) -> Result<PushOutcome, IdentifyError>,
-    ) -> PyResult<usize> {
+    fn push_to(&self, solver: &mut dyn Solver) -> PyResult<usize> {
         let (mut used, mut loads) = (0, Vec::new());
         for k in 0..self.count {
             loads.clear();
@@ -250,12 +258,13 @@ impl Samples {
                 joint_effort: self.effort.at(k),
                 wrenches: &loads,
             };
-            let outcome = push(&sample).map_err(IntoPyErr::into_py_err)?;
+            let outcome = solver.push(&sample).map_err(IntoPyErr::into_py_err)?;
             used += usize::from(match outcome {
                 PushOutcome::Used | PushOutcome::PayloadChanged => true,
                 PushOutcome::Started | PushOutcome::Rejected => false,
             });
         }
+        solver.finish();
         Ok(used)
     }
 }

@@ -20,7 +20,7 @@ const CHECK_EVERY: usize = 1_000;
 ///
 /// Args:
 ///     log: An ``.mcap`` file, or the folder of a rosbag2 bag.
-///     topic: Such as ``/joint_states``.
+///     topic: Name of the topic, such as ``/joint_states``.
 ///     every: Keeps at most one message in this time, s, to look at a long log; all of them for 0. Of joint
 ///         states, one from each publisher.
 ///

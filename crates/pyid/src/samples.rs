@@ -9,7 +9,7 @@ use crate::errors::ArgumentError;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
-/// What one topic of a log holds, as :func:`read` found it.
+/// Messages of one topic of a log as arrays, as :func:`read` returns them.
 ///
 /// ``samples["position"]`` is an array with one entry a message; :meth:`keys` lists them:
 ///
@@ -28,32 +28,32 @@ type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 /// NaN stands for what was not measured.
 #[pyclass(module = "tactid", frozen)]
 pub(crate) struct Samples {
-    /// Such as ``/joint_states``.
+    /// Name of the topic, such as ``/joint_states``.
     #[pyo3(get)]
     pub(crate) topic: String,
-    /// Such as ``sensor_msgs/msg/JointState``.
+    /// Type of the messages, such as ``sensor_msgs/msg/JointState``.
     #[pyo3(get)]
     pub(crate) type_name: String,
-    /// When ``time`` is zero, ns since the epoch of the log's clock: the first message's time.
+    /// Time of the first message, at which ``time`` is zero, ns since the epoch of the log's clock.
     #[pyo3(get)]
     pub(crate) start_ns: i64,
-    /// When each message was measured, in the order of logging, (N,), s: its header's stamp, or its log time
-    /// where there is none.
+    /// Time of each message, in the order of logging, (N,), s: its header's stamp, or its log time where
+    /// there is none.
     #[pyo3(get)]
     pub(crate) time: Py<PyArrayDyn<f64>>,
-    /// The joints, in the order in which the topic first names them; empty for other types.
+    /// Names of the joints, in the order in which the topic first names them; empty for other types.
     #[pyo3(get)]
     pub(crate) names: Vec<String>,
-    /// The frame that the headers name; empty for joints and texts.
+    /// Name of the frame in the messages' headers; empty for joints and texts.
     #[pyo3(get)]
     pub(crate) frame_id: String,
-    /// The frame that moves, of an odometry; empty for other types.
+    /// Name of the moving frame of an odometry; empty for other types.
     #[pyo3(get)]
     pub(crate) child_frame_id: String,
-    /// The texts of ``std_msgs/msg/String``, one a message; empty for other types.
+    /// Texts of the messages of ``std_msgs/msg/String``; empty for other types.
     #[pyo3(get)]
     pub(crate) text: Vec<String>,
-    /// Where the log could not be read further, and why, a line each; empty for a sound log.
+    /// Places where the log could not be read further, with the reason, a line each; empty for a sound log.
     #[pyo3(get)]
     pub(crate) damage: Vec<String>,
     pub(crate) arrays: BTreeMap<&'static str, Py<PyArrayDyn<f64>>>,
@@ -61,7 +61,7 @@ pub(crate) struct Samples {
 
 #[pymethods]
 impl Samples {
-    /// The names of the arrays.
+    /// Returns the names of the arrays.
     fn keys(&self) -> Vec<&'static str> {
         self.arrays.keys().copied().collect()
     }

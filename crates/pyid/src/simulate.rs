@@ -1,4 +1,4 @@
-//! The paper's experiment, and others.
+//! Simulated experiments: the paper's and others.
 
 use std::path::PathBuf;
 
@@ -9,30 +9,31 @@ use crate::errors::{ArgumentError, IntoPyErr};
 use crate::inertia::MassProperties;
 use crate::interruption::InterruptionCheck;
 
-/// What is simulated: robot, payload, grasp, excitation, noise and bounds.
+/// Experiment to simulate: robot, payload, grasp, excitation, noise and bounds.
 ///
 /// Immutable; made by :meth:`paper`, :meth:`from_toml` or :meth:`from_file`, changed by :meth:`replace`.
-/// What a file does not say is as in the paper's; :attr:`PAPER_TOML` shows every field with its default.
+/// A field that a file leaves out has its value of the paper's experiment; :attr:`PAPER_TOML` shows all fields.
 #[pyclass(module = "tactid", frozen)]
 #[derive(Clone)]
 pub(crate) struct Experiment(tactid_sim::Experiment);
 
 #[pymethods]
 impl Experiment {
-    /// The paper's experiment as a file: every field with its meaning, unit and default.
+    /// Text of the paper's experiment as a file: every field with its meaning, unit and default.
     #[classattr]
     const PAPER_TOML: &'static str = tactid_sim::PAPER_TOML;
 
-    /// The paper's: joints 3, 5 and 6 for 100 s each at 0.2 Hz, with a payload of 100 kg.
+    /// Returns the paper's experiment: joints 3, 5 and 6 move for 100 s each at 0.2 Hz, with a payload of 100 kg.
     #[staticmethod]
     fn paper() -> Self {
         Self(tactid_sim::Experiment::paper())
     }
 
-    /// Reads the text of an experiment's file.
+    /// Returns the experiment that the text of a file describes.
     ///
     /// Raises:
-    ///     ExperimentError: It is not TOML, a field does not exist, or a value is impossible; with the line.
+    ///     ExperimentError: The text is not TOML, a field does not exist, or a value is impossible. The message
+    ///         names the line.
     #[staticmethod]
     fn from_toml(text: &str) -> PyResult<Self> {
         tactid_sim::Experiment::from_toml(text)
@@ -43,7 +44,8 @@ impl Experiment {
     /// Reads an experiment's file. A relative path of a URDF is taken from the file's folder.
     ///
     /// Raises:
-    ///     ExperimentError: As :meth:`from_toml`, or the file cannot be read.
+    ///     ExperimentError: The file cannot be read, is not TOML, or has a field that does not exist or a value that
+    ///         is impossible.
     #[staticmethod]
     fn from_file(path: PathBuf) -> PyResult<Self> {
         tactid_sim::Experiment::from_file(&path)
@@ -51,12 +53,12 @@ impl Experiment {
             .map_err(IntoPyErr::into_py_err)
     }
 
-    /// The experiment with some of its settings changed.
+    /// Returns the experiment with some of its settings changed.
     ///
     /// Args:
-    ///     frequency: Of every driven joint, Hz.
-    ///     posture: ``"identifiable"``, ``"table1"``, or one angle for each joint of the arm, rad.
-    ///     seed: Of command noise and measurement noise.
+    ///     frequency: Frequency of every driven joint, Hz.
+    ///     posture: Initial posture: ``"identifiable"``, ``"table1"``, or one angle for each joint of the arm, rad.
+    ///     seed: Seed of the random command noise and measurement noise.
     ///     duration: Simulated time, s.
     ///
     /// Raises:
@@ -82,7 +84,7 @@ impl Experiment {
         Ok(Self(experiment))
     }
 
-    /// The experiment as the text of a file.
+    /// Returns the experiment as the text of a file.
     fn to_toml(&self) -> PyResult<String> {
         self.0.to_toml().map_err(IntoPyErr::into_py_err)
     }
@@ -93,19 +95,19 @@ impl Experiment {
         self.0.duration_s
     }
 
-    /// The link in whose frame the payload is.
+    /// Name of the link in whose frame the payload is expressed.
     #[getter]
     fn tool(&self) -> &str {
         &self.0.robot.tool
     }
 
-    /// The payload as it is asked for, in the tool frame.
+    /// True mass properties of the payload, in the tool frame.
     #[getter]
     fn payload(&self) -> MassProperties {
         MassProperties(self.0.payload.mass_properties())
     }
 
-    /// The robot's URDF.
+    /// Text of the robot's URDF.
     ///
     /// Raises:
     ///     ExperimentError: Its file cannot be read.
@@ -119,7 +121,7 @@ impl Experiment {
     }
 }
 
-/// A posture as Python gives it.
+/// Posture as Python passes it: a name, or joint angles.
 #[derive(FromPyObject)]
 enum PostureArgument {
     Name(String),
@@ -142,46 +144,46 @@ impl PostureArgument {
     }
 }
 
-/// How a run went. The checks are the worst of the run.
+/// Report of a simulation run. Each check is its largest value during the run.
 #[pyclass(module = "tactid", frozen, get_all)]
 pub(crate) struct RunReport {
     /// Change of the system's linear momentum, as a fraction of the largest of any single body.
     linear_momentum_drift: f64,
-    /// Change of its angular momentum, as a fraction of the largest of any single body.
+    /// Change of the system's angular momentum, as a fraction of the largest of any single body.
     angular_momentum_drift: f64,
     /// Displacement of the payload in the grasp, m.
     grasp_drift: f64,
     /// Rotation of the payload in the grasp, rad.
     grasp_rotation: f64,
-    /// Contact force less the payload's mass times its acceleration, as a fraction of the largest force.
+    /// Norm of the contact force less the payload's mass times its acceleration, as a fraction of the largest force.
     newton_residual: f64,
-    /// Contact moment less what Euler's equation asks for, as a fraction of the largest moment.
+    /// Norm of the contact moment less that of Euler's equation for the payload, as a fraction of the largest moment.
     euler_residual: f64,
-    /// The force with which each finger pressed when the excitation began, N.
+    /// Force with which each finger pressed when the excitation began, N.
     grip_force: f64,
-    /// Samples in the log.
+    /// Number of samples in the log.
     steps: u64,
-    /// Simulated time in the log, s.
+    /// Simulated time that the log covers, s.
     simulated_time: f64,
-    /// Time it took, grasp and log included, s.
+    /// Wall-clock time of the run, grasp and log included, s.
     wall_time: f64,
-    /// Steps in a second of that time.
+    /// Simulated steps per second of wall-clock time.
     steps_per_second: f64,
 }
 
 /// Simulates an experiment and writes its log.
 ///
-/// The log is a rosbag2 MCAP file as a real robot would record it. Same experiment, same log, byte for byte.
+/// The log is a rosbag2 MCAP file as a real robot would record it. Equal experiments give the same log, byte for byte.
 ///
 /// Args:
-///     experiment: What is simulated.
-///     out: The log; replaced where it exists.
+///     experiment: Experiment to simulate.
+///     out: The ``.mcap`` file to write, which replaces an existing one.
 ///     progress: Called with the fraction done, about twenty times a second. An exception that it raises
 ///         stops the run, as Ctrl-C does; the log is then complete up to there.
 ///
 /// Raises:
 ///     ExperimentError: The experiment or its robot is impossible.
-///     SimulationError: The run was given up, because the payload slipped or a check exceeded its bound.
+///     SimulationError: The run was stopped, because the payload slipped or a check exceeded its bound.
 ///     LogError: The log cannot be written.
 #[pyfunction]
 #[pyo3(signature = (experiment, out, *, progress=None))]

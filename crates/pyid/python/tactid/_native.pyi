@@ -25,6 +25,7 @@ __all__ = [
     "Manipulator",
     "MassProperties",
     "Nlms",
+    "OnlineSolver",
     "PaperFilter",
     "Rls",
     "RunReport",
@@ -177,11 +178,8 @@ class Rls(Estimator):
     @property
     def covariance(self) -> _Array | None: ...
 
-@final
-class Identifier:
-    def __new__(
-        cls, robot: Manipulator, sensors: Sequence[str], effort: bool, options: object
-    ) -> Identifier: ...
+@disjoint_base
+class OnlineSolver:
     def push(
         self,
         time: ArrayLike,
@@ -194,27 +192,21 @@ class Identifier:
         base_twist: ArrayLike | None = None,
     ) -> int: ...
     def estimate(self) -> _Data: ...
+
+@final
+class Identifier(OnlineSolver):
+    def __new__(
+        cls, robot: Manipulator, sensors: Sequence[str], effort: bool, options: object
+    ) -> Identifier: ...
     def covariance(self) -> _Array | None: ...
     def wrench_offset(self) -> _Data | None: ...
 
 @final
-class PaperFilter:
+class PaperFilter(OnlineSolver):
     def __new__(
         cls, robot: Manipulator, sensors: Sequence[str], options: object
     ) -> PaperFilter: ...
-    def push(
-        self,
-        time: ArrayLike,
-        q: ArrayLike,
-        qd: ArrayLike | None = None,
-        wrenches: ArrayLike | None = None,
-        *,
-        effort: ArrayLike | None = None,
-        base_pose: ArrayLike | None = None,
-        base_twist: ArrayLike | None = None,
-    ) -> int: ...
     def rewind(self) -> None: ...
-    def estimate(self) -> _Data: ...
     def singular_values(self) -> _Data: ...
 
 @final

@@ -6,14 +6,11 @@ Numbers are written as Python writes them, so that reading one back gives the ve
 import math
 import re
 from collections.abc import Callable, Sequence
-from typing import Literal
 
 from tactid.bodies import inertia_about_com, inertia_about_origin, why_impossible
 from tactid.errors import IdentificationError
 from tactid.table import NAMES
 from tactid.values import KINDS, Values
-
-Form = Literal["urdf", "mujoco", "controller"]
 
 
 def urdf(values: Values, frame: str) -> str:
@@ -79,12 +76,12 @@ def controller(values: Values, frame: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-FORMS: dict[Form, Callable[[Values, str], str]] = {
+FORMS: dict[str, Callable[[Values, str], str]] = {
     "urdf": urdf,
     "mujoco": mujoco,
     "controller": controller,
 }
-"""Each form by the name that the command line has for it."""
+"""The function that writes each format, from the ten values and the name of their frame."""
 
 
 def _unknown(values: Values, upto: int = len(NAMES)) -> list[str]:

@@ -25,7 +25,7 @@ from tactid.wording import assumptions, remarks
 
 
 class Form(StrEnum):
-    """How a result is printed."""
+    """Format in which a result is printed: a table, JSON, or one of ``tactid.forms``."""
 
     TABLE = "table"
     JSON = "json"
@@ -33,12 +33,6 @@ class Form(StrEnum):
     MUJOCO = "mujoco"
     CONTROLLER = "controller"
 
-
-FORMS = {
-    Form.URDF: forms.urdf,
-    Form.MUJOCO: forms.mujoco,
-    Form.CONTROLLER: forms.controller,
-}
 
 RESULTS = "Results"
 
@@ -151,9 +145,9 @@ def _print(log: Path, found: Identification, output: Output) -> None:
         truth = read_truth(info(log))
         print_whole(table.rich_table([table.Column.of(found, truth)], truth))
     else:
-        form = FORMS[output.form]
+        write_form = forms.FORMS[output.form]
         values = reported.estimate_values(found)
-        sys.stdout.write(form(values, found.estimate.frame).rstrip() + "\n")
+        sys.stdout.write(write_form(values, found.estimate.frame).rstrip() + "\n")
     notes.print(assumptions(found))
     sentence = outlook.outlook(found, output.within)
     if sentence is not None:

@@ -64,7 +64,9 @@ def identify(
         effort: Efforts that the joints exert, (N, n), N m or N.
         wrench: Force, N, then moment, N m, on the payload, each in its sensor's frame and about
             its origin, (N, 6), or (N, S, 6) for S sensors.
-        pose: Poses in the world, (N, 4, 4), or (N, 7) as ``[x, y, z, qx, qy, qz, qw]``.
+        pose: Poses in the world, (N, 4, 4), or (N, 7) as ``[x, y, z, qx, qy, qz, qw]``. A sample
+            whose pose has NaN, or a quaternion with a norm outside 0.9 to 1.1, is left out and
+            counted among the faults.
         twist: Velocity of the origin, then angular velocity, in world axes, (N, 6).
         acceleration: Classical acceleration without gravity, then angular, in world axes, (N, 6).
         sensors: The links of the wrenches. Default: the tip.
@@ -81,7 +83,7 @@ def identify(
         IdentificationError: Something that is needed is missing.
         ArgumentError: An option is unknown, does not apply or is out of range, or a shape is wrong.
     """
-    given = (robot, q, qd, effort, wrench, pose, twist, acceleration, sensors)
+    given: tuple[Any, ...] = (robot, q, qd, effort, wrench, pose, twist, acceleration, sensors)
     arrays: dict[str, Any] = dict(zip(ARRAYS, given, strict=True))
     if isinstance(source, str | os.PathLike):
         collected = collect(options, keywords, "log")

@@ -14,7 +14,7 @@ from tactid.options import Options, collect, documented
 class _Online:
     """What both solvers share: samples in, an estimate at any time."""
 
-    _native: "_native.Identifier | _native.PaperFilter"
+    _native: _native.OnlineSolver
 
     def push(
         self,

@@ -2,7 +2,6 @@
 
 import html
 import math
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -202,15 +201,14 @@ def _percent(fraction: float | None) -> str:
 
 def _forms(values: Values, frame: str) -> str:
     parts = []
-    titles: dict[forms.Form, str] = {
+    titles = {
         "controller": "For a robot controller",
         "urdf": "URDF",
         "mujoco": "MuJoCo",
     }
     for form, title in titles.items():
-        write: Callable[[Values, str], str] = forms.FORMS[form]
         try:
-            text = f"<pre>{html.escape(write(values, frame))}</pre>"
+            text = f"<pre>{html.escape(forms.FORMS[form](values, frame))}</pre>"
         except IdentificationError as error:
             text = f"<p>{html.escape(str(error))}</p>"
         parts.append(f"<details><summary>{title}</summary>{text}</details>\n")

@@ -67,19 +67,16 @@ def diagnostics(found: Identification) -> dict[str, Any]:
             "clock": found.clock,
             "delay_s": finite(found.delay),
             "estimated_delay_s": None if estimated is None else finite(estimated.value),
-            "delay_std_dev_s": None if estimated is None else finite(estimated.std_dev),
-            "known_mass": None if mass is None else mass.value,
-            "known_mass_std_dev": None if mass is None else mass.std_dev,
-            "bounding_box": None if box is None else box.tolist(),
-            "offset": {
-                name: {"value": finite(value), "half_width_95": finite(half_width), "unit": unit}
-                for name, unit, value, half_width in reported.offsets(found)
-            },
+            "estimated_delay_std_dev_s": None if estimated is None else finite(estimated.std_dev),
+            "known_mass_kg": None if mass is None else mass.value,
+            "known_mass_std_dev_kg": None if mass is None else mass.std_dev,
+            "bounding_box_m": None if box is None else box.tolist(),
+            "wrench_offset": _wrench_offset(found),
             "faults": [
                 {
                     "topic": each.topic,
                     "kind": each.kind,
-                    "what": each.phrase,
+                    "text": each.phrase,
                     "count": each.count,
                     "first_s": finite(each.first),
                 }
@@ -89,6 +86,19 @@ def diagnostics(found: Identification) -> dict[str, Any]:
         }
         | ({} if found.fit is None else _of_the_fit(found.fit))
     )
+
+
+def _wrench_offset(found: Identification) -> dict[str, Any] | None:
+    """Returns the offset of the wrenches and its frame; None where it is not an unknown."""
+    if found.fit is None or found.fit.wrench_offset is None:
+        return None
+    return {
+        "frame": found.fit.wrench_offset.frame,
+        "components": {
+            name: {"value": finite(value), "half_width_95": finite(half_width), "unit": unit}
+            for name, unit, value, half_width in reported.offsets(found)
+        },
+    }
 
 
 def paper_diagnostics(found: Identification) -> dict[str, Any]:
@@ -111,7 +121,7 @@ def _of_every_estimator(found: Identification) -> dict[str, Any]:
     estimate = found.estimate
     return {
         "method": found.method,
-        "gravity": all_finite(found.gravity),
+        "gravity_m_s2": all_finite(found.gravity),
         "cutoff_hz": finite(found.cutoff),
         "max_gap_s": finite(found.max_gap),
         "duration_s": finite(found.duration),
