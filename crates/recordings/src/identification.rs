@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use tactid_identify::{
     BatchIdentifier, BoundingBox, Delay, FitReport, Forecast, HistoryPoint, IdentifyError,
-    KnownMass, Method, PayloadEstimate, PrincipalMoments, SingularValues, equations::window,
+    KnownMass, Method, PayloadEstimate, PrincipalMoments, SingularValues,
 };
 
 use crate::plan::Plan;

@@ -2,7 +2,8 @@
 
 use tactid_dynamics::MassProperties;
 use tactid_identify::{
-    BatchIdentifier, HistoryPoint, PaperFilter, PaperSettings, PayloadEstimate, Sample,
+    BatchIdentifier, EquationStream, HistoryPoint, PaperFilter, PaperSettings, PayloadEstimate,
+    Sample,
 };
 
 use crate::alignment::{Aligner, Event};
