@@ -7,7 +7,7 @@ use crate::equations::Channel;
 use crate::solve::{KnownMass, Offset};
 
 /// An observation about the data that concerns the assumptions of an identification. Nothing is corrected
-/// silently: each finding is for the user to judge.
+/// silently: each finding is for the user to decide on.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finding {
     /// Another gravity explains the load far better than the given one.

@@ -40,7 +40,8 @@ impl BatchSettings {
     /// Checks that the values are in range.
     ///
     /// # Errors
-    /// A mass that is not positive, a negative standard deviation, or a box without volume.
+    /// Returns [`IdentifyError::Value`] if the mass is not positive or its standard deviation is negative, and
+    /// [`IdentifyError::Box`] if the box has no volume.
     pub fn check(&self) -> Result<(), IdentifyError> {
         self.known_mass.map_or(Ok(()), |mass| mass.check())?;
         self.bounding_box.map_or(Ok(()), |given| given.check())
@@ -74,7 +75,7 @@ pub struct BatchResult {
     pub fit: FitReport,
     /// Delay of the load relative to the motion in the given samples, where [`BatchSettings::delay`] is set.
     pub delay: Option<Delay>,
-    /// What the identification noticed about the data, for the user to judge.
+    /// What the identification noticed about the data, for the user to decide on.
     pub findings: Vec<Finding>,
     /// Forecast of the uncertainty for a motion that continues; `None` where the mass is zero.
     pub forecast: Option<Forecast>,
@@ -85,8 +86,10 @@ impl BatchIdentifier {
     /// measured in the links `sensors`.
     ///
     /// # Errors
-    /// A link that the robot does not have, a setting out of range, or a method that this robot does
-    /// not allow.
+    /// Returns [`IdentifyError::Model`] if the robot does not have one of the links, [`IdentifyError::Value`] or
+    /// [`IdentifyError::NoiseCount`] if a setting is out of range, [`IdentifyError::NoWrench`] if the method has
+    /// nothing to measure, and [`IdentifyError::FixedBase`] if it needs a free-floating base. It returns the
+    /// errors of [`BatchSettings::check`], too.
     pub fn new(
         robot: &Manipulator,
         tool: &str,
@@ -111,7 +114,8 @@ impl BatchIdentifier {
     /// Cost: one pass over the robot's bodies, and a copy of the window that the sample ends.
     ///
     /// # Errors
-    /// Where a slice does not fit the robot or the sensors. Bad data are no error: see [`PushOutcome`].
+    /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and [`IdentifyError::WrenchCount`] if the
+    /// wrenches do not fit the sensors. Bad data are no error: see [`PushOutcome`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         let (outcome, equation) = self.stream.push(sample)?;
         if let Some(equation) = equation {

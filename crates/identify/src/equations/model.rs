@@ -34,7 +34,7 @@ impl Model {
     /// Creates the model of a robot at its zero posture.
     ///
     /// # Errors
-    /// A link that the robot does not have.
+    /// Returns [`IdentifyError::Model`] if the robot does not have one of the links.
     pub(crate) fn new(
         robot: &Manipulator,
         tool: &str,

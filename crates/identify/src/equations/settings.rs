@@ -72,7 +72,8 @@ impl EquationSettings {
     /// Checks the settings against a robot and its sensors.
     ///
     /// # Errors
-    /// A value out of range, or a method that this robot does not allow.
+    /// Returns [`IdentifyError::Value`] or [`IdentifyError::NoiseCount`] if a value is out of range, and
+    /// [`IdentifyError::NoWrench`] or [`IdentifyError::FixedBase`] if this robot does not allow the method.
     pub(crate) fn check(&self, robot: &Manipulator, sensors: &[&str]) -> Result<(), IdentifyError> {
         self.check_method(robot, sensors)?;
         self.check_values(robot)?;

@@ -19,7 +19,7 @@ pub enum PushOutcome {
     /// The sample was added to the open averaging windows.
     Used,
     /// The sample was used, and the window that it ended shows a payload change, or noise far larger than
-    /// before: the estimate starts again. Reported by [`Identifier`](crate::Identifier) only.
+    /// before: the estimate starts again. Only [`Identifier::push`](crate::Identifier::push) returns it.
     PayloadChanged,
     /// The sample starts a new stretch without gaps: it is the first, or comes after a gap.
     Started,
@@ -48,8 +48,9 @@ impl EquationStream {
     /// measured in the links `sensors`.
     ///
     /// # Errors
-    /// A link that the robot does not have, a setting out of range, or a method that this robot does
-    /// not allow.
+    /// Returns [`IdentifyError::Model`] if the robot does not have one of the links, [`IdentifyError::Value`] or
+    /// [`IdentifyError::NoiseCount`] if a setting is out of range, [`IdentifyError::NoWrench`] if the method has
+    /// nothing to measure, and [`IdentifyError::FixedBase`] if it needs a free-floating base.
     pub fn new(
         robot: &Manipulator,
         tool: &str,
@@ -75,7 +76,8 @@ impl EquationStream {
     /// Cost: one pass over the robot's bodies; no allocation.
     ///
     /// # Errors
-    /// Where a slice does not fit the robot or the sensors. Bad data are no error: see [`PushOutcome`].
+    /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and [`IdentifyError::WrenchCount`] if the
+    /// wrenches do not fit the sensors. Bad data are no error: see [`PushOutcome`].
     pub fn push(
         &mut self,
         sample: &Sample<'_>,

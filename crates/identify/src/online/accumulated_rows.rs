@@ -2,8 +2,8 @@
 
 use tactid_nlms::{Estimator, Rls};
 
+use super::innovation::{Innovation, MODEL_ERROR, Prediction, WhitenedRow, WhitenedWindow};
 use super::noise_tracker::NoiseTracker;
-use super::window::{Innovation, MODEL_ERROR, Prediction, WhitenedRow, WhitenedWindow};
 use crate::equations::window::NOISE_CORRELATION;
 use crate::solve::information::{Information, inverse_of_upper};
 use crate::solve::subspace::{Matrix, Vector};
@@ -138,7 +138,7 @@ impl AccumulatedRows {
         let parameters = if information.is_complete() {
             biased + information.solve(&(self.noise * biased - self.noise_targets))
         } else {
-            // Both sides less the start's share.
+            // Both sides are reduced by what the start contributes.
             let root = self.rls.information_root();
             let target = root.tr_mul(&(root * (biased - self.start)));
             self.start + information.solve(&(target + self.noise * self.start - self.noise_targets))

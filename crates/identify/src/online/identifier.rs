@@ -52,10 +52,11 @@ const MIN_SAMPLES_TO_DEFER: u32 = 2 * Identifier::DEFERRED_STAGES as u32;
 /// 32 windows after the first sample or after an alarm.
 ///
 /// # Cost
-/// Nothing is allocated after construction. A sample costs one pass over the bodies of the robot and one of
-/// [`DEFERRED_STAGES`](Self::DEFERRED_STAGES) stages of the update by the most recent window, so that no sample takes
-/// much longer than others. Exceptions are three windows of the first second, at which the noise is estimated.
-/// `cargo bench -p tactid-identify --bench update` measures the times.
+/// Nothing is allocated after construction. A sample costs one pass over the bodies of the robot and, at sample rates
+/// above 52 times the cutoff (520 Hz at a cutoff of 10 Hz), one of [`DEFERRED_STAGES`](Self::DEFERRED_STAGES) stages of
+/// the update by the most recent window, so that no sample takes much longer than others. Exceptions are three windows
+/// of the first second, at which the noise is estimated. At lower rates fewer than 16 samples lie between the ends of
+/// two windows, and the sample that ends a window costs all stages. `cargo bench -p tactid-identify --bench update` measures the times.
 ///
 /// # Example
 /// A sensor that is swung by hand identifies the 2 kg that are mounted on it.
@@ -145,17 +146,21 @@ pub struct Identifier {
 
 impl Identifier {
     /// Number of stages of the update by one window. One stage runs with each sample after the end of the window, and
-    /// the estimate changes with the last one, as a whole.
+    /// the estimate changes with the last one, as a whole. Each sample after them takes one more step of the projection
+    /// onto physically consistent parameters, until it has settled, and updates the report.
     ///
-    /// All stages run at once where a window brings fewer than twice as many samples, and after a payload change.
+    /// All stages run with the sample that ends the window after a payload change, and where fewer than twice as many
+    /// samples lie between the ends of two windows: at sample rates below 52 times the cutoff, as 500 Hz at a cutoff of
+    /// 10 Hz.
     pub const DEFERRED_STAGES: usize = Stage::COUNT;
 
     /// Creates an identifier for a robot whose end-effector frame is the link `tool` and whose wrenches are
     /// measured in the links `sensors`.
     ///
     /// # Errors
-    /// A link that the robot does not have, a setting out of range, or a method that this robot does
-    /// not allow.
+    /// Returns [`IdentifyError::Model`] if the robot does not have one of the links, [`IdentifyError::Value`] or
+    /// [`IdentifyError::NoiseCount`] if a setting is out of range, [`IdentifyError::NoWrench`] if the method has
+    /// nothing to measure, and [`IdentifyError::FixedBase`] if it needs a free-floating base.
     pub fn new(
         robot: &Manipulator,
         tool: &str,
@@ -183,10 +188,12 @@ impl Identifier {
     /// Adds one sample, and reports a payload change that the window which it ends shows.
     ///
     /// Cost: one pass over the bodies of the robot, and one of [`DEFERRED_STAGES`](Self::DEFERRED_STAGES) stages of the
-    /// update by the most recent window; no allocation.
+    /// update by the most recent window; all stages at sample rates below 52 times the cutoff, where the sample ends a
+    /// window. No allocation.
     ///
     /// # Errors
-    /// Where a slice does not fit the robot or the sensors. Bad data are no error: see [`PushOutcome`].
+    /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and [`IdentifyError::WrenchCount`] if the
+    /// wrenches do not fit the sensors. Bad data are no error: see [`PushOutcome`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         let (outcome, equation) = self.stream.push(sample)?;
         self.samples = self.samples.saturating_add(1);
@@ -216,6 +223,9 @@ impl Identifier {
 
     /// Completes the update by the most recent window at once, so that [`estimate`](Self::estimate) includes it: after
     /// the last sample of a recording. The samples that follow would do the same.
+    ///
+    /// It does not refine the projection onto physically consistent parameters any further, as samples do after the
+    /// last stage: where the projection has not settled, the reported body is that of its latest step.
     pub fn finish(&mut self) {
         self.update.finish();
     }

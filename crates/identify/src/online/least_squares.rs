@@ -3,9 +3,9 @@
 use tactid_nlms::{ChangeDetector, ChangeSettings, SettingError};
 
 use super::accumulated_rows::AccumulatedRows;
+use super::innovation::{Innovation, Prediction, WhitenedWindow};
 use super::noise_tracker::NoiseTracker;
 use super::stage::Stage;
-use super::window::{Innovation, Prediction, WhitenedWindow};
 use crate::equations::Channels;
 use crate::equations::Equation;
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
@@ -120,7 +120,7 @@ impl OnlineLeastSquares {
     /// Creates an estimator that has seen no window.
     ///
     /// # Errors
-    /// Where a setting of the change detectors is out of range.
+    /// Returns [`SettingError`] if a setting of the change detectors is out of range.
     pub(crate) fn new(channels: &Channels) -> Result<Self, SettingError> {
         let count = channels.count();
         Ok(Self {

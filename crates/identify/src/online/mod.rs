@@ -2,12 +2,12 @@
 
 mod accumulated_rows;
 mod identifier;
+mod innovation;
 mod least_squares;
 mod noise_tracker;
 mod readout;
 mod residual_correlation;
 mod stage;
 mod staged_update;
-mod window;
 
 pub use identifier::Identifier;

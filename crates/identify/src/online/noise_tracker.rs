@@ -2,8 +2,8 @@
 
 use nalgebra::DMatrix;
 
+use super::innovation::{MODEL_ERROR, Prediction, WhitenedRow, WhitenedWindow};
 use super::residual_correlation::{ResidualCorrelation, SLOW_GAIN, WHITE_SLOW_SQUARE, mean_gain};
-use super::window::{MODEL_ERROR, Prediction, WhitenedRow, WhitenedWindow};
 use crate::equations::Channels;
 use crate::equations::Equation;
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
@@ -142,7 +142,7 @@ impl NoiseTracker {
     }
 
     /// Returns the degrees of freedom of a channel's variance: the number of independent windows that it is
-    /// estimated from, less the channel's share of ten parameters.
+    /// estimated from, less the channel's fraction of ten parameters.
     pub(crate) fn degrees_of_freedom(&self) -> f64 {
         self.windows / PRODUCT_CORRELATION - 10.0 / self.residuals.len() as f64
     }

@@ -29,7 +29,7 @@ impl StagedUpdate {
     /// Creates an estimate of nothing.
     ///
     /// # Errors
-    /// Where a setting of the change detectors is out of range.
+    /// Returns [`SettingError`] if a setting of the change detectors is out of range.
     pub(crate) fn new(
         channels: &Channels,
         gripper: Option<InertialParameters>,

@@ -108,8 +108,13 @@ impl PaperFilter {
     /// measured in the links `sensors`.
     ///
     /// # Errors
-    /// A link that the robot does not have, a setting out of range, or a method that this robot or the
-    /// filter does not allow: it needs the force and the moment on the end-effector.
+    /// Returns [`IdentifyError::Model`] if the robot does not have one of the links, [`IdentifyError::Value`] or
+    /// [`IdentifyError::NoiseCount`] if a setting is out of range, [`IdentifyError::NoWrench`] if the method has
+    /// nothing to measure, and [`IdentifyError::FixedBase`] if it needs a free-floating base, as
+    /// [`Identifier::new`](crate::Identifier::new) does. Returns [`IdentifyError::Setting`] or [`IdentifyError::Value`]
+    /// if a setting of the filter is out of range, [`IdentifyError::NeedsLeastSquares`] if the method does not compute
+    /// the force and the moment on the end-effector, and [`IdentifyError::KnowledgeNeedsLeastSquares`] if the settings
+    /// contain what only least squares can use.
     pub fn new(
         robot: &Manipulator,
         tool: &str,
@@ -141,7 +146,8 @@ impl PaperFilter {
     /// Cost: one pass over the robot's bodies; no allocation.
     ///
     /// # Errors
-    /// Where a slice does not fit the robot or the sensors. Bad data are no error: see [`PushOutcome`].
+    /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and [`IdentifyError::WrenchCount`] if the
+    /// wrenches do not fit the sensors. Bad data are no error: see [`PushOutcome`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         let (outcome, equation) = self.stream.push(sample)?;
         if let Some(equation) = equation {

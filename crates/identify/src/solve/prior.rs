@@ -27,7 +27,7 @@ impl KnownMass {
     /// Checks that the values are in range.
     ///
     /// # Errors
-    /// Where the mass is not positive, or its standard deviation is negative or not finite.
+    /// Returns [`IdentifyError::Value`] if the mass is not positive, or its standard deviation is negative or not finite.
     pub(crate) fn check(&self) -> Result<(), IdentifyError> {
         let out_of_range = |name, given, expected| {
             Err(IdentifyError::Value {
@@ -81,7 +81,7 @@ impl BoundingBox {
     /// Checks that the box has a volume.
     ///
     /// # Errors
-    /// Where a corner is not finite, or a side is not positive.
+    /// Returns [`IdentifyError::Box`] if a corner is not finite, or a side is not positive.
     pub(crate) fn check(&self) -> Result<(), IdentifyError> {
         for (axis, (min, max)) in self.min.iter().zip(&self.max).enumerate() {
             if !(min < max && (max - min).is_finite()) {

@@ -24,7 +24,7 @@
 //! covariance is at hand, directions with variances up to [`VARIANCE_RATIO`] of the largest count as
 //! unobservable (see [`consistency`](super::consistency)).
 //!
-//! The paper's filter has no information matrix. It judges the singular values of the rows by thresholds of
+//! The paper's filter has no information matrix. It compares the singular values of the rows with thresholds of
 //! its own, which are documented there.
 
 use nalgebra::{RowSVector, SMatrix, SVector};

@@ -145,8 +145,8 @@ impl Experiment {
         for (k, &joint) in self.moving.iter().enumerate() {
             // Different frequencies make the joints' accelerations independent. In sequence, each joint makes
             // whole swings of 5 s, which end where they begin.
-            let share_s = self.duration_s / self.moving.len() as f64;
-            let turn = (t / share_s).floor() as usize;
+            let swing_s = self.duration_s / self.moving.len() as f64;
+            let turn = (t / swing_s).floor() as usize;
             if self.in_sequence && turn != k {
                 continue;
             }
@@ -157,7 +157,7 @@ impl Experiment {
                     0.2 + 0.07 * k as f64
                 };
             let t = if self.in_sequence {
-                t - turn as f64 * share_s
+                t - turn as f64 * swing_s
             } else {
                 t
             };

@@ -1,4 +1,6 @@
 //! The joint efforts beyond those of the arm, `Jᵀ [f_U; n_U]`: the payload alone.
+//!
+//! These rows, `Jᵀ Y π`, are not in the paper. They follow from the principle of virtual work.
 
 use nalgebra::{DMatrix, DVector, Vector6};
 use tactid_dynamics::{FrameId, JointKind, Manipulator, StateError};
@@ -65,7 +67,7 @@ impl MeasurementSource for EffortSource {
     ) -> Result<(), StateError> {
         let workspace = robot.workspace;
         workspace.jacobian(robot.tool, &mut self.jacobian)?;
-        // Jᵀ Y π = τ - τ_arm: principle of virtual work, with τ_i = z_i · n_i of (34) for the arm alone.
+        // Jᵀ Y π = τ - τ_arm, not in the paper: principle of virtual work, with τ_i = z_i · n_i of (34) for the arm alone.
         for (row, &joint) in rows.iter_mut().zip(&self.loaded_joints) {
             let column = &self.jacobian[joint];
             row.regressor = regressor.parameters.tr_mul(column);

@@ -62,7 +62,7 @@ impl std::ops::DerefMut for Source {
 /// Returns the sources that the configured method uses, in the order of their rows.
 ///
 /// # Errors
-/// A sensor's link that the robot does not have.
+/// Returns [`IdentifyError::Model`] if the robot does not have the link of a sensor.
 pub(crate) fn sources_of(
     robot: &Manipulator,
     tool: FrameId,

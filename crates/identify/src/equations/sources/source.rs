@@ -19,7 +19,7 @@ pub(crate) trait MeasurementSource {
     /// Fills the rows of an instant, one for each channel. Allocates nothing.
     ///
     /// # Errors
-    /// Where the source uses forces and [`needs_forces`](Self::needs_forces) does not say so.
+    /// Returns [`StateError::NoForces`] if the source uses forces and [`needs_forces`](Self::needs_forces) is false.
     fn fill(
         &mut self,
         instant: &Instant,

@@ -26,7 +26,7 @@ impl WrenchSource {
     /// Creates the source for the links in which the wrenches are measured.
     ///
     /// # Errors
-    /// A link that the robot does not have.
+    /// Returns [`IdentifyError::Model`] if the robot does not have one of the links.
     pub(crate) fn new(
         robot: &Manipulator,
         sensors: &[&str],
