@@ -7,7 +7,7 @@ mod common;
 use common::{Experiment, Instant, Noise, TOOL, identifier, paper_filter, payload};
 use nalgebra::{Matrix3, Vector3};
 use rand::{SeedableRng, rngs::SmallRng};
-use tactid_dynamics::MassProperties;
+use tactid_dynamics::{MassProperties, Wrench};
 use tactid_identify::{EquationSettings, Identifier, Method, PayloadEstimate, PushOutcome};
 
 const COMBINED: Method = Method::Combined { effort: false };
@@ -357,4 +357,47 @@ fn the_covariance_agrees_with_the_std_devs() {
     // The paper's filter estimates no uncertainty.
     let paper = paper_filter(&experiment, &EquationSettings::default());
     assert!(paper.estimate().std_devs.is_none());
+}
+
+/// A sensor whose driver reports zeros before it is up leaves no trace in the state: every number of every estimate
+/// is finite, and the payload is identified from the measurements that follow. The same holds for a sensor that
+/// reports no moments at all.
+#[test]
+fn constant_zeros_are_no_lasting_damage() {
+    let experiment = Experiment {
+        duration_s: 8.0,
+        ..Experiment::default()
+    };
+    let instants = experiment.run();
+    let silent_until = |end_s: f64| {
+        let mut silent = instants.clone();
+        for instant in silent.iter_mut().filter(|instant| instant.time_s < end_s) {
+            instant.wrenches.fill(Wrench::zero());
+        }
+        silent
+    };
+    let mut without_moments = instants.clone();
+    for instant in &mut without_moments {
+        for wrench in &mut instant.wrenches {
+            wrench.moment = Vector3::zeros();
+        }
+    }
+    for (silent, is_complete) in [
+        (silent_until(0.5), true),
+        (silent_until(2.0), true),
+        (without_moments, false),
+    ] {
+        let mut identifier = online(&experiment, Method::Tactile);
+        for instant in noisy(&silent, Noise::fraction(0.0), 0) {
+            identifier.push(&instant.sample()).unwrap();
+            let values = identifier.estimate().values();
+            assert!(values.iter().all(|value| value.is_finite()), "{values:?}");
+        }
+        identifier.finish();
+        let estimate = identifier.estimate();
+        let mass_kg = estimate.body.mass_kg;
+        assert!(!is_complete || (mass_kg - 100.0).abs() < 1.0, "{mass_kg}");
+        let covariance = identifier.covariance().unwrap();
+        assert!(covariance.iter().all(|entry| entry.is_finite()));
+    }
 }
