@@ -163,13 +163,13 @@ def test_weak_directions_are_named_by_what_they_are_made_of() -> None:
     names = [recording_plots.composition(row) for row in fit.excitation_directions]
     assert relative[0] == 1
     assert {name for name, faint in zip(names, weak, strict=True) if faint} == {
-        "m·z",
+        "m*az",
         "Ixx",
         "Ixy",
         "Iyy",
     }
     assert recording_plots.composition(np.sqrt([0.6, 0, 0, 0.35, 0.05, *[0] * 5])) == (
-        "60 % mass, 35 % m·z, 5 % Ixx"
+        "60 % m, 35 % m*az, 5 % Ixx"
     )
     moving = doubles.fit_of(doubles.tactile())
     assert not recording_plots.relative_excitation(moving, [True] * 10)[1].any()

@@ -62,7 +62,10 @@ mod _native {
     /// The version of the package.
     #[pymodule_export]
     const VERSION: &str = env!("CARGO_PKG_VERSION");
-    /// The names of a payload's ten values, in order.
+    /// Names of the ten values of a payload, in order.
     #[pymodule_export]
     const VALUE_NAMES: [&str; 10] = tactid_identify::VALUE_NAMES;
+    /// Names of the ten inertial parameters in which the dynamics are linear, in order.
+    #[pymodule_export]
+    const PARAMETER_NAMES: [&str; 10] = tactid_dynamics::PARAMETER_NAMES;
 }

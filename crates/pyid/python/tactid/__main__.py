@@ -1,7 +1,7 @@
 """The command ``tactid``: every error is one line, and the exit code is that of its kind.
 
-0 done; 1 nobody reads the output any more; 2 something given is wrong; 70 a fault of tactid itself;
-130 interrupted by Ctrl-C.
+The codes: 0 success; 1 standard output was closed early; 2 invalid input; 70 an internal error of
+tactid; 130 interrupted by Ctrl-C.
 """
 
 import os
@@ -15,27 +15,27 @@ def main() -> None:
 
 def _run() -> int:
     try:
-        # Imported here, so that Ctrl-C while libraries load is met, too.
+        # Imported here, so that Ctrl-C while libraries load is handled, too.
         from tactid import cli
 
         code = cli.run()
         sys.stdout.flush()
     except KeyboardInterrupt:
-        return _say("interrupted", 130)
+        return _report("interrupted", 130)
     except BrokenPipeError:
-        # The interpreter flushes on exit: let that go nowhere.
+        # The interpreter flushes standard output on exit, which would fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except Exception as error:
-        return _say(f"internal error: {type(error).__name__}: {error}; please report it", 70)
+        return _report(f"internal error: {type(error).__name__}: {error}; please report it", 70)
     except BaseException as error:
         if type(error).__name__ == "PanicException":
-            return 70  # the native part has said where
+            return 70  # the panic hook has reported it
         raise
     return code
 
 
-def _say(message: str, code: int) -> int:
+def _report(message: str, code: int) -> int:
     print("tactid:", " ".join(message.split()), file=sys.stderr)
     return code
 

@@ -13,6 +13,7 @@ _Data: TypeAlias = dict[str, Any]
 """Plain values by the names of the fields of a dataclass in ``tactid.identification``."""
 
 __all__ = [
+    "PARAMETER_NAMES",
     "VALUE_NAMES",
     "VERSION",
     "Estimator",
@@ -42,6 +43,7 @@ __all__ = [
 
 VERSION: Final[str]
 VALUE_NAMES: Final[list[str]]
+PARAMETER_NAMES: Final[list[str]]
 
 @final
 class MassProperties:

@@ -18,18 +18,18 @@ from tactid.values import Values
 
 AXES = "xyz"
 COLORS = ("#c8502d", "#3c8d40", "#1f5fa8")
-"""Of the frame's axes, as everywhere: red, green and blue for x, y and z."""
+"""Colours of the frame's axes x, y and z: red, green and blue."""
 
 BODY, INNER = "#5d4a8c", "#a99cc9"
 
 VIEWS = ((0, 1, "from above"), (0, 2, "from the front"), (1, 2, "from the side"))
-"""Which axis goes to the right, which goes up."""
+"""Index of the axis to the right, index of the axis upwards, and name of each view."""
 
 
 def ellipsoid(values: Values, half_widths: Values, *, solid: bool) -> bytes | None:
-    """Three views and one in perspective, as PNG; None where the centre of mass is not known.
+    """Draws three views and one in perspective, as PNG; None where the centre of mass is unknown.
 
-    Where the body is not ``solid``, its inertia unknown or impossible, its centre is all there is.
+    Only the centre is drawn where the body is not ``solid``: its inertia is unknown or impossible.
     """
     known = [float("nan") if value is None else value for value in values]
     com = np.array(known[1:4])
@@ -77,7 +77,7 @@ def _views(com: Array, half_widths: Values, shape: Array) -> Figure:
 
 
 def _flat(axes: Axes, com: Array, half_widths: Values, shape: Array) -> None:
-    """The shadow of the ellipsoid, which is an ellipse, with the semi-axes in it."""
+    """Draws the projection of the ellipsoid, which is an ellipse, with the semi-axes in it."""
     turn, lengths, _ = np.linalg.svd(shape, full_matrices=False)
     angle = np.linspace(0, 2 * np.pi, 181)
     outline = com[:, None] + turn * lengths @ [np.cos(angle), np.sin(angle)]

@@ -112,8 +112,8 @@ def run_paper(
         report = simulate_experiment(experiment, files.log, progress=done)
     with interruptible(f"{files.log} is complete, no result was written"):
         with progress("identifying") as done:
-            found = paper_run.identify_all(files.log, experiment.tool, estimator, done)
-        outcome = paper_run.Outcome(experiment, report, found, log_info(files.log))
+            results = paper_run.identify_all(files.log, experiment.tool, estimator, done)
+        outcome = paper_run.Outcome(experiment, report, results, log_info(files.log))
         with notes.status("drawing"):
             outcome.write(files)
     print_whole(table.rich_table(outcome.columns[:1], outcome.truth))
@@ -160,9 +160,9 @@ def show_info(
     log: Annotated[Path, typer.Argument(help="An .mcap file, or the folder of a rosbag2 bag.")],
 ) -> None:
     """Shows the topics of a log."""
-    found = log_info(log)
-    Console().print(table.topics_table(found), highlight=False)
-    for line in table.info_lines(found):
+    contents = log_info(log)
+    Console().print(table.topics_table(contents), highlight=False)
+    for line in table.info_lines(contents):
         Console().print(line, highlight=False, markup=False)
 
 

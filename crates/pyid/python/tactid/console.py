@@ -14,7 +14,7 @@ notes = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
 def print_whole(table: Table) -> None:
-    """Prints a table on standard output, in a narrow terminal too: no number loses its digits."""
+    """Prints a table on standard output without truncating cells, in a narrow terminal too."""
     console = Console()
     needed = Measurement.get(console, console.options.update(max_width=1000), table).maximum
     console.width = max(console.width, needed)
@@ -22,18 +22,18 @@ def print_whole(table: Table) -> None:
 
 
 @contextmanager
-def interruptible(what_is_left: str) -> Iterator[None]:
-    """Turns Ctrl-C into a line that says what is left, and exit code 130."""
+def interruptible(outcome: str) -> Iterator[None]:
+    """Turns Ctrl-C into a line that reports the outcome, and exit code 130."""
     try:
         yield
     except KeyboardInterrupt:
-        print(f"tactid: interrupted: {what_is_left}", file=sys.stderr)
+        print(f"tactid: interrupted: {outcome}", file=sys.stderr)
         raise typer.Exit(130) from None
 
 
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[float], None]]:
-    """A bar with the time left, where somebody can see it."""
+    """Shows a progress bar with the remaining time if standard error is a terminal."""
     columns = (
         TextColumn("{task.description:<12}"),
         BarColumn(bar_width=None),

@@ -1,4 +1,4 @@
-"""What all figures share: colours, style, and small helpers."""
+"""Colours, style and functions that all figures share."""
 
 import io
 from typing import Any
@@ -36,21 +36,21 @@ STYLE: Any = {
 }
 
 
-def padded(low: float, high: float, part: float) -> tuple[float, float]:
-    """Limits with a part of the range left free on either side."""
-    margin = part * (high - low) or part * (abs(high) or 1.0)
+def padded(low: float, high: float, fraction: float) -> tuple[float, float]:
+    """Returns limits with a fraction of the range left free on either side."""
+    margin = fraction * (high - low) or fraction * (abs(high) or 1.0)
     return low - margin, high + margin
 
 
 def remark(axes: Axes, text: str) -> None:
-    """Words in the middle of a picture."""
+    """Writes a text in the middle of a plot."""
     axes.text(
         0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=TRUE, fontsize=11
     )
 
 
 def png(figure: Figure) -> bytes:
-    """The figure as a PNG."""
+    """Returns the figure as a PNG."""
     file = io.BytesIO()
     figure.savefig(file, format="png")
     return file.getvalue()

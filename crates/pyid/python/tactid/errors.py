@@ -72,7 +72,7 @@ class IdentificationError(TactidError):
         option: str | None = None,
         faults: Sequence[Mapping[str, Any]] = (),
     ) -> None:
-        found = [DataFault(**fault) for fault in faults]
-        listed = [f"{fault.topic}: {fault.count} × {fault.phrase}" for fault in found]
+        counted = [DataFault(**fault) for fault in faults]
+        listed = [f"{fault.topic}: {fault.count} × {fault.phrase}" for fault in counted]
         super().__init__("; ".join([message, *listed]), option)
-        self.faults = found
+        self.faults = counted

@@ -30,21 +30,21 @@ class DataFault:
     topic: str
     """Topic of the messages, or ``samples`` for what could not be aligned."""
     kind: str
-    """What is wrong, such as ``out_of_order``."""
+    """Kind of the fault, such as ``out_of_order``."""
     count: int
     """Number of occurrences."""
     first: float = math.nan
     """Time of the first occurrence on the recording's clock, s; NaN where it is not known."""
     joint: str | None = None
-    """The joint at fault, where the fault is that of one joint."""
+    """Name of the joint, where the fault is that of one joint; else None."""
 
     @property
     def phrase(self) -> str:
-        """What is wrong, and what was done about it, in the singular."""
+        """Words for the kind of fault, and what was done about it, in the singular."""
         return PHRASES[self.kind].format(joint=self.joint)
 
     @property
     def sentence(self) -> str:
-        """What is wrong on the topic, how often, and when first."""
+        """Sentence with the topic, the number of occurrences, the fault and the first time."""
         since = f", the first at {self.first:.3f} s" if math.isfinite(self.first) else ""
         return f"{self.topic}: {self.count} × {self.phrase}{since}."

@@ -77,7 +77,7 @@ class PrincipalMoments:
     values: Array
     """The moments, kg m², (3,); NaN where there are none."""
     std_devs: Array
-    """Their standard deviations, kg m², (3,).
+    """Standard deviations of the moments, kg m², (3,).
 
     They are infinite where the motion did not determine the whole inertia, and NaN for the paper's
     filter. Moments that are closer to each other than their noise share a standard deviation that
@@ -90,13 +90,13 @@ class History:
     """The estimate over time."""
 
     epoch: NDArray[np.uint32]
-    """Which presentation of the recording each point belongs to, from 0, (H,)."""
+    """Index of the presentation of the recording that each point belongs to, from 0, (H,)."""
     time: Array
     """Times on the recording's clock, s, (H,). They begin again with each epoch."""
     values: Array
-    """The ten values, not averaged, (H, 10)."""
+    """The ten values at each point, not averaged, (H, 10)."""
     std_devs: Array
-    """Their standard deviations, (H, 10).
+    """Standard deviations of the ten values at each point, (H, 10).
 
     They are infinite where a value was not determined yet, and NaN for the paper's filter.
     """
@@ -121,7 +121,7 @@ class WrenchOffset:
     values: Array
     """Force, N, then moment, N m, (6,)."""
     std_devs: Array
-    """Their standard deviations, (6,); NaN where none are estimated."""
+    """Standard deviations of force and moment, N and N m, (6,); NaN where none are estimated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,9 +129,9 @@ class Fit:
     """How well least squares explains what was measured: W windows of C channels."""
 
     channels: Sequence[Channel]
-    """The C channels."""
+    """Channels of the measured load: C of them."""
     time: Array
-    """The middle of each window on the recording's clock, s, (W,)."""
+    """Time of the middle of each window on the recording's clock, s, (W,)."""
     measured: Array
     """The measured load after the low-pass, (W, C)."""
     predicted: Array
@@ -152,7 +152,7 @@ class Fit:
     It is relative to the strongest direction, in descending order.
     """
     excitation_directions: Array
-    """These directions as rows, (10, 10).
+    """Directions of the parameters that ``excitation`` refers to, as rows, (10, 10).
 
     They are unit vectors in mass, first moments and inertia about the frame's origin, each divided
     by its scale.
@@ -166,9 +166,9 @@ class SingularValues:
     """How strongly the motion excited the rows of the paper's filter: rms singular values."""
 
     mass: Array
-    """Of equation (48), for mass and centre of mass, descending, m/s², (4,)."""
+    """Singular values of equation (48), for mass and centre of mass, descending, m/s², (4,)."""
     inertia: Array
-    """Of equation (46), for the inertia, descending, rad/s², (6,)."""
+    """Singular values of equation (46), for the inertia, descending, rad/s², (6,)."""
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,7 @@ class PaperSettings:
     beta: float
     """Regularisation β of equation (54)."""
     average: float
-    """The estimate is the mean over this last time, s; 0 for the latest value."""
+    """Length of the final span of time over which the estimate is the mean, s; 0 for none."""
     epochs: int
     """Number of times that the recording was presented to the filter."""
 
@@ -192,7 +192,7 @@ class Delay:
     value: float
     """Delay, s; positive where the wrenches are stamped later than the motion."""
     std_dev: float
-    """Its standard deviation, s."""
+    """Standard deviation of the delay, s."""
 
 
 @dataclass(frozen=True)
@@ -202,7 +202,7 @@ class KnownMass:
     value: float
     """Mass, kg."""
     std_dev: float
-    """Its standard deviation, kg; 0 for an exact mass."""
+    """Standard deviation of the mass, kg; 0 for an exact mass."""
 
 
 @dataclass(frozen=True)
@@ -210,7 +210,7 @@ class Finding:
     """Something that a reader of the result should know; :mod:`tactid.wording` has the words."""
 
     kind: str
-    """What was noticed, such as ``negative_mass``."""
+    """Name of what was noticed, such as ``negative_mass``."""
     data: Mapping[str, Any] = field(default_factory=dict)
     """The numbers and names that belong to the kind."""
 
@@ -233,9 +233,9 @@ class Identification:
     estimate: PayloadEstimate
     """The payload."""
     method: str
-    """``"tactile"``, ``"effort"``, ``"joint-sensing"`` or ``"combined"``."""
+    """Method: ``"tactile"``, ``"effort"``, ``"joint-sensing"`` or ``"combined"``."""
     estimator: str
-    """``"least-squares"`` or ``"nlms"``."""
+    """Estimator: ``"least-squares"`` or ``"nlms"``."""
     principal_moments: PrincipalMoments
     """Principal moments of inertia of the payload."""
     history: History
@@ -251,13 +251,13 @@ class Identification:
     delay: float = 0.0
     """Delay of the wrenches' stamps that was corrected, s."""
     estimated_delay: Delay | None = None
-    """The delay as it was estimated, corrected or not; None where it was not estimated."""
+    """Estimated delay of the wrenches' stamps, corrected or not; None where none was estimated."""
     known_mass: KnownMass | None = None
     """The payload's mass as it was given; None where it was not."""
     bounding_box: Array | None = None
     """Least and largest corner of the box as it was given, m, (2, 3); None where it was not."""
     clock: str = "stamps"
-    """``"stamps"`` of the headers, or ``"log times"`` where the messages have none."""
+    """Clock of the times: ``"stamps"`` of the headers, or ``"log times"`` where there are none."""
     start_ns: int = 0
     """Stamp of time zero, ns since the epoch."""
     fit: Fit | None = None

@@ -55,7 +55,9 @@ class Output:
 def identify_recording(
     log: Annotated[Path, typer.Argument(help="An .mcap file, or the folder of a rosbag2 bag.")],
     form: Annotated[Form, _result("What to print.", "--format")] = Form.TABLE,
-    as_json: Annotated[bool, _result("The same as --format json.", "--json")] = False,
+    as_json: Annotated[
+        bool, _result("Prints the result as JSON, which --format json does, too.", "--json")
+    ] = False,
     result_file: Annotated[
         Path | None, _result("A JSON file with all time series to write.", "--result")
     ] = None,
@@ -69,7 +71,7 @@ def identify_recording(
     ] = "1%",
     estimates: Annotated[
         Path | None,
-        _result("An .mcap file to write, with the estimate over time (InertiaStamped)."),
+        _result("An .mcap file to write, which contains the estimate over time (InertiaStamped)."),
     ] = None,
     **options: Any,
 ) -> None:
@@ -77,33 +79,33 @@ def identify_recording(
     precision = option_text.fraction("--within", within)
     output = Output(Form.JSON if as_json else form, precision, result_file, report, estimates)
     with interruptible("no result"), progress("identifying") as done:
-        found = identify(log, options=_parsed(options), progress=done)
-    _print(log, found, output)
+        result = identify(log, options=_parsed(options), progress=done)
+    _print(log, result, output)
     with interruptible("some of the files were not written"):
-        _write(log, found, output)
+        _write(log, result, output)
 
 
 def _parameters() -> list[inspect.Parameter]:
     """Returns a parameter for each field of ``Options``."""
     hints = get_type_hints(Options)
     parameters = []
-    for one in fields(Options):
-        declared = Declaration.of(one)
+    for option in fields(Options):
+        declared = Declaration.of(option)
         unit = f" Unit: {declared.unit}." if declared.unit else ""
-        option = typer.Option(
-            command_line_flag(one.name),
+        declaration = typer.Option(
+            command_line_flag(option.name),
             help=declared.text + unit,
             metavar=declared.metavar,
             rich_help_panel=declared.panel,
             show_default=False,
         )
-        kind = hints[one.name] if declared.argument is None else declared.argument | None
+        kind = hints[option.name] if declared.argument is None else declared.argument | None
         parameters.append(
             inspect.Parameter(
-                one.name,
+                option.name,
                 inspect.Parameter.KEYWORD_ONLY,
                 default=None,
-                annotation=Annotated[kind, option],
+                annotation=Annotated[kind, declaration],
             )
         )
     return parameters
@@ -112,11 +114,11 @@ def _parameters() -> list[inspect.Parameter]:
 def _parsed(arguments: dict[str, Any]) -> Options:
     """Returns the options that the command line gives; what is absent stays None."""
     values = {}
-    for one in fields(Options):
-        declared, value = Declaration.of(one), arguments[one.name]
+    for option in fields(Options):
+        declared, value = Declaration.of(option), arguments[option.name]
         if value is not None and value != [] and declared.parse is not None:
-            value = declared.parse(command_line_flag(one.name), value)
-        values[one.name] = None if isinstance(value, list) and not value else value
+            value = declared.parse(command_line_flag(option.name), value)
+        values[option.name] = None if isinstance(value, list) and not value else value
     return Options(**values)
 
 
@@ -135,45 +137,45 @@ def _show_options() -> None:
 _show_options()
 
 
-def _print(log: Path, found: Identification, output: Output) -> None:
-    for damage in found.damage:
+def _print(log: Path, result: Identification, output: Output) -> None:
+    for damage in result.damage:
         notes.print(f"tactid: note: {damage}; what stands before was used", style="yellow")
     if output.form is Form.JSON:
-        sys.stdout.write(result_json.to_json(_record(log, found, output.within)))
+        sys.stdout.write(result_json.to_json(_record(log, result, output.within)))
         return
     if output.form is Form.TABLE:
         truth = read_truth(info(log))
-        print_whole(table.rich_table([table.Column.of(found, truth)], truth))
+        print_whole(table.rich_table([table.Column.of(result, truth)], truth))
     else:
         write_form = forms.FORMS[output.form]
-        values = reported.estimate_values(found)
-        sys.stdout.write(write_form(values, found.estimate.frame).rstrip() + "\n")
-    notes.print(assumptions(found))
-    sentence = outlook.outlook(found, output.within)
+        values = reported.estimate_values(result)
+        sys.stdout.write(write_form(values, result.estimate.frame).rstrip() + "\n")
+    notes.print(assumptions(result))
+    sentence = outlook.outlook(result, output.within)
     if sentence is not None:
         notes.print(sentence)
-    for remark in remarks(found, "command-line"):
+    for remark in remarks(result, "command-line"):
         notes.print(remark)
 
 
-def _record(log: Path, found: Identification, within: float) -> dict[str, Any]:
-    record = result_json.record(found, within, "command-line")
+def _record(log: Path, result: Identification, within: float) -> dict[str, Any]:
+    record = result_json.record(result, within, "command-line")
     record["diagnostics"] |= read_checks(info(log))
     return record
 
 
-def _write(log: Path, found: Identification, output: Output) -> None:
+def _write(log: Path, result: Identification, output: Output) -> None:
     if output.result_file is not None:
-        record = _record(log, found, output.within) | {"series": result_json.series(found)}
+        record = _record(log, result, output.within) | {"series": result_json.series(result)}
         write_atomically(output.result_file, result_json.to_json(record))
     if output.report is not None:
         from tactid import recording_report  # imports matplotlib, which takes a while to load
 
         with notes.status("drawing"):
-            recording_report.write_report(found, log.name, output.report, output.within)
+            recording_report.write_report(result, log.name, output.report, output.within)
     if output.estimates is not None:
         with atomic_path(output.estimates) as path:
-            found.write_estimates(path)
+            result.write_estimates(path)
     files = (output.result_file, output.report, output.estimates)
     written = [str(path) for path in files if path is not None]
     if written:

@@ -12,7 +12,7 @@ from tactid.options import Options, collect, documented
 
 
 class _Online:
-    """What both solvers share: samples in, an estimate at any time."""
+    """Base class of the online solvers: samples in, an estimate at any time."""
 
     _native: _native.OnlineSolver
 
@@ -113,8 +113,8 @@ class Identifier(_Online):
         None stands where the option ``wrench_offset`` does not make it an unknown. Standard
         deviations are not estimated online.
         """
-        found = self._native.wrench_offset()
-        return None if found is None else WrenchOffset(**found)
+        offset = self._native.wrench_offset()
+        return None if offset is None else WrenchOffset(**offset)
 
 
 @documented("paper filter")

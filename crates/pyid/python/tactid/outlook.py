@@ -23,21 +23,21 @@ STEPS = ((36_000.0, "10 h"), (3_600.0, "1 h"), (600.0, "10 min"), (60.0, "1 min"
 """Lower bounds that stand for a longer time, s, with their names."""
 
 
-def outlook(found: Identification, within: float = WITHIN) -> str | None:
+def outlook(result: Identification, within: float = WITHIN) -> str | None:
     """Says how much longer the motion must go on, or which motion would determine what it cannot.
 
     Returns None where the estimator has no intervals, as the paper's filter.
     """
-    remaining = found.remaining(within)
+    remaining = result.remaining(within)
     if np.isnan(remaining).any():
         return None
     target = f"within {100 * within:g} %"
     if not remaining.any():
         return f"Every value is known {target}."
-    hopeless = remaining > TOO_LONG * found.duration
+    hopeless = remaining > TOO_LONG * result.duration
     if hopeless.any():
         # What is not identifiable at all has its advice among the remarks.
-        advised = hopeless & np.array(found.estimate.identifiable)
+        advised = hopeless & np.array(result.estimate.identifiable)
         names = np.array(VALUE_NAMES)[advised].tolist()
         return " ".join([*_undetermined(remaining, hopeless, target), *motion_advice(names)])
     last = VALUE_NAMES[int(remaining.argmax())]

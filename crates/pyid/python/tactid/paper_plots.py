@@ -16,10 +16,10 @@ from tactid.table import UNITS
 from tactid.truth import Truth
 
 PAIRS = {6: (0, 1), 7: (2, 3), 8: (4, 5), 9: (7, 6), 10: (9, 8)}
-"""Which two parameters each of the paper's figures shows."""
+"""Indices of the two parameters that each of the paper's figures shows."""
 
 ENLARGED = 10.0
-"""How much of the end is enlarged, s."""
+"""Length of the enlarged end of the time axis, s."""
 
 
 @dataclass(frozen=True)
@@ -49,12 +49,12 @@ class History:
     phases: Sequence[Phase] = ()
 
     @classmethod
-    def of(cls, found: Identification, phases: Sequence[Phase]) -> "History":
+    def of(cls, result: Identification, phases: Sequence[Phase]) -> "History":
         """Splits the history into its passes."""
-        epoch, time = found.history.epoch, found.history.time
-        values = found.history.values
+        epoch, time = result.history.epoch, result.history.time
+        values = result.history.values
         passes = [Pass(time[epoch == e], values[epoch == e]) for e in np.unique(epoch)]
-        return cls(passes, found.estimate.identifiable, phases)
+        return cls(passes, result.estimate.identifiable, phases)
 
 
 def figures(history: History, truth: Truth | None) -> dict[str, bytes]:
@@ -67,7 +67,7 @@ def figures(history: History, truth: Truth | None) -> dict[str, bytes]:
 
 
 def parameters(history: History, truth: Truth | None, indices: Sequence[int]) -> Figure:
-    """Some parameters, each over the whole time and, enlarged, at the end."""
+    """Draws some parameters, each over the whole time and, enlarged, at the end."""
     figure = Figure(figsize=(9.0, 0.8 + 2.1 * len(indices)))
     axes = figure.subplots(len(indices), 2, width_ratios=(2, 1), sharex="col", squeeze=False)
     final = history.passes[-1]
@@ -76,10 +76,10 @@ def parameters(history: History, truth: Truth | None, indices: Sequence[int]) ->
     for row, index in enumerate(indices):
         whole, close = axes[row]
         true = None if truth is None else truth.actual[index]
-        for part in history.passes[:-1]:
-            whole.plot(part.time, part.values[:, index], color=EARLIER, linewidth=0.8)
-        for part in (whole, close):
-            _line(part, final.time, final.values[:, index], true)
+        for earlier in history.passes[:-1]:
+            whole.plot(earlier.time, earlier.values[:, index], color=EARLIER, linewidth=0.8)
+        for panel in (whole, close):
+            _line(panel, final.time, final.values[:, index], true)
         whole.set_ylabel(f"${SYMBOLS[index]}$ / {UNITS[index]}")
         whole.set_ylim(_settled_limits(history, index, true))
         close.ticklabel_format(axis="y", useOffset=False)
@@ -88,16 +88,16 @@ def parameters(history: History, truth: Truth | None, indices: Sequence[int]) ->
             remark(whole, "not identifiable from this motion")
         _mark_phases(whole, history.phases, label=row == 0)
     axes[0, 1].set_title(f"last {min(ENLARGED, end):g} s")
-    for part, start in ((axes[-1, 0], 0.0), (axes[-1, 1], max(0.0, end - ENLARGED))):
-        part.set_xlabel("time / s")
-        part.set_xlim(start, end)
+    for panel, start in ((axes[-1, 0], 0.0), (axes[-1, 1], max(0.0, end - ENLARGED))):
+        panel.set_xlabel("time / s")
+        panel.set_xlim(start, end)
     _legend(figure, history, truth)
     return figure
 
 
-def _end(part: Pass) -> float:
-    """Where its axis ends: the last sample is a step before the round number."""
-    return float(np.round(part.time[-1], 1)) or float(part.time[-1])
+def _end(presentation: Pass) -> float:
+    """Returns the end of the time axis, s: the last sample is a step before the round number."""
+    return float(np.round(presentation.time[-1], 1)) or float(presentation.time[-1])
 
 
 def _line(
@@ -122,8 +122,8 @@ def _legend(figure: Figure, history: History, truth: Truth | None) -> None:
 
 
 def _settled_limits(history: History, index: int, true: float | None) -> tuple[float, float]:
-    """Limits that show the approach but not the spikes of the first rows."""
-    values = np.concatenate([part.values[:, index] for part in history.passes])
+    """Returns limits that show the convergence but not the spikes of the first rows."""
+    values = np.concatenate([each.values[:, index] for each in history.passes])
     values = values[np.isfinite(values)]
     shown = [*np.percentile(values, (1, 99))] if values.size else [0.0]
     return padded(min([*shown, *_given(true)]), max([*shown, *_given(true)]), 0.15)
@@ -132,7 +132,7 @@ def _settled_limits(history: History, index: int, true: float | None) -> tuple[f
 def _close_limits(
     values: NDArray[np.float64], true: float | None, truth: Truth | None, index: int
 ) -> tuple[float, float]:
-    """Limits that show 1 % of the parameter's scale at least, lest rounding looks like noise."""
+    """Returns limits that show at least 1 % of the scale, lest rounding look like noise."""
     values = values[np.isfinite(values)]
     shown = [*values, *_given(true)] or [0.0]
     low, high = padded(min(shown), max(shown), 0.15)
@@ -164,7 +164,7 @@ def _mark_phases(axes: Axes, phases: Sequence[Phase], *, label: bool) -> None:
 
 
 def _convergence(history: History, truth: Truth | None) -> Figure:
-    """All ten in the last pass: the error of each, or the values where no truth is known."""
+    """Draws the error of each value in the last pass, or the values where no truth is known."""
     figure = Figure(figsize=(9.0, 4.0))
     axes = figure.subplots()
     final = history.passes[-1]
@@ -190,7 +190,7 @@ def _convergence(history: History, truth: Truth | None) -> Figure:
 
 
 def _largest_lately(time: NDArray[np.float64], error: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The largest error in each span of time: an error that passes through zero is not small."""
+    """Returns the largest error in each span of time, since an error may pass through zero."""
     spans = 150
     span = np.floor(time * spans / max(time[-1], 1e-9)).astype(int).clip(max=spans - 1)
     largest: NDArray[np.float64] = np.zeros(spans)

@@ -32,17 +32,17 @@ class Files:
 
     @property
     def log(self) -> Path:
-        """What was measured, and the truth as metadata."""
+        """Path of the log: the measurements, and the truth as metadata."""
         return self.folder / "run.mcap"
 
     @property
     def result(self) -> Path:
-        """Estimate, truth, errors and diagnostics."""
+        """Path of the results as JSON: estimate, truth, errors and diagnostics."""
         return self.folder / "result.json"
 
     @property
     def report(self) -> Path:
-        """The same as a page, with figures."""
+        """Path of the report: the results as an HTML page with figures."""
         return self.folder / "report.html"
 
     def remove_results(self) -> None:
@@ -57,7 +57,7 @@ def identify_all(
     """Identifies from one log by each method and estimator; the chosen estimator comes first."""
     runs = sorted(TITLES, key=lambda run: run != ("tactile", estimator))
 
-    def one(index: int) -> Identification:
+    def identify_by(index: int) -> Identification:
         method, chosen = runs[index]
         return identify(
             log,
@@ -67,7 +67,7 @@ def identify_all(
             progress=lambda done: progress((index + done) / len(runs)),
         )
 
-    return [one(index) for index in range(len(runs))]
+    return [identify_by(index) for index in range(len(runs))]
 
 
 @dataclass
@@ -76,7 +76,7 @@ class Outcome:
 
     experiment: Experiment
     run: RunReport
-    found: list[Identification]
+    results: list[Identification]
     info: LogInfo
     truth: Truth = field(init=False)
     columns: list[table.Column] = field(init=False)
@@ -86,21 +86,21 @@ class Outcome:
         if truth is None:
             raise LogError("the log does not say what the payload really is")
         self.truth = truth
-        self.columns = [self._column(found) for found in self.found]
+        self.columns = [self._column(result) for result in self.results]
 
-    def _column(self, found: Identification) -> table.Column:
-        values = reported.estimate_values(found)
-        title = TITLES[cast(Method, found.method), cast(Estimator, found.estimator)]
+    def _column(self, result: Identification) -> table.Column:
+        values = reported.estimate_values(result)
+        title = TITLES[cast(Method, result.method), cast(Estimator, result.estimator)]
         return table.Column(title, values, self.truth.errors_percent(values))
 
     @property
     def remarks(self) -> list[str]:
-        """What a reader must know to trust the numbers."""
-        return remarks(self.found[0], "command-line")
+        """Sentences that a reader must know to trust the numbers."""
+        return remarks(self.results[0], "command-line")
 
     def record(self) -> dict[str, Any]:
         """Returns the content of ``result.json``."""
-        first, column = self.found[0], self.columns[0]
+        first, column = self.results[0], self.columns[0]
         run = {
             "wall_time_s": self.run.wall_time,
             "steps": self.run.steps,
@@ -121,7 +121,7 @@ class Outcome:
     def write(self, files: Files) -> None:
         """Writes result, figures and report."""
         write_atomically(files.result, result_json.to_json(self.record()))
-        history = paper_plots.History.of(self.found[0], driving_phases(self.experiment))
+        history = paper_plots.History.of(self.results[0], driving_phases(self.experiment))
         figures = paper_plots.figures(history, self.truth)
         for name, png in figures.items():
             write_atomically(files.folder / name, png)
@@ -132,7 +132,7 @@ class Outcome:
         write_atomically(files.report, paper_report.render(page))
 
     def _facts(self) -> dict[str, str]:
-        run, strengths = self.run, self.found[0].singular_values
+        run, excitation = self.run, self.results[0].singular_values
         facts = {
             "end-effector frame": self.experiment.tool,
             "simulated time": f"{run.simulated_time:g} s in {run.steps} steps",
@@ -144,9 +144,9 @@ class Outcome:
             " off the payload's Newton-Euler equations",
             "grip force": f"{run.grip_force:.0f} N a finger",
         }
-        if strengths is not None:
-            facts["singular values, mass"] = _numbers(strengths.mass) + " m/s²"
-            facts["singular values, inertia"] = _numbers(strengths.inertia) + " rad/s²"
+        if excitation is not None:
+            facts["singular values, mass"] = _numbers(excitation.mass) + " m/s²"
+            facts["singular values, inertia"] = _numbers(excitation.inertia) + " rad/s²"
         return facts
 
 
@@ -160,5 +160,5 @@ def driving_phases(experiment: Experiment) -> list[paper_plots.Phase]:
     names = [joint["name"].replace("_", " ") for joint in excitation["joints"]]
     if excitation["mode"] != "sequence" or not names:
         return []
-    part = experiment.duration / len(names)
-    return [paper_plots.Phase(i * part, (i + 1) * part, name) for i, name in enumerate(names)]
+    phase = experiment.duration / len(names)
+    return [paper_plots.Phase(i * phase, (i + 1) * phase, name) for i, name in enumerate(names)]

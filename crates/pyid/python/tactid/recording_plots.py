@@ -13,6 +13,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from tactid import drawing
+from tactid._native import PARAMETER_NAMES
 from tactid.drawing import EARLIER, ESTIMATE, TRUE, padded, remark
 from tactid.identification import Array, Fit, Identification
 from tactid.reported import known_history
@@ -31,9 +32,6 @@ MEASURED, OUTLIER, HELD_OUT = "#8a94a0", "#e08a1e", "#eef1f4"
 PANELS = ((0,), (1, 2, 3), (4, 7, 9), (5, 6, 8))
 """The rows of the figure of parameters: mass, centre, moments, products."""
 
-DIRECTIONS = ("mass", "m·x", "m·y", "m·z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
-"""The linear parameters, in which directions of excitation are given."""
-
 FLOOR = 1e-8
 """A direction that is weaker than this, relative to the strongest, is rounding."""
 
@@ -41,15 +39,15 @@ SEGMENT = 256
 """Largest number of windows in a segment of a spectrum."""
 
 
-def figures(found: Identification) -> dict[str, bytes]:
+def figures(result: Identification) -> dict[str, bytes]:
     """Draws all figures, as PNG by name; without a fit, only the parameters over time."""
-    drawers: dict[str, Callable[[], Figure]] = {"parameters": lambda: parameters(found)}
-    known = found.fit
-    if known is not None:
+    drawers: dict[str, Callable[[], Figure]] = {"parameters": lambda: parameters(result)}
+    least_squares = result.fit
+    if least_squares is not None:
         drawers |= {
-            "fit": lambda: fit(known),
-            "residuals": lambda: residuals(known, found.cutoff),
-            "excitation": lambda: excitation(known, found.estimate.identifiable),
+            "fit": lambda: fit_panels(least_squares),
+            "residuals": lambda: residuals(least_squares, result.cutoff),
+            "excitation": lambda: excitation(least_squares, result.estimate.identifiable),
         }
     with mpl.rc_context(STYLE), warnings.catch_warnings():
         # A name in a script that the font lacks is drawn as boxes, which needs no warning.
@@ -57,82 +55,82 @@ def figures(found: Identification) -> dict[str, bytes]:
         return {name: drawing.png(draw()) for name, draw in drawers.items()}
 
 
-def fit(found: Fit) -> Figure:
+def fit_panels(fit: Fit) -> Figure:
     """Draws measured and predicted load, a panel for each channel."""
-    count = len(found.channels)
+    count = len(fit.channels)
     rows = -(-count // 2)
     figure = Figure(figsize=(9.0, 0.9 + 1.7 * rows))
     panels = figure.subplots(rows, 2, sharex=True, squeeze=False)
     # Down the columns: forces on the left, moments on the right.
     for channel, axes in enumerate(panels.T.flat):
-        axes.set_xlim(_span(found.time))
+        axes.set_xlim(_span(fit.time))
         if channel >= count:
             _time_axis_above(axes)
             continue
-        _shade_held_out(axes, found)
+        _shade_held_out(axes, fit)
         for values, color, width in (
-            (found.measured, MEASURED, 2.2),
-            (found.predicted, ESTIMATE, 1.0),
+            (fit.measured, MEASURED, 2.2),
+            (fit.predicted, ESTIMATE, 1.0),
         ):
-            _line(axes, found.time, values[:, channel], color=color, linewidth=width)
-        outlier = outliers(found)[:, channel]
-        _dots(axes, found.time[outlier], found.measured[outlier, channel])
-        _name(axes, found, channel)
+            _line(axes, fit.time, values[:, channel], color=color, linewidth=width)
+        outlier = outliers(fit)[:, channel]
+        _dots(axes, fit.time[outlier], fit.measured[outlier, channel])
+        _name(axes, fit, channel)
         if axes in panels[-1]:
             axes.set_xlabel("time / s")
     lines = [
         Line2D([], [], color=MEASURED, linewidth=2.2, label="measured"),
         Line2D([], [], color=ESTIMATE, linewidth=1.0, label="predicted"),
     ]
-    _legend(figure, lines, found)
+    _legend(figure, lines, fit)
     return figure
 
 
-def residuals(found: Fit, cutoff: float) -> Figure:
+def residuals(fit: Fit, cutoff: float) -> Figure:
     """Draws the residual of each channel, over time and over frequency."""
-    count = len(found.channels)
+    count = len(fit.channels)
     figure = Figure(figsize=(9.0, 0.9 + 1.45 * count))
     panels = figure.subplots(count, 2, sharex="col", squeeze=False, width_ratios=(2, 1))
-    error = found.measured - found.predicted
+    error = fit.measured - fit.predicted
     for channel, (axes, spectral) in enumerate(panels):
-        outlier = outliers(found)[:, channel]
+        outlier = outliers(fit)[:, channel]
         limit = _largest(error[~outlier, channel]) or _largest(error[:, channel])
-        _shade_held_out(axes, found)
-        _line(axes, found.time, error[:, channel], color=ESTIMATE, linewidth=0.8)
+        _shade_held_out(axes, fit)
+        _line(axes, fit.time, error[:, channel], color=ESTIMATE, linewidth=0.8)
         if limit > 0:
             axes.set_ylim(-1.15 * limit, 1.15 * limit)
             shown = error[outlier, channel].clip(-1.1 * limit, 1.1 * limit)
-            _dots(axes, found.time[outlier], shown)
-        _name(axes, found, channel)
+            _dots(axes, fit.time[outlier], shown)
+        _name(axes, fit, channel)
         regular = np.where(outlier, np.nan, error[:, channel])
-        _spectra(spectral, found, cutoff, (found.measured[:, channel], regular))
-        spectral.set_ylabel(f"{found.channels[channel].unit} / √Hz")
-        axes.set_xlim(_span(found.time))
+        _spectra(spectral, fit, cutoff, (fit.measured[:, channel], regular))
+        spectral.set_ylabel(f"{fit.channels[channel].unit} / √Hz")
+        axes.set_xlim(_span(fit.time))
     panels[-1, 0].set_xlabel("time / s")
     panels[-1, 1].set_xlabel("frequency / Hz")
     lines = [
         Line2D([], [], color=ESTIMATE, linewidth=0.8, label="measured less predicted"),
         Line2D([], [], color=MEASURED, label="measured (spectrum)"),
     ]
-    _legend(figure, lines, found)
+    _legend(figure, lines, fit)
     return figure
 
 
-def parameters(found: Identification) -> Figure:
+def parameters(result: Identification) -> Figure:
     """Draws the ten values over time, each with its 95 % interval."""
     figure = Figure(figsize=(9.0, 8.2))
     panels = figure.subplots(len(PANELS), 3, sharex=True)
-    values, std_devs = known_history(found)
+    values, std_devs = known_history(result)
     for row, indices in enumerate(PANELS):
         for column, axes in enumerate(panels[row]):
             if column >= len(indices):
                 axes.axis("off")
                 continue
             index = indices[column]
-            _history(axes, found, index, values[:, index], Z95 * std_devs[:, index])
+            _history(axes, result, index, values[:, index], Z95 * std_devs[:, index])
             axes.set_title(NAMES[index])
             axes.set_ylabel(UNITS[index])
-            axes.set_xlim(_span(found.history.time))
+            axes.set_xlim(_span(result.history.time))
     for axes in panels[-1]:
         axes.set_xlabel("time / s")
     handles = [
@@ -144,9 +142,9 @@ def parameters(found: Identification) -> Figure:
     return figure
 
 
-def excitation(found: Fit, identifiable: Sequence[bool]) -> Figure:
+def excitation(fit: Fit, identifiable: Sequence[bool]) -> Figure:
     """Draws how strongly the motion excites each direction, and what the direction consists of."""
-    relative, weak = relative_excitation(found, identifiable)
+    relative, weak = relative_excitation(fit, identifiable)
     figure = Figure(figsize=(9.0, 3.9))
     axes = figure.subplots()
     if not relative.any():
@@ -160,7 +158,7 @@ def excitation(found: Fit, identifiable: Sequence[bool]) -> Figure:
         axes.annotate(
             "none", (0.005, at), xycoords=("axes fraction", "data"), color=TRUE, va="center"
         )
-    axes.set_yticks(place, [composition(row) for row in found.excitation_directions])
+    axes.set_yticks(place, [composition(row) for row in fit.excitation_directions])
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
     axes.set_xscale("log")
@@ -175,18 +173,16 @@ def excitation(found: Fit, identifiable: Sequence[bool]) -> Figure:
     return figure
 
 
-def relative_excitation(
-    found: Fit, identifiable: Sequence[bool]
-) -> tuple[Array, NDArray[np.bool_]]:
+def relative_excitation(fit: Fit, identifiable: Sequence[bool]) -> tuple[Array, NDArray[np.bool_]]:
     """Returns the strength of each direction relative to the strongest, and which are too weak.
 
     A faint direction is too weak if it consists mostly of values that are not identifiable.
     """
-    strength = np.nan_to_num(found.excitation, nan=0.0, posinf=0.0)
+    strength = np.nan_to_num(fit.excitation, nan=0.0, posinf=0.0)
     relative = strength / (strength.max() or 1.0)
     unknown = ~np.array(identifiable)
-    share = np.nan_to_num(found.excitation_directions[:, unknown] ** 2).sum(axis=1)
-    return relative, (relative < FLOOR) | ((relative < 0.01) & (share > 0.5))
+    unknown_fraction = np.nan_to_num(fit.excitation_directions[:, unknown] ** 2).sum(axis=1)
+    return relative, (relative < FLOOR) | ((relative < 0.01) & (unknown_fraction > 0.5))
 
 
 def composition(direction: Array, most: int = 3) -> str:
@@ -198,21 +194,21 @@ def composition(direction: Array, most: int = 3) -> str:
     if not largest:
         return "a little of each" if percent.any() else "nothing"
     return ", ".join(
-        DIRECTIONS[index]
+        PARAMETER_NAMES[index]
         if percent[index] > 99.5
-        else f"{percent[index]:.0f} % {DIRECTIONS[index]}"
+        else f"{percent[index]:.0f} % {PARAMETER_NAMES[index]}"
         for index in largest
     )
 
 
-def outliers(found: Fit) -> NDArray[np.bool_]:
+def outliers(fit: Fit) -> NDArray[np.bool_]:
     """Returns which measurements have less than half of the full weight, (W, C).
 
     Held-out windows are not among them.
     """
-    weight = np.nan_to_num(found.weights, nan=1.0, posinf=1.0)
+    weight = np.nan_to_num(fit.weights, nan=1.0, posinf=1.0)
     full = weight.max(axis=0, initial=0.0)
-    lowered: NDArray[np.bool_] = (weight < 0.5 * full) & ~found.held_out[:, None]
+    lowered: NDArray[np.bool_] = (weight < 0.5 * full) & ~fit.held_out[:, None]
     return lowered
 
 
@@ -232,8 +228,8 @@ def spectrum(time: Array, values: Array) -> tuple[Array, Array]:
     powers = []
     for start, end in zip(starts, ends, strict=True):
         for at in range(start, end - length + 1, length // 2):
-            part = values[at : at + length]
-            powers.append(np.abs(np.fft.rfft(window * (part - part.mean()))) ** 2)
+            segment = values[at : at + length]
+            powers.append(np.abs(np.fft.rfft(window * (segment - segment.mean()))) ** 2)
     density: Array = 2 * step * np.mean(powers, axis=0) / (window @ window)
     # Without the mean, the first entry of a windowed spectrum is meaningless.
     frequency: Array = np.arange(1, length // 2 + 1) / (length * step)
@@ -241,9 +237,9 @@ def spectrum(time: Array, values: Array) -> tuple[Array, Array]:
     return frequency, amplitude
 
 
-def _spectra(axes: Axes, found: Fit, cutoff: float, signals: Sequence[Array]) -> None:
+def _spectra(axes: Axes, fit: Fit, cutoff: float, signals: Sequence[Array]) -> None:
     for signal, color in zip(signals, (MEASURED, ESTIMATE), strict=True):
-        frequency, density = spectrum(found.time, signal)
+        frequency, density = spectrum(fit.time, signal)
         shown = density > 0
         if shown.any():
             axes.loglog(frequency[shown], density[shown], color=color)
@@ -255,13 +251,13 @@ def _spectra(axes: Axes, found: Fit, cutoff: float, signals: Sequence[Array]) ->
         axes.axvline(cutoff, color=TRUE, linestyle=":", linewidth=1.0)
 
 
-def _history(axes: Axes, found: Identification, index: int, values: Array, half: Array) -> None:
-    final = float(found.estimate.values[index])
-    if not found.estimate.identifiable[index] or not np.isfinite(final):
+def _history(axes: Axes, result: Identification, index: int, values: Array, half: Array) -> None:
+    final = float(result.estimate.values[index])
+    if not result.estimate.identifiable[index] or not np.isfinite(final):
         axes.set_yticks([])
         remark(axes, NOT_IDENTIFIABLE)
         return
-    time = found.history.time
+    time = result.history.time
     axes.fill_between(time, values - half, values + half, color=ESTIMATE, alpha=0.2, linewidth=0)
     _line(axes, time, values, color=ESTIMATE)
     axes.axhline(final, color=TRUE, linestyle="--", linewidth=1.0)
@@ -273,18 +269,18 @@ def _history(axes: Axes, found: Identification, index: int, values: Array, half:
     axes.ticklabel_format(axis="y", useOffset=False)
 
 
-def _name(axes: Axes, found: Fit, channel: int) -> None:
-    axes.set_title(found.channels[channel].name.replace("$", r"\$"))  # no formula
-    axes.set_ylabel(found.channels[channel].unit)
+def _name(axes: Axes, fit: Fit, channel: int) -> None:
+    axes.set_title(fit.channels[channel].name.replace("$", r"\$"))  # no formula
+    axes.set_ylabel(fit.channels[channel].unit)
 
 
-def _legend(figure: Figure, lines: Sequence[Line2D], found: Fit) -> None:
+def _legend(figure: Figure, lines: Sequence[Line2D], fit: Fit) -> None:
     handles: list[Line2D | Patch] = list(lines)
-    if outliers(found).any():
+    if outliers(fit).any():
         handles.append(
             Line2D([], [], color=OUTLIER, marker=".", linestyle="", label="weight below one half")
         )
-    if found.held_out.any():
+    if fit.held_out.any():
         handles.append(Patch(facecolor=HELD_OUT, edgecolor=EARLIER, label="held out"))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
@@ -293,13 +289,13 @@ def _dots(axes: Axes, time: Array, values: Array) -> None:
     axes.plot(time, values, ".", color=OUTLIER, markersize=5, zorder=3)
 
 
-def _shade_held_out(axes: Axes, found: Fit) -> None:
-    if not found.held_out.any():
+def _shade_held_out(axes: Axes, fit: Fit) -> None:
+    if not fit.held_out.any():
         return
-    half = _step(found.time) / 2
-    edges = np.flatnonzero(np.diff([False, *found.held_out, False]))
+    half = _step(fit.time) / 2
+    edges = np.flatnonzero(np.diff([False, *fit.held_out, False]))
     for start, end in edges.reshape(-1, 2):
-        first, last = found.time[start], found.time[end - 1]
+        first, last = fit.time[start], fit.time[end - 1]
         axes.axvspan(first - half, last + half, color=HELD_OUT, linewidth=0, zorder=0)
 
 

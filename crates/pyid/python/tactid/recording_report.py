@@ -31,8 +31,8 @@ CAPTIONS = {
     "cutoff of the low-pass.",
     "parameters": "The estimate from all data up to each time. The dashed line is the result.",
     "excitation": "Ten directions in the space of the parameters, each named by its largest "
-    "components; the inertia is that about the frame's origin here, and m·x the first moment. A "
-    "faint direction is known badly.",
+    "components; the inertia is that about the frame's origin here, and m*ax the first moment "
+    "along x. A faint direction is known badly.",
     "ellipsoid": "The uniform solid ellipsoid with this mass and inertia in its place in the "
     "frame. The payload should have about its size and attitude.",
     "point": "The centre of mass in the frame.",
@@ -40,54 +40,54 @@ CAPTIONS = {
 
 
 def write_report(
-    found: Identification, source_name: str, path: Path, within: float = WITHIN
+    result: Identification, source_name: str, path: Path, within: float = WITHIN
 ) -> None:
     """Writes the report of a result; ``source_name`` names the recording."""
-    write_atomically(path, render(found, source_name, within))
+    write_atomically(path, render(result, source_name, within))
 
 
-def render(found: Identification, source_name: str, within: float = WITHIN) -> str:
+def render(result: Identification, source_name: str, within: float = WITHIN) -> str:
     """Returns the report as HTML, figures included.
 
     Args:
-        found: The result.
+        result: The identification.
         source_name: Name of the recording.
         within: Target precision, as :meth:`Identification.remaining` takes it.
     """
-    values, half_widths = reported.estimate_values(found), reported.half_widths(found)
-    figures = recording_plots.figures(found)
-    frame = html.escape(found.estimate.frame)
+    values, half_widths = reported.estimate_values(result), reported.half_widths(result)
+    figures = recording_plots.figures(result)
+    frame = html.escape(result.estimate.frame)
 
     def figure(name: str) -> str:
         return page.figure(figures[name], CAPTIONS[name]) if name in figures else ""
 
     fit = ""
-    if found.fit is not None:
+    if result.fit is not None:
         fit = f"""<h2>Measured and predicted</h2>
-{_agreement(found.fit)}
+{_agreement(result.fit)}
 {figure("fit")}
 <h2>Residuals</h2>
 {figure("residuals")}"""
     return page.document(
-        f"tactid: the payload at {found.estimate.frame}",
+        f"tactid: the payload at {result.estimate.frame}",
         f"""<h1>The payload at <code>{frame}</code></h1>
 <p class="lead">From <code>{html.escape(source_name)}</code>. Everything is in the frame
 <code>{frame}</code> and along its axes, the inertia about the centre of mass.</p>
-{_table(found)}
+{_table(result)}
 <h2>Remarks</h2>
-{_remarks(found)}
+{_remarks(result)}
 <h2>Position and size</h2>
-{_body(found, values, half_widths)}
+{_body(result, values, half_widths)}
 {fit}
 <h2>Over time</h2>
 {figure("parameters")}
 <h2>Excitation by the motion</h2>
-{_advice(found, within)}
+{_advice(result, within)}
 {figure("excitation")}
 <h2>Formats for other programs</h2>
-{_forms(values, found.estimate.frame)}
+{_forms(values, result.estimate.frame)}
 <h2>The identification</h2>
-{page.facts(_facts(found))}""",
+{page.facts(_facts(result))}""",
     )
 
 
@@ -108,18 +108,18 @@ def explained(fit: Fit, windows: NDArray[np.bool_]) -> list[float | None]:
     # Held-out windows without any weight have the full one.
     weight = np.where(weight.any(axis=0), weight, 1.0)
     fractions: list[float | None] = []
-    for values, fitted, share in zip(measured.T, predicted.T, weight.T, strict=True):
-        total = share.sum()
-        mean = share @ values / total if total > 0 else 0.0
-        variance = share @ (values - mean) ** 2
-        fraction = 1 - share @ (values - fitted) ** 2 / variance if variance > 0 else math.nan
+    for values, fitted, weights in zip(measured.T, predicted.T, weight.T, strict=True):
+        total = weights.sum()
+        mean = weights @ values / total if total > 0 else 0.0
+        variance = weights @ (values - mean) ** 2
+        fraction = 1 - weights @ (values - fitted) ** 2 / variance if variance > 0 else math.nan
         fractions.append(float(fraction) if math.isfinite(fraction) else None)
     return fractions
 
 
-def _table(found: Identification) -> str:
-    values = reported.estimate_values(found) + reported.moments(found)
-    half_widths = reported.half_widths(found) + reported.moment_half_widths(found)
+def _table(result: Identification) -> str:
+    values = reported.estimate_values(result) + reported.moments(result)
+    half_widths = reported.half_widths(result) + reported.moment_half_widths(result)
     names, units = NAMES + MOMENT_NAMES, UNITS + (MOMENT_UNIT,) * 3
     rows = []
     for index, (value, half) in enumerate(zip(values, half_widths, strict=True)):
@@ -140,23 +140,23 @@ that noise could make equal have wider intervals, which contain the truth more o
 <tbody>{"".join(rows)}</tbody></table></div>"""
 
 
-def _remarks(found: Identification) -> str:
-    lines = [*remarks(found, "command-line"), *(f"Damage: {each}" for each in found.damage)]
+def _remarks(result: Identification) -> str:
+    lines = [*remarks(result, "command-line"), *(f"Damage: {line}" for line in result.damage)]
     if not lines:
         return "<p>Nothing was noticed: see the held-out windows below.</p>"
     return f"<ul>{''.join(f'<li>{html.escape(line)}</li>' for line in lines)}</ul>"
 
 
-def _advice(found: Identification, within: float) -> str:
-    sentence = outlook(found, within)
+def _advice(result: Identification, within: float) -> str:
+    sentence = outlook(result, within)
     if sentence is None:
         return ""
     bias = "An error of the model, such as a sign or a frame, is a bias that no time reduces."
     return f"<p>{html.escape(sentence)} {bias}</p>"
 
 
-def _body(found: Identification, values: Values, half_widths: Values) -> str:
-    solid = None not in values and found.estimate.is_physical
+def _body(result: Identification, values: Values, half_widths: Values) -> str:
+    solid = None not in values and result.estimate.is_physical
     drawn = body_plot.ellipsoid(values, half_widths, solid=solid)
     if drawn is None:
         return "<p>The centre of mass is not known.</p>"
@@ -215,24 +215,24 @@ def _forms(values: Values, frame: str) -> str:
     return "".join(parts)
 
 
-def _facts(found: Identification) -> dict[str, str]:
-    delay = _quantity(1e3 * found.delay, "ms")
-    if found.estimated_delay is not None:
-        delay += f" ± {1e3 * Z95 * found.estimated_delay.std_dev:.2g} ms"
-    windows = f"{found.estimate.windows}"
-    if found.fit is not None:
-        windows = f"{len(found.fit.time)}, one every {_quantity(found.fit.stride, 's')}"
+def _facts(result: Identification) -> dict[str, str]:
+    delay = _quantity(1e3 * result.delay, "ms")
+    if result.estimated_delay is not None:
+        delay += f" ± {1e3 * Z95 * result.estimated_delay.std_dev:.2g} ms"
+    windows = f"{result.estimate.windows}"
+    if result.fit is not None:
+        windows = f"{len(result.fit.time)}, one every {_quantity(result.fit.stride, 's')}"
     return {
-        "frame": found.estimate.frame,
-        "method": METHODS.get(found.method, found.method),
-        "estimator": found.estimator,
-        "duration": _quantity(found.duration, "s"),
+        "frame": result.estimate.frame,
+        "method": METHODS.get(result.method, result.method),
+        "estimator": result.estimator,
+        "duration": _quantity(result.duration, "s"),
         "windows": windows,
-        "cutoff": _quantity(found.cutoff, "Hz"),
+        "cutoff": _quantity(result.cutoff, "Hz"),
         "delay of the wrenches": delay,
-        "wrench offset": wrench_offset(found) or "assumed to be zero",
-        "given of the payload": ", ".join(knowledge(found)) or "nothing",
-        "gravity": ", ".join(_quantity(entry, "m/s²") for entry in found.gravity),
+        "wrench offset": wrench_offset(result) or "assumed to be zero",
+        "given of the payload": ", ".join(knowledge(result)) or "nothing",
+        "gravity": ", ".join(_quantity(entry, "m/s²") for entry in result.gravity),
     }
 
 

@@ -9,48 +9,48 @@ from tactid.identification import Array, Identification
 from tactid.values import KINDS, PATHS, Z95, finite
 
 
-def estimate_values(found: Identification) -> list[float | None]:
+def estimate_values(result: Identification) -> list[float | None]:
     """Returns the ten values; None where the motion did not determine one."""
-    return _where(found.estimate.identifiable, found.estimate.values)
+    return _where(result.estimate.identifiable, result.estimate.values)
 
 
-def half_widths(found: Identification) -> list[float | None]:
+def half_widths(result: Identification) -> list[float | None]:
     """Returns half of each value's 95 % interval; None where it is unknown."""
-    return _where(found.estimate.identifiable, Z95 * found.estimate.std_devs)
+    return _where(result.estimate.identifiable, Z95 * result.estimate.std_devs)
 
 
-def moments(found: Identification) -> list[float | None]:
+def moments(result: Identification) -> list[float | None]:
     """Returns the principal moments, ascending: None unless the whole inertia is known."""
-    known = all(found.estimate.identifiable[KINDS[2]])
-    bounded = ~np.isinf(found.principal_moments.std_devs)
-    return _where(known & bounded, found.principal_moments.values)
+    known = all(result.estimate.identifiable[KINDS[2]])
+    bounded = ~np.isinf(result.principal_moments.std_devs)
+    return _where(known & bounded, result.principal_moments.values)
 
 
-def moment_half_widths(found: Identification) -> list[float | None]:
+def moment_half_widths(result: Identification) -> list[float | None]:
     """Returns half of the 95 % interval of each principal moment; None where it is unknown."""
-    known = [value is not None for value in moments(found)]
-    return _where(known, Z95 * found.principal_moments.std_devs)
+    known = [value is not None for value in moments(result)]
+    return _where(known, Z95 * result.principal_moments.std_devs)
 
 
-def known_history(found: Identification) -> tuple[Array, Array]:
+def known_history(result: Identification) -> tuple[Array, Array]:
     """Returns each value and its standard deviation over time, NaN for what was not known.
 
     A value is not known yet where its standard deviation is infinite, unless the estimator gives no
     finite one at all: then it estimates none, and its values stand without.
     """
-    values = np.array(found.history.values, dtype=float).reshape(-1, len(PATHS))
-    std_devs = np.array(found.history.std_devs, dtype=float).reshape(values.shape)
+    values = np.array(result.history.values, dtype=float).reshape(-1, len(PATHS))
+    std_devs = np.array(result.history.std_devs, dtype=float).reshape(values.shape)
     bounded = np.isfinite(std_devs)
     determined = bounded | ~bounded.any(axis=0)
-    known = np.isfinite(values) & determined & np.array(found.estimate.identifiable)
+    known = np.isfinite(values) & determined & np.array(result.estimate.identifiable)
     values[~known] = np.nan
     std_devs[~(known & bounded)] = np.nan
     return values, std_devs
 
 
-def offsets(found: Identification) -> list[tuple[str, str, float, float]]:
+def offsets(result: Identification) -> list[tuple[str, str, float, float]]:
     """Returns the channels' offsets: name, unit, value, and half of its 95 % interval."""
-    fit = found.fit
+    fit = result.fit
     if fit is None or fit.wrench_offset is None:
         return []
     names = [(channel.name, channel.unit) for channel in fit.channels[:6]]

@@ -24,114 +24,114 @@ def to_json(record: dict[str, Any]) -> str:
 
 
 def record(
-    found: Identification, within: float = WITHIN, style: Style = "keyword"
+    result: Identification, within: float = WITHIN, style: Style = "keyword"
 ) -> dict[str, Any]:
     """Returns the result as JSON has it, but for its time series.
 
     Args:
-        found: The result.
+        result: The identification.
         within: Target for the remaining time, as :meth:`Identification.remaining` takes it.
         style: Who reads the sentences: it decides how they spell options.
     """
-    remaining = found.remaining(within)
+    remaining = result.remaining(within)
     return {
-        "estimate": nested(reported.estimate_values(found)),
-        "half_width_95": nested(reported.half_widths(found)),
+        "estimate": nested(reported.estimate_values(result)),
+        "half_width_95": nested(reported.half_widths(result)),
         "principal_moments": {
-            "values": reported.moments(found),
-            "half_width_95": reported.moment_half_widths(found),
+            "values": reported.moments(result),
+            "half_width_95": reported.moment_half_widths(result),
         },
         "remaining_s": {
             "within": within,
             "all": finite(remaining.max()),
             "each": nested([float(seconds) for seconds in remaining]),
         },
-        "frame": found.estimate.frame,
-        "method": found.method,
-        "estimator": found.estimator,
-        "diagnostics": diagnostics(found),
+        "frame": result.estimate.frame,
+        "method": result.method,
+        "estimator": result.estimator,
+        "diagnostics": diagnostics(result),
         "findings": [
-            {"kind": each.kind, **_plain(each.data), "text": finding(each, style)}
-            for each in found.findings
+            {"kind": noticed.kind, **_plain(noticed.data), "text": finding(noticed, style)}
+            for noticed in result.findings
         ],
-        "remarks": remarks(found, style),
+        "remarks": remarks(result, style),
     }
 
 
-def diagnostics(found: Identification) -> dict[str, Any]:
+def diagnostics(result: Identification) -> dict[str, Any]:
     """Returns the reasons to trust a result, or not to."""
-    estimated, mass, box = found.estimated_delay, found.known_mass, found.bounding_box
+    estimated, mass, box = result.estimated_delay, result.known_mass, result.bounding_box
     return (
-        _of_every_estimator(found)
+        _of_every_estimator(result)
         | {
-            "clock": found.clock,
-            "delay_s": finite(found.delay),
+            "clock": result.clock,
+            "delay_s": finite(result.delay),
             "estimated_delay_s": None if estimated is None else finite(estimated.value),
             "estimated_delay_std_dev_s": None if estimated is None else finite(estimated.std_dev),
             "known_mass_kg": None if mass is None else mass.value,
             "known_mass_std_dev_kg": None if mass is None else mass.std_dev,
             "bounding_box_m": None if box is None else box.tolist(),
-            "wrench_offset": _wrench_offset(found),
+            "wrench_offset": _wrench_offset(result),
             "faults": [
                 {
-                    "topic": each.topic,
-                    "kind": each.kind,
-                    "text": each.phrase,
-                    "count": each.count,
-                    "first_s": finite(each.first),
+                    "topic": fault.topic,
+                    "kind": fault.kind,
+                    "text": fault.phrase,
+                    "count": fault.count,
+                    "first_s": finite(fault.first),
                 }
-                for each in found.faults
+                for fault in result.faults
             ],
-            "motion_advice": motion_advice(found.estimate.not_identifiable),
+            "motion_advice": motion_advice(result.estimate.not_identifiable),
         }
-        | ({} if found.fit is None else _of_the_fit(found.fit))
+        | ({} if result.fit is None else _of_the_fit(result.fit))
     )
 
 
-def _wrench_offset(found: Identification) -> dict[str, Any] | None:
+def _wrench_offset(result: Identification) -> dict[str, Any] | None:
     """Returns the offset of the wrenches and its frame; None where it is not an unknown."""
-    if found.fit is None or found.fit.wrench_offset is None:
+    if result.fit is None or result.fit.wrench_offset is None:
         return None
     return {
-        "frame": found.fit.wrench_offset.frame,
+        "frame": result.fit.wrench_offset.frame,
         "components": {
             name: {"value": finite(value), "half_width_95": finite(half_width), "unit": unit}
-            for name, unit, value, half_width in reported.offsets(found)
+            for name, unit, value, half_width in reported.offsets(result)
         },
     }
 
 
-def paper_diagnostics(found: Identification) -> dict[str, Any]:
+def paper_diagnostics(result: Identification) -> dict[str, Any]:
     """Returns the reasons to trust a result of the paper's experiment, or not to."""
-    settings, strengths = found.paper_settings, found.singular_values
-    result = _of_every_estimator(found)
+    settings, excitation = result.paper_settings, result.singular_values
+    record = _of_every_estimator(result)
     if settings is not None:
-        result |= {"average_s": settings.average, "epochs": settings.epochs}
-    if strengths is not None:
-        result["singular_values"] = {
-            "mass": all_finite(strengths.mass),
-            "inertia": all_finite(strengths.inertia),
+        record |= {"average_s": settings.average, "epochs": settings.epochs}
+    if excitation is not None:
+        record["singular_values"] = {
+            "mass": all_finite(excitation.mass),
+            "inertia": all_finite(excitation.inertia),
         }
-    if found.estimate.composite is not None:
-        result["composite"] = nested(values_of(found.estimate.composite))
-    return result
+    if result.estimate.composite is not None:
+        record["composite"] = nested(values_of(result.estimate.composite))
+    return record
 
 
-def _of_every_estimator(found: Identification) -> dict[str, Any]:
-    estimate = found.estimate
+def _of_every_estimator(result: Identification) -> dict[str, Any]:
+    estimate = result.estimate
     return {
-        "method": found.method,
-        "gravity_m_s2": all_finite(found.gravity),
-        "cutoff_hz": finite(found.cutoff),
-        "max_gap_s": finite(found.max_gap),
-        "duration_s": finite(found.duration),
+        "method": result.method,
+        "gravity_m_s2": all_finite(result.gravity),
+        "cutoff_hz": finite(result.cutoff),
+        "max_gap_s": finite(result.max_gap),
+        "duration_s": finite(result.duration),
         "windows": estimate.windows,
         "rejected": estimate.rejected,
         "gaps": estimate.gaps,
         "not_identifiable": estimate.not_identifiable,
         "is_physical": estimate.is_physical,
-        "interrupted": found.interrupted,
-        "damage": list(found.damage),
+        "interrupted": result.interrupted,
+        "damage": list(result.damage),
     }
 
 
@@ -148,15 +148,15 @@ def _of_the_fit(fit: Fit) -> dict[str, Any]:
     }
 
 
-def series(found: Identification) -> dict[str, Any]:
+def series(result: Identification) -> dict[str, Any]:
     """Returns the time series that belong to :func:`record`: the fit and the history."""
-    points = thinned(len(found.history.time))
-    values, std_devs = reported.known_history(found)
+    points = thinned(len(result.history.time))
+    values, std_devs = reported.known_history(result)
     return {
-        "start_ns": int(found.start_ns),
-        **({} if found.fit is None else {"fit": _fit_series(found.fit)}),
+        "start_ns": int(result.start_ns),
+        **({} if result.fit is None else {"fit": _fit_series(result.fit)}),
         "history": {
-            "time_s": all_finite(found.history.time[points]),
+            "time_s": all_finite(result.history.time[points]),
             "values": [all_finite(row) for row in values[points]],
             "half_width_95": [all_finite(row) for row in Z95 * std_devs[points]],
         },

@@ -49,16 +49,16 @@ class Column:
     """Half of each 95 % interval; None where the estimator has none."""
 
     @classmethod
-    def of(cls, found: Identification, truth: Truth | None) -> "Column":
+    def of(cls, result: Identification, truth: Truth | None) -> "Column":
         """Returns the column of a recording: the ten values, then the three principal moments."""
-        values, moments = reported.estimate_values(found), reported.moments(found)
+        values, moments = reported.estimate_values(result), reported.moments(result)
         errors = None
         if truth is not None:
             errors = truth.errors_percent(values) + truth.moment_errors_percent(moments)
         half_widths = None
-        if found.fit is not None:
-            half_widths = reported.half_widths(found) + reported.moment_half_widths(found)
-        return cls(found.estimator, values + moments, errors, half_widths)
+        if result.fit is not None:
+            half_widths = reported.half_widths(result) + reported.moment_half_widths(result)
+        return cls(result.estimator, values + moments, errors, half_widths)
 
 
 def number(value: float | None, half_width: float | None = None) -> str:

@@ -19,9 +19,9 @@ LOADS = {"tactile": "wrench", "joint-sensing": "wrench", "effort": "effort", "co
 """What each method measures of the payload."""
 
 
-def finding(found: Finding, style: Style = "keyword") -> str:
+def finding(noticed: Finding, style: Style = "keyword") -> str:
     """Says what was noticed on the way from the recording to the payload, in sentences."""
-    return _FINDINGS[found.kind](found.data, style)
+    return _FINDINGS[noticed.kind](noticed.data, style)
 
 
 def _gravity_contradicted(data: Data, style: Style) -> str:
@@ -214,68 +214,70 @@ def motion_advice(names: Sequence[str]) -> list[str]:
     return advice
 
 
-def remarks(found: Identification, style: Style = "keyword") -> list[str]:
+def remarks(result: Identification, style: Style = "keyword") -> list[str]:
     """Says what a reader must know to trust a result, in sentences; there may be none."""
-    said = [finding(each, style) for each in found.findings]
-    faults = [each.sentence for each in found.faults]
-    return list(dict.fromkeys([*_of_the_estimate(found), *said, *faults]))
+    findings = [finding(noticed, style) for noticed in result.findings]
+    faults = [fault.sentence for fault in result.faults]
+    return list(dict.fromkeys([*_of_the_estimate(result), *findings, *faults]))
 
 
-def _of_the_estimate(found: Identification) -> list[str]:
-    estimate = found.estimate
-    said = []
+def _of_the_estimate(result: Identification) -> list[str]:
+    estimate = result.estimate
+    sentences = []
     unknown = estimate.not_identifiable
     if unknown:
-        said.append(" ".join([f"Not identifiable: {', '.join(unknown)}.", *motion_advice(unknown)]))
+        sentences.append(
+            " ".join([f"Not identifiable: {', '.join(unknown)}.", *motion_advice(unknown)])
+        )
     # An inertia that is partly unknown is often impossible; a mass below zero needs a reason.
     explained = unknown and not estimate.values[0] <= 0
     if not estimate.is_physical and not explained:
         reason = why_impossible(estimate.values.tolist()) or "the estimate has not converged"
-        said.append(f"No body can have these parameters: {reason}.")
+        sentences.append(f"No body can have these parameters: {reason}.")
     if estimate.rejected:
-        said.append(f"{estimate.rejected} samples were rejected: not finite, or out of order.")
+        sentences.append(f"{estimate.rejected} samples were rejected: not finite, or out of order.")
     if estimate.gaps:
-        said.append(f"{estimate.gaps} gaps in the recording were not bridged.")
-    return said
+        sentences.append(f"{estimate.gaps} gaps in the recording were not bridged.")
+    return sentences
 
 
-def assumptions(found: Identification) -> str:
+def assumptions(result: Identification) -> str:
     """Says what was assumed, and what was chosen from the data: a line for every result."""
-    gravity = " ".join(f"{entry:g}" for entry in found.gravity)
-    parts = [f"frame {found.estimate.frame}", f"method {found.method}", f"gravity {gravity} m/s²"]
-    parts.append(f"cutoff {found.cutoff:.3g} Hz")
-    estimated = found.estimated_delay
+    gravity = " ".join(f"{entry:g}" for entry in result.gravity)
+    parts = [f"frame {result.estimate.frame}", f"method {result.method}", f"gravity {gravity} m/s²"]
+    parts.append(f"cutoff {result.cutoff:.3g} Hz")
+    estimated = result.estimated_delay
     if estimated is not None:
-        used = "corrected" if found.delay else "not significant, not corrected"
+        used = "corrected" if result.delay else "not significant, not corrected"
         half_width = Z95 * estimated.std_dev
         parts.append(f"delay {1e3 * estimated.value:.2f} ± {1e3 * half_width:.2g} ms ({used})")
-    elif found.delay:
-        parts.append(f"delay {1e3 * found.delay:g} ms (given)")
-    parts += knowledge(found)
-    if offsets(found):
-        parts.append(f"wrench offset {wrench_offset(found)}")
-    parts.append(f"times from {'header stamps' if found.clock == 'stamps' else 'the log'}")
+    elif result.delay:
+        parts.append(f"delay {1e3 * result.delay:g} ms (given)")
+    parts += knowledge(result)
+    if offsets(result):
+        parts.append(f"wrench offset {wrench_offset(result)}")
+    parts.append(f"times from {'header stamps' if result.clock == 'stamps' else 'the log'}")
     return "; ".join(parts) + "."
 
 
-def knowledge(found: Identification) -> list[str]:
+def knowledge(result: Identification) -> list[str]:
     """Says what was given of the payload."""
     parts = []
-    mass = found.known_mass
+    mass = result.known_mass
     if mass is not None:
         around = f" ± {Z95 * mass.std_dev:.2g}" if mass.std_dev else ""
         parts.append(f"mass {mass.value:g}{around} kg (given)")
-    if found.bounding_box is not None:
-        low, high = (" ".join(f"{entry:g}" for entry in corner) for corner in found.bounding_box)
+    if result.bounding_box is not None:
+        low, high = (" ".join(f"{entry:g}" for entry in corner) for corner in result.bounding_box)
         parts.append(f"within a box from {low} to {high} m (given)")
     return parts
 
 
-def wrench_offset(found: Identification) -> str:
+def wrench_offset(result: Identification) -> str:
     """Says the offset of the wrenches with its 95 % intervals; empty where it is not known."""
     return ", ".join(
         f"{name} {value:.3g} ± {half_width:.2g} {unit}"
-        for name, unit, value, half_width in offsets(found)
+        for name, unit, value, half_width in offsets(result)
         if math.isfinite(value) and math.isfinite(half_width)
     )
 
