@@ -10,6 +10,8 @@ use tactid_identify::{
     BaseState, ExpressedWrench, IdentifyError, PayloadEstimate, PushOutcome, Sample,
 };
 
+use tactid_recordings::DEFAULT_TIP;
+
 use crate::arrays::{Poses, Series, common_length, output};
 use crate::dynamics::Manipulator;
 use crate::errors::{ArgumentError, IntoPyErr};
@@ -17,9 +19,6 @@ use crate::identification::{EstimateData, SingularValuesData, WrenchOffsetData};
 use crate::options;
 
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
-
-/// The end-effector frame where the options name none.
-const DEFAULT_TIP: &str = "tool0";
 
 /// A solver that takes samples one by one.
 trait Solver: Send {
@@ -103,7 +102,7 @@ impl Identifier {
         options: &Bound<'_, PyAny>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let request = options::request(options)?;
-        let settings = options::equation_settings(&request, effort);
+        let settings = request.online_settings(effort);
         let tip = request.tip.as_deref().unwrap_or(DEFAULT_TIP);
         let names: Vec<&str> = sensors.iter().map(String::as_str).collect();
         let solver = tactid_identify::Identifier::new(&robot.0, tip, &names, &settings)
@@ -144,7 +143,7 @@ impl PaperFilter {
         options: &Bound<'_, PyAny>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let (request, settings) = options::paper_request(options)?;
-        let equations = options::equation_settings(&request, false);
+        let equations = request.online_settings(false);
         let tip = request.tip.as_deref().unwrap_or(DEFAULT_TIP);
         let names: Vec<&str> = sensors.iter().map(String::as_str).collect();
         let solver = tactid_identify::PaperFilter::new(&robot.0, tip, &names, &equations, settings)

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
-use tactid_identify::EquationSettings;
 use tactid_recordings::{
     ActsOn, BoundingBox, Estimator, KnownMass, Method, PaperSettings, Request, Topics,
 };
@@ -57,25 +56,6 @@ fn without_estimator(options: &Options<'_, '_>) -> PyResult<Request> {
         known_mass: options.known_mass()?,
         bounding_box: options.bounding_box()?,
     })
-}
-
-/// The settings of an online solver; `effort` says whether the samples of the combined method have efforts.
-pub(crate) fn equation_settings(request: &Request, effort: bool) -> EquationSettings {
-    let defaults = EquationSettings::default();
-    let method = request.method.unwrap_or(defaults.method);
-    EquationSettings {
-        method: match method {
-            Method::Combined { .. } => Method::Combined { effort },
-            other => other,
-        },
-        gravity: request.gravity,
-        cutoff_hz: request.cutoff_hz.unwrap_or(defaults.cutoff_hz),
-        max_gap_s: request.max_gap_s.unwrap_or(defaults.max_gap_s),
-        wrench_offset: request.wrench_offset.unwrap_or(defaults.wrench_offset),
-        wrench_noise: request.wrench_noise.clone().unwrap_or_default(),
-        effort_noise: request.effort_noise.clone().unwrap_or_default(),
-        ..defaults
-    }
 }
 
 const METHODS: [(&str, Method); 4] = [

@@ -50,8 +50,8 @@ def _negative_mass(data: Data, style: Style) -> str:
 def _known_bodies_too_heavy(data: Data, style: Style) -> str:
     return (
         f"The known bodies weigh {data['known_kg']:.4g} kg, but the whole load only"
-        f" {data['load_kg']:.4g} kg: check the mass of {option_name('known_tool', style)}, the links"
-        " below the tip in the URDF, and the gains of the sensors."
+        f" {data['load_kg']:.4g} kg: check the mass of {option_name('known_tool', style)}, the"
+        " links below the tip in the URDF, and the gains of the sensors."
     )
 
 
