@@ -9,7 +9,6 @@ use tactid_dynamics::Wrench;
 use tactid_identify::{
     BaseState, ExpressedWrench, IdentifyError, PayloadEstimate, PushOutcome, Sample,
 };
-
 use tactid_recordings::DEFAULT_TIP;
 
 use crate::arrays::{Poses, Series, common_length, output};
