@@ -3,6 +3,7 @@
 import re
 import sys
 import tempfile
+import tomllib
 from pathlib import Path
 from typing import Annotated
 
@@ -18,6 +19,7 @@ from tactid.console import interruptible, notes, print_whole, progress
 from tactid.errors import ArgumentError, ExperimentError, TactidError
 from tactid.identify_command import identify_recording
 from tactid.options import Estimator
+from tactid.output_files import check_outputs
 
 app = typer.Typer(
     name="tactid",
@@ -107,9 +109,8 @@ def run_paper(
     )
     out.mkdir(parents=True, exist_ok=True)
     files = paper_run.Files(out)
-    files.remove_results()
     with interruptible(f"{files.log} holds the run up to here"), progress("simulating") as done:
-        report = simulate_experiment(experiment, files.log, progress=done)
+        report = paper_run.simulate_into(files, experiment, done)
     with interruptible(f"{files.log} is complete, no result was written"):
         with progress("identifying") as done:
             results = paper_run.identify_all(files.log, experiment.tool, estimator, done)
@@ -142,6 +143,9 @@ def run_simulation(
 ) -> None:
     """Simulates an experiment and writes its log."""
     chosen = Experiment.paper() if experiment is None else Experiment.from_file(experiment)
+    check_outputs(
+        {"--out": out}, {"the experiment": experiment, "the experiment's URDF": _urdf_file(chosen)}
+    )
     with interruptible(f"{out} holds the run up to here"), progress("simulating") as done:
         report = simulate_experiment(chosen, out, progress=done)
     notes.print(
@@ -150,6 +154,12 @@ def run_simulation(
         f" momentum drift {report.linear_momentum_drift:.1e} (linear)"
         f" {report.angular_momentum_drift:.1e} (angular)."
     )
+
+
+def _urdf_file(experiment: Experiment) -> Path | None:
+    """Returns the URDF file that an experiment names; None for the built-in robot."""
+    name = tomllib.loads(experiment.to_toml())["robot"].get("urdf")
+    return None if name is None else Path(name)
 
 
 app.command("identify")(identify_recording)
@@ -184,6 +194,7 @@ def show_view(
     ] = None,
 ) -> None:
     """Shows the robot, the forces that it feels and the payload in the Rerun viewer."""
+    check_outputs({"--save": save}, {"the log": log, "--result": result_file, "--urdf": urdf})
     from tactid import view as viewer
 
     with tempfile.TemporaryDirectory(prefix="tactid-") as folder:

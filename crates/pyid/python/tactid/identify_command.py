@@ -20,6 +20,7 @@ from tactid.identification import Identification
 from tactid.naming import command_line_flag
 from tactid.offline import identify
 from tactid.options import Declaration, Options
+from tactid.output_files import check_outputs
 from tactid.truth import read_checks, read_truth
 from tactid.wording import assumptions, remarks
 
@@ -78,6 +79,10 @@ def identify_recording(
     """Identifies the payload from a recording."""
     precision = option_text.fraction("--within", within)
     output = Output(Form.JSON if as_json else form, precision, result_file, report, estimates)
+    check_outputs(
+        {"--result": result_file, "--report": report, "--estimates": estimates},
+        {"the log": log, "--urdf": options["urdf"], "--unloaded": options["unloaded"]},
+    )
     with interruptible("no result"), progress("identifying") as done:
         result = identify(log, options=_parsed(options), progress=done)
     _print(log, result, output)

@@ -18,6 +18,9 @@ from tactid.truth import Truth
 PAIRS = {6: (0, 1), 7: (2, 3), 8: (4, 5), 9: (7, 6), 10: (9, 8)}
 """Indices of the two parameters that each of the paper's figures shows."""
 
+FIGURES = {number: f"figure_{number:02}.png" for number in (5, *PAIRS)}
+"""File name of each of the paper's figures; figure 5 shows the convergence."""
+
 ENLARGED = 10.0
 """Length of the enlarged end of the time axis, s."""
 
@@ -60,9 +63,9 @@ class History:
 def figures(history: History, truth: Truth | None) -> dict[str, bytes]:
     """Draws all figures, as PNG by file name."""
     with mpl.rc_context(STYLE):
-        drawn = {"figure_05.png": png(_convergence(history, truth))}
+        drawn = {FIGURES[5]: png(_convergence(history, truth))}
         for number, indices in PAIRS.items():
-            drawn[f"figure_{number:02}.png"] = png(parameters(history, truth, indices))
+            drawn[FIGURES[number]] = png(parameters(history, truth, indices))
     return drawn
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from tactid import paper_plots, paper_report, reported, result_json, table
-from tactid._native import Experiment, LogInfo, RunReport
+from tactid._native import Experiment, LogInfo, RunReport, simulate
 from tactid.errors import LogError
 from tactid.files import write_atomically
 from tactid.identification import Identification
@@ -46,9 +46,34 @@ class Files:
         return self.folder / "report.html"
 
     def remove_results(self) -> None:
-        """Removes the results of an earlier run, which do not belong to a new log."""
-        for file in (self.result, self.report, *self.folder.glob("figure_??.png")):
-            file.unlink(missing_ok=True)
+        """Removes the result, the report and the figures of an earlier run."""
+        for name in (self.result.name, self.report.name, *paper_plots.FIGURES.values()):
+            (self.folder / name).unlink(missing_ok=True)
+
+
+def simulate_into(
+    files: Files, experiment: Experiment, progress: Callable[[float], None]
+) -> RunReport:
+    """Simulates the experiment and writes its log.
+
+    Once the log has been replaced, the results of an earlier run do not belong to it and are
+    removed, even if the simulation then stops. An experiment that is refused leaves every file.
+    """
+    before = _version(files.log)
+    try:
+        return simulate(experiment, files.log, progress=progress)
+    finally:
+        if _version(files.log) != before:
+            files.remove_results()
+
+
+def _version(file: Path) -> tuple[int, int, int] | None:
+    """Returns values that differ once a file has been written again; None without a file."""
+    try:
+        status = file.stat()
+    except FileNotFoundError:
+        return None
+    return status.st_ino, status.st_mtime_ns, status.st_size
 
 
 def identify_all(

@@ -1,0 +1,57 @@
+"""Checks of a command's output files before it reads or writes anything."""
+
+import os
+from collections.abc import Mapping
+from itertools import combinations
+from pathlib import Path
+
+from tactid.errors import ArgumentError
+
+
+def check_outputs(outputs: Mapping[str, Path | None], inputs: Mapping[str, Path | None]) -> None:
+    """Checks that every output can be created and replaces no input and no other output.
+
+    Args:
+        outputs: The files to write, by the option that names them; None where it is absent.
+        inputs: The files and folders of bags to read, by the option or argument that names them.
+
+    Raises:
+        ArgumentError: The folder of an output does not exist, an output is a folder, or two
+            options name the same file.
+    """
+    written = {option: path for option, path in outputs.items() if path is not None}
+    for option, path in written.items():
+        _check_place(option, path)
+        for source, given in inputs.items():
+            if given is not None:
+                _check_input(option, path, source, given)
+    for (option, path), (other, second) in combinations(written.items(), 2):
+        if _is_same_file(path, second):
+            raise ArgumentError(f"{option} and {other} are the same file, {path}")
+
+
+def _check_place(option: str, path: Path) -> None:
+    folder = path.parent
+    if not folder.is_dir():
+        problem = "is not a folder" if folder.exists() else "does not exist"
+        raise ArgumentError(f"the folder {folder} of {option} {problem}")
+    if path.is_dir():
+        raise ArgumentError(f"{option} {path} is a folder: expected a file to write")
+
+
+def _check_input(option: str, path: Path, source: str, given: Path) -> None:
+    if not given.is_dir():
+        if _is_same_file(path, given):
+            raise ArgumentError(f"{option} and {source} are the same file, {path}")
+        return
+    # A bag may consist of links to files elsewhere.
+    inside = Path(os.path.realpath(given)) in Path(os.path.realpath(path)).parents
+    if inside or any(_is_same_file(path, file) for file in given.iterdir()):
+        raise ArgumentError(f"{option} {path} is a file in the folder of {source}, {given}")
+
+
+def _is_same_file(path: Path, other: Path) -> bool:
+    try:
+        return path.samefile(other)
+    except OSError:  # one of them does not exist
+        return os.path.realpath(path) == os.path.realpath(other)
