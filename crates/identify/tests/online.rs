@@ -359,7 +359,7 @@ fn the_covariance_agrees_with_the_std_devs() {
     assert!(paper.estimate().std_devs.is_none());
 }
 
-/// A sensor whose driver reports zeros before it is up leaves no trace in the state: every number of every estimate
+/// Zeros that a sensor reports before it has started have no effect on the state: every number of every estimate
 /// is finite, and the payload is identified from the measurements that follow. The same holds for a sensor that
 /// reports no moments at all.
 #[test]
@@ -369,12 +369,12 @@ fn constant_zeros_are_no_lasting_damage() {
         ..Experiment::default()
     };
     let instants = experiment.run();
-    let silent_until = |end_s: f64| {
-        let mut silent = instants.clone();
-        for instant in silent.iter_mut().filter(|instant| instant.time_s < end_s) {
+    let zero_until = |end_s: f64| {
+        let mut recorded = instants.clone();
+        for instant in recorded.iter_mut().filter(|instant| instant.time_s < end_s) {
             instant.wrenches.fill(Wrench::zero());
         }
-        silent
+        recorded
     };
     let mut without_moments = instants.clone();
     for instant in &mut without_moments {
@@ -382,13 +382,13 @@ fn constant_zeros_are_no_lasting_damage() {
             wrench.moment = Vector3::zeros();
         }
     }
-    for (silent, is_complete) in [
-        (silent_until(0.5), true),
-        (silent_until(2.0), true),
+    for (recorded, is_complete) in [
+        (zero_until(0.5), true),
+        (zero_until(2.0), true),
         (without_moments, false),
     ] {
         let mut identifier = online(&experiment, Method::Tactile);
-        for instant in noisy(&silent, Noise::fraction(0.0), 0) {
+        for instant in noisy(&recorded, Noise::fraction(0.0), 0) {
             identifier.push(&instant.sample()).unwrap();
             let values = identifier.estimate().values();
             assert!(values.iter().all(|value| value.is_finite()), "{values:?}");

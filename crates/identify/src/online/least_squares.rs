@@ -146,7 +146,7 @@ impl OnlineLeastSquares {
     /// Decides how a new window updates the estimate, or that it shows a payload change. The stages of the
     /// previous window must be complete.
     pub(crate) fn assess(&mut self, equation: &Equation) -> Assessment {
-        // A sensor that is not up yet reports zeros, which are information on neither payload nor noise.
+        // A sensor that has not started yet reports zeros, which are information on neither payload nor noise.
         if self.windows == 0 && equation.rows.iter().all(|row| row.target == 0.0) {
             return Assessment::Accepted(Stage::ComputeCovariance);
         }

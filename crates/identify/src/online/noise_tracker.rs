@@ -67,7 +67,7 @@ impl NoiseTracker {
     /// Sets the noise to the size of the measurements, before there are residuals.
     pub(crate) fn set_to_measurements(&mut self, equations: &[Equation]) {
         self.noise.reset(equations);
-        self.noise.set_silent_channels_to_unit();
+        self.noise.set_zero_channels_to_unit();
     }
 
     /// Estimates the noise anew from the residuals of the windows that the parameters were estimated from.

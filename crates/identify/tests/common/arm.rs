@@ -1,7 +1,11 @@
 //! Simulation of an arm with payload changes. The dynamics are exact; a test adds noise.
 
+#[path = "integration.rs"]
+mod integration;
+
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+use self::integration::runge_kutta;
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use tactid_dynamics::{
@@ -182,12 +186,13 @@ impl Run {
                 },
             });
             if self.base == BaseKind::Floating {
-                base = runge_kutta(
-                    workspace,
-                    &base,
-                    |fraction| joints_at(&sines, time_s + fraction * step_s),
-                    step_s,
-                );
+                base = runge_kutta(&base, step_s, |at, fraction| {
+                    move_base(
+                        workspace,
+                        at,
+                        &joints_at(&sines, time_s + fraction * step_s),
+                    );
+                });
             }
         }
         instants
@@ -225,46 +230,5 @@ pub(crate) fn move_base(
         (base.acceleration, base.angular_acceleration) = (found.linear, found.angular);
     } else {
         motion(workspace, base, joints).unwrap();
-    }
-}
-
-/// Returns the base one step later, by the classical Runge-Kutta method. `joints` gives the motion of the joints at a
-/// fraction of the step.
-pub(crate) fn runge_kutta(
-    workspace: &mut Workspace,
-    start: &FrameMotion,
-    joints: impl Fn(f64) -> [[f64; JOINTS]; 3],
-    step_s: f64,
-) -> FrameMotion {
-    let mut slopes: Vec<FrameMotion> = Vec::with_capacity(4);
-    for fraction in [0.0, 0.5, 0.5, 1.0] {
-        let mut at = slopes
-            .last()
-            .map_or(*start, |slope| advance(start, slope, fraction * step_s));
-        move_base(workspace, &mut at, &joints(fraction));
-        slopes.push(at);
-    }
-    let mean = |f: &dyn Fn(&FrameMotion) -> Vector3<f64>| {
-        (f(&slopes[0]) + (f(&slopes[1]) + f(&slopes[2])) * 2.0 + f(&slopes[3])) / 6.0
-    };
-    let slope = FrameMotion {
-        velocity: mean(&|s| s.velocity),
-        angular_velocity: mean(&|s| s.angular_velocity),
-        acceleration: mean(&|s| s.acceleration),
-        angular_acceleration: mean(&|s| s.angular_acceleration),
-        ..*start
-    };
-    advance(start, &slope, step_s)
-}
-
-/// Returns `start` after a time with the velocities and accelerations of `slope`.
-pub(crate) fn advance(start: &FrameMotion, slope: &FrameMotion, duration_s: f64) -> FrameMotion {
-    let turn = UnitQuaternion::from_scaled_axis(slope.angular_velocity * duration_s);
-    let position = start.pose.translation.vector + slope.velocity * duration_s;
-    FrameMotion {
-        pose: Isometry3::from_parts(position.into(), turn * start.pose.rotation),
-        velocity: start.velocity + slope.acceleration * duration_s,
-        angular_velocity: start.angular_velocity + slope.angular_acceleration * duration_s,
-        ..*start
     }
 }

@@ -3,9 +3,12 @@
 
 #![allow(dead_code, reason = "no test file uses all of it")]
 
+mod integration;
+
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use self::integration::runge_kutta;
+use nalgebra::{Isometry3, Matrix3, Vector3};
 use rand::{RngExt, rngs::SmallRng};
 use rand_distr::StandardNormal;
 use tactid_dynamics::{
@@ -207,7 +210,10 @@ impl Experiment {
                 velocity,
             });
             if self.base == BaseKind::Floating {
-                base = self.runge_kutta(&mut workspace, &base, t);
+                let step_s = self.step_s;
+                base = runge_kutta(&base, step_s, |at, fraction| {
+                    self.accelerate(&mut workspace, at, t + fraction * step_s);
+                });
             }
         }
         instants
@@ -248,43 +254,6 @@ impl Experiment {
         };
         let found = base_acceleration(workspace, base, joints).unwrap();
         (base.acceleration, base.angular_acceleration) = (found.linear, found.angular);
-    }
-
-    fn runge_kutta(&self, workspace: &mut Workspace, start: &FrameMotion, t: f64) -> FrameMotion {
-        let h = self.step_s;
-        let mut slopes: Vec<FrameMotion> = Vec::with_capacity(4);
-        for fraction in [0.0, 0.5, 0.5, 1.0] {
-            let mut at = slopes
-                .last()
-                .map_or(*start, |slope| advance(start, slope, fraction * h));
-            self.accelerate(workspace, &mut at, t + fraction * h);
-            slopes.push(at);
-        }
-        let mean = |f: &dyn Fn(&FrameMotion) -> Vector3<f64>| {
-            (f(&slopes[0]) + (f(&slopes[1]) + f(&slopes[2])) * 2.0 + f(&slopes[3])) / 6.0
-        };
-        let slope = FrameMotion {
-            velocity: mean(&|s| s.velocity),
-            angular_velocity: mean(&|s| s.angular_velocity),
-            acceleration: mean(&|s| s.acceleration),
-            angular_acceleration: mean(&|s| s.angular_acceleration),
-            ..*start
-        };
-        advance(start, &slope, h)
-    }
-}
-
-/// Returns `start` after a time with the velocities and accelerations of `slope`.
-fn advance(start: &FrameMotion, slope: &FrameMotion, duration_s: f64) -> FrameMotion {
-    let turn = UnitQuaternion::from_scaled_axis(slope.angular_velocity * duration_s);
-    FrameMotion {
-        pose: Isometry3::from_parts(
-            Translation3::from(start.pose.translation.vector + slope.velocity * duration_s),
-            turn * start.pose.rotation,
-        ),
-        velocity: start.velocity + slope.acceleration * duration_s,
-        angular_velocity: start.angular_velocity + slope.angular_acceleration * duration_s,
-        ..*start
     }
 }
 

@@ -201,8 +201,8 @@ class Options:
         parse=option_text.box,
     )
     delay: float | None = _option(
-        "Delay of the wrenches' stamps relative to the motion. Default: estimated, and corrected"
-        " where it is significant.",
+        "Delay of the wrenches' stamps relative to the motion. Default: estimated by the tactile"
+        " method with least squares, and corrected where it is significant; else 0.",
         SIGNALS,
         unit="s",
     )

@@ -104,7 +104,7 @@ def _option_not_used(data: Data, style: Style) -> str:
     option = option_name(data["option"], style)
     return (
         f"The option {option} has no effect: it is about measurements that the {data['method']}"
-        " method does not use."
+        " method does not use with this recording."
     )
 
 

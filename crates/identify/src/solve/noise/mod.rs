@@ -91,9 +91,9 @@ impl Noise {
         }
     }
 
-    /// Takes one unit for the size of channels whose measurements were all zero, as those of a sensor that is not up
-    /// yet or has no such axis: what it measures later must not be divided by nothing. Allocates nothing.
-    pub(crate) fn set_silent_channels_to_unit(&mut self) {
+    /// Sets the size of channels whose measurements were all zero to one unit: the sensor has not started yet, or has
+    /// no such axis. Otherwise whitening would divide later measurements by zero. Allocates nothing.
+    pub(crate) fn set_zero_channels_to_unit(&mut self) {
         for (std_dev, floor) in self.std_devs.iter_mut().zip(&mut self.floors) {
             if *std_dev <= f64::MIN_POSITIVE {
                 (*std_dev, *floor) = (1.0, self.relative_floor);
