@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use crate::Method;
-use crate::equations::Channel;
-use crate::solve::{KnownMass, Offset};
+use crate::result::WrenchOffset;
+use crate::solve::KnownMass;
 
 /// An observation about the data that concerns the assumptions of an identification. Nothing is corrected
 /// silently: each finding is for the user to decide on.
@@ -36,10 +36,23 @@ pub enum Finding {
     },
     /// The wrenches seem to have a constant offset that was not among the unknowns.
     OffsetSuspected {
-        /// The channel with the most significant offset.
-        channel: Channel,
-        /// Offset of the channel, in the tool frame and about its origin, in the channel's unit.
-        offset: Offset,
+        /// The offset, as it is identified together with the payload.
+        offset: WrenchOffset,
+    },
+    /// The model leaves much of the load unexplained, far more than the noise of the measurements: its error is not in
+    /// the standard deviations. Usual reasons are friction in the joints where efforts are used, and otherwise a frame,
+    /// a pose or an order of joints that is not that of the data.
+    LoadUnexplained {
+        /// Unit of the channels with the largest unexplained fraction.
+        unit: &'static str,
+        /// Rms of measured less predicted load, in the unit.
+        residual_rms: f64,
+        /// Rms of the measured load, in the unit.
+        load_rms: f64,
+        /// Rms noise of the measurements, from the differences of neighbouring samples, in the unit.
+        noise_rms: f64,
+        /// The measurements that were used.
+        method: Method,
     },
     /// The data contradict the known mass.
     MassContradicted {

@@ -49,5 +49,5 @@ pub use finding::Finding;
 pub use method::Method;
 pub use online::Identifier;
 pub use paper::{PaperFilter, PaperSettings, SingularValues};
-pub use result::{ExpressedWrench, HistoryPoint, PayloadEstimate, VALUE_NAMES};
-pub use solve::{BoundingBox, HALF_WIDTH_95, KnownMass, Offset, PrincipalMoments};
+pub use result::{HistoryPoint, PayloadEstimate, VALUE_NAMES, WrenchOffset};
+pub use solve::{BoundingBox, HALF_WIDTH_95, KnownMass, PrincipalMoments};

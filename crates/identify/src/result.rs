@@ -79,13 +79,40 @@ impl PayloadEstimate {
     }
 }
 
-/// A wrench together with the name of the frame in which it is expressed. Cloning it allocates nothing.
+/// Constant offset of the wrenches: what the sensor measures when nothing acts on it. Subtracting it from every
+/// measured wrench tares the sensor. Cloning it allocates nothing.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ExpressedWrench {
-    /// Name of the frame: a link of the robot.
+pub struct WrenchOffset {
+    /// Name of the frame in which the offset is expressed, and about whose origin its moment is. It is the sensor's own
+    /// frame where there is one sensor that does not move relative to the end-effector frame. Otherwise the offset is
+    /// that of the sum of the wrenches, in the end-effector frame.
     pub frame: Arc<str>,
-    /// Force in N, and moment about the origin of `frame` in N m, along the axes of `frame`.
+    /// Force in N and moment in N m, with the sign of the measured wrenches, which act on the payload.
     pub wrench: Wrench,
+    /// Standard deviations of force, N, and moment, N m, infinite where the motion does not distinguish the offset from
+    /// the payload; `None` online, where they are not estimated.
+    pub std_devs: Option<[f64; 6]>,
+}
+
+impl WrenchOffset {
+    /// Returns the force in N, then the moment in N m.
+    #[must_use]
+    pub fn values(&self) -> [f64; 6] {
+        let (f, n) = (&self.wrench.force, &self.wrench.moment);
+        [f.x, f.y, f.z, n.x, n.y, n.z]
+    }
+
+    /// Returns the same offset for wrenches of the opposite sign, which act on the sensor.
+    #[must_use]
+    pub fn negated(self) -> Self {
+        Self {
+            wrench: Wrench {
+                force: -self.wrench.force,
+                moment: -self.wrench.moment,
+            },
+            ..self
+        }
+    }
 }
 
 /// The estimate at one time of a recording.

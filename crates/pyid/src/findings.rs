@@ -66,7 +66,10 @@ pub(crate) fn finding_data(py: Python<'_>, finding: &Finding) -> PyResult<Findin
 }
 
 /// What the data say about the assumptions of the identification.
-fn data_finding(py: Python<'_>, finding: &tactid_identify::Finding) -> PyResult<FindingData> {
+pub(crate) fn data_finding(
+    py: Python<'_>,
+    finding: &tactid_identify::Finding,
+) -> PyResult<FindingData> {
     use tactid_identify::Finding as Found;
     Ok(match finding {
         Found::GravityContradicted {
@@ -86,10 +89,21 @@ fn data_finding(py: Python<'_>, finding: &tactid_identify::Finding) -> PyResult<
             "known_bodies_too_heavy",
             data!(py, "known_kg": known_kg, "load_kg": load_kg),
         ),
-        Found::OffsetSuspected { channel, offset } => (
+        Found::OffsetSuspected { offset } => (
             "offset_suspected",
-            data!(py, "channel": &channel.name, "unit": channel.unit, "value": offset.value,
-                "std_dev": offset.std_dev),
+            data!(py, "frame": &*offset.frame, "values": offset.values(),
+                "std_devs": offset.std_devs),
+        ),
+        Found::LoadUnexplained {
+            unit,
+            residual_rms,
+            load_rms,
+            noise_rms,
+            method,
+        } => (
+            "load_unexplained",
+            data!(py, "unit": unit, "residual_rms": residual_rms, "load_rms": load_rms,
+                "noise_rms": noise_rms, "method": method.name()),
         ),
         Found::MassContradicted {
             known,

@@ -6,14 +6,13 @@ use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use tactid_dynamics::Wrench;
-use tactid_identify::{
-    BaseState, ExpressedWrench, IdentifyError, PayloadEstimate, PushOutcome, Sample,
-};
+use tactid_identify::{BaseState, IdentifyError, PayloadEstimate, PushOutcome, Sample};
 use tactid_recordings::DEFAULT_TIP;
 
 use crate::arrays::{Poses, Series, common_length, output};
 use crate::dynamics::Manipulator;
 use crate::errors::{ArgumentError, IntoPyErr};
+use crate::findings::{FindingData, data_finding};
 use crate::identification::{EstimateData, SingularValuesData, WrenchOffsetData};
 use crate::options;
 
@@ -121,11 +120,18 @@ impl Identifier {
     /// Returns the offset of the wrenches; None where it is not an unknown.
     fn wrench_offset(&self, py: Python<'_>) -> PyResult<Option<WrenchOffsetData>> {
         let offset = py.detach(|| lock(&self.0).wrench_offset());
-        let data = |offset: ExpressedWrench| {
-            let six = offset.wrench.force.iter().chain(&offset.wrench.moment);
-            WrenchOffsetData::new(py, &offset.frame, six.copied().collect(), vec![f64::NAN; 6])
-        };
-        offset.map(data).transpose()
+        let data = offset.map(|offset| WrenchOffsetData::new(py, &offset));
+        data.transpose()
+    }
+
+    /// Returns what the most recent windows show about the assumptions: the kind of each finding and its data.
+    fn findings(&self, py: Python<'_>) -> PyResult<Vec<FindingData>> {
+        let findings = py.detach(|| {
+            let identifier = lock(&self.0).clone();
+            identifier.findings()
+        });
+        let data = findings.iter().map(|finding| data_finding(py, finding));
+        data.collect()
     }
 }
 

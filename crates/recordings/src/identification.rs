@@ -2,13 +2,14 @@
 
 use nalgebra::Vector3;
 use tactid_identify::{
-    BatchIdentifier, BoundingBox, Delay, FitReport, Forecast, HistoryPoint, IdentifyError,
-    KnownMass, Method, PayloadEstimate, PrincipalMoments, SingularValues,
+    BatchIdentifier, BoundingBox, Delay, Finding as Data, FitReport, Forecast, HistoryPoint,
+    IdentifyError, KnownMass, Method, PayloadEstimate, PrincipalMoments, SingularValues,
+    WrenchOffset,
 };
 
 use crate::plan::Plan;
 use crate::run::{PaperRun, Run, Solver};
-use crate::{Clock, DataFault, Estimator, Finding, RecordingError};
+use crate::{ActsOn, Clock, DataFault, Estimator, Finding, RecordingError};
 
 /// The payload that was identified from a recording, with how it was found.
 #[derive(Clone, Debug)]
@@ -19,7 +20,8 @@ pub struct Identification {
     pub principal_moments: Option<PrincipalMoments>,
     /// Estimate over time. The paper's filter has a point at least every 0.1 s of each presentation.
     pub history: Vec<HistoryPoint>,
-    /// How well the payload explains the measurements; `None` for the paper's filter.
+    /// How well the payload explains the measurements; `None` for the paper's filter. Its offset, as that of a finding,
+    /// has the sign in which the sensor reports wrenches, whichever body these act on.
     pub fit: Option<FitReport>,
     /// Strength with which the motion excited mass and inertia; for the paper's filter only.
     pub singular_values: Option<SingularValues>,
@@ -155,11 +157,28 @@ impl Identification {
             });
         }
         findings.extend(solution.findings);
+        let acts_on_sensor = plan.request.wrench_acts_on == Some(ActsOn::Sensor);
+        let as_measured = |offset: WrenchOffset| {
+            if acts_on_sensor {
+                offset.negated()
+            } else {
+                offset
+            }
+        };
+        for finding in &mut findings {
+            if let Finding::Data(Data::OffsetSuspected { offset }) = finding {
+                *offset = as_measured(offset.clone());
+            }
+        }
+        let fit = solution.fit.map(|fit| FitReport {
+            offset: fit.offset.map(as_measured),
+            ..fit
+        });
         Ok(Self {
             estimate: solution.estimate,
             principal_moments: solution.principal_moments,
             history: solution.history,
-            fit: solution.fit,
+            fit,
             singular_values: solution.singular_values,
             forecast: solution.forecast,
             method: plan.equations.method,

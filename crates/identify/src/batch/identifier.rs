@@ -6,17 +6,17 @@ use nalgebra::SVector;
 use tactid_dynamics::{InertialParameters, Manipulator, MassProperties};
 
 use super::equation_batch::EquationBatch;
+use super::findings::{consistent_payload, data_findings};
 use super::fit::{Delay, Fit, FitOptions};
 use super::forecast::Forecast;
 use super::history::history;
 use super::least_squares;
 use super::report::FitReport;
-use super::suspicions::{CONTRADICTION, suspected_offset, suspected_signs};
+use super::suspicions::CONTRADICTION;
 use crate::IdentifyError;
 use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::finding::Finding;
 use crate::result::{self, HistoryPoint, PayloadEstimate, is_physical};
-use crate::solve::consistency::project;
 use crate::solve::uncertainty::identifiable;
 use crate::solve::{BoundingBox, KnownMass, PrincipalMoments};
 
@@ -57,7 +57,6 @@ pub struct BatchIdentifier {
     stream: EquationStream,
     equations: EquationSettings,
     settings: BatchSettings,
-    has_sensors: bool,
     batch: EquationBatch,
     windows: u64,
 }
@@ -103,7 +102,6 @@ impl BatchIdentifier {
             stream: EquationStream::new(robot, tool, sensors, &equations)?,
             equations,
             settings,
-            has_sensors: !sensors.is_empty(),
             batch: EquationBatch::default(),
             windows: 0,
         })
@@ -163,12 +161,21 @@ impl BatchIdentifier {
             None => None,
         };
         let fit = known_mass_fit.as_ref().unwrap_or(&fit_without_mass);
-        let (parameters, inconsistent) = self.consistent_payload(fit, &known);
+        let bounding_box = self.settings.bounding_box.as_ref();
+        let (parameters, inconsistent) = consistent_payload(fit, &known, bounding_box);
         findings.extend(self.contradicted_mass(&fit_without_mass, known[0], parameters[0]));
         findings.extend(inconsistent);
-        findings.extend(self.data_findings(&fit_without_mass, fit, known[0], &channels));
-        let report = FitReport::new(&self.batch, fit, &channels, self.equations.cutoff_hz);
-        let bounding_box = self.settings.bounding_box.as_ref();
+        let stream = &self.stream;
+        findings.extend(data_findings(
+            equations,
+            &fit_without_mass,
+            fit,
+            stream,
+            known[0],
+        ));
+        let cutoff_hz = self.equations.cutoff_hz;
+        let frame = self.stream.offset_frame();
+        let report = FitReport::new(&self.batch, fit, &channels, cutoff_hz, frame);
         Ok(BatchResult {
             estimate: self.estimate(fit, &parameters, &known),
             principal_moments: PrincipalMoments::with_std_devs(
@@ -214,27 +221,6 @@ impl BatchIdentifier {
             known += InertialParameters::from(tool).as_vector();
         }
         known
-    }
-
-    /// Projects the payload's parameters onto physically consistent ones, and reports where these are far away.
-    fn consistent_payload(
-        &self,
-        fit: &Fit,
-        known: &SVector<f64, 10>,
-    ) -> (SVector<f64, 10>, Option<Finding>) {
-        let parameters = fit.parameters - known;
-        let bounding_box = self.settings.bounding_box.as_ref();
-        match project(&parameters, &fit.covariance, fit.scales(), bounding_box) {
-            None => (parameters, None),
-            Some(projection) => {
-                let finding = Finding::Inconsistent {
-                    distance: projection.distance,
-                    within_box: bounding_box.is_some(),
-                };
-                let is_far = projection.distance > CONTRADICTION;
-                (projection.parameters, is_far.then_some(finding))
-            }
-        }
     }
 
     /// Reports where the payload's mass from the data alone contradicts the known one, or where the
@@ -292,36 +278,6 @@ impl BatchIdentifier {
             is_physical: is_physical(&body),
             ..unknown
         }
-    }
-
-    /// Returns findings about signs, offsets and outliers, and about the mass of the known bodies, `known_kg`.
-    fn data_findings(
-        &self,
-        fit_without_mass: &Fit,
-        fit: &Fit,
-        known_kg: f64,
-        channels: &Channels,
-    ) -> Vec<Finding> {
-        let equations = self.batch.equations();
-        let (gravity, method) = (self.stream.gravity(), self.equations.method);
-        // A known mass would hide a wrong sign.
-        let mut findings = suspected_signs(
-            equations,
-            fit_without_mass,
-            channels,
-            &gravity,
-            known_kg,
-            method,
-        );
-        if self.has_sensors && method.uses_wrench() && channels.offsets == 0 {
-            findings.extend(suspected_offset(equations, fit, channels));
-        }
-        let windows = equations.len();
-        let outliers = (0..windows).filter(|&k| fit.is_outlier(k)).count();
-        if outliers > 0 {
-            findings.push(Finding::Outliers { outliers, windows });
-        }
-        findings
     }
 
     /// Estimates the delay of the load with the weights of a fit without it.

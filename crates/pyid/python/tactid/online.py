@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from tactid import _native
 from tactid._native import Manipulator
-from tactid.identification import Array, PayloadEstimate, SingularValues, WrenchOffset
+from tactid.identification import Array, Finding, PayloadEstimate, SingularValues, WrenchOffset
 from tactid.options import Options, collect, documented
 
 
@@ -108,13 +108,25 @@ class Identifier(_Online):
         return self._native.covariance()
 
     def wrench_offset(self) -> WrenchOffset | None:
-        """Returns the offset of the wrenches in the end-effector's frame and about its origin.
+        """Returns the constant offset of the wrenches: what the sensor measures without a load.
 
-        None stands where the option ``wrench_offset`` does not make it an unknown. Standard
+        It is in the sensor's own frame and about its origin where there is one sensor that does not
+        move relative to the end-effector's frame, and otherwise in the end-effector's frame. None
+        stands where the option ``wrench_offset`` does not make it an unknown. Standard
         deviations are not estimated online.
         """
         offset = self._native.wrench_offset()
         return None if offset is None else WrenchOffset(**offset)
+
+    def findings(self) -> list[Finding]:
+        """Returns what the recent samples show about the assumptions of the identification.
+
+        A wrong sign, an offset of the wrench sensor, a load that the model does not explain, or
+        outliers: what ``tactid.identify`` finds in the same samples without prior knowledge. The
+        samples are those of the last 10 s (at a cutoff of 10 Hz) since the last payload change. It
+        takes some 10 ms, so call it beside the control loop.
+        """
+        return [Finding(kind, data) for kind, data in self._native.findings()]
 
 
 @documented("paper filter")

@@ -56,11 +56,38 @@ def _known_bodies_too_heavy(data: Data, style: Style) -> str:
 
 
 def _offset_suspected(data: Data, style: Style) -> str:
-    half_width = Z95 * data["std_dev"]
+    pairs = list(zip(data["values"], data["std_devs"] or [math.nan] * 6, strict=True))
+
+    def vector(entries: list[tuple[float, float]]) -> str:
+        return ", ".join(f"{value:.3g} ± {Z95 * std_dev:.2g}" for value, std_dev in entries)
+
     return (
-        f"The wrenches seem to have a constant offset ({data['channel']}: {data['value']:.3f} ±"
-        f" {half_width:.3f} {data['unit']}): {option_name('wrench_offset', style)} identifies it"
-        " together with the payload."
+        f"The wrenches seem to have a constant offset: force ({vector(pairs[:3])}) N, moment"
+        f" ({vector(pairs[3:])}) N m, in the frame {data['frame']} and with the sign of the recorded"
+        " wrenches. Subtract it from the wrenches (tare the sensor), or let"
+        f" {option_name('wrench_offset', style)} identify it together with the payload."
+    )
+
+
+def _load_unexplained(data: Data, style: Style) -> str:
+    fraction = data["residual_rms"] / data["load_rms"]
+    times = data["residual_rms"] / max(data["noise_rms"], 1e-300)
+    beyond = f"{times:.0f} times the noise" if times < 1e4 else "far beyond the noise"
+    reasons = {
+        "effort": "Friction in the joints is the usual reason, then wrong inertias of the links or"
+        f" gains of the efforts: use {option_name('unloaded', style)}, a recording of the same"
+        " motion without the payload.",
+        "tactile": "Check the frame of the sensor and how it is mounted, the tip, gravity and the"
+        " pose of the base, and the order, signs and units of the joints.",
+        "joint-sensing": "Check the inertias of the links, the frame of the base's motion, and"
+        " whether anything outside acts on the robot.",
+        "combined": "Identify from each source alone to see which one contradicts the model; with"
+        " efforts, friction in the joints is the usual reason.",
+    }
+    return (
+        f"The model does not explain {fraction:.0%} of the load (rms {data['residual_rms']:.3g} of"
+        f" {data['load_rms']:.3g} {data['unit']}, {beyond}), and the intervals do not contain this"
+        f" error. {reasons[data['method']]}"
     )
 
 
@@ -159,6 +186,7 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "negative_mass": _negative_mass,
     "known_bodies_too_heavy": _known_bodies_too_heavy,
     "offset_suspected": _offset_suspected,
+    "load_unexplained": _load_unexplained,
     "mass_contradicted": _mass_contradicted,
     "inconsistent": _inconsistent,
     "outliers": _outliers,
