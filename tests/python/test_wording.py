@@ -18,7 +18,24 @@ FINDINGS = [
     ),
     Finding("negative_mass", {"method": "tactile", "or_gravity": True}),
     Finding("known_bodies_too_heavy", {"known_kg": 3.0, "load_kg": 2.0}),
-    Finding("offset_suspected", {"channel": "force x", "unit": "N", "value": 1.5, "std_dev": 0.01}),
+    Finding(
+        "offset_suspected",
+        {
+            "frame": "tool0",
+            "values": [1.5, 0.0, 0.2, 0.0, 0.01, 0.0],
+            "std_devs": [0.1, 0.1, 0.1, 0.01, 0.01, 0.01],
+        },
+    ),
+    Finding(
+        "load_unexplained",
+        {
+            "unit": "N m",
+            "residual_rms": 3.0,
+            "load_rms": 10.0,
+            "noise_rms": 0.07,
+            "method": "effort",
+        },
+    ),
     Finding(
         "mass_contradicted",
         {
@@ -71,6 +88,7 @@ def test_every_finding_is_sentences() -> None:
         ("negative_mass", "wrench_acts_on"),
         ("known_bodies_too_heavy", "known_tool"),
         ("offset_suspected", "wrench_offset"),
+        ("load_unexplained", "unloaded"),
         ("acceleration_not_used", "acceleration_topic"),
         ("option_not_used", "effort_noise"),
     ],

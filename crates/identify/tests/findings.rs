@@ -150,8 +150,8 @@ fn nothing_is_reported_without_a_cause() {
 /// flange's body the payload is expressed in. Without it, nothing is reported and the payload is right.
 #[test]
 fn an_offset_is_reported_in_the_frame_of_the_sensor_for_every_tip() {
-    let bare = arm(BaseKind::Fixed);
-    let flange = bare.frame(TOOL).unwrap();
+    let robot = arm(BaseKind::Fixed);
+    let flange = robot.frame(TOOL).unwrap();
     let tips = [
         ("beside", Isometry3::translation(0.4, -0.3, 0.2)),
         (
@@ -163,7 +163,7 @@ fn an_offset_is_reported_in_the_frame_of_the_sensor_for_every_tip() {
         ),
         ("far", Isometry3::translation(0.0, 0.0, 3.0)),
     ];
-    let robot = tips.iter().fold(bare, |robot, (name, pose)| {
+    let robot = tips.iter().fold(robot, |robot, (name, pose)| {
         robot.with_frame(name, flange, pose)
     });
     let offsets = [

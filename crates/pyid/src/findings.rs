@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use tactid_identify::WrenchOffset;
 use tactid_recordings::Finding;
 
 use crate::errors::option_of;
@@ -89,11 +90,7 @@ pub(crate) fn data_finding(
             "known_bodies_too_heavy",
             data!(py, "known_kg": known_kg, "load_kg": load_kg),
         ),
-        Found::OffsetSuspected { offset } => (
-            "offset_suspected",
-            data!(py, "frame": &*offset.frame, "values": offset.values(),
-                "std_devs": offset.std_devs),
-        ),
+        Found::OffsetSuspected { offset } => offset_suspected(py, offset)?,
         Found::LoadUnexplained {
             unit,
             residual_rms,
@@ -127,4 +124,10 @@ pub(crate) fn data_finding(
             data!(py, "outliers": outliers, "windows": windows),
         ),
     })
+}
+
+fn offset_suspected(py: Python<'_>, offset: &WrenchOffset) -> PyResult<FindingData> {
+    let values = data!(py, "frame": &*offset.frame, "values": offset.values(),
+        "std_devs": offset.std_devs);
+    Ok(("offset_suspected", values))
 }

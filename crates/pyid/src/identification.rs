@@ -3,6 +3,7 @@
 
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
+use tactid_identify::WrenchOffset;
 use tactid_recordings::{
     Clock, Delay, Estimator, FitReport, HistoryPoint, Identification, KnownMass, PaperSettings,
     PayloadEstimate, PrincipalMoments, SingularValues,

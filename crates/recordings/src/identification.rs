@@ -4,7 +4,6 @@ use nalgebra::Vector3;
 use tactid_identify::{
     BatchIdentifier, BoundingBox, Delay, Finding as Data, FitReport, Forecast, HistoryPoint,
     IdentifyError, KnownMass, Method, PayloadEstimate, PrincipalMoments, SingularValues,
-    WrenchOffset,
 };
 
 use crate::plan::Plan;
@@ -110,6 +109,21 @@ impl Solution {
         }
     }
 
+    /// States the offset of the wrenches with the sign of wrenches that act on the sensor.
+    fn negate_offsets(&mut self) {
+        let of_fit = self.fit.iter_mut().filter_map(|fit| fit.offset.as_mut());
+        let of_findings = self
+            .findings
+            .iter_mut()
+            .filter_map(|finding| match finding {
+                Finding::Data(Data::OffsetSuspected { offset }) => Some(offset),
+                _ => None,
+            });
+        for offset in of_fit.chain(of_findings) {
+            *offset = offset.clone().negated();
+        }
+    }
+
     fn of_paper(run: PaperRun) -> Self {
         let estimate = run.estimate();
         Self {
@@ -138,10 +152,13 @@ impl Identification {
         if windows == 0 && !run.interrupted {
             return Err(nothing_found(&plan, &run));
         }
-        let solution = match run.solver {
+        let mut solution = match run.solver {
             Solver::LeastSquares(batch) => Solution::of_least_squares(&batch, run.interrupted)?,
             Solver::Paper(paper) => Solution::of_paper(*paper),
         };
+        if plan.request.wrench_acts_on == Some(ActsOn::Sensor) {
+            solution.negate_offsets();
+        }
         let remaining_delay = solution.remaining_delay.map(|rest| Delay {
             delay_s: plan.delay_s + rest.delay_s,
             std_dev_s: rest.std_dev_s,
@@ -157,28 +174,11 @@ impl Identification {
             });
         }
         findings.extend(solution.findings);
-        let acts_on_sensor = plan.request.wrench_acts_on == Some(ActsOn::Sensor);
-        let as_measured = |offset: WrenchOffset| {
-            if acts_on_sensor {
-                offset.negated()
-            } else {
-                offset
-            }
-        };
-        for finding in &mut findings {
-            if let Finding::Data(Data::OffsetSuspected { offset }) = finding {
-                *offset = as_measured(offset.clone());
-            }
-        }
-        let fit = solution.fit.map(|fit| FitReport {
-            offset: fit.offset.map(as_measured),
-            ..fit
-        });
         Ok(Self {
             estimate: solution.estimate,
             principal_moments: solution.principal_moments,
             history: solution.history,
-            fit,
+            fit: solution.fit,
             singular_values: solution.singular_values,
             forecast: solution.forecast,
             method: plan.equations.method,
