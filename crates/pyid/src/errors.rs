@@ -136,6 +136,9 @@ impl IntoPyErr for RecordingError {
             Self::SeveralTopics { kind, .. } => {
                 IdentificationError::new_err((message, topic_option(kind)))
             }
+            Self::UnrelatedWrenches { .. } => {
+                IdentificationError::new_err((message, topic_option(TopicKind::Wrenches)))
+            }
             Self::NoUrdf(_) => IdentificationError::new_err((message, "urdf")),
             Self::ImuFrame { .. } => IdentificationError::new_err((message, "imu_topic")),
             Self::OtherMotion { .. } | Self::NoSharedMotion | Self::SeveralUnloadedTopics(_) => {

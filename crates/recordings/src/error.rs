@@ -91,6 +91,19 @@ pub enum RecordingError {
         /// The field of [`Topics`](crate::Topics) that chooses among them.
         kind: TopicKind,
     },
+    /// Several sensors measure wrenches, but not as the fingers of one gripper do, so that nothing says whether their
+    /// sum acts on the payload.
+    #[error(
+        "the log has several topics of wrenches: {}; they are summed where each is of another finger, a link that \
+         joints beyond `{tip}` move; name the topic to use, or those whose sum acts on the payload",
+        list_sensors(sensors)
+    )]
+    UnrelatedWrenches {
+        /// The topics, each with the frame of its wrenches.
+        sensors: Vec<(String, String)>,
+        /// The end-effector frame.
+        tip: String,
+    },
     /// Neither the log nor the request describes the robot.
     #[error("the log has no robot description: give a URDF; its topics are: {0}")]
     NoUrdf(String),
@@ -204,4 +217,12 @@ impl From<ModelError> for RecordingError {
     fn from(error: ModelError) -> Self {
         Self::Identify(error.into())
     }
+}
+
+/// Lists topics with their frames.
+fn list_sensors(sensors: &[(String, String)]) -> String {
+    let named = sensors
+        .iter()
+        .map(|(topic, frame)| format!("{topic} in `{frame}`"));
+    named.collect::<Vec<_>>().join(", ")
 }
