@@ -224,14 +224,18 @@ fn wrenches_that_are_not_of_fingers_must_be_named() {
     for sensors in unrelated {
         let (_folder, path, _) = recorded(|recording| recording.sensors = sensors);
         match identify(&path, &least_squares()) {
-            Err(RecordingError::UnrelatedWrenches { sensors: named, tip }) => {
+            Err(RecordingError::UnrelatedWrenches {
+                sensors: named,
+                tip,
+            }) => {
                 let frames: Vec<&str> = named.iter().map(|(_, frame)| frame.as_str()).collect();
                 assert_eq!((frames.as_slice(), tip.as_str()), (sensors, TOOL));
             }
             other => panic!("{sensors:?}: {other:?}"),
         }
         let mut request = least_squares();
-        request.topics.wrenches = vec!["/finger_0/wrench".to_owned(), "/finger_1/wrench".to_owned()];
+        request.topics.wrenches =
+            vec!["/finger_0/wrench".to_owned(), "/finger_1/wrench".to_owned()];
         assert!(identify(&path, &request).is_ok(), "{sensors:?}");
     }
 }

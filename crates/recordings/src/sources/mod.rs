@@ -9,7 +9,7 @@ use tactid_logs::LogReader;
 use tactid_logs::messages::{Imu, JointState, Odometry, WrenchStamped};
 
 use crate::defaults::{Contents, Options};
-use crate::{Finding, RecordingError, Request, TopicKind};
+use crate::{Finding, RecordingError, Request};
 use frames::StaticTransforms;
 pub(crate) use topics::{MeasuredTopics, MotionTopics, joint_topics, times_ns};
 use topics::{first, missing, slowest_period_s};
