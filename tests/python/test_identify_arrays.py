@@ -93,6 +93,12 @@ def test_a_matrix_with_nan_is_counted_and_one_that_is_no_rotation_is_refused(
         tactid.identify(time, wrench=wrench, pose=pose)
 
 
+def test_a_sensor_without_a_robot_needs_its_pose() -> None:
+    time = np.arange(0.0, 4.0, 0.01)
+    with pytest.raises(tactid.ArgumentError, match=r"`pose` is missing: without a robot"):
+        tactid.identify(time, wrench=np.ones((len(time), 6)))
+
+
 def test_what_does_not_fit_is_refused(
     robot: tactid.Manipulator, arrays: tuple[NDArray[np.float64], Arrays]
 ) -> None:

@@ -54,7 +54,8 @@ pub enum Finding {
         /// The measurements that were used.
         method: Method,
     },
-    /// The data contradict the known mass.
+    /// The data contradict the known mass. It is not reported where a wrong sign, a wrong gravity or a known body that is
+    /// too heavy is, because each of these contradicts the mass as well.
     MassContradicted {
         /// The known mass of the payload.
         known: KnownMass,
@@ -64,6 +65,16 @@ pub enum Finding {
         std_dev_kg: f64,
         /// Distance between the two masses, in standard deviations of their difference.
         distance: f64,
+    },
+    /// The result does not have the known mass, although the data do not contradict it: no physically consistent body of
+    /// this mass, within the bounding box if one is given, explains the data.
+    KnownMassNotKept {
+        /// The known mass of the payload.
+        known: KnownMass,
+        /// The mass of the result, kg.
+        estimated_kg: f64,
+        /// Whether the body also had to fit into a bounding box.
+        within_box: bool,
     },
     /// No physically consistent body explains the data within their noise. The projection onto consistent
     /// parameters is returned.

@@ -44,7 +44,7 @@ pub use equations::{
     BaseState, Channel, Channels, EquationSettings, EquationStream, GRAVITY, PushOutcome, Sample,
     states_of_poses,
 };
-pub use error::IdentifyError;
+pub use error::{IdentifyError, three_digits};
 pub use finding::Finding;
 pub use method::Method;
 pub use online::Identifier;

@@ -164,12 +164,26 @@ pub(crate) fn is_physical(body: &MassProperties) -> bool {
 /// Subtracts a known body, such as the gripper, from an identified one, and returns the rest; both are in the same
 /// frame.
 ///
-/// Where the masses are equal, the remaining body has no centre of mass, and the identified body is returned.
+/// Where the masses are equal nothing remains, and the result is a body without mass and inertia, which is not physical.
 #[must_use]
 pub(crate) fn subtract_known_body(
     composite: &MassProperties,
     known: &InertialParameters,
 ) -> MassProperties {
     let remaining = InertialParameters::from(*composite) - *known;
-    remaining.mass_properties().unwrap_or(*composite)
+    remaining.mass_properties().unwrap_or(body(&[0.0; 10]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a body that is the known one nothing remains, instead of the whole body.
+    #[test]
+    fn nothing_remains_of_a_body_without_itself() {
+        let known = body(&[2.0, 0.1, 0.0, 0.2, 0.3, 0.0, 0.0, 0.3, 0.0, 0.3]);
+        let rest = subtract_known_body(&known, &known.into());
+        assert_eq!(values(&rest), [0.0; 10]);
+        assert!(!is_physical(&rest));
+    }
 }

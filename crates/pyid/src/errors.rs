@@ -133,8 +133,18 @@ impl IntoPyErr for RecordingError {
             Self::MissingArray { name, reason } => {
                 ArgumentError::new_err(format!("`{}` is missing: {reason}", keyword_of(name)))
             }
+            Self::TimesNotIncreasing { name, .. } => {
+                IdentificationError::new_err(message.replace(&name, keyword_of(&name)))
+            }
+            Self::TooManyGaps { .. } => IdentificationError::new_err((message, "max_gap")),
+            Self::RareSamples { unit: None, .. } => {
+                IdentificationError::new_err((message, "cutoff"))
+            }
             Self::SeveralTopics { kind, .. } => {
                 IdentificationError::new_err((message, topic_option(kind)))
+            }
+            Self::UnrelatedWrenches { .. } => {
+                IdentificationError::new_err((message, topic_option(TopicKind::Wrenches)))
             }
             Self::NoUrdf(_) => IdentificationError::new_err((message, "urdf")),
             Self::ImuFrame { .. } => IdentificationError::new_err((message, "imu_topic")),
@@ -152,7 +162,8 @@ impl IntoPyErr for RecordingError {
             | Self::NoMotion(_)
             | Self::UnknownFrame { .. }
             | Self::MissingJoint { .. }
-            | Self::EmptyTopic(_) => IdentificationError::new_err(message),
+            | Self::EmptyTopic(_)
+            | Self::RareSamples { unit: Some(_), .. } => IdentificationError::new_err(message),
         }
     }
 }

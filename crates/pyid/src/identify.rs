@@ -58,6 +58,7 @@ pub(crate) fn identify_arrays(
     let qd = Series::read_or_empty(qd, "qd", dof)?;
     let effort = Series::read_or_empty(effort, "effort", dof)?;
     let wrench = read_wrench(wrench, names.as_ref().map_or(1, Vec::len))?;
+    let has_pose = pose.is_some();
     let pose = Poses::read_measured_or_identity(pose, "pose")?;
     let twist = Series::read_or_empty(twist, "twist", 6)?;
     let acceleration = Series::read_or_empty(acceleration, "acceleration", 6)?;
@@ -82,7 +83,7 @@ pub(crate) fn identify_arrays(
         joint_velocity: &qd,
         joint_effort: &effort,
         wrenches: &wrench,
-        poses: pose.as_slice(),
+        poses: if has_pose { pose.as_slice() } else { &[] },
         twists: &twist,
         accelerations: &acceleration,
     };

@@ -8,6 +8,7 @@ use tactid_identify::{
 
 use crate::plan::Plan;
 use crate::run::{PaperRun, Run, Solver};
+use crate::shortage::{explain, is_too_little};
 use crate::{ActsOn, Clock, DataFault, Estimator, Finding, RecordingError};
 
 /// The payload that was identified from a recording, with how it was found.
@@ -77,10 +78,7 @@ struct Solution {
 
 impl Solution {
     /// Solves for the payload; of too few windows nothing is known where the reading was interrupted.
-    fn of_least_squares(
-        batch: &BatchIdentifier,
-        interrupted: bool,
-    ) -> Result<Self, RecordingError> {
+    fn of_least_squares(batch: &BatchIdentifier, interrupted: bool) -> Result<Self, IdentifyError> {
         let gravity = batch.stream().gravity();
         match batch.solve() {
             Ok(result) => Ok(Self {
@@ -105,7 +103,7 @@ impl Solution {
                 remaining_delay: None,
                 findings: Vec::new(),
             }),
-            Err(error) => Err(error.into()),
+            Err(error) => Err(error),
         }
     }
 
@@ -124,12 +122,12 @@ impl Solution {
         }
     }
 
-    fn of_paper(run: PaperRun) -> Self {
+    fn of_paper(run: &PaperRun) -> Self {
         let estimate = run.estimate();
         Self {
             principal_moments: PrincipalMoments::of(&estimate.body.into()),
             estimate,
-            history: run.history,
+            history: run.history.clone(),
             fit: None,
             singular_values: Some(run.filter.singular_values()),
             forecast: None,
@@ -144,17 +142,18 @@ impl Identification {
     /// Solves for the payload of a recording that was run through.
     ///
     /// # Errors
-    /// Returns [`RecordingError::NoOverlap`] if the streams share no time, and [`IdentifyError::TooFewWindows`] if the
-    /// windows are too few and the reading was not interrupted.
+    /// Returns [`RecordingError::NoOverlap`] if the streams share no time and, if the windows are too few and the reading
+    /// was not interrupted, the variant that says why: [`RecordingError::TimesNotIncreasing`],
+    /// [`RecordingError::TooManyGaps`], [`RecordingError::RareSamples`] or [`IdentifyError::TooFewWindows`].
     pub(crate) fn new(plan: Plan<'_>, run: Run) -> Result<Self, RecordingError> {
         let sources = plan.sources;
-        let windows = run.solver.windows();
-        if windows == 0 && !run.interrupted {
-            return Err(nothing_found(&plan, &run));
+        if run.solver.windows() == 0 && !run.interrupted {
+            return Err(explain(nothing_found(&plan, &run), &plan, &run));
         }
-        let mut solution = match run.solver {
-            Solver::LeastSquares(batch) => Solution::of_least_squares(&batch, run.interrupted)?,
-            Solver::Paper(paper) => Solution::of_paper(*paper),
+        let mut solution = match &run.solver {
+            Solver::LeastSquares(batch) => Solution::of_least_squares(batch, run.interrupted)
+                .map_err(|error| explain(error.into(), &plan, &run))?,
+            Solver::Paper(paper) => Solution::of_paper(paper),
         };
         if plan.request.wrench_acts_on == Some(ActsOn::Sensor) {
             solution.negate_offsets();
@@ -217,12 +216,4 @@ fn nothing_found(plan: &Plan<'_>, run: &Run) -> RecordingError {
         };
     }
     RecordingError::Identify(run.solver.stream().too_few_windows(0))
-}
-
-/// Returns whether the data are too short, or too sparse, for an estimate.
-fn is_too_little(error: &IdentifyError) -> bool {
-    matches!(
-        error,
-        IdentifyError::TooFewWindows { .. } | IdentifyError::TooFewSamples { .. }
-    )
 }

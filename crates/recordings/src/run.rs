@@ -144,6 +144,8 @@ pub(crate) struct Run {
     pub(crate) samples: u64,
     /// Time from the first aligned sample to the last, s.
     pub(crate) duration_s: f64,
+    /// The part of it between samples without a gap, s.
+    pub(crate) bridged_s: f64,
     pub(crate) faults: FaultCounts,
     pub(crate) findings: Vec<Finding>,
     pub(crate) damage: Vec<String>,
@@ -196,6 +198,7 @@ impl Run {
             solver,
             samples: totals.samples,
             duration_s: totals.duration_s,
+            bridged_s: totals.bridged_s,
             faults,
             findings: reading.findings,
             damage: reading.damage,
@@ -212,12 +215,15 @@ struct Pass<'a> {
     samples: u64,
     first_s: f64,
     last_s: f64,
+    max_gap_s: f64,
+    bridged_s: f64,
 }
 
 /// What is counted in a presentation.
 struct Totals {
     samples: u64,
     duration_s: f64,
+    bridged_s: f64,
     incomplete: u64,
 }
 
@@ -230,6 +236,8 @@ impl<'a> Pass<'a> {
             samples: 0,
             first_s: 0.0,
             last_s: 0.0,
+            max_gap_s: plan.equations.max_gap_s,
+            bridged_s: 0.0,
         }
     }
 
@@ -238,8 +246,11 @@ impl<'a> Pass<'a> {
         while let Some(mut aligned) = self.aligner.next() {
             self.unloaded.subtract(&mut aligned);
             self.solver.push(&aligned.sample())?;
+            let passed_s = aligned.time_s - self.last_s;
             if self.samples == 0 {
                 self.first_s = aligned.time_s;
+            } else if passed_s <= self.max_gap_s {
+                self.bridged_s += passed_s;
             }
             self.samples += 1;
             self.last_s = aligned.time_s;
@@ -251,6 +262,7 @@ impl<'a> Pass<'a> {
         Totals {
             samples: self.samples,
             duration_s: self.last_s - self.first_s,
+            bridged_s: self.bridged_s,
             incomplete: self.aligner.incomplete(),
         }
     }

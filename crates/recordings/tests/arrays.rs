@@ -104,15 +104,19 @@ fn a_wrong_length_is_an_error_with_the_name() {
     assert_names(recording.error(pop_time), "joint_position");
 }
 
-/// What is missing is named: no sample, no joints, nothing that measures a load.
+/// What is missing is named: no sample, no joints, no pose of a sensor without a robot, nothing that measures a load.
 #[test]
 fn a_missing_array_is_named() {
     let recording = recorded();
     let error = recording.error(|r| r.times_s.clear());
     assert!(matches!(error, RecordingError::NoSamples), "{error}");
     type Change = fn(&mut Recording);
-    let cases: [(&str, Change); 3] = [
+    let cases: [(&str, Change); 4] = [
         ("joint_position", |r| r.joint_position.clear()),
+        ("poses", |r| {
+            *r = carried();
+            r.poses.clear();
+        }),
         ("wrenches", |r| {
             r.wrenches.clear();
             r.joint_effort.clone_from(&r.joint_position);

@@ -149,7 +149,6 @@ impl BatchIdentifier {
         let fit_without_mass =
             least_squares::fit(equations, FitOptions::new(&channels)).ok_or_else(too_few)?;
         let known = self.known_bodies();
-        let mut findings = Vec::new();
         let known_mass_fit = match self.settings.known_mass {
             Some(mass) => {
                 let options = FitOptions {
@@ -163,16 +162,12 @@ impl BatchIdentifier {
         let fit = known_mass_fit.as_ref().unwrap_or(&fit_without_mass);
         let bounding_box = self.settings.bounding_box.as_ref();
         let (parameters, inconsistent) = consistent_payload(fit, &known, bounding_box);
-        findings.extend(self.contradicted_mass(&fit_without_mass, known[0], parameters[0]));
-        findings.extend(inconsistent);
-        let stream = &self.stream;
-        findings.extend(data_findings(
-            equations,
-            &fit_without_mass,
-            fit,
-            stream,
-            known[0],
-        ));
+        let of_data = data_findings(equations, &fit_without_mass, fit, &self.stream, known[0]);
+        let of_mass = self.mass_finding(&fit_without_mass, known[0], parameters[0], &of_data);
+        let is_not_kept = matches!(of_mass, Some(Finding::KnownMassNotKept { .. }));
+        // A mass that is not kept says that no consistent body is near, and why.
+        let inconsistent = inconsistent.filter(|_| !is_not_kept);
+        let findings = of_mass.into_iter().chain(inconsistent).chain(of_data);
         let cutoff_hz = self.equations.cutoff_hz;
         let frame = self.stream.offset_frame();
         let report = FitReport::new(&self.batch, fit, &channels, cutoff_hz, frame);
@@ -187,7 +182,7 @@ impl BatchIdentifier {
             forecast: Forecast::new(equations, fit, &parameters, report.stride_s),
             fit: report,
             delay: self.remaining_delay(&fit_without_mass, &channels),
-            findings,
+            findings: findings.collect(),
         })
     }
 
@@ -223,13 +218,15 @@ impl BatchIdentifier {
         known
     }
 
-    /// Reports where the payload's mass from the data alone contradicts the known one, or where the
-    /// result, `estimated_kg`, is not the known one. `others_kg` is the mass of the known bodies.
-    fn contradicted_mass(
+    /// Reports where the payload's mass from the data alone contradicts the known one and no other finding, in
+    /// `of_data`, explains why, or where the result, `estimated_kg`, is not the known one. `others_kg` is the mass of the
+    /// known bodies.
+    fn mass_finding(
         &self,
         fit_without_mass: &Fit,
         others_kg: f64,
         estimated_kg: f64,
+        of_data: &[Finding],
     ) -> Option<Finding> {
         let known = self.settings.known_mass?;
         let std_dev_kg = fit_without_mass.mass_std_dev_kg();
@@ -239,14 +236,21 @@ impl BatchIdentifier {
             .hypot(known.std_dev_kg)
             .max(known.with(0.0).std_dev_kg);
         let distance = (found_kg - known.mass_kg).abs() / of_difference_kg;
-        let is_missed = !known.agrees_with(estimated_kg, CONTRADICTION);
-        let is_contradicted = distance > CONTRADICTION || is_missed;
         // A motion that does not determine the mass contradicts none.
-        (std_dev_kg.is_finite() && is_contradicted).then_some(Finding::MassContradicted {
+        if std_dev_kg.is_finite() && distance > CONTRADICTION {
+            return (!of_data.iter().any(contradicts_any_mass)).then_some(
+                Finding::MassContradicted {
+                    known,
+                    found_kg,
+                    std_dev_kg,
+                    distance,
+                },
+            );
+        }
+        (!known.agrees_with(estimated_kg, CONTRADICTION)).then_some(Finding::KnownMassNotKept {
             known,
-            found_kg,
-            std_dev_kg,
-            distance,
+            estimated_kg,
+            within_box: self.settings.bounding_box.is_some(),
         })
     }
 
@@ -293,4 +297,14 @@ impl BatchIdentifier {
         let delay = least_squares::fit(self.batch.equations(), options)?.delay;
         delay.filter(|delay| delay.delay_s.is_finite())
     }
+}
+
+/// Returns whether a finding is the reason why the data contradict any known mass.
+fn contradicts_any_mass(finding: &Finding) -> bool {
+    matches!(
+        finding,
+        Finding::GravityContradicted { .. }
+            | Finding::NegativeMass { .. }
+            | Finding::KnownBodiesTooHeavy { .. }
+    )
 }

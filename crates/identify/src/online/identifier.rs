@@ -201,7 +201,9 @@ impl Identifier {
     /// wrenches do not fit the sensors. Bad data are no error: see [`PushOutcome`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         let (outcome, equation) = self.stream.push(sample)?;
-        self.samples = self.samples.saturating_add(1);
+        if outcome != PushOutcome::Rejected {
+            self.samples = self.samples.saturating_add(1);
+        }
         let Some(equation) = equation else {
             self.update.proceed();
             return Ok(outcome);

@@ -10,7 +10,8 @@ impl Arrays<'_> {
     ///
     /// # Errors
     /// Returns [`RecordingError::NoSamples`] if there is no time, [`RecordingError::ArrayLength`] if a length does not
-    /// fit the times and the robot, and [`RecordingError::MissingArray`] if joint positions are missing.
+    /// fit the times and the robot, and [`RecordingError::MissingArray`] if joint positions are missing, or the
+    /// poses of a sensor without a robot.
     pub(super) fn check_motion(&self, robot: &Manipulator) -> Result<(), RecordingError> {
         let (samples, joints) = (self.times_s.len(), robot.dof());
         if samples == 0 {
@@ -20,6 +21,13 @@ impl Arrays<'_> {
             return Err(RecordingError::MissingArray {
                 name: "joint_position",
                 reason: "the robot has joints",
+            });
+        }
+        if self.robot.is_none() && self.poses.is_empty() {
+            return Err(RecordingError::MissingArray {
+                name: "poses",
+                reason: "without a robot nothing else says how the sensor moves and where down is: give its pose at \
+                         each sample, or one pose for a sensor at rest",
             });
         }
         let matrices = [

@@ -9,6 +9,7 @@ use super::fields::Arrays;
 use super::samples::{SampleReader, Samples};
 use crate::alignment::{Event, Streams};
 use crate::defaults::{Contents, Motion, Options, effort_gains};
+use crate::finding::TwistAxes;
 use crate::recording::{BEGINNING_S, Reading, Recording, Selection, Sources};
 use crate::sources::SENSOR_FRAME;
 use crate::{Clock, Observer, RecordingError, Request};
@@ -60,6 +61,7 @@ impl<'a> ArrayRecording<'a> {
                 sensors,
                 contents,
                 optional_acceleration: None,
+                measured_twist: measured_twist(arrays),
                 names: names(arrays),
                 findings: Vec::new(),
                 clock: Clock::Stamps,
@@ -156,6 +158,12 @@ fn sensors(arrays: &Arrays<'_>, tip: &str) -> Vec<String> {
         None if arrays.wrenches.is_empty() => Vec::new(),
         None => vec![tip.to_owned()],
     }
+}
+
+/// Returns the array of the twists, where these are measured besides a pose that moves.
+fn measured_twist(arrays: &Arrays<'_>) -> Option<(String, TwistAxes)> {
+    let is_measured = arrays.poses.len() > 1 && !arrays.twists.is_empty();
+    is_measured.then(|| ("twists".to_owned(), TwistAxes::World))
 }
 
 /// Returns the names of the arrays that are aligned.
