@@ -196,8 +196,18 @@ fn setting_message(error: &SettingError) -> String {
     }
 }
 
-/// The option that sets a field of a Rust settings type: its name without the unit.
+/// The option that sets a field of a Rust settings type: its name without the unit, or the one that chooses a topic.
 pub(crate) fn option_of(field: &'static str) -> &'static str {
+    let topics = [
+        ("topics.joints", TopicKind::Joints),
+        ("topics.wrenches", TopicKind::Wrenches),
+        ("topics.odometry", TopicKind::Odometry),
+        ("topics.imu", TopicKind::Imu),
+        ("topics.acceleration", TopicKind::Acceleration),
+    ];
+    if let Some((_, kind)) = topics.into_iter().find(|(name, _)| *name == field) {
+        return topic_option(kind);
+    }
     let name = ["_s", "_hz", "_kg"]
         .iter()
         .find_map(|unit| field.strip_suffix(unit));
@@ -216,7 +226,7 @@ fn topic_option(kind: TopicKind) -> &'static str {
 }
 
 /// The keyword of `tactid.identify` that gives a field of `Arrays`.
-fn keyword_of(field: &str) -> &str {
+pub(crate) fn keyword_of(field: &str) -> &str {
     match field {
         "times_s" => "source",
         "joint_position" => "q",

@@ -7,12 +7,12 @@ use tactid_identify::{Delay, Method};
 pub enum Finding {
     /// What the data say about the assumptions of the identification.
     Data(tactid_identify::Finding),
-    /// An option of the request has no effect, because the method does not use the measurements that it is about.
+    /// An option of the request has no effect.
     OptionNotUsed {
-        /// Name of the field of [`Request`](crate::Request).
+        /// Name of the field of [`Request`](crate::Request), or of [`Topics`](crate::Topics) after `topics.`.
         option: &'static str,
-        /// The method.
-        method: Method,
+        /// The reason.
+        because: NotUsedBecause,
     },
     /// Measured accelerations are not used, because those derived from the velocities are better.
     AccelerationNotUsed {
@@ -92,6 +92,39 @@ pub enum Finding {
         /// The delay as it was estimated.
         estimated: Delay,
     },
+    /// A long delay of the wrenches would explain them better, but is doubtful and was not corrected: it is at the end
+    /// of the search, or the wrenches hardly fit the motion better with it.
+    DelayDoubtful {
+        /// The delay, s, to within the time between two windows; positive where the wrenches are stamped later than
+        /// the motion.
+        delay_s: f64,
+        /// Mean square residual with the delay, relative to that without.
+        residual_ratio: f64,
+        /// Whether the delay is at the end of the search.
+        is_at_end: bool,
+    },
+    /// Some channels of a wrench sensor have the same value in all samples.
+    ConstantChannels {
+        /// Topic of the wrenches, or name of the field of [`Arrays`](crate::Arrays).
+        source: String,
+        /// Frame of the sensor.
+        frame: String,
+        /// The channels, such as `force x`.
+        channels: Vec<&'static str>,
+        /// Whether all of these values are zero.
+        is_zero: bool,
+    },
+}
+
+/// Why an option of a request has no effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotUsedBecause {
+    /// The method does not use the measurements that the option is about, with this recording.
+    Method(Method),
+    /// The motion is measured by another topic.
+    OtherMotion,
+    /// The accelerations of the inertial unit on the sensor contain gravity.
+    GravityIsMeasured,
 }
 
 /// What the velocities of a joint seem to be instead of the derivatives of its positions.

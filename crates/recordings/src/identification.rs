@@ -133,7 +133,7 @@ impl Solution {
             forecast: None,
             gravity: run.filter.stream().gravity(),
             remaining_delay: None,
-            findings: Vec::new(),
+            findings: run.findings(),
         }
     }
 }

@@ -53,6 +53,7 @@
 mod alignment;
 mod arrays;
 mod clock;
+mod constant;
 mod decode;
 mod defaults;
 mod error;
@@ -80,7 +81,7 @@ pub use defaults::DEFAULT_TIP;
 pub use error::{RecordingError, TimeUnit, TopicKind};
 pub use estimates::write_estimates;
 pub use fault::{DataFault, FaultKind};
-pub use finding::{Finding, TwistAxes, VelocityCause};
+pub use finding::{Finding, NotUsedBecause, TwistAxes, VelocityCause};
 pub use identification::Identification;
 pub use identify::{identify_arrays, identify_log};
 pub use progress::{Observer, Progress};

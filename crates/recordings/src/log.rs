@@ -81,6 +81,7 @@ fn sources(found: &LogSources, decoding: &Decoding, request: &Request) -> Source
     Sources {
         robot: found.robot.clone(),
         sensors: found.sensors.clone(),
+        wrench_names: found.topics.wrenches.clone(),
         contents: found.contents.clone(),
         streams: decoding.streams(found, request.unloaded.is_some()),
         optional_acceleration: found

@@ -4,7 +4,7 @@ use tactid_identify::{BatchSettings, Delay, EquationSettings};
 
 use crate::alignment::{Event, Streams};
 use crate::defaults::Options;
-use crate::preview::{Preview, is_significant};
+use crate::preview::{DelayEstimate, Preview, is_significant};
 use crate::rates::contradicted_rates;
 use crate::recording::{Recording, Selection, Sources};
 use crate::{Estimator, Finding, Observer, RecordingError, Request};
@@ -54,9 +54,21 @@ impl<'a> Plan<'a> {
         } else {
             options.equations.cutoff_hz
         };
-        let estimated_delay = match options.delay_s {
-            Some(_) => None,
+        let delay = match options.delay_s {
+            Some(_) => DelayEstimate::Unknown,
             None => preview.delay(&streams, cutoff_hz)?,
+        };
+        let estimated_delay = match delay {
+            DelayEstimate::Found(delay) => Some(delay),
+            DelayEstimate::Unknown => None,
+            DelayEstimate::Doubtful(coarse) => {
+                findings.push(Finding::DelayDoubtful {
+                    delay_s: coarse.delay_s,
+                    residual_ratio: coarse.residual_ratio,
+                    is_at_end: coarse.is_at_end,
+                });
+                None
+            }
         };
         let significant = estimated_delay.filter(|delay| is_significant(*delay));
         Ok(Self {

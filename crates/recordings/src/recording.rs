@@ -19,6 +19,8 @@ pub(crate) struct Sources {
     pub(crate) robot: Manipulator,
     /// Frame of each wrench, a frame of the robot.
     pub(crate) sensors: Vec<String>,
+    /// Topic or array of each wrench.
+    pub(crate) wrench_names: Vec<String>,
     pub(crate) contents: Contents,
     /// All streams of events.
     pub(crate) streams: Streams,

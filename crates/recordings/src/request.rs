@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use nalgebra::Vector3;
-use tactid_dynamics::MassProperties;
+use tactid_dynamics::{Manipulator, MassProperties};
 use tactid_identify::{
     BatchSettings, BoundingBox, EquationSettings, IdentifyError, KnownMass, Method, PaperSettings,
 };
 
+use crate::RecordingError;
 use crate::decode::LONGEST_DELAY_S;
 
 /// How equations become parameters.
@@ -140,11 +141,12 @@ impl Request {
     /// Checks the values that can be judged without a recording.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Value`] or [`IdentifyError::Box`] with the name of a field whose value is out of
-    /// range, and [`IdentifyError::KnowledgeNeedsLeastSquares`] if a known mass or a bounding box is given to the
+    /// Returns [`IdentifyError::Value`], [`IdentifyError::Setting`] or [`IdentifyError::Box`] with the name of a field
+    /// whose value is out of range, and [`IdentifyError::KnowledgeNeedsLeastSquares`] if a known mass or a bounding box is given to the
     /// paper's filter.
     pub(crate) fn check(&self) -> Result<(), IdentifyError> {
-        if let Some(Estimator::Paper(_)) = self.estimator {
+        if let Some(Estimator::Paper(settings)) = &self.estimator {
+            settings.check()?;
             if self.known_mass.is_some() {
                 return Err(IdentifyError::KnowledgeNeedsLeastSquares("a known mass"));
             }
@@ -159,6 +161,57 @@ impl Request {
         };
         knowledge.check()?;
         self.check_numbers()
+    }
+
+    /// Checks how many values are given for the joints of a robot and for its `sensors`, those that the method uses.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::EffortGains`] if the gains are not as many as the joints, and
+    /// [`IdentifyError::NoiseCount`] if noise is given neither once for all nor once for each.
+    pub(crate) fn check_counts(
+        &self,
+        robot: &Manipulator,
+        sensors: usize,
+    ) -> Result<(), RecordingError> {
+        let joints = robot.joint_names();
+        if let Some(gains) = &self.effort_gain
+            && gains.len() != joints.len()
+        {
+            return Err(RecordingError::EffortGains {
+                given: gains.len(),
+                count: joints.len(),
+                joints: joints.join(", "),
+            });
+        }
+        let (wrench, effort) = (&self.wrench_noise, &self.effort_noise);
+        let counts = [
+            (
+                "wrench_noise",
+                wrench.as_ref().map(Vec::len),
+                "sensors",
+                sensors,
+            ),
+            (
+                "effort_noise",
+                effort.as_ref().map(Vec::len),
+                "joints",
+                joints.len(),
+            ),
+        ];
+        for (name, given, of, expected) in counts {
+            let Some(given) = given.filter(|_| expected > 0) else {
+                continue;
+            };
+            if ![1, expected].contains(&given) {
+                return Err(RecordingError::Identify(IdentifyError::NoiseCount {
+                    name,
+                    given,
+                    of,
+                    expected,
+                }));
+            }
+        }
+        Ok(())
     }
 
     /// Checks that each number of the request is in the range of its field.

@@ -224,6 +224,29 @@ fn wild_arrays_do_not_panic() {
     }
 }
 
+/// Channels of a sensor that never change are reported by name, whether they are zero or not.
+#[test]
+fn constant_channels_are_reported() {
+    for (value, zero) in [(0.0, true), (1.5, false)] {
+        let mut recording = carried();
+        for wrench in recording.wrenches.chunks_exact_mut(6) {
+            (wrench[0], wrench[4]) = (value, value);
+        }
+        let findings = recording.identify(&quick()).unwrap().findings;
+        let found = findings.iter().find_map(|finding| match finding {
+            Finding::ConstantChannels {
+                source,
+                frame,
+                channels,
+                is_zero,
+            } => Some((source.as_str(), frame.as_str(), &channels[..], *is_zero)),
+            _ => None,
+        });
+        let expected = ("wrenches", "sensor", &["force x", "moment y"][..], zero);
+        assert_eq!(found, Some(expected));
+    }
+}
+
 /// Interrupted before there is enough for a fit, nothing is identifiable, and that is no error.
 #[test]
 fn interrupted_early_nothing_is_known() {

@@ -326,6 +326,18 @@ fn the_defaults_identify_a_log() {
     assert_eq!(forecast.remaining_s(&values, &std_devs, 10.0), [0.0; 10]);
 }
 
+/// The wrenches of one finger of two fit no motion. A long delay that fits by chance is reported and not corrected.
+#[test]
+fn a_doubtful_delay_is_reported_and_not_corrected() {
+    let (_folder, path, _) = recorded(|recording| recording.sensors = &["finger_left_link"]);
+    let result = identify(&path, &Request::default()).unwrap();
+    let is_doubtful = |finding: &Finding| matches!(finding, Finding::DelayDoubtful { is_at_end: true, delay_s, .. } if *delay_s < -0.4);
+    let findings = &result.findings;
+    assert!(findings.iter().any(is_doubtful), "{findings:?}");
+    assert_eq!(result.estimated_delay, None);
+    assert_eq!(result.delay_s, 0.0);
+}
+
 /// The estimates over time come back from the log that they are written to.
 #[test]
 fn estimates_are_written_as_a_log() {

@@ -56,7 +56,6 @@ fn velocities_that_fit_are_not_reported() {
 #[test]
 fn joint_velocities_that_do_not_fit_are_reported_with_the_cause() {
     type Change = fn(&mut Recording);
-    let of_joint = |name: &str| Some(VelocityCause::OtherJoint(name.to_owned()));
     let cases: [(Change, &[&str], Option<VelocityCause>); 4] = [
         (
             |r| change_velocities(r, |qd| qd[2] = -qd[2]),
@@ -104,13 +103,18 @@ fn joint_velocities_that_do_not_fit_are_reported_with_the_cause() {
             other => panic!("{joints:?}: {other:?}"),
         }
     }
+}
+
+/// Joints whose velocities are swapped are reported each with the joint whose velocities it has.
+#[test]
+fn swapped_joint_velocities_are_reported() {
     let mut recording = recorded();
     change_velocities(&mut recording, |qd| qd.swap(0, 4));
     let findings = about_velocities(&recording);
     for (joint, other) in [("joint_1", "joint_5"), ("joint_5", "joint_1")] {
         let is_named = |finding: &Finding| {
             matches!(finding, Finding::VelocitiesContradicted { joints, cause, .. }
-                if joints == &[joint] && *cause == of_joint(other))
+                if joints == &[joint] && *cause == Some(VelocityCause::OtherJoint(other.to_owned())))
         };
         assert!(findings.iter().any(is_named), "{findings:?}");
     }

@@ -7,8 +7,10 @@ mod recorded_arrays;
 use nalgebra::{Matrix3, Vector3};
 use recorded_arrays::{CARRIED_KG, Recording, carried, quick, recorded};
 use tactid_dynamics::MassProperties;
-use tactid_identify::{EquationSettings, IdentifyError};
-use tactid_recordings::{ActsOn, Estimator, Method, PaperSettings, RecordingError, Request};
+use tactid_identify::{EquationSettings, Finding as Data, IdentifyError};
+use tactid_recordings::{
+    ActsOn, Estimator, Finding, Method, PaperSettings, RecordingError, Request,
+};
 
 /// The paper's filter has the paper's cutoff, gap and delay, as on a log.
 #[test]
@@ -56,6 +58,46 @@ fn the_papers_filter_subtracts_a_known_tool() {
             let tolerance = 1e-12 * whole_kg.abs();
             assert!((rest_kg + tool_kg - whole_kg).abs() <= tolerance || !whole_kg.is_finite());
         }
+    }
+}
+
+/// The paper's filter reports a wrong sign, and a known tool that is heavier than the load.
+#[test]
+fn the_papers_filter_reports_a_negative_mass() {
+    let findings = |recording: &Recording, request: &Request| {
+        let mut findings = recording.identify(request).unwrap().findings;
+        findings.retain(|finding| matches!(finding, Finding::Data(_)));
+        findings
+    };
+    let mut recording = recorded();
+    assert_eq!(findings(&recording, &Request::paper()), []);
+    let heavy = Request {
+        known_tool: Some(MassProperties {
+            mass_kg: 500.0,
+            center_of_mass: Vector3::zeros(),
+            inertia: Matrix3::zeros(),
+        }),
+        ..Request::paper()
+    };
+    let rest_kg = recording.identify(&heavy).unwrap().estimate.body.mass_kg;
+    match findings(&recording, &heavy)[..] {
+        [Finding::Data(Data::KnownBodiesTooHeavy { known_kg, load_kg })] => {
+            assert_eq!(known_kg, 500.0);
+            assert!((load_kg - (rest_kg + 500.0)).abs() < 1e-9, "{load_kg}");
+        }
+        ref other => panic!("{other:?}"),
+    }
+    recording
+        .wrenches
+        .iter_mut()
+        .for_each(|value| *value = -*value);
+    for request in [&heavy, &Request::paper()] {
+        let found = findings(&recording, request);
+        let sign = Finding::Data(Data::NegativeMass {
+            method: Method::Tactile,
+            or_gravity: false,
+        });
+        assert_eq!(found, [sign]);
     }
 }
 
@@ -139,11 +181,60 @@ fn a_value_out_of_range_is_named() {
         ..Request::default()
     };
     assert_names(&far, "delay_s");
+    let epochs = Request {
+        estimator: Some(Estimator::Paper(PaperSettings {
+            epochs: 0,
+            ..PaperSettings::default()
+        })),
+        ..Request::default()
+    };
+    assert_names(&epochs, "epochs");
     let unknown_tool = Request {
         known_tool: Some(tool),
         ..Request::default()
     };
     assert_names(&unknown_tool, "known_tool");
+}
+
+/// Noise that is given neither once for all nor once for each is an error before anything is read, also where the list
+/// is empty; noise that the method does not use is reported.
+#[test]
+fn counts_of_noise_are_checked() {
+    let recording = recorded();
+    let count = |request: &Request| match recording.identify(request) {
+        Err(RecordingError::Identify(IdentifyError::NoiseCount { name, given, .. })) => {
+            (name, given)
+        }
+        other => panic!("{other:?}"),
+    };
+    for given in [0, 3] {
+        let wrench = Request {
+            wrench_noise: Some(vec![[1.0; 6]; given]),
+            ..quick()
+        };
+        assert_eq!(count(&wrench), ("wrench_noise", given));
+        let effort = Request {
+            effort_noise: Some(vec![1.0; given]),
+            ..quick()
+        };
+        assert_eq!(count(&effort), ("effort_noise", given));
+    }
+    let momentum = Request {
+        method: Some(Method::JointSensing),
+        wrench_noise: Some(vec![[1.0; 6]; 2]),
+        ..quick()
+    };
+    let is_reported = |finding: &Finding| {
+        matches!(
+            finding,
+            Finding::OptionNotUsed {
+                option: "wrench_noise",
+                ..
+            }
+        )
+    };
+    let findings = recording.identify(&momentum).unwrap().findings;
+    assert!(findings.iter().any(is_reported), "{findings:?}");
 }
 
 /// An online solver has the defaults of the equations where the request leaves a choice open, and the samples

@@ -102,6 +102,15 @@ def _mass_contradicted(data: Data, _: Style) -> str:
     )
 
 
+def _known_mass_not_kept(data: Data, _: Style) -> str:
+    within = " within the box" if data["within_box"] else ""
+    return (
+        f"The given mass is {data['known_kg']:g} kg, but the result has"
+        f" {data['estimated_kg']:.4g} kg: no physically consistent body of the given mass{within}"
+        " explains the data."
+    )
+
+
 def _inconsistent(data: Data, _: Style) -> str:
     within, box = (" within the box", ", the box") if data["within_box"] else ("", "")
     return (
@@ -128,11 +137,14 @@ def _acceleration_not_used(data: Data, style: Style) -> str:
 
 
 def _option_not_used(data: Data, style: Style) -> str:
+    reasons = {
+        "method": f"it is about measurements that the {data['method']} method does not use with"
+        " this recording",
+        "other_motion": "the motion is measured by another topic",
+        "gravity_is_measured": "the accelerations of the inertial unit contain gravity",
+    }
     option = option_name(data["option"], style)
-    return (
-        f"The option {option} has no effect: it is about measurements that the {data['method']}"
-        " method does not use with this recording."
-    )
+    return f"The option {option} has no effect: {reasons[data['because']]}."
 
 
 def _frame_assumed(data: Data, _: Style) -> str:
@@ -168,6 +180,57 @@ def _early_end(data: Data, _: Style) -> str:
     )
 
 
+def _velocities_contradicted(data: Data, _: Style) -> str:
+    causes = {
+        "opposite_sign": " They have the opposite sign.",
+        "degrees": " They are in degrees per second, but must be in rad/s.",
+        "positions_in_degrees": " The positions are in degrees, but must be in rad.",
+        "other_joint": f" They are those of {data['other']}: check the order of the joints.",
+        None: " Check their units and signs, and the order of the joints.",
+    }
+    return (
+        f"The velocities of {_listed(data['joints'])} are not the derivatives of the positions (rms"
+        f" difference {data['relative_difference']:.0%} of the motion).{causes[data['cause']]}"
+    )
+
+
+def _twist_contradicted(data: Data, _: Style) -> str:
+    causes = {
+        "body": " It is in the axes of the moving body, but must be in those of the world.",
+        "world": " It is in the axes of the world, but the twist of an odometry message must be in"
+        " those of its child frame.",
+        None: " Check its units, signs and axes; it may also be zero because it is not measured.",
+    }
+    return (
+        f"The twist of {data['source']} is not the derivative of the pose (rms difference"
+        f" {data['relative_difference']:.0%} of the motion).{causes[data['better_axes']]}"
+    )
+
+
+def _constant_channels(data: Data, _: Style) -> str:
+    value = "zero" if data["is_zero"] else "constant"
+    several = len(data["channels"]) > 1
+    return (
+        f"{data['source']}: {_listed(data['channels'])} in `{data['frame']}`"
+        f" {'are' if several else 'is'} exactly {value} in all samples, as of a sensor that does not"
+        f" measure {'them' if several else 'it'}. The estimate takes"
+        f" {'them' if several else 'it'} for measured."
+    )
+
+
+def _delay_doubtful(data: Data, style: Style) -> str:
+    why = (
+        "but it is as long as any that is searched for"
+        if data["is_at_end"]
+        else f"but only a little (ratio of the residuals {data['residual_ratio']:.2f})"
+    )
+    return (
+        f"Wrenches stamped {1e3 * data['delay_s']:.0f} ms later than the motion would fit better,"
+        f" {why}: this delay was not corrected. Check whether all sensors of the payload were"
+        f" recorded, and the frames and signs; {option_name('delay', style)} sets a delay."
+    )
+
+
 def _no_stamps(_: Data, __: Style) -> str:
     return "The messages have no stamps: their times are those of logging."
 
@@ -188,6 +251,7 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "offset_suspected": _offset_suspected,
     "load_unexplained": _load_unexplained,
     "mass_contradicted": _mass_contradicted,
+    "known_mass_not_kept": _known_mass_not_kept,
     "inconsistent": _inconsistent,
     "outliers": _outliers,
     "acceleration_not_used": _acceleration_not_used,
@@ -198,8 +262,12 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "absent_joints": _absent_joints,
     "late_start": _late_start,
     "early_end": _early_end,
+    "velocities_contradicted": _velocities_contradicted,
+    "twist_contradicted": _twist_contradicted,
+    "constant_channels": _constant_channels,
     "no_stamps": _no_stamps,
     "delay_corrected": _delay_corrected,
+    "delay_doubtful": _delay_doubtful,
 }
 
 FINDING_KINDS = tuple(_FINDINGS)

@@ -41,6 +41,7 @@ impl<'a> ArrayRecording<'a> {
         if !options.method().uses_wrench() {
             sensors.clear();
         }
+        request.check_counts(&robot, sensors.len())?;
         Ok(Self {
             samples: Samples {
                 arrays: *arrays,
@@ -48,7 +49,7 @@ impl<'a> ArrayRecording<'a> {
                 sensors: sensors.len(),
                 wrench_sign: options.wrench_sign,
                 joint_names: robot.joint_names().to_vec(),
-                effort_gains: effort_gains(request, robot.joint_names())?,
+                effort_gains: effort_gains(request, robot.dof()),
                 uses_effort: options.method().uses_effort(),
             },
             sources: Sources {
@@ -58,6 +59,7 @@ impl<'a> ArrayRecording<'a> {
                     wrenches: sensors.len(),
                     ..Streams::default()
                 },
+                wrench_names: vec!["wrenches".to_owned(); sensors.len()],
                 sensors,
                 contents,
                 optional_acceleration: None,

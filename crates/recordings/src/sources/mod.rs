@@ -65,6 +65,7 @@ impl LogSources {
             .place(placed.robot, &options.tip, "the end-effector")?;
         check_sum(&robot, &options.tip, &placed.sensors, &topics, request)?;
         check_base_imu(log, &topics, &robot)?;
+        request.check_counts(&robot, placed.sensors.len())?;
         let mut findings = placed.findings;
         if topics.wrenches.len() > 1 {
             findings.push(Finding::WrenchesSummed {
