@@ -63,6 +63,7 @@ mod finding;
 mod identification;
 mod identify;
 mod log;
+mod online;
 mod plan;
 mod preview;
 mod progress;
@@ -72,15 +73,15 @@ mod run;
 mod sources;
 mod unloaded;
 
-pub use arrays::Arrays;
+pub use arrays::{Arrays, UnloadedArrays};
 pub use clock::Clock;
-pub use defaults::DEFAULT_TIP;
 pub use error::{RecordingError, TopicKind};
 pub use estimates::write_estimates;
 pub use fault::{DataFault, FaultKind};
 pub use finding::Finding;
 pub use identification::Identification;
 pub use identify::{identify_arrays, identify_log};
+pub use online::OnlineSetup;
 pub use progress::{Observer, Progress};
 pub use request::{ActsOn, Estimator, Request, Topics};
 pub use tactid_identify::{

@@ -253,6 +253,8 @@ fn efforts_are_the_default_without_wrenches() {
     recording.robot = Some(experiment.robot());
     recording.joint_effort = vec![0.0; recording.joint_position.len()];
     recording.wrenches.clear();
+    recording.poses.clear();
+    recording.twists.clear();
     recording.sensors = None;
     let result = recording.identify(&quick()).unwrap();
     assert_eq!(result.method, Method::Effort);

@@ -82,7 +82,7 @@ impl Arrays<'_> {
 }
 
 /// Checks that an array has as many entries as the product of some factors, given with their names.
-fn check_length(
+pub(super) fn check_length(
     name: &'static str,
     given: usize,
     factors: &[(usize, &str)],

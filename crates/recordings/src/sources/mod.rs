@@ -38,6 +38,7 @@ impl LogSources {
             motion: topics.motion_kind(),
             has_wrenches: !topics.wrenches.is_empty(),
             has_efforts: topics.has_efforts,
+            has_unloaded: request.unloaded.is_some(),
             sensor_frame: frames.sensor(),
             motion_period_s: slowest_period_s(log, &topics.motion_topics()),
             acceleration_period_s: slowest_period_s(log, topics.acceleration()),
