@@ -35,17 +35,33 @@ impl Series {
         name: &'static str,
         item: &[usize],
     ) -> PyResult<Self> {
+        Self::read_one_of(value, name, &[item], "")
+    }
+
+    /// Reads an array whose items have one of some shapes; where none fits, the error also says `what` an item is.
+    pub(crate) fn read_one_of(
+        value: &Bound<'_, PyAny>,
+        name: &'static str,
+        items: &[&[usize]],
+        what: &str,
+    ) -> PyResult<Self> {
         let array = contiguous(value, name)?;
         let shape = array.shape();
-        let samples = match shape.len().checked_sub(item.len()) {
-            Some(0) if shape == item => None,
-            Some(1) if &shape[1..] == item => Some(shape[0]),
-            _ => return Err(shape_error(name, shape, &[item])),
+        let fitting = items.iter().find_map(|item| {
+            let samples = match shape.len().checked_sub(item.len())? {
+                0 if shape == *item => None,
+                1 if shape[1..] == **item => Some(shape[0]),
+                _ => return None,
+            };
+            Some((item.iter().product(), samples))
+        });
+        let Some((width, samples)) = fitting else {
+            return Err(shape_error(name, shape, items, what));
         };
         Ok(Self {
             name,
             values: array.to_vec()?,
-            width: item.iter().product(),
+            width,
             samples,
         })
     }
@@ -171,7 +187,7 @@ impl Poses {
             [count, 4, 4] => (Some(count), 16),
             [7] => (None, 7),
             [count, 7] => (Some(count), 7),
-            _ => return Err(shape_error(name, shape, &[&[4, 4], &[7]])),
+            _ => return Err(shape_error(name, shape, &[&[4, 4], &[7]], "")),
         };
         let values = array.to_vec()?;
         let poses = values.chunks_exact(width).enumerate().map(|(row, item)| {
@@ -275,42 +291,75 @@ pub(crate) fn homogeneous(pose: &Isometry3<f64>) -> impl Iterator<Item = f64> {
     (0..16).map(move |index| transposed[index])
 }
 
+/// Converts what Python gives to an array of numbers. NumPy would take dates, text and complex numbers, too, and None
+/// for one number that is missing.
 fn contiguous<'py>(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let py = value.py();
-    let array = py
-        .import("numpy")?
-        .call_method1("ascontiguousarray", (value, "float64"))
-        .map_err(|error| {
-            ArgumentError::new_err(format!(
-                "`{name}` is not an array of numbers: {}",
-                error.value(py)
-            ))
-        })?;
+    let refuse =
+        |why: &str| ArgumentError::new_err(format!("`{name}` is not an array of numbers: {why}"));
+    if value.is_none() {
+        return Err(refuse("it is None"));
+    }
+    let numpy = py.import("numpy")?;
+    let convert = || {
+        let array = numpy.call_method1("asarray", (value,))?;
+        let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+        let reason = match kind.as_str() {
+            "M" | "m" => {
+                "it holds dates; give seconds, such as (t - t[0]) / numpy.timedelta64(1, \"s\")"
+            }
+            "U" | "S" | "T" => "it holds text",
+            "c" => "it holds complex numbers",
+            _ => return numpy.call_method1("ascontiguousarray", (array, "float64")),
+        };
+        Err(refuse(reason))
+    };
+    let array = convert().map_err(|error| {
+        if error.is_instance_of::<ArgumentError>(py) {
+            return error;
+        }
+        let reason = error.value(py).to_string();
+        if reason.contains("inhomogeneous") {
+            refuse("its rows have different lengths")
+        } else {
+            refuse(&reason)
+        }
+    })?;
     Ok(array.cast_into::<PyArrayDyn<f64>>()?)
 }
 
-fn shape_error(name: &str, given: &[usize], items: &[&[usize]]) -> PyErr {
-    let expected: Vec<String> = items
-        .iter()
-        .flat_map(|item| {
-            let dimensions: Vec<_> = item.iter().map(usize::to_string).collect();
-            let series = format!("(N, {})", dimensions.join(", "));
-            [tuple(item), series]
-        })
-        .collect();
+fn shape_error(name: &str, given: &[usize], items: &[&[usize]], what: &str) -> PyErr {
+    let series = |item: &[usize]| {
+        let dimensions = item.iter().map(usize::to_string);
+        tuple(std::iter::once("N".to_owned()).chain(dimensions))
+    };
+    let expected = items.iter().flat_map(|item| [shape_of(item), series(item)]);
+    let expected = expected.collect::<Vec<_>>().join(" or ");
+    let colon = if what.is_empty() { "" } else { ": " };
+    let is_transposed = match *given {
+        [rows, _] => items.iter().any(|item| **item == [rows]),
+        _ => false,
+    };
+    let advice = if is_transposed {
+        "; it is transposed: give its .T"
+    } else {
+        ""
+    };
     ArgumentError::new_err(format!(
-        "`{name}` has the shape {}: expected {}",
-        tuple(given),
-        expected.join(" or ")
+        "`{name}` has the shape {}: expected {expected}{colon}{what}{advice}",
+        shape_of(given)
     ))
 }
 
 /// Formats a shape as Python writes a tuple.
-fn tuple(shape: &[usize]) -> String {
-    let dimensions: Vec<_> = shape.iter().map(usize::to_string).collect();
-    match &dimensions[..] {
+fn shape_of(shape: &[usize]) -> String {
+    tuple(shape.iter().map(usize::to_string))
+}
+
+fn tuple(entries: impl Iterator<Item = String>) -> String {
+    match &entries.collect::<Vec<_>>()[..] {
         [one] => format!("({one},)"),
-        _ => format!("({})", dimensions.join(", ")),
+        entries => format!("({})", entries.join(", ")),
     }
 }
 

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tactid_recordings::Finding;
 
-use crate::errors::option_of;
+use crate::keywords::option_of;
 
 /// The kind of a finding, and its data.
 pub(crate) type FindingData = (&'static str, Py<PyDict>);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use nalgebra::Vector3;
 use pyo3::prelude::*;
-use pyo3::types::PyString;
+use pyo3::types::{PyMapping, PyString};
 use tactid_recordings::{
     ActsOn, BoundingBox, Estimator, KnownMass, Method, PaperSettings, Request, Topics,
 };
@@ -12,6 +12,7 @@ use tactid_recordings::{
 use crate::arrays::{Series, common_length};
 use crate::errors::{option_error, with_option};
 use crate::inertia::MassProperties;
+use crate::urdf::urdf_text;
 
 /// Reads a request. An attribute that is `None` leaves the choice to the identification.
 pub(crate) fn request(options: &Bound<'_, PyAny>) -> PyResult<Request> {
@@ -19,6 +20,33 @@ pub(crate) fn request(options: &Bound<'_, PyAny>) -> PyResult<Request> {
     Ok(Request {
         estimator: options.estimator()?,
         ..without_estimator(&options)?
+    })
+}
+
+/// Reads a request for a log, whose unloaded reference is a log, too.
+pub(crate) fn log_request(options: &Bound<'_, PyAny>) -> PyResult<Request> {
+    let unloaded = Options(options).attribute("unloaded")?;
+    if unloaded.is_some_and(|given| given.cast::<PyMapping>().is_ok()) {
+        let message = "the unloaded reference of a log is the path of a log, but arrays are given";
+        return Err(option_error(message.to_owned(), "unloaded"));
+    }
+    Ok(Request {
+        unloaded: Options(options).get::<PathBuf>("unloaded")?,
+        ..request(options)?
+    })
+}
+
+/// Reads the unloaded reference of arrays: its arrays by their names.
+pub(crate) fn unloaded_arrays<'py>(
+    options: &Bound<'py, PyAny>,
+) -> PyResult<Option<Bound<'py, PyMapping>>> {
+    let Some(given) = Options(options).attribute("unloaded")? else {
+        return Ok(None);
+    };
+    given.cast_into::<PyMapping>().map(Some).map_err(|_| {
+        let message =
+            "the unloaded reference of arrays is a dict with the arrays `time`, `q` and `effort`";
+        option_error(message.to_owned(), "unloaded")
     })
 }
 
@@ -34,7 +62,7 @@ fn without_estimator(options: &Options<'_, '_>) -> PyResult<Request> {
         method: options.choice("method", &METHODS)?,
         estimator: None,
         tip: options.get("tip")?,
-        urdf: options.get("urdf")?,
+        urdf: options.urdf()?,
         topics: Topics {
             joints: options.one_or_several("joint_topic")?,
             wrenches: options.one_or_several("wrench_topic")?,
@@ -51,7 +79,7 @@ fn without_estimator(options: &Options<'_, '_>) -> PyResult<Request> {
         wrench_noise: options.each("wrench_noise", &[6], |six| std::array::from_fn(|k| six[k]))?,
         effort_noise: options.each("effort_noise", &[], |one| one[0])?,
         effort_gain: options.each("effort_gain", &[], |one| one[0])?,
-        unloaded: options.get::<PathBuf>("unloaded")?,
+        unloaded: None,
         known_tool: options.known_tool()?,
         known_mass: options.known_mass()?,
         bounding_box: options.bounding_box()?,
@@ -120,6 +148,12 @@ impl<'py> Options<'_, 'py> {
             Some(one) if one.is_instance_of::<PyString>() => Ok(vec![one.extract()?]),
             Some(_) => Ok(self.get(name)?.unwrap_or_default()),
         }
+    }
+
+    fn urdf(&self) -> PyResult<Option<String>> {
+        let given = self.attribute("urdf")?;
+        let text = given.map(|given| with_option(urdf_text(&given), "urdf"));
+        text.transpose()
     }
 
     fn vector(&self, name: &'static str) -> PyResult<Option<Vector3<f64>>> {

@@ -1,6 +1,7 @@
 //! Defaults of all options, for logs and arrays alike.
 
 use nalgebra::Vector3;
+use tactid_dynamics::Manipulator;
 use tactid_identify::{EquationSettings, GRAVITY, Method};
 
 use crate::{ActsOn, Estimator, Finding, RecordingError, Request};
@@ -152,6 +153,20 @@ impl Options {
     pub(crate) fn method(&self) -> Method {
         self.equations.method
     }
+}
+
+/// Checks that a robot has the end-effector frame.
+///
+/// # Errors
+/// Returns [`RecordingError::UnknownTip`] if it does not have it.
+pub(crate) fn check_tip(robot: &Manipulator, tip: &str) -> Result<(), RecordingError> {
+    if robot.frame(tip).is_ok() {
+        return Ok(());
+    }
+    Err(RecordingError::UnknownTip {
+        tip: tip.to_owned(),
+        links: robot.frame_names().collect::<Vec<_>>().join(", "),
+    })
 }
 
 /// Tactile where there are wrenches, else effort. The combined method uses efforts where they are measured.

@@ -193,6 +193,16 @@ pub enum RecordingError {
         /// Why it is needed.
         reason: &'static str,
     },
+    /// The robot does not have the end-effector frame.
+    #[error(
+        "the robot has no link `{tip}`, which is to be the end-effector frame; its links are: {links}"
+    )]
+    UnknownTip {
+        /// The end-effector frame, as requested or by default.
+        tip: String,
+        /// The links of the robot.
+        links: String,
+    },
     /// A robot is given twice for arrays: as a model, and as the URDF of the request.
     #[error("`robot` and the request's `urdf` are both given: give one of them")]
     RobotTwice,

@@ -7,7 +7,7 @@ use super::fields::Arrays;
 use super::samples::{SampleReader, Samples};
 use super::unloaded::UnloadedSamples;
 use crate::alignment::{Event, Streams};
-use crate::defaults::{Contents, Motion, Options, effort_gains};
+use crate::defaults::{Contents, Motion, Options, check_tip, effort_gains};
 use crate::recording::{BEGINNING_S, Reading, Recording, Selection, Sources};
 use crate::sources::SENSOR_FRAME;
 use crate::{Clock, Observer, RecordingError, Request};
@@ -31,6 +31,7 @@ impl<'a> ArrayRecording<'a> {
         let timeline = Timeline::new(arrays.times_s);
         let contents = contents(arrays, arrays.has_robot(request), &timeline);
         let options = Options::resolve(request, &contents);
+        check_tip(&robot, &options.tip)?;
         arrays.check_method(options.method())?;
         let mut sensors = sensors(arrays, &options.tip);
         arrays.check_wrenches(sensors.len())?;

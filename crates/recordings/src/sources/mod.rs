@@ -8,7 +8,7 @@ use tactid_dynamics::Manipulator;
 use tactid_logs::LogReader;
 use tactid_logs::messages::{Imu, JointState, Odometry, WrenchStamped};
 
-use crate::defaults::{Contents, Options};
+use crate::defaults::{Contents, Options, check_tip};
 use crate::{Finding, RecordingError, Request, TopicKind};
 use frames::StaticTransforms;
 pub(crate) use topics::{MeasuredTopics, MotionTopics, joint_topics, times_ns};
@@ -48,7 +48,7 @@ impl LogSources {
         let robot = match &topics.motion {
             MotionTopics::Joints { base_odometry, .. } => {
                 let robot = robot::robot(log, request.urdf.as_ref(), base_odometry.as_ref())?;
-                robot.frame(&options.tip)?;
+                check_tip(&robot, &options.tip)?;
                 robot
             }
             _ if request.urdf.is_some() => {
