@@ -236,7 +236,7 @@ Q, W = RECORDED["q"], RECORDED["wrench"]
             r"\(400, 6\): expected \(2, 6\) or \(N, 2, 6\): .* of each of the 2 `sensors`",
         ),
         ({"sensors": []}, r"`wrench` is given, but there is no sensor: name its link in `sensors`"),
-        ({"sensors": 7}, r"`sensors` is a <class 'int'>: expected the names"),
+        ({"sensors": 7}, r"`sensors` is 7: expected the name of a link, or a list of names"),
         ({"sensors": ["wrist"]}, r"no link `wrist`.*tool0"),
         ({"tip": "wrist"}, r"no link `wrist`.*tool0"),
         ({"q": None}, r"`q` is missing: the robot has joints"),
@@ -247,15 +247,27 @@ Q, W = RECORDED["q"], RECORDED["wrench"]
         ({"q": [["a", "b"]] * 400}, r"`q` is not an array of numbers: it holds text"),
         ({"q": [[1.0, 2.0], [3.0]]}, r"`q` is not .* its rows have different lengths"),
         ({"q": Q + 0j}, r"`q` is not an array of numbers: it holds complex numbers"),
-        ({"robot": ARM}, r"`robot` is a str: expected a tactid.Manipulator.*from_urdf"),
+        ({"robot": ARM}, r"`robot` is of type str: expected a tactid.Manipulator.*from_urdf"),
         ({"robot": arm(), "urdf": ARM}, r"`robot` and `urdf` are both given"),
         ({"robot": None}, r"`q` is given without a robot: give `robot`"),
         ({"pose": np.eye(3)}, r"`pose` has the shape \(3, 3\): expected \(4, 4\) or \(N, 4, 4\)"),
         ({"foo": 1}, r"no keyword `foo`\. The keywords are robot, .*wrench, .*progress, urdf, "),
         ({"wrenches": W}, r"no keyword `wrenches`; did you mean `wrench`\? The keywords are wren"),
-        ({"options": {"cutoff": 5.0}}, r"`options` is a dict: expected tactid.Options"),
-        ({"gravity": -9.81}, r"`gravity` has the shape \(1,\): expected \(3,\)"),
-        ({"cutoff": "5 Hz"}, r"cutoff"),
+        ({"options": {"cutoff": 5.0}}, r"`options` is of type dict: expected tactid.Options"),
+        ({"gravity": -9.81}, r"`gravity` has the shape \(1,\): expected \(3,\)$"),
+        ({"bounding_box": [1, 2, 3]}, r"`bounding_box` has the shape \(3,\): expected \(2, 3\)$"),
+        ({"wrench_noise": [1, 2, 3]}, r"expected \(6,\) or \(N, 6\): one for all, or one for each"),
+        ({"cutoff": "5 Hz"}, r"`cutoff` is '5 Hz': expected a number"),
+        ({"tip": 3}, r"`tip` is 3: expected text"),
+        ({"wrench_offset": "yes"}, r"`wrench_offset` is 'yes': expected True or False"),
+        ({"known_tool": 1.0}, r"`known_tool` is 1\.0: expected a tactid\.MassProperties"),
+        ({"method": "wrench"}, r"`method` is \"wrench\": expected \"tactile\" or \"effort\" or"),
+        ({"urdf": 3, "robot": None}, r"given as its text, .* or as the path .* \(`urdf`\)"),
+        ({"wrench": None}, r"`wrench` is missing: nothing measures the load: .* the efforts"),
+        ({"method": "effort"}, r"`effort` is missing: the effort method needs it"),
+        ({"method": "joint-sensing"}, r"needs a free-floating base.*\(`method`\)"),
+        ({"robot": arm("floating"), "pose": np.zeros((400, 7))}, r"`pose` .* of norm one"),
+        ({"robot": arm("floating"), "pose": np.full((400, 4, 4), np.nan)}, r"`pose` .*without NaN"),
     ],
 )
 def test_a_mistake_is_named_with_its_cure(change: dict[str, Any], message: str) -> None:
@@ -284,5 +296,29 @@ def test_an_unknown_keyword_of_an_online_solver_lists_what_there_is(solver: Any)
         solver(arm(), foo=1)
     with pytest.raises(tactid.ArgumentError, match=r"did you mean `gravity`\? .* are gravity, "):
         solver(arm(), gravitiy=DOWN)
-    with pytest.raises(tactid.ArgumentError, match=r"`robot` is a str"):
+    with pytest.raises(tactid.ArgumentError, match=r"`robot` is of type str"):
         solver("arm.urdf")
+
+
+def test_a_sample_that_lacks_something_is_named() -> None:
+    q, wrench = Q[0], W[0]
+    with pytest.raises(tactid.ArgumentError, match=r"`q` is missing: the robot has 2 joints"):
+        tactid.Identifier(arm()).push(0.0, wrench=wrench)
+    with pytest.raises(tactid.ArgumentError, match=r"`wrench` is missing: .* of 1 sensor$"):
+        tactid.Identifier(arm()).push(0.0, q, q)
+    with pytest.raises(tactid.ArgumentError, match=r"`effort` is missing"):
+        tactid.Identifier(arm(), method="effort").push(0.0, q, q)
+    with pytest.raises(tactid.ArgumentError, match=r"`wrench` is given, but there is no sensor"):
+        tactid.Identifier(arm(), method="effort").push(0.0, q, q, wrench, effort=q)
+    with pytest.raises(tactid.ArgumentError, match=r"`time` is not .* it holds text"):
+        tactid.Identifier(arm()).push("now", q, q, wrench)
+    with pytest.raises(tactid.ModelError, match=r"no link `paw`.*\(`tip`\)"):
+        tactid.Identifier(arm(), tip="paw")
+
+
+def test_masked_values_are_missing() -> None:
+    masked = np.ma.masked_array(Q, mask=np.zeros_like(Q, dtype=bool))
+    masked[100] = np.ma.masked
+    found = tactid.identify(TIME, robot=arm(), **WRENCHES | {"q": masked})
+    counted = {(fault.topic, fault.kind): fault.count for fault in found.faults}
+    assert counted["q", "not_finite"] == 1

@@ -85,5 +85,5 @@ def test_unknown_names_are_refused(robot: tactid.Manipulator) -> None:
         tactid.Manipulator.from_urdf("nowhere.urdf")
     with pytest.raises(tactid.ModelError, match="not a URDF"):
         tactid.Manipulator.from_urdf("<robot")
-    with pytest.raises(tactid.ArgumentError, match=r"its text, .* or the path .* not a int"):
+    with pytest.raises(tactid.ArgumentError, match=r"its text, .* the path .* not as int"):
         tactid.Manipulator.from_urdf(3)  # type: ignore[arg-type]

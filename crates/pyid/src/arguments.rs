@@ -16,7 +16,7 @@ pub(crate) fn read_robot<'py>(given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, 
     }
     let kind = given.get_type().name()?;
     Err(ArgumentError::new_err(format!(
-        "`robot` is a {kind}: expected a tactid.Manipulator, which tactid.Manipulator.from_urdf reads from a URDF"
+        "`robot` is of type {kind}: expected a tactid.Manipulator, which tactid.Manipulator.from_urdf reads from a URDF"
     )))
 }
 
@@ -26,9 +26,8 @@ pub(crate) fn read_sensors(given: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
         return Ok(vec![given.extract()?]);
     }
     given.extract().map_err(|_| {
-        let kind = given.get_type().to_string();
         ArgumentError::new_err(format!(
-            "`sensors` is a {kind}: expected the names of the sensors' links"
+            "`sensors` is {given}: expected the name of a link, or a list of names"
         ))
     })
 }

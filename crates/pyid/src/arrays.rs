@@ -38,6 +38,25 @@ impl Series {
         Self::read_one_of(value, name, &[item], "")
     }
 
+    /// Reads an array of the shape `item`.
+    pub(crate) fn read_item(
+        value: &Bound<'_, PyAny>,
+        name: &'static str,
+        item: &[usize],
+    ) -> PyResult<Self> {
+        let array = contiguous(value, name)?;
+        if array.shape() != item {
+            let expected = vec![shape_of(item)];
+            return Err(shape_error(name, array.shape(), expected, ""));
+        }
+        Ok(Self {
+            name,
+            values: array.to_vec()?,
+            width: item.iter().product(),
+            samples: None,
+        })
+    }
+
     /// Reads an array whose items have one of some shapes; where none fits, the error also says `what` an item is.
     pub(crate) fn read_one_of(
         value: &Bound<'_, PyAny>,
@@ -56,7 +75,13 @@ impl Series {
             Some((item.iter().product(), samples))
         });
         let Some((width, samples)) = fitting else {
-            return Err(shape_error(name, shape, items, what));
+            let advice = transposition(shape, items);
+            return Err(shape_error(
+                name,
+                shape,
+                one_or_many(items),
+                &format!("{what}{advice}"),
+            ));
         };
         Ok(Self {
             name,
@@ -153,7 +178,7 @@ impl Poses {
         value: Option<&Bound<'_, PyAny>>,
         name: &'static str,
     ) -> PyResult<Self> {
-        Self::read(
+        let read = Self::read(
             value,
             name,
             |item| Ok(measured_pose_from_quaternion(item)),
@@ -164,7 +189,15 @@ impl Poses {
                     pose_from_matrix(item)
                 }
             },
-        )
+        )?;
+        let is_missing = |pose: &Isometry3<f64>| pose.rotation.coords.iter().any(|x| x.is_nan());
+        if read.poses.len() > 1 && read.poses.iter().all(is_missing) {
+            return Err(ArgumentError::new_err(format!(
+                "`{name}` has no pose that can be used: expected [x, y, z, qx, qy, qz, qw] with a quaternion of \
+                 norm one, or 4x4 matrices without NaN"
+            )));
+        }
+        Ok(read)
     }
 
     fn read(
@@ -187,7 +220,7 @@ impl Poses {
             [count, 4, 4] => (Some(count), 16),
             [7] => (None, 7),
             [count, 7] => (Some(count), 7),
-            _ => return Err(shape_error(name, shape, &[&[4, 4], &[7]], "")),
+            _ => return Err(shape_error(name, shape, one_or_many(&[&[4, 4], &[7]]), "")),
         };
         let values = array.to_vec()?;
         let poses = values.chunks_exact(width).enumerate().map(|(row, item)| {
@@ -302,7 +335,16 @@ fn contiguous<'py>(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py,
     }
     let numpy = py.import("numpy")?;
     let convert = || {
-        let array = numpy.call_method1("asarray", (value,))?;
+        let masked = numpy.getattr("ma")?;
+        let array = if masked
+            .call_method1("isMaskedArray", (value,))?
+            .is_truthy()?
+        {
+            let numbers = value.call_method1("astype", ("float64",))?;
+            numbers.call_method1("filled", (f64::NAN,))?
+        } else {
+            numpy.call_method1("asarray", (value,))?
+        };
         let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
         let reason = match kind.as_str() {
             "M" | "m" => {
@@ -328,26 +370,34 @@ fn contiguous<'py>(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py,
     Ok(array.cast_into::<PyArrayDyn<f64>>()?)
 }
 
-fn shape_error(name: &str, given: &[usize], items: &[&[usize]], what: &str) -> PyErr {
-    let series = |item: &[usize]| {
+/// Returns the shapes of one item and of N, as Python writes them.
+fn one_or_many(items: &[&[usize]]) -> Vec<String> {
+    let many = |item: &[usize]| {
         let dimensions = item.iter().map(usize::to_string);
         tuple(std::iter::once("N".to_owned()).chain(dimensions))
     };
-    let expected = items.iter().flat_map(|item| [shape_of(item), series(item)]);
-    let expected = expected.collect::<Vec<_>>().join(" or ");
-    let colon = if what.is_empty() { "" } else { ": " };
-    let is_transposed = match *given {
-        [rows, _] => items.iter().any(|item| **item == [rows]),
-        _ => false,
-    };
-    let advice = if is_transposed {
-        "; it is transposed: give its .T"
-    } else {
+    let shapes = items.iter().flat_map(|item| [shape_of(item), many(item)]);
+    shapes.collect()
+}
+
+/// Returns the advice to transpose an array, if that would fit.
+fn transposition(given: &[usize], items: &[&[usize]]) -> &'static str {
+    match *given {
+        [rows, _] if items.iter().any(|item| **item == [rows]) => "; it is transposed: give its .T",
+        _ => "",
+    }
+}
+
+fn shape_error(name: &str, given: &[usize], expected: Vec<String>, what: &str) -> PyErr {
+    let colon = if what.is_empty() || what.starts_with(';') {
         ""
+    } else {
+        ": "
     };
     ArgumentError::new_err(format!(
-        "`{name}` has the shape {}: expected {expected}{colon}{what}{advice}",
-        shape_of(given)
+        "`{name}` has the shape {}: expected {}{colon}{what}",
+        shape_of(given),
+        expected.join(" or ")
     ))
 }
 

@@ -64,6 +64,7 @@ struct Expected {
     dof: Option<usize>,
     base: BaseKind,
     sensors: usize,
+    uses_effort: bool,
 }
 
 #[pymethods]
@@ -185,6 +186,7 @@ fn set_up(
         dof: robot.map(tactid_dynamics::Manipulator::dof),
         base: setup.robot.base_kind(),
         sensors: setup.sensors.len(),
+        uses_effort: setup.settings.method.uses_effort(),
     };
     Ok((setup, expects))
 }
@@ -225,7 +227,8 @@ impl Samples {
         wrench: Argument<'_, '_>,
         base: [Argument<'_, '_>; 3],
     ) -> PyResult<Self> {
-        check_given(expects, joints[0], wrench, base)?;
+        check_given(expects, joints, wrench)?;
+        check_base(expects, base)?;
         let [q, qd, effort] = read_joints(joints, expects.dof)?;
         let [pose, twist, acceleration] = base;
         let acceleration = acceleration.map(|given| Series::read(given, "acceleration", &[6]));
@@ -298,12 +301,11 @@ impl Samples {
     }
 }
 
-/// Checks that a sample has the joints, the wrenches and the motion of the base that it needs.
+/// Checks that a sample has the joints and the wrenches that it needs.
 fn check_given(
     expects: Expected,
-    q: Argument<'_, '_>,
+    [q, _, effort]: [Argument<'_, '_>; 3],
     wrench: Argument<'_, '_>,
-    base: [Argument<'_, '_>; 3],
 ) -> PyResult<()> {
     if let (Some(dof @ 1..), None) = (expects.dof, q) {
         return Err(ArgumentError::new_err(format!(
@@ -314,10 +316,15 @@ fn check_given(
         let sensors = expects.sensors;
         let plural = if sensors == 1 { "" } else { "s" };
         return Err(ArgumentError::new_err(format!(
-            "`wrench` is missing: there is that of {sensors} sensor{plural} to give"
+            "`wrench` is missing: each sample has that of {sensors} sensor{plural}"
         )));
     }
-    check_base(expects, base)
+    if expects.uses_effort && effort.is_none() {
+        return Err(ArgumentError::new_err(
+            "`effort` is missing: the method uses the efforts of the joints",
+        ));
+    }
+    Ok(())
 }
 
 /// Checks that the motion of the base, or of the sensor without a robot, is complete, and absent for a fixed base.

@@ -24,7 +24,7 @@ pub(crate) fn urdf_text(given: &Bound<'_, PyAny>) -> PyResult<String> {
     let Ok(path) = given.extract::<PathBuf>() else {
         let kind = given.get_type().name()?;
         return Err(ArgumentError::new_err(format!(
-            "a URDF is its text, which begins with `<`, or the path of its file, but not a {kind}"
+            "a URDF is given as its text, which begins with `<`, or as the path of its file, but not as {kind}"
         )));
     };
     std::fs::read_to_string(&path).map_err(|error| {

@@ -111,13 +111,21 @@ fn a_missing_array_is_named() {
     let error = recording.error(|r| r.times_s.clear());
     assert!(matches!(error, RecordingError::NoSamples), "{error}");
     type Change = fn(&mut Recording);
+    let effort = Request {
+        method: Some(Method::Effort),
+        ..Request::default()
+    };
+    match recording.identify(&effort).unwrap_err() {
+        RecordingError::MissingArray { name, .. } => assert_eq!(name, "joint_effort"),
+        other => panic!("{other}"),
+    }
     let cases: [(&str, Change); 3] = [
         ("joint_position", |r| r.joint_position.clear()),
         ("wrenches", |r| {
             r.wrenches.clear();
             r.joint_effort.clone_from(&r.joint_position);
         }),
-        ("joint_effort", |r| {
+        ("wrenches", |r| {
             r.wrenches.clear();
             r.sensors = None;
         }),

@@ -1,5 +1,7 @@
 """Identification sample by sample: least squares, and the paper's filter."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Any
 

@@ -4,6 +4,8 @@ A field of :class:`Options` is a keyword of ``tactid.identify`` and an option of
 ``tactid identify``, and crosses to Rust by its name. All defaults are Rust's: None stands for them.
 """
 
+from __future__ import annotations
+
 import difflib
 import os
 from collections.abc import Mapping, Sequence
@@ -291,7 +293,9 @@ def collect(
             apply.
     """
     if options is not None and not isinstance(options, Options):
-        raise ArgumentError(f"`options` is a {type(options).__name__}: expected tactid.Options")
+        raise ArgumentError(
+            f"`options` is of type {type(options).__name__}: expected tactid.Options"
+        )
     every, allowed = option_names(), option_names(use)
     for name in keywords:
         if name not in every:

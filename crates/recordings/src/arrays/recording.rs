@@ -32,7 +32,10 @@ impl<'a> ArrayRecording<'a> {
         let contents = contents(arrays, arrays.has_robot(request), &timeline);
         let options = Options::resolve(request, &contents);
         check_tip(&robot, &options.tip)?;
-        arrays.check_method(options.method())?;
+        if request.method.is_none() {
+            arrays.check_load()?;
+        }
+        arrays.check_method(options.method(), &robot)?;
         let mut sensors = sensors(arrays, &options.tip);
         arrays.check_wrenches(sensors.len())?;
         if !options.method().uses_wrench() {
