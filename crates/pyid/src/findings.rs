@@ -5,7 +5,7 @@ use pyo3::types::PyDict;
 use tactid_identify::WrenchOffset;
 use tactid_recordings::{Finding, NotUsedBecause, TwistAxes, VelocityCause};
 
-use crate::errors::{keyword_of, option_of};
+use crate::keywords::{keyword_of, option_of};
 
 /// The kind of a finding, and its data.
 pub(crate) type FindingData = (&'static str, Py<PyDict>);

@@ -1,12 +1,13 @@
 //! Defaults of all options, for logs and arrays alike.
 
 use nalgebra::Vector3;
+use tactid_dynamics::Manipulator;
 use tactid_identify::{EquationSettings, GRAVITY, Method};
 
-use crate::{ActsOn, Estimator, Finding, NotUsedBecause, Request};
+use crate::{ActsOn, Estimator, Finding, NotUsedBecause, RecordingError, Request};
 
 /// The end-effector frame of a robot where a request names none, as ROS-Industrial names it.
-pub const DEFAULT_TIP: &str = "tool0";
+pub(crate) const DEFAULT_TIP: &str = "tool0";
 /// Number of periods of the slowest stream that are bridged.
 const GAP_PERIODS: f64 = 5.0;
 /// Period that is assumed where no stream has two messages, s.
@@ -31,6 +32,8 @@ pub(crate) struct Contents {
     pub(crate) motion: Motion,
     pub(crate) has_wrenches: bool,
     pub(crate) has_efforts: bool,
+    /// Whether there is an unloaded reference, whose efforts are subtracted.
+    pub(crate) has_unloaded: bool,
     /// Frame of the sensor where there is no robot.
     pub(crate) sensor_frame: String,
     /// Period of the slowest stream of joints and base, s; `None` where no stream has two messages.
@@ -89,7 +92,7 @@ impl Options {
         // The paper's filter assumes clocks that agree, and has the paper's filter settings.
         let is_paper = matches!(estimator, Estimator::Paper(_));
         let mut equations = request.equation_settings(method);
-        equations.effort_is_net = request.unloaded.is_some();
+        equations.effort_is_net = contents.has_unloaded;
         if !method.uses_wrench() {
             equations.wrench_noise.clear();
         }
@@ -201,6 +204,20 @@ impl Options {
     }
 }
 
+/// Checks that a robot has the end-effector frame.
+///
+/// # Errors
+/// Returns [`RecordingError::UnknownTip`] if it does not have it.
+pub(crate) fn check_tip(robot: &Manipulator, tip: &str) -> Result<(), RecordingError> {
+    if robot.frame(tip).is_ok() {
+        return Ok(());
+    }
+    Err(RecordingError::UnknownTip {
+        tip: tip.to_owned(),
+        links: robot.frame_names().collect::<Vec<_>>().join(", "),
+    })
+}
+
 /// Tactile where there are wrenches, else effort. The combined method uses efforts where they are measured.
 fn method(requested: Option<Method>, contents: &Contents) -> Method {
     match requested {
@@ -229,6 +246,7 @@ mod tests {
             motion,
             has_wrenches: true,
             has_efforts: false,
+            has_unloaded: false,
             sensor_frame: "ft_sensor".to_owned(),
             motion_period_s: Some(0.002),
             acceleration_period_s: Some(0.02),

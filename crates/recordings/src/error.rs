@@ -282,9 +282,31 @@ pub enum RecordingError {
         /// Why it is needed.
         reason: &'static str,
     },
+    /// The robot does not have the end-effector frame.
+    #[error(
+        "the robot has no link `{tip}`, which is to be the end-effector frame; its links are: {links}"
+    )]
+    UnknownTip {
+        /// The end-effector frame, as requested or by default.
+        tip: String,
+        /// The links of the robot.
+        links: String,
+    },
+    /// A robot is given twice for arrays: as a model, and as the URDF of the request.
+    #[error("`robot` and the request's `urdf` are both given: give one of them")]
+    RobotTwice,
+    /// The motion of a base is given for a robot whose base is fixed.
+    #[error(
+        "`{name}` is about a base that moves, but that of the robot is fixed: load the robot with \
+         `BaseKind::Floating`; for a fixed base that is tilted, give gravity in the axes of the base"
+    )]
+    BaseIsFixed {
+        /// Name of the field of [`Arrays`](crate::Arrays).
+        name: &'static str,
+    },
     /// The request for arrays has an option that only a log can use; the name of the field.
     #[error(
-        "`{0}` of the request is for logs only: arrays have no topics, and bring their robot with them"
+        "`{0}` of the request is for logs only: arrays have no topics, and bring their unloaded reference with them"
     )]
     NotForArrays(&'static str),
 }

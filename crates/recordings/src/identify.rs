@@ -50,9 +50,12 @@ pub fn identify_log(
 /// # Errors
 /// Returns [`RecordingError::NotForArrays`] if the request asks for what only a log has,
 /// [`RecordingError::NoSamples`], [`RecordingError::ArrayLength`] or [`RecordingError::MissingArray`] if the arrays do
-/// not fit each other, the robot or the method, [`RecordingError::EffortGains`] if the gains are not as many as the
-/// joints, [`RecordingError::Identify`] if a value of the request is out of range, [`RecordingError::NoOverlap`] if no
-/// sample has all values, and the errors of too little data that [`identify_log`] lists.
+/// not fit each other, the robot or the method, [`RecordingError::RobotTwice`], [`RecordingError::BaseIsFixed`] or
+/// [`RecordingError::UnknownTip`] if they do not fit the robot, [`RecordingError::UnloadedNeedsEffort`],
+/// [`RecordingError::NoSharedMotion`] or [`RecordingError::OtherMotion`] if the unloaded reference does not fit,
+/// [`RecordingError::EffortGains`] if the gains are not as many as the joints, [`RecordingError::Identify`] if a value
+/// of the request is out of range, [`RecordingError::NoOverlap`] if no sample has all values, and the errors of too
+/// little data that [`identify_log`] lists.
 ///
 /// Values that are not finite and times that do not increase are no error, but are counted in
 /// [`Identification::faults`] under the name of the array.

@@ -64,6 +64,7 @@ mod finding;
 mod identification;
 mod identify;
 mod log;
+mod online;
 mod plan;
 mod preview;
 mod progress;
@@ -75,15 +76,15 @@ mod shortage;
 mod sources;
 mod unloaded;
 
-pub use arrays::Arrays;
+pub use arrays::{Arrays, UnloadedArrays};
 pub use clock::Clock;
-pub use defaults::DEFAULT_TIP;
 pub use error::{RecordingError, TimeUnit, TopicKind};
 pub use estimates::write_estimates;
 pub use fault::{DataFault, FaultKind};
 pub use finding::{Finding, NotUsedBecause, TwistAxes, VelocityCause};
 pub use identification::Identification;
 pub use identify::{identify_arrays, identify_log};
+pub use online::OnlineSetup;
 pub use progress::{Observer, Progress};
 pub use request::{ActsOn, Estimator, Request, Topics};
 pub use tactid_identify::{

@@ -59,7 +59,8 @@ pub struct Request {
     /// End-effector frame, a link of the robot. Default: `tool0`; without a robot, the frame of the first wrench
     /// (`sensor` for arrays).
     pub tip: Option<String>,
-    /// The robot's URDF as text, for logs. Default: the robot description in the log.
+    /// The robot's URDF as text. Default: the robot description in the log; the robot of the arrays. Its base is
+    /// fixed, unless the motion of the base is measured.
     pub urdf: Option<String>,
     /// Topics to read, for logs.
     pub topics: Topics,
@@ -90,7 +91,8 @@ pub struct Request {
     /// Effort of a joint in N m (N) for one unit of the recorded value, one entry for each joint in the
     /// robot's order. Default: 1.
     pub effort_gain: Option<Vec<f64>>,
-    /// Log of the same motion without the payload, whose efforts are subtracted; for logs, by the effort method.
+    /// Log of the same motion without the payload, whose efforts are subtracted by the effort method; for logs, as
+    /// [`Arrays::unloaded`](crate::Arrays::unloaded) is for arrays.
     pub unloaded: Option<PathBuf>,
     /// A known body that the measured load contains besides the payload, in the tool frame: it is
     /// subtracted.
@@ -109,18 +111,6 @@ impl Request {
             estimator: Some(Estimator::Paper(PaperSettings::default())),
             ..Self::default()
         }
-    }
-
-    /// Returns the settings of an online solver, with defaults for what is left open: nothing is chosen from data.
-    /// `effort` says whether the samples of [`Method::Combined`] have efforts.
-    ///
-    /// The solvers check the values. Fields that an online solver does not have are not used.
-    #[must_use]
-    pub fn online_settings(&self, effort: bool) -> EquationSettings {
-        self.equation_settings(match self.method.unwrap_or_default() {
-            Method::Combined { .. } => Method::Combined { effort },
-            other => other,
-        })
     }
 
     /// Returns the settings of the equations for a method, with their own defaults for what is left open.

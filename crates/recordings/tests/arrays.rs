@@ -111,6 +111,14 @@ fn a_missing_array_is_named() {
     let error = recording.error(|r| r.times_s.clear());
     assert!(matches!(error, RecordingError::NoSamples), "{error}");
     type Change = fn(&mut Recording);
+    let effort = Request {
+        method: Some(Method::Effort),
+        ..Request::default()
+    };
+    match recording.identify(&effort).unwrap_err() {
+        RecordingError::MissingArray { name, .. } => assert_eq!(name, "joint_effort"),
+        other => panic!("{other}"),
+    }
     let cases: [(&str, Change); 4] = [
         ("joint_position", |r| r.joint_position.clear()),
         ("poses", |r| {
@@ -121,7 +129,7 @@ fn a_missing_array_is_named() {
             r.wrenches.clear();
             r.joint_effort.clone_from(&r.joint_position);
         }),
-        ("joint_effort", |r| {
+        ("wrenches", |r| {
             r.wrenches.clear();
             r.sensors = None;
         }),
@@ -280,6 +288,8 @@ fn efforts_are_the_default_without_wrenches() {
     recording.robot = Some(experiment.robot());
     recording.joint_effort = vec![0.0; recording.joint_position.len()];
     recording.wrenches.clear();
+    recording.poses.clear();
+    recording.twists.clear();
     recording.sensors = None;
     let result = recording.identify(&quick()).unwrap();
     assert_eq!(result.method, Method::Effort);

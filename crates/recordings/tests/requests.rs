@@ -6,10 +6,10 @@ mod recorded_arrays;
 
 use nalgebra::{Matrix3, Vector3};
 use recorded_arrays::{CARRIED_KG, Recording, carried, quick, recorded};
-use tactid_dynamics::MassProperties;
-use tactid_identify::{EquationSettings, Finding as Data, IdentifyError};
+use tactid_dynamics::{MassProperties, Wrench};
+use tactid_identify::{EquationSettings, Finding as Data, IdentifyError, Sample, states_of_poses};
 use tactid_recordings::{
-    ActsOn, Estimator, Finding, Method, PaperSettings, RecordingError, Request,
+    ActsOn, Estimator, Finding, Method, OnlineSetup, PaperSettings, RecordingError, Request,
 };
 
 /// The paper's filter has the paper's cutoff, gap and delay, as on a log.
@@ -119,12 +119,11 @@ fn wrenches_may_act_on_the_sensor() {
 /// Options that only a log can use are errors for arrays.
 #[test]
 fn options_for_logs_are_rejected() {
-    let mut requests = vec![Request::default(); 3];
-    requests[0].urdf = Some(String::new());
-    requests[1].unloaded = Some("empty.mcap".into());
-    requests[2].topics.imu = Some("/imu".to_owned());
+    let mut requests = vec![Request::default(); 2];
+    requests[0].unloaded = Some("empty.mcap".into());
+    requests[1].topics.imu = Some("/imu".to_owned());
     let recording = recorded();
-    for (request, expected) in requests.iter().zip(["urdf", "unloaded", "topics.imu"]) {
+    for (request, expected) in requests.iter().zip(["unloaded", "topics.imu"]) {
         match recording.identify(request) {
             Err(RecordingError::NotForArrays(name)) => assert_eq!(name, expected),
             other => panic!("{other:?}"),
@@ -240,15 +239,58 @@ fn counts_of_noise_are_checked() {
 /// An online solver has the defaults of the equations where the request leaves a choice open, and the samples
 /// say whether the combined method has efforts.
 #[test]
-fn online_settings_choose_nothing_from_data() {
-    let open = Request::default().online_settings(true);
-    assert_eq!(open, EquationSettings::default());
+fn an_online_setup_chooses_nothing_from_data() {
+    let robot = recorded().robot.unwrap();
+    let setup = |request: &Request, effort| OnlineSetup::new(request, Some(&robot), None, effort);
+    let open = setup(&Request::default(), true);
+    assert_eq!(open.settings, EquationSettings::default());
+    assert_eq!(
+        (open.tip.as_str(), &open.sensors[..]),
+        ("tool0", &["tool0".to_owned()][..])
+    );
     let request = Request {
         method: Some(Method::Combined { effort: true }),
         cutoff_hz: Some(3.0),
         ..Request::default()
     };
-    let settings = request.online_settings(false);
-    assert_eq!(settings.method, Method::Combined { effort: false });
-    assert_eq!(settings.cutoff_hz, 3.0);
+    let combined = setup(&request, false);
+    assert_eq!(combined.settings.method, Method::Combined { effort: false });
+    assert_eq!(combined.settings.cutoff_hz, 3.0);
+    assert!(combined.sensors.is_empty());
+}
+
+/// A sensor without a robot is on the ground, and is the tip; online it gives what its recording gives.
+#[test]
+fn a_sensor_alone_is_identified_online() {
+    let setup = OnlineSetup::new(&Request::default(), None, None, true);
+    assert_eq!(setup.settings.gravity, Some(Vector3::new(0.0, 0.0, -9.81)));
+    assert_eq!(
+        (setup.tip.as_str(), &setup.sensors[..]),
+        ("sensor", &["sensor".to_owned()][..])
+    );
+    let mut identifier = setup.identifier().unwrap();
+    let recording = carried();
+    let states = states_of_poses(&recording.times_s, &recording.poses);
+    let wrenches = recording.wrenches.chunks_exact(6);
+    for ((&time_s, &base), six) in recording.times_s.iter().zip(&states).zip(wrenches) {
+        let wrench = Wrench {
+            force: Vector3::from_column_slice(&six[..3]),
+            moment: Vector3::from_column_slice(&six[3..]),
+        };
+        identifier
+            .push(&Sample {
+                time_s,
+                base,
+                joint_position: &[],
+                joint_velocity: &[],
+                joint_effort: &[],
+                wrenches: &[wrench],
+            })
+            .unwrap();
+    }
+    identifier.finish();
+    let estimate = identifier.estimate();
+    assert_eq!(&*estimate.frame, "sensor");
+    let mass_kg = estimate.body.mass_kg;
+    assert!((mass_kg - CARRIED_KG).abs() < 1e-3, "{mass_kg}");
 }

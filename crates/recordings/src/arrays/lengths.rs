@@ -1,6 +1,7 @@
 //! Checks of the lengths of arrays.
 
-use tactid_dynamics::Manipulator;
+use tactid_dynamics::{BaseKind, Manipulator};
+use tactid_identify::IdentifyError;
 
 use super::fields::Arrays;
 use crate::{Method, RecordingError};
@@ -48,11 +49,33 @@ impl Arrays<'_> {
         Ok(())
     }
 
+    /// Checks that something measures the load.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::MissingArray`] if there are neither wrenches nor joint efforts.
+    pub(super) fn check_load(&self) -> Result<(), RecordingError> {
+        if self.wrenches.is_empty() && self.joint_effort.is_empty() {
+            return Err(RecordingError::MissingArray {
+                name: "wrenches",
+                reason: "nothing measures the load: give wrenches, or the efforts of the joints",
+            });
+        }
+        Ok(())
+    }
+
     /// Checks that there are the arrays that a method needs.
     ///
     /// # Errors
-    /// Returns [`RecordingError::MissingArray`] if the efforts or the motion of the base are missing.
-    pub(super) fn check_method(&self, method: Method) -> Result<(), RecordingError> {
+    /// Returns [`RecordingError::MissingArray`] if the efforts or the motion of the base are missing, and
+    /// [`IdentifyError::FixedBase`] if the method needs a base that moves.
+    pub(super) fn check_method(
+        &self,
+        method: Method,
+        robot: &Manipulator,
+    ) -> Result<(), RecordingError> {
+        if method == Method::JointSensing && robot.base_kind() == BaseKind::Fixed {
+            return Err(IdentifyError::FixedBase.into());
+        }
         if method == Method::Effort && self.joint_effort.is_empty() {
             return Err(RecordingError::MissingArray {
                 name: "joint_effort",
@@ -90,7 +113,7 @@ impl Arrays<'_> {
 }
 
 /// Checks that an array has as many entries as the product of some factors, given with their names.
-fn check_length(
+pub(super) fn check_length(
     name: &'static str,
     given: usize,
     factors: &[(usize, &str)],

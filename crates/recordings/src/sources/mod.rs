@@ -8,7 +8,7 @@ use tactid_dynamics::{FrameId, Manipulator, ModelError};
 use tactid_logs::LogReader;
 use tactid_logs::messages::{Imu, JointState, Odometry, WrenchStamped};
 
-use crate::defaults::{Contents, Options};
+use crate::defaults::{Contents, Options, check_tip};
 use crate::{Finding, RecordingError, Request};
 use frames::StaticTransforms;
 pub(crate) use topics::{MeasuredTopics, MotionTopics, joint_topics, times_ns};
@@ -38,6 +38,7 @@ impl LogSources {
             motion: topics.motion_kind(),
             has_wrenches: !topics.wrenches.is_empty(),
             has_efforts: topics.has_efforts,
+            has_unloaded: request.unloaded.is_some(),
             sensor_frame: frames.sensor(),
             motion_period_s: slowest_period_s(log, &topics.motion_topics()),
             acceleration_period_s: slowest_period_s(log, topics.acceleration()),
@@ -47,7 +48,7 @@ impl LogSources {
         let robot = match &topics.motion {
             MotionTopics::Joints { base_odometry, .. } => {
                 let robot = robot::robot(log, request.urdf.as_ref(), base_odometry.as_ref())?;
-                robot.frame(&options.tip)?;
+                check_tip(&robot, &options.tip)?;
                 robot
             }
             _ if request.urdf.is_some() => {
