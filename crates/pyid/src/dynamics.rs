@@ -65,6 +65,8 @@ impl Manipulator {
     ///     base: ``"floating"`` for a spacecraft, ``"fixed"`` for a robot that is bolted down.
     ///     base_link: Link to take as the base, with what hangs below it; the root where left out.
     ///
+    /// A link without ``<inertial>`` has no mass: enough for poses, and for identification from wrenches.
+    ///
     /// Raises:
     ///     ModelError: It cannot be read, or a link or joint is impossible; the message names it.
     #[staticmethod]
@@ -215,6 +217,7 @@ impl Manipulator {
     ///
     /// Raises:
     ///     ArgumentError: A shape does not fit.
+    ///     ModelError: A link that moves has no mass.
     #[pyo3(signature = (q, qd=None, qdd=None, *, base_pose=None, base_twist=None, base_acceleration=None, gravity=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn inverse_dynamics<'py>(
@@ -228,6 +231,7 @@ impl Manipulator {
         base_acceleration: Argument<'_, 'py>,
         gravity: Argument<'_, 'py>,
     ) -> PyResult<(Array<'py>, Array<'py>)> {
+        self.check_masses()?;
         let gravity = Series::read_or_zero(gravity, "gravity", 3)?;
         let gravity = Vector3::from_column_slice(gravity.single()?);
         let states = States::read(&self.0, q, qd, qdd)?.with_base(
@@ -260,6 +264,7 @@ impl Manipulator {
     ///
     /// Raises:
     ///     ArgumentError: A shape does not fit.
+    ///     ModelError: A link that moves, or the floating base, has no mass.
     #[pyo3(signature = (q, qd=None, qdd=None, *, base_pose=None, base_twist=None))]
     fn base_acceleration<'py>(
         &self,
@@ -270,6 +275,7 @@ impl Manipulator {
         base_pose: Argument<'_, 'py>,
         base_twist: Argument<'_, 'py>,
     ) -> PyResult<Array<'py>> {
+        self.check_masses()?;
         let states = States::read(&self.0, q, qd, qdd)?.with_base(base_pose, base_twist, None)?;
         let samples = states.samples()?;
         let mut values = Vec::new();
@@ -295,6 +301,7 @@ impl Manipulator {
     ///
     /// Raises:
     ///     ArgumentError: A shape does not fit.
+    ///     ModelError: A link that moves, or the floating base, has no mass.
     #[pyo3(signature = (q, qd=None, *, base_pose=None, base_twist=None))]
     fn momentum<'py>(
         &self,
@@ -304,6 +311,7 @@ impl Manipulator {
         base_pose: Argument<'_, 'py>,
         base_twist: Argument<'_, 'py>,
     ) -> PyResult<Array<'py>> {
+        self.check_masses()?;
         let states = States::read(&self.0, q, qd, None)?.with_base(base_pose, base_twist, None)?;
         let samples = states.samples()?;
         let mut values = Vec::new();
@@ -325,6 +333,13 @@ impl Manipulator {
             self.0.frame_names().count(),
             self.0.mass()
         )
+    }
+}
+
+impl Manipulator {
+    /// Checks that the dynamics know the mass of every body that moves.
+    fn check_masses(&self) -> PyResult<()> {
+        self.0.check_masses().map_err(IntoPyErr::into_py_err)
     }
 }
 

@@ -103,7 +103,9 @@ impl IntoPyErr for IdentifyError {
                 option_error(message, "estimator")
             }
             Self::WrenchCount { .. } => ArgumentError::new_err(message),
-            Self::NoWrench | Self::FixedBase => IdentificationError::new_err((message, "method")),
+            Self::NoWrench | Self::FixedBase | Self::NoMasses { .. } => {
+                IdentificationError::new_err((message, "method"))
+            }
             Self::TooFewWindows { .. } | Self::TooFewSamples { .. } => {
                 IdentificationError::new_err((message, "cutoff"))
             }

@@ -7,6 +7,7 @@ mod arrays;
 mod dynamics;
 mod errors;
 mod estimators;
+mod experiment_fields;
 mod faults;
 mod findings;
 mod identification;

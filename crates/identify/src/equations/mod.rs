@@ -21,5 +21,5 @@ pub mod window;
 pub use channels::{Channel, Channels, KnownNoise};
 pub use equation::{Equation, Row};
 pub use sample::{BaseState, Sample, states_of_poses};
-pub use settings::{EquationSettings, GRAVITY};
+pub use settings::EquationSettings;
 pub use stream::{EquationStream, PushOutcome};

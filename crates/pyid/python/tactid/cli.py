@@ -15,11 +15,13 @@ from tactid import table
 from tactid._native import VERSION, Experiment
 from tactid._native import info as log_info
 from tactid._native import simulate as simulate_experiment
+from tactid.compare_command import compare_recording
 from tactid.console import interruptible, notes, print_whole, progress
 from tactid.errors import ArgumentError, ExperimentError, TactidError
 from tactid.identify_command import identify_recording
 from tactid.options import Estimator
 from tactid.output_files import check_outputs
+from tactid.truth import momentum_drift
 
 app = typer.Typer(
     name="tactid",
@@ -150,9 +152,7 @@ def run_simulation(
         report = simulate_experiment(chosen, out, progress=done)
     notes.print(
         f"Wrote {out}: {report.simulated_time:g} s in {report.wall_time:.1f} s,"
-        f" grasp drift {report.grasp_drift * 1e6:.1f} µm,"
-        f" momentum drift {report.linear_momentum_drift:.1e} (linear)"
-        f" {report.angular_momentum_drift:.1e} (angular)."
+        f" grasp drift {report.grasp_drift * 1e6:.1f} µm, momentum drift {momentum_drift(report)}."
     )
 
 
@@ -163,6 +163,7 @@ def _urdf_file(experiment: Experiment) -> Path | None:
 
 
 app.command("identify")(identify_recording)
+app.command("compare")(compare_recording)
 
 
 @app.command("info")
