@@ -52,13 +52,14 @@ def test_what_a_recording_does_not_permit_is_a_reason(command: TactidCommand, lo
     assert "NLMS" not in done.stdout
 
 
-def test_arrays_are_compared() -> None:
+def test_arrays_are_compared(rng: np.random.Generator) -> None:
     """A sensor whose own pose is measured has no joints: only its wrenches count."""
     time = np.arange(0.0, 6.0, 0.01)
     pose = np.tile(np.eye(4), (len(time), 1, 1))
     pose[:, :3, :3] = wrist.turned(time, 0.0)
     force = 2.0 * np.swapaxes(pose[:, :3, :3], 1, 2) @ [0.0, 0.0, 9.81]
-    wrench = np.hstack([force, np.cross([0.0, 0.0, 0.1], force)])
+    wrench = np.hstack([force, np.zeros_like(force)])  # a point mass in the sensor's origin
+    wrench += rng.normal(size=wrench.shape) * [0.1, 0.1, 0.1, 0.01, 0.01, 0.01]
     attempts = tactid.compare(time, pose=pose, wrench=wrench)
     possible = {a.title: a.result.estimate.body.mass for a in attempts if a.result is not None}
     assert possible["tactile"] == pytest.approx(2.0, rel=0.02)

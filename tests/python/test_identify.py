@@ -214,7 +214,7 @@ def test_impossible_experiments_are_refused() -> None:
     with pytest.raises(tactid.ExperimentError, match="line 1"):
         tactid.Experiment.from_toml("sped = 1")
     with pytest.raises(
-        tactid.ExperimentError, match='expected "identifiable", "table1", or a list'
+        tactid.ExperimentError, match='expected "identifiable", "table1" or a list'
     ):
         tactid.Experiment.paper().replace(posture="table2")
     with pytest.raises(tactid.ExperimentError):

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyMapping, PyString};
 use tactid_dynamics::symmetric_entries;
-use tactid_sim::Experiment;
+use tactid_sim::{Experiment, Posture};
 use toml::{Table, Value};
 
 use crate::errors::{ExperimentError, IntoPyErr};
@@ -19,6 +19,8 @@ const VALUES: [(&str, &str); 5] = [
     ("step", "step_s"),
     ("gravity", "gravity_m_s2"),
 ];
+/// What a posture may be.
+const POSTURE: &str = "\"identifiable\", \"table1\" or a list of one number for each joint";
 /// Keyword of the frequency of every driven joint, which is not a field of its own in the file.
 const FREQUENCY: &str = "frequency";
 /// Keywords of tables, which have the names of the tables in the experiment's file.
@@ -51,7 +53,11 @@ pub(crate) fn replaced(
         if name == FREQUENCY {
             frequency_hz = Some(number(&name, &value)?);
         } else if let Some((_, field)) = field {
-            document.insert((*field).to_owned(), read(&name, &value)?);
+            let read = read(&name, &value)?;
+            if name == "posture" && read.clone().try_into::<Posture>().is_err() {
+                return Err(wrong(&name, &value, POSTURE));
+            }
+            document.insert((*field).to_owned(), read);
         } else {
             merge(
                 &mut document,
