@@ -6,6 +6,7 @@ import doctest
 import inspect
 import subprocess
 import sys
+import tomllib
 from graphlib import TopologicalSorter
 from importlib import metadata
 from pathlib import Path
@@ -15,6 +16,7 @@ import pytest
 import tactid
 
 PACKAGE = Path(tactid.__file__).parent
+ROOT = Path(__file__).parents[2]
 
 
 def test_the_packages_example_runs() -> None:
@@ -24,12 +26,33 @@ def test_the_packages_example_runs() -> None:
 
 
 def test_the_readmes_examples_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    readme = (Path(__file__).parents[2] / "README.md").read_text()
-    examples = [part.split("```")[0] for part in readme.split("```python\n")[1:]]
+    examples = readme_blocks("python")
     assert examples
     monkeypatch.chdir(tmp_path)
     for example in examples:
         exec(compile(example, "README.md", "exec"), {})
+
+
+def readme_blocks(language: str) -> list[str]:
+    readme = (ROOT / "README.md").read_text()
+    return [part.split("```")[0] for part in readme.split(f"```{language}\n")[1:]]
+
+
+def test_the_readmes_manifest_has_the_workspaces_versions() -> None:
+    """What a controller's Cargo.toml needs is what the workspace says of itself."""
+    manifest, _ = map(tomllib.loads, readme_blocks("toml"))
+    workspace = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]
+    crate = manifest["dependencies"]["tactid-identify"]
+    assert crate["version"] == workspace["package"]["version"]
+    assert (ROOT / crate["path"].removeprefix("../tactid/")).is_dir()
+    assert manifest["dependencies"]["nalgebra"] == workspace["dependencies"]["nalgebra"]
+    readme = (ROOT / "README.md").read_text()
+    assert f"Rust {workspace['package']['rust-version']} or newer" in readme
+
+
+def test_the_readmes_experiment_is_one() -> None:
+    _, experiment = readme_blocks("toml")
+    assert tactid.Experiment.from_toml(experiment).base == "fixed"
 
 
 def test_the_version_is_the_distributions() -> None:
