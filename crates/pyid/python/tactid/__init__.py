@@ -53,7 +53,6 @@ from tactid._native import (
     Topic,
     info,
     read,
-    simulate,
     wrench_regressor,
 )
 from tactid.errors import (
@@ -69,11 +68,9 @@ from tactid.faults import DataFault
 from tactid.identification import (
     Channel,
     Delay,
-    Finding,
     Fit,
     Forecast,
     History,
-    Identification,
     KnownMass,
     PaperSettings,
     PayloadEstimate,
@@ -84,6 +81,10 @@ from tactid.identification import (
 from tactid.offline import identify
 from tactid.online import Identifier, PaperFilter
 from tactid.options import Options
+from tactid.result import Identification
+from tactid.result_json import schema as result_schema
+from tactid.simulation import simulate
+from tactid.wording import Finding
 
 __version__ = VERSION
 
@@ -129,6 +130,7 @@ __all__ = [
     "identify",
     "info",
     "read",
+    "result_schema",
     "simulate",
     "wrench_regressor",
 ]

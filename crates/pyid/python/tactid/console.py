@@ -3,12 +3,41 @@
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import typer
 from rich.console import Console
-from rich.measure import Measurement
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
+from typer.core import TyperCommand, TyperGroup
+
+from tactid.table import whole_width
+
+FLAG = ""
+"""Placeholder of an option without a value in the help of a command."""
+
+
+class Command(TyperCommand):
+    """A command whose help shows ``--help`` as an option without a value."""
+
+    def get_help_option(self, ctx: Any) -> Any:
+        """Returns the option ``--help``."""
+        return _without_value(super().get_help_option(ctx))
+
+
+class Group(TyperGroup):
+    """A group of commands whose help shows ``--help`` as an option without a value."""
+
+    def get_help_option(self, ctx: Any) -> Any:
+        """Returns the option ``--help``."""
+        return _without_value(super().get_help_option(ctx))
+
+
+def _without_value(option: Any) -> Any:
+    if option is not None:
+        option.metavar = FLAG
+    return option
+
 
 notes = Console(stderr=True, highlight=False, soft_wrap=True)
 
@@ -16,8 +45,7 @@ notes = Console(stderr=True, highlight=False, soft_wrap=True)
 def print_whole(table: Table) -> None:
     """Prints a table on standard output without truncating cells, in a narrow terminal too."""
     console = Console()
-    needed = Measurement.get(console, console.options.update(max_width=1000), table).maximum
-    console.width = max(console.width, needed)
+    console.width = max(console.width, whole_width(table, console))
     console.print(table, soft_wrap=True)
 
 
