@@ -1,13 +1,17 @@
 """Findings, faults and advice in words."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from tactid import Finding, wording
+import doubles
+from expectations import assert_fits_schema
+from tactid import Finding, remarks, result_json
 from tactid.faults import PHRASES, DataFault
-from tactid.wording import FINDING_KINDS, finding, motion_advice
+from tactid.remarks import motion_advice
+from tactid.wording import CONTRADICTIONS, DOUBTS, FINDING_KINDS, finding
 
 NATIVE = Path(__file__).parents[2] / "crates/pyid/src"
 
@@ -62,6 +66,8 @@ def test_every_finding_is_sentences() -> None:
         for style in ("keyword", "command-line"):
             assert re.fullmatch(r"\S.*\.", finding(each, style)), each.kind
         assert "--" not in finding(each)
+        assert str(each) == finding(each)
+    assert set(CONTRADICTIONS + DOUBTS) < set(FINDING_KINDS)
 
 
 @pytest.mark.parametrize(
@@ -104,7 +110,10 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
     assert "its x or y axis" in com
 
 
-def test_remarks_of_a_sound_result_are_none() -> None:
-    import doubles
+def test_the_schema_describes_the_data_of_every_finding() -> None:
+    found = replace(doubles.tactile(duration=4.0), findings=FINDINGS)
+    assert_fits_schema(result_json.record(found))
 
-    assert wording.remarks(doubles.tactile()) == []
+
+def test_remarks_of_a_sound_result_are_none() -> None:
+    assert remarks.remarks(doubles.tactile()) == []
