@@ -113,6 +113,14 @@ def test_remarks_damage_and_advice_are_shown() -> None:
     assert "Nothing was noticed" not in words
 
 
+def test_friction_is_named_where_efforts_are_measured() -> None:
+    sentence = "Friction in the joints is the usual reason for large residuals of joint efforts"
+    text = recording_report.render(doubles.effort(joints=1), style="command-line")
+    assert sentence in text
+    assert "--unloaded" in text
+    assert sentence not in recording_report.render(doubles.tactile(duration=2.0))
+
+
 @pytest.mark.parametrize("name", doubles.DEGENERATE)
 def test_whatever_was_found_there_is_a_report(name: str) -> None:
     assert re.search(r"\b(nan|inf)\b", degenerate(name).lower()) is None

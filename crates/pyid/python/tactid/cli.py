@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from typer.exceptions import TyperException
 
 from tactid import table
@@ -17,6 +16,7 @@ from tactid.console import (
     FLAG,
     Command,
     Group,
+    Results,
     interruptible,
     notes,
     print_whole,
@@ -191,7 +191,7 @@ def show_info(
 ) -> None:
     """Shows the topics of a log."""
     contents = log_info(log)
-    console = Console()
+    console = Results()
     topics = table.topics_table(contents)
     if console.is_terminal:
         console.print(topics, highlight=False)

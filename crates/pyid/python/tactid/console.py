@@ -39,12 +39,20 @@ def _without_value(option: Any) -> Any:
     return option
 
 
+class Results(Console):
+    """Standard output. The program decides what follows when its reader goes away."""
+
+    def on_broken_pipe(self) -> None:
+        """Raises ``BrokenPipeError``, where Rich would exit with code 1."""
+        raise BrokenPipeError
+
+
 notes = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
 def print_whole(table: Table) -> None:
     """Prints a table on standard output without truncating cells, in a narrow terminal too."""
-    console = Console()
+    console = Results()
     console.width = max(console.width, whole_width(table, console))
     console.print(table, soft_wrap=True)
 

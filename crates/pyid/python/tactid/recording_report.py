@@ -11,7 +11,7 @@ from tactid import body_plot, page, recording_plots, reported
 from tactid.errors import IdentificationError
 from tactid.files import write_atomically
 from tactid.identification import Fit, IdentificationData, PayloadEstimate
-from tactid.naming import Style
+from tactid.naming import Style, option_name
 from tactid.outlook import WITHIN, outlook
 from tactid.remarks import knowledge, remarks, wrench_offset
 from tactid.table import NOT_IDENTIFIABLE
@@ -38,6 +38,10 @@ CAPTIONS = {
     "frame. The payload should have about its size and attitude.",
     "point": "The centre of mass in the frame.",
 }
+
+FRICTION = """Friction in the joints is the usual reason for large residuals of joint efforts: no
+interval contains its error. An unloaded recording of the same motion ({option}) subtracts most of
+it."""
 
 
 def write_report(
@@ -68,6 +72,7 @@ def render(result: IdentificationData, within: float = WITHIN, style: Style = "k
 {_agreement(result.fit)}
 {figure("fit")}
 <h2>Residuals</h2>
+{_friction(result, style)}
 {figure("residuals")}"""
     return page.document(
         f"tactid: the payload at {result.estimate.frame}",
@@ -146,6 +151,12 @@ def _remarks(result: IdentificationData, style: Style) -> str:
     if not lines:
         return "<p>Nothing was noticed: see the held-out windows below.</p>"
     return f"<ul>{''.join(f'<li>{html.escape(line)}</li>' for line in lines)}</ul>"
+
+
+def _friction(result: IdentificationData, style: Style) -> str:
+    if result.method not in ("effort", "combined"):
+        return ""
+    return f"<p>{html.escape(FRICTION.format(option=option_name('unloaded', style)))}</p>"
 
 
 def _advice(result: IdentificationData, within: float) -> str:
