@@ -110,6 +110,23 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
     assert "its x or y axis" in com
 
 
+@pytest.mark.parametrize(
+    ("kind", "changed", "words"),
+    [
+        ("gravity_contradicted", {"residual_ratio": 0.135}, "its residuals are 14 % as large"),
+        ("gravity_contradicted", {"residual_ratio": 1e-9}, "residuals are under 0.001 % as large"),
+        ("acceleration_not_used", {"power_ratio": 2.5}, "residuals 50 % as large, power 250 %"),
+        ("delay_corrected", {}, "stamped 37.00 ms later than the motion: this delay was corrected"),
+        ("delay_corrected", {"applied_s": -0.012}, "stamped 12.00 ms earlier than the motion"),
+    ],
+)
+def test_a_finding_is_in_words_and_without_exponents(
+    kind: str, changed: dict[str, float], words: str
+) -> None:
+    (found,) = (each for each in FINDINGS if each.kind == kind)
+    assert words in finding(Finding(kind, {**found.data, **changed}))
+
+
 def test_the_schema_describes_the_data_of_every_finding() -> None:
     found = replace(doubles.tactile(duration=4.0), findings=FINDINGS)
     assert_fits_schema(result_json.record(found))

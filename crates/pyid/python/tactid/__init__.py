@@ -82,7 +82,7 @@ from tactid.offline import identify
 from tactid.online import Identifier, PaperFilter
 from tactid.options import Options
 from tactid.result import Identification
-from tactid.result_json import schema as result_schema
+from tactid.result_json import result_schema
 from tactid.simulation import simulate
 from tactid.wording import Finding
 

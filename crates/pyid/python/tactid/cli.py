@@ -14,7 +14,6 @@ from tactid._native import VERSION, Experiment
 from tactid._native import info as log_info
 from tactid.console import (
     FLAG,
-    Command,
     Group,
     Results,
     interruptible,
@@ -233,7 +232,3 @@ def show_view(
                 viewer.open_viewer(recording)
         else:
             notes.print(f"Wrote {save}: open it with rerun {save}")
-
-
-for command in app.registered_commands:
-    command.cls = Command

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperGroup
 
 from tactid.table import whole_width
 
@@ -17,20 +17,19 @@ FLAG = ""
 """Placeholder of an option without a value in the help of a command."""
 
 
-class Command(TyperCommand):
-    """A command whose help shows ``--help`` as an option without a value."""
-
-    def get_help_option(self, ctx: Any) -> Any:
-        """Returns the option ``--help``."""
-        return _without_value(super().get_help_option(ctx))
-
-
 class Group(TyperGroup):
     """A group of commands whose help shows ``--help`` as an option without a value."""
 
     def get_help_option(self, ctx: Any) -> Any:
-        """Returns the option ``--help``."""
+        """Returns the option ``--help`` of the group."""
         return _without_value(super().get_help_option(ctx))
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Returns a command of the group by its name; None where there is none."""
+        command = super().get_command(ctx, cmd_name)
+        if command is not None:
+            _without_value(command.get_help_option(ctx))
+        return command
 
 
 def _without_value(option: Any) -> Any:

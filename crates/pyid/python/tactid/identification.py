@@ -81,7 +81,10 @@ class PayloadEstimate:
 
     @property
     def body(self) -> MassProperties:
-        """The payload alone as a body in :attr:`frame`."""
+        """The payload alone as a body in :attr:`frame`.
+
+        A value that the motion did not determine is meaningless: see :attr:`known_values`.
+        """
         return MassProperties.from_values(self.values)
 
     @property

@@ -32,7 +32,7 @@ MOST_POINTS = 2000
 """Largest number of points of a time series in JSON."""
 
 
-def schema() -> dict[str, Any]:
+def result_schema() -> dict[str, Any]:
     """Returns the JSON schema of results, which describes every key with its unit and frame.
 
     Every JSON document of tactid names its version under ``schema``; :meth:`Identification.to_json`

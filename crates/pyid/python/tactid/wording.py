@@ -46,8 +46,8 @@ def _gravity_contradicted(data: Data, style: Style) -> str:
     what = "Gravity of the opposite sign" if any(data["better"]) else "No gravity at all"
     return (
         f"{what}, ({x:g}, {y:g}, {z:g}) m/s², explains the {LOADS[data['method']]} far better than"
-        f" the given one (ratio of the residuals {data['residual_ratio']:.2e}): check the sign of"
-        f" {option_name('gravity', style)} and the axes of the world."
+        f" the given one (its residuals are {_percent(data['residual_ratio'])} as large): check the"
+        f" sign of {option_name('gravity', style)} and the axes of the world."
     )
 
 
@@ -111,8 +111,8 @@ def _outliers(data: Data, _: Style) -> str:
 def _acceleration_not_used(data: Data, style: Style) -> str:
     why = "explain the wrench better" if data["explains_better"] else "have less noise"
     return (
-        f"{data['topic']} is not used: accelerations derived from the velocities {why} (ratio of"
-        f" the residuals {data['residual_ratio']:.2f}, of the powers {data['power_ratio']:.2f})."
+        f"{data['topic']} is not used: accelerations derived from the velocities {why} (residuals"
+        f" {_percent(data['residual_ratio'])} as large, power {_percent(data['power_ratio'])})."
         f" Give {option_name('acceleration_topic', style)} to use it."
     )
 
@@ -163,12 +163,19 @@ def _no_stamps(_: Data, __: Style) -> str:
 
 
 def _delay_corrected(data: Data, _: Style) -> str:
-    half_width = Z95 * data["std_dev_s"]
+    half_width = 1e3 * Z95 * data["std_dev_s"]
+    digits = digits_of(half_width)
+    order = "later" if data["applied_s"] >= 0 else "earlier"
     return (
-        f"The wrenches are stamped {1e3 * data['applied_s']:.2f} ms later than the motion: this"
-        f" delay was corrected (estimated {1e3 * data['estimated_s']:.2f} ±"
-        f" {1e3 * half_width:.2f} ms)."
+        f"The wrenches are stamped {1e3 * abs(data['applied_s']):.{digits}f} ms {order} than the"
+        f" motion: this delay was corrected (estimated {1e3 * data['estimated_s']:.{digits}f} ±"
+        f" {half_width:.{digits}f} ms)."
     )
+
+
+def _percent(ratio: float) -> str:
+    percent = 100 * ratio
+    return f"{percent:.{min(digits_of(percent), 3)}f} %" if percent >= 1e-3 else "under 0.001 %"
 
 
 _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
