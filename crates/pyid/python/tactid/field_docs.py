@@ -2,8 +2,11 @@
 
 import ast
 import dataclasses
+import functools
 import inspect
+import sys
 import textwrap
+from itertools import pairwise
 from typing import TypeVar
 
 _Class = TypeVar("_Class", bound=type)
@@ -25,18 +28,24 @@ def with_fields(cls: _Class) -> _Class:
 
 def _below_fields(cls: type) -> dict[str, str]:
     """Returns the string below each field of a class, by the name of the field, on one line."""
-    try:
-        (body,) = ast.parse(textwrap.dedent(inspect.getsource(cls))).body
-    except (OSError, TypeError):  # no source: a built-in class, or an installation without it
-        return {}
-    if not isinstance(body, ast.ClassDef):
-        return {}
+    body = _classes(cls.__module__).get(cls.__name__, [])
     return {
         field.target.id: " ".join(text.value.value.split())
-        for field, text in zip(body.body, body.body[1:], strict=False)
+        for field, text in pairwise(body)
         if isinstance(field, ast.AnnAssign)
         and isinstance(field.target, ast.Name)
         and isinstance(text, ast.Expr)
         and isinstance(text.value, ast.Constant)
         and isinstance(text.value.value, str)
     }
+
+
+@functools.cache
+def _classes(module: str) -> dict[str, list[ast.stmt]]:
+    """Returns the statements of each class of a module, by the name of the class."""
+    try:
+        source = inspect.getsource(sys.modules[module])
+    except (OSError, TypeError):  # no source: a built-in module, or an installation without it
+        return {}
+    found = (each for each in ast.parse(source).body if isinstance(each, ast.ClassDef))
+    return {each.name: each.body for each in found}
