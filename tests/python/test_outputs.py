@@ -112,6 +112,15 @@ def test_a_refused_experiment_leaves_the_earlier_run(
     assert_refused_untouched(command, tmp_path, f"paper --out mine --duration 1 {arguments}")
 
 
+def test_a_refused_experiment_leaves_no_empty_folder(
+    command: TactidCommand, tmp_path: Path
+) -> None:
+    (tmp_path / "mine").mkdir()
+    for out in ("new/folder", "mine/new", "mine"):
+        assert_refused(command("paper", "--out", out, "--posture", "1,2"), "posture")
+    assert [path.name for path in tmp_path.rglob("*")] == ["mine"]
+
+
 def test_a_new_run_removes_only_what_it_writes(command: TactidCommand, tmp_path: Path) -> None:
     folder = earlier_run(tmp_path / "mine")
     done = command("paper", "--out", "mine", "--duration", 3, "--estimator", "least-squares")

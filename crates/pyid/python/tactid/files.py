@@ -23,6 +23,21 @@ def atomic_path(path: Path) -> Iterator[Path]:
         raise
 
 
+@contextmanager
+def new_folder(path: Path) -> Iterator[None]:
+    """Creates a folder; removes what it created if the block ends with an error and no file."""
+    missing = [folder for folder in (path, *path.parents) if not folder.exists()]
+    path.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    except BaseException:
+        for folder in missing:
+            if any(folder.iterdir()):
+                break
+            folder.rmdir()
+        raise
+
+
 def write_atomically(path: Path, content: str | bytes) -> None:
     """Writes a file so that it is there whole or not at all."""
     with atomic_path(path) as temporary:

@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 from tactid import _native
 from tactid._native import Manipulator
 from tactid.declaration import documented
-from tactid.identification import Array, Finding, PayloadEstimate, SingularValues, WrenchOffset
+from tactid.identification import Array, PayloadEstimate, SingularValues, WrenchOffset
 from tactid.options import Options, collect
+from tactid.wording import Finding
 
 
 class _Online:
