@@ -146,6 +146,15 @@ impl IntoPyErr for RecordingError {
             Self::UnrelatedWrenches { .. } => {
                 IdentificationError::new_err((message, topic_option(TopicKind::Wrenches)))
             }
+            Self::UnknownFrame { topic, .. } => {
+                let option = if topic.is_some() {
+                    "sensor_frame"
+                } else {
+                    "tip"
+                };
+                IdentificationError::new_err((message, option))
+            }
+            Self::SensorFrameForSeveral(_) => option_error(message, "sensor_frame"),
             Self::NoUrdf(_) => IdentificationError::new_err((message, "urdf")),
             Self::ImuFrame { .. } => IdentificationError::new_err((message, "imu_topic")),
             Self::OtherMotion { .. } | Self::NoSharedMotion | Self::SeveralUnloadedTopics(_) => {
@@ -160,7 +169,6 @@ impl IntoPyErr for RecordingError {
             | Self::Interrupted
             | Self::Empty { .. }
             | Self::NoMotion(_)
-            | Self::UnknownFrame { .. }
             | Self::MissingJoint { .. }
             | Self::EmptyTopic(_)
             | Self::RareSamples { unit: Some(_), .. } => IdentificationError::new_err(message),

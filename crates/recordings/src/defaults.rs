@@ -152,6 +152,12 @@ impl Options {
                 of_method,
             ),
             (
+                "sensor_frame",
+                request.sensor_frame.is_some(),
+                uses_wrench,
+                of_method,
+            ),
+            (
                 "effort_noise",
                 request.effort_noise.is_some(),
                 uses_effort,

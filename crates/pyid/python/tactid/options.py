@@ -106,6 +106,16 @@ class Options:
         _ALL,
         metavar="LINK",
     )
+    sensor_frame: Sequence[Any] | None = _option(
+        "Frame of the only wrench sensor, where it is no link of the robot or to replace it: the link"
+        " that it is fixed to, then its origin x, y, z and its quaternion qx, qy, qz, qw in the frame"
+        " of this link. Default: the frame that the messages name; for arrays, `sensors`.",
+        ROBOT,
+        unit="m",
+        metavar="LINK,X,Y,Z,QX,QY,QZ,QW",
+        argument=str,
+        parse=option_text.frame,
+    )
     method: Method | None = _option(
         "Measurements that the payload is identified from: wrenches (tactile); joint efforts beyond"
         " those that the arm itself needs (effort); the motion of a free-floating base, from which"

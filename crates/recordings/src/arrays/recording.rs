@@ -11,7 +11,7 @@ use crate::alignment::{Event, Streams};
 use crate::defaults::{Contents, Motion, Options, effort_gains};
 use crate::finding::TwistAxes;
 use crate::recording::{BEGINNING_S, Reading, Recording, Selection, Sources};
-use crate::sources::SENSOR_FRAME;
+use crate::sources::{SENSOR_FRAME, place_sensor};
 use crate::{Clock, Observer, RecordingError, Request};
 
 /// Number of samples between two calls of the observer.
@@ -27,7 +27,7 @@ impl<'a> ArrayRecording<'a> {
     /// Checks the lengths of arrays, and that they have what a request asks for.
     pub(crate) fn new(arrays: &Arrays<'a>, request: &Request) -> Result<Self, RecordingError> {
         check_request(request)?;
-        let robot = match arrays.robot {
+        let mut robot = match arrays.robot {
             Some(robot) => robot.clone(),
             None => Manipulator::lone_body(SENSOR_FRAME),
         };
@@ -40,6 +40,12 @@ impl<'a> ArrayRecording<'a> {
         arrays.check_wrenches(sensors.len())?;
         if !options.method().uses_wrench() {
             sensors.clear();
+        }
+        if let Some(given) = &request.sensor_frame
+            && !sensors.is_empty()
+        {
+            let (placed, sensor) = place_sensor(&robot, given, &sensors)?;
+            (robot, sensors) = (placed, vec![sensor]);
         }
         request.check_counts(&robot, sensors.len())?;
         Ok(Self {
