@@ -261,65 +261,32 @@ impl Request {
 
     /// Checks that each number of the request is in the range of its field.
     fn check_numbers(&self) -> Result<(), IdentifyError> {
-        let tool = self.known_tool.iter().flat_map(|tool| {
-            let vectors = tool.center_of_mass.iter().chain(&tool.inertia);
-            std::iter::once(&tool.mass_kg).chain(vectors).copied()
-        });
-        let sensor_frame = self.sensor_frame.iter().flat_map(|frame| {
-            let pose = &frame.parent_from_sensor;
-            let numbers = pose
-                .translation
-                .vector
-                .iter()
-                .chain(pose.rotation.coords.iter());
-            numbers.copied()
-        });
         let wrench_noise = self.wrench_noise.iter().flatten().flatten();
         let std_dev = "a positive standard deviation";
-        type IsValid = fn(f64) -> bool;
         let is_positive: IsValid = |value| value > 0.0 && value.is_finite();
+        let is_gap: IsValid = |gap_s| gap_s > 0.0;
         let is_delay: IsValid = |delay_s| delay_s.abs() <= LONGEST_DELAY_S;
-        let fields: [(&'static str, Vec<f64>, IsValid, &'static str); 9] = [
-            ("gravity", flat(&self.gravity), f64::is_finite, "finite"),
-            (
-                "cutoff_hz",
-                one(self.cutoff_hz),
-                is_positive,
-                "more than zero",
-            ),
-            (
-                "max_gap_s",
-                one(self.max_gap_s),
-                |gap_s| gap_s > 0.0,
-                "more than zero",
-            ),
+        let (cutoff_hz, gap_s) = (one(self.cutoff_hz), one(self.max_gap_s));
+        let (effort_noise, gains) = (flat(&self.effort_noise), flat(&self.effort_gain));
+        let of_time: [Field; 3] = [
+            ("cutoff_hz", cutoff_hz, is_positive, "more than zero"),
+            ("max_gap_s", gap_s, is_gap, "more than zero"),
             ("delay_s", one(self.delay_s), is_delay, "between -60 and 60"),
-            (
-                "wrench_noise",
-                wrench_noise.copied().collect(),
-                is_positive,
-                std_dev,
-            ),
-            (
-                "effort_noise",
-                flat(&self.effort_noise),
-                is_positive,
-                std_dev,
-            ),
-            (
-                "effort_gain",
-                flat(&self.effort_gain),
-                f64::is_finite,
-                "finite",
-            ),
-            ("known_tool", tool.collect(), f64::is_finite, "finite"),
-            (
-                "sensor_frame",
-                sensor_frame.collect(),
-                f64::is_finite,
-                "finite",
-            ),
         ];
+        let noise = wrench_noise.copied().collect();
+        let of_noise: [Field; 2] = [
+            ("wrench_noise", noise, is_positive, std_dev),
+            ("effort_noise", effort_noise, is_positive, std_dev),
+        ];
+        let finite = [
+            ("gravity", flat(&self.gravity)),
+            ("effort_gain", gains),
+            ("known_tool", self.tool_numbers()),
+            ("sensor_frame", self.frame_numbers()),
+        ];
+        let finite =
+            finite.map(|(name, values)| -> Field { (name, values, f64::is_finite, "finite") });
+        let fields = of_time.into_iter().chain(of_noise).chain(finite);
         for (name, values, is_valid, expected) in fields {
             if let Some(given) = values.into_iter().find(|value| !is_valid(*value)) {
                 return Err(IdentifyError::Value {
@@ -331,7 +298,30 @@ impl Request {
         }
         Ok(())
     }
+
+    fn tool_numbers(&self) -> Vec<f64> {
+        let numbers = self.known_tool.iter().flat_map(|tool| {
+            let vectors = tool.center_of_mass.iter().chain(&tool.inertia);
+            std::iter::once(&tool.mass_kg).chain(vectors)
+        });
+        numbers.copied().collect()
+    }
+
+    fn frame_numbers(&self) -> Vec<f64> {
+        let numbers = self.sensor_frame.iter().flat_map(|frame| {
+            let pose = &frame.parent_from_sensor;
+            let origin = pose.translation.vector.iter();
+            origin.chain(pose.rotation.coords.iter())
+        });
+        numbers.copied().collect()
+    }
 }
+
+/// Whether a number is in the range of its field.
+type IsValid = fn(f64) -> bool;
+
+/// Name of a field, its numbers, and their range, as a function and in words.
+type Field = (&'static str, Vec<f64>, IsValid, &'static str);
 
 /// Returns the entries of a field; none if it is not given.
 fn flat<'a, T>(given: &'a Option<T>) -> Vec<f64>
