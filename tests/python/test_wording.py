@@ -90,7 +90,7 @@ FINDINGS = [
 def test_every_kind_of_the_native_part_has_its_words() -> None:
     findings = (NATIVE / "findings.rs").read_text()
     assert set(re.findall(r'^ *\(?"([a-z_]+)", *(?:data!|$)', findings, re.M)) | set(
-        re.findall(r'\("([a-z_]+)", data!', findings)
+        re.findall(r'\("([a-z_]+)", (?:data|fields)', findings)
     ) == set(FINDING_KINDS)
     faults = (NATIVE / "faults.rs").read_text()
     assert set(re.findall(r'FaultKind::\w+(?:\(joint\))? => \("([a-z_]+)"', faults)) == set(PHRASES)

@@ -62,6 +62,18 @@ class Options:
         default="tool0, or the frame of the sensor where there is no robot",
         metavar="LINK",
     )
+    sensor_frame: Sequence[Any] | None = option(
+        "Frame of the only wrench sensor, where it is no link of the robot or to replace it: the link"
+        " that it is fixed to, then its origin x, y, z and its quaternion qx, qy, qz, qw in the frame"
+        " of this link.",
+        ROBOT,
+        rust_field="Request::sensor_frame",
+        default="the frame that the messages name; for arrays, ``sensors``",
+        unit="m",
+        metavar="LINK,X,Y,Z,QX,QY,QZ,QW",
+        argument=str,
+        parse=option_text.frame,
+    )
     method: Method | None = option(
         "Measurements that the payload is identified from: wrenches (tactile); joint efforts beyond"
         " those that the arm itself needs (effort); the motion of a free-floating base, from which"

@@ -219,7 +219,7 @@ def _twist_contradicted(data: Data, _: Style) -> str:
         None: " Check its units, signs and axes; it may also be zero because it is not measured.",
     }
     return (
-        f"The twist of {data['source']} is not the derivative of the pose (rms difference"
+        f"{data['source']}: the twist is not the derivative of the pose (rms difference"
         f" {data['relative_difference']:.0%} of the motion).{causes[data['better_axes']]}"
     )
 
@@ -239,7 +239,7 @@ def _delay_doubtful(data: Data, style: Style) -> str:
     why = (
         "but it is as long as any that is searched for"
         if data["is_at_end"]
-        else f"but only a little (ratio of the residuals {data['residual_ratio']:.2f})"
+        else f"but only a little (ratio of the residuals {math.sqrt(data['residual_ratio']):.2f})"
     )
     return (
         f"Wrenches stamped {1e3 * data['delay_s']:.0f} ms later than the motion would fit better,"
