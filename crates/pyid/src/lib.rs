@@ -21,6 +21,7 @@ mod options;
 mod read;
 mod rows;
 mod samples;
+mod shapes;
 mod simulate;
 mod states;
 mod table;
