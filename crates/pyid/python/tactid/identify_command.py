@@ -102,7 +102,7 @@ def _parameters() -> list[inspect.Parameter]:
         declared = Declaration.of(option)
         declaration = typer.Option(
             command_line_flag(option.name),
-            help=declared.documentation.replace("``", ""),
+            help=declared.help,
             metavar=declared.metavar,
             rich_help_panel=declared.panel,
             show_default=False,

@@ -114,7 +114,7 @@ class Identifier(_Online):
     def covariance(self) -> Array | None:
         """Returns the covariance of the payload's linear parameters, (10, 10).
 
-        The parameters are mass, kg; first moments, kg m; inertia about the end-effector's origin,
+        The parameters are mass, kg; first moments, kg m; inertia about the tip's origin,
         kg m², xx, xy, xz, yy, yz, zz. A direction that the motion does not determine has the
         variance of a parameter of plausible size. None stands during the first seven windows, in
         which the noise is not known.
@@ -122,7 +122,7 @@ class Identifier(_Online):
         return self._native.covariance()
 
     def wrench_offset(self) -> WrenchOffset | None:
-        """Returns the offset of the wrenches in the end-effector's frame and about its origin.
+        """Returns the offset of the wrenches in the tip's frame and about its origin.
 
         None stands where the option ``wrench_offset`` does not make it an unknown. Standard
         deviations are not estimated online.
