@@ -140,7 +140,7 @@ def run_paper(
         report = paper_run.simulate_into(files, experiment, done)
     with interruptible(f"{files.log} is complete, no result was written"):
         with progress("identifying") as done:
-            results = paper_run.identify_all(files.log, experiment.tool, estimator, done)
+            results = paper_run.identify_all(files.log, experiment.tip, estimator, done)
         outcome = paper_run.Outcome(experiment, report, results, log_info(files.log))
         with notes.status("drawing"):
             outcome.write(files)
@@ -222,6 +222,8 @@ def show_view(
 ) -> None:
     """Shows the robot, the forces that it feels and the payload in the Rerun viewer."""
     check_outputs({"--save": save}, {"the log": log, "--result": result_file, "--urdf": urdf})
+    if save is not None and save.suffix != ".rrd":
+        raise ArgumentError(f"--save {save}: expected a name that ends in .rrd, which Rerun opens")
     from tactid import view as viewer
 
     with tempfile.TemporaryDirectory(prefix="tactid-") as folder:

@@ -106,7 +106,7 @@ def option_parameters() -> list[inspect.Parameter]:
         declared = Declaration.of(option)
         declaration = typer.Option(
             command_line_flag(option.name),
-            help=declared.documentation.replace("``", ""),
+            help=declared.help,
             metavar=FLAG if hints[option.name] == bool | None else declared.metavar,
             rich_help_panel=declared.panel,
             show_default=False,

@@ -47,9 +47,9 @@ class Options:
     """
 
     urdf: str | os.PathLike[str] | None = option(
-        "The robot's URDF: the path of its file, or in Python also its text, which begins with"
-        " ``<``. Its base is fixed, unless the motion of the base is measured.",
+        "The robot's URDF file. Its base is fixed, unless the motion of the base is measured.",
         ROBOT,
+        python="A text that begins with ``<`` is the URDF itself.",
         rust_field="Request::urdf",
         default="the robot description in the log",
         argument=Path,
@@ -82,12 +82,15 @@ class Options:
         ROBOT,
         _ALL,
         rust_field="Request::method",
-        default="tactile where there are wrenches, else effort; tactile online",
+        default="tactile where there are wrenches, else effort",
+        python="Online, the default is tactile.",
     )
     unloaded: str | os.PathLike[str] | Mapping[str, ArrayLike] | None = option(
         "An unloaded recording of the same motion, whose joint efforts are subtracted by the effort"
-        " method: a log; for arrays, a dict of the arrays ``time``, ``q`` and ``effort``.",
+        " method.",
         ROBOT,
+        python="That of a log is a log; that of arrays is a dict of the arrays ``time``, (M,), and"
+        " ``q`` and ``effort``, (M, n).",
         rust_field="Request::unloaded, Arrays::unloaded",
         argument=Path,
     )

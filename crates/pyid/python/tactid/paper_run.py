@@ -159,7 +159,7 @@ class Outcome:
     def _facts(self) -> dict[str, str]:
         run, excitation = self.run, self.results[0].singular_values
         facts = {
-            "end-effector frame": self.experiment.tool,
+            "end-effector frame": self.experiment.tip,
             "simulated time": f"{run.simulated_time:g} s in {run.steps} steps",
             "wall time": f"{run.wall_time:.1f} s, {run.steps_per_second:.0f} steps a second",
             "momentum drift": momentum_drift(run),
