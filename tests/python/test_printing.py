@@ -114,7 +114,11 @@ def test_what_contradicts_a_result_comes_first_and_no_value_is_then_known_within
 @pytest.mark.parametrize(
     ("delay", "estimated", "line"),
     [
-        (0.0, tactid.Delay(-1e-8, 2e-6), "no delay of the wrenches (estimated 0.0000 ± 0.0039 ms)"),
+        (
+            0.0,
+            tactid.Delay(-1e-8, 2e-6),
+            "wrenches 0.0000 ± 0.0039 ms (estimated, too small to correct)",
+        ),
         (0.0123, tactid.Delay(0.0123, 4e-4), "wrenches 12.30 ± 0.78 ms (estimated and corrected)"),
         (0.01, None, "delay of the wrenches 10 ms (given)"),
         (0.0, None, "cutoff 10 Hz; times from header stamps."),

@@ -126,7 +126,7 @@ def _delay(result: IdentificationData) -> str:
     shown = f"{value:.{digits}f} ± {half_width:.{digits}f} ms"
     if result.delay:
         return f"delay of the wrenches {shown} (estimated and corrected)"
-    return f"no delay of the wrenches (estimated {shown})"
+    return f"delay of the wrenches {shown} (estimated, too small to correct)"
 
 
 def knowledge(result: IdentificationData) -> list[str]:
