@@ -3,11 +3,12 @@
 A sentence that names an option spells it as its reader would write it: see :mod:`tactid.naming`.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from tactid.naming import Style, option_name
+from tactid.naming import Style, listed, option_name
 from tactid.values import Z95, digits_of
 
 Data = Mapping[str, Any]
@@ -15,7 +16,7 @@ Data = Mapping[str, Any]
 CONTRADICTIONS = ("gravity_contradicted", "negative_mass", "known_bodies_too_heavy")
 """Findings that show the result to be wrong, the gravest first."""
 
-DOUBTS = ("mass_contradicted", "inconsistent", "offset_suspected")
+DOUBTS = ("load_unexplained", "mass_contradicted", "inconsistent", "offset_suspected")
 """Findings that show the values to be off by more than their intervals, the gravest first."""
 
 
@@ -80,8 +81,8 @@ def _offset_suspected(data: Data, style: Style) -> str:
 
     return (
         f"The wrenches seem to have a constant offset: force ({vector(pairs[:3])}) N, moment"
-        f" ({vector(pairs[3:])}) N m, in the frame {data['frame']} and with the sign of the recorded"
-        " wrenches. Subtract it from the wrenches (tare the sensor), or let"
+        f" ({vector(pairs[3:])}) N m, in the frame {data['frame']} and with the sign of the"
+        " recorded wrenches. Subtract it from the wrenches (tare the sensor), or let"
         f" {option_name('wrench_offset', style)} identify it together with the payload."
     )
 
@@ -206,7 +207,7 @@ def _velocities_contradicted(data: Data, _: Style) -> str:
         None: " Check their units and signs, and the order of the joints.",
     }
     return (
-        f"The velocities of {_listed(data['joints'])} are not the derivatives of the positions (rms"
+        f"The velocities of {listed(data['joints'])} are not the derivatives of the positions (rms"
         f" difference {data['relative_difference']:.0%} of the motion).{causes[data['cause']]}"
     )
 
@@ -228,9 +229,9 @@ def _constant_channels(data: Data, _: Style) -> str:
     value = "zero" if data["is_zero"] else "constant"
     several = len(data["channels"]) > 1
     return (
-        f"{data['source']}: {_listed(data['channels'])} in `{data['frame']}`"
-        f" {'are' if several else 'is'} exactly {value} in all samples, as of a sensor that does not"
-        f" measure {'them' if several else 'it'}. The estimate takes"
+        f"{data['source']}: {listed(data['channels'])} in `{data['frame']}`"
+        f" {'are' if several else 'is'} exactly {value} in all samples, as of a sensor that does"
+        f" not measure {'them' if several else 'it'}. The estimate takes"
         f" {'them' if several else 'it'} for measured."
     )
 
