@@ -1,6 +1,5 @@
 """The commands of ``tactid``. Results go to standard output, all else to standard error."""
 
-import re
 import sys
 import tempfile
 import tomllib
@@ -17,7 +16,7 @@ from tactid._native import info as log_info
 from tactid._native import simulate as simulate_experiment
 from tactid.compare_command import compare_recording
 from tactid.console import interruptible, notes, print_whole, progress
-from tactid.errors import ArgumentError, ExperimentError, TactidError
+from tactid.errors import ArgumentError, TactidError
 from tactid.identify_command import identify_recording
 from tactid.options import Estimator
 from tactid.output_files import check_outputs
@@ -41,19 +40,12 @@ def run() -> int:
         message = error.format_message()
         return _fail(message) if message else 2
     except TactidError as error:
-        message = error.worded("command-line")
-        if isinstance(error, ExperimentError):
-            message = EXCERPT.sub("", message)
-        return _fail(message)
+        return _fail(error.worded("command-line"))
     except BrokenPipeError:
         raise
     except OSError as error:
         where = f" {error.filename}" if error.filename else ""
         return _fail(f"cannot use{where}: {error.strerror}" if error.strerror else str(error))
-
-
-EXCERPT = re.compile(r"^ *\d* *\|.*$", re.MULTILINE)
-"""The lines of a TOML file that a parser's error draws below its message, behind a gutter."""
 
 
 def _fail(message: str) -> int:
