@@ -23,15 +23,6 @@ def test_the_packages_example_runs() -> None:
     assert outcome.failed == 0
 
 
-def test_the_readmes_examples_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    readme = (Path(__file__).parents[2] / "README.md").read_text()
-    examples = [part.split("```")[0] for part in readme.split("```python\n")[1:]]
-    assert examples
-    monkeypatch.chdir(tmp_path)
-    for example in examples:
-        exec(compile(example, "README.md", "exec"), {})
-
-
 def test_the_version_is_the_distributions() -> None:
     assert tactid.__version__ == metadata.version("tactid")
     assert Path(tactid.__file__).with_name("py.typed").exists()
