@@ -15,12 +15,11 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
+from tactid.cli import app
+
 sys.path.insert(0, str(Path(__file__).parent))
 
 from figures import FIGURES, draw
-
-COMMANDS = ("identify", "simulate", "paper", "info", "view")
-"""The commands of ``tactid`` in the order of the reference."""
 
 EXTERNAL = re.compile(
     r"<(?:script|img|iframe|source)\b[^>]*\bsrc=[\"']?(?:https?:)?//[^\s>]+"
@@ -51,17 +50,18 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 def _command_line() -> str:
     sections = ["# Command line", "This page is what `tactid COMMAND --help` prints."]
-    for command in ("", *COMMANDS):
-        sections.append(f"## `tactid {command}`".replace(" `", "`") if command else "## `tactid`")
-        sections.append(f"```text\n{_help(command)}\n```")
+    for command in [None, *(command.name for command in app.registered_commands)]:
+        called = ["tactid", command] if command else ["tactid"]
+        sections.append(f"## `{' '.join(called)}`")
+        sections.append(f"```text\n{_help(called)}\n```")
     return "\n\n".join(sections) + "\n"
 
 
-def _help(command: str) -> str:
-    arguments = [word for word in (command, "--help") if word]
+def _help(called: list[str]) -> str:
+    program = str(Path(sys.executable).with_name(called[0]))
     environment = {**os.environ, "COLUMNS": "100", "NO_COLOR": "1", "TERM": "dumb"}
     done = subprocess.run(
-        [sys.executable, "-m", "tactid", *arguments],
+        [program, *called[1:], "--help"],
         capture_output=True,
         text=True,
         env=environment,
