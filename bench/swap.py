@@ -80,8 +80,8 @@ def run(recorded: Recorded, robot: tactid.Manipulator) -> tuple[float | None, in
             recorded.q[rows],
             recorded.qd[rows],
             recorded.wrench[rows],
-            base_pose=pose[rows],
-            base_twist=twist[rows],
+            pose=pose[rows],
+            twist=twist[rows],
         )
 
     push(slice(0, before))

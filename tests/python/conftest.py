@@ -27,7 +27,7 @@ def urdf() -> str:
 
 @pytest.fixture(scope="session")
 def robot(urdf: str) -> tactid.Manipulator:
-    return tactid.Manipulator.from_urdf(urdf)
+    return tactid.Manipulator.from_urdf(urdf, base="floating")
 
 
 @pytest.fixture(scope="session")

@@ -79,9 +79,11 @@ def test_what_does_not_fit_is_refused(
 def test_unknown_names_are_refused(robot: tactid.Manipulator) -> None:
     with pytest.raises(tactid.ModelError, match=r"no link `tool9`.*tool0"):
         robot.kinematics("tool9", np.zeros(8))
-    with pytest.raises(tactid.ArgumentError, match='"floating" or "fixed"'):
+    with pytest.raises(tactid.ArgumentError, match='"fixed" or "floating"'):
         tactid.Manipulator.from_urdf("<robot/>", base="bolted")  # type: ignore[arg-type]
     with pytest.raises(tactid.ModelError, match=r"cannot read the URDF `nowhere\.urdf`"):
         tactid.Manipulator.from_urdf("nowhere.urdf")
     with pytest.raises(tactid.ModelError, match="not a URDF"):
         tactid.Manipulator.from_urdf("<robot")
+    with pytest.raises(tactid.ArgumentError, match=r"its text, .* the path .* not as int"):
+        tactid.Manipulator.from_urdf(3)  # type: ignore[arg-type]

@@ -130,7 +130,8 @@ def test_online_identifier_on_a_known_motion(
     assert identifier.push(time[-1], q[-1], qd[-1], wrench[-1, None]) == 0  # not later
     assert identifier.push(9.0, q[-1] * np.nan, qd[-1], wrench[-1, None]) == 0
     no_pose = np.full(7, np.nan)
-    assert identifier.push(9.0, q[-1], qd[-1], wrench[-1, None], base_pose=no_pose) == 0
+    rest = np.zeros(6)
+    assert identifier.push(9.0, q[-1], qd[-1], wrench[-1], pose=no_pose, twist=rest) == 0
     assert identifier.estimate().rejected == 3
     assert identifier.estimate().frame == "tool0"
 
@@ -188,7 +189,7 @@ def test_online_estimates_know_their_uncertainty_and_detect_a_payload_change(
 
 def test_what_cannot_be_identified_is_refused(robot: tactid.Manipulator, urdf: str) -> None:
     with pytest.raises(tactid.IdentificationError, match="needs at least one wrench"):
-        tactid.Identifier(robot)
+        tactid.Identifier(robot, sensors=[])
     fixed = tactid.Manipulator.from_urdf(urdf, base="fixed")
     with pytest.raises(tactid.IdentificationError, match="free-floating base"):
         tactid.Identifier(fixed, method="joint-sensing")
@@ -202,9 +203,9 @@ def test_what_cannot_be_identified_is_refused(robot: tactid.Manipulator, urdf: s
     with pytest.raises(tactid.ArgumentError, match="`wrench_offset` does not apply to PaperFilter"):
         tactid.PaperFilter(robot, ["tool0"], wrench_offset=True)
     identifier = tactid.Identifier(robot, ["tool0"])
-    with pytest.raises(tactid.ArgumentError, match=r"shape \(6,\): expected \(1, 6\)"):
-        identifier.push(0, np.zeros(8), np.zeros(8), np.zeros(6))
-    with pytest.raises(tactid.ArgumentError, match="`wrenches` is missing"):
+    with pytest.raises(tactid.ArgumentError, match=r"shape \(3,\): expected \(6,\) or \(N, 6\)"):
+        identifier.push(0, np.zeros(8), np.zeros(8), np.zeros(3))
+    with pytest.raises(tactid.ArgumentError, match="`wrench` is missing"):
         identifier.push(0, np.zeros(8), np.zeros(8))
 
 

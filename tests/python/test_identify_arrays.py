@@ -69,7 +69,7 @@ def test_unusable_poses_are_counted(
     pose[2000, 3:] *= 2.0
     result = tactid.identify(time, robot=robot, sensors=FINGERS, **given | {"pose": pose})
     counted = {(fault.topic, fault.kind): fault.count for fault in result.faults}
-    assert counted["poses", "not_finite"] == 4
+    assert counted["pose", "not_finite"] == 4
     assert result.estimate.body.mass == pytest.approx(100, rel=1e-2)
 
 
@@ -86,11 +86,17 @@ def test_a_matrix_with_nan_is_counted_and_one_that_is_no_rotation_is_refused(
     pose[50, 1, 1] = np.nan
     result = tactid.identify(time, wrench=wrench, pose=pose)
     counted = {(fault.topic, fault.kind): fault.count for fault in result.faults}
-    assert counted["poses", "not_finite"] == 1
+    assert counted["pose", "not_finite"] == 1
     assert result.estimate.values[0] == pytest.approx(2.0, rel=1e-2)
     pose[60] *= 2.0
     with pytest.raises(tactid.ArgumentError, match=r"`pose`, entry 60: .* not a rotation"):
         tactid.identify(time, wrench=wrench, pose=pose)
+
+
+def test_a_sensor_without_a_robot_needs_its_pose() -> None:
+    time = np.arange(0.0, 4.0, 0.01)
+    with pytest.raises(tactid.ArgumentError, match=r"`pose` is missing: without a robot"):
+        tactid.identify(time, wrench=np.ones((len(time), 6)))
 
 
 def test_what_does_not_fit_is_refused(

@@ -9,8 +9,9 @@ import pytest
 
 import tactid
 from conftest import TactidCommand
+from tactid.declaration import Declaration
 from tactid.naming import command_line_flag
-from tactid.options import Declaration, collect, option_names
+from tactid.options import collect, option_names
 from test_cli import assert_refused
 
 
@@ -26,9 +27,9 @@ def test_every_option_has_its_documentation_everywhere(command: TactidCommand) -
     }
     for option in fields(tactid.Options):
         declaration = Declaration.of(option)
-        assert declaration.text.endswith("."), option.name
+        assert declaration.documentation.endswith("."), option.name
         assert command_line_flag(option.name) in help_text, option.name
-        entry = f"{option.name}: {declaration.text}"
+        entry = f"{option.name}: {declaration.documentation}"
         assert entry in " ".join((inspect.getdoc(tactid.Options) or "").split())
         for use, text in documentation.items():
             assert (entry in " ".join(text.split())) == (use in declaration.uses), (use, entry)
@@ -45,7 +46,7 @@ def test_an_unknown_keyword_is_refused_with_the_nearest() -> None:
     with pytest.raises(tactid.ArgumentError) as error:
         tactid.identify("run.mcap", wrench_offest=True)
     message = str(error.value)
-    assert "no option `wrench_offest`; did you mean `wrench_offset`?" in message
+    assert "no keyword `wrench_offest`; did you mean `wrench_offset`?" in message
     assert all(name in message for name in option_names("log"))
 
 
@@ -96,8 +97,8 @@ def test_an_error_carries_the_option_that_causes_it(log: Path, option: str, valu
 def test_an_option_that_does_not_apply_is_refused(log: Path) -> None:
     with pytest.raises(tactid.ArgumentError, match="`q` belongs to arrays"):
         tactid.identify(log, q=[[0.0]])
-    with pytest.raises(tactid.ArgumentError, match="`urdf` does not apply to arrays"):
-        tactid.identify([0.0, 1.0], urdf="<robot/>")
+    with pytest.raises(tactid.ArgumentError, match="`imu_topic` does not apply to arrays"):
+        tactid.identify([0.0, 1.0], imu_topic="/imu")
 
 
 def test_the_command_names_its_own_options(command: TactidCommand, log: Path) -> None:

@@ -66,7 +66,7 @@ def case(
 ) -> tuple[tactid.Manipulator, Oracle, State]:
     if request.param != "ours":
         urdf = random_urdf(np.random.default_rng(request.param), links=4 + 2 * request.param)
-    robot = tactid.Manipulator.from_urdf(urdf)
+    robot = tactid.Manipulator.from_urdf(urdf, base="floating")
     q, qd, qdd = rng.normal(size=(3, STATES, robot.dof)) * 1.5
     pose = np.array([pin.SE3.Random().homogeneous for _ in range(STATES)])
     twist, acceleration = rng.normal(size=(2, STATES, 6))

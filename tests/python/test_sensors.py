@@ -33,8 +33,9 @@ def test_an_offset_is_suspected_and_found() -> None:
     (finding,) = (each for each in taken_for_none.findings if each.kind == "offset_suspected")
     remark = wording.finding(finding, "command-line")
     assert "constant offset" in remark
-    assert remark.endswith("--wrench-offset identifies it together with the payload.")
-    assert "`wrench_offset` identifies it" in wording.finding(finding)
+    assert remark.endswith("or let --wrench-offset identify it together with the payload.")
+    assert "`wrench_offset` identify it" in wording.finding(finding)
+    np.testing.assert_allclose(finding.data["values"], offset.values)
     assert found.findings == []
     # The history ends where the estimate is, and the prediction has the offset in it.
     np.testing.assert_allclose(
@@ -42,6 +43,19 @@ def test_an_offset_is_suspected_and_found() -> None:
     )
     without = doubles.fit_of(identified(EARLY, 1))
     assert (doubles.fit_of(found).residual_rms < 1.2 * without.residual_rms).all()
+
+
+def test_an_offset_has_the_sign_of_the_recorded_wrenches() -> None:
+    recorded = {"offset": -OFFSET, "sign": -1.0, "wrench_acts_on": "sensor"}
+    for asked in ({}, {"wrench_offset": True}):
+        found = identified(EARLY, 1, **recorded, **asked)
+        suspected = [each.data for each in found.findings if each.kind == "offset_suspected"]
+        offset = doubles.fit_of(found).wrench_offset
+        values = suspected[0]["values"] if offset is None else offset.values
+        assert np.linalg.norm(values[:3] + OFFSET[:3]) < 0.1 * np.linalg.norm(OFFSET[:3])
+        tared = identified(EARLY, 1, **(recorded | {"offset": -OFFSET - values}))
+        assert tared.findings == []
+        assert np.abs(normalised(tared)).max() < 4
 
 
 def test_without_an_offset_nothing_is_suspected_and_asking_costs_little() -> None:

@@ -466,7 +466,7 @@ def test_wrong_files_and_options_are_refused(
         ("--result", "text.json"): ("text.json is not JSON",),
         ("--result", "image.json"): ("image.json is not JSON",),
         ("--result", late): ("different times",),
-        ("--result", good, "--tip", "paw"): ("no frame `paw`", "tool0"),
+        ("--result", good, "--tip", "paw"): ("no frame paw; --tip is one of", "tool0"),
         ("--urdf", "missing.urdf"): ("missing.urdf",),
         ("--urdf", "text.json"): ("not XML",),
         ("--urdf", "image.json"): ("image.json", "not text"),
@@ -511,5 +511,5 @@ def test_a_viewer_that_does_not_open_is_an_error(
         monkeypatch.delenv(name, raising=False)
     (tmp_path / "rerun.py").write_text("import sys; sys.exit('Error: no screen.')")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    with pytest.raises(tactid.TactidError, match=r"did not open: no screen; --save"):
+    with pytest.raises(tactid.TactidError, match=r"did not open: no screen; `save`"):
         open_viewer(tmp_path / "a.rrd")

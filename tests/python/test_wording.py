@@ -18,7 +18,24 @@ FINDINGS = [
     ),
     Finding("negative_mass", {"method": "tactile", "or_gravity": True}),
     Finding("known_bodies_too_heavy", {"known_kg": 3.0, "load_kg": 2.0}),
-    Finding("offset_suspected", {"channel": "force x", "unit": "N", "value": 1.5, "std_dev": 0.01}),
+    Finding(
+        "offset_suspected",
+        {
+            "frame": "tool0",
+            "values": [1.5, 0.0, 0.2, 0.0, 0.01, 0.0],
+            "std_devs": [0.1, 0.1, 0.1, 0.01, 0.01, 0.01],
+        },
+    ),
+    Finding(
+        "load_unexplained",
+        {
+            "unit": "N m",
+            "residual_rms": 3.0,
+            "load_rms": 10.0,
+            "noise_rms": 0.07,
+            "method": "effort",
+        },
+    ),
     Finding(
         "mass_contradicted",
         {
@@ -29,21 +46,40 @@ FINDINGS = [
             "distance": 160.9,
         },
     ),
+    Finding(
+        "known_mass_not_kept",
+        {"known_kg": 2.0, "known_std_dev_kg": 0.0, "estimated_kg": 4.0, "within_box": True},
+    ),
     Finding("inconsistent", {"distance": 7.0, "within_box": True}),
     Finding("outliers", {"outliers": 3, "windows": 100}),
     Finding(
         "acceleration_not_used",
         {"topic": "/accel", "explains_better": True, "residual_ratio": 0.5, "power_ratio": 0.4},
     ),
-    Finding("option_not_used", {"option": "effort_noise", "method": "tactile"}),
+    Finding(
+        "option_not_used", {"option": "effort_noise", "because": "method", "method": "tactile"}
+    ),
     Finding("frame_assumed", {"topic": "/wrench", "frame": "tool0"}),
     Finding("wrenches_summed", {"topics": ["/left", "/right"]}),
     Finding("unknown_joints", {"joints": ["finger"]}),
     Finding("absent_joints", {"joints": ["head"]}),
     Finding("late_start", {"topic": "/wrench", "late_s": 1.5}),
     Finding("early_end", {"topic": "/wrench", "end_s": 8.0, "early_s": 7.0}),
+    Finding(
+        "velocities_contradicted",
+        {"joints": ["joint_1"], "relative_difference": 2.0, "cause": "degrees", "other": None},
+    ),
+    Finding(
+        "twist_contradicted",
+        {"source": "/odom", "relative_difference": 0.8, "better_axes": "world"},
+    ),
+    Finding(
+        "constant_channels",
+        {"source": "/wrench", "frame": "tool0", "channels": ["force x"], "is_zero": True},
+    ),
     Finding("no_stamps"),
     Finding("delay_corrected", {"applied_s": 0.037, "estimated_s": 0.037, "std_dev_s": 1e-4}),
+    Finding("delay_doubtful", {"delay_s": -0.488, "residual_ratio": 0.9, "is_at_end": False}),
 ]
 
 
@@ -71,8 +107,10 @@ def test_every_finding_is_sentences() -> None:
         ("negative_mass", "wrench_acts_on"),
         ("known_bodies_too_heavy", "known_tool"),
         ("offset_suspected", "wrench_offset"),
+        ("load_unexplained", "unloaded"),
         ("acceleration_not_used", "acceleration_topic"),
         ("option_not_used", "effort_noise"),
+        ("delay_doubtful", "delay"),
     ],
 )
 def test_a_finding_names_options_as_its_reader_writes_them(kind: str, keyword: str) -> None:

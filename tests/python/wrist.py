@@ -49,6 +49,7 @@ def identified(
     swings: bool = True,
     noise: Array = NOISE,
     offset: Array | float = 0.0,
+    sign: float = 1.0,
     **options: Any,
 ) -> tactid.Identification:
     """The result of a recording of so many seconds, its noise drawn from the seed."""
@@ -67,7 +68,8 @@ def identified(
     felt = back @ [0.0, 0.0, 9.81]
     own = [np.einsum("nij,nj->ni", back, vector) for vector in (velocity(0.0), acceleration)]
     wrench = tactid.wrench_regressor(felt, *own) @ BODY.parameters
-    wrench += offset + noise * np.random.default_rng(seed).normal(size=wrench.shape)
+    wrench += noise * np.random.default_rng(seed).normal(size=wrench.shape)
+    wrench = sign * wrench + offset
     pose = np.zeros((len(time), 4, 4))
     pose[:, :3, :3], pose[:, 3, 3] = turn, 1.0
     twist = np.hstack([np.zeros((len(time), 3)), velocity(0.0)])

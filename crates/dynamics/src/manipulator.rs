@@ -295,6 +295,20 @@ impl Manipulator {
         (a.body == b.body).then(|| a.body_from_link.inverse() * b.body_from_link)
     }
 
+    /// Returns whether one frame carries another: a joint lies between them, and moving the first moves the second.
+    #[must_use]
+    pub fn carries(&self, carrier: FrameId, carried: FrameId) -> bool {
+        let (body, mut index) = (self.link(carrier).body, self.link(carried).body);
+        // A body has a larger index than the one that carries it.
+        while index > body {
+            index = self.bodies[index].parent;
+            if index == body {
+                return true;
+            }
+        }
+        false
+    }
+
     /// Returns whether the joint with an index in `q` moves a frame.
     #[must_use]
     pub fn moves(&self, joint: usize, frame: FrameId) -> bool {

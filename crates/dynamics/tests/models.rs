@@ -95,6 +95,26 @@ fn dh_frames_are_products_of_matrices() {
     }
 }
 
+/// A frame carries those that joints move relative to it, and neither itself, nor frames of its own body, nor what
+/// stands beside it.
+#[test]
+fn a_frame_carries_what_moves_with_it() {
+    let robot = tactid();
+    let carries = |carrier, carried| {
+        robot.carries(robot.frame(carrier).unwrap(), robot.frame(carried).unwrap())
+    };
+    assert!(carries("base_link", "finger_right_link") && carries("tool0", "finger_left_link"));
+    for (carrier, carried) in [
+        ("finger_left_link", "finger_right_link"),
+        ("finger_right_link", "finger_left_link"),
+        ("finger_left_link", "tool0"),
+        ("tool0", "gripper_link"),
+        ("tool0", "tool0"),
+    ] {
+        assert!(!carries(carrier, carried), "{carrier} {carried}");
+    }
+}
+
 /// The project's robot is the arm of Table 1 on its spacecraft: `tool0` is frame 6 at every posture.
 #[test]
 fn tool0_is_frame_6_of_table_1() {

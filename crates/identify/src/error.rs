@@ -103,8 +103,9 @@ pub enum IdentifyError {
     },
 }
 
-/// Returns a number rounded to three significant digits.
-fn three_digits(value: f64) -> f64 {
+/// Returns a number rounded to three significant digits, for a message.
+#[must_use]
+pub fn three_digits(value: f64) -> f64 {
     // Every float in this format is a number again.
     format!("{value:.2e}").parse().unwrap_or(value)
 }

@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use crate::Method;
-use crate::equations::Channel;
-use crate::solve::{KnownMass, Offset};
+use crate::result::WrenchOffset;
+use crate::solve::KnownMass;
 
 /// An observation about the data that concerns the assumptions of an identification. Nothing is corrected
 /// silently: each finding is for the user to decide on.
@@ -36,12 +36,26 @@ pub enum Finding {
     },
     /// The wrenches seem to have a constant offset that was not among the unknowns.
     OffsetSuspected {
-        /// The channel with the most significant offset.
-        channel: Channel,
-        /// Offset of the channel, in the tool frame and about its origin, in the channel's unit.
-        offset: Offset,
+        /// The offset, as it is identified together with the payload.
+        offset: WrenchOffset,
     },
-    /// The data contradict the known mass.
+    /// The model leaves much of the load unexplained, far more than the noise of the measurements: its error is not in
+    /// the standard deviations. Usual reasons are friction in the joints where efforts are used, and otherwise a frame,
+    /// a pose or an order of joints that is not that of the data.
+    LoadUnexplained {
+        /// Unit of the channels with the largest unexplained fraction.
+        unit: &'static str,
+        /// Rms of measured less predicted load, in the unit.
+        residual_rms: f64,
+        /// Rms of the measured load, in the unit.
+        load_rms: f64,
+        /// Rms noise of the measurements, from the differences of neighbouring samples, in the unit.
+        noise_rms: f64,
+        /// The measurements that were used.
+        method: Method,
+    },
+    /// The data contradict the known mass. It is not reported where a wrong sign, a wrong gravity or a known body that is
+    /// too heavy is, because each of these contradicts the mass as well.
     MassContradicted {
         /// The known mass of the payload.
         known: KnownMass,
@@ -51,6 +65,16 @@ pub enum Finding {
         std_dev_kg: f64,
         /// Distance between the two masses, in standard deviations of their difference.
         distance: f64,
+    },
+    /// The result does not have the known mass, although the data do not contradict it: no physically consistent body of
+    /// this mass, within the bounding box if one is given, explains the data.
+    KnownMassNotKept {
+        /// The known mass of the payload.
+        known: KnownMass,
+        /// The mass of the result, kg.
+        estimated_kg: f64,
+        /// Whether the body also had to fit into a bounding box.
+        within_box: bool,
     },
     /// No physically consistent body explains the data within their noise. The projection onto consistent
     /// parameters is returned.

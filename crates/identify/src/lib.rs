@@ -44,10 +44,10 @@ pub use equations::{
     BaseState, Channel, Channels, EquationSettings, EquationStream, GRAVITY, PushOutcome, Sample,
     states_of_poses,
 };
-pub use error::IdentifyError;
+pub use error::{IdentifyError, three_digits};
 pub use finding::Finding;
 pub use method::Method;
 pub use online::Identifier;
 pub use paper::{PaperFilter, PaperSettings, SingularValues};
-pub use result::{ExpressedWrench, HistoryPoint, PayloadEstimate, VALUE_NAMES};
-pub use solve::{BoundingBox, HALF_WIDTH_95, KnownMass, Offset, PrincipalMoments};
+pub use result::{HistoryPoint, PayloadEstimate, VALUE_NAMES, WrenchOffset};
+pub use solve::{BoundingBox, HALF_WIDTH_95, KnownMass, PrincipalMoments};

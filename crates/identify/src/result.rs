@@ -79,13 +79,40 @@ impl PayloadEstimate {
     }
 }
 
-/// A wrench together with the name of the frame in which it is expressed. Cloning it allocates nothing.
+/// Constant offset of the wrenches: what the sensor measures when nothing acts on it. Subtracting it from every
+/// measured wrench tares the sensor. Cloning it allocates nothing.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ExpressedWrench {
-    /// Name of the frame: a link of the robot.
+pub struct WrenchOffset {
+    /// Name of the frame in which the offset is expressed, and about whose origin its moment is. It is the sensor's own
+    /// frame where there is one sensor that does not move relative to the end-effector frame. Otherwise the offset is
+    /// that of the sum of the wrenches, in the end-effector frame.
     pub frame: Arc<str>,
-    /// Force in N, and moment about the origin of `frame` in N m, along the axes of `frame`.
+    /// Force in N and moment in N m, with the sign of the measured wrenches, which act on the payload.
     pub wrench: Wrench,
+    /// Standard deviations of force, N, and moment, N m, infinite where the motion does not distinguish the offset from
+    /// the payload; `None` online, where they are not estimated.
+    pub std_devs: Option<[f64; 6]>,
+}
+
+impl WrenchOffset {
+    /// Returns the force in N, then the moment in N m.
+    #[must_use]
+    pub fn values(&self) -> [f64; 6] {
+        let (f, n) = (&self.wrench.force, &self.wrench.moment);
+        [f.x, f.y, f.z, n.x, n.y, n.z]
+    }
+
+    /// Returns the same offset for wrenches of the opposite sign, which act on the sensor.
+    #[must_use]
+    pub fn negated(self) -> Self {
+        Self {
+            wrench: Wrench {
+                force: -self.wrench.force,
+                moment: -self.wrench.moment,
+            },
+            ..self
+        }
+    }
 }
 
 /// The estimate at one time of a recording.
@@ -137,12 +164,26 @@ pub(crate) fn is_physical(body: &MassProperties) -> bool {
 /// Subtracts a known body, such as the gripper, from an identified one, and returns the rest; both are in the same
 /// frame.
 ///
-/// Where the masses are equal, the remaining body has no centre of mass, and the identified body is returned.
+/// Where the masses are equal nothing remains, and the result is a body without mass and inertia, which is not physical.
 #[must_use]
 pub(crate) fn subtract_known_body(
     composite: &MassProperties,
     known: &InertialParameters,
 ) -> MassProperties {
     let remaining = InertialParameters::from(*composite) - *known;
-    remaining.mass_properties().unwrap_or(*composite)
+    remaining.mass_properties().unwrap_or(body(&[0.0; 10]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a body that is the known one nothing remains, instead of the whole body.
+    #[test]
+    fn nothing_remains_of_a_body_without_itself() {
+        let known = body(&[2.0, 0.1, 0.0, 0.2, 0.3, 0.0, 0.0, 0.3, 0.0, 0.3]);
+        let rest = subtract_known_body(&known, &known.into());
+        assert_eq!(values(&rest), [0.0; 10]);
+        assert!(!is_physical(&rest));
+    }
 }

@@ -5,11 +5,12 @@
 mod common;
 
 use common::{Experiment, Instant, Noise, SENSORS, TOOL, payload};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rand::{SeedableRng, rngs::SmallRng};
-use tactid_dynamics::{MassProperties, Wrench};
+use tactid_dynamics::{Manipulator, MassProperties, Wrench};
 use tactid_identify::{
-    BatchIdentifier, BatchResult, BatchSettings, EquationSettings, Finding, IdentifyError,
-    KnownMass,
+    BaseState, BatchIdentifier, BatchResult, BatchSettings, BoundingBox, EquationSettings, Finding,
+    IdentifyError, KnownMass, states_of_poses,
 };
 
 fn identify(
@@ -52,30 +53,168 @@ fn with_mass(mass_kg: f64, std_dev_kg: f64) -> BatchSettings {
     }
 }
 
-/// Sensors that measure nothing contradict any known mass. The result then is not the known mass and does not have
-/// its standard deviation.
-#[test]
-fn wrenches_of_zero_contradict_a_known_mass() {
+/// Samples of sensors that measure nothing.
+fn instants_of_zeros() -> Vec<Instant> {
     let mut instants = instants(1.0);
     for instant in &mut instants {
         instant.wrenches.fill(Wrench::zero());
     }
-    for std_dev_kg in [0.0, 0.01] {
-        let settings = with_mass(1.0, std_dev_kg);
-        let result = identify(&instants, EquationSettings::default(), settings).unwrap();
-        let found = result.findings.iter().find_map(|finding| match finding {
-            Finding::MassContradicted {
-                found_kg, distance, ..
-            } => Some((*found_kg, *distance)),
-            _ => None,
-        });
-        let (found_kg, distance) = found.unwrap();
-        assert!(found_kg.abs() < 1e-9, "{found_kg}");
-        assert!(distance > 5.0 && distance.is_finite(), "{distance}");
-        let has_known_mass = (result.estimate.body.mass_kg - 1.0).abs() < 1e-6;
-        let std_dev = result.estimate.std_devs.unwrap()[0];
-        assert!(has_known_mass || std_dev > 0.0, "{std_dev}");
-        assert!(has_known_mass || !result.estimate.identifiable[0]);
+    instants
+}
+
+/// Asserts that sensors which measure nothing contradict a known mass, and that nothing is known of the payload.
+#[track_caller]
+fn assert_zeros_contradict(std_dev_kg: f64) {
+    let settings = with_mass(1.0, std_dev_kg);
+    let result = identify(&instants_of_zeros(), EquationSettings::default(), settings).unwrap();
+    let [
+        Finding::MassContradicted {
+            found_kg, distance, ..
+        },
+    ] = result.findings[..]
+    else {
+        panic!("{:?}", result.findings);
+    };
+    assert!(found_kg.abs() < 1e-9, "{found_kg}");
+    assert!(distance > 5.0 && distance.is_finite(), "{distance}");
+    assert_eq!(result.estimate.not_identifiable().count(), 10);
+    assert_eq!(result.estimate.std_devs, Some([f64::INFINITY; 10]));
+}
+
+/// Wrenches of zero contradict an exact mass.
+#[test]
+fn wrenches_of_zero_contradict_an_exact_mass() {
+    assert_zeros_contradict(0.0);
+}
+
+/// Wrenches of zero contradict a mass with a standard deviation.
+#[test]
+fn wrenches_of_zero_contradict_an_uncertain_mass() {
+    assert_zeros_contradict(0.01);
+}
+
+/// A known mass of the wrong tool or of the wrong sign is one cause with one finding: that which says why.
+#[test]
+fn a_known_mass_adds_no_finding_to_its_cause() {
+    let mut instants = noisy_instants(5.0);
+    let with_tool = BatchSettings {
+        known_tool: Some(MassProperties {
+            mass_kg: 150.0,
+            ..payload()
+        }),
+        ..with_mass(100.0, 0.1)
+    };
+    let result = identify(&instants, EquationSettings::default(), with_tool).unwrap();
+    let is_mass = |finding: &Finding| matches!(finding, Finding::MassContradicted { .. });
+    let is_tool = |finding: &Finding| matches!(finding, Finding::KnownBodiesTooHeavy { .. });
+    assert!(result.findings.iter().any(is_tool), "{:?}", result.findings);
+    assert!(
+        !result.findings.iter().any(is_mass),
+        "{:?}",
+        result.findings
+    );
+    for wrench in instants
+        .iter_mut()
+        .flat_map(|instant| &mut instant.wrenches)
+    {
+        *wrench = Wrench {
+            force: -wrench.force,
+            moment: -wrench.moment,
+        };
+    }
+    let result = identify(
+        &instants,
+        EquationSettings::default(),
+        with_mass(100.0, 0.1),
+    )
+    .unwrap();
+    let is_sign = |finding: &Finding| matches!(finding, Finding::NegativeMass { .. });
+    assert!(result.findings.iter().any(is_sign), "{:?}", result.findings);
+    assert!(
+        !result.findings.iter().any(is_mass),
+        "{:?}",
+        result.findings
+    );
+}
+
+/// Samples of a sensor that turns about its own origin without gravity, which determines the first moments and not the
+/// mass, with 4 kg in front of it.
+fn turning_about_its_origin() -> (Manipulator, Vec<Instant>) {
+    let at = Vector3::new(0.1, 0.05, 0.08);
+    let instant = |k: u32| {
+        let time_s = 2e-3 * f64::from(k);
+        let turn = |t: f64| {
+            let angles = [
+                1.2 * (2.0 * t).sin(),
+                0.9 * (3.1 * t).sin(),
+                (1.7 * t).sin(),
+            ];
+            UnitQuaternion::from_euler_angles(angles[0], angles[1], angles[2])
+        };
+        let h = 1e-3;
+        let near = turn(time_s + h) * at + turn(time_s - h) * at;
+        let far = turn(time_s + 2.0 * h) * at + turn(time_s - 2.0 * h) * at;
+        let acceleration = (near * 16.0 - far - turn(time_s) * at * 30.0) / (12.0 * h * h);
+        let force = turn(time_s).inverse() * acceleration * 4.0;
+        Instant {
+            time_s,
+            base: BaseState {
+                pose: Isometry3::from_parts(Translation3::identity(), turn(time_s)),
+                ..BaseState::fixed()
+            },
+            position: vec![],
+            velocity: vec![],
+            wrenches: vec![Wrench {
+                force,
+                moment: at.cross(&force),
+            }],
+        }
+    };
+    let mut instants: Vec<Instant> = (0..2000).map(instant).collect();
+    let times_s: Vec<f64> = instants.iter().map(|instant| instant.time_s).collect();
+    let poses: Vec<_> = instants.iter().map(|instant| instant.base.pose).collect();
+    for (instant, state) in instants.iter_mut().zip(states_of_poses(&times_s, &poses)) {
+        instant.base = state;
+    }
+    (Manipulator::lone_body("sensor"), instants)
+}
+
+/// A known mass that the data do not determine, but that no consistent body has which explains them, is not the result.
+/// That is reported once, with and without a box.
+#[test]
+fn a_known_mass_that_is_not_kept_is_reported() {
+    let (robot, instants) = turning_about_its_origin();
+    let bounding_box = Some(BoundingBox {
+        min: Vector3::repeat(-0.15),
+        max: Vector3::repeat(0.15),
+    });
+    for bounding_box in [None, bounding_box] {
+        let (equations, settings) = (
+            EquationSettings::default(),
+            BatchSettings {
+                bounding_box,
+                ..with_mass(2.0, 0.0)
+            },
+        );
+        let mut batch =
+            BatchIdentifier::new(&robot, "sensor", &["sensor"], equations, settings).unwrap();
+        for instant in &instants {
+            batch.push(&instant.sample()).unwrap();
+        }
+        let result = batch.solve().unwrap();
+        let [
+            Finding::KnownMassNotKept {
+                known,
+                estimated_kg,
+                within_box,
+            },
+        ] = result.findings[..]
+        else {
+            panic!("{:?}", result.findings);
+        };
+        assert_eq!((known.mass_kg, within_box), (2.0, bounding_box.is_some()));
+        assert_eq!(estimated_kg, result.estimate.body.mass_kg);
+        assert!(estimated_kg > 3.9, "{estimated_kg}");
     }
 }
 

@@ -240,6 +240,31 @@ fn bad_samples_are_rejected_and_gaps_are_not_bridged() {
     );
 }
 
+/// Rejected samples do not count towards those among which the update by a window is divided: with sparse samples the
+/// estimate includes a window as soon as the sample that ends it is used, however many are rejected between them.
+#[test]
+fn rejected_samples_do_not_defer_an_update() {
+    let experiment = Experiment {
+        step_s: 5e-3,
+        ..Experiment::default()
+    };
+    let settings = EquationSettings::default();
+    let mut once = identifier(&experiment, &settings);
+    let mut repeated = identifier(&experiment, &settings);
+    for instant in experiment.run() {
+        let outcome = once.push(&instant.sample()).unwrap();
+        assert_eq!(repeated.push(&instant.sample()).unwrap(), outcome);
+        // Many samples come before the first window ends, and its update is divided among those that follow.
+        if instant.time_s > 0.5 {
+            assert_eq!(once.estimate().values(), repeated.estimate().values());
+        }
+        for _ in 0..10 {
+            let outcome = repeated.push(&instant.sample()).unwrap();
+            assert_eq!(outcome, PushOutcome::Rejected);
+        }
+    }
+}
+
 /// A request that cannot work is an error at construction, which names its cause.
 #[test]
 fn impossible_requests_are_errors() {

@@ -135,7 +135,7 @@ impl<const N: usize> Lms<N> {
     /// `step` has the inverse unit of a row's squared norm.
     ///
     /// # Errors
-    /// [`SettingError::Step`] if `step` is not positive and finite.
+    /// Returns [`SettingError::Step`] if `step` is not positive and finite.
     pub fn new(step: f64) -> Result<Self, SettingError> {
         ensure(step > 0.0 && step.is_finite(), SettingError::Step(step))?;
         Ok(Self::with_rule(FixedStep(step)))
@@ -148,7 +148,7 @@ impl<const N: usize> Nlms<N> {
     /// `alpha` has no unit, and `beta` that of a row's squared norm.
     ///
     /// # Errors
-    /// [`SettingError::Alpha`] if `alpha` is outside (0, 2), and [`SettingError::Beta`] if `beta` is
+    /// Returns [`SettingError::Alpha`] if `alpha` is outside (0, 2), and [`SettingError::Beta`] if `beta` is
     /// outside (0, 1): the conditions for convergence below (54).
     pub fn new(alpha: f64, beta: f64) -> Result<Self, SettingError> {
         ensure(alpha > 0.0 && alpha < 2.0, SettingError::Alpha(alpha))?;

@@ -131,7 +131,7 @@ impl ChangeDetector {
     /// Returns a detector that has no evidence yet.
     ///
     /// # Errors
-    /// The [`SettingError`] of the first setting that is outside its range.
+    /// Returns the [`SettingError`] of the first setting that is outside its range.
     pub fn new(settings: ChangeSettings) -> Result<Self, SettingError> {
         settings.check()?;
         // Each of the three sums may raise a third of the false alarms. Rows that are correlated

@@ -35,17 +35,58 @@ impl Series {
         name: &'static str,
         item: &[usize],
     ) -> PyResult<Self> {
+        Self::read_one_of(value, name, &[item], "")
+    }
+
+    /// Reads an array of the shape `item`.
+    pub(crate) fn read_item(
+        value: &Bound<'_, PyAny>,
+        name: &'static str,
+        item: &[usize],
+    ) -> PyResult<Self> {
         let array = contiguous(value, name)?;
-        let shape = array.shape();
-        let samples = match shape.len().checked_sub(item.len()) {
-            Some(0) if shape == item => None,
-            Some(1) if &shape[1..] == item => Some(shape[0]),
-            _ => return Err(shape_error(name, shape, &[item])),
-        };
+        if array.shape() != item {
+            let expected = vec![shape_of(item)];
+            return Err(shape_error(name, array.shape(), expected, ""));
+        }
         Ok(Self {
             name,
             values: array.to_vec()?,
             width: item.iter().product(),
+            samples: None,
+        })
+    }
+
+    /// Reads an array whose items have one of some shapes; where none fits, the error also says `what` an item is.
+    pub(crate) fn read_one_of(
+        value: &Bound<'_, PyAny>,
+        name: &'static str,
+        items: &[&[usize]],
+        what: &str,
+    ) -> PyResult<Self> {
+        let array = contiguous(value, name)?;
+        let shape = array.shape();
+        let fitting = items.iter().find_map(|item| {
+            let samples = match shape.len().checked_sub(item.len())? {
+                0 if shape == *item => None,
+                1 if shape[1..] == **item => Some(shape[0]),
+                _ => return None,
+            };
+            Some((item.iter().product(), samples))
+        });
+        let Some((width, samples)) = fitting else {
+            let advice = transposition(shape, items);
+            return Err(shape_error(
+                name,
+                shape,
+                one_or_many(items),
+                &format!("{what}{advice}"),
+            ));
+        };
+        Ok(Self {
+            name,
+            values: array.to_vec()?,
+            width,
             samples,
         })
     }
@@ -137,7 +178,7 @@ impl Poses {
         value: Option<&Bound<'_, PyAny>>,
         name: &'static str,
     ) -> PyResult<Self> {
-        Self::read(
+        let read = Self::read(
             value,
             name,
             |item| Ok(measured_pose_from_quaternion(item)),
@@ -148,7 +189,15 @@ impl Poses {
                     pose_from_matrix(item)
                 }
             },
-        )
+        )?;
+        let is_missing = |pose: &Isometry3<f64>| pose.rotation.coords.iter().any(|x| x.is_nan());
+        if read.poses.len() > 1 && read.poses.iter().all(is_missing) {
+            return Err(ArgumentError::new_err(format!(
+                "`{name}` has no pose that can be used: expected [x, y, z, qx, qy, qz, qw] with a quaternion of \
+                 norm one, or 4x4 matrices without NaN"
+            )));
+        }
+        Ok(read)
     }
 
     fn read(
@@ -171,7 +220,7 @@ impl Poses {
             [count, 4, 4] => (Some(count), 16),
             [7] => (None, 7),
             [count, 7] => (Some(count), 7),
-            _ => return Err(shape_error(name, shape, &[&[4, 4], &[7]])),
+            _ => return Err(shape_error(name, shape, one_or_many(&[&[4, 4], &[7]]), "")),
         };
         let values = array.to_vec()?;
         let poses = values.chunks_exact(width).enumerate().map(|(row, item)| {
@@ -275,42 +324,92 @@ pub(crate) fn homogeneous(pose: &Isometry3<f64>) -> impl Iterator<Item = f64> {
     (0..16).map(move |index| transposed[index])
 }
 
+/// Converts what Python gives to an array of numbers. NumPy would take dates, text and complex numbers, too, and None
+/// for one number that is missing.
 fn contiguous<'py>(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let py = value.py();
-    let array = py
-        .import("numpy")?
-        .call_method1("ascontiguousarray", (value, "float64"))
-        .map_err(|error| {
-            ArgumentError::new_err(format!(
-                "`{name}` is not an array of numbers: {}",
-                error.value(py)
-            ))
-        })?;
+    let refuse =
+        |why: &str| ArgumentError::new_err(format!("`{name}` is not an array of numbers: {why}"));
+    if value.is_none() {
+        return Err(refuse("it is None"));
+    }
+    let numpy = py.import("numpy")?;
+    let convert = || {
+        let masked = numpy.getattr("ma")?;
+        let array = if masked
+            .call_method1("isMaskedArray", (value,))?
+            .is_truthy()?
+        {
+            let numbers = value.call_method1("astype", ("float64",))?;
+            numbers.call_method1("filled", (f64::NAN,))?
+        } else {
+            numpy.call_method1("asarray", (value,))?
+        };
+        let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+        let reason = match kind.as_str() {
+            "M" | "m" => {
+                "it holds dates; give seconds, such as (t - t[0]) / numpy.timedelta64(1, \"s\")"
+            }
+            "U" | "S" | "T" => "it holds text",
+            "c" => "it holds complex numbers",
+            _ => return numpy.call_method1("ascontiguousarray", (array, "float64")),
+        };
+        Err(refuse(reason))
+    };
+    let array = convert().map_err(|error| {
+        if error.is_instance_of::<ArgumentError>(py) {
+            return error;
+        }
+        let reason = error.value(py).to_string();
+        if reason.contains("inhomogeneous") {
+            refuse("its rows have different lengths")
+        } else {
+            refuse(&reason)
+        }
+    })?;
     Ok(array.cast_into::<PyArrayDyn<f64>>()?)
 }
 
-fn shape_error(name: &str, given: &[usize], items: &[&[usize]]) -> PyErr {
-    let expected: Vec<String> = items
-        .iter()
-        .flat_map(|item| {
-            let dimensions: Vec<_> = item.iter().map(usize::to_string).collect();
-            let series = format!("(N, {})", dimensions.join(", "));
-            [tuple(item), series]
-        })
-        .collect();
+/// Returns the shapes of one item and of N, as Python writes them.
+fn one_or_many(items: &[&[usize]]) -> Vec<String> {
+    let many = |item: &[usize]| {
+        let dimensions = item.iter().map(usize::to_string);
+        tuple(std::iter::once("N".to_owned()).chain(dimensions))
+    };
+    let shapes = items.iter().flat_map(|item| [shape_of(item), many(item)]);
+    shapes.collect()
+}
+
+/// Returns the advice to transpose an array, if that would fit.
+fn transposition(given: &[usize], items: &[&[usize]]) -> &'static str {
+    match *given {
+        [rows, _] if items.iter().any(|item| **item == [rows]) => "; it is transposed: give its .T",
+        _ => "",
+    }
+}
+
+fn shape_error(name: &str, given: &[usize], expected: Vec<String>, what: &str) -> PyErr {
+    let colon = if what.is_empty() || what.starts_with(';') {
+        ""
+    } else {
+        ": "
+    };
     ArgumentError::new_err(format!(
-        "`{name}` has the shape {}: expected {}",
-        tuple(given),
+        "`{name}` has the shape {}: expected {}{colon}{what}",
+        shape_of(given),
         expected.join(" or ")
     ))
 }
 
 /// Formats a shape as Python writes a tuple.
-fn tuple(shape: &[usize]) -> String {
-    let dimensions: Vec<_> = shape.iter().map(usize::to_string).collect();
-    match &dimensions[..] {
+fn shape_of(shape: &[usize]) -> String {
+    tuple(shape.iter().map(usize::to_string))
+}
+
+fn tuple(entries: impl Iterator<Item = String>) -> String {
+    match &entries.collect::<Vec<_>>()[..] {
         [one] => format!("({one},)"),
-        _ => format!("({})", dimensions.join(", ")),
+        entries => format!("({})", entries.join(", ")),
     }
 }
 

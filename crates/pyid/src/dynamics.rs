@@ -1,16 +1,15 @@
 //! Manipulators on whole arrays.
 
-use std::path::PathBuf;
-
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use tactid_dynamics::{BaseKind, ToolMotion, Workspace};
 
 use crate::arrays::{Series, common_length, extend_with, homogeneous, output};
-use crate::errors::{ArgumentError, IntoPyErr, ModelError};
+use crate::errors::{ArgumentError, IntoPyErr};
 use crate::inertia::MassProperties;
 use crate::states::States;
+use crate::urdf::urdf_text;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
@@ -61,33 +60,27 @@ impl Manipulator {
     /// Reads a URDF.
     ///
     /// Args:
-    ///     urdf: A path, or the XML itself (text with a ``<``). Meshes are not looked for.
-    ///     base: ``"floating"`` for a spacecraft, ``"fixed"`` for a robot that is bolted down.
+    ///     urdf: The path of a file, or the text itself, which begins with ``<``. Meshes are not looked for.
+    ///     base: ``"fixed"`` for a robot that is bolted down, ``"floating"`` for one whose base moves, such as a
+    ///         spacecraft or a mobile robot.
     ///     base_link: Link to take as the base, with what hangs below it; the root where left out.
     ///
     /// Raises:
     ///     ModelError: It cannot be read, or a link or joint is impossible; the message names it.
+    ///     ArgumentError: ``base`` is something else, or ``urdf`` is neither text nor a path.
     #[staticmethod]
-    #[pyo3(signature = (urdf, base="floating", *, base_link=None))]
-    fn from_urdf(urdf: PathBuf, base: &str, base_link: Option<&str>) -> PyResult<Self> {
+    #[pyo3(signature = (urdf, base="fixed", *, base_link=None))]
+    fn from_urdf(urdf: &Bound<'_, PyAny>, base: &str, base_link: Option<&str>) -> PyResult<Self> {
         let kind = match base {
             "floating" => BaseKind::Floating,
             "fixed" => BaseKind::Fixed,
             _ => {
                 return Err(ArgumentError::new_err(format!(
-                    "`base` is {base:?}: expected \"floating\" or \"fixed\""
+                    "`base` is {base:?}: expected \"fixed\" or \"floating\""
                 )));
             }
         };
-        let given = urdf.to_string_lossy();
-        let xml = if given.contains('<') {
-            given.into_owned()
-        } else {
-            std::fs::read_to_string(&urdf).map_err(|error| {
-                ModelError::new_err(format!("cannot read the URDF `{given}`: {error}"))
-            })?
-        };
-        tactid_dynamics::Manipulator::from_urdf_below(&xml, kind, base_link)
+        tactid_dynamics::Manipulator::from_urdf_below(&urdf_text(urdf)?, kind, base_link)
             .map(Self)
             .map_err(IntoPyErr::into_py_err)
     }

@@ -4,9 +4,10 @@ use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use tactid_identify::IdentifyError;
 use tactid_nlms::SettingError;
-use tactid_recordings::{RecordingError, TopicKind};
+use tactid_recordings::RecordingError;
 
 use crate::faults::FaultData;
+use crate::keywords::{keyword_of, option_of, topic_option};
 
 pyo3::import_exception!(tactid.errors, TactidError);
 pyo3::import_exception!(tactid.errors, ArgumentError);
@@ -120,8 +121,20 @@ impl IntoPyErr for RecordingError {
             Self::NoSuchTopic { kind, .. } => option_error(message, topic_option(kind)),
             Self::EffortGains { .. } => option_error(message, "effort_gain"),
             Self::UnloadedNeedsEffort => option_error(message, "unloaded"),
-            Self::NotForArrays(name) => option_error(message, option_of(name)),
-            Self::NoSamples => ArgumentError::new_err("the times are empty: there is no sample"),
+            Self::NotForArrays(name) => {
+                let option = keyword_of(name);
+                ArgumentError::new_err((message, option.to_owned()))
+            }
+            Self::NoSamples => ArgumentError::new_err("`time` is empty: there is no sample"),
+            Self::UnknownTip { .. } => ModelError::new_err((message, "tip")),
+            Self::RobotTwice => {
+                ArgumentError::new_err("`robot` and `urdf` are both given: give one of them")
+            }
+            Self::BaseIsFixed { name } => ArgumentError::new_err(format!(
+                "`{}` is about a base that moves, but that of the robot is fixed: read the robot with \
+                 base=\"floating\"; for a fixed base that is tilted, give `gravity` in the axes of the base",
+                keyword_of(name)
+            )),
             Self::ArrayLength {
                 name,
                 given,
@@ -133,8 +146,18 @@ impl IntoPyErr for RecordingError {
             Self::MissingArray { name, reason } => {
                 ArgumentError::new_err(format!("`{}` is missing: {reason}", keyword_of(name)))
             }
+            Self::TimesNotIncreasing { name, .. } => {
+                IdentificationError::new_err(message.replace(&name, keyword_of(&name)))
+            }
+            Self::TooManyGaps { .. } => IdentificationError::new_err((message, "max_gap")),
+            Self::RareSamples { unit: None, .. } => {
+                IdentificationError::new_err((message, "cutoff"))
+            }
             Self::SeveralTopics { kind, .. } => {
                 IdentificationError::new_err((message, topic_option(kind)))
+            }
+            Self::UnrelatedWrenches { .. } => {
+                IdentificationError::new_err((message, topic_option(TopicKind::Wrenches)))
             }
             Self::NoUrdf(_) => IdentificationError::new_err((message, "urdf")),
             Self::ImuFrame { .. } => IdentificationError::new_err((message, "imu_topic")),
@@ -152,7 +175,8 @@ impl IntoPyErr for RecordingError {
             | Self::NoMotion(_)
             | Self::UnknownFrame { .. }
             | Self::MissingJoint { .. }
-            | Self::EmptyTopic(_) => IdentificationError::new_err(message),
+            | Self::EmptyTopic(_)
+            | Self::RareSamples { unit: Some(_), .. } => IdentificationError::new_err(message),
         }
     }
 }
@@ -182,39 +206,5 @@ fn setting_message(error: &SettingError) -> String {
     match text.split_once(' ') {
         Some((name, rest)) => format!("`{name}` {rest}"),
         None => text,
-    }
-}
-
-/// The option that sets a field of a Rust settings type: its name without the unit.
-pub(crate) fn option_of(field: &'static str) -> &'static str {
-    let name = ["_s", "_hz", "_kg"]
-        .iter()
-        .find_map(|unit| field.strip_suffix(unit));
-    name.unwrap_or(field)
-}
-
-/// The option that chooses a topic.
-fn topic_option(kind: TopicKind) -> &'static str {
-    match kind {
-        TopicKind::Joints => "joint_topic",
-        TopicKind::Wrenches => "wrench_topic",
-        TopicKind::Odometry => "odometry_topic",
-        TopicKind::Imu => "imu_topic",
-        TopicKind::Acceleration => "acceleration_topic",
-    }
-}
-
-/// The keyword of `tactid.identify` that gives a field of `Arrays`.
-fn keyword_of(field: &str) -> &str {
-    match field {
-        "times_s" => "source",
-        "joint_position" => "q",
-        "joint_velocity" => "qd",
-        "joint_effort" => "effort",
-        "wrenches" => "wrench",
-        "poses" => "pose",
-        "twists" => "twist",
-        "accelerations" => "acceleration",
-        other => other,
     }
 }

@@ -2,9 +2,10 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tactid_recordings::Finding;
+use tactid_identify::WrenchOffset;
+use tactid_recordings::{Finding, NotUsedBecause, TwistAxes, VelocityCause};
 
-use crate::errors::option_of;
+use crate::keywords::{keyword_of, option_of};
 
 /// The kind of a finding, and its data.
 pub(crate) type FindingData = (&'static str, Py<PyDict>);
@@ -32,10 +33,17 @@ pub(crate) fn finding_data(py: Python<'_>, finding: &Finding) -> PyResult<Findin
             data!(py, "topic": topic, "explains_better": explains_better,
                 "residual_ratio": residual_ratio, "power_ratio": power_ratio),
         ),
-        Finding::OptionNotUsed { option, method } => (
-            "option_not_used",
-            data!(py, "option": option_of(option), "method": method.name()),
-        ),
+        Finding::OptionNotUsed { option, because } => {
+            let (because, method) = match because {
+                NotUsedBecause::Method(method) => ("method", Some(method.name())),
+                NotUsedBecause::OtherMotion => ("other_motion", None),
+                NotUsedBecause::GravityIsMeasured => ("gravity_is_measured", None),
+            };
+            (
+                "option_not_used",
+                data!(py, "option": option_of(option), "because": because, "method": method),
+            )
+        }
         Finding::FrameAssumed { topic, frame } => {
             ("frame_assumed", data!(py, "topic": topic, "frame": frame))
         }
@@ -53,6 +61,58 @@ pub(crate) fn finding_data(py: Python<'_>, finding: &Finding) -> PyResult<Findin
             "early_end",
             data!(py, "topic": topic, "end_s": end_s, "early_s": early_s),
         ),
+        Finding::VelocitiesContradicted {
+            joints,
+            relative_difference,
+            cause,
+        } => {
+            let (cause, other) = match cause {
+                None => (None, None),
+                Some(VelocityCause::OppositeSign) => (Some("opposite_sign"), None),
+                Some(VelocityCause::Degrees) => (Some("degrees"), None),
+                Some(VelocityCause::PositionsInDegrees) => (Some("positions_in_degrees"), None),
+                Some(VelocityCause::OtherJoint(other)) => (Some("other_joint"), Some(other)),
+            };
+            (
+                "velocities_contradicted",
+                data!(py, "joints": joints, "relative_difference": relative_difference,
+                    "cause": cause, "other": other),
+            )
+        }
+        Finding::TwistContradicted {
+            source,
+            relative_difference,
+            better_axes,
+        } => {
+            let better_axes = better_axes.map(|axes| match axes {
+                TwistAxes::World => "world",
+                TwistAxes::Body => "body",
+            });
+            (
+                "twist_contradicted",
+                data!(py, "source": keyword_of(source), "relative_difference": relative_difference,
+                    "better_axes": better_axes),
+            )
+        }
+        Finding::ConstantChannels {
+            source,
+            frame,
+            channels,
+            is_zero,
+        } => (
+            "constant_channels",
+            data!(py, "source": keyword_of(source), "frame": frame, "channels": channels,
+                "is_zero": is_zero),
+        ),
+        Finding::DelayDoubtful {
+            delay_s,
+            residual_ratio,
+            is_at_end,
+        } => (
+            "delay_doubtful",
+            data!(py, "delay_s": delay_s, "residual_ratio": residual_ratio.sqrt(),
+                "is_at_end": is_at_end),
+        ),
         Finding::NoStamps => ("no_stamps", data!(py)),
         Finding::DelayCorrected {
             applied_s,
@@ -66,7 +126,10 @@ pub(crate) fn finding_data(py: Python<'_>, finding: &Finding) -> PyResult<Findin
 }
 
 /// What the data say about the assumptions of the identification.
-fn data_finding(py: Python<'_>, finding: &tactid_identify::Finding) -> PyResult<FindingData> {
+pub(crate) fn data_finding(
+    py: Python<'_>,
+    finding: &tactid_identify::Finding,
+) -> PyResult<FindingData> {
     use tactid_identify::Finding as Found;
     Ok(match finding {
         Found::GravityContradicted {
@@ -86,10 +149,17 @@ fn data_finding(py: Python<'_>, finding: &tactid_identify::Finding) -> PyResult<
             "known_bodies_too_heavy",
             data!(py, "known_kg": known_kg, "load_kg": load_kg),
         ),
-        Found::OffsetSuspected { channel, offset } => (
-            "offset_suspected",
-            data!(py, "channel": &channel.name, "unit": channel.unit, "value": offset.value,
-                "std_dev": offset.std_dev),
+        Found::OffsetSuspected { offset } => offset_suspected(py, offset)?,
+        Found::LoadUnexplained {
+            unit,
+            residual_rms,
+            load_rms,
+            noise_rms,
+            method,
+        } => (
+            "load_unexplained",
+            data!(py, "unit": unit, "residual_rms": residual_rms, "load_rms": load_rms,
+                "noise_rms": noise_rms, "method": method.name()),
         ),
         Found::MassContradicted {
             known,
@@ -100,6 +170,15 @@ fn data_finding(py: Python<'_>, finding: &tactid_identify::Finding) -> PyResult<
             "mass_contradicted",
             data!(py, "known_kg": known.mass_kg, "known_std_dev_kg": known.std_dev_kg,
                 "found_kg": found_kg, "std_dev_kg": std_dev_kg, "distance": distance),
+        ),
+        Found::KnownMassNotKept {
+            known,
+            estimated_kg,
+            within_box,
+        } => (
+            "known_mass_not_kept",
+            data!(py, "known_kg": known.mass_kg, "known_std_dev_kg": known.std_dev_kg,
+                "estimated_kg": estimated_kg, "within_box": within_box),
         ),
         Found::Inconsistent {
             distance,
@@ -113,4 +192,10 @@ fn data_finding(py: Python<'_>, finding: &tactid_identify::Finding) -> PyResult<
             data!(py, "outliers": outliers, "windows": windows),
         ),
     })
+}
+
+fn offset_suspected(py: Python<'_>, offset: &WrenchOffset) -> PyResult<FindingData> {
+    let values = data!(py, "frame": &*offset.frame, "values": offset.values(),
+        "std_devs": offset.std_devs);
+    Ok(("offset_suspected", values))
 }

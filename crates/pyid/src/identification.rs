@@ -3,6 +3,7 @@
 
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
+use tactid_identify::WrenchOffset;
 use tactid_recordings::{
     Clock, Delay, Estimator, FitReport, HistoryPoint, Identification, KnownMass, PaperSettings,
     PayloadEstimate, PrincipalMoments, SingularValues,
@@ -76,16 +77,12 @@ pub(crate) struct WrenchOffsetData {
 }
 
 impl WrenchOffsetData {
-    pub(crate) fn new(
-        py: Python<'_>,
-        frame: &str,
-        values: Vec<f64>,
-        std_devs: Vec<f64>,
-    ) -> PyResult<Self> {
+    pub(crate) fn new(py: Python<'_>, offset: &WrenchOffset) -> PyResult<Self> {
+        let std_devs = offset.std_devs.unwrap_or([f64::NAN; 6]);
         Ok(Self {
-            frame: frame.to_owned(),
-            values: array(py, values, &[6])?,
-            std_devs: array(py, std_devs, &[6])?,
+            frame: offset.frame.to_string(),
+            values: array(py, offset.values().to_vec(), &[6])?,
+            std_devs: array(py, std_devs.to_vec(), &[6])?,
         })
     }
 }
@@ -165,7 +162,6 @@ pub(crate) struct IdentificationData {
 
 impl IdentificationData {
     pub(crate) fn new(py: Python<'_>, found: Identification) -> PyResult<Self> {
-        let frame = &found.estimate.frame;
         let findings = found
             .findings
             .iter()
@@ -199,7 +195,7 @@ impl IdentificationData {
             fit: found
                 .fit
                 .as_ref()
-                .map(|fit| fit_data(py, fit, frame))
+                .map(|fit| fit_data(py, fit))
                 .transpose()?,
             singular_values: strengths
                 .map(|s| SingularValuesData::new(py, s))
@@ -295,7 +291,7 @@ fn history_data(py: Python<'_>, points: &[HistoryPoint]) -> PyResult<HistoryData
     })
 }
 
-fn fit_data(py: Python<'_>, fit: &FitReport, frame: &str) -> PyResult<FitData> {
+fn fit_data(py: Python<'_>, fit: &FitReport) -> PyResult<FitData> {
     let (windows, channels) = (fit.times_s.len(), fit.channels.len());
     let by_channel = |values: Vec<f64>| array(py, values, &[windows, channels]);
     let weights = fit
@@ -307,11 +303,8 @@ fn fit_data(py: Python<'_>, fit: &FitReport, frame: &str) -> PyResult<FitData> {
         .iter()
         .map(|channel| (channel.name.clone(), channel.unit));
     let directions = fit.directions.clone().into_flattened();
-    let offset = (!fit.offsets.is_empty()).then(|| {
-        let values = fit.offsets.iter().map(|offset| offset.value).collect();
-        let uncertain = fit.offsets.iter().map(|offset| offset.std_dev).collect();
-        WrenchOffsetData::new(py, frame, values, uncertain)
-    });
+    let offset = fit.offset.as_ref();
+    let offset = offset.map(|offset| WrenchOffsetData::new(py, offset));
     Ok(FitData {
         channels: named.collect(),
         time: array(py, fit.times_s.clone(), &[windows])?,

@@ -3,13 +3,15 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use tactid_recordings::{Arrays, HistoryPoint, Observer};
+use tactid_dynamics::BaseKind;
+use tactid_recordings::{Arrays, HistoryPoint, Observer, UnloadedArrays};
 
+use crate::arguments::{read_joints, read_robot, read_sensors, read_wrenches};
 use crate::arrays::{Poses, Sampled, Series, common_length};
-use crate::dynamics::Manipulator;
-use crate::errors::IntoPyErr;
+use crate::errors::{IntoPyErr, option_error, with_option};
 use crate::identification::IdentificationData;
 use crate::interruption::InterruptionCheck;
+use crate::keywords;
 use crate::options;
 
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
@@ -23,7 +25,7 @@ pub(crate) fn identify_log(
     options: &Bound<'_, PyAny>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<IdentificationData> {
-    let request = options::request(options)?;
+    let request = options::log_request(options)?;
     run(py, progress, |observer| {
         tactid_recordings::identify_log(&log, &request, observer)
     })
@@ -38,7 +40,7 @@ pub(crate) fn identify_arrays(
     time: &Bound<'_, PyAny>,
     options: &Bound<'_, PyAny>,
     progress: Option<Py<PyAny>>,
-    robot: Option<&Manipulator>,
+    robot: Argument<'_, '_>,
     q: Argument<'_, '_>,
     qd: Argument<'_, '_>,
     effort: Argument<'_, '_>,
@@ -46,18 +48,24 @@ pub(crate) fn identify_arrays(
     pose: Argument<'_, '_>,
     twist: Argument<'_, '_>,
     acceleration: Argument<'_, '_>,
-    sensors: Option<Vec<String>>,
+    sensors: Argument<'_, '_>,
 ) -> PyResult<IdentificationData> {
     let request = options::request(options)?;
-    let dof = robot.map_or(0, |robot| robot.0.dof());
-    let names: Option<Vec<&str>> = sensors
+    let robot = robot.map(read_robot).transpose()?;
+    let dof = match (&robot, &request.urdf) {
+        (Some(robot), _) => Some(robot.get().0.dof()),
+        (None, Some(urdf)) => Some(dof_of(urdf)?),
+        (None, None) => None,
+    };
+    let names = sensors.map(read_sensors).transpose()?;
+    let names: Option<Vec<&str>> = names
         .as_ref()
         .map(|names| names.iter().map(String::as_str).collect());
-    let time = Series::read(time, "source", &[])?;
-    let q = Series::read_or_empty(q, "q", dof)?;
-    let qd = Series::read_or_empty(qd, "qd", dof)?;
-    let effort = Series::read_or_empty(effort, "effort", dof)?;
-    let wrench = read_wrench(wrench, names.as_ref().map_or(1, Vec::len))?;
+    let time = Series::read(time, "time", &[])?;
+    let [q, qd, effort] = read_joints([q, qd, effort], dof)?;
+    let wrench = read_wrenches(wrench, names.as_ref().map_or(1, Vec::len))?;
+    let unloaded = Unloaded::read(options, dof)?;
+    let given_pose = pose.is_some();
     let pose = Poses::read_measured_or_identity(pose, "pose")?;
     let twist = Series::read_or_empty(twist, "twist", 6)?;
     let acceleration = Series::read_or_empty(acceleration, "acceleration", 6)?;
@@ -75,32 +83,70 @@ pub(crate) fn identify_arrays(
     let [time, q, qd, effort, wrench, twist, acceleration] =
         [time, q, qd, effort, wrench, twist, acceleration].map(|series| series.repeated(count));
     let arrays = Arrays {
-        robot: robot.map(|robot| &robot.0),
+        robot: robot.as_ref().map(|robot| &robot.get().0),
         sensors: names.as_deref(),
         times_s: &time,
         joint_position: &q,
         joint_velocity: &qd,
         joint_effort: &effort,
         wrenches: &wrench,
-        poses: pose.as_slice(),
+        poses: if given_pose { pose.as_slice() } else { &[] },
         twists: &twist,
         accelerations: &acceleration,
+        unloaded: unloaded.as_ref().map(Unloaded::arrays),
     };
     run(py, progress, |observer| {
-        tactid_recordings::identify_arrays(&arrays, &request, observer)
+        let result = tactid_recordings::identify_arrays(&arrays, &request, observer);
+        keywords::name_arrays(result)
     })
 }
 
-/// Wrenches of one sensor, (N, 6) or (N, 1, 6), or of several, (N, S, 6).
-fn read_wrench(given: Argument<'_, '_>, sensors: usize) -> PyResult<Series> {
-    let Some(given) = given else {
-        return Series::read_or_empty(None, "wrench", 6);
-    };
-    if sensors != 1 {
-        return Series::read(given, "wrench", &[sensors, 6]);
+/// Number of joints of a URDF.
+fn dof_of(urdf: &str) -> PyResult<usize> {
+    let robot = tactid_dynamics::Manipulator::from_urdf(urdf, BaseKind::Fixed);
+    let robot = with_option(robot.map_err(IntoPyErr::into_py_err), "urdf")?;
+    Ok(robot.dof())
+}
+
+/// The unloaded reference of arrays.
+struct Unloaded {
+    time: Vec<f64>,
+    q: Vec<f64>,
+    effort: Vec<f64>,
+}
+
+impl Unloaded {
+    /// Reads the option `unloaded`: a mapping with the arrays `time`, `q` and `effort`.
+    fn read(options: &Bound<'_, PyAny>, dof: Option<usize>) -> PyResult<Option<Self>> {
+        let Some(given) = options::unloaded_arrays(options)? else {
+            return Ok(None);
+        };
+        let get = |key: &str| match given.get_item(key) {
+            Ok(value) if !value.is_none() => Ok(value),
+            _ => Err(option_error(
+                format!("the unloaded reference has no `{key}`: it needs `time`, `q` and `effort`"),
+                "unloaded",
+            )),
+        };
+        let dof = dof.unwrap_or(0);
+        let read = || -> PyResult<Self> {
+            let time = Series::read(&get("time")?, "unloaded[\"time\"]", &[])?;
+            let q = Series::read(&get("q")?, "unloaded[\"q\"]", &[dof])?;
+            let effort = Series::read(&get("effort")?, "unloaded[\"effort\"]", &[dof])?;
+            let count = common_length(&[&time, &q, &effort])?.unwrap_or(1);
+            let [time, q, effort] = [time, q, effort].map(|series| series.repeated(count));
+            Ok(Self { time, q, effort })
+        };
+        read().map(Some)
     }
-    let one = Series::read(given, "wrench", &[6]);
-    one.or_else(|error| Series::read(given, "wrench", &[1, 6]).map_err(|_| error))
+
+    fn arrays(&self) -> UnloadedArrays<'_> {
+        UnloadedArrays {
+            times_s: &self.time,
+            joint_position: &self.q,
+            joint_effort: &self.effort,
+        }
+    }
 }
 
 /// Runs an identification with the interpreter released.

@@ -3,6 +3,7 @@
 //! It contains no mathematics: arrays come in, a crate's function runs with the interpreter released,
 //! and arrays go out.
 
+mod arguments;
 mod arrays;
 mod dynamics;
 mod errors;
@@ -13,6 +14,7 @@ mod identification;
 mod identify;
 mod inertia;
 mod interruption;
+mod keywords;
 mod logs;
 mod online;
 mod options;
@@ -22,6 +24,7 @@ mod samples;
 mod simulate;
 mod states;
 mod table;
+mod urdf;
 
 /// The compiled part of the package `tactid`.
 #[pyo3::pymodule]

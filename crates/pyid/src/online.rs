@@ -5,15 +5,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use tactid_dynamics::Wrench;
-use tactid_identify::{
-    BaseState, ExpressedWrench, IdentifyError, PayloadEstimate, PushOutcome, Sample,
-};
-use tactid_recordings::DEFAULT_TIP;
+use tactid_dynamics::{BaseKind, Wrench};
+use tactid_identify::{BaseState, IdentifyError, PayloadEstimate, PushOutcome, Sample};
+use tactid_recordings::{OnlineSetup, RecordingError, Request};
 
-use crate::arrays::{Poses, Series, common_length, output};
-use crate::dynamics::Manipulator;
-use crate::errors::{ArgumentError, IntoPyErr};
+use crate::arguments::{read_joints, read_robot, read_sensors, read_wrenches};
+use crate::arrays::{Poses, Sampled, Series, common_length, output};
+use crate::errors::{ArgumentError, IntoPyErr, with_option};
+use crate::findings::{FindingData, data_finding};
 use crate::identification::{EstimateData, SingularValuesData, WrenchOffsetData};
 use crate::options;
 
@@ -54,29 +53,39 @@ impl Solver for tactid_identify::PaperFilter {
 pub(crate) struct OnlineSolver {
     /// The solver, which the subclass shares under its own type.
     solver: Arc<Mutex<dyn Solver>>,
-    dof: usize,
+    expects: Expected,
+}
+
+/// What each sample must have.
+#[derive(Clone, Copy)]
+struct Expected {
+    /// Number of joints; `None` for a sensor without a robot.
+    dof: Option<usize>,
+    base: BaseKind,
     sensors: usize,
+    uses_effort: bool,
 }
 
 #[pymethods]
 impl OnlineSolver {
     /// Takes one sample, or N in a row: see :meth:`tactid.Identifier.push`.
-    #[pyo3(signature = (time, q, qd=None, wrenches=None, *, effort=None, base_pose=None, base_twist=None))]
+    #[pyo3(signature = (time, q=None, qd=None, wrench=None, *, effort=None, pose=None, twist=None, acceleration=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn push(
         &self,
         py: Python<'_>,
         time: &Bound<'_, PyAny>,
-        q: &Bound<'_, PyAny>,
+        q: Argument<'_, '_>,
         qd: Argument<'_, '_>,
-        wrenches: Argument<'_, '_>,
+        wrench: Argument<'_, '_>,
         effort: Argument<'_, '_>,
-        base_pose: Argument<'_, '_>,
-        base_twist: Argument<'_, '_>,
+        pose: Argument<'_, '_>,
+        twist: Argument<'_, '_>,
+        acceleration: Argument<'_, '_>,
     ) -> PyResult<usize> {
-        let joints = [Some(q), qd, effort];
-        let base = [base_pose, base_twist];
-        let samples = Samples::read((self.dof, self.sensors), time, joints, wrenches, base)?;
+        let joints = [q, qd, effort];
+        let base = [pose, twist, acceleration];
+        let samples = Samples::read(self.expects, time, joints, wrench, base)?;
         py.detach(|| samples.push_to(&mut *lock(&self.solver)))
     }
 
@@ -95,18 +104,14 @@ pub(crate) struct Identifier(Arc<Mutex<tactid_identify::Identifier>>);
 impl Identifier {
     #[new]
     fn new(
-        robot: &Manipulator,
-        sensors: Vec<String>,
+        robot: Argument<'_, '_>,
+        sensors: Argument<'_, '_>,
         effort: bool,
         options: &Bound<'_, PyAny>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let request = options::request(options)?;
-        let settings = request.online_settings(effort);
-        let tip = request.tip.as_deref().unwrap_or(DEFAULT_TIP);
-        let names: Vec<&str> = sensors.iter().map(String::as_str).collect();
-        let solver = tactid_identify::Identifier::new(&robot.0, tip, &names, &settings)
-            .map_err(IntoPyErr::into_py_err)?;
-        let (solver, base) = shared(robot, &names, solver);
+        let (setup, expects) = set_up(&options::request(options)?, robot, sensors, effort)?;
+        let solver = setup.identifier().map_err(IntoPyErr::into_py_err)?;
+        let (solver, base) = shared(expects, solver);
         Ok(PyClassInitializer::from(base).add_subclass(Self(solver)))
     }
 
@@ -121,11 +126,18 @@ impl Identifier {
     /// Returns the offset of the wrenches; None where it is not an unknown.
     fn wrench_offset(&self, py: Python<'_>) -> PyResult<Option<WrenchOffsetData>> {
         let offset = py.detach(|| lock(&self.0).wrench_offset());
-        let data = |offset: ExpressedWrench| {
-            let six = offset.wrench.force.iter().chain(&offset.wrench.moment);
-            WrenchOffsetData::new(py, &offset.frame, six.copied().collect(), vec![f64::NAN; 6])
-        };
-        offset.map(data).transpose()
+        let data = offset.map(|offset| WrenchOffsetData::new(py, &offset));
+        data.transpose()
+    }
+
+    /// Returns what the most recent windows show about the assumptions: the kind of each finding and its data.
+    fn findings(&self, py: Python<'_>) -> PyResult<Vec<FindingData>> {
+        let findings = py.detach(|| {
+            let identifier = lock(&self.0).clone();
+            identifier.findings()
+        });
+        let data = findings.iter().map(|finding| data_finding(py, finding));
+        data.collect()
     }
 }
 
@@ -137,17 +149,14 @@ pub(crate) struct PaperFilter(Arc<Mutex<tactid_identify::PaperFilter>>);
 impl PaperFilter {
     #[new]
     fn new(
-        robot: &Manipulator,
-        sensors: Vec<String>,
+        robot: Argument<'_, '_>,
+        sensors: Argument<'_, '_>,
         options: &Bound<'_, PyAny>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let (request, settings) = options::paper_request(options)?;
-        let equations = request.online_settings(false);
-        let tip = request.tip.as_deref().unwrap_or(DEFAULT_TIP);
-        let names: Vec<&str> = sensors.iter().map(String::as_str).collect();
-        let solver = tactid_identify::PaperFilter::new(&robot.0, tip, &names, &equations, settings)
-            .map_err(IntoPyErr::into_py_err)?;
-        let (solver, base) = shared(robot, &names, solver);
+        let (request, paper) = options::paper_request(options)?;
+        let (setup, expects) = set_up(&request, robot, sensors, false)?;
+        let solver = setup.paper_filter(paper).map_err(IntoPyErr::into_py_err)?;
+        let (solver, base) = shared(expects, solver);
         Ok(PyClassInitializer::from(base).add_subclass(Self(solver)))
     }
 
@@ -163,17 +172,37 @@ impl PaperFilter {
     }
 }
 
+/// Resolves what a solver is created from, and what each of its samples must have.
+fn set_up(
+    request: &Request,
+    robot: Argument<'_, '_>,
+    sensors: Argument<'_, '_>,
+    effort: bool,
+) -> PyResult<(OnlineSetup, Expected)> {
+    let robot = robot.map(read_robot).transpose()?;
+    let robot = robot.as_ref().map(|robot| &robot.get().0);
+    let names = sensors.map(read_sensors).transpose()?;
+    let names: Option<Vec<&str>> = names
+        .as_ref()
+        .map(|names| names.iter().map(String::as_str).collect());
+    let setup = OnlineSetup::new(request, robot, names.as_deref(), effort);
+    let tip = setup.robot.frame(&setup.tip);
+    with_option(tip.map_err(IntoPyErr::into_py_err), "tip")?;
+    let expects = Expected {
+        dof: robot.map(tactid_dynamics::Manipulator::dof),
+        base: setup.robot.base_kind(),
+        sensors: setup.sensors.len(),
+        uses_effort: setup.settings.method.uses_effort(),
+    };
+    Ok((setup, expects))
+}
+
 /// Returns the base class of a solver, and the solver that a subclass shares with it.
-fn shared<T: Solver + 'static>(
-    robot: &Manipulator,
-    sensors: &[&str],
-    solver: T,
-) -> (Arc<Mutex<T>>, OnlineSolver) {
+fn shared<T: Solver + 'static>(expects: Expected, solver: T) -> (Arc<Mutex<T>>, OnlineSolver) {
     let solver = Arc::new(Mutex::new(solver));
     let base = OnlineSolver {
         solver: solver.clone(),
-        dof: robot.0.dof(),
-        sensors: sensors.len(),
+        expects,
     };
     (solver, base)
 }
@@ -189,48 +218,52 @@ struct Samples {
     q: Series,
     qd: Series,
     effort: Series,
-    wrenches: Series,
+    wrench: Series,
     pose: Poses,
     twist: Series,
+    acceleration: Option<Series>,
     count: usize,
 }
 
 impl Samples {
     fn read(
-        (dof, sensors): (usize, usize),
+        expects: Expected,
         time: &Bound<'_, PyAny>,
-        [q, qd, effort]: [Argument<'_, '_>; 3],
-        wrenches: Argument<'_, '_>,
-        [pose, twist]: [Argument<'_, '_>; 2],
+        joints: [Argument<'_, '_>; 3],
+        wrench: Argument<'_, '_>,
+        base: [Argument<'_, '_>; 3],
     ) -> PyResult<Self> {
-        let wrenches = match wrenches {
-            Some(given) => Series::read(given, "wrenches", &[sensors, 6])?,
-            None if sensors == 0 => Series::read_or_empty(None, "wrenches", 0)?,
-            None => {
-                return Err(ArgumentError::new_err(format!(
-                    "`wrenches` is missing: the identifier has {sensors} sensors"
-                )));
-            }
-        };
+        check_given(expects, joints, wrench)?;
+        check_base(expects, base)?;
+        let [q, qd, effort] = read_joints(joints, expects.dof)?;
+        let [pose, twist, acceleration] = base;
+        let acceleration = acceleration.map(|given| Series::read(given, "acceleration", &[6]));
         let mut samples = Self {
             time: Series::read(time, "time", &[])?,
-            q: Series::read_or_empty(q, "q", dof)?,
-            qd: Series::read_or_empty(qd, "qd", dof)?,
-            effort: Series::read_or_empty(effort, "effort", dof)?,
-            wrenches,
-            pose: Poses::read_measured_or_identity(pose, "base_pose")?,
-            twist: Series::read_or_zero(twist, "base_twist", 6)?,
+            q,
+            qd,
+            effort,
+            wrench: read_wrenches(wrench, expects.sensors)?,
+            pose: Poses::read_measured_or_identity(pose, "pose")?,
+            twist: Series::read_or_zero(twist, "twist", 6)?,
+            acceleration: acceleration.transpose()?,
             count: 1,
         };
         let Self { time, q, qd, .. } = &samples;
         let Self {
             effort,
-            wrenches,
+            wrench,
             pose,
             ..
         } = &samples;
-        let all = common_length(&[time, q, qd, effort, wrenches, pose, &samples.twist])?;
-        samples.count = all.unwrap_or(1);
+        let mut all: Vec<&dyn Sampled> = vec![time, q, qd, effort, wrench, pose, &samples.twist];
+        all.extend(
+            samples
+                .acceleration
+                .iter()
+                .map(|series| series as &dyn Sampled),
+        );
+        samples.count = common_length(&all)?.unwrap_or(1);
         Ok(samples)
     }
 
@@ -239,18 +272,13 @@ impl Samples {
         let (mut used, mut loads) = (0, Vec::new());
         for k in 0..self.count {
             loads.clear();
-            loads.extend(self.wrenches.at(k).chunks_exact(6).map(|six| Wrench {
+            loads.extend(self.wrench.at(k).chunks_exact(6).map(|six| Wrench {
                 force: Vector3::from_column_slice(&six[..3]),
                 moment: Vector3::from_column_slice(&six[3..]),
             }));
             let sample = Sample {
                 time_s: self.time.at(k)[0],
-                base: BaseState {
-                    pose: *self.pose.at(k),
-                    velocity: self.twist.vector(k, 0),
-                    angular_velocity: self.twist.vector(k, 3),
-                    ..BaseState::fixed()
-                },
+                base: self.base(k),
                 joint_position: self.q.at(k),
                 joint_velocity: self.qd.at(k),
                 joint_effort: self.effort.at(k),
@@ -265,4 +293,64 @@ impl Samples {
         solver.finish();
         Ok(used)
     }
+
+    /// Returns the state of the base at a sample.
+    fn base(&self, k: usize) -> BaseState {
+        let measured = self.acceleration.as_ref();
+        BaseState {
+            pose: *self.pose.at(k),
+            velocity: self.twist.vector(k, 0),
+            angular_velocity: self.twist.vector(k, 3),
+            acceleration: measured.map(|series| series.vector(k, 0)),
+            angular_acceleration: measured.map(|series| series.vector(k, 3)),
+        }
+    }
+}
+
+/// Checks that a sample has the joints and the wrenches that it needs.
+fn check_given(
+    expects: Expected,
+    [q, _, effort]: [Argument<'_, '_>; 3],
+    wrench: Argument<'_, '_>,
+) -> PyResult<()> {
+    if let (Some(dof @ 1..), None) = (expects.dof, q) {
+        return Err(ArgumentError::new_err(format!(
+            "`q` is missing: the robot has {dof} joints"
+        )));
+    }
+    if expects.sensors > 0 && wrench.is_none() {
+        let sensors = expects.sensors;
+        let plural = if sensors == 1 { "" } else { "s" };
+        return Err(ArgumentError::new_err(format!(
+            "`wrench` is missing: each sample has that of {sensors} sensor{plural}"
+        )));
+    }
+    if expects.uses_effort && effort.is_none() {
+        return Err(ArgumentError::new_err(
+            "`effort` is missing: the method uses the efforts of the joints",
+        ));
+    }
+    Ok(())
+}
+
+/// Checks that the motion of the base, or of the sensor without a robot, is complete, and absent for a fixed base.
+fn check_base(expects: Expected, given: [Argument<'_, '_>; 3]) -> PyResult<()> {
+    let names = ["poses", "twists", "accelerations"];
+    let first = names.iter().zip(given).find(|(_, given)| given.is_some());
+    if let (BaseKind::Fixed, Some((name, _))) = (expects.base, first) {
+        return Err(RecordingError::BaseIsFixed { name }.into_py_err());
+    }
+    let whose = match (expects.dof, first) {
+        (Some(_), None) => return Ok(()), // the base is at rest
+        (Some(_), Some(_)) => "the base",
+        (None, _) => "the sensor",
+    };
+    let message = match given {
+        [None, ..] => format!("`pose` is missing: that of {whose} in the world"),
+        [_, None, _] => format!(
+            "`twist` is missing: online, the velocities of {whose} are not derived from its poses"
+        ),
+        [Some(_), Some(_), _] => return Ok(()),
+    };
+    Err(ArgumentError::new_err(message))
 }

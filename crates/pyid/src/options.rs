@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use nalgebra::Vector3;
 use pyo3::prelude::*;
-use pyo3::types::PyString;
+use pyo3::types::{PyMapping, PyString};
 use tactid_recordings::{
     ActsOn, BoundingBox, Estimator, KnownMass, Method, PaperSettings, Request, Topics,
 };
@@ -12,6 +12,7 @@ use tactid_recordings::{
 use crate::arrays::{Series, common_length};
 use crate::errors::{option_error, with_option};
 use crate::inertia::MassProperties;
+use crate::urdf::urdf_text;
 
 /// Reads a request. An attribute that is `None` leaves the choice to the identification.
 pub(crate) fn request(options: &Bound<'_, PyAny>) -> PyResult<Request> {
@@ -19,6 +20,33 @@ pub(crate) fn request(options: &Bound<'_, PyAny>) -> PyResult<Request> {
     Ok(Request {
         estimator: options.estimator()?,
         ..without_estimator(&options)?
+    })
+}
+
+/// Reads a request for a log, whose unloaded reference is a log, too.
+pub(crate) fn log_request(options: &Bound<'_, PyAny>) -> PyResult<Request> {
+    let unloaded = Options(options).attribute("unloaded")?;
+    if unloaded.is_some_and(|given| given.cast::<PyMapping>().is_ok()) {
+        let message = "the unloaded reference of a log is the path of a log, but arrays are given";
+        return Err(option_error(message.to_owned(), "unloaded"));
+    }
+    Ok(Request {
+        unloaded: Options(options).get::<PathBuf>("unloaded", "the path of a log")?,
+        ..request(options)?
+    })
+}
+
+/// Reads the unloaded reference of arrays: its arrays by their names.
+pub(crate) fn unloaded_arrays<'py>(
+    options: &Bound<'py, PyAny>,
+) -> PyResult<Option<Bound<'py, PyMapping>>> {
+    let Some(given) = Options(options).attribute("unloaded")? else {
+        return Ok(None);
+    };
+    given.cast_into::<PyMapping>().map(Some).map_err(|_| {
+        let message =
+            "the unloaded reference of arrays is a dict with the arrays `time`, `q` and `effort`";
+        option_error(message.to_owned(), "unloaded")
     })
 }
 
@@ -33,25 +61,25 @@ fn without_estimator(options: &Options<'_, '_>) -> PyResult<Request> {
     Ok(Request {
         method: options.choice("method", &METHODS)?,
         estimator: None,
-        tip: options.get("tip")?,
-        urdf: options.get("urdf")?,
+        tip: options.text("tip")?,
+        urdf: options.urdf()?,
         topics: Topics {
             joints: options.one_or_several("joint_topic")?,
             wrenches: options.one_or_several("wrench_topic")?,
-            odometry: options.get("odometry_topic")?,
-            acceleration: options.get("acceleration_topic")?,
-            imu: options.get("imu_topic")?,
+            odometry: options.text("odometry_topic")?,
+            acceleration: options.text("acceleration_topic")?,
+            imu: options.text("imu_topic")?,
         },
         wrench_acts_on: options.choice("wrench_acts_on", &ACTS_ON)?,
         gravity: options.vector("gravity")?,
-        cutoff_hz: options.get("cutoff")?,
-        max_gap_s: options.get("max_gap")?,
-        delay_s: options.get("delay")?,
-        wrench_offset: options.get("wrench_offset")?,
+        cutoff_hz: options.number("cutoff")?,
+        max_gap_s: options.number("max_gap")?,
+        delay_s: options.number("delay")?,
+        wrench_offset: options.get("wrench_offset", "True or False")?,
         wrench_noise: options.each("wrench_noise", &[6], |six| std::array::from_fn(|k| six[k]))?,
         effort_noise: options.each("effort_noise", &[], |one| one[0])?,
         effort_gain: options.each("effort_gain", &[], |one| one[0])?,
-        unloaded: options.get::<PathBuf>("unloaded")?,
+        unloaded: None,
         known_tool: options.known_tool()?,
         known_mass: options.known_mass()?,
         bounding_box: options.bounding_box()?,
@@ -81,34 +109,45 @@ impl<'py> Options<'_, 'py> {
         Ok((!value.is_none()).then_some(value))
     }
 
-    fn get<T: for<'a> FromPyObject<'a, 'py>>(&self, name: &'static str) -> PyResult<Option<T>> {
+    /// Reads an attribute, which must be `expected`, as in "a number".
+    fn get<T: for<'a> FromPyObject<'a, 'py>>(
+        &self,
+        name: &'static str,
+        expected: &str,
+    ) -> PyResult<Option<T>> {
         let Some(value) = self.attribute(name)? else {
             return Ok(None);
         };
         match value.extract::<T>() {
             Ok(value) => Ok(Some(value)),
-            Err(error) => {
-                let reason = error.into().value(self.0.py()).to_string();
-                Err(option_error(
-                    format!("{value} does not fit: {reason}"),
-                    name,
-                ))
+            Err(_) => {
+                let message = format!("`{name}` is {}: expected {expected}", value.repr()?);
+                Err(option_error(message, name))
             }
         }
     }
 
+    fn text(&self, name: &'static str) -> PyResult<Option<String>> {
+        self.get(name, "text")
+    }
+
+    fn number(&self, name: &'static str) -> PyResult<Option<f64>> {
+        self.get(name, "a number")
+    }
+
     fn choice<T: Copy>(&self, name: &'static str, choices: &[(&str, T)]) -> PyResult<Option<T>> {
-        let Some(given) = self.get::<String>(name)? else {
+        let known: Vec<_> = choices
+            .iter()
+            .map(|(known, _)| format!("{known:?}"))
+            .collect();
+        let expected = known.join(" or ");
+        let Some(given) = self.get::<String>(name, &expected)? else {
             return Ok(None);
         };
         match choices.iter().find(|(known, _)| *known == given) {
             Some((_, choice)) => Ok(Some(*choice)),
             None => {
-                let known: Vec<_> = choices
-                    .iter()
-                    .map(|(known, _)| format!("{known:?}"))
-                    .collect();
-                let message = format!("{given:?} is unknown: expected {}", known.join(" or "));
+                let message = format!("`{name}` is {given:?}: expected {expected}");
                 Err(option_error(message, name))
             }
         }
@@ -118,19 +157,24 @@ impl<'py> Options<'_, 'py> {
         match self.attribute(name)? {
             None => Ok(Vec::new()),
             Some(one) if one.is_instance_of::<PyString>() => Ok(vec![one.extract()?]),
-            Some(_) => Ok(self.get(name)?.unwrap_or_default()),
+            Some(_) => Ok(self
+                .get(name, "a topic, or a list of topics")?
+                .unwrap_or_default()),
         }
+    }
+
+    fn urdf(&self) -> PyResult<Option<String>> {
+        let given = self.attribute("urdf")?;
+        let text = given.map(|given| with_option(urdf_text(&given), "urdf"));
+        text.transpose()
     }
 
     fn vector(&self, name: &'static str) -> PyResult<Option<Vector3<f64>>> {
         let Some(given) = self.attribute(name)? else {
             return Ok(None);
         };
-        let three = with_option(Series::read(&given, name, &[3]), name)?;
-        Ok(Some(Vector3::from_column_slice(with_option(
-            three.single(),
-            name,
-        )?)))
+        let three = with_option(Series::read_item(&given, name, &[3]), name)?;
+        Ok(Some(three.vector(0, 0)))
     }
 
     /// What is given once for all, or for each.
@@ -143,7 +187,8 @@ impl<'py> Options<'_, 'py> {
         let Some(given) = self.attribute(name)? else {
             return Ok(None);
         };
-        let each = with_option(Series::read(&given, name, item), name)?;
+        let each = Series::read_one_of(&given, name, &[item], "one for all, or one for each");
+        let each = with_option(each, name)?;
         let count = common_length(&[&each])?.unwrap_or(1);
         Ok(Some((0..count).map(|k| of(each.at(k))).collect()))
     }
@@ -153,8 +198,8 @@ impl<'py> Options<'_, 'py> {
         let Some(given) = self.attribute(name)? else {
             return Ok(None);
         };
-        let corners = with_option(Series::read(&given, name, &[2, 3]), name)?;
-        let corners = with_option(corners.single(), name)?;
+        let corners = with_option(Series::read_item(&given, name, &[2, 3]), name)?;
+        let corners = corners.at(0);
         Ok(Some(BoundingBox {
             min: Vector3::from_column_slice(&corners[..3]),
             max: Vector3::from_column_slice(&corners[3..]),
@@ -162,13 +207,13 @@ impl<'py> Options<'_, 'py> {
     }
 
     fn known_tool(&self) -> PyResult<Option<tactid_dynamics::MassProperties>> {
-        let body: Option<Py<MassProperties>> = self.get("known_tool")?;
+        let body: Option<Py<MassProperties>> = self.get("known_tool", "a tactid.MassProperties")?;
         Ok(body.map(|body| body.get().0))
     }
 
     fn known_mass(&self) -> PyResult<Option<KnownMass>> {
-        let std_dev_kg: Option<f64> = self.get("known_mass_std_dev")?;
-        match (self.get("known_mass")?, std_dev_kg) {
+        let std_dev_kg = self.number("known_mass_std_dev")?;
+        match (self.number("known_mass")?, std_dev_kg) {
             (None, None) => Ok(None),
             (None, Some(_)) => Err(option_error(
                 "a standard deviation is given without a known mass".to_owned(),
@@ -198,10 +243,12 @@ impl<'py> Options<'_, 'py> {
     fn paper_settings(&self) -> PyResult<PaperSettings> {
         let defaults = PaperSettings::default();
         Ok(PaperSettings {
-            alpha: self.get("alpha")?.unwrap_or(defaults.alpha),
-            beta: self.get("beta")?.unwrap_or(defaults.beta),
-            average_s: self.get("average")?.unwrap_or(defaults.average_s),
-            epochs: self.get("epochs")?.unwrap_or(defaults.epochs),
+            alpha: self.number("alpha")?.unwrap_or(defaults.alpha),
+            beta: self.number("beta")?.unwrap_or(defaults.beta),
+            average_s: self.number("average")?.unwrap_or(defaults.average_s),
+            epochs: self
+                .get("epochs", "a whole number")?
+                .unwrap_or(defaults.epochs),
         })
     }
 }

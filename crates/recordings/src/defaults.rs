@@ -1,12 +1,13 @@
 //! Defaults of all options, for logs and arrays alike.
 
 use nalgebra::Vector3;
+use tactid_dynamics::Manipulator;
 use tactid_identify::{EquationSettings, GRAVITY, Method};
 
-use crate::{ActsOn, Estimator, Finding, RecordingError, Request};
+use crate::{ActsOn, Estimator, Finding, NotUsedBecause, RecordingError, Request};
 
 /// The end-effector frame of a robot where a request names none, as ROS-Industrial names it.
-pub const DEFAULT_TIP: &str = "tool0";
+pub(crate) const DEFAULT_TIP: &str = "tool0";
 /// Number of periods of the slowest stream that are bridged.
 const GAP_PERIODS: f64 = 5.0;
 /// Period that is assumed where no stream has two messages, s.
@@ -31,6 +32,8 @@ pub(crate) struct Contents {
     pub(crate) motion: Motion,
     pub(crate) has_wrenches: bool,
     pub(crate) has_efforts: bool,
+    /// Whether there is an unloaded reference, whose efforts are subtracted.
+    pub(crate) has_unloaded: bool,
     /// Frame of the sensor where there is no robot.
     pub(crate) sensor_frame: String,
     /// Period of the slowest stream of joints and base, s; `None` where no stream has two messages.
@@ -89,7 +92,10 @@ impl Options {
         // The paper's filter assumes clocks that agree, and has the paper's filter settings.
         let is_paper = matches!(estimator, Estimator::Paper(_));
         let mut equations = request.equation_settings(method);
-        equations.effort_is_net = request.unloaded.is_some();
+        equations.effort_is_net = contents.has_unloaded;
+        if !method.uses_wrench() {
+            equations.wrench_noise.clear();
+        }
         if !is_paper {
             let gap_s = (GAP_PERIODS * period_s).max(SHORTEST_GAP_S);
             equations.max_gap_s = request.max_gap_s.unwrap_or(gap_s);
@@ -124,25 +130,71 @@ impl Options {
         }
     }
 
-    /// Reports options that have no effect, because the method does not use what they are about.
+    /// Reports options that have no effect, because the recording or the method does not use what they are about.
     pub(crate) fn not_used(&self, request: &Request, contents: &Contents) -> Vec<Finding> {
         let method = self.method();
         let uses_wrench = method.uses_wrench() && contents.has_wrenches;
         let uses_effort = method.uses_effort();
         let acts_on_sensor = request.wrench_acts_on == Some(ActsOn::Sensor);
         let delays = request.delay_s.is_some_and(|delay_s| delay_s != 0.0);
+        let of_method = NotUsedBecause::Method(method);
+        let (topics, motion) = (&request.topics, contents.motion);
         let options = [
-            ("wrench_acts_on", acts_on_sensor, uses_wrench),
-            ("delay_s", delays, uses_wrench),
-            ("wrench_offset", self.equations.wrench_offset, uses_wrench),
-            ("wrench_noise", request.wrench_noise.is_some(), uses_wrench),
-            ("effort_noise", request.effort_noise.is_some(), uses_effort),
-            ("effort_gain", request.effort_gain.is_some(), uses_effort),
+            ("wrench_acts_on", acts_on_sensor, uses_wrench, of_method),
+            ("delay_s", delays, uses_wrench, of_method),
+            (
+                "wrench_offset",
+                self.equations.wrench_offset,
+                uses_wrench,
+                of_method,
+            ),
+            (
+                "wrench_noise",
+                request.wrench_noise.is_some(),
+                uses_wrench,
+                of_method,
+            ),
+            (
+                "effort_noise",
+                request.effort_noise.is_some(),
+                uses_effort,
+                of_method,
+            ),
+            (
+                "effort_gain",
+                request.effort_gain.is_some(),
+                uses_effort,
+                of_method,
+            ),
+            (
+                "topics.wrenches",
+                !topics.wrenches.is_empty(),
+                method.uses_wrench(),
+                of_method,
+            ),
+            (
+                "topics.acceleration",
+                topics.acceleration.is_some(),
+                motion == Motion::Carried,
+                NotUsedBecause::OtherMotion,
+            ),
+            (
+                "topics.imu",
+                topics.imu.is_some(),
+                motion != Motion::Carried,
+                NotUsedBecause::OtherMotion,
+            ),
+            (
+                "gravity",
+                request.gravity.is_some(),
+                motion != Motion::InertialUnit,
+                NotUsedBecause::GravityIsMeasured,
+            ),
         ];
         let options = options.into_iter();
         options
-            .filter(|(_, is_given, is_used)| *is_given && !is_used)
-            .map(|(option, ..)| Finding::OptionNotUsed { option, method })
+            .filter(|(_, is_given, is_used, _)| *is_given && !is_used)
+            .map(|(option, .., because)| Finding::OptionNotUsed { option, because })
             .collect()
     }
 
@@ -150,6 +202,20 @@ impl Options {
     pub(crate) fn method(&self) -> Method {
         self.equations.method
     }
+}
+
+/// Checks that a robot has the end-effector frame.
+///
+/// # Errors
+/// Returns [`RecordingError::UnknownTip`] if it does not have it.
+pub(crate) fn check_tip(robot: &Manipulator, tip: &str) -> Result<(), RecordingError> {
+    if robot.frame(tip).is_ok() {
+        return Ok(());
+    }
+    Err(RecordingError::UnknownTip {
+        tip: tip.to_owned(),
+        links: robot.frame_names().collect::<Vec<_>>().join(", "),
+    })
 }
 
 /// Tactile where there are wrenches, else effort. The combined method uses efforts where they are measured.
@@ -165,33 +231,22 @@ fn method(requested: Option<Method>, contents: &Contents) -> Method {
 }
 
 /// Returns the effort of each joint for one unit of its recorded value, N m or N.
-///
-/// # Errors
-/// Returns [`RecordingError::EffortGains`] if the request has gains for another number of joints.
-pub(crate) fn effort_gains(
-    request: &Request,
-    joint_names: &[String],
-) -> Result<Vec<f64>, RecordingError> {
-    match &request.effort_gain {
-        None => Ok(vec![1.0; joint_names.len()]),
-        Some(gains) if gains.len() == joint_names.len() => Ok(gains.clone()),
-        Some(gains) => Err(RecordingError::EffortGains {
-            given: gains.len(),
-            count: joint_names.len(),
-            joints: joint_names.join(", "),
-        }),
-    }
+pub(crate) fn effort_gains(request: &Request, joints: usize) -> Vec<f64> {
+    let given = request.effort_gain.clone();
+    given.unwrap_or_else(|| vec![1.0; joints])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Topics;
 
     fn contents(motion: Motion) -> Contents {
         Contents {
             motion,
             has_wrenches: true,
             has_efforts: false,
+            has_unloaded: false,
             sensor_frame: "ft_sensor".to_owned(),
             motion_period_s: Some(0.002),
             acceleration_period_s: Some(0.02),
@@ -272,7 +327,10 @@ mod tests {
             };
             let findings = Options::resolve(&request, contents).not_used(&request, contents);
             let name = |finding: &Finding| match *finding {
-                Finding::OptionNotUsed { option, method: of } if of == method => option,
+                Finding::OptionNotUsed { option, because } => {
+                    assert_eq!(because, NotUsedBecause::Method(method));
+                    option
+                }
                 ref other => panic!("{other:?}"),
             };
             findings.iter().map(name).collect()
@@ -290,6 +348,49 @@ mod tests {
         let open = Request::default();
         let options = Options::resolve(&open, &contents);
         assert_eq!(options.not_used(&open, &contents), []);
+    }
+
+    /// Gravity is reported where an inertial unit measures it, and topics of a motion that another one measures.
+    #[test]
+    fn options_about_another_motion_are_reported() {
+        let request = Request {
+            gravity: Some(Vector3::new(0.0, 0.0, -9.81)),
+            topics: Topics {
+                wrenches: vec!["/wrench".to_owned()],
+                acceleration: Some("/acceleration".to_owned()),
+                imu: Some("/imu".to_owned()),
+                ..Topics::default()
+            },
+            ..Request::default()
+        };
+        let not_used = |request: &Request, motion| -> Vec<(&str, NotUsedBecause)> {
+            let contents = contents(motion);
+            let findings = Options::resolve(request, &contents).not_used(request, &contents);
+            let parts = |finding: &Finding| match *finding {
+                Finding::OptionNotUsed { option, because } => (option, because),
+                ref other => panic!("{other:?}"),
+            };
+            findings.iter().map(parts).collect()
+        };
+        let acceleration = ("topics.acceleration", NotUsedBecause::OtherMotion);
+        let imu = ("topics.imu", NotUsedBecause::OtherMotion);
+        let gravity = ("gravity", NotUsedBecause::GravityIsMeasured);
+        assert_eq!(not_used(&request, Motion::Joints), [acceleration]);
+        assert_eq!(not_used(&request, Motion::Carried), [imu]);
+        assert_eq!(
+            not_used(&request, Motion::InertialUnit),
+            [acceleration, gravity]
+        );
+        let effort = Request {
+            method: Some(Method::Effort),
+            topics: Topics {
+                acceleration: None,
+                ..request.topics.clone()
+            },
+            ..request
+        };
+        let wrenches = ("topics.wrenches", NotUsedBecause::Method(Method::Effort));
+        assert_eq!(not_used(&effort, Motion::Joints), [wrenches]);
     }
 
     /// The gap is five periods of the slowest stream that is used; the paper's filter has settings of its own.

@@ -1,7 +1,9 @@
 //! Errors of an identification from a recording.
 
+use std::fmt;
+
 use tactid_dynamics::ModelError;
-use tactid_identify::IdentifyError;
+use tactid_identify::{IdentifyError, three_digits};
 use tactid_logs::LogError;
 use thiserror::Error;
 
@@ -19,6 +21,36 @@ pub enum TopicKind {
     /// Accelerations of the body that the odometry moves:
     /// [`Topics::acceleration`](crate::Topics::acceleration).
     Acceleration,
+}
+
+/// A unit of time that is taken for seconds by mistake.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TimeUnit {
+    /// Milliseconds.
+    Milliseconds,
+    /// Microseconds.
+    Microseconds,
+    /// Nanoseconds.
+    Nanoseconds,
+}
+
+impl TimeUnit {
+    /// The units with their lengths in s, from the longest to the shortest.
+    pub(crate) const ALL: [(Self, f64); 3] = [
+        (Self::Milliseconds, 1e-3),
+        (Self::Microseconds, 1e-6),
+        (Self::Nanoseconds, 1e-9),
+    ];
+}
+
+impl fmt::Display for TimeUnit {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Milliseconds => "milliseconds",
+            Self::Microseconds => "microseconds",
+            Self::Nanoseconds => "nanoseconds",
+        })
+    }
 }
 
 /// Why a payload cannot be identified from a recording.
@@ -90,6 +122,19 @@ pub enum RecordingError {
         topics: String,
         /// The field of [`Topics`](crate::Topics) that chooses among them.
         kind: TopicKind,
+    },
+    /// Several sensors measure wrenches, but not as the fingers of one gripper do, so that nothing says whether their
+    /// sum acts on the payload.
+    #[error(
+        "the log has several topics of wrenches: {}; they are summed where each is of another finger, a link that \
+         joints beyond `{tip}` move; name the topic to use, or those whose sum acts on the payload",
+        list_sensors(sensors)
+    )]
+    UnrelatedWrenches {
+        /// The topics, each with the frame of its wrenches.
+        sensors: Vec<(String, String)>,
+        /// The end-effector frame.
+        tip: String,
     },
     /// Neither the log nor the request describes the robot.
     #[error("the log has no robot description: give a URDF; its topics are: {0}")]
@@ -172,6 +217,50 @@ pub enum RecordingError {
         /// Faults of their messages.
         faults: Vec<crate::DataFault>,
     },
+    /// Most times do not increase.
+    #[error(
+        "{unordered} times of {name} are not later than the ones before them, and {used} could be used: times must \
+         increase"
+    )]
+    TimesNotIncreasing {
+        /// Topic, or name of the field of [`Arrays`](crate::Arrays).
+        name: String,
+        /// Number of times that do not increase.
+        unordered: u64,
+        /// Number of samples that were used.
+        used: u64,
+    },
+    /// Gaps leave no stretch that is long enough for a window.
+    #[error(
+        "too few windows: {gaps} times between two samples are longer than {max_gap_s} s, the longest that is bridged, \
+         and leave no stretch long enough; samples come every {} s: bridge longer times",
+        three_digits(*period_s)
+    )]
+    TooManyGaps {
+        /// Number of gaps.
+        gaps: u64,
+        /// Longest time between two samples that is bridged, s.
+        max_gap_s: f64,
+        /// Mean time between two samples of the slowest stream, s.
+        period_s: f64,
+    },
+    /// Samples come too seldom for a window.
+    #[error(
+        "too few samples: they come every {} s, but a window of {} s needs {min_samples}; {}",
+        three_digits(*period_s),
+        three_digits(*window_s),
+        rare_advice(*unit)
+    )]
+    RareSamples {
+        /// Mean time between two samples of the slowest stream, s.
+        period_s: f64,
+        /// Length of a window, s.
+        window_s: f64,
+        /// Fewest samples of a window.
+        min_samples: u32,
+        /// The unit that the times seem to have instead of seconds.
+        unit: Option<TimeUnit>,
+    },
     /// The arrays have no sample.
     #[error("`times_s` is empty: the arrays have no sample")]
     NoSamples,
@@ -193,9 +282,31 @@ pub enum RecordingError {
         /// Why it is needed.
         reason: &'static str,
     },
+    /// The robot does not have the end-effector frame.
+    #[error(
+        "the robot has no link `{tip}`, which is to be the end-effector frame; its links are: {links}"
+    )]
+    UnknownTip {
+        /// The end-effector frame, as requested or by default.
+        tip: String,
+        /// The links of the robot.
+        links: String,
+    },
+    /// A robot is given twice for arrays: as a model, and as the URDF of the request.
+    #[error("`robot` and the request's `urdf` are both given: give one of them")]
+    RobotTwice,
+    /// The motion of a base is given for a robot whose base is fixed.
+    #[error(
+        "`{name}` is about a base that moves, but that of the robot is fixed: load the robot with \
+         `BaseKind::Floating`; for a fixed base that is tilted, give gravity in the axes of the base"
+    )]
+    BaseIsFixed {
+        /// Name of the field of [`Arrays`](crate::Arrays).
+        name: &'static str,
+    },
     /// The request for arrays has an option that only a log can use; the name of the field.
     #[error(
-        "`{0}` of the request is for logs only: arrays have no topics, and bring their robot with them"
+        "`{0}` of the request is for logs only: arrays have no topics, and bring their unloaded reference with them"
     )]
     NotForArrays(&'static str),
 }
@@ -204,4 +315,20 @@ impl From<ModelError> for RecordingError {
     fn from(error: ModelError) -> Self {
         Self::Identify(error.into())
     }
+}
+
+/// Lists topics with their frames.
+fn list_sensors(sensors: &[(String, String)]) -> String {
+    let named = sensors
+        .iter()
+        .map(|(topic, frame)| format!("{topic} in `{frame}`"));
+    named.collect::<Vec<_>>().join(", ")
+}
+
+/// Says what to do where samples come too seldom.
+fn rare_advice(unit: Option<TimeUnit>) -> String {
+    unit.map_or_else(
+        || "lower the cutoff, or raise the sample rate".to_owned(),
+        |unit| format!("the times seem to be in {unit}, but must be in seconds"),
+    )
 }

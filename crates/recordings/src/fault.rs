@@ -69,6 +69,13 @@ impl FaultCounts {
         entry.or_insert((0, first_s)).0 += count;
     }
 
+    /// Adds the counts of others.
+    pub(crate) fn add_all(&mut self, others: &Self) {
+        for ((topic, kind), &(count, first_s)) in &others.0 {
+            self.add_many(topic, kind.clone(), count, first_s);
+        }
+    }
+
     pub(crate) fn to_vec(&self) -> Vec<DataFault> {
         let entries = self.0.iter();
         entries

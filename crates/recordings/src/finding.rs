@@ -7,12 +7,12 @@ use tactid_identify::{Delay, Method};
 pub enum Finding {
     /// What the data say about the assumptions of the identification.
     Data(tactid_identify::Finding),
-    /// An option of the request has no effect, because the method does not use the measurements that it is about.
+    /// An option of the request has no effect.
     OptionNotUsed {
-        /// Name of the field of [`Request`](crate::Request).
+        /// Name of the field of [`Request`](crate::Request), or of [`Topics`](crate::Topics) after `topics.`.
         option: &'static str,
-        /// The method.
-        method: Method,
+        /// The reason.
+        because: NotUsedBecause,
     },
     /// Measured accelerations are not used, because those derived from the velocities are better.
     AccelerationNotUsed {
@@ -63,6 +63,26 @@ pub enum Finding {
         /// Time before the last of the others, s.
         early_s: f64,
     },
+    /// The measured velocities of joints are not the derivatives of their positions.
+    VelocitiesContradicted {
+        /// Names of the joints.
+        joints: Vec<String>,
+        /// Rms difference between the change of the position over 0.1 s and the integral of the velocity, relative to
+        /// the larger of the two: the largest of these joints.
+        relative_difference: f64,
+        /// What the velocities seem to be instead.
+        cause: Option<VelocityCause>,
+    },
+    /// The measured twist of the base, or of a sensor without a robot, is not the derivative of its pose.
+    TwistContradicted {
+        /// Topic of the twist, or name of the field of [`Arrays`](crate::Arrays).
+        source: String,
+        /// Rms difference between the change of the pose over 0.1 s and the integral of the twist, relative to the
+        /// larger of the two: of positions or of rotations, whichever differ more.
+        relative_difference: f64,
+        /// The axes in which the twist would fit the pose.
+        better_axes: Option<TwistAxes>,
+    },
     /// The messages have no stamps: their times are those of logging.
     NoStamps,
     /// A delay of the wrenches was corrected.
@@ -72,6 +92,61 @@ pub enum Finding {
         /// The delay as it was estimated.
         estimated: Delay,
     },
+    /// A long delay of the wrenches would explain them better, but is doubtful and was not corrected: it is at the end
+    /// of the search, or the wrenches hardly fit the motion better with it.
+    DelayDoubtful {
+        /// The delay, s, to within the time between two windows; positive where the wrenches are stamped later than
+        /// the motion.
+        delay_s: f64,
+        /// Mean square residual with the delay, relative to that without.
+        residual_ratio: f64,
+        /// Whether the delay is at the end of the search.
+        is_at_end: bool,
+    },
+    /// Some channels of a wrench sensor have the same value in all samples.
+    ConstantChannels {
+        /// Topic of the wrenches, or name of the field of [`Arrays`](crate::Arrays).
+        source: String,
+        /// Frame of the sensor.
+        frame: String,
+        /// The channels, such as `force x`.
+        channels: Vec<&'static str>,
+        /// Whether all of these values are zero.
+        is_zero: bool,
+    },
+}
+
+/// Why an option of a request has no effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotUsedBecause {
+    /// The method does not use the measurements that the option is about, with this recording.
+    Method(Method),
+    /// The motion is measured by another topic.
+    OtherMotion,
+    /// The accelerations of the inertial unit on the sensor contain gravity.
+    GravityIsMeasured,
+}
+
+/// What the velocities of a joint seem to be instead of the derivatives of its positions.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum VelocityCause {
+    /// They have the opposite sign.
+    OppositeSign,
+    /// They are in degrees per second, and the positions in rad.
+    Degrees,
+    /// The positions are in degrees, and the velocities in rad/s.
+    PositionsInDegrees,
+    /// They are those of this joint.
+    OtherJoint(String),
+}
+
+/// Axes along which a twist is expressed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TwistAxes {
+    /// Axes of the world, as [`Arrays::twists`](crate::Arrays::twists) has them.
+    World,
+    /// Axes of the moving body, as the messages of `nav_msgs/msg/Odometry` have them.
+    Body,
 }
 
 impl From<tactid_identify::Finding> for Finding {

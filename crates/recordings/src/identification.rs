@@ -2,13 +2,14 @@
 
 use nalgebra::Vector3;
 use tactid_identify::{
-    BatchIdentifier, BoundingBox, Delay, FitReport, Forecast, HistoryPoint, IdentifyError,
-    KnownMass, Method, PayloadEstimate, PrincipalMoments, SingularValues,
+    BatchIdentifier, BoundingBox, Delay, Finding as Data, FitReport, Forecast, HistoryPoint,
+    IdentifyError, KnownMass, Method, PayloadEstimate, PrincipalMoments, SingularValues,
 };
 
 use crate::plan::Plan;
 use crate::run::{PaperRun, Run, Solver};
-use crate::{Clock, DataFault, Estimator, Finding, RecordingError};
+use crate::shortage::{explain, is_too_little};
+use crate::{ActsOn, Clock, DataFault, Estimator, Finding, RecordingError};
 
 /// The payload that was identified from a recording, with how it was found.
 #[derive(Clone, Debug)]
@@ -19,7 +20,8 @@ pub struct Identification {
     pub principal_moments: Option<PrincipalMoments>,
     /// Estimate over time. The paper's filter has a point at least every 0.1 s of each presentation.
     pub history: Vec<HistoryPoint>,
-    /// How well the payload explains the measurements; `None` for the paper's filter.
+    /// How well the payload explains the measurements; `None` for the paper's filter. Its offset, as that of a finding,
+    /// has the sign in which the sensor reports wrenches, whichever body these act on.
     pub fit: Option<FitReport>,
     /// Strength with which the motion excited mass and inertia; for the paper's filter only.
     pub singular_values: Option<SingularValues>,
@@ -76,10 +78,7 @@ struct Solution {
 
 impl Solution {
     /// Solves for the payload; of too few windows nothing is known where the reading was interrupted.
-    fn of_least_squares(
-        batch: &BatchIdentifier,
-        interrupted: bool,
-    ) -> Result<Self, RecordingError> {
+    fn of_least_squares(batch: &BatchIdentifier, interrupted: bool) -> Result<Self, IdentifyError> {
         let gravity = batch.stream().gravity();
         match batch.solve() {
             Ok(result) => Ok(Self {
@@ -104,22 +103,37 @@ impl Solution {
                 remaining_delay: None,
                 findings: Vec::new(),
             }),
-            Err(error) => Err(error.into()),
+            Err(error) => Err(error),
         }
     }
 
-    fn of_paper(run: PaperRun) -> Self {
+    /// States the offset of the wrenches with the sign of wrenches that act on the sensor.
+    fn negate_offsets(&mut self) {
+        let of_fit = self.fit.iter_mut().filter_map(|fit| fit.offset.as_mut());
+        let of_findings = self
+            .findings
+            .iter_mut()
+            .filter_map(|finding| match finding {
+                Finding::Data(Data::OffsetSuspected { offset }) => Some(offset),
+                _ => None,
+            });
+        for offset in of_fit.chain(of_findings) {
+            *offset = offset.clone().negated();
+        }
+    }
+
+    fn of_paper(run: &PaperRun) -> Self {
         let estimate = run.estimate();
         Self {
             principal_moments: PrincipalMoments::of(&estimate.body.into()),
             estimate,
-            history: run.history,
+            history: run.history.clone(),
             fit: None,
             singular_values: Some(run.filter.singular_values()),
             forecast: None,
             gravity: run.filter.stream().gravity(),
             remaining_delay: None,
-            findings: Vec::new(),
+            findings: run.findings(),
         }
     }
 }
@@ -128,18 +142,22 @@ impl Identification {
     /// Solves for the payload of a recording that was run through.
     ///
     /// # Errors
-    /// Returns [`RecordingError::NoOverlap`] if the streams share no time, and [`IdentifyError::TooFewWindows`] if the
-    /// windows are too few and the reading was not interrupted.
+    /// Returns [`RecordingError::NoOverlap`] if the streams share no time and, if the windows are too few and the reading
+    /// was not interrupted, the variant that says why: [`RecordingError::TimesNotIncreasing`],
+    /// [`RecordingError::TooManyGaps`], [`RecordingError::RareSamples`] or [`IdentifyError::TooFewWindows`].
     pub(crate) fn new(plan: Plan<'_>, run: Run) -> Result<Self, RecordingError> {
         let sources = plan.sources;
-        let windows = run.solver.windows();
-        if windows == 0 && !run.interrupted {
-            return Err(nothing_found(&plan, &run));
+        if run.solver.windows() == 0 && !run.interrupted {
+            return Err(explain(nothing_found(&plan, &run), &plan, &run));
         }
-        let solution = match run.solver {
-            Solver::LeastSquares(batch) => Solution::of_least_squares(&batch, run.interrupted)?,
-            Solver::Paper(paper) => Solution::of_paper(*paper),
+        let mut solution = match &run.solver {
+            Solver::LeastSquares(batch) => Solution::of_least_squares(batch, run.interrupted)
+                .map_err(|error| explain(error.into(), &plan, &run))?,
+            Solver::Paper(paper) => Solution::of_paper(paper),
         };
+        if plan.request.wrench_acts_on == Some(ActsOn::Sensor) {
+            solution.negate_offsets();
+        }
         let remaining_delay = solution.remaining_delay.map(|rest| Delay {
             delay_s: plan.delay_s + rest.delay_s,
             std_dev_s: rest.std_dev_s,
@@ -198,12 +216,4 @@ fn nothing_found(plan: &Plan<'_>, run: &Run) -> RecordingError {
         };
     }
     RecordingError::Identify(run.solver.stream().too_few_windows(0))
-}
-
-/// Returns whether the data are too short, or too sparse, for an estimate.
-fn is_too_little(error: &IdentifyError) -> bool {
-    matches!(
-        error,
-        IdentifyError::TooFewWindows { .. } | IdentifyError::TooFewSamples { .. }
-    )
 }

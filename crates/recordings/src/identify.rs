@@ -20,9 +20,15 @@ use crate::{Arrays, Identification, Observer, RecordingError, Request};
 ///
 /// # Errors
 /// Returns [`RecordingError::Log`] if the log cannot be opened, [`RecordingError::Identify`] if a value of the request
-/// is out of range or the windows are too few, [`RecordingError::NoOverlap`] if the streams share no time,
-/// [`RecordingError::Interrupted`] if the observer stops the work before the reading, and the variant that says what
+/// is out of range, [`RecordingError::NoOverlap`] if the streams share no time, the errors of too little data (see
+/// below), [`RecordingError::Interrupted`] if the observer stops the work before the reading, and the variant that says what
 /// is wrong if the log lacks what the method needs or contradicts its own URDF.
+///
+/// Too little data are [`RecordingError::TimesNotIncreasing`] if most times do not increase,
+/// [`RecordingError::TooManyGaps`] if gaps leave no stretch for a window, [`RecordingError::RareSamples`] if samples come
+/// too seldom for the cutoff, and otherwise [`TooFewWindows`](tactid_identify::IdentifyError::TooFewWindows) or
+/// [`TooFewSamples`](tactid_identify::IdentifyError::TooFewSamples) in
+/// [`RecordingError::Identify`].
 ///
 /// Messages that cannot be used are no error, but are counted in [`Identification::faults`]; a log that ends early
 /// is used up to its end, see [`Identification::damage`]. If the observer stops the reading, what was read so far is
@@ -44,9 +50,12 @@ pub fn identify_log(
 /// # Errors
 /// Returns [`RecordingError::NotForArrays`] if the request asks for what only a log has,
 /// [`RecordingError::NoSamples`], [`RecordingError::ArrayLength`] or [`RecordingError::MissingArray`] if the arrays do
-/// not fit each other, the robot or the method, [`RecordingError::EffortGains`] if the gains are not as many as the
-/// joints, [`RecordingError::Identify`] if a value of the request is out of range or the windows are too few, and
-/// [`RecordingError::NoOverlap`] if no sample has all values.
+/// not fit each other, the robot or the method, [`RecordingError::RobotTwice`], [`RecordingError::BaseIsFixed`] or
+/// [`RecordingError::UnknownTip`] if they do not fit the robot, [`RecordingError::UnloadedNeedsEffort`],
+/// [`RecordingError::NoSharedMotion`] or [`RecordingError::OtherMotion`] if the unloaded reference does not fit,
+/// [`RecordingError::EffortGains`] if the gains are not as many as the joints, [`RecordingError::Identify`] if a value
+/// of the request is out of range, [`RecordingError::NoOverlap`] if no sample has all values, and the errors of too
+/// little data that [`identify_log`] lists.
 ///
 /// Values that are not finite and times that do not increase are no error, but are counted in
 /// [`Identification::faults`] under the name of the array.

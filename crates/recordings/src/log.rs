@@ -9,6 +9,7 @@ use tactid_logs::LogReader;
 use crate::alignment::Event;
 use crate::decode::Decoding;
 use crate::feed::{Feed, Unloaded};
+use crate::finding::TwistAxes;
 use crate::progress::check_interruption;
 use crate::recording::{BEGINNING_S, Reading, Recording, Selection, Sources};
 use crate::sources::{LogSources, MeasuredTopics};
@@ -80,6 +81,7 @@ fn sources(found: &LogSources, decoding: &Decoding, request: &Request) -> Source
     Sources {
         robot: found.robot.clone(),
         sensors: found.sensors.clone(),
+        wrench_names: found.topics.wrenches.clone(),
         contents: found.contents.clone(),
         streams: decoding.streams(found, request.unloaded.is_some()),
         optional_acceleration: found
@@ -87,6 +89,10 @@ fn sources(found: &LogSources, decoding: &Decoding, request: &Request) -> Source
             .acceleration()
             .filter(|_| !is_requested)
             .cloned(),
+        measured_twist: found
+            .topics
+            .odometry()
+            .map(|topic| (topic.clone(), TwistAxes::Body)),
         names,
         findings,
         clock: clock.kind(),

@@ -4,7 +4,8 @@ use tactid_identify::{BatchSettings, Delay, EquationSettings};
 
 use crate::alignment::{Event, Streams};
 use crate::defaults::Options;
-use crate::preview::{Preview, is_significant};
+use crate::preview::{DelayEstimate, Preview, is_significant};
+use crate::rates::contradicted_rates;
 use crate::recording::{Recording, Selection, Sources};
 use crate::{Estimator, Finding, Observer, RecordingError, Request};
 
@@ -18,6 +19,8 @@ pub(crate) struct Plan<'a> {
     /// The streams that are used.
     pub(crate) streams: Streams,
     pub(crate) equations: EquationSettings,
+    /// Period of the slowest stream that is used, s.
+    pub(crate) period_s: f64,
     /// Delay to subtract from the times of the wrenches, s.
     pub(crate) delay_s: f64,
     /// Delay as estimated from the beginning.
@@ -36,6 +39,11 @@ impl<'a> Plan<'a> {
         let events = recording.beginning(observer)?;
         let (streams, options, mut findings) = choose_streams(sources, &events, request)?;
         findings.extend(options.not_used(request, &sources.contents));
+        findings.extend(contradicted_rates(
+            sources,
+            &events,
+            options.equations.max_gap_s,
+        ));
         let preview = Preview {
             sources,
             options: &options,
@@ -46,9 +54,21 @@ impl<'a> Plan<'a> {
         } else {
             options.equations.cutoff_hz
         };
-        let estimated_delay = match options.delay_s {
-            Some(_) => None,
+        let delay = match options.delay_s {
+            Some(_) => DelayEstimate::Unknown,
             None => preview.delay(&streams, cutoff_hz)?,
+        };
+        let estimated_delay = match delay {
+            DelayEstimate::Found(delay) => Some(delay),
+            DelayEstimate::Unknown => None,
+            DelayEstimate::Doubtful(coarse) => {
+                findings.push(Finding::DelayDoubtful {
+                    delay_s: coarse.delay_s,
+                    residual_ratio: coarse.residual_ratio,
+                    is_at_end: coarse.is_at_end,
+                });
+                None
+            }
         };
         let significant = estimated_delay.filter(|delay| is_significant(*delay));
         Ok(Self {
@@ -66,6 +86,7 @@ impl<'a> Plan<'a> {
                 ..options.equations
             },
             estimator: options.estimator,
+            period_s: options.period_s,
             tip: options.tip,
             estimated_delay,
             findings,

@@ -1,7 +1,8 @@
 //! Preview: the beginning of a recording, from which its filter and its delay are chosen.
 
 use tactid_identify::batch::preview::{
-    LONGEST_DELAY_S, coarse_delay_s, fitted_delay, motion_noise_power, motion_power, residual_size,
+    CoarseDelay, LONGEST_DELAY_S, coarse_delay, fitted_delay, motion_noise_power, motion_power,
+    residual_size,
 };
 use tactid_identify::equations::{Equation, window};
 use tactid_identify::{Channels, Delay, EquationSettings, EquationStream};
@@ -29,6 +30,10 @@ const SHORTEST_DELAY_S: f64 = 1e-4;
 /// Largest number of fits of the delay: each is linear in what the one before has left.
 const DELAY_FITS: usize = 4;
 
+/// A delay of a window or more that leaves more than this fraction of the mean square residual is doubtful: wrenches
+/// that belong to the motion fit it far better at the right time.
+const HARDLY_BETTER: f64 = 0.5;
+
 /// Derived accelerations replace measured ones whose residual, or whose power, they reduce to less than this
 /// fraction.
 const CLEARLY_LESS: f64 = 0.9;
@@ -39,6 +44,17 @@ pub(crate) struct Preview<'a> {
     pub(crate) sources: &'a Sources,
     pub(crate) options: &'a Options,
     pub(crate) events: &'a [Event],
+}
+
+/// What the beginning of a recording says about the delay of the wrenches' stamps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum DelayEstimate {
+    /// The data do not determine it.
+    Unknown,
+    /// The delay.
+    Found(Delay),
+    /// A long delay fits better, but not as a true one does.
+    Doubtful(CoarseDelay),
 }
 
 /// A cutoff with the power of the motion that it keeps, and the white noise in that power, 1/s⁴.
@@ -96,30 +112,43 @@ impl Preview<'_> {
         Ok(candidates)
     }
 
-    /// Estimates the delay of the wrenches' stamps relative to the motion; `None` where it is not in the data
-    /// or longer than half a second.
+    /// Estimates the delay of the wrenches' stamps relative to the motion.
     pub(crate) fn delay(
         &self,
         streams: &Streams,
         cutoff_hz: f64,
-    ) -> Result<Option<Delay>, RecordingError> {
-        let (mut equations, channels) = self.equations(streams, 0.0, cutoff_hz)?;
-        let Some(mut delay_s) = coarse_delay_s(&equations, window::stride_s(cutoff_hz)) else {
-            return Ok(None);
-        };
-        let mut found = None;
+    ) -> Result<DelayEstimate, RecordingError> {
+        let (equations, channels) = self.equations(streams, 0.0, cutoff_hz)?;
+        match coarse_delay(&equations, &channels, window::stride_s(cutoff_hz)) {
+            None => Ok(DelayEstimate::Unknown),
+            Some(coarse) if is_doubtful(&coarse) => Ok(DelayEstimate::Doubtful(coarse)),
+            Some(coarse) => {
+                self.refined_delay(streams, cutoff_hz, coarse.delay_s, (equations, channels))
+            }
+        }
+    }
+
+    /// Refines a delay that is right to the length of a window. The equations are those without a delay.
+    fn refined_delay(
+        &self,
+        streams: &Streams,
+        cutoff_hz: f64,
+        mut delay_s: f64,
+        (mut equations, channels): (Vec<Equation>, Channels),
+    ) -> Result<DelayEstimate, RecordingError> {
+        let mut found = DelayEstimate::Unknown;
         for _ in 0..DELAY_FITS {
             if delay_s != 0.0 {
                 (equations, _) = self.equations(streams, delay_s, cutoff_hz)?;
             }
             let Some(rest) = fitted_delay(&equations, &channels) else {
-                return Ok(None);
+                return Ok(DelayEstimate::Unknown);
             };
             let sum_s = delay_s + rest.delay_s;
             if !rest.delay_s.is_finite() || sum_s.abs() > LONGEST_DELAY_S {
-                return Ok(None);
+                return Ok(DelayEstimate::Unknown);
             }
-            found = Some(Delay {
+            found = DelayEstimate::Found(Delay {
                 delay_s: sum_s,
                 std_dev_s: rest.std_dev_s,
             });
@@ -204,4 +233,9 @@ impl Preview<'_> {
 /// Returns whether a delay is worth correcting.
 pub(crate) fn is_significant(delay: Delay) -> bool {
     delay.delay_s.abs() > SHORTEST_DELAY_S && delay.delay_s.abs() > SIGNIFICANT * delay.std_dev_s
+}
+
+/// Returns whether a coarse delay may be a chance fit of wrenches that another error keeps from fitting the motion.
+fn is_doubtful(coarse: &CoarseDelay) -> bool {
+    coarse.delay_s != 0.0 && (coarse.is_at_end || coarse.residual_ratio > HARDLY_BETTER)
 }

@@ -7,6 +7,7 @@ use tactid_dynamics::Manipulator;
 use crate::alignment::{Event, Streams};
 use crate::defaults::Contents;
 use crate::fault::FaultCounts;
+use crate::finding::TwistAxes;
 use crate::{Clock, Finding, Observer, RecordingError};
 
 /// Length of the beginning of a recording from which its filter and its delay are chosen, s.
@@ -18,11 +19,15 @@ pub(crate) struct Sources {
     pub(crate) robot: Manipulator,
     /// Frame of each wrench, a frame of the robot.
     pub(crate) sensors: Vec<String>,
+    /// Topic or array of each wrench.
+    pub(crate) wrench_names: Vec<String>,
     pub(crate) contents: Contents,
     /// All streams of events.
     pub(crate) streams: Streams,
     /// Name of the stream of measured accelerations that need not be used.
     pub(crate) optional_acceleration: Option<String>,
+    /// Name of the topic or array that measures a twist besides the pose, and the axes of the twist there.
+    pub(crate) measured_twist: Option<(String, TwistAxes)>,
     /// Names of topics or arrays.
     pub(crate) names: Vec<String>,
     pub(crate) findings: Vec<Finding>,

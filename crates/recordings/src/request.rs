@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use nalgebra::Vector3;
-use tactid_dynamics::MassProperties;
+use tactid_dynamics::{Manipulator, MassProperties};
 use tactid_identify::{
     BatchSettings, BoundingBox, EquationSettings, IdentifyError, KnownMass, Method, PaperSettings,
 };
 
+use crate::RecordingError;
 use crate::decode::LONGEST_DELAY_S;
 
 /// How equations become parameters.
@@ -58,7 +59,8 @@ pub struct Request {
     /// End-effector frame, a link of the robot. Default: `tool0`; without a robot, the frame of the first wrench
     /// (`sensor` for arrays).
     pub tip: Option<String>,
-    /// The robot's URDF as text, for logs. Default: the robot description in the log.
+    /// The robot's URDF as text. Default: the robot description in the log; the robot of the arrays. Its base is
+    /// fixed, unless the motion of the base is measured.
     pub urdf: Option<String>,
     /// Topics to read, for logs.
     pub topics: Topics,
@@ -89,7 +91,8 @@ pub struct Request {
     /// Effort of a joint in N m (N) for one unit of the recorded value, one entry for each joint in the
     /// robot's order. Default: 1.
     pub effort_gain: Option<Vec<f64>>,
-    /// Log of the same motion without the payload, whose efforts are subtracted; for logs, by the effort method.
+    /// Log of the same motion without the payload, whose efforts are subtracted by the effort method; for logs, as
+    /// [`Arrays::unloaded`](crate::Arrays::unloaded) is for arrays.
     pub unloaded: Option<PathBuf>,
     /// A known body that the measured load contains besides the payload, in the tool frame: it is
     /// subtracted.
@@ -110,18 +113,6 @@ impl Request {
         }
     }
 
-    /// Returns the settings of an online solver, with defaults for what is left open: nothing is chosen from data.
-    /// `effort` says whether the samples of [`Method::Combined`] have efforts.
-    ///
-    /// The solvers check the values. Fields that an online solver does not have are not used.
-    #[must_use]
-    pub fn online_settings(&self, effort: bool) -> EquationSettings {
-        self.equation_settings(match self.method.unwrap_or_default() {
-            Method::Combined { .. } => Method::Combined { effort },
-            other => other,
-        })
-    }
-
     /// Returns the settings of the equations for a method, with their own defaults for what is left open.
     pub(crate) fn equation_settings(&self, method: Method) -> EquationSettings {
         let defaults = EquationSettings::default();
@@ -140,11 +131,12 @@ impl Request {
     /// Checks the values that can be judged without a recording.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Value`] or [`IdentifyError::Box`] with the name of a field whose value is out of
-    /// range, and [`IdentifyError::KnowledgeNeedsLeastSquares`] if a known mass or a bounding box is given to the
+    /// Returns [`IdentifyError::Value`], [`IdentifyError::Setting`] or [`IdentifyError::Box`] with the name of a field
+    /// whose value is out of range, and [`IdentifyError::KnowledgeNeedsLeastSquares`] if a known mass or a bounding box is given to the
     /// paper's filter.
     pub(crate) fn check(&self) -> Result<(), IdentifyError> {
-        if let Some(Estimator::Paper(_)) = self.estimator {
+        if let Some(Estimator::Paper(settings)) = &self.estimator {
+            settings.check()?;
             if self.known_mass.is_some() {
                 return Err(IdentifyError::KnowledgeNeedsLeastSquares("a known mass"));
             }
@@ -159,6 +151,57 @@ impl Request {
         };
         knowledge.check()?;
         self.check_numbers()
+    }
+
+    /// Checks how many values are given for the joints of a robot and for its `sensors`, those that the method uses.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::EffortGains`] if the gains are not as many as the joints, and
+    /// [`IdentifyError::NoiseCount`] if noise is given neither once for all nor once for each.
+    pub(crate) fn check_counts(
+        &self,
+        robot: &Manipulator,
+        sensors: usize,
+    ) -> Result<(), RecordingError> {
+        let joints = robot.joint_names();
+        if let Some(gains) = &self.effort_gain
+            && gains.len() != joints.len()
+        {
+            return Err(RecordingError::EffortGains {
+                given: gains.len(),
+                count: joints.len(),
+                joints: joints.join(", "),
+            });
+        }
+        let (wrench, effort) = (&self.wrench_noise, &self.effort_noise);
+        let counts = [
+            (
+                "wrench_noise",
+                wrench.as_ref().map(Vec::len),
+                "sensors",
+                sensors,
+            ),
+            (
+                "effort_noise",
+                effort.as_ref().map(Vec::len),
+                "joints",
+                joints.len(),
+            ),
+        ];
+        for (name, given, of, expected) in counts {
+            let Some(given) = given.filter(|_| expected > 0) else {
+                continue;
+            };
+            if ![1, expected].contains(&given) {
+                return Err(RecordingError::Identify(IdentifyError::NoiseCount {
+                    name,
+                    given,
+                    of,
+                    expected,
+                }));
+            }
+        }
+        Ok(())
     }
 
     /// Checks that each number of the request is in the range of its field.

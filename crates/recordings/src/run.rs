@@ -6,10 +6,11 @@ use tactid_identify::{
     Sample,
 };
 
-use crate::alignment::{Aligner, Event};
+use crate::alignment::{Aligner, Event, Measured};
+use crate::constant::ConstantChannels;
 use crate::fault::{FaultCounts, FaultKind};
 use crate::plan::Plan;
-use crate::recording::{Reading, Recording};
+use crate::recording::{Reading, Recording, Sources};
 use crate::unloaded::UnloadedSubtraction;
 use crate::{Estimator, Finding, Observer, Progress, RecordingError};
 
@@ -128,6 +129,13 @@ impl PaperRun {
         }
     }
 
+    /// Returns what the filter noticed about the data.
+    pub(crate) fn findings(&self) -> Vec<Finding> {
+        let known_kg = self.known_tool.map_or(0.0, |tool| tool.mass_kg);
+        let findings = self.filter.findings(known_kg).into_iter();
+        findings.map(Finding::Data).collect()
+    }
+
     /// Prepares for the same samples once more, of which the last was at `end_s`.
     fn rewind(&mut self, end_s: f64) {
         self.filter.rewind();
@@ -144,6 +152,8 @@ pub(crate) struct Run {
     pub(crate) samples: u64,
     /// Time from the first aligned sample to the last, s.
     pub(crate) duration_s: f64,
+    /// The part of it between samples without a gap, s.
+    pub(crate) bridged_s: f64,
     pub(crate) faults: FaultCounts,
     pub(crate) findings: Vec<Finding>,
     pub(crate) damage: Vec<String>,
@@ -177,7 +187,7 @@ impl Run {
                 if plan.streams.unloaded {
                     pass.unloaded.check_motion(&plan.sources.robot)?;
                 }
-                let totals = pass.totals();
+                let totals = pass.totals(plan.sources);
                 return Ok(Self::of_pass(solver, totals, reading));
             }
             let end_s = pass.last_s;
@@ -192,12 +202,15 @@ impl Run {
         if totals.incomplete > 0 {
             faults.add_many(SAMPLES, FaultKind::Incomplete, totals.incomplete, f64::NAN);
         }
+        let mut findings = reading.findings;
+        findings.extend(totals.findings);
         Self {
             solver,
             samples: totals.samples,
             duration_s: totals.duration_s,
+            bridged_s: totals.bridged_s,
             faults,
-            findings: reading.findings,
+            findings,
             damage: reading.damage,
             interrupted: reading.interrupted,
         }
@@ -208,17 +221,22 @@ impl Run {
 struct Pass<'a> {
     solver: &'a mut Solver,
     aligner: Aligner,
+    constant: ConstantChannels,
     unloaded: UnloadedSubtraction,
     samples: u64,
     first_s: f64,
     last_s: f64,
+    max_gap_s: f64,
+    bridged_s: f64,
 }
 
 /// What is counted in a presentation.
 struct Totals {
     samples: u64,
     duration_s: f64,
+    bridged_s: f64,
     incomplete: u64,
+    findings: Vec<Finding>,
 }
 
 impl<'a> Pass<'a> {
@@ -226,20 +244,29 @@ impl<'a> Pass<'a> {
         Self {
             solver,
             aligner: Aligner::new(plan.streams.clone(), plan.delay_s, plan.equations.max_gap_s),
+            constant: ConstantChannels::new(plan.streams.wrenches),
             unloaded: UnloadedSubtraction::new(plan.sources.robot.dof()),
             samples: 0,
             first_s: 0.0,
             last_s: 0.0,
+            max_gap_s: plan.equations.max_gap_s,
+            bridged_s: 0.0,
         }
     }
 
     fn take(&mut self, event: Event) -> Result<(), RecordingError> {
+        if let Measured::Wrench(sensor, wrench) = &event.measured {
+            self.constant.push(*sensor, wrench);
+        }
         self.aligner.push(event);
         while let Some(mut aligned) = self.aligner.next() {
             self.unloaded.subtract(&mut aligned);
             self.solver.push(&aligned.sample())?;
+            let passed_s = aligned.time_s - self.last_s;
             if self.samples == 0 {
                 self.first_s = aligned.time_s;
+            } else if passed_s <= self.max_gap_s {
+                self.bridged_s += passed_s;
             }
             self.samples += 1;
             self.last_s = aligned.time_s;
@@ -247,10 +274,12 @@ impl<'a> Pass<'a> {
         Ok(())
     }
 
-    fn totals(&self) -> Totals {
+    fn totals(&self, sources: &Sources) -> Totals {
         Totals {
+            findings: self.constant.findings(sources),
             samples: self.samples,
             duration_s: self.last_s - self.first_s,
+            bridged_s: self.bridged_s,
             incomplete: self.aligner.incomplete(),
         }
     }

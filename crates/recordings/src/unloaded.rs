@@ -65,18 +65,17 @@ pub(crate) fn find_unloaded(
     }
     let ours = Motions::read(loaded_log, joints, loaded_decoding, observer)?;
     let theirs = Motions::read(&log, &topics, &decoding, observer)?;
-    let coarse_s = coarse_shift_s(&ours.coarse, &theirs.coarse);
-    let coarse_s = coarse_s.ok_or(RecordingError::NoSharedMotion)?;
     Ok(Unloaded {
         log,
         topics,
         decoding,
-        shift_s: fine_shift_s(&ours.fine, &theirs.fine, coarse_s),
+        shift_s: ours.shift_s(&theirs)?,
     })
 }
 
-/// The motion of the joints over a log.
-struct Motions {
+/// The motion of the joints over a recording.
+#[derive(Default)]
+pub(crate) struct Motions {
     /// At most one instant in [`COARSE_S`].
     coarse: Motion,
     /// Every instant of the first [`FINE_S`].
@@ -92,28 +91,37 @@ impl Motions {
     ) -> Result<Self, RecordingError> {
         let mut feed = Feed::new(log, topics, decoding, f64::INFINITY, None)?;
         let mut events: Vec<Event> = Vec::new();
-        let mut motions = Self {
-            coarse: Motion::new(),
-            fine: Motion::new(),
-        };
-        let mut next_s = f64::NEG_INFINITY;
+        let mut motions = Self::default();
         while feed.read(&mut events)?.is_some() {
             check_interruption(observer)?;
             for event in events.drain(..) {
-                let Measured::Joints(values) = event.measured else {
-                    continue;
-                };
-                if event.time_s >= next_s {
-                    next_s = event.time_s + COARSE_S;
-                    let position = values.position.clone();
-                    motions.coarse.push((event.time_s, position));
-                }
-                if event.time_s < FINE_S {
-                    motions.fine.push((event.time_s, values.position));
+                if let Measured::Joints(values) = event.measured {
+                    motions.add(event.time_s, &values.position);
                 }
             }
         }
         Ok(motions)
+    }
+
+    /// Adds the positions of all joints at a time, s. Times are in order.
+    pub(crate) fn add(&mut self, time_s: f64, position: &[f64]) {
+        let last = self.coarse.last();
+        if last.is_none_or(|(last_s, _)| time_s >= last_s + COARSE_S) {
+            self.coarse.push((time_s, position.to_vec()));
+        }
+        if time_s < FINE_S {
+            self.fine.push((time_s, position.to_vec()));
+        }
+    }
+
+    /// Returns the time to add to another motion's times at which the motions agree best, s.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::NoSharedMotion`] if they share too few instants to be compared.
+    pub(crate) fn shift_s(&self, other: &Self) -> Result<f64, RecordingError> {
+        let coarse_s = coarse_shift_s(&self.coarse, &other.coarse);
+        let coarse_s = coarse_s.ok_or(RecordingError::NoSharedMotion)?;
+        Ok(fine_shift_s(&self.fine, &other.fine, coarse_s))
     }
 }
 

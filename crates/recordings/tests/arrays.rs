@@ -104,20 +104,32 @@ fn a_wrong_length_is_an_error_with_the_name() {
     assert_names(recording.error(pop_time), "joint_position");
 }
 
-/// What is missing is named: no sample, no joints, nothing that measures a load.
+/// What is missing is named: no sample, no joints, no pose of a sensor without a robot, nothing that measures a load.
 #[test]
 fn a_missing_array_is_named() {
     let recording = recorded();
     let error = recording.error(|r| r.times_s.clear());
     assert!(matches!(error, RecordingError::NoSamples), "{error}");
     type Change = fn(&mut Recording);
-    let cases: [(&str, Change); 3] = [
+    let effort = Request {
+        method: Some(Method::Effort),
+        ..Request::default()
+    };
+    match recording.identify(&effort).unwrap_err() {
+        RecordingError::MissingArray { name, .. } => assert_eq!(name, "joint_effort"),
+        other => panic!("{other}"),
+    }
+    let cases: [(&str, Change); 4] = [
         ("joint_position", |r| r.joint_position.clear()),
+        ("poses", |r| {
+            *r = carried();
+            r.poses.clear();
+        }),
         ("wrenches", |r| {
             r.wrenches.clear();
             r.joint_effort.clone_from(&r.joint_position);
         }),
-        ("joint_effort", |r| {
+        ("wrenches", |r| {
             r.wrenches.clear();
             r.sensors = None;
         }),
@@ -220,6 +232,29 @@ fn wild_arrays_do_not_panic() {
     }
 }
 
+/// Channels of a sensor that never change are reported by name, whether they are zero or not.
+#[test]
+fn constant_channels_are_reported() {
+    for (value, zero) in [(0.0, true), (1.5, false)] {
+        let mut recording = carried();
+        for wrench in recording.wrenches.chunks_exact_mut(6) {
+            (wrench[0], wrench[4]) = (value, value);
+        }
+        let findings = recording.identify(&quick()).unwrap().findings;
+        let found = findings.iter().find_map(|finding| match finding {
+            Finding::ConstantChannels {
+                source,
+                frame,
+                channels,
+                is_zero,
+            } => Some((source.as_str(), frame.as_str(), &channels[..], *is_zero)),
+            _ => None,
+        });
+        let expected = ("wrenches", "sensor", &["force x", "moment y"][..], zero);
+        assert_eq!(found, Some(expected));
+    }
+}
+
 /// Interrupted before there is enough for a fit, nothing is identifiable, and that is no error.
 #[test]
 fn interrupted_early_nothing_is_known() {
@@ -253,6 +288,8 @@ fn efforts_are_the_default_without_wrenches() {
     recording.robot = Some(experiment.robot());
     recording.joint_effort = vec![0.0; recording.joint_position.len()];
     recording.wrenches.clear();
+    recording.poses.clear();
+    recording.twists.clear();
     recording.sensors = None;
     let result = recording.identify(&quick()).unwrap();
     assert_eq!(result.method, Method::Effort);

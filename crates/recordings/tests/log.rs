@@ -211,6 +211,35 @@ fn a_log_that_lacks_something_says_what() {
     );
 }
 
+/// The wrenches of several topics are summed where each is of another finger. Others must be named, because they may
+/// be of one load twice, or of several loads: of two links of the arm, of one link, of a link and the tip.
+#[test]
+fn wrenches_that_are_not_of_fingers_must_be_named() {
+    let unrelated: [&'static [&'static str]; 4] = [
+        &["finger_left_link", "forearm_link"],
+        &["finger_left_link", "gripper_link"],
+        &["tool0", "finger_left_link"],
+        &["finger_left_link", "finger_left_link"],
+    ];
+    for sensors in unrelated {
+        let (_folder, path, _) = recorded(|recording| recording.sensors = sensors);
+        match identify(&path, &least_squares()) {
+            Err(RecordingError::UnrelatedWrenches {
+                sensors: named,
+                tip,
+            }) => {
+                let frames: Vec<&str> = named.iter().map(|(_, frame)| frame.as_str()).collect();
+                assert_eq!((frames.as_slice(), tip.as_str()), (sensors, TOOL));
+            }
+            other => panic!("{sensors:?}: {other:?}"),
+        }
+        let mut request = least_squares();
+        request.topics.wrenches =
+            vec!["/finger_0/wrench".to_owned(), "/finger_1/wrench".to_owned()];
+        assert!(identify(&path, &request).is_ok(), "{sensors:?}");
+    }
+}
+
 /// A path without a log is an error that names it.
 #[test]
 fn no_log_no_panic() {
@@ -295,6 +324,18 @@ fn the_defaults_identify_a_log() {
     let (values, std_devs) = (result.estimate.values(), result.estimate.std_devs.unwrap());
     let forecast = result.forecast.unwrap();
     assert_eq!(forecast.remaining_s(&values, &std_devs, 10.0), [0.0; 10]);
+}
+
+/// The wrenches of one finger of two fit no motion. A long delay that fits by chance is reported and not corrected.
+#[test]
+fn a_doubtful_delay_is_reported_and_not_corrected() {
+    let (_folder, path, _) = recorded(|recording| recording.sensors = &["finger_left_link"]);
+    let result = identify(&path, &Request::default()).unwrap();
+    let is_doubtful = |finding: &Finding| matches!(finding, Finding::DelayDoubtful { is_at_end: true, delay_s, .. } if *delay_s < -0.4);
+    let findings = &result.findings;
+    assert!(findings.iter().any(is_doubtful), "{findings:?}");
+    assert_eq!(result.estimated_delay, None);
+    assert_eq!(result.delay_s, 0.0);
 }
 
 /// The estimates over time come back from the log that they are written to.

@@ -6,9 +6,11 @@ mod recorded_arrays;
 
 use nalgebra::{Matrix3, Vector3};
 use recorded_arrays::{CARRIED_KG, Recording, carried, quick, recorded};
-use tactid_dynamics::MassProperties;
-use tactid_identify::{EquationSettings, IdentifyError};
-use tactid_recordings::{ActsOn, Estimator, Method, PaperSettings, RecordingError, Request};
+use tactid_dynamics::{MassProperties, Wrench};
+use tactid_identify::{EquationSettings, Finding as Data, IdentifyError, Sample, states_of_poses};
+use tactid_recordings::{
+    ActsOn, Estimator, Finding, Method, OnlineSetup, PaperSettings, RecordingError, Request,
+};
 
 /// The paper's filter has the paper's cutoff, gap and delay, as on a log.
 #[test]
@@ -59,6 +61,46 @@ fn the_papers_filter_subtracts_a_known_tool() {
     }
 }
 
+/// The paper's filter reports a wrong sign, and a known tool that is heavier than the load.
+#[test]
+fn the_papers_filter_reports_a_negative_mass() {
+    let findings = |recording: &Recording, request: &Request| {
+        let mut findings = recording.identify(request).unwrap().findings;
+        findings.retain(|finding| matches!(finding, Finding::Data(_)));
+        findings
+    };
+    let mut recording = recorded();
+    assert_eq!(findings(&recording, &Request::paper()), []);
+    let heavy = Request {
+        known_tool: Some(MassProperties {
+            mass_kg: 500.0,
+            center_of_mass: Vector3::zeros(),
+            inertia: Matrix3::zeros(),
+        }),
+        ..Request::paper()
+    };
+    let rest_kg = recording.identify(&heavy).unwrap().estimate.body.mass_kg;
+    match findings(&recording, &heavy)[..] {
+        [Finding::Data(Data::KnownBodiesTooHeavy { known_kg, load_kg })] => {
+            assert_eq!(known_kg, 500.0);
+            assert!((load_kg - (rest_kg + 500.0)).abs() < 1e-9, "{load_kg}");
+        }
+        ref other => panic!("{other:?}"),
+    }
+    recording
+        .wrenches
+        .iter_mut()
+        .for_each(|value| *value = -*value);
+    for request in [&heavy, &Request::paper()] {
+        let found = findings(&recording, request);
+        let sign = Finding::Data(Data::NegativeMass {
+            method: Method::Tactile,
+            or_gravity: false,
+        });
+        assert_eq!(found, [sign]);
+    }
+}
+
 /// Wrenches that act on the sensor have the opposite sign.
 #[test]
 fn wrenches_may_act_on_the_sensor() {
@@ -77,12 +119,11 @@ fn wrenches_may_act_on_the_sensor() {
 /// Options that only a log can use are errors for arrays.
 #[test]
 fn options_for_logs_are_rejected() {
-    let mut requests = vec![Request::default(); 3];
-    requests[0].urdf = Some(String::new());
-    requests[1].unloaded = Some("empty.mcap".into());
-    requests[2].topics.imu = Some("/imu".to_owned());
+    let mut requests = vec![Request::default(); 2];
+    requests[0].unloaded = Some("empty.mcap".into());
+    requests[1].topics.imu = Some("/imu".to_owned());
     let recording = recorded();
-    for (request, expected) in requests.iter().zip(["urdf", "unloaded", "topics.imu"]) {
+    for (request, expected) in requests.iter().zip(["unloaded", "topics.imu"]) {
         match recording.identify(request) {
             Err(RecordingError::NotForArrays(name)) => assert_eq!(name, expected),
             other => panic!("{other:?}"),
@@ -139,6 +180,14 @@ fn a_value_out_of_range_is_named() {
         ..Request::default()
     };
     assert_names(&far, "delay_s");
+    let epochs = Request {
+        estimator: Some(Estimator::Paper(PaperSettings {
+            epochs: 0,
+            ..PaperSettings::default()
+        })),
+        ..Request::default()
+    };
+    assert_names(&epochs, "epochs");
     let unknown_tool = Request {
         known_tool: Some(tool),
         ..Request::default()
@@ -146,18 +195,102 @@ fn a_value_out_of_range_is_named() {
     assert_names(&unknown_tool, "known_tool");
 }
 
+/// Noise that is given neither once for all nor once for each is an error before anything is read, also where the list
+/// is empty; noise that the method does not use is reported.
+#[test]
+fn counts_of_noise_are_checked() {
+    let recording = recorded();
+    let count = |request: &Request| match recording.identify(request) {
+        Err(RecordingError::Identify(IdentifyError::NoiseCount { name, given, .. })) => {
+            (name, given)
+        }
+        other => panic!("{other:?}"),
+    };
+    for given in [0, 3] {
+        let wrench = Request {
+            wrench_noise: Some(vec![[1.0; 6]; given]),
+            ..quick()
+        };
+        assert_eq!(count(&wrench), ("wrench_noise", given));
+        let effort = Request {
+            effort_noise: Some(vec![1.0; given]),
+            ..quick()
+        };
+        assert_eq!(count(&effort), ("effort_noise", given));
+    }
+    let momentum = Request {
+        method: Some(Method::JointSensing),
+        wrench_noise: Some(vec![[1.0; 6]; 2]),
+        ..quick()
+    };
+    let is_reported = |finding: &Finding| {
+        matches!(
+            finding,
+            Finding::OptionNotUsed {
+                option: "wrench_noise",
+                ..
+            }
+        )
+    };
+    let findings = recording.identify(&momentum).unwrap().findings;
+    assert!(findings.iter().any(is_reported), "{findings:?}");
+}
+
 /// An online solver has the defaults of the equations where the request leaves a choice open, and the samples
 /// say whether the combined method has efforts.
 #[test]
-fn online_settings_choose_nothing_from_data() {
-    let open = Request::default().online_settings(true);
-    assert_eq!(open, EquationSettings::default());
+fn an_online_setup_chooses_nothing_from_data() {
+    let robot = recorded().robot.unwrap();
+    let setup = |request: &Request, effort| OnlineSetup::new(request, Some(&robot), None, effort);
+    let open = setup(&Request::default(), true);
+    assert_eq!(open.settings, EquationSettings::default());
+    assert_eq!(
+        (open.tip.as_str(), &open.sensors[..]),
+        ("tool0", &["tool0".to_owned()][..])
+    );
     let request = Request {
         method: Some(Method::Combined { effort: true }),
         cutoff_hz: Some(3.0),
         ..Request::default()
     };
-    let settings = request.online_settings(false);
-    assert_eq!(settings.method, Method::Combined { effort: false });
-    assert_eq!(settings.cutoff_hz, 3.0);
+    let combined = setup(&request, false);
+    assert_eq!(combined.settings.method, Method::Combined { effort: false });
+    assert_eq!(combined.settings.cutoff_hz, 3.0);
+    assert!(combined.sensors.is_empty());
+}
+
+/// A sensor without a robot is on the ground, and is the tip; online it gives what its recording gives.
+#[test]
+fn a_sensor_alone_is_identified_online() {
+    let setup = OnlineSetup::new(&Request::default(), None, None, true);
+    assert_eq!(setup.settings.gravity, Some(Vector3::new(0.0, 0.0, -9.81)));
+    assert_eq!(
+        (setup.tip.as_str(), &setup.sensors[..]),
+        ("sensor", &["sensor".to_owned()][..])
+    );
+    let mut identifier = setup.identifier().unwrap();
+    let recording = carried();
+    let states = states_of_poses(&recording.times_s, &recording.poses);
+    let wrenches = recording.wrenches.chunks_exact(6);
+    for ((&time_s, &base), six) in recording.times_s.iter().zip(&states).zip(wrenches) {
+        let wrench = Wrench {
+            force: Vector3::from_column_slice(&six[..3]),
+            moment: Vector3::from_column_slice(&six[3..]),
+        };
+        identifier
+            .push(&Sample {
+                time_s,
+                base,
+                joint_position: &[],
+                joint_velocity: &[],
+                joint_effort: &[],
+                wrenches: &[wrench],
+            })
+            .unwrap();
+    }
+    identifier.finish();
+    let estimate = identifier.estimate();
+    assert_eq!(&*estimate.frame, "sensor");
+    let mass_kg = estimate.body.mass_kg;
+    assert!((mass_kg - CARRIED_KG).abs() < 1e-3, "{mass_kg}");
 }

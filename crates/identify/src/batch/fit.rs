@@ -2,9 +2,10 @@
 
 use nalgebra::{RowSVector, SMatrix, SVector};
 
-use crate::equations::Channels;
+use crate::equations::{Channels, OffsetFrame};
+use crate::result::WrenchOffset;
 use crate::solve::noise::Noise;
-use crate::solve::offsets::Offset;
+use crate::solve::offsets::Offsets;
 use crate::solve::prior::KnownMass;
 use crate::solve::spectrum::Excitation;
 use crate::solve::subspace::NullSpace;
@@ -76,8 +77,8 @@ pub(crate) struct Fit {
     pub(crate) null_space: NullSpace,
     /// Mass of the whole load, where it was known.
     pub(crate) known_mass: Option<KnownMass>,
-    /// Offsets of the leading channels, where they are unknown.
-    pub(crate) offsets: Vec<Offset>,
+    /// Offsets of the six channels of the wrench in the tool frame, where they are unknown.
+    pub(crate) offsets: Option<Offsets>,
 }
 
 impl Fit {
@@ -97,6 +98,13 @@ impl Fit {
         let mut gradient = RowSVector::zeros();
         gradient[0] = 1.0;
         std_dev(&gradient, &self.covariance, &self.null_space)
+    }
+
+    /// Returns the offset of the wrenches with its standard deviations in a frame, where it was unknown.
+    pub(crate) fn wrench_offset(&self, frame: &OffsetFrame) -> Option<WrenchOffset> {
+        let offsets = self.offsets?.mapped(frame.map());
+        let std_devs = offsets.std_devs(&self.covariance, &self.null_space);
+        Some(frame.offset(&offsets.values, Some(std_devs)))
     }
 
     /// Returns whether a window is an outlier.

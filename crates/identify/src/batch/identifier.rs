@@ -6,17 +6,17 @@ use nalgebra::SVector;
 use tactid_dynamics::{InertialParameters, Manipulator, MassProperties};
 
 use super::equation_batch::EquationBatch;
+use super::findings::{consistent_payload, data_findings};
 use super::fit::{Delay, Fit, FitOptions};
 use super::forecast::Forecast;
 use super::history::history;
 use super::least_squares;
 use super::report::FitReport;
-use super::suspicions::{CONTRADICTION, suspected_offset, suspected_signs};
+use super::suspicions::CONTRADICTION;
 use crate::IdentifyError;
 use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::finding::Finding;
 use crate::result::{self, HistoryPoint, PayloadEstimate, is_physical};
-use crate::solve::consistency::project;
 use crate::solve::uncertainty::identifiable;
 use crate::solve::{BoundingBox, KnownMass, PrincipalMoments};
 
@@ -57,7 +57,6 @@ pub struct BatchIdentifier {
     stream: EquationStream,
     equations: EquationSettings,
     settings: BatchSettings,
-    has_sensors: bool,
     batch: EquationBatch,
     windows: u64,
 }
@@ -103,7 +102,6 @@ impl BatchIdentifier {
             stream: EquationStream::new(robot, tool, sensors, &equations)?,
             equations,
             settings,
-            has_sensors: !sensors.is_empty(),
             batch: EquationBatch::default(),
             windows: 0,
         })
@@ -151,7 +149,6 @@ impl BatchIdentifier {
         let fit_without_mass =
             least_squares::fit(equations, FitOptions::new(&channels)).ok_or_else(too_few)?;
         let known = self.known_bodies();
-        let mut findings = Vec::new();
         let known_mass_fit = match self.settings.known_mass {
             Some(mass) => {
                 let options = FitOptions {
@@ -163,12 +160,17 @@ impl BatchIdentifier {
             None => None,
         };
         let fit = known_mass_fit.as_ref().unwrap_or(&fit_without_mass);
-        let (parameters, inconsistent) = self.consistent_payload(fit, &known);
-        findings.extend(self.contradicted_mass(&fit_without_mass, known[0], parameters[0]));
-        findings.extend(inconsistent);
-        findings.extend(self.data_findings(&fit_without_mass, fit, known[0], &channels));
-        let report = FitReport::new(&self.batch, fit, &channels, self.equations.cutoff_hz);
         let bounding_box = self.settings.bounding_box.as_ref();
+        let (parameters, inconsistent) = consistent_payload(fit, &known, bounding_box);
+        let of_data = data_findings(equations, &fit_without_mass, fit, &self.stream, known[0]);
+        let of_mass = self.mass_finding(&fit_without_mass, known[0], parameters[0], &of_data);
+        let is_not_kept = matches!(of_mass, Some(Finding::KnownMassNotKept { .. }));
+        // A mass that is not kept says that no consistent body is near, and why.
+        let inconsistent = inconsistent.filter(|_| !is_not_kept);
+        let findings = of_mass.into_iter().chain(inconsistent).chain(of_data);
+        let cutoff_hz = self.equations.cutoff_hz;
+        let frame = self.stream.offset_frame();
+        let report = FitReport::new(&self.batch, fit, &channels, cutoff_hz, frame);
         Ok(BatchResult {
             estimate: self.estimate(fit, &parameters, &known),
             principal_moments: PrincipalMoments::with_std_devs(
@@ -180,7 +182,7 @@ impl BatchIdentifier {
             forecast: Forecast::new(equations, fit, &parameters, report.stride_s),
             fit: report,
             delay: self.remaining_delay(&fit_without_mass, &channels),
-            findings,
+            findings: findings.collect(),
         })
     }
 
@@ -216,34 +218,15 @@ impl BatchIdentifier {
         known
     }
 
-    /// Projects the payload's parameters onto physically consistent ones, and reports where these are far away.
-    fn consistent_payload(
-        &self,
-        fit: &Fit,
-        known: &SVector<f64, 10>,
-    ) -> (SVector<f64, 10>, Option<Finding>) {
-        let parameters = fit.parameters - known;
-        let bounding_box = self.settings.bounding_box.as_ref();
-        match project(&parameters, &fit.covariance, fit.scales(), bounding_box) {
-            None => (parameters, None),
-            Some(projection) => {
-                let finding = Finding::Inconsistent {
-                    distance: projection.distance,
-                    within_box: bounding_box.is_some(),
-                };
-                let is_far = projection.distance > CONTRADICTION;
-                (projection.parameters, is_far.then_some(finding))
-            }
-        }
-    }
-
-    /// Reports where the payload's mass from the data alone contradicts the known one, or where the
-    /// result, `estimated_kg`, is not the known one. `others_kg` is the mass of the known bodies.
-    fn contradicted_mass(
+    /// Reports where the payload's mass from the data alone contradicts the known one and no other finding, in
+    /// `of_data`, explains why, or where the result, `estimated_kg`, is not the known one. `others_kg` is the mass of the
+    /// known bodies.
+    fn mass_finding(
         &self,
         fit_without_mass: &Fit,
         others_kg: f64,
         estimated_kg: f64,
+        of_data: &[Finding],
     ) -> Option<Finding> {
         let known = self.settings.known_mass?;
         let std_dev_kg = fit_without_mass.mass_std_dev_kg();
@@ -253,14 +236,21 @@ impl BatchIdentifier {
             .hypot(known.std_dev_kg)
             .max(known.with(0.0).std_dev_kg);
         let distance = (found_kg - known.mass_kg).abs() / of_difference_kg;
-        let is_missed = !known.agrees_with(estimated_kg, CONTRADICTION);
-        let is_contradicted = distance > CONTRADICTION || is_missed;
         // A motion that does not determine the mass contradicts none.
-        (std_dev_kg.is_finite() && is_contradicted).then_some(Finding::MassContradicted {
+        if std_dev_kg.is_finite() && distance > CONTRADICTION {
+            return (!of_data.iter().any(contradicts_any_mass)).then_some(
+                Finding::MassContradicted {
+                    known,
+                    found_kg,
+                    std_dev_kg,
+                    distance,
+                },
+            );
+        }
+        (!known.agrees_with(estimated_kg, CONTRADICTION)).then_some(Finding::KnownMassNotKept {
             known,
-            found_kg,
-            std_dev_kg,
-            distance,
+            estimated_kg,
+            within_box: self.settings.bounding_box.is_some(),
         })
     }
 
@@ -294,36 +284,6 @@ impl BatchIdentifier {
         }
     }
 
-    /// Returns findings about signs, offsets and outliers, and about the mass of the known bodies, `known_kg`.
-    fn data_findings(
-        &self,
-        fit_without_mass: &Fit,
-        fit: &Fit,
-        known_kg: f64,
-        channels: &Channels,
-    ) -> Vec<Finding> {
-        let equations = self.batch.equations();
-        let (gravity, method) = (self.stream.gravity(), self.equations.method);
-        // A known mass would hide a wrong sign.
-        let mut findings = suspected_signs(
-            equations,
-            fit_without_mass,
-            channels,
-            &gravity,
-            known_kg,
-            method,
-        );
-        if self.has_sensors && method.uses_wrench() && channels.offsets == 0 {
-            findings.extend(suspected_offset(equations, fit, channels));
-        }
-        let windows = equations.len();
-        let outliers = (0..windows).filter(|&k| fit.is_outlier(k)).count();
-        if outliers > 0 {
-            findings.push(Finding::Outliers { outliers, windows });
-        }
-        findings
-    }
-
     /// Estimates the delay of the load with the weights of a fit without it.
     fn remaining_delay(&self, fit: &Fit, channels: &Channels) -> Option<Delay> {
         if !self.settings.delay {
@@ -337,4 +297,14 @@ impl BatchIdentifier {
         let delay = least_squares::fit(self.batch.equations(), options)?.delay;
         delay.filter(|delay| delay.delay_s.is_finite())
     }
+}
+
+/// Returns whether a finding is the reason why the data contradict any known mass.
+fn contradicts_any_mass(finding: &Finding) -> bool {
+    matches!(
+        finding,
+        Finding::GravityContradicted { .. }
+            | Finding::NegativeMass { .. }
+            | Finding::KnownBodiesTooHeavy { .. }
+    )
 }

@@ -8,7 +8,7 @@ use super::sandwich::{self, Entries, ScoredRow};
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
 use crate::equations::{Equation, Row};
 use crate::solve::noise::{Noise, ROUNDING};
-use crate::solve::offsets::{MeanRow, Offset};
+use crate::solve::offsets::{MeanRow, Offsets};
 use crate::solve::spectrum::Spectrum;
 use crate::solve::weights::{rare_distance, robust_weight};
 
@@ -335,7 +335,7 @@ impl<'a> ReweightedLeastSquares<'a> {
             misfit: (squares / weights.max(f64::MIN_POSITIVE)).sqrt(),
             excitation: self.spectrum.excitation(),
             null_space: self.spectrum.null_space(scales),
-            offsets: self.offsets(&covariance, count),
+            offsets: Offsets::new(&self.means, self.solution.as_slice(), &self.noise, count),
             noise: self.noise,
             weights: self.weights,
             known_mass: self.options.known_mass,
@@ -375,15 +375,6 @@ impl<'a> ReweightedLeastSquares<'a> {
         DMatrix::from_fn(self.columns, self.columns, |i, j| {
             scaled[(i, j)] * scales[i] * scales[j]
         })
-    }
-
-    /// Returns the offsets of the leading channels, where they are unknown.
-    fn offsets(&self, covariance: &DMatrix<f64>, count: usize) -> Vec<Offset> {
-        let pairs = self.means.iter().zip(&self.noise.std_devs);
-        let offset = |(mean, noise): (&MeanRow<11>, &f64)| {
-            mean.offset(&self.solution, covariance, *noise, count)
-        };
-        pairs.map(offset).collect()
     }
 
     /// Returns the whitened rows of the windows that are used with their scores, each times the root of its

@@ -1,6 +1,7 @@
 //! Robust weighted least squares over all equations of a recording.
 
 mod equation_batch;
+mod findings;
 mod fit;
 mod forecast;
 mod history;
@@ -11,8 +12,10 @@ pub mod preview;
 mod report;
 mod sandwich;
 mod suspicions;
+mod unexplained;
 
 pub use equation_batch::EquationBatch;
+pub(crate) use findings::findings_without_knowledge;
 pub use fit::Delay;
 pub use forecast::Forecast;
 pub use identifier::{BatchIdentifier, BatchResult, BatchSettings};

@@ -37,7 +37,7 @@ impl<'a> NormalEquations<'a> {
             fit,
             information: SMatrix::zeros(),
             target: SVector::zeros(),
-            centering: Centering::new(fit.offsets.len()),
+            centering: Centering::new(if fit.offsets.is_some() { 6 } else { 0 }),
             rows: Vec::new(),
             block: DMatrix::zeros(fit.noise.channels(), 11),
         }

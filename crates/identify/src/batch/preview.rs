@@ -64,15 +64,34 @@ pub fn fitted_delay(equations: &[Equation], channels: &Channels) -> Option<Delay
     fit(equations, options)?.delay
 }
 
-/// Returns the delay of the wrenches, s, as the multiple of the windows' stride at which they fit the motion
-/// best; `None` where the sign of gravity is in doubt, the equations are too few, or they have fewer than six
-/// rows. The first six channels are those of a wrench.
+/// The delay of the wrenches, as a multiple of the time between two windows, at which they fit the motion best.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoarseDelay {
+    /// Delay, s; positive where the wrenches are stamped later than the motion. Zero where no other fits
+    /// significantly better.
+    pub delay_s: f64,
+    /// Mean square residual with the delay, relative to that without.
+    pub residual_ratio: f64,
+    /// Whether the delay is at the end of the search, [`LONGEST_DELAY_S`], so that a longer one may fit better still.
+    pub is_at_end: bool,
+}
+
+/// Returns the coarse delay of the wrenches in windows that begin `stride_s` apart. `None` where the stride is not
+/// positive, where the first channels are not those of a wrench, where the sign of gravity is in doubt, or where the
+/// equations are too few.
 #[must_use]
-pub fn coarse_delay_s(equations: &[Equation], stride_s: f64) -> Option<f64> {
-    if equations.iter().any(|equation| equation.rows.len() < 6) {
+pub fn coarse_delay(
+    equations: &[Equation],
+    channels: &Channels,
+    stride_s: f64,
+) -> Option<CoarseDelay> {
+    if !(stride_s > 0.0 && channels.begin_with_wrench()) {
         return None;
     }
-    let reach = (LONGEST_DELAY_S / stride_s).ceil() as i64;
+    // A delay is paired with another window, so there are no more of them than windows.
+    let reach = (LONGEST_DELAY_S / stride_s)
+        .ceil()
+        .min(equations.len() as f64) as i64;
     let mut sizes = [0.0; 6];
     noise::target_sizes(equations, &[3, 3], &mut sizes);
     let at = |shift, gravity_scale| {
@@ -92,9 +111,17 @@ pub fn coarse_delay_s(equations: &[Equation], stride_s: f64) -> Option<f64> {
     let independent = equations.len() as f64 / window::NOISE_CORRELATION * 6.0;
     let gain = (unshifted - best) / best.max(f64::MIN_POSITIVE) * independent;
     Some(if gain > SIGNIFICANT_GAIN {
-        shift as f64 * stride_s
+        CoarseDelay {
+            delay_s: shift as f64 * stride_s,
+            residual_ratio: best / unshifted,
+            is_at_end: shift.abs() >= reach - 1,
+        }
     } else {
-        0.0
+        CoarseDelay {
+            delay_s: 0.0,
+            residual_ratio: 1.0,
+            is_at_end: false,
+        }
     })
 }
 
@@ -163,31 +190,58 @@ impl Pairs<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::equations::Channel;
 
     #[test]
     fn no_equations_have_no_power_and_no_delay() {
         assert_eq!((motion_power(&[]), motion_noise_power(&[])), (0.0, 0.0));
-        assert_eq!(coarse_delay_s(&[], 0.03), None);
+        assert_eq!(coarse_delay(&[], &Channels::of_wrench(), 0.03), None);
     }
 
-    /// Joint efforts have fewer rows than a wrench, and no coarse delay.
-    #[test]
-    fn fewer_rows_than_those_of_a_wrench_have_no_coarse_delay() {
-        let of_rows = |rows| {
-            let equations: Vec<Equation> = (0..100)
-                .map(|k| {
-                    let mut equation = Equation::new(rows);
-                    equation.clear(0.03 * f64::from(k));
-                    for (entry, row) in equation.rows.iter_mut().enumerate() {
-                        row.regressor[entry] = 1.0;
-                        row.target = 1.0;
-                    }
-                    equation
-                })
-                .collect();
-            coarse_delay_s(&equations, 0.03)
+    /// Equations with as many rows as a wrench has, 0.03 s apart.
+    fn six_rows() -> Vec<Equation> {
+        let equation = |k: i32| {
+            let mut equation = Equation::new(6);
+            equation.clear(0.03 * f64::from(k));
+            for (entry, row) in equation.rows.iter_mut().enumerate() {
+                row.regressor[entry] = 1.0;
+                row.target = 1.0;
+            }
+            equation
         };
-        assert_eq!(of_rows(2), None);
-        assert_eq!(of_rows(6), Some(0.0));
+        (0..100).map(equation).collect()
+    }
+
+    /// Only the channels of a wrench have a coarse delay, and not those of as many joint efforts.
+    #[test]
+    fn six_efforts_are_no_wrench() {
+        let equations = six_rows();
+        let wrench = Channels::of_wrench();
+        let efforts = Channels {
+            channels: (1..=6)
+                .map(|joint| Channel {
+                    name: format!("effort joint_{joint}"),
+                    unit: "N m",
+                })
+                .collect(),
+            kinds: vec![6],
+            ..wrench.clone()
+        };
+        assert_eq!(coarse_delay(&equations, &efforts, 0.03), None);
+        let delay = coarse_delay(&equations, &wrench, 0.03).unwrap();
+        assert_eq!(delay.delay_s, 0.0);
+    }
+
+    /// A stride that is not positive has no delay, and one that is far too short ends the search nevertheless.
+    #[test]
+    fn any_stride_ends_the_search() {
+        let (equations, wrench) = (six_rows(), Channels::of_wrench());
+        for stride_s in [0.0, -0.03, f64::NAN] {
+            assert_eq!(coarse_delay(&equations, &wrench, stride_s), None);
+        }
+        for stride_s in [1e-300, f64::INFINITY] {
+            let delay = coarse_delay(&equations, &wrench, stride_s);
+            assert!(delay.is_none_or(|delay| delay.delay_s == 0.0), "{delay:?}");
+        }
     }
 }

@@ -3,8 +3,8 @@
 use super::equation_batch::EquationBatch;
 use super::fit::{Fit, FitOptions};
 use super::least_squares::fit;
-use crate::equations::{Channel, Channels, Equation, window};
-use crate::solve::Offset;
+use crate::equations::{Channel, Channels, Equation, OffsetFrame, window};
+use crate::result::WrenchOffset;
 
 /// Number of sections of a recording, of which some are held out for validation.
 const SECTIONS: usize = 25;
@@ -37,8 +37,8 @@ pub struct FitReport {
     pub strengths: Vec<f64>,
     /// These directions, as unit vectors in the linear parameters divided by their scales.
     pub directions: Vec<[f64; 10]>,
-    /// Offset of each of the first six channels where offsets were among the unknowns; empty otherwise.
-    pub offsets: Vec<Offset>,
+    /// Offset of the wrenches, where it was among the unknowns. `predicted` contains it.
+    pub offset: Option<WrenchOffset>,
     /// Time between two windows, s.
     pub stride_s: f64,
     /// Cutoff of the filter, Hz: that of the settings, divided by the number of windows that were merged.
@@ -46,12 +46,14 @@ pub struct FitReport {
 }
 
 impl FitReport {
-    /// Reports on a fit to all equations of a batch, whose filter has the cutoff `cutoff_hz`.
+    /// Reports on a fit to all equations of a batch, whose filter has the cutoff `cutoff_hz`. `frame` is that of a
+    /// wrench offset.
     pub(crate) fn new(
         batch: &EquationBatch,
         fit: &Fit,
         channels: &Channels,
         cutoff_hz: f64,
+        frame: &OffsetFrame,
     ) -> Self {
         let equations = batch.equations();
         let section = equations.len().div_ceil(SECTIONS).max(1);
@@ -76,7 +78,7 @@ impl FitReport {
                 .collect(),
             stride_s: window::stride_s(cutoff_hz) * merged,
             cutoff_hz: cutoff_hz / merged,
-            offsets: fit.offsets.clone(),
+            offset: fit.wrench_offset(frame),
             channels: channels.channels.clone(),
             measured,
             predicted,
@@ -118,7 +120,10 @@ fn validate(
 
 /// Returns the predicted load, window by window.
 fn predict(equations: &[Equation], fit: &Fit) -> Vec<f64> {
-    let offset = |channel: usize| fit.offsets.get(channel).map_or(0.0, |offset| offset.value);
+    let offset = |channel: usize| {
+        let of_wrench = fit.offsets.filter(|_| channel < 6);
+        of_wrench.map_or(0.0, |offsets| offsets.values[channel])
+    };
     let rows = equations
         .iter()
         .flat_map(|equation| equation.rows.iter().enumerate());

@@ -1,13 +1,12 @@
 //! Signs, gravity and offsets that explain the data better than the given ones.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::fit::{Fit, FitOptions};
 use super::least_squares;
 use crate::Method;
-use crate::equations::{Channels, Equation};
+use crate::equations::{Channels, Equation, OffsetFrame};
 use crate::finding::Finding;
-use crate::solve::Offset;
 
 /// Distance in standard deviations from which a contradiction is reported.
 pub(crate) const CONTRADICTION: f64 = 5.0;
@@ -15,33 +14,65 @@ pub(crate) const CONTRADICTION: f64 = 5.0;
 /// Another gravity is reported where it leaves less than this fraction of the residual.
 const FAR_BETTER: f64 = 0.5;
 
-/// A constant offset is reported where that of one channel is more than this many times its standard
-/// deviation, and all offsets together leave less than [`CLEARLY_BETTER`] of the residual.
-const SIGNIFICANT: f64 = 6.0;
-/// Fraction of the residual that offsets must not leave to be reported.
-const CLEARLY_BETTER: f64 = 0.8;
+/// Squared Mahalanobis distance from zero from which a constant offset is reported. With six degrees of freedom, less
+/// than one in 1e10 exceeds it by chance.
+const SIGNIFICANT_OFFSET: f64 = 60.0;
 
-/// Returns the most significant offset of the wrenches, where offsets were not among the unknowns but
-/// explain the data clearly better.
+/// An offset is reported where the determinant of the residuals' covariance is less than this fraction of that without
+/// the offset: the standard deviation shrinks to 0.8 or less in the direction of the offset.
+const CLEARLY_BETTER: f64 = 0.64;
+
+/// Residuals smaller than this fraction of the load are errors of discretisation.
+const SMALL: f64 = 1e-5;
+
+/// Returns the offset of the wrenches, where offsets were not among the unknowns but explain the data clearly better.
+///
+/// Both criteria are the same in every frame: a rigid transform of the channels changes neither the ratio of the
+/// determinants nor the Mahalanobis distance.
 pub(crate) fn suspected_offset(
     equations: &[Equation],
     fit: &Fit,
     channels: &Channels,
+    frame: &OffsetFrame,
 ) -> Option<Finding> {
     let with_offsets = channels.clone().with_offsets(true);
     let options = FitOptions {
-        weights_of: Some(fit),
         known_mass: fit.known_mass,
         ..FitOptions::new(&with_offsets)
     };
     let other = least_squares::fit(equations, options)?;
-    let size = |offset: &Offset| offset.value.abs() / offset.std_dev;
-    let pairs = other.offsets.iter().zip(&channels.channels);
-    let (largest, channel) = pairs.max_by(|a, b| size(a.0).total_cmp(&size(b.0)))?;
-    let is_better = other.misfit < CLEARLY_BETTER * fit.misfit;
-    (size(largest) > SIGNIFICANT && is_better).then(|| Finding::OffsetSuspected {
-        channel: channel.clone(),
-        offset: *largest,
+    let squared_distance = other
+        .offsets?
+        .squared_distance(&other.covariance, &other.null_space);
+    let volume = |fit: &Fit| residual_covariance(equations, fit, &other.weights).determinant();
+    let is_better = volume(&other) < CLEARLY_BETTER * volume(fit);
+    if squared_distance < SIGNIFICANT_OFFSET || !is_better {
+        return None;
+    }
+    let offset = other.wrench_offset(frame)?;
+    Some(Finding::OffsetSuspected { offset })
+}
+
+/// Returns the covariance of the residuals of the six channels of the wrench, each in units of its load.
+fn residual_covariance(equations: &[Equation], fit: &Fit, weights: &[f64]) -> Matrix6<f64> {
+    let offsets = fit
+        .offsets
+        .map_or(Vector6::zeros(), |offsets| offsets.values);
+    let (mut products, mut loads) = (Matrix6::zeros(), Vector6::repeat(f64::MIN_POSITIVE));
+    let mut total = f64::MIN_POSITIVE;
+    for (equation, weight) in equations.iter().zip(weights) {
+        let rows = &equation.rows;
+        let residual = Vector6::from_fn(|k, _| {
+            rows[k].target - rows[k].regressor.dot(&fit.parameters) - offsets[k]
+        });
+        loads += Vector6::from_fn(|k, _| weight * rows[k].target.powi(2));
+        products.ger(*weight, &residual, &residual, 1.0);
+        total += weight;
+    }
+    let sizes = (loads / total).map(f64::sqrt);
+    Matrix6::from_fn(|i, j| {
+        let floor = if i == j { SMALL * SMALL } else { 0.0 };
+        products[(i, j)] / (total * sizes[i] * sizes[j]) + floor
     })
 }
 

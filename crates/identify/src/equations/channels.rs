@@ -48,6 +48,12 @@ impl Channels {
         Self { offsets, ..self }
     }
 
+    /// Returns whether the first six channels are the force and the moment of a wrench on the end-effector.
+    #[must_use]
+    pub fn begin_with_wrench(&self) -> bool {
+        self.channels.starts_with(&wrench_channels(""))
+    }
+
     /// Number of channels.
     #[must_use]
     pub fn count(&self) -> usize {

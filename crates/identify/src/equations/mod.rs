@@ -11,6 +11,7 @@ mod differentiation;
 mod equation;
 mod instant;
 mod model;
+mod offset_frame;
 mod sample;
 mod sample_ring;
 mod settings;
@@ -20,6 +21,7 @@ pub mod window;
 
 pub use channels::{Channel, Channels, KnownNoise};
 pub use equation::{Equation, Row};
+pub(crate) use offset_frame::OffsetFrame;
 pub use sample::{BaseState, Sample, states_of_poses};
 pub use settings::{EquationSettings, GRAVITY};
 pub use stream::{EquationStream, PushOutcome};

@@ -10,13 +10,13 @@ use super::equation::Row;
 use super::instant::Instant;
 use super::settings::EquationSettings;
 use super::sources::{RobotState, Source, WrenchRegressor, sources_of};
-use crate::IdentifyError;
+use crate::{IdentifyError, Method};
 
 /// A robot and the sources of its measurements.
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
     gravity: Vector3<f64>,
-    needs_effort: bool,
+    method: Method,
     sensor_count: usize,
     sources: Vec<Source>,
     /// Number of rows of each source.
@@ -47,7 +47,7 @@ impl Model {
         let includes_gripper = sources.iter().any(|source| source.includes_gripper());
         let mut model = Self {
             gravity: settings.gravity_for(robot.base_kind()),
-            needs_effort: settings.method.uses_effort(),
+            method: settings.method,
             sensor_count: sensors.len(),
             rows: vec![Row::zero(); row_counts.iter().sum()],
             sources,
@@ -86,9 +86,9 @@ impl Model {
         self.sensor_count
     }
 
-    /// Whether samples must have joint efforts.
-    pub(crate) fn needs_effort(&self) -> bool {
-        self.needs_effort
+    /// The measurements that are used.
+    pub(crate) fn method(&self) -> Method {
+        self.method
     }
 
     /// The channels of the rows, with the known noise at the posture of the last instant.

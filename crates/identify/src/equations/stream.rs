@@ -7,11 +7,12 @@ use super::channels::Channels;
 use super::equation::Equation;
 use super::instant::Instant;
 use super::model::Model;
+use super::offset_frame::OffsetFrame;
 use super::sample::Sample;
 use super::sample_ring::SampleRing;
 use super::settings::EquationSettings;
 use super::window::{MIN_INSTANTS, Windows};
-use crate::IdentifyError;
+use crate::{IdentifyError, Method};
 
 /// What became of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +36,7 @@ pub enum PushOutcome {
 #[derive(Clone, Debug)]
 pub struct EquationStream {
     model: Model,
+    offset_frame: OffsetFrame,
     max_gap_s: f64,
     samples: SampleRing,
     instant: Instant,
@@ -61,6 +63,7 @@ impl EquationStream {
         let model = Model::new(robot, tool, sensors, settings)?;
         let (joints, wrenches) = (robot.dof(), sensors.len());
         Ok(Self {
+            offset_frame: OffsetFrame::new(robot, tool, sensors)?,
             max_gap_s: settings.max_gap_s,
             samples: SampleRing::new(joints, wrenches, settings.cutoff_hz),
             instant: Instant::new(joints, wrenches),
@@ -147,6 +150,22 @@ impl EquationStream {
         self.model.channels()
     }
 
+    /// The measurements that the payload is identified from.
+    #[must_use]
+    pub fn method(&self) -> Method {
+        self.model.method()
+    }
+
+    /// Whether there are wrench sensors.
+    pub(crate) fn has_sensors(&self) -> bool {
+        self.model.sensor_count() > 0
+    }
+
+    /// The frame in which a constant offset of the wrenches is stated.
+    pub(crate) fn offset_frame(&self) -> &OffsetFrame {
+        &self.offset_frame
+    }
+
     /// Returns why the stream has given so few equations, `windows`: most windows have too few samples, or the
     /// recording is too short.
     #[must_use]
@@ -177,7 +196,7 @@ impl EquationStream {
         if !sample.joint_velocity.is_empty() {
             robot.check_length("joint_velocity", sample.joint_velocity)?;
         }
-        if self.model.needs_effort() || !sample.joint_effort.is_empty() {
+        if self.method().uses_effort() || !sample.joint_effort.is_empty() {
             robot.check_length("joint_effort", sample.joint_effort)?;
         }
         if sample.wrenches.len() == self.model.sensor_count() {

@@ -12,7 +12,7 @@ use super::equation::{Equation, Row};
 const OVERLAP: usize = 3;
 
 /// Fewest instants of a window; a window with fewer is dropped.
-pub(crate) const MIN_INSTANTS: u32 = 6;
+pub const MIN_INSTANTS: u32 = 6;
 
 /// Frequency at which the mean with weight cos⁴ has lost 3 dB, times the length of the window.
 const CUTOFF_TIMES_LENGTH: f64 = 0.926;

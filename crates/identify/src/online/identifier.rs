@@ -3,15 +3,17 @@
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use tactid_dynamics::{Manipulator, Wrench};
+use tactid_dynamics::Manipulator;
 
+use super::recent_equations::RecentEquations;
 use super::stage::Stage;
 use super::staged_update::StagedUpdate;
+use crate::batch::findings_without_knowledge;
 use crate::equations::{EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::result::values;
 use crate::solve::subspace::Matrix;
 use crate::solve::uncertainty::identifiable;
-use crate::{ExpressedWrench, IdentifyError, PayloadEstimate};
+use crate::{Finding, IdentifyError, PayloadEstimate, WrenchOffset};
 
 /// Fewest samples from the end of one window to the end of the next for which the update is divided into stages:
 /// twice the stages. With fewer samples, all stages run with the sample that ends the window.
@@ -136,6 +138,7 @@ pub struct Identifier {
     frame: Arc<str>,
     stream: EquationStream,
     update: StagedUpdate,
+    recent: RecentEquations,
     /// Number of samples since the end of the most recent window.
     samples: u32,
     windows: u64,
@@ -168,9 +171,11 @@ impl Identifier {
         settings: &EquationSettings,
     ) -> Result<Self, IdentifyError> {
         let stream = EquationStream::new(robot, tool, sensors, settings)?;
+        let channels = stream.channels();
         Ok(Self {
             frame: tool.into(),
-            update: StagedUpdate::new(&stream.channels(), stream.gripper_to_subtract())?,
+            update: StagedUpdate::new(&channels, stream.gripper_to_subtract())?,
+            recent: RecentEquations::new(channels.count()),
             stream,
             samples: 0,
             windows: 0,
@@ -196,16 +201,20 @@ impl Identifier {
     /// wrenches do not fit the sensors. Bad data are no error: see [`PushOutcome`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         let (outcome, equation) = self.stream.push(sample)?;
-        self.samples = self.samples.saturating_add(1);
+        if outcome != PushOutcome::Rejected {
+            self.samples = self.samples.saturating_add(1);
+        }
         let Some(equation) = equation else {
             self.update.proceed();
             return Ok(outcome);
         };
         let time_s = equation.time_s;
         let changed = self.update.begin(equation);
+        self.recent.push(equation);
         self.update.set_gripper(self.stream.gripper_to_subtract());
         self.windows += 1;
         if changed {
+            self.recent.clear();
             self.payload_changes += 1;
             self.since_s = time_s;
         }
@@ -265,17 +274,26 @@ impl Identifier {
         self.update.readout().uncertainty.covariance
     }
 
-    /// Returns the constant offset of the sum of the wrenches in the end-effector frame, without allocation; `None`
-    /// unless [`EquationSettings::wrench_offset`] makes it an unknown, and before the first window.
+    /// Returns what the most recent windows show about the assumptions: a wrong sign of gravity or of the load, an
+    /// offset of the wrench sensor, a load that the model does not explain, outliers. They are those that
+    /// [`BatchIdentifier`](crate::BatchIdentifier) has for the same samples without prior knowledge.
+    ///
+    /// The windows are at most the last 324 (10 s at a cutoff of 10 Hz) since the last payload change.
+    ///
+    /// Cost: several least-squares fits, some 10 ms, with allocation. Call it beside the control loop, on a clone of the
+    /// identifier, or while nothing is urgent.
     #[must_use]
-    pub fn wrench_offset(&self) -> Option<ExpressedWrench> {
-        let [fx, fy, fz, mx, my, mz] = self.update.offsets()?;
-        Some(ExpressedWrench {
-            frame: self.frame.clone(),
-            wrench: Wrench {
-                force: Vector3::new(fx, fy, fz),
-                moment: Vector3::new(mx, my, mz),
-            },
-        })
+    pub fn findings(&self) -> Vec<Finding> {
+        let gripper = self.stream.gripper_to_subtract();
+        findings_without_knowledge(&self.recent.in_order(), &self.stream, gripper)
+    }
+
+    /// Returns the constant offset of the wrenches, without allocation; `None` unless
+    /// [`EquationSettings::wrench_offset`] makes it an unknown, and before the first window.
+    #[must_use]
+    pub fn wrench_offset(&self) -> Option<WrenchOffset> {
+        let frame = self.stream.offset_frame();
+        let offsets = frame.map() * self.update.offsets()?;
+        Some(frame.offset(&offsets, None))
     }
 }

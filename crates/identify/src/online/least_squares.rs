@@ -1,5 +1,6 @@
 //! Online least squares: windows in, parameters and their covariance out.
 
+use nalgebra::Vector6;
 use tactid_nlms::{ChangeDetector, ChangeSettings, SettingError};
 
 use super::accumulated_rows::AccumulatedRows;
@@ -332,7 +333,7 @@ impl OnlineLeastSquares {
 
     /// Returns the constant offsets of the first six channels, in their units; `None` where they are not among the
     /// unknowns, or before any window.
-    pub(crate) fn offsets(&self) -> Option<[f64; 6]> {
+    pub(crate) fn offsets(&self) -> Option<Vector6<f64>> {
         self.centering.offsets(&self.parameters)
     }
 

@@ -6,6 +6,7 @@ mod innovation;
 mod least_squares;
 mod noise_tracker;
 mod readout;
+mod recent_equations;
 mod residual_correlation;
 mod stage;
 mod staged_update;

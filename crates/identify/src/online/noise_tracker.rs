@@ -3,7 +3,9 @@
 use nalgebra::DMatrix;
 
 use super::innovation::{MODEL_ERROR, Prediction, WhitenedRow, WhitenedWindow};
-use super::residual_correlation::{ResidualCorrelation, SLOW_GAIN, WHITE_SLOW_SQUARE, mean_gain};
+use super::residual_correlation::{
+    ResidualCorrelation, SLOW_GAIN, WHITE_SLOW_SQUARE, correlation_of, mean_gain,
+};
 use crate::equations::Channels;
 use crate::equations::Equation;
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
@@ -20,6 +22,10 @@ const VARIANCE_GROWTH: f64 = 4.0;
 /// Number of windows that the variance counts for after it has grown, so that new windows correct it soon: as
 /// many as it is first estimated from.
 const WINDOWS_AFTER_GROWTH: f64 = 32.0;
+
+/// Number of windows that the correlation of all channels of a kind counts for in that of each of them. After so many
+/// windows, the noise power of one channel at low frequencies is known to 40 % only.
+const SHARED_WINDOWS: f64 = 60.0;
 
 /// Error of derivatives and of means over windows, relative to the measurements: the lower limit of the noise.
 const DISCRETIZATION_ERROR: f64 = 1e-6;
@@ -39,6 +45,10 @@ pub(crate) struct NoiseTracker {
     windows: f64,
     /// Correlation of each channel's whitened residuals between windows.
     correlations: Vec<ResidualCorrelation>,
+    /// Correlation of each channel's noise with that of the last window and of the one before it.
+    shared: Vec<[f64; 2]>,
+    /// Numbers of consecutive channels of one kind.
+    kinds: Vec<usize>,
     /// Mean square of the slow means of the whitened residuals.
     slow_square: f64,
     /// Mean square of the whitened residuals.
@@ -58,6 +68,8 @@ impl NoiseTracker {
             residuals: vec![0.0; count],
             windows: 0.0,
             correlations: vec![ResidualCorrelation::WHITE; count],
+            shared: vec![correlation_of(ResidualCorrelation::WHITE.products); count],
+            kinds: channels.kinds.clone(),
             slow_square: WHITE_SLOW_SQUARE,
             square: 1.0,
             slow_load: 0.0,
@@ -121,7 +133,7 @@ impl NoiseTracker {
 
     /// Returns the correlation of a channel's noise with that of the last window and of the one before it.
     pub(crate) fn correlation(&self, channel: usize) -> [f64; 2] {
-        self.correlations[channel].correlation()
+        self.shared[channel]
     }
 
     /// Returns the factor, at least one, on the covariance of the parameters for errors that last longer than
@@ -190,5 +202,28 @@ impl NoiseTracker {
         self.slow_square += gain * (slow_square / channels - self.slow_square);
         self.square += gain * (square / channels - self.square);
         self.slow_load += SLOW_GAIN * (prediction.load - self.slow_load);
+        self.share_correlations(windows_before);
+    }
+
+    /// Combines the mean products of each channel with those of all channels of its kind, which count for
+    /// [`SHARED_WINDOWS`].
+    fn share_correlations(&mut self, windows: f64) {
+        let own_fraction = windows / (windows + SHARED_WINDOWS);
+        let mut first = 0;
+        for &count in &self.kinds {
+            let channels = first..first + count;
+            let mut mean = [0.0; 3];
+            for channel in &self.correlations[channels.clone()] {
+                for (mean, product) in mean.iter_mut().zip(channel.products) {
+                    *mean += product / count as f64;
+                }
+            }
+            for channel in channels {
+                let own = self.correlations[channel].products;
+                let combined = |k: usize| mean[k] + own_fraction * (own[k] - mean[k]);
+                self.shared[channel] = correlation_of(std::array::from_fn(combined));
+            }
+            first += count;
+        }
     }
 }

@@ -18,6 +18,9 @@ const PRIOR_WINDOWS: f64 = 4.0;
 /// an estimate positive whatever the estimated correlation. The batch solver has the same limit.
 const MIN_DENSITY: f64 = 0.05;
 
+/// Mean products of a residual with itself and with the residuals of the two windows before it.
+pub(crate) type Products = [f64; 3];
+
 /// Returns the gain of a mean over the windows so far that begins with the prior of white noise.
 pub(crate) fn mean_gain(windows_before: f64) -> f64 {
     1.0 / (windows_before + PRIOR_WINDOWS)
@@ -30,7 +33,7 @@ pub(crate) struct ResidualCorrelation {
     /// Residuals of the last window and of the one before it.
     last: [f64; 2],
     /// Mean products of a residual with itself and with the residuals of the two windows before it.
-    products: [f64; 3],
+    pub(crate) products: Products,
     /// Exponential mean of the residuals with the gain [`SLOW_GAIN`].
     pub(crate) slow_mean: f64,
 }
@@ -53,25 +56,24 @@ impl ResidualCorrelation {
         self.last = [residual, self.last[0]];
         self.slow_mean += SLOW_GAIN * (residual - self.slow_mean);
     }
+}
 
-    /// Returns the correlation with the last window and with the one before it, shrunk until the spectral
-    /// density is positive at every frequency.
-    pub(crate) fn correlation(&self) -> [f64; 2] {
-        let [square, next, second] = self.products;
-        let (next, second) = (next / square, second / square);
-        // Spectral density at the frequency θ: 1 + 2 next cos(θ) + 2 second cos(2 θ).
-        let density =
-            |cosine: f64| 1.0 + 2.0 * next * cosine + 2.0 * second * (2.0 * cosine * cosine - 1.0);
-        let stationary = (-next / (4.0 * second)).clamp(-1.0, 1.0);
-        let stationary = if stationary.is_nan() { 1.0 } else { stationary };
-        let least = density(1.0).min(density(-1.0)).min(density(stationary));
-        let factor = if least < MIN_DENSITY {
-            (1.0 - MIN_DENSITY) / (1.0 - least)
-        } else {
-            1.0
-        };
-        [factor * next, factor * second]
-    }
+/// Returns the correlation with the last window and with the one before it that mean products show, shrunk until the
+/// spectral density is positive at every frequency.
+pub(crate) fn correlation_of([square, next, second]: Products) -> [f64; 2] {
+    let (next, second) = (next / square, second / square);
+    // Spectral density at the frequency θ: 1 + 2 next cos(θ) + 2 second cos(2 θ).
+    let density =
+        |cosine: f64| 1.0 + 2.0 * next * cosine + 2.0 * second * (2.0 * cosine * cosine - 1.0);
+    let stationary = (-next / (4.0 * second)).clamp(-1.0, 1.0);
+    let stationary = if stationary.is_nan() { 1.0 } else { stationary };
+    let least = density(1.0).min(density(-1.0)).min(density(stationary));
+    let factor = if least < MIN_DENSITY {
+        (1.0 - MIN_DENSITY) / (1.0 - least)
+    } else {
+        1.0
+    };
+    [factor * next, factor * second]
 }
 
 #[cfg(test)]
@@ -93,7 +95,7 @@ mod tests {
             for (k, residual) in residuals.enumerate() {
                 correlation.update(residual, mean_gain(k as f64));
             }
-            correlation.correlation()
+            correlation_of(correlation.products)
         };
         let [next, second] = correlation_of(&mut white.iter().copied());
         assert!(next.abs() < 0.05 && second.abs() < 0.05, "{next} {second}");
@@ -114,7 +116,7 @@ mod tests {
                 random.random_range(-1.0..1.0),
                 random.random_range(-1.0..1.0),
             ];
-            let [next, second] = correlation.correlation();
+            let [next, second] = correlation_of(correlation.products);
             for k in 0..=100 {
                 let angle = std::f64::consts::PI * f64::from(k) / 100.0;
                 let density = 1.0 + 2.0 * next * angle.cos() + 2.0 * second * (2.0 * angle).cos();

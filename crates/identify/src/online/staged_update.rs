@@ -1,5 +1,6 @@
 //! The estimate and its deferred update, stage by stage.
 
+use nalgebra::Vector6;
 use tactid_dynamics::InertialParameters;
 use tactid_nlms::SettingError;
 
@@ -97,7 +98,7 @@ impl StagedUpdate {
     }
 
     /// Constant offsets of the first six channels, in their units; `None` where they are not among the unknowns.
-    pub(crate) fn offsets(&self) -> Option<[f64; 6]> {
+    pub(crate) fn offsets(&self) -> Option<Vector6<f64>> {
         self.estimator.offsets()
     }
 

@@ -11,7 +11,7 @@ use super::rows::{inertia_rows, mass_rows};
 use super::singular_values::{RowProducts, SingularValues};
 use crate::equations::{Equation, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::result::{self, PayloadEstimate, is_physical, subtract_known_body, values};
-use crate::{IdentifyError, Method};
+use crate::{Finding, IdentifyError, Method};
 
 /// Settings of the paper's filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,9 +41,12 @@ impl Default for PaperSettings {
 }
 
 impl PaperSettings {
-    /// Checks the settings, also against those of the equations: the filter has ten parameters and needs the
-    /// force and the moment on the end-effector.
-    fn check(&self, equations: &EquationSettings) -> Result<(), IdentifyError> {
+    /// Checks that each setting is in its range.
+    ///
+    /// # Errors
+    /// Returns [`IdentifyError::Setting`] or [`IdentifyError::Value`] with the first setting that is not.
+    pub fn check(&self) -> Result<(), IdentifyError> {
+        Nlms::<1>::new(self.alpha, self.beta)?;
         if !(self.average_s >= 0.0 && self.average_s.is_finite()) {
             return Err(IdentifyError::Value {
                 name: "average_s",
@@ -58,6 +61,12 @@ impl PaperSettings {
                 expected: "one or more",
             });
         }
+        Ok(())
+    }
+
+    /// Checks the settings of the equations: the filter has ten parameters and needs the force and the moment on the
+    /// end-effector.
+    fn check_equations(equations: &EquationSettings) -> Result<(), IdentifyError> {
         let gives_noise = !(equations.wrench_noise.is_empty() && equations.effort_noise.is_empty());
         let beyond_filter = [
             (equations.wrench_offset, "an unknown offset of the wrenches"),
@@ -83,6 +92,7 @@ impl PaperSettings {
 #[derive(Clone, Debug)]
 pub struct PaperFilter {
     settings: PaperSettings,
+    method: Method,
     frame: Arc<str>,
     stream: EquationStream,
     mass: Nlms<4>,
@@ -122,8 +132,10 @@ impl PaperFilter {
         equations: &EquationSettings,
         settings: PaperSettings,
     ) -> Result<Self, IdentifyError> {
-        settings.check(equations)?;
+        settings.check()?;
+        PaperSettings::check_equations(equations)?;
         let mut filter = Self {
+            method: equations.method,
             frame: tool.into(),
             stream: EquationStream::new(robot, tool, sensors, equations)?,
             mass: Nlms::new(settings.alpha, settings.beta)?,
@@ -202,6 +214,31 @@ impl PaperFilter {
     #[must_use]
     pub fn singular_values(&self) -> SingularValues {
         self.products.assess().0
+    }
+
+    /// Returns what the filter noticed about the data: a mass that is negative, because of a wrong sign or of a known
+    /// body of `known_kg`, such as a tool changer, that is heavier than the load; a motion that does not determine the
+    /// mass says nothing. Other findings need least squares.
+    #[must_use]
+    pub fn findings(&self, known_kg: f64) -> Vec<Finding> {
+        let estimate = self.estimate();
+        let gripper_kg = self
+            .stream
+            .gripper_to_subtract()
+            .map_or(0.0, |gripper| gripper.mass());
+        let (load_kg, known_kg) = (estimate.body.mass_kg + gripper_kg, known_kg + gripper_kg);
+        if !estimate.identifiable[0] {
+            return Vec::new();
+        }
+        let finding = if load_kg < 0.0 {
+            Some(Finding::NegativeMass {
+                method: self.method,
+                or_gravity: self.stream.gravity().norm() > 0.0,
+            })
+        } else {
+            (load_kg < known_kg).then_some(Finding::KnownBodiesTooHeavy { known_kg, load_kg })
+        };
+        finding.into_iter().collect()
     }
 
     /// The equation stream behind the filter.

@@ -12,7 +12,6 @@ pub(crate) mod subspace;
 pub(crate) mod uncertainty;
 pub(crate) mod weights;
 
-pub use offsets::Offset;
 pub use principal_moments::PrincipalMoments;
 pub use prior::{BoundingBox, KnownMass};
 pub use uncertainty::HALF_WIDTH_95;

@@ -6,18 +6,86 @@
 //! before it, times a factor (Welford 1962, Technometrics 4, 419-420). Both give the same information and the
 //! same parameters, and both then give the offset as what the parameters leave of the mean.
 
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{Matrix6, SMatrix, Vector6};
 
+use super::noise::Noise;
+use super::subspace::{Matrix, NullSpace, Vector};
 use crate::equations::Row;
 use crate::equations::window::NOISE_CORRELATION;
 
-/// Constant offset of a channel, in the channel's unit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Offset {
-    /// What the sensor measures when nothing acts on it.
-    pub value: f64,
-    /// Standard deviation of the value.
-    pub std_dev: f64,
+/// Standard deviation of an offset in an unobservable direction, relative to the offset: it stands for infinity where a
+/// matrix is inverted.
+const UNOBSERVABLE: f64 = 1e4;
+
+/// Constant offsets of the six channels of a wrench, with what their covariance follows from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Offsets {
+    /// What each channel measures when nothing acts on the sensor, in the channel's unit.
+    pub(crate) values: Vector6<f64>,
+    /// Derivatives of the values with respect to the parameters, with the opposite sign.
+    gradients: SMatrix<f64, 6, 10>,
+    /// Covariance of the mean noise of the channels.
+    of_means: Matrix6<f64>,
+}
+
+impl Offsets {
+    /// Returns what a solution leaves of the mean rows of so many windows; `None` unless there are six.
+    pub(crate) fn new(
+        means: &[MeanRow<11>],
+        solution: &[f64],
+        noise: &Noise,
+        windows: usize,
+    ) -> Option<Self> {
+        let means: &[MeanRow<11>; 6] = means.try_into().ok()?;
+        let root = noise.covariance_root();
+        let covariance = &root * root.transpose();
+        let of_means = covariance.fixed_view::<6, 6>(0, 0) * (NOISE_CORRELATION / windows as f64);
+        Some(Self {
+            values: means.each_ref().map(|mean| mean.remainder(solution)).into(),
+            gradients: SMatrix::from_fn(|channel, k| means[channel].entries[k]),
+            of_means,
+        })
+    }
+
+    /// Returns the offsets of the wrench in another frame, given the matrix that maps wrenches to it.
+    pub(crate) fn mapped(&self, map: &Matrix6<f64>) -> Self {
+        Self {
+            values: map * self.values,
+            gradients: map * self.gradients,
+            of_means: map * self.of_means * map.transpose(),
+        }
+    }
+
+    /// Returns the standard deviation of each offset, in its unit, given the covariance of the parameters; infinite
+    /// where the motion does not distinguish the offset from the payload.
+    pub(crate) fn std_devs(&self, of_parameters: &Matrix, null_space: &NullSpace) -> [f64; 6] {
+        let variances = self.covariance(of_parameters).diagonal();
+        std::array::from_fn(|channel| {
+            if null_space.determines(&self.gradients.row(channel).into()) {
+                variances[channel].max(0.0).sqrt()
+            } else {
+                f64::INFINITY
+            }
+        })
+    }
+
+    /// Returns the squared Mahalanobis distance of the offsets from zero, which is the same in every frame.
+    pub(crate) fn squared_distance(&self, of_parameters: &Matrix, null_space: &NullSpace) -> f64 {
+        let mut covariance = self.covariance(of_parameters);
+        for direction in null_space.directions() {
+            let unknown = self.gradients * direction.component_mul(null_space.scales());
+            if let Some(unit) = unknown.try_normalize(0.0) {
+                let std_dev = UNOBSERVABLE * self.values.norm();
+                covariance.ger(std_dev * std_dev, &unit, &unit, 1.0);
+            }
+        }
+        let factor = covariance.cholesky();
+        factor.map_or(0.0, |factor| self.values.dot(&factor.solve(&self.values)))
+    }
+
+    fn covariance(&self, of_parameters: &Matrix) -> Matrix6<f64> {
+        self.gradients * of_parameters * self.gradients.transpose() + self.of_means
+    }
 }
 
 /// Weighted mean of all rows of a channel, `N` entries each.
@@ -62,24 +130,10 @@ impl<const N: usize> MeanRow<N> {
         *target -= self.target;
     }
 
-    /// Returns the offset: the mean target less that predicted by a solution, given the solution's
-    /// covariance, the standard deviation of the noise of one window, and the number of windows.
-    pub(crate) fn offset(
-        &self,
-        solution: &DVector<f64>,
-        covariance: &DMatrix<f64>,
-        noise_std_dev: f64,
-        windows: usize,
-    ) -> Offset {
+    /// Returns the mean target less that predicted by a solution.
+    fn remainder(&self, solution: &[f64]) -> f64 {
         let entries = self.entries.iter();
-        let predicted: f64 = entries.zip(solution).map(|(a, x)| a * x).sum();
-        let gradient = DVector::from_column_slice(&self.entries[..solution.len()]);
-        let of_solution = gradient.dot(&(covariance * &gradient));
-        let of_mean = noise_std_dev * noise_std_dev * NOISE_CORRELATION / windows as f64;
-        Offset {
-            value: self.target - predicted,
-            std_dev: (of_solution + of_mean).max(0.0).sqrt(),
-        }
+        self.target - entries.zip(solution).map(|(a, x)| a * x).sum::<f64>()
     }
 }
 
@@ -138,9 +192,10 @@ impl Centering {
 
     /// Returns the offsets of the six channels of a wrench, in their units, given the parameters; `None`
     /// without offsets or before any window.
-    pub(crate) fn offsets(&self, parameters: &SVector<f64, 10>) -> Option<[f64; 6]> {
+    pub(crate) fn offsets(&self, parameters: &Vector) -> Option<Vector6<f64>> {
         let means: &[Row; 6] = self.means.as_slice().try_into().ok()?;
-        (!self.is_empty()).then(|| means.map(|mean| mean.target - mean.regressor.dot(parameters)))
+        let offset = |mean: &Row| mean.target - mean.regressor.dot(parameters);
+        (!self.is_empty()).then(|| means.each_ref().map(offset).into())
     }
 }
 

@@ -89,7 +89,7 @@ class Manipulator:
     @staticmethod
     def from_urdf(
         urdf: _Path,
-        base: Literal["floating", "fixed"] = "floating",
+        base: Literal["fixed", "floating"] = "fixed",
         *,
         base_link: str | None = None,
     ) -> Manipulator: ...
@@ -100,7 +100,7 @@ class Manipulator:
     @property
     def frame_names(self) -> list[str]: ...
     @property
-    def base(self) -> Literal["floating", "fixed"]: ...
+    def base(self) -> Literal["fixed", "floating"]: ...
     @property
     def mass(self) -> float: ...
     def with_payload(self, frame: str, body: MassProperties) -> Manipulator: ...
@@ -185,28 +185,37 @@ class OnlineSolver:
     def push(
         self,
         time: ArrayLike,
-        q: ArrayLike,
+        q: ArrayLike | None = None,
         qd: ArrayLike | None = None,
-        wrenches: ArrayLike | None = None,
+        wrench: ArrayLike | None = None,
         *,
         effort: ArrayLike | None = None,
-        base_pose: ArrayLike | None = None,
-        base_twist: ArrayLike | None = None,
+        pose: ArrayLike | None = None,
+        twist: ArrayLike | None = None,
+        acceleration: ArrayLike | None = None,
     ) -> int: ...
     def estimate(self) -> _Data: ...
 
 @final
 class Identifier(OnlineSolver):
     def __new__(
-        cls, robot: Manipulator, sensors: Sequence[str], effort: bool, options: object
+        cls,
+        robot: Manipulator | None,
+        sensors: str | Sequence[str] | None,
+        effort: bool,
+        options: object,
     ) -> Identifier: ...
     def covariance(self) -> _Array | None: ...
     def wrench_offset(self) -> _Data | None: ...
+    def findings(self) -> list[tuple[str, _Data]]: ...
 
 @final
 class PaperFilter(OnlineSolver):
     def __new__(
-        cls, robot: Manipulator, sensors: Sequence[str], options: object
+        cls,
+        robot: Manipulator | None,
+        sensors: str | Sequence[str] | None,
+        options: object,
     ) -> PaperFilter: ...
     def rewind(self) -> None: ...
     def singular_values(self) -> _Data: ...
@@ -229,7 +238,7 @@ def identify_arrays(
     pose: ArrayLike | None = None,
     twist: ArrayLike | None = None,
     acceleration: ArrayLike | None = None,
-    sensors: Sequence[str] | None = None,
+    sensors: str | Sequence[str] | None = None,
 ) -> _Data: ...
 def write_estimates(
     path: _Path,

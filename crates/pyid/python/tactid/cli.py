@@ -18,6 +18,7 @@ from tactid._native import simulate as simulate_experiment
 from tactid.console import interruptible, notes, print_whole, progress
 from tactid.errors import ArgumentError, ExperimentError, TactidError
 from tactid.identify_command import identify_recording
+from tactid.number_lists import NumberListCommand
 from tactid.options import Estimator
 from tactid.output_files import check_outputs
 
@@ -74,7 +75,7 @@ def _main(
     """Takes the options that stand before a command."""
 
 
-@app.command("paper")
+@app.command("paper", cls=NumberListCommand)
 def run_paper(
     out: Annotated[Path, typer.Option(help="Folder for the log and the results.")] = Path(
         "tactid-paper"
@@ -88,7 +89,8 @@ def run_paper(
     posture: Annotated[
         str | None,
         typer.Option(
-            help="identifiable, table1, or six joint angles in rad: 0,-1.2,1.6,-0.4,1.57,0."
+            help="identifiable, table1, or six joint angles in rad: 0,-1.2,1.6,-0.4,1.57,0.",
+            metavar="A,A,A,A,A,A",
         ),
     ] = None,
     seed: Annotated[
@@ -162,7 +164,7 @@ def _urdf_file(experiment: Experiment) -> Path | None:
     return None if name is None else Path(name)
 
 
-app.command("identify")(identify_recording)
+app.command("identify", cls=NumberListCommand)(identify_recording)
 
 
 @app.command("info")

@@ -15,11 +15,12 @@ import typer
 from tactid import forms, option_text, outlook, reported, result_json, table
 from tactid._native import info
 from tactid.console import interruptible, notes, print_whole, progress
+from tactid.declaration import Declaration
 from tactid.files import atomic_path, write_atomically
 from tactid.identification import Identification
 from tactid.naming import command_line_flag
 from tactid.offline import identify
-from tactid.options import Declaration, Options
+from tactid.options import Options
 from tactid.output_files import check_outputs
 from tactid.truth import read_checks, read_truth
 from tactid.wording import assumptions, remarks
@@ -76,7 +77,10 @@ def identify_recording(
     ] = None,
     **options: Any,
 ) -> None:
-    """Identifies the payload from a recording."""
+    """Identifies the payload from a recording.
+
+    The numbers of one option are separated by commas or by spaces: --gravity 0 0 -9.81.
+    """
     precision = option_text.fraction("--within", within)
     output = Output(Form.JSON if as_json else form, precision, result_file, report, estimates)
     check_outputs(
@@ -96,10 +100,9 @@ def _parameters() -> list[inspect.Parameter]:
     parameters = []
     for option in fields(Options):
         declared = Declaration.of(option)
-        unit = f" Unit: {declared.unit}." if declared.unit else ""
         declaration = typer.Option(
             command_line_flag(option.name),
-            help=declared.text + unit,
+            help=declared.documentation.replace("``", ""),
             metavar=declared.metavar,
             rich_help_panel=declared.panel,
             show_default=False,

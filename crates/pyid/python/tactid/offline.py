@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from tactid import _native
 from tactid._native import Manipulator
+from tactid.declaration import with_options
 from tactid.errors import ArgumentError
 from tactid.faults import DataFault
 from tactid.identification import (
@@ -24,15 +25,16 @@ from tactid.identification import (
     SingularValues,
     WrenchOffset,
 )
-from tactid.options import Options, collect, with_options
+from tactid.options import Options, collect
 
 ARRAYS = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceleration", "sensors")
 """The keywords of :func:`identify` that belong to arrays."""
 
 
-@with_options("log")
+@with_options(Options, "log")
 def identify(
     source: str | os.PathLike[str] | ArrayLike,
+    /,
     *,
     robot: Manipulator | None = None,
     q: ArrayLike | None = None,
@@ -42,7 +44,7 @@ def identify(
     pose: ArrayLike | None = None,
     twist: ArrayLike | None = None,
     acceleration: ArrayLike | None = None,
-    sensors: Sequence[str] | None = None,
+    sensors: str | Sequence[str] | None = None,
     options: Options | None = None,
     progress: Callable[[float], object] | None = None,
     **keywords: Any,
@@ -53,29 +55,36 @@ def identify(
     The motion is that of joints and a URDF, on a base that odometry moves if there is any; without
     joints, it is that of the sensor itself, by odometry or by an inertial unit. Memory is bounded.
 
-    Arrays are on one clock. With a ``robot``, ``pose``, ``twist`` and ``acceleration`` are those of
-    its base; without one, they are those of the sensor itself. What is left out is derived.
+    Arrays are on one clock. With a ``robot`` or a ``urdf``, ``pose``, ``twist`` and
+    ``acceleration`` are those of its base, which is fixed where none of them is given; without
+    either, they are those of the sensor itself. What is left out is derived.
+
+        tactid.identify("bag/", urdf="arm.urdf", tip="tool0")
+        tactid.identify(time, urdf="arm.urdf", q=q, qd=qd, wrench=wrench)
+        tactid.identify(time, pose=pose, wrench=wrench, wrench_acts_on="sensor")
 
     Args:
         source: The log's path, or the times of the samples, (N,), s.
-        robot: For arrays: the robot with its gripper and without the payload.
+        robot: For arrays: the robot with its gripper and without the payload. The motion of its
+            base is given only where the robot was read with ``base="floating"``.
         q: Joint positions, (N, n), rad or m.
         qd: Joint velocities, (N, n), rad/s or m/s.
         effort: Efforts that the joints exert, (N, n), N m or N.
         wrench: Force, N, then moment, N m, on the payload, each in its sensor's frame and about
-            its origin, (N, 6), or (N, S, 6) for S sensors.
+            its origin: (N, 6) for one sensor, (N, S, 6) for S; (6,) or (S, 6) for one sample.
         pose: Poses in the world, (N, 4, 4), or (N, 7) as ``[x, y, z, qx, qy, qz, qw]``. A sample
             whose pose has NaN, or a quaternion with a norm outside 0.9 to 1.1, is left out and
             counted among the faults.
         twist: Velocity of the origin, then angular velocity, in world axes, (N, 6).
         acceleration: Classical acceleration without gravity, then angular, in world axes, (N, 6).
-        sensors: The links of the wrenches. Default: the tip.
+        sensors: The links of the wrenches, one name or several. Default: the tip.
         options: Options to start from; keywords replace them.
         progress: Called with the fraction done, about twenty times a second. An exception that it
             raises stops the work, as Ctrl-C does.
-        **keywords: The fields of :class:`tactid.Options`, as follows. Those that choose from a log
-            do not apply to arrays.
-        <options>
+        **keywords: The fields of :class:`tactid.Options`, as follows. The topics are those of a
+            log.
+
+            <options>
 
     Raises:
         LogError: The log cannot be read.
@@ -85,13 +94,14 @@ def identify(
     """
     given: tuple[Any, ...] = (robot, q, qd, effort, wrench, pose, twist, acceleration, sensors)
     arrays: dict[str, Any] = dict(zip(ARRAYS, given, strict=True))
+    own = (*ARRAYS, "options", "progress")
     if isinstance(source, str | os.PathLike):
-        collected = collect(options, keywords, "log")
+        collected = collect(options, keywords, "log", own)
         for name, value in arrays.items():
             if value is not None:
-                raise ArgumentError(f"`{name}` belongs to arrays, but the source is a log")
+                raise ArgumentError(f"`{name}` belongs to arrays, but {source} is a log")
         return _identification(_native.identify_log(source, collected, progress))
-    collected = collect(options, keywords, "arrays")
+    collected = collect(options, keywords, "arrays", own)
     return _identification(_native.identify_arrays(source, collected, progress, **arrays))
 
 

@@ -1,5 +1,7 @@
 """Identification sample by sample: least squares, and the paper's filter."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Any
 
@@ -7,8 +9,9 @@ from numpy.typing import ArrayLike
 
 from tactid import _native
 from tactid._native import Manipulator
-from tactid.identification import Array, PayloadEstimate, SingularValues, WrenchOffset
-from tactid.options import Options, collect, documented
+from tactid.declaration import documented
+from tactid.identification import Array, Finding, PayloadEstimate, SingularValues, WrenchOffset
+from tactid.options import Options, collect
 
 
 class _Online:
@@ -19,29 +22,36 @@ class _Online:
     def push(
         self,
         time: ArrayLike,
-        q: ArrayLike,
+        q: ArrayLike | None = None,
         qd: ArrayLike | None = None,
-        wrenches: ArrayLike | None = None,
+        wrench: ArrayLike | None = None,
         *,
         effort: ArrayLike | None = None,
-        base_pose: ArrayLike | None = None,
-        base_twist: ArrayLike | None = None,
+        pose: ArrayLike | None = None,
+        twist: ArrayLike | None = None,
+        acceleration: ArrayLike | None = None,
     ) -> int:
         """Takes one sample, or N in a row.
+
+        The arrays have the names, units and signs of :func:`tactid.identify`: ``pose``, ``twist``
+        and ``acceleration`` are those of a floating base, or of the sensor where there is no robot.
 
         Args:
             time: Times on one clock, s, () or (N,).
             q: Joint positions in the order of the robot's ``joint_names``, (n,) or (N, n), rad or
-                m.
+                m. Left out where there is no robot.
             qd: Joint velocities, (n,) or (N, n), rad/s or m/s. Derived from the positions where
                 left out.
-            wrenches: Force, N, then moment, N m, **on the payload**, each in its sensor's frame and
-                about that frame's origin, (S, 6) or (N, S, 6). May be left out without sensors.
+            wrench: Force, N, then moment, N m, **on the payload**, each in its sensor's frame and
+                about that frame's origin: (6,) or (N, 6) for one sensor, (S, 6) or (N, S, 6) for S.
             effort: Efforts that the joints exert, (n,) or (N, n), N m or N, where the method uses
                 them.
-            base_pose: ``world_from_base``, (4, 4) or (7,), or N of them; identity where left out.
-            base_twist: Velocity of the base frame's origin, then angular velocity, in world axes,
-                (6,) or (N, 6); zero where left out.
+            pose: Pose in the world, (4, 4), or (7,) as ``[x, y, z, qx, qy, qz, qw]``, or N of them.
+                Where it is left out, the base is at rest.
+            twist: Velocity of the origin, m/s, then angular velocity, rad/s, in world axes, (6,) or
+                (N, 6). It is not derived from the poses, so it is given with them.
+            acceleration: Classical acceleration without gravity, m/s², then angular, rad/s², in
+                world axes, (6,) or (N, 6). Derived from the twists where left out.
 
         Returns:
             How many samples were used: they gave rows once a window was full. Bad samples (not
@@ -49,18 +59,17 @@ class _Online:
             all, or after a gap, only starts a window.
 
         Raises:
-            ArgumentError: A shape does not fit.
+            ArgumentError: A shape does not fit, or something is missing.
         """
-        return self._native.push(
-            time, q, qd, wrenches, effort=effort, base_pose=base_pose, base_twist=base_twist
-        )
+        base = {"pose": pose, "twist": twist, "acceleration": acceleration}
+        return self._native.push(time, q, qd, wrench, effort=effort, **base)
 
     def estimate(self) -> PayloadEstimate:
         """Returns the payload as known now."""
         return PayloadEstimate(**self._native.estimate())
 
 
-@documented("online")
+@documented(Options, "online")
 class Identifier(_Online):
     """Identifies the payload of one robot online by least squares.
 
@@ -69,13 +78,18 @@ class Identifier(_Online):
     rough and no change is detected. One sample takes some microseconds, a call from Python more:
     push many at once where possible.
 
+    A sensor without a robot, such as one that is swung by hand, is ``Identifier()``: each sample
+    then has its ``pose``, ``twist`` and ``wrench``.
+
     Args:
-        robot: The robot with its gripper and without the payload.
-        sensors: The links in whose frames the wrenches of each sample are.
+        robot: The robot with its gripper and without the payload; None for a sensor alone.
+        sensors: The links in whose frames the wrenches of each sample are, one name or several.
+            Default: the tip for the tactile method, none for other methods.
         effort: For the combined method, whether each sample has the joints' efforts.
         options: Options to start from; keywords replace them.
         **keywords: The fields of :class:`tactid.Options` that apply online, as follows.
-        <options>
+
+            <options>
 
     Raises:
         ModelError: The robot has no such link.
@@ -87,15 +101,15 @@ class Identifier(_Online):
 
     def __init__(
         self,
-        robot: Manipulator,
-        sensors: Sequence[str] = (),
+        robot: Manipulator | None = None,
+        sensors: str | Sequence[str] | None = None,
         *,
         effort: bool = True,
         options: Options | None = None,
         **keywords: Any,
     ) -> None:
-        collected = collect(options, keywords, "online")
-        self._native = _native.Identifier(robot, list(sensors), effort, collected)
+        collected = collect(options, keywords, "online", ("robot", "sensors", "effort", "options"))
+        self._native = _native.Identifier(robot, sensors, effort, collected)
 
     def covariance(self) -> Array | None:
         """Returns the covariance of the payload's linear parameters, (10, 10).
@@ -108,16 +122,28 @@ class Identifier(_Online):
         return self._native.covariance()
 
     def wrench_offset(self) -> WrenchOffset | None:
-        """Returns the offset of the wrenches in the end-effector's frame and about its origin.
+        """Returns the constant offset of the wrenches: what the sensor measures without a load.
 
-        None stands where the option ``wrench_offset`` does not make it an unknown. Standard
+        It is in the sensor's own frame and about its origin where there is one sensor that does not
+        move relative to the end-effector's frame, and otherwise in the end-effector's frame. None
+        stands where the option ``wrench_offset`` does not make it an unknown. Standard
         deviations are not estimated online.
         """
         offset = self._native.wrench_offset()
         return None if offset is None else WrenchOffset(**offset)
 
+    def findings(self) -> list[Finding]:
+        """Returns what the recent samples show about the assumptions of the identification.
 
-@documented("paper filter")
+        A wrong sign, an offset of the wrench sensor, a load that the model does not explain, or
+        outliers: what ``tactid.identify`` finds in the same samples without prior knowledge. The
+        samples are those of the last 10 s (at a cutoff of 10 Hz) since the last payload change. It
+        takes some 10 ms, so call it beside the control loop.
+        """
+        return [Finding(kind, data) for kind, data in self._native.findings()]
+
+
+@documented(Options, "paper filter")
 class PaperFilter(_Online):
     """The paper's two-stage NLMS filter, online: equations (48), then (46), by (53)-(54).
 
@@ -125,11 +151,13 @@ class PaperFilter(_Online):
     anything but a comparison with the paper use :class:`Identifier`.
 
     Args:
-        robot: The robot with its gripper and without the payload.
-        sensors: The links in whose frames the wrenches of each sample are.
+        robot: The robot with its gripper and without the payload; None for a sensor alone.
+        sensors: The links in whose frames the wrenches of each sample are, one name or several.
+            Default: the tip for the tactile method, none for other methods.
         options: Options to start from; keywords replace them.
         **keywords: The fields of :class:`tactid.Options` that apply to the filter, as follows.
-        <options>
+
+            <options>
 
     Raises:
         ModelError: The robot has no such link.
@@ -141,14 +169,14 @@ class PaperFilter(_Online):
 
     def __init__(
         self,
-        robot: Manipulator,
-        sensors: Sequence[str] = (),
+        robot: Manipulator | None = None,
+        sensors: str | Sequence[str] | None = None,
         *,
         options: Options | None = None,
         **keywords: Any,
     ) -> None:
-        collected = collect(options, keywords, "paper filter")
-        self._native = _native.PaperFilter(robot, list(sensors), collected)
+        collected = collect(options, keywords, "paper filter", ("robot", "sensors", "options"))
+        self._native = _native.PaperFilter(robot, sensors, collected)
 
     def rewind(self) -> None:
         """Prepares for the same samples once more.

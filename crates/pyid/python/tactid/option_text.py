@@ -1,7 +1,5 @@
 """Options written on the command line: from text to values, with a clear error for the rest."""
 
-from pathlib import Path
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,8 +15,13 @@ def numbers(flag: str, text: str, count: int | None = None) -> list[float]:
         found = []
     if not found or (count is not None and len(found) != count):
         many = "numbers" if count is None else f"{count} number{'s' if count > 1 else ''}"
-        raise ArgumentError(f"{flag} is {text!r}: expected {many}, separated by commas")
+        raise ArgumentError(f"{flag} is {text!r}: expected {many}, separated by commas or spaces")
     return found
+
+
+def vector(flag: str, text: str) -> list[float]:
+    """Reads three numbers."""
+    return numbers(flag, text, 3)
 
 
 def wrenches(flag: str, texts: list[str]) -> list[list[float]]:
@@ -35,14 +38,6 @@ def body(flag: str, text: str) -> MassProperties:
     """Reads the ten values of a body."""
     mass, x, y, z, xx, xy, xz, yy, yz, zz = numbers(flag, text, 10)
     return MassProperties(mass, [x, y, z], [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
-def file_content(flag: str, path: Path) -> str:
-    """Reads a text file."""
-    try:
-        return path.read_text(encoding="utf-8")
-    except UnicodeDecodeError:
-        raise ArgumentError(f"{flag} {path} is not a text file") from None
 
 
 def fraction(flag: str, text: str) -> float:

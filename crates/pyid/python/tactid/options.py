@@ -4,19 +4,20 @@ A field of :class:`Options` is a keyword of ``tactid.identify`` and an option of
 ``tactid identify``, and crosses to Rust by its name. All defaults are Rust's: None stands for them.
 """
 
+from __future__ import annotations
+
 import difflib
-import inspect
 import os
-import textwrap
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import Field, dataclass, field, fields, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
 from tactid import option_text
 from tactid._native import MassProperties
+from tactid.declaration import Declaration, Use, documented, option
 from tactid.errors import ArgumentError
 
 Method = Literal["tactile", "effort", "joint-sensing", "combined"]
@@ -28,9 +29,6 @@ Estimator = Literal["least-squares", "nlms"]
 ActsOn = Literal["payload", "sensor"]
 """The body on which a measured wrench acts."""
 
-Use = Literal["log", "arrays", "online", "paper filter"]
-"""Where an option can apply: to a log, to arrays, to ``Identifier`` or to ``PaperFilter``."""
-
 _LOG: tuple[Use, ...] = ("log",)
 _RECORDING: tuple[Use, ...] = ("log", "arrays")
 _LEAST_SQUARES: tuple[Use, ...] = ("log", "arrays", "online")
@@ -40,49 +38,6 @@ _PAPER: tuple[Use, ...] = ("log", "arrays", "paper filter")
 ROBOT, TOPICS, SIGNS, SIGNALS = "Robot", "Topics", "Signs", "Signals"
 PAYLOAD, PAPER = "Payload, where something is known of it", "Paper's filter"
 
-_KEY = "option"
-_Class = TypeVar("_Class", bound=Callable[..., Any])
-
-
-@dataclass(frozen=True)
-class Declaration:
-    """What is known of an option besides its name and its type."""
-
-    text: str
-    """Documentation in complete sentences, with the unit and the default."""
-    panel: str
-    """Panel of the command's help."""
-    uses: tuple[Use, ...]
-    """Where the option applies."""
-    unit: str | None
-    """Unit of the value; None for what has none."""
-    metavar: str | None
-    """Placeholder of the value in the command's help."""
-    argument: Any
-    """Type of the command line's argument; None for that of the field."""
-    parse: Callable[[str, Any], Any] | None
-    """Turns a flag and the command line's argument into the value; None where they are the same."""
-
-    @classmethod
-    def of(cls, one: "Field[Any]") -> "Declaration":
-        """Returns the declaration of a field of :class:`Options`."""
-        declaration: Declaration = one.metadata[_KEY]
-        return declaration
-
-
-def _option(
-    text: str,
-    panel: str,
-    uses: tuple[Use, ...] = _RECORDING,
-    *,
-    unit: str | None = None,
-    metavar: str | None = None,
-    argument: Any = None,
-    parse: Callable[[str, Any], Any] | None = None,
-) -> Any:
-    declaration = Declaration(text, panel, uses, unit, metavar, argument, parse)
-    return field(default=None, metadata={_KEY: declaration})
-
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
@@ -91,187 +46,228 @@ class Options:
     <options>
     """
 
-    urdf: str | None = _option(
-        "The robot's URDF as text; on the command line, the path of its file. Default: the robot"
-        " description in the log.",
+    urdf: str | os.PathLike[str] | None = option(
+        "The robot's URDF: the path of its file, or in Python also its text, which begins with"
+        " ``<``. Its base is fixed, unless the motion of the base is measured.",
         ROBOT,
-        _LOG,
+        rust_field="Request::urdf",
+        default="the robot description in the log",
         argument=Path,
-        parse=option_text.file_content,
     )
-    tip: str | None = _option(
-        "End-effector frame, a link of the robot. Default: tool0, or the frame of the sensor where"
-        " there is no robot.",
+    tip: str | None = option(
+        "End-effector frame, a link of the robot.",
         ROBOT,
         _ALL,
+        rust_field="Request::tip",
+        default="tool0, or the frame of the sensor where there is no robot",
         metavar="LINK",
     )
-    method: Method | None = _option(
+    method: Method | None = option(
         "Measurements that the payload is identified from: wrenches (tactile); joint efforts beyond"
         " those that the arm itself needs (effort); the motion of a free-floating base, from which"
         " the known gripper is subtracted (joint-sensing); or all that is measured, each channel"
-        " weighted by its own residuals (combined). Default: tactile where there are wrenches, else"
-        " effort.",
+        " weighted by its own residuals (combined).",
         ROBOT,
         _ALL,
+        rust_field="Request::method",
+        default="tactile where there are wrenches, else effort; tactile online",
     )
-    unloaded: str | os.PathLike[str] | None = _option(
-        "An unloaded recording of the same motion: its joint efforts are subtracted.",
+    unloaded: str | os.PathLike[str] | Mapping[str, ArrayLike] | None = option(
+        "An unloaded recording of the same motion, whose joint efforts are subtracted by the effort"
+        " method: a log; for arrays, a dict of the arrays ``time``, ``q`` and ``effort``.",
         ROBOT,
-        _LOG,
+        rust_field="Request::unloaded, Arrays::unloaded",
         argument=Path,
     )
-    effort_gain: Sequence[float] | None = _option(
-        "Effort of each joint for one unit of the recorded value, in the robot's order. Default:"
-        " 1.",
+    effort_gain: Sequence[float] | None = option(
+        "Effort of each joint for one unit of the recorded value, in the robot's order.",
         ROBOT,
+        rust_field="Request::effort_gain",
+        default="1",
         unit="N m (N) per unit",
         metavar="G,G,...",
         argument=str,
         parse=option_text.numbers,
     )
-    joint_topic: str | Sequence[str] | None = _option(
-        "Topic of joint states; several where each has some of the joints. Default: found by its"
-        " type.",
+    joint_topic: str | Sequence[str] | None = option(
+        "Topic of joint states; several where each has some of the joints.",
         TOPICS,
         _LOG,
+        rust_field="Topics::joints",
+        default="found by its type",
         argument=list[str],
     )
-    wrench_topic: str | Sequence[str] | None = _option(
-        "Topic of wrenches; the sum of several acts on the payload. Default: found by its type.",
+    wrench_topic: str | Sequence[str] | None = option(
+        "Topic of wrenches; the sum of several acts on the payload.",
         TOPICS,
         _LOG,
+        rust_field="Topics::wrenches",
+        default="found by its type",
         argument=list[str],
     )
-    odometry_topic: str | None = _option(
+    odometry_topic: str | None = option(
         "Topic of the odometry of the base, or of the sensor itself where there are no joints.",
         TOPICS,
         _LOG,
+        rust_field="Topics::odometry",
+        default="found by its type",
     )
-    imu_topic: str | None = _option(
-        "Topic of an inertial unit: on the tool where there are neither joints nor odometry, or on"
-        " a moving base, in its frame.",
+    imu_topic: str | None = option(
+        "Topic of an inertial unit: on the sensor where there are neither joints nor odometry, or"
+        " on a moving base, in its frame.",
         TOPICS,
         _LOG,
+        rust_field="Topics::imu",
+        default="found by its type on a sensor; none on a base",
     )
-    acceleration_topic: str | None = _option(
+    acceleration_topic: str | None = option(
         "Topic of the accelerations of the body that the odometry moves.",
         TOPICS,
         _LOG,
+        rust_field="Topics::acceleration",
+        default="found by its type, and used where it is better than the derived accelerations",
     )
-    gravity: ArrayLike | None = _option(
-        "Gravitational acceleration in world axes, (3,), pointing down. Default: zero for a"
-        " floating base, 0 0 -9.81 for a fixed one and for a sensor without a robot.",
+    gravity: ArrayLike | None = option(
+        "Gravitational acceleration in world axes, (3,), pointing down.",
         SIGNS,
         _ALL,
+        rust_field="Request::gravity",
+        default="0,0,0 for a floating base, 0,0,-9.81 for a fixed one and for a sensor without a"
+        " robot",
         unit="m/s²",
-        argument=tuple[float, float, float],
+        metavar="X,Y,Z",
+        argument=str,
+        parse=option_text.vector,
     )
-    wrench_acts_on: ActsOn | None = _option(
+    wrench_acts_on: ActsOn | None = option(
         "Body on which the measured wrenches act. Most force-torque sensors report the wrench on"
-        " the sensor. Default: payload.",
+        " the sensor.",
         SIGNS,
+        rust_field="Request::wrench_acts_on",
+        default="payload",
     )
-    known_tool: MassProperties | None = _option(
+    known_tool: MassProperties | None = option(
         "A known body that the measured load contains besides the payload, in the tip's frame: it"
         " is subtracted. On the command line: mass, centre of mass, and inertia about it.",
         SIGNS,
+        rust_field="Request::known_tool",
         unit="kg, m, kg m²",
         metavar="M,X,Y,Z,XX,XY,XZ,YY,YZ,ZZ",
         argument=str,
         parse=option_text.body,
     )
-    known_mass: float | None = _option(
+    known_mass: float | None = option(
         "Mass of the payload from a scale: it improves the other values, too.",
         PAYLOAD,
+        rust_field="KnownMass::mass_kg",
         unit="kg",
     )
-    known_mass_std_dev: float | None = _option(
-        "Standard deviation of the known mass. Default: 0, an exact mass.",
+    known_mass_std_dev: float | None = option(
+        "Standard deviation of the known mass.",
         PAYLOAD,
+        rust_field="KnownMass::std_dev_kg",
+        default="0, an exact mass",
         unit="kg",
     )
-    bounding_box: ArrayLike | None = _option(
+    bounding_box: ArrayLike | None = option(
         "Least and largest corner of a box that contains the whole payload, in the tip's frame,"
         " (2, 3): the result is a body that fits into it.",
         PAYLOAD,
+        rust_field="Request::bounding_box",
         unit="m",
         metavar="X,Y,Z,X,Y,Z",
         argument=str,
         parse=option_text.box,
     )
-    delay: float | None = _option(
-        "Delay of the wrenches' stamps relative to the motion. Default: estimated by the tactile"
-        " method with least squares, and corrected where it is significant; else 0.",
+    delay: float | None = option(
+        "Delay of the wrenches' stamps relative to the motion.",
         SIGNALS,
+        rust_field="Request::delay_s",
+        default="estimated by the tactile method with least squares, and corrected where it is"
+        " significant; else 0",
         unit="s",
     )
-    cutoff: float | None = _option(
-        "Cutoff of the low-pass on both sides of the equations (-3 dB). Default: chosen from the"
-        " data of a recording; 10 online and for the paper's filter.",
+    cutoff: float | None = option(
+        "Cutoff of the low-pass on both sides of the equations (-3 dB).",
         SIGNALS,
         _ALL,
+        rust_field="Request::cutoff_hz",
+        default="chosen from the data of a recording; 10 online and for the paper's filter",
         unit="Hz",
     )
-    max_gap: float | None = _option(
-        "Longest time between two samples that is bridged. Default: five periods of the slowest"
-        " stream; 0.1 online and for the paper's filter.",
+    max_gap: float | None = option(
+        "Longest time between two samples that is bridged.",
         SIGNALS,
         _ALL,
+        rust_field="Request::max_gap_s",
+        default="five periods of the slowest stream; 0.1 online and for the paper's filter",
         unit="s",
     )
-    wrench_offset: bool | None = _option(
+    wrench_offset: bool | None = option(
         "Whether the sum of the wrenches may have an unknown constant offset, a sensor zero that"
-        " was not set: six more unknowns. Default: false.",
+        " was not set: six more unknowns.",
         SIGNALS,
         _LEAST_SQUARES,
+        rust_field="Request::wrench_offset",
+        default="false",
     )
-    wrench_noise: ArrayLike | None = _option(
+    wrench_noise: ArrayLike | None = option(
         "Standard deviations of the white noise of one wrench, (6,), or (S, 6) for S sensors; on"
-        " the command line, once for all sensors or once for each. Default: estimated from the"
-        " residuals.",
+        " the command line, once for all sensors or once for each.",
         SIGNALS,
         _LEAST_SQUARES,
+        rust_field="Request::wrench_noise",
+        default="estimated from the residuals",
         unit="N and N m",
         metavar="FX,FY,FZ,MX,MY,MZ",
         argument=list[str],
         parse=option_text.wrenches,
     )
-    effort_noise: ArrayLike | None = _option(
-        "Standard deviation of the white noise of one joint effort, for all joints or for each."
-        " Default: estimated from the residuals.",
+    effort_noise: ArrayLike | None = option(
+        "Standard deviation of the white noise of one joint effort, for all joints or for each.",
         SIGNALS,
         _LEAST_SQUARES,
+        rust_field="Request::effort_noise",
+        default="estimated from the residuals",
         unit="N m or N",
         metavar="S,S,...",
         argument=str,
         parse=option_text.numbers,
     )
-    estimator: Estimator | None = _option(
-        "Robust least squares over the whole recording, or the paper's filter (nlms). Default:"
-        " least-squares.",
+    estimator: Estimator | None = option(
+        "Robust least squares over the whole recording, or the paper's filter (nlms).",
         SIGNALS,
+        rust_field="Request::estimator",
+        default="least-squares",
     )
-    alpha: float | None = _option(
-        "Step size of the paper's filter, in (0, 2). Default: 1.8, as in the paper.",
+    alpha: float | None = option(
+        "Step size of the paper's filter, in (0, 2).",
         PAPER,
         _PAPER,
+        rust_field="PaperSettings::alpha",
+        default="1.8, as in the paper",
     )
-    beta: float | None = _option(
-        "Regularisation of the paper's filter, in (0, 1). Default: 0.9, as in the paper.",
+    beta: float | None = option(
+        "Regularisation of the paper's filter, in (0, 1).",
         PAPER,
         _PAPER,
+        rust_field="PaperSettings::beta",
+        default="0.9, as in the paper",
     )
-    average: float | None = _option(
+    average: float | None = option(
         "The estimate of the paper's filter is the mean over this last time, or the latest value"
-        " for 0. Default: 10, as in the paper.",
+        " for 0.",
         PAPER,
         _PAPER,
+        rust_field="PaperSettings::average_s",
+        default="10, as in the paper",
         unit="s",
     )
-    epochs: int | None = _option(
-        "Number of times that the recording is presented to the paper's filter. Default: 2.",
+    epochs: int | None = option(
+        "Number of times that the recording is presented to the paper's filter.",
         PAPER,
+        rust_field="PaperSettings::epochs",
+        default="2",
     )
 
 
@@ -281,21 +277,29 @@ def option_names(use: Use | None = None) -> list[str]:
     return [one.name for one in every if use is None or use in Declaration.of(one).uses]
 
 
-def collect(options: Options | None, keywords: dict[str, Any], use: Use) -> Options:
+def collect(
+    options: Options | None, keywords: dict[str, Any], use: Use, own: Sequence[str] = ()
+) -> Options:
     """Merges keywords into options, and checks that all of them exist and apply.
 
     Args:
         options: Options to start from; none of them is set where it is None.
         keywords: Further options by name, which replace those of ``options``.
         use: Where the options are to apply.
+        own: Keywords of the caller that are no options, for the list of an error.
 
     Raises:
-        ArgumentError: A keyword is no option, or an option does not apply.
+        ArgumentError: ``options`` is something else, a keyword is no option, or an option does not
+            apply.
     """
+    if options is not None and not isinstance(options, Options):
+        raise ArgumentError(
+            f"`options` is of type {type(options).__name__}: expected tactid.Options"
+        )
     every, allowed = option_names(), option_names(use)
     for name in keywords:
         if name not in every:
-            raise ArgumentError(_unknown(name, allowed))
+            raise ArgumentError(_unknown(name, [*own, *allowed]))
     collected = replace(options or Options(), **keywords)
     for name in every:
         if getattr(collected, name) is not None and name not in allowed:
@@ -312,61 +316,11 @@ _NAMES: dict[Use, str] = {
 
 
 def _unknown(name: str, allowed: Sequence[str]) -> str:
-    nearest = difflib.get_close_matches(name, allowed, n=1)
-    hint = f"; did you mean `{nearest[0]}`?" if nearest else ";"
-    return f"there is no option `{name}`{hint} The options are {', '.join(allowed)}."
+    """Says that there is no such keyword, and lists those that there are, the closest first."""
+    closest = difflib.get_close_matches(name, allowed, n=3)
+    hint = f"; did you mean `{closest[0]}`?" if closest else "."
+    listed = [*closest, *(other for other in allowed if other not in closest)]
+    return f"there is no keyword `{name}`{hint} The keywords are {', '.join(listed)}."
 
 
-def describe(use: Use | None = None) -> str:
-    """Lists the options with their documentation, a paragraph each, as a docstring has them."""
-    entries = []
-    for one in fields(Options):
-        declaration = Declaration.of(one)
-        if use is None or use in declaration.uses:
-            unit = f" Unit: {declaration.unit}." if declaration.unit else ""
-            text = f"{one.name}: {declaration.text}{unit}"
-            entries.append(textwrap.fill(text, 92, subsequent_indent="    "))
-    return "\n".join(entries)
-
-
-def documented(use: Use | None = None) -> Callable[[_Class], _Class]:
-    """Returns a decorator that writes the options in place of ``<options>`` in a docstring."""
-
-    def fill(thing: _Class) -> _Class:
-        if thing.__doc__:  # python -OO has none
-            lines = inspect.cleandoc(thing.__doc__).splitlines()
-            thing.__doc__ = "\n".join(_filled(lines, describe(use)))
-        return thing
-
-    return fill
-
-
-def _filled(lines: Iterable[str], text: str) -> Iterable[str]:
-    for line in lines:
-        if line.strip() == "<options>":
-            yield textwrap.indent(text, line[: len(line) - len(line.lstrip())])
-        else:
-            yield line
-
-
-def with_options(use: Use) -> Callable[[_Class], _Class]:
-    """Returns a decorator that shows the options in a function's docstring and signature."""
-
-    def show(function: _Class) -> _Class:
-        signature = inspect.signature(function)
-        given = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
-        names = {parameter.name for parameter in given}
-        own = [
-            inspect.Parameter(one.name, inspect.Parameter.KEYWORD_ONLY, default=None)
-            for one in fields(Options)
-            if use in Declaration.of(one).uses and one.name not in names
-        ]
-        function.__signature__ = signature.replace(  # type: ignore[attr-defined]
-            parameters=[*given, *own]
-        )
-        return documented(use)(function)
-
-    return show
-
-
-documented()(Options)
+documented(Options)(Options)

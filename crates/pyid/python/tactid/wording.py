@@ -56,11 +56,38 @@ def _known_bodies_too_heavy(data: Data, style: Style) -> str:
 
 
 def _offset_suspected(data: Data, style: Style) -> str:
-    half_width = Z95 * data["std_dev"]
+    pairs = list(zip(data["values"], data["std_devs"] or [math.nan] * 6, strict=True))
+
+    def vector(entries: list[tuple[float, float]]) -> str:
+        return ", ".join(f"{value:.3g} ± {Z95 * std_dev:.2g}" for value, std_dev in entries)
+
     return (
-        f"The wrenches seem to have a constant offset ({data['channel']}: {data['value']:.3f} ±"
-        f" {half_width:.3f} {data['unit']}): {option_name('wrench_offset', style)} identifies it"
-        " together with the payload."
+        f"The wrenches seem to have a constant offset: force ({vector(pairs[:3])}) N, moment"
+        f" ({vector(pairs[3:])}) N m, in the frame {data['frame']} and with the sign of the recorded"
+        " wrenches. Subtract it from the wrenches (tare the sensor), or let"
+        f" {option_name('wrench_offset', style)} identify it together with the payload."
+    )
+
+
+def _load_unexplained(data: Data, style: Style) -> str:
+    fraction = data["residual_rms"] / data["load_rms"]
+    times = data["residual_rms"] / max(data["noise_rms"], 1e-300)
+    beyond = f"{times:.0f} times the noise" if times < 1e4 else "far beyond the noise"
+    reasons = {
+        "effort": "Friction in the joints is the usual reason, then wrong inertias of the links or"
+        f" gains of the efforts: use {option_name('unloaded', style)}, a recording of the same"
+        " motion without the payload.",
+        "tactile": "Check the frame of the sensor and how it is mounted, the tip, gravity and the"
+        " pose of the base, and the order, signs and units of the joints.",
+        "joint-sensing": "Check the inertias of the links, the frame of the base's motion, and"
+        " whether anything outside acts on the robot.",
+        "combined": "Identify from each source alone to see which one contradicts the model; with"
+        " efforts, friction in the joints is the usual reason.",
+    }
+    return (
+        f"The model does not explain {fraction:.0%} of the load (rms {data['residual_rms']:.3g} of"
+        f" {data['load_rms']:.3g} {data['unit']}, {beyond}), and the intervals do not contain this"
+        f" error. {reasons[data['method']]}"
     )
 
 
@@ -72,6 +99,15 @@ def _mass_contradicted(data: Data, _: Style) -> str:
         f" {data['found_kg']:.{digits}f} ± {half_width:.{digits}f} kg,"
         f" {data['distance']:.1f} standard deviations away: check gravity, and the gains and"
         " offsets of the sensors."
+    )
+
+
+def _known_mass_not_kept(data: Data, _: Style) -> str:
+    within = " within the box" if data["within_box"] else ""
+    return (
+        f"The given mass is {data['known_kg']:g} kg, but the result has"
+        f" {data['estimated_kg']:.4g} kg: no physically consistent body of the given mass{within}"
+        " explains the data."
     )
 
 
@@ -101,11 +137,14 @@ def _acceleration_not_used(data: Data, style: Style) -> str:
 
 
 def _option_not_used(data: Data, style: Style) -> str:
+    reasons = {
+        "method": f"it is about measurements that the {data['method']} method does not use with"
+        " this recording",
+        "other_motion": "the motion is measured by another topic",
+        "gravity_is_measured": "the accelerations of the inertial unit contain gravity",
+    }
     option = option_name(data["option"], style)
-    return (
-        f"The option {option} has no effect: it is about measurements that the {data['method']}"
-        " method does not use with this recording."
-    )
+    return f"The option {option} has no effect: {reasons[data['because']]}."
 
 
 def _frame_assumed(data: Data, _: Style) -> str:
@@ -141,6 +180,57 @@ def _early_end(data: Data, _: Style) -> str:
     )
 
 
+def _velocities_contradicted(data: Data, _: Style) -> str:
+    causes = {
+        "opposite_sign": " They have the opposite sign.",
+        "degrees": " They are in degrees per second, but must be in rad/s.",
+        "positions_in_degrees": " The positions are in degrees, but must be in rad.",
+        "other_joint": f" They are those of {data['other']}: check the order of the joints.",
+        None: " Check their units and signs, and the order of the joints.",
+    }
+    return (
+        f"The velocities of {_listed(data['joints'])} are not the derivatives of the positions (rms"
+        f" difference {data['relative_difference']:.0%} of the motion).{causes[data['cause']]}"
+    )
+
+
+def _twist_contradicted(data: Data, _: Style) -> str:
+    causes = {
+        "body": " It is in the axes of the moving body, but must be in those of the world.",
+        "world": " It is in the axes of the world, but the twist of an odometry message must be in"
+        " those of its child frame.",
+        None: " Check its units, signs and axes; it may also be zero because it is not measured.",
+    }
+    return (
+        f"The twist of {data['source']} is not the derivative of the pose (rms difference"
+        f" {data['relative_difference']:.0%} of the motion).{causes[data['better_axes']]}"
+    )
+
+
+def _constant_channels(data: Data, _: Style) -> str:
+    value = "zero" if data["is_zero"] else "constant"
+    several = len(data["channels"]) > 1
+    return (
+        f"{data['source']}: {_listed(data['channels'])} in `{data['frame']}`"
+        f" {'are' if several else 'is'} exactly {value} in all samples, as of a sensor that does not"
+        f" measure {'them' if several else 'it'}. The estimate takes"
+        f" {'them' if several else 'it'} for measured."
+    )
+
+
+def _delay_doubtful(data: Data, style: Style) -> str:
+    why = (
+        "but it is as long as any that is searched for"
+        if data["is_at_end"]
+        else f"but only a little (ratio of the residuals {data['residual_ratio']:.2f})"
+    )
+    return (
+        f"Wrenches stamped {1e3 * data['delay_s']:.0f} ms later than the motion would fit better,"
+        f" {why}: this delay was not corrected. Check whether all sensors of the payload were"
+        f" recorded, and the frames and signs; {option_name('delay', style)} sets a delay."
+    )
+
+
 def _no_stamps(_: Data, __: Style) -> str:
     return "The messages have no stamps: their times are those of logging."
 
@@ -159,7 +249,9 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "negative_mass": _negative_mass,
     "known_bodies_too_heavy": _known_bodies_too_heavy,
     "offset_suspected": _offset_suspected,
+    "load_unexplained": _load_unexplained,
     "mass_contradicted": _mass_contradicted,
+    "known_mass_not_kept": _known_mass_not_kept,
     "inconsistent": _inconsistent,
     "outliers": _outliers,
     "acceleration_not_used": _acceleration_not_used,
@@ -170,8 +262,12 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "absent_joints": _absent_joints,
     "late_start": _late_start,
     "early_end": _early_end,
+    "velocities_contradicted": _velocities_contradicted,
+    "twist_contradicted": _twist_contradicted,
+    "constant_channels": _constant_channels,
     "no_stamps": _no_stamps,
     "delay_corrected": _delay_corrected,
+    "delay_doubtful": _delay_doubtful,
 }
 
 FINDING_KINDS = tuple(_FINDINGS)

@@ -8,7 +8,8 @@ use tactid_dynamics::Manipulator;
 /// Matrices are flat, row by row; a row is one of N samples. An array that is empty was not measured.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Arrays<'a> {
-    /// Robot with n joints; `None` for a sensor that is carried about, whose motion is that of the base.
+    /// Robot with n joints. Where it is `None`, the robot is that of [`Request::urdf`](crate::Request::urdf); without
+    /// either, the arrays are those of a sensor that is carried about, whose motion is that of the base.
     pub robot: Option<&'a Manipulator>,
     /// Links of the S wrench sensors. Default (`None`): one sensor in the end-effector frame where there are
     /// wrenches, else none.
@@ -24,7 +25,8 @@ pub struct Arrays<'a> {
     /// Force, N, and moment, N m, of each sensor, in its own frame and about that frame's origin: N x S x 6,
     /// or empty.
     pub wrenches: &'a [f64],
-    /// `world_from_base`: N poses, one for a base that does not move, or none for the identity.
+    /// `world_from_base`: N poses, one for a floating base that does not move, or none for the identity. A fixed base
+    /// has none, and neither twists nor accelerations. Without a robot they are those of the sensor and must be given.
     pub poses: &'a [Isometry3<f64>],
     /// Velocity of the base frame's origin, m/s, and angular velocity, rad/s, along the axes of the world:
     /// N x 6, or empty to derive them from the poses.
@@ -32,4 +34,20 @@ pub struct Arrays<'a> {
     /// Classical acceleration of the base frame's origin without gravity, m/s², and angular acceleration,
     /// rad/s², along the axes of the world: N x 6, or empty to derive them from the velocities.
     pub accelerations: &'a [f64],
+    /// Reference of the same motion without the payload, whose efforts are subtracted by the effort method.
+    pub unloaded: Option<UnloadedArrays<'a>>,
+}
+
+/// Joints of the same motion without the payload, in arrays on a clock of their own.
+///
+/// Matrices are flat, row by row; a row is one of M samples. The time at which the motion is the same is found by
+/// comparing the positions.
+#[derive(Clone, Copy, Debug)]
+pub struct UnloadedArrays<'a> {
+    /// Time of each sample, s: M, increasing.
+    pub times_s: &'a [f64],
+    /// Joint positions in the order of the robot, rad or m: M x n.
+    pub joint_position: &'a [f64],
+    /// Joint efforts, N m or N, to which the gains of the request apply, too: M x n.
+    pub joint_effort: &'a [f64],
 }

@@ -1,6 +1,7 @@
 //! Checks of the lengths of arrays.
 
-use tactid_dynamics::Manipulator;
+use tactid_dynamics::{BaseKind, Manipulator};
+use tactid_identify::IdentifyError;
 
 use super::fields::Arrays;
 use crate::{Method, RecordingError};
@@ -10,7 +11,8 @@ impl Arrays<'_> {
     ///
     /// # Errors
     /// Returns [`RecordingError::NoSamples`] if there is no time, [`RecordingError::ArrayLength`] if a length does not
-    /// fit the times and the robot, and [`RecordingError::MissingArray`] if joint positions are missing.
+    /// fit the times and the robot, and [`RecordingError::MissingArray`] if joint positions are missing, or the
+    /// poses of a sensor without a robot.
     pub(super) fn check_motion(&self, robot: &Manipulator) -> Result<(), RecordingError> {
         let (samples, joints) = (self.times_s.len(), robot.dof());
         if samples == 0 {
@@ -20,6 +22,13 @@ impl Arrays<'_> {
             return Err(RecordingError::MissingArray {
                 name: "joint_position",
                 reason: "the robot has joints",
+            });
+        }
+        if self.robot.is_none() && self.poses.is_empty() {
+            return Err(RecordingError::MissingArray {
+                name: "poses",
+                reason: "without a robot nothing else says how the sensor moves and where down is: give its pose at \
+                         each sample, or one pose for a sensor at rest",
             });
         }
         let matrices = [
@@ -40,11 +49,33 @@ impl Arrays<'_> {
         Ok(())
     }
 
+    /// Checks that something measures the load.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::MissingArray`] if there are neither wrenches nor joint efforts.
+    pub(super) fn check_load(&self) -> Result<(), RecordingError> {
+        if self.wrenches.is_empty() && self.joint_effort.is_empty() {
+            return Err(RecordingError::MissingArray {
+                name: "wrenches",
+                reason: "nothing measures the load: give wrenches, or the efforts of the joints",
+            });
+        }
+        Ok(())
+    }
+
     /// Checks that there are the arrays that a method needs.
     ///
     /// # Errors
-    /// Returns [`RecordingError::MissingArray`] if the efforts or the motion of the base are missing.
-    pub(super) fn check_method(&self, method: Method) -> Result<(), RecordingError> {
+    /// Returns [`RecordingError::MissingArray`] if the efforts or the motion of the base are missing, and
+    /// [`IdentifyError::FixedBase`] if the method needs a base that moves.
+    pub(super) fn check_method(
+        &self,
+        method: Method,
+        robot: &Manipulator,
+    ) -> Result<(), RecordingError> {
+        if method == Method::JointSensing && robot.base_kind() == BaseKind::Fixed {
+            return Err(IdentifyError::FixedBase.into());
+        }
         if method == Method::Effort && self.joint_effort.is_empty() {
             return Err(RecordingError::MissingArray {
                 name: "joint_effort",
@@ -82,7 +113,7 @@ impl Arrays<'_> {
 }
 
 /// Checks that an array has as many entries as the product of some factors, given with their names.
-fn check_length(
+pub(super) fn check_length(
     name: &'static str,
     given: usize,
     factors: &[(usize, &str)],

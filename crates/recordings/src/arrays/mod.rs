@@ -4,7 +4,9 @@ mod base;
 mod fields;
 mod lengths;
 mod recording;
+mod robot;
 mod samples;
+mod unloaded;
 
-pub use fields::Arrays;
+pub use fields::{Arrays, UnloadedArrays};
 pub(crate) use recording::ArrayRecording;

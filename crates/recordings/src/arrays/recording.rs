@@ -2,13 +2,13 @@
 
 use std::ops::ControlFlow;
 
-use tactid_dynamics::Manipulator;
-
 use super::base::{Timeline, base_states};
 use super::fields::Arrays;
 use super::samples::{SampleReader, Samples};
+use super::unloaded::UnloadedSamples;
 use crate::alignment::{Event, Streams};
-use crate::defaults::{Contents, Motion, Options, effort_gains};
+use crate::defaults::{Contents, Motion, Options, check_tip, effort_gains};
+use crate::finding::TwistAxes;
 use crate::recording::{BEGINNING_S, Reading, Recording, Selection, Sources};
 use crate::sources::SENSOR_FRAME;
 use crate::{Clock, Observer, RecordingError, Request};
@@ -19,6 +19,7 @@ const OBSERVE_EVERY: usize = 4096;
 /// Arrays whose lengths fit, with what a request asks for.
 pub(crate) struct ArrayRecording<'a> {
     samples: Samples<'a>,
+    unloaded: Option<UnloadedSamples>,
     sources: Sources,
 }
 
@@ -26,46 +27,61 @@ impl<'a> ArrayRecording<'a> {
     /// Checks the lengths of arrays, and that they have what a request asks for.
     pub(crate) fn new(arrays: &Arrays<'a>, request: &Request) -> Result<Self, RecordingError> {
         check_request(request)?;
-        let robot = match arrays.robot {
-            Some(robot) => robot.clone(),
-            None => Manipulator::lone_body(SENSOR_FRAME),
-        };
+        let robot = arrays.resolve_robot(request)?;
         arrays.check_motion(&robot)?;
         let timeline = Timeline::new(arrays.times_s);
-        let contents = contents(arrays, &timeline);
+        let contents = contents(arrays, arrays.has_robot(request), &timeline);
         let options = Options::resolve(request, &contents);
-        arrays.check_method(options.method())?;
+        check_tip(&robot, &options.tip)?;
+        if request.method.is_none() {
+            arrays.check_load()?;
+        }
+        arrays.check_method(options.method(), &robot)?;
         let mut sensors = sensors(arrays, &options.tip);
         arrays.check_wrenches(sensors.len())?;
         if !options.method().uses_wrench() {
             sensors.clear();
         }
+        request.check_counts(&robot, sensors.len())?;
+        let samples = Samples {
+            arrays: *arrays,
+            bases: base_states(arrays, &timeline),
+            sensors: sensors.len(),
+            wrench_sign: options.wrench_sign,
+            joint_names: robot.joint_names().to_vec(),
+            effort_gains: effort_gains(request, robot.dof()),
+            uses_effort: options.method().uses_effort(),
+        };
+        let unloaded = match &arrays.unloaded {
+            Some(unloaded) => {
+                unloaded.check(&robot)?;
+                let method = options.method();
+                Some(UnloadedSamples::new(unloaded, &samples, &timeline, method)?)
+            }
+            None => None,
+        };
         Ok(Self {
-            samples: Samples {
-                arrays: *arrays,
-                bases: base_states(arrays, &timeline),
-                sensors: sensors.len(),
-                wrench_sign: options.wrench_sign,
-                joint_names: robot.joint_names().to_vec(),
-                effort_gains: effort_gains(request, robot.joint_names())?,
-                uses_effort: options.method().uses_effort(),
-            },
+            samples,
             sources: Sources {
                 robot,
                 streams: Streams {
                     base: true,
                     wrenches: sensors.len(),
+                    unloaded: unloaded.is_some(),
                     ..Streams::default()
                 },
+                wrench_names: vec!["wrenches".to_owned(); sensors.len()],
                 sensors,
                 contents,
                 optional_acceleration: None,
+                measured_twist: measured_twist(arrays),
                 names: names(arrays),
                 findings: Vec::new(),
                 clock: Clock::Stamps,
                 start_ns: 0,
                 end_s: Some(timeline.length_s),
             },
+            unloaded,
         })
     }
 }
@@ -97,16 +113,27 @@ impl Recording for ArrayRecording<'_> {
         let mut reader = SampleReader::new(&self.samples, selection.max_gap_s);
         let mut events = Vec::new();
         let mut interrupted = false;
+        let mut unloaded = 0;
         for k in 0..count {
             if k % OBSERVE_EVERY == 0 && progress(k as f64 / count as f64).is_break() {
                 interrupted = true;
                 break;
             }
             reader.read(k, &mut events);
+            if let (Some(reference), Some(time_s)) = (&self.unloaded, reader.time_s()) {
+                unloaded = reference.read_until(time_s, unloaded, &mut events);
+            }
             events.drain(..).try_for_each(&mut *take)?;
         }
+        let mut faults = reader.into_faults();
+        if let Some(reference) = &self.unloaded {
+            // The last samples wait for what follows them.
+            reference.read_until(f64::INFINITY, unloaded, &mut events);
+            events.drain(..).try_for_each(&mut *take)?;
+            faults.add_all(&reference.faults);
+        }
         Ok(Reading {
-            faults: reader.into_faults(),
+            faults,
             findings: Vec::new(),
             damage: Vec::new(),
             interrupted,
@@ -118,7 +145,6 @@ impl Recording for ArrayRecording<'_> {
 fn check_request(request: &Request) -> Result<(), RecordingError> {
     let topics = &request.topics;
     let given = [
-        ("urdf", request.urdf.is_some()),
         ("topics.joints", !topics.joints.is_empty()),
         ("topics.wrenches", !topics.wrenches.is_empty()),
         ("topics.odometry", topics.odometry.is_some()),
@@ -132,16 +158,18 @@ fn check_request(request: &Request) -> Result<(), RecordingError> {
     }
 }
 
-fn contents(arrays: &Arrays<'_>, timeline: &Timeline) -> Contents {
+fn contents(arrays: &Arrays<'_>, has_robot: bool, timeline: &Timeline) -> Contents {
     let period_s = timeline.period_s;
     let has_wrenches = !arrays.wrenches.is_empty();
     Contents {
-        motion: match arrays.robot {
-            Some(_) => Motion::Joints,
-            None => Motion::Carried,
+        motion: if has_robot {
+            Motion::Joints
+        } else {
+            Motion::Carried
         },
         has_wrenches,
         has_efforts: !arrays.joint_effort.is_empty(),
+        has_unloaded: arrays.unloaded.is_some(),
         sensor_frame: SENSOR_FRAME.to_owned(),
         motion_period_s: period_s,
         acceleration_period_s: period_s.filter(|_| !arrays.accelerations.is_empty()),
@@ -156,6 +184,12 @@ fn sensors(arrays: &Arrays<'_>, tip: &str) -> Vec<String> {
         None if arrays.wrenches.is_empty() => Vec::new(),
         None => vec![tip.to_owned()],
     }
+}
+
+/// Returns the array of the twists, where these are measured besides a pose that moves.
+fn measured_twist(arrays: &Arrays<'_>) -> Option<(String, TwistAxes)> {
+    let is_measured = arrays.poses.len() > 1 && !arrays.twists.is_empty();
+    is_measured.then(|| ("twists".to_owned(), TwistAxes::World))
 }
 
 /// Returns the names of the arrays that are aligned.

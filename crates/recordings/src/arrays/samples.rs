@@ -31,7 +31,7 @@ impl Samples<'_> {
     }
 
     /// Returns the joints of a sample, with the array and the kind of a fault.
-    fn joints(
+    pub(super) fn joints(
         &self,
         k: usize,
         joints: &[usize],

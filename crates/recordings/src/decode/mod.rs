@@ -59,7 +59,7 @@ impl Decoding {
         let topics = &sources.topics;
         Ok(Self {
             routes: routes(sources),
-            effort_gains: effort_gains(request, sources.robot.joint_names())?,
+            effort_gains: effort_gains(request, sources.robot.dof()),
             joints: JointGroups::find(log, sources)?,
             clock: LogClock::find(log, &topics.without_acceleration())?,
             wrench_sign: sources.options.wrench_sign,

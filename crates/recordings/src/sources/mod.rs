@@ -4,12 +4,12 @@ mod frames;
 mod robot;
 mod topics;
 
-use tactid_dynamics::Manipulator;
+use tactid_dynamics::{FrameId, Manipulator, ModelError};
 use tactid_logs::LogReader;
 use tactid_logs::messages::{Imu, JointState, Odometry, WrenchStamped};
 
-use crate::defaults::{Contents, Options};
-use crate::{Finding, RecordingError, Request, TopicKind};
+use crate::defaults::{Contents, Options, check_tip};
+use crate::{Finding, RecordingError, Request};
 use frames::StaticTransforms;
 pub(crate) use topics::{MeasuredTopics, MotionTopics, joint_topics, times_ns};
 use topics::{first, missing, slowest_period_s};
@@ -38,6 +38,7 @@ impl LogSources {
             motion: topics.motion_kind(),
             has_wrenches: !topics.wrenches.is_empty(),
             has_efforts: topics.has_efforts,
+            has_unloaded: request.unloaded.is_some(),
             sensor_frame: frames.sensor(),
             motion_period_s: slowest_period_s(log, &topics.motion_topics()),
             acceleration_period_s: slowest_period_s(log, topics.acceleration()),
@@ -47,7 +48,7 @@ impl LogSources {
         let robot = match &topics.motion {
             MotionTopics::Joints { base_odometry, .. } => {
                 let robot = robot::robot(log, request.urdf.as_ref(), base_odometry.as_ref())?;
-                robot.frame(&options.tip)?;
+                check_tip(&robot, &options.tip)?;
                 robot
             }
             _ if request.urdf.is_some() => {
@@ -63,8 +64,9 @@ impl LogSources {
         let robot = placed
             .transforms
             .place(placed.robot, &options.tip, "the end-effector")?;
-        check_sensors(&placed.sensors, &topics.wrenches, request)?;
+        check_sum(&robot, &options.tip, &placed.sensors, &topics, request)?;
         check_base_imu(log, &topics, &robot)?;
+        request.check_counts(&robot, placed.sensors.len())?;
         let mut findings = placed.findings;
         if topics.wrenches.len() > 1 {
             findings.push(Finding::WrenchesSummed {
@@ -165,21 +167,39 @@ impl Placed {
     }
 }
 
-/// Checks that no wrench is counted twice: two topics in one frame may be one sensor.
-fn check_sensors(
+/// Checks that wrenches which the request does not name may be summed: those of the fingers of one gripper.
+///
+/// Each finger is a link that joints beyond the tip move, and no finger carries another. Sensors of one link, or one
+/// behind the other in a chain, measure the same load, and those of two arms measure two.
+fn check_sum(
+    robot: &Manipulator,
+    tip: &str,
     sensors: &[String],
-    topics: &[String],
+    topics: &MeasuredTopics,
     request: &Request,
 ) -> Result<(), RecordingError> {
-    let is_repeated = |k: usize| sensors[..k].contains(&sensors[k]);
-    if request.topics.wrenches.is_empty() && (1..sensors.len()).any(is_repeated) {
-        return Err(RecordingError::SeveralTopics {
-            what: "wrenches in one frame",
-            topics: topics.join(", "),
-            kind: TopicKind::Wrenches,
-        });
+    if !request.topics.wrenches.is_empty() || sensors.len() < 2 {
+        return Ok(());
     }
-    Ok(())
+    let tip_frame = robot.frame(tip)?;
+    let frames: Result<Vec<FrameId>, ModelError> =
+        sensors.iter().map(|sensor| robot.frame(sensor)).collect();
+    let frames = frames?;
+    let is_apart = |a: FrameId, b: FrameId| {
+        robot.fixed_transform(a, b).is_none() && !robot.carries(a, b) && !robot.carries(b, a)
+    };
+    let is_finger = |k: usize| {
+        let mut before = frames[..k].iter();
+        robot.carries(tip_frame, frames[k]) && before.all(|&other| is_apart(frames[k], other))
+    };
+    if (0..frames.len()).all(is_finger) {
+        return Ok(());
+    }
+    let pairs = topics.wrenches.iter().cloned().zip(sensors.iter().cloned());
+    Err(RecordingError::UnrelatedWrenches {
+        sensors: pairs.collect(),
+        tip: tip.to_owned(),
+    })
 }
 
 /// Checks that an inertial unit on the base measures in the base's own frame.

@@ -90,6 +90,15 @@ impl MeasuredTopics {
         }
     }
 
+    /// Returns the topic of the odometry of a base, or of a sensor.
+    pub(crate) fn odometry(&self) -> Option<&String> {
+        match &self.motion {
+            MotionTopics::Joints { base_odometry, .. } => base_odometry.as_ref(),
+            MotionTopics::Odometry { odometry, .. } => Some(odometry),
+            MotionTopics::Imu(_) => None,
+        }
+    }
+
     /// Returns the topic of the inertial unit on a moving base.
     pub(crate) fn base_imu(&self) -> Option<&String> {
         match &self.motion {

@@ -68,6 +68,7 @@ impl Recording {
             poses: &self.poses,
             twists: &self.twists,
             accelerations: &self.accelerations,
+            unloaded: None,
         };
         identify_arrays(&arrays, request, &mut |_| ControlFlow::Continue(()))
     }

@@ -52,7 +52,7 @@ impl WrenchRegressor {
 }
 
 /// Returns the wrenches that are the columns, in another frame and about that frame's origin.
-pub(super) fn columns_expressed_in<const N: usize>(
+pub(crate) fn columns_expressed_in<const N: usize>(
     wrenches: &SMatrix<f64, 6, N>,
     other_from_this: &Isometry3<f64>,
 ) -> SMatrix<f64, 6, N> {

@@ -106,6 +106,17 @@ impl Noise {
         self.std_devs.len()
     }
 
+    /// Returns a root `R` of the covariance `R Rᵀ` of the channels' means over a window, in their units.
+    pub(crate) fn covariance_root(&self) -> DMatrix<f64> {
+        DMatrix::from_fn(self.channels(), self.channels(), |i, j| {
+            if j <= i {
+                self.std_devs[i] * self.root[(i, j)]
+            } else {
+                0.0
+            }
+        })
+    }
+
     /// Returns the factor by which the covariance of the parameters is larger than the residuals show, given
     /// the number of independent windows. Correlations that were estimated from the same residuals fit them
     /// too well, and their errors add to those of the parameters.

@@ -55,5 +55,6 @@ def open_viewer(recording: Path) -> None:
         errors = [line for line in lines if line.lower().startswith("error:")] or lines[-1:]
         why = errors[-1].partition(":")[2].strip(" .") if errors else f"exit code {done.returncode}"
         raise TactidError(
-            f"the viewer did not open: {why}; --save FILE.rrd keeps what it would show"
+            f"the viewer did not open: {why}; `save` writes what it would show to an .rrd file",
+            option="save",
         )

@@ -114,7 +114,7 @@ class _Drawing:
                 frame = next(iter(frames))
         if frame is not None and frame not in frames:
             known = ", ".join(frames)
-            raise ArgumentError(f"there is no frame `{frame}`; with --tip it is one of {known}")
+            raise ArgumentError(f"there is no frame {frame}; `tip` is one of {known}", option="tip")
         if frame is None and "tool0" in frames:
             return "tool0"
         return frame

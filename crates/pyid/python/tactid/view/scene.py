@@ -129,8 +129,8 @@ def read_scene(path: Path, urdf: Path | None, start_ns: int | None) -> Scene:
     moving = [*joints, *odometry, *wrenches]
     if not moving or (description is None and not odometry and not wrenches):
         topics = ", ".join(log.types) or "no topic with messages"
-        what = "joints, but no robot: name its URDF with --urdf" if joints else "nothing to show"
-        raise LogError(f"{path} has {what}; it has {topics}")
+        what = "joints, but no robot: give its `urdf`" if joints else "nothing to show"
+        raise LogError(f"{path} has {what}; it has {topics}", option="urdf" if joints else None)
     log.start_ns = min(topic.start_ns for topic in moving) if start_ns is None else start_ns
     if not _overlaps(log, moving):
         raise LogError(

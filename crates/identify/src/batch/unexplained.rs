@@ -1,0 +1,90 @@
+//! A load that the model does not explain, although the sensors would show it.
+
+use super::fit::Fit;
+use crate::Method;
+use crate::equations::{Channels, Equation, Row};
+use crate::finding::Finding;
+
+/// Fraction of the load that a model must leave unexplained to be reported, rms over the channels of one unit. Gains of
+/// sensors and inertias of robots are rarely wrong by more.
+const LARGE_RESIDUAL: f64 = 0.1;
+
+/// Factor by which the residuals must exceed the noise between neighbouring instants. Filtered or interpolated
+/// measurements share noise with their neighbours, which shows less than there is.
+const FAR_BEYOND_NOISE: f64 = 3.0;
+
+/// Weighted sums of squares over consecutive channels of one unit.
+#[derive(Default)]
+struct Squares {
+    residual: f64,
+    load: f64,
+    noise: f64,
+    weight: f64,
+}
+
+/// Reports consecutive channels of one unit whose residuals are neither small nor explained by noise, those with the
+/// largest fraction.
+///
+/// The measure of the noise is the half-difference between the means over even and over odd instants, in which neither
+/// the motion nor an error of the model shows.
+pub(crate) fn unexplained_load(
+    equations: &[Equation],
+    fit: &Fit,
+    channels: &Channels,
+    method: Method,
+) -> Option<Finding> {
+    let groups = units(channels).into_iter().map(|(unit, range)| {
+        let squares = squares(equations, fit, range);
+        let rms = |sum: f64| (sum / squares.weight.max(f64::MIN_POSITIVE)).sqrt();
+        let noise_rms = rms(squares.noise);
+        (unit, rms(squares.residual), rms(squares.load), noise_rms)
+    });
+    let fraction =
+        |(_, residual, load, _): &(_, f64, f64, _)| residual / load.max(f64::MIN_POSITIVE);
+    let (unit, residual_rms, load_rms, noise_rms) = groups
+        .filter(|group| fraction(group) > LARGE_RESIDUAL && group.1 > FAR_BEYOND_NOISE * group.3)
+        .max_by(|a, b| fraction(a).total_cmp(&fraction(b)))?;
+    Some(Finding::LoadUnexplained {
+        unit,
+        residual_rms,
+        load_rms,
+        noise_rms,
+        method,
+    })
+}
+
+/// Returns consecutive channels of one source and unit.
+fn units(channels: &Channels) -> Vec<(&'static str, std::ops::Range<usize>)> {
+    let source_of = channels.source_of();
+    let mut groups: Vec<(&'static str, std::ops::Range<usize>)> = Vec::new();
+    for (k, channel) in channels.channels.iter().enumerate() {
+        match groups.last_mut() {
+            Some((unit, range))
+                if *unit == channel.unit && source_of[range.start] == source_of[k] =>
+            {
+                range.end = k + 1;
+            }
+            _ => groups.push((channel.unit, k..k + 1)),
+        }
+    }
+    groups
+}
+
+fn squares(equations: &[Equation], fit: &Fit, range: std::ops::Range<usize>) -> Squares {
+    let offset = |channel: usize| {
+        let of_wrench = fit.offsets.filter(|_| channel < 6);
+        of_wrench.map_or(0.0, |offsets| offsets.values[channel])
+    };
+    let remainder = |row: &Row| row.target - row.regressor.dot(&fit.parameters);
+    let mut squares = Squares::default();
+    for (equation, weight) in equations.iter().zip(&fit.weights) {
+        for channel in range.clone() {
+            let row = &equation.rows[channel];
+            squares.residual += weight * (remainder(row) - offset(channel)).powi(2);
+            squares.load += weight * row.target.powi(2);
+            squares.noise += weight * remainder(&equation.differences[channel]).powi(2);
+            squares.weight += weight;
+        }
+    }
+    squares
+}

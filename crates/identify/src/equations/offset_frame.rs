@@ -1,0 +1,62 @@
+//! The frame in which a constant offset of the wrenches is stated.
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Matrix6, Vector6};
+use tactid_dynamics::{Manipulator, Wrench};
+
+use super::sources::columns_expressed_in;
+use crate::IdentifyError;
+use crate::result::WrenchOffset;
+
+/// The frame in which a constant offset of the wrenches is stated: that of the sensor, where there is one sensor that
+/// does not move relative to the tool; otherwise the tool frame, in which the wrenches are summed.
+#[derive(Clone, Debug)]
+pub(crate) struct OffsetFrame {
+    name: Arc<str>,
+    /// Maps a wrench in the tool frame, force then moment, to this frame.
+    map: Matrix6<f64>,
+}
+
+impl OffsetFrame {
+    /// Finds the frame for wrenches that are measured in the links `sensors` and summed in the link `tool`.
+    ///
+    /// # Errors
+    /// Returns [`IdentifyError::Model`] if the robot does not have one of the links.
+    pub(crate) fn new(
+        robot: &Manipulator,
+        tool: &str,
+        sensors: &[&str],
+    ) -> Result<Self, IdentifyError> {
+        let tool_frame = robot.frame(tool)?;
+        let of_tool = (tool, Isometry3::identity());
+        let (name, frame_from_tool) = match sensors {
+            [sensor] => {
+                let sensor_from_tool = robot.fixed_transform(robot.frame(sensor)?, tool_frame);
+                sensor_from_tool.map_or(of_tool, |transform| (*sensor, transform))
+            }
+            _ => of_tool,
+        };
+        Ok(Self {
+            name: name.into(),
+            map: columns_expressed_in(&Matrix6::identity(), &frame_from_tool),
+        })
+    }
+
+    /// The matrix that maps a wrench in the tool frame, force then moment, to this frame.
+    pub(crate) fn map(&self) -> &Matrix6<f64> {
+        &self.map
+    }
+
+    /// Returns the offset with these values, which are expressed in this frame.
+    pub(crate) fn offset(&self, values: &Vector6<f64>, std_devs: Option<[f64; 6]>) -> WrenchOffset {
+        WrenchOffset {
+            frame: self.name.clone(),
+            wrench: Wrench {
+                force: values.fixed_rows::<3>(0).into_owned(),
+                moment: values.fixed_rows::<3>(3).into_owned(),
+            },
+            std_devs,
+        }
+    }
+}

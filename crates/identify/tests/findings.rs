@@ -1,0 +1,320 @@
+//! What the batch and the online identifier notice about wrong assumptions, from the same samples of an arm on the
+//! ground with noise on the wrist sensor.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+#[allow(dead_code, reason = "each test file uses a part of what is shared")]
+#[path = "common/arm.rs"]
+mod arm;
+
+use arm::{JOINTS, Run, TOOL, arm, body};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use rand::{RngExt, SeedableRng, rngs::SmallRng};
+use rand_distr::StandardNormal;
+use tactid_dynamics::{
+    BaseKind, FrameMotion, JointMotion, Manipulator, MassProperties, Workspace, Wrench, forces,
+    motion,
+};
+use tactid_identify::{
+    BaseState, BatchIdentifier, BatchResult, BatchSettings, EquationSettings, Finding, Identifier,
+    Method, Sample, WrenchOffset,
+};
+
+/// Standard deviations of white noise on force, N, and moment, N m.
+const NOISE: [f64; 2] = [0.3, 0.02];
+
+/// Recorded samples of 10 s at 200 Hz, which a test can change.
+struct Recorded {
+    times_s: Vec<f64>,
+    joints: Vec<[[f64; JOINTS]; 2]>,
+    efforts: Vec<[f64; JOINTS]>,
+    wrenches: Vec<Wrench>,
+}
+
+fn payload() -> MassProperties {
+    body(2.1, [0.03, -0.02, 0.08], [0.2, 0.12, 0.16])
+}
+
+fn run(seed: u64) -> Run {
+    Run {
+        base: BaseKind::Fixed,
+        rate_hz: 200.0,
+        payloads: vec![(0.0, payload())],
+        duration_s: 10.0,
+        gap_s: None,
+        motion_seed: seed,
+    }
+}
+
+fn recorded(seed: u64) -> Recorded {
+    let mut random = SmallRng::seed_from_u64(seed);
+    let mut draw =
+        |std_dev: f64| Vector3::from_fn(|_, _| std_dev * random.sample::<f64, _>(StandardNormal));
+    let instants = run(seed).instants();
+    Recorded {
+        times_s: instants.iter().map(|instant| instant.time_s).collect(),
+        joints: instants
+            .iter()
+            .map(|instant| [instant.joints[0], instant.joints[1]])
+            .collect(),
+        efforts: Vec::new(),
+        wrenches: instants
+            .iter()
+            .map(|instant| Wrench {
+                force: instant.wrench.force + draw(NOISE[0]),
+                moment: instant.wrench.moment + draw(NOISE[1]),
+            })
+            .collect(),
+    }
+}
+
+impl Recorded {
+    fn sensors(&self) -> &[&str] {
+        if self.wrenches.is_empty() {
+            &[]
+        } else {
+            &[TOOL]
+        }
+    }
+
+    fn samples(&self) -> impl Iterator<Item = Sample<'_>> {
+        self.times_s.iter().enumerate().map(|(k, &time_s)| Sample {
+            time_s,
+            base: BaseState::fixed(),
+            joint_position: &self.joints[k][0],
+            joint_velocity: &self.joints[k][1],
+            joint_effort: self.efforts.get(k).map_or(&[], |efforts| efforts),
+            wrenches: self.wrenches.get(k..=k).unwrap_or(&[]),
+        })
+    }
+
+    /// Solves for the payload in the frame `tip` of a robot.
+    fn identify(&self, robot: &Manipulator, tip: &str, settings: &EquationSettings) -> BatchResult {
+        let (equations, nothing) = (settings.clone(), BatchSettings::default());
+        let mut batch =
+            BatchIdentifier::new(robot, tip, self.sensors(), equations, nothing).unwrap();
+        for sample in self.samples() {
+            batch.push(&sample).unwrap();
+        }
+        batch.solve().unwrap()
+    }
+
+    /// Returns the findings of the online identifier after all samples.
+    fn online_findings(
+        &self,
+        robot: &Manipulator,
+        tip: &str,
+        settings: &EquationSettings,
+    ) -> Vec<Finding> {
+        let mut online = Identifier::new(robot, tip, self.sensors(), settings).unwrap();
+        for sample in self.samples() {
+            online.push(&sample).unwrap();
+        }
+        online.findings()
+    }
+
+    /// Returns the findings for the arm on the ground, which both identifiers agree on.
+    fn findings(&self, settings: &EquationSettings) -> Vec<Finding> {
+        let robot = arm(BaseKind::Fixed);
+        let batch = self.identify(&robot, TOOL, settings).findings;
+        assert_eq!(batch, self.online_findings(&robot, TOOL, settings));
+        batch
+    }
+
+    fn with_offset(mut self, force: Vector3<f64>, moment: Vector3<f64>) -> Self {
+        for wrench in &mut self.wrenches {
+            wrench.force += force;
+            wrench.moment += moment;
+        }
+        self
+    }
+}
+
+fn suspected(findings: &[Finding]) -> Option<&WrenchOffset> {
+    findings.iter().find_map(|finding| match finding {
+        Finding::OffsetSuspected { offset } => Some(offset),
+        _ => None,
+    })
+}
+
+/// Without a wrong assumption nothing is reported.
+#[test]
+fn nothing_is_reported_without_a_cause() {
+    for seed in 0..8 {
+        let findings = recorded(seed).findings(&EquationSettings::default());
+        assert_eq!(findings, [], "{seed}");
+    }
+}
+
+/// An offset of 2 N is reported in the frame and with the sign of the sensor, within 10 %, whatever frame of the
+/// flange's body the payload is expressed in. Without it, nothing is reported and the payload is right.
+#[test]
+fn an_offset_is_reported_in_the_frame_of_the_sensor_for_every_tip() {
+    let robot = arm(BaseKind::Fixed);
+    let flange = robot.frame(TOOL).unwrap();
+    let tips = [
+        ("beside", Isometry3::translation(0.4, -0.3, 0.2)),
+        (
+            "turned",
+            Isometry3::from_parts(
+                Translation3::new(0.0, 0.0, 0.3),
+                UnitQuaternion::from_scaled_axis(Vector3::new(1.0, -2.0, 0.5)),
+            ),
+        ),
+        ("far", Isometry3::translation(0.0, 0.0, 3.0)),
+    ];
+    let robot = tips.iter().fold(robot, |robot, (name, pose)| {
+        robot.with_frame(name, flange, pose)
+    });
+    let offsets = [
+        (Vector3::new(2.0, 0.0, 0.0), Vector3::zeros()),
+        (Vector3::new(0.0, -1.2, 1.6), Vector3::new(0.1, 0.0, -0.1)),
+    ];
+    let settings = EquationSettings::default();
+    for (seed, (force, moment)) in (20..).zip(offsets) {
+        let given = recorded(seed).with_offset(force, moment);
+        for tip in [TOOL, "beside", "turned", "far"] {
+            let findings = given.identify(&robot, tip, &settings).findings;
+            assert_eq!(findings, given.online_findings(&robot, tip, &settings));
+            let offset = suspected(&findings).unwrap();
+            assert_eq!(&*offset.frame, TOOL);
+            let error = (offset.wrench.force - force).norm();
+            assert!(error < 0.1 * force.norm(), "{seed} {tip}: {offset:?}");
+            let errors = [offset.wrench.force - force, offset.wrench.moment - moment];
+            let errors = errors.iter().flatten().zip(offset.std_devs.unwrap());
+            for (error, std_dev) in errors {
+                assert!(error.abs() < 4.5 * std_dev, "{seed} {tip}: {offset:?}");
+            }
+            let tared = recorded(seed)
+                .with_offset(force, moment)
+                .with_offset(-offset.wrench.force, -offset.wrench.moment);
+            let result = tared.identify(&robot, tip, &settings);
+            assert_eq!(result.findings, [], "{seed} {tip}");
+            let error_kg = result.estimate.body.mass_kg - payload().mass_kg;
+            assert!(error_kg.abs() < 0.01, "{seed} {tip}: {error_kg}");
+        }
+    }
+}
+
+/// A sensor that is mounted with a turn of 30 degrees, two joints that are exchanged, and positions in degrees leave a
+/// load that the model does not explain.
+#[test]
+fn a_wrong_model_is_reported() {
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::z() * 30f64.to_radians());
+    let mut turned = recorded(1);
+    for wrench in &mut turned.wrenches {
+        *wrench = Wrench {
+            force: turn * wrench.force,
+            moment: turn * wrench.moment,
+        };
+    }
+    let (mut exchanged, mut degrees) = (recorded(2), recorded(3));
+    for joints in exchanged.joints.iter_mut().flatten() {
+        joints.swap(3, 4);
+    }
+    for joint in degrees.joints.iter_mut().flatten().flatten() {
+        *joint = joint.to_degrees();
+    }
+    for (name, wrong) in [
+        ("turned", turned),
+        ("exchanged", exchanged),
+        ("degrees", degrees),
+    ] {
+        let findings = wrong.findings(&EquationSettings::default());
+        let is_reported = findings.iter().any(|finding| {
+            matches!(
+                finding,
+                Finding::LoadUnexplained {
+                    method: Method::Tactile,
+                    ..
+                }
+            ) || suspected(std::slice::from_ref(finding)).is_some()
+        });
+        assert!(is_reported, "{name}: {findings:?}");
+    }
+}
+
+/// Wrenches and gravity of the wrong sign are reported.
+#[test]
+fn a_wrong_sign_is_reported() {
+    let mut wrong = recorded(4);
+    for wrench in &mut wrong.wrenches {
+        (wrench.force, wrench.moment) = (-wrench.force, -wrench.moment);
+    }
+    let findings = wrong.findings(&EquationSettings::default());
+    let is_negative = |finding: &Finding| matches!(finding, Finding::NegativeMass { .. });
+    assert!(findings.iter().any(is_negative), "{findings:?}");
+    let upward = EquationSettings {
+        gravity: Some(Vector3::new(0.0, 0.0, 9.81)),
+        ..EquationSettings::default()
+    };
+    let robot = arm(BaseKind::Fixed);
+    let batch = recorded(5).identify(&robot, TOOL, &upward).findings;
+    // The model is so wrong that the online identifier detects payload changes, and has fewer windows.
+    let online = recorded(5).online_findings(&robot, TOOL, &upward);
+    for findings in [batch, online] {
+        let [Finding::GravityContradicted { better, .. }] = &findings[..] else {
+            panic!("{findings:?}");
+        };
+        assert_eq!(*better, Vector3::new(0.0, 0.0, -9.81));
+    }
+}
+
+/// Returns the efforts that move the arm with its payload on the ground, with Coulomb friction, N m, and noise of
+/// 0.1 N m.
+fn recorded_efforts(seed: u64, friction: f64) -> Recorded {
+    let robot = arm(BaseKind::Fixed);
+    let held = robot.with_payload(robot.frame(TOOL).unwrap(), &payload().into());
+    let mut workspace = Workspace::new(&held);
+    let mut random = SmallRng::seed_from_u64(seed);
+    let base = FrameMotion::at_rest(Isometry3::identity());
+    let mut efforts_at = |joints: &[[f64; JOINTS]; 3]| {
+        let [position, velocity, acceleration] = joints;
+        let joints = JointMotion {
+            position,
+            velocity,
+            acceleration,
+        };
+        motion(&mut workspace, &base, joints).unwrap();
+        forces(&mut workspace, &Vector3::new(0.0, 0.0, -9.81));
+        let torques = workspace.joint_torques().unwrap();
+        std::array::from_fn(|k| {
+            let noise: f64 = random.sample(StandardNormal);
+            torques[k] + friction * velocity[k].signum() + 0.1 * noise
+        })
+    };
+    let instants = run(seed).instants();
+    Recorded {
+        efforts: instants
+            .iter()
+            .map(|instant| efforts_at(&instant.joints))
+            .collect(),
+        wrenches: Vec::new(),
+        ..recorded(seed)
+    }
+}
+
+/// Friction in the joints leaves a load that the model of the efforts does not explain. Without it, nothing is
+/// reported.
+#[test]
+fn friction_is_reported() {
+    let settings = EquationSettings {
+        method: Method::Effort,
+        ..EquationSettings::default()
+    };
+    assert_eq!(recorded_efforts(6, 0.0).findings(&settings), []);
+    let (robot, rubbing) = (arm(BaseKind::Fixed), recorded_efforts(6, 3.0));
+    let is_unexplained = |finding: &Finding| {
+        matches!(
+            finding,
+            Finding::LoadUnexplained { unit: "N m", residual_rms, load_rms, .. }
+                if *residual_rms > 1.0 && residual_rms < load_rms
+        )
+    };
+    // Friction causes alarms of the online identifier, which then has fewer windows.
+    let batch = rubbing.identify(&robot, TOOL, &settings).findings;
+    let online = rubbing.online_findings(&robot, TOOL, &settings);
+    for findings in [batch, online] {
+        assert!(findings.iter().any(is_unexplained), "{findings:?}");
+    }
+}

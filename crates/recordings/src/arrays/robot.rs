@@ -1,0 +1,56 @@
+//! The robot of arrays: a model, a URDF, or a sensor alone.
+
+use tactid_dynamics::{BaseKind, Manipulator};
+
+use super::fields::Arrays;
+use crate::sources::SENSOR_FRAME;
+use crate::{RecordingError, Request};
+
+impl Arrays<'_> {
+    /// Returns the robot of the arrays: the given one, that of the URDF of the request with a base that floats where
+    /// its motion is measured and is fixed otherwise, or the body of a sensor alone.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::RobotTwice`] if both a robot and a URDF are given, [`RecordingError::BaseIsFixed`] if
+    /// the motion of a fixed base is given, and [`RecordingError::Identify`] if the URDF cannot be modelled.
+    pub(super) fn resolve_robot(&self, request: &Request) -> Result<Manipulator, RecordingError> {
+        match (self.robot, &request.urdf) {
+            (Some(_), Some(_)) => Err(RecordingError::RobotTwice),
+            (Some(robot), None) => {
+                if let Some(name) = self.base_motion()
+                    && robot.base_kind() == BaseKind::Fixed
+                {
+                    return Err(RecordingError::BaseIsFixed { name });
+                }
+                Ok(robot.clone())
+            }
+            (None, Some(urdf)) => {
+                let base = match self.base_motion() {
+                    Some(_) => BaseKind::Floating,
+                    None => BaseKind::Fixed,
+                };
+                Ok(Manipulator::from_urdf(urdf, base)?)
+            }
+            (None, None) => {
+                let name = request.tip.as_deref().unwrap_or(SENSOR_FRAME);
+                Ok(Manipulator::lone_body(name))
+            }
+        }
+    }
+
+    /// Returns whether there is a robot, and not a sensor alone.
+    pub(super) fn has_robot(&self, request: &Request) -> bool {
+        self.robot.is_some() || request.urdf.is_some()
+    }
+
+    /// Returns the name of an array that describes the base, if there is any.
+    fn base_motion(&self) -> Option<&'static str> {
+        let given = [
+            ("poses", !self.poses.is_empty()),
+            ("twists", !self.twists.is_empty()),
+            ("accelerations", !self.accelerations.is_empty()),
+        ];
+        let name = given.into_iter().find(|(_, is_given)| *is_given);
+        name.map(|(name, _)| name)
+    }
+}

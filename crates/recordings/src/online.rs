@@ -1,0 +1,91 @@
+//! What an online solver is created from.
+
+use nalgebra::Vector3;
+use tactid_dynamics::Manipulator;
+use tactid_identify::{
+    EquationSettings, GRAVITY, Identifier, IdentifyError, Method, PaperFilter, PaperSettings,
+};
+
+use crate::Request;
+use crate::defaults::DEFAULT_TIP;
+use crate::sources::SENSOR_FRAME;
+
+/// What an online solver is created from, with the defaults of a request for what it leaves open.
+///
+/// Nothing is chosen from data. Fields of a request that an online solver does not have are not used.
+#[derive(Clone, Debug)]
+pub struct OnlineSetup {
+    /// The robot, or the body of a sensor alone, whose motion is that of its base.
+    pub robot: Manipulator,
+    /// End-effector frame, in which the payload is expressed.
+    pub tip: String,
+    /// Links in whose frames the wrenches of a sample are.
+    pub sensors: Vec<String>,
+    /// Settings of the equations.
+    pub settings: EquationSettings,
+}
+
+impl OnlineSetup {
+    /// Resolves a request for samples of a robot, or of a sensor alone where `robot` is `None`.
+    ///
+    /// `sensors` are the links of the wrench sensors; where they are `None`, the tactile method has one in the
+    /// end-effector frame, and other methods have none. `effort` says whether the samples of [`Method::Combined`]
+    /// have efforts. A sensor alone is on the ground: its gravity is 9.81 m/s² along -z by default, and its frame is
+    /// called `sensor`, unless the request names it as the tip.
+    #[must_use]
+    pub fn new(
+        request: &Request,
+        robot: Option<&Manipulator>,
+        sensors: Option<&[&str]>,
+        effort: bool,
+    ) -> Self {
+        let method = match request.method.unwrap_or_default() {
+            Method::Combined { .. } => Method::Combined { effort },
+            other => other,
+        };
+        let mut settings = request.equation_settings(method);
+        if robot.is_none() {
+            let on_the_ground = || -GRAVITY * Vector3::z();
+            settings.gravity.get_or_insert_with(on_the_ground);
+        }
+        let default_tip = if robot.is_some() {
+            DEFAULT_TIP
+        } else {
+            SENSOR_FRAME
+        };
+        let tip = request.tip.as_deref().unwrap_or(default_tip);
+        let at_the_tip = if method == Method::Tactile {
+            &[tip][..]
+        } else {
+            &[]
+        };
+        let sensors = sensors.unwrap_or(at_the_tip).iter();
+        Self {
+            robot: robot.map_or_else(|| Manipulator::lone_body(tip), Clone::clone),
+            sensors: sensors.map(|&name| name.to_owned()).collect(),
+            tip: tip.to_owned(),
+            settings,
+        }
+    }
+
+    /// Creates the identifier by least squares.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Identifier::new`].
+    pub fn identifier(&self) -> Result<Identifier, IdentifyError> {
+        Identifier::new(&self.robot, &self.tip, &self.sensor_names(), &self.settings)
+    }
+
+    /// Creates the paper's filter.
+    ///
+    /// # Errors
+    /// Returns the errors of [`PaperFilter::new`].
+    pub fn paper_filter(&self, paper: PaperSettings) -> Result<PaperFilter, IdentifyError> {
+        let sensors = self.sensor_names();
+        PaperFilter::new(&self.robot, &self.tip, &sensors, &self.settings, paper)
+    }
+
+    fn sensor_names(&self) -> Vec<&str> {
+        self.sensors.iter().map(String::as_str).collect()
+    }
+}

@@ -1,0 +1,88 @@
+//! Why a recording gives too little for an estimate: times that do not increase, gaps, samples that come too seldom.
+
+use tactid_identify::IdentifyError;
+use tactid_identify::equations::window;
+
+use crate::error::{RecordingError, TimeUnit};
+use crate::fault::FaultKind;
+use crate::plan::Plan;
+use crate::run::Run;
+
+/// Times between two samples of common recordings, s. Times whose samples would be as far apart in another unit are
+/// taken to be in this unit.
+const COMMON_PERIODS_S: std::ops::RangeInclusive<f64> = 1e-4..=0.2;
+
+/// Returns the cause of an error that says that there are too few windows or samples; other errors as they are.
+pub(crate) fn explain(error: RecordingError, plan: &Plan<'_>, run: &Run) -> RecordingError {
+    let is_too_little = match &error {
+        RecordingError::Identify(error) => is_too_little(error),
+        RecordingError::NoOverlap { .. } => true,
+        _ => false,
+    };
+    let cause = is_too_little.then(|| {
+        let unordered = times_not_increasing(run);
+        unordered.or_else(|| too_many_gaps(plan, run))
+    });
+    let rare = |error: &RecordingError| match error {
+        RecordingError::Identify(_) if is_too_little => rare_samples(plan),
+        _ => None,
+    };
+    cause.flatten().or_else(|| rare(&error)).unwrap_or(error)
+}
+
+/// Returns whether the data are too short, or too sparse, for an estimate.
+pub(crate) fn is_too_little(error: &IdentifyError) -> bool {
+    matches!(
+        error,
+        IdentifyError::TooFewWindows { .. } | IdentifyError::TooFewSamples { .. }
+    )
+}
+
+/// Returns the largest number of faults of a kind on one topic, with the topic.
+fn most_faults(run: &Run, kind: &FaultKind) -> Option<(String, u64)> {
+    let faults = run.faults.to_vec().into_iter();
+    let of_kind = faults.filter(|fault| fault.kind == *kind);
+    let most = of_kind.max_by_key(|fault| fault.count)?;
+    Some((most.topic, most.count))
+}
+
+fn times_not_increasing(run: &Run) -> Option<RecordingError> {
+    let (name, unordered) = most_faults(run, &FaultKind::OutOfOrder)?;
+    (unordered > run.samples).then_some(RecordingError::TimesNotIncreasing {
+        name,
+        unordered,
+        used: run.samples,
+    })
+}
+
+/// Gaps are the cause where not even neighbouring samples are bridged, or where a recording that is long enough as a
+/// whole is too short between them.
+fn too_many_gaps(plan: &Plan<'_>, run: &Run) -> Option<RecordingError> {
+    let (_, gaps) = most_faults(run, &FaultKind::Gap)?;
+    let (max_gap_s, window_s) = (plan.equations.max_gap_s, window_s(plan));
+    let stretch_s = run.bridged_s / (gaps + 1) as f64;
+    let is_cut = run.duration_s > 2.0 * window_s && stretch_s < window_s;
+    (max_gap_s < plan.period_s || is_cut).then_some(RecordingError::TooManyGaps {
+        gaps,
+        max_gap_s,
+        period_s: plan.period_s,
+    })
+}
+
+fn rare_samples(plan: &Plan<'_>) -> Option<RecordingError> {
+    let (period_s, window_s) = (plan.period_s, window_s(plan));
+    let mut units = TimeUnit::ALL.into_iter();
+    let is_common =
+        |(_, length_s): &(TimeUnit, f64)| COMMON_PERIODS_S.contains(&(period_s * length_s));
+    let is_rare = period_s * f64::from(window::MIN_INSTANTS) > window_s;
+    is_rare.then(|| RecordingError::RareSamples {
+        period_s,
+        window_s,
+        min_samples: window::MIN_INSTANTS,
+        unit: units.find(is_common).map(|(unit, _)| unit),
+    })
+}
+
+fn window_s(plan: &Plan<'_>) -> f64 {
+    window::length_s(plan.equations.cutoff_hz)
+}

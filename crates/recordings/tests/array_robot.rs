@@ -1,0 +1,224 @@
+//! The robot of arrays, whose base is fixed unless its motion is given, and their unloaded reference.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod recorded_arrays;
+
+use std::ops::ControlFlow;
+
+use nalgebra::{Isometry3, Vector3};
+use recorded_arrays::common::{Experiment, Instant, TOOL, URDF, payload};
+use recorded_arrays::{Recording, quick, recorded};
+use tactid_dynamics::{
+    BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, Workspace, forces, motion,
+};
+use tactid_recordings::{
+    Arrays, Identification, Method, RecordingError, Request, UnloadedArrays, identify_arrays,
+};
+
+const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+
+/// A URDF in the request is the robot of arrays: its base floats where poses are given.
+#[test]
+fn a_urdf_is_the_robot_of_arrays() {
+    let mut recording = recorded();
+    let expected = recording.identify(&quick()).unwrap();
+    let request = Request {
+        urdf: Some(URDF.to_owned()),
+        ..quick()
+    };
+    let error = recording.identify(&request).unwrap_err();
+    assert!(matches!(error, RecordingError::RobotTwice), "{error}");
+    recording.robot = None;
+    let found = recording.identify(&request).unwrap();
+    assert_eq!(found.estimate.body, expected.estimate.body);
+    assert_eq!(found.gravity, Vector3::zeros());
+}
+
+/// The motion of the base is an error for a robot whose base is fixed, whichever array has it.
+#[test]
+fn a_fixed_base_has_no_motion() {
+    let mut recording = recorded();
+    recording.robot = Some(Manipulator::from_urdf(URDF, BaseKind::Fixed).unwrap());
+    let assert_names = |change: fn(&mut Recording), expected: &str| match recording.error(change) {
+        RecordingError::BaseIsFixed { name } => assert_eq!(name, expected),
+        other => panic!("{expected}: {other}"),
+    };
+    assert_names(|_| {}, "poses");
+    assert_names(|r| r.poses.clear(), "twists");
+    assert_names(
+        |r| {
+            r.poses.clear();
+            r.accelerations.append(&mut r.twists);
+        },
+        "accelerations",
+    );
+}
+
+/// An arm on a fixed base whose joints have friction, with the efforts of its joints.
+struct Arm {
+    times_s: Vec<f64>,
+    position: Vec<f64>,
+    velocity: Vec<f64>,
+    effort: Vec<f64>,
+}
+
+impl Arm {
+    /// The arm in a motion that begins `start_s` after the first sample.
+    fn new(loaded: bool, start_s: f64) -> Self {
+        let experiment = Experiment {
+            base: BaseKind::Fixed,
+            duration_s: 8.0,
+            step_s: 4e-3,
+            ..Experiment::default()
+        };
+        let robot = experiment.robot();
+        let tip = robot.frame(TOOL).unwrap();
+        let held = InertialParameters::from(payload());
+        let robot = if loaded {
+            robot.with_payload(tip, &held)
+        } else {
+            robot
+        };
+        let instants = experiment.run();
+        let step_s = experiment.step_s;
+        let still = (start_s / step_s).round() as usize;
+        let first = instants.iter().take(1).cycle().take(still);
+        let mut arm = Self {
+            times_s: Vec::new(),
+            position: Vec::new(),
+            velocity: Vec::new(),
+            effort: Vec::new(),
+        };
+        for (k, instant) in first.chain(&instants).enumerate() {
+            arm.times_s.push(step_s * k as f64);
+            arm.position.extend(&instant.position);
+            arm.velocity.extend(&instant.velocity);
+            let accelerations = accelerations(&instants, instant, step_s);
+            arm.effort.extend(efforts(&robot, instant, &accelerations));
+        }
+        arm
+    }
+
+    fn identify(
+        &self,
+        unloaded: &Self,
+        request: &Request,
+    ) -> Result<Identification, RecordingError> {
+        let robot = Manipulator::from_urdf(URDF, BaseKind::Fixed).unwrap();
+        let arrays = Arrays {
+            robot: Some(&robot),
+            times_s: &self.times_s,
+            joint_position: &self.position,
+            joint_velocity: &self.velocity,
+            joint_effort: &self.effort,
+            unloaded: Some(UnloadedArrays {
+                times_s: &unloaded.times_s,
+                joint_position: &unloaded.position,
+                joint_effort: &unloaded.effort,
+            }),
+            ..Arrays::default()
+        };
+        identify_arrays(&arrays, request, &mut |_| ControlFlow::Continue(()))
+    }
+}
+
+/// Returns the accelerations of the joints at an instant, by differences of the velocities.
+fn accelerations(instants: &[Instant], at: &Instant, step_s: f64) -> Vec<f64> {
+    let k = (at.time_s / step_s).round() as usize;
+    let (before, after) = (k.saturating_sub(1), (k + 1).min(instants.len() - 1));
+    let span_s = instants[after].time_s - instants[before].time_s;
+    let pairs = instants[before]
+        .velocity
+        .iter()
+        .zip(&instants[after].velocity);
+    pairs
+        .map(|(before, after)| (after - before) / span_s)
+        .collect()
+}
+
+/// Returns the efforts that a motion needs, with friction of 20 N m.
+fn efforts(robot: &Manipulator, instant: &Instant, acceleration: &[f64]) -> Vec<f64> {
+    let mut workspace = Workspace::new(robot);
+    let joints = JointMotion {
+        position: &instant.position,
+        velocity: &instant.velocity,
+        acceleration,
+    };
+    motion(
+        &mut workspace,
+        &FrameMotion::at_rest(Isometry3::identity()),
+        joints,
+    )
+    .unwrap();
+    forces(&mut workspace, &DOWN);
+    let needed = workspace.joint_torques().unwrap();
+    let friction = instant
+        .velocity
+        .iter()
+        .map(|rate| 20.0 * (rate / 0.02).tanh());
+    needed.iter().zip(friction).map(|(a, b)| a + b).collect()
+}
+
+/// The efforts of an unloaded reference are subtracted, whenever its motion begins: with them friction does not
+/// matter, and without them it does.
+#[test]
+fn an_unloaded_reference_is_subtracted() {
+    let (loaded, unloaded) = (Arm::new(true, 0.0), Arm::new(false, 1.3));
+    let request = Request {
+        method: Some(Method::Effort),
+        ..quick()
+    };
+    let found = loaded.identify(&unloaded, &request).unwrap();
+    let mass_kg = found.estimate.body.mass_kg;
+    assert!((mass_kg - 100.0).abs() < 0.2, "{mass_kg}");
+    assert_eq!(found.gravity, DOWN);
+    let gains = Request {
+        effort_gain: Some(vec![0.5; 8]),
+        ..request
+    };
+    let halved = loaded.identify(&unloaded, &gains).unwrap();
+    let mass_kg = halved.estimate.body.mass_kg;
+    assert!((mass_kg - 50.0).abs() < 0.2, "{mass_kg}");
+}
+
+/// An unloaded reference of another method, of another length or of another motion is an error.
+#[test]
+fn an_unloaded_reference_that_does_not_fit_is_an_error() {
+    let (loaded, mut unloaded) = (Arm::new(true, 0.0), Arm::new(false, 0.0));
+    let tactile = Request {
+        method: Some(Method::JointSensing),
+        ..quick()
+    };
+    let error = loaded.identify(&unloaded, &tactile).unwrap_err();
+    assert!(!error.to_string().is_empty());
+    let combined = Request {
+        method: Some(Method::Combined { effort: true }),
+        ..quick()
+    };
+    let error = loaded.identify(&unloaded, &combined).unwrap_err();
+    assert!(
+        matches!(error, RecordingError::UnloadedNeedsEffort),
+        "{error}"
+    );
+    unloaded.position[3] = f64::NAN;
+    let found = loaded.identify(&unloaded, &quick()).unwrap();
+    let counted = found
+        .faults
+        .iter()
+        .any(|fault| fault.topic == "unloaded" && fault.count == 1);
+    assert!(counted, "{:?}", found.faults);
+    unloaded.effort.pop();
+    match loaded.identify(&unloaded, &quick()).unwrap_err() {
+        RecordingError::ArrayLength { name, .. } => assert_eq!(name, "unloaded.joint_effort"),
+        other => panic!("{other}"),
+    }
+    let mut other = Arm::new(false, 0.0);
+    for (k, position) in other.position.iter_mut().enumerate() {
+        *position *= if k % 8 == 1 { 0.8 } else { 1.0 };
+    }
+    match loaded.identify(&other, &quick()).unwrap_err() {
+        RecordingError::OtherMotion { joint, .. } => assert!(joint.contains('2'), "{joint}"),
+        other => panic!("{other}"),
+    }
+}
