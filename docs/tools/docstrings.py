@@ -14,12 +14,10 @@ import griffe
 
 import tactid
 from tactid import _native
-from tactid.options import Declaration
+from tactid.declaration import Declaration
 
 OPTIONS = {
-    f"tactid.options.Options.{option.name}": " Unit: ".join(
-        filter(None, [Declaration.of(option).text, Declaration.of(option).unit])
-    )
+    f"tactid.options.Options.{option.name}": Declaration.of(option).documentation
     for option in fields(tactid.Options)
 }
 """The documentation of each option, which its declaration has."""
