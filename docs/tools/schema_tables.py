@@ -26,7 +26,9 @@ def inner(path: str, part: Schema) -> Iterator[tuple[str, Schema]]:
         yield from inner(f"{path}{key}.", child)
     for entry, place in ((part.get("items"), "[]."), (part.get("additionalProperties"), "NAME.")):
         if isinstance(entry, dict):
-            yield from inner(path.removesuffix(".") + place if place == "[]." else path + place, entry)
+            yield from inner(
+                path.removesuffix(".") + place if place == "[]." else path + place, entry
+            )
 
 
 def table(rows: Any) -> str:

@@ -214,7 +214,7 @@ def test_impossible_experiments_are_refused() -> None:
         tactid.Experiment.from_toml("[payload]\nmass_kg = -1.0")
     with pytest.raises(tactid.ExperimentError, match="line 1"):
         tactid.Experiment.from_toml("sped = 1")
-    with pytest.raises(tactid.ArgumentError, match="expected"):
+    with pytest.raises(tactid.ExperimentError, match='expected "identifiable", "table1" or a list'):
         tactid.Experiment.paper().replace(posture="table2")
     with pytest.raises(tactid.ExperimentError):
         tactid.Experiment.paper().replace(frequency=-1)

@@ -6,21 +6,46 @@ import doctest
 import inspect
 import subprocess
 import sys
+import tomllib
 from graphlib import TopologicalSorter
 from importlib import metadata
 from pathlib import Path
 
 import pytest
 
+import pages
 import tactid
 
 PACKAGE = Path(tactid.__file__).parent
+ROOT = Path(__file__).parents[2]
 
 
 def test_the_packages_example_runs() -> None:
     outcome = doctest.testmod(tactid)
     assert outcome.attempted > 5
     assert outcome.failed == 0
+
+
+def readme_blocks(language: str) -> list[str]:
+    found = pages.blocks(ROOT / "README.md")
+    return [block.text for block in found if block.language == language]
+
+
+def test_the_readmes_manifest_has_the_workspaces_versions() -> None:
+    """What a controller's Cargo.toml needs is what the workspace says of itself."""
+    manifest, _ = map(tomllib.loads, readme_blocks("toml"))
+    workspace = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]
+    crate = manifest["dependencies"]["tactid-identify"]
+    assert crate["version"] == workspace["package"]["version"]
+    assert (ROOT / crate["path"].removeprefix("../tactid/")).is_dir()
+    assert manifest["dependencies"]["nalgebra"] == workspace["dependencies"]["nalgebra"]
+    readme = (ROOT / "README.md").read_text()
+    assert f"Rust {workspace['package']['rust-version']} or newer" in readme
+
+
+def test_the_readmes_experiment_is_one() -> None:
+    _, experiment = readme_blocks("toml")
+    assert tactid.Experiment.from_toml(experiment).base == "fixed"
 
 
 def test_the_version_is_the_distributions() -> None:

@@ -102,6 +102,7 @@ impl Manipulator {
             let theta = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), link.theta);
             let lift = Translation3::new(0.0, 0.0, link.d);
             let joint = Joint {
+                name: link.joint.clone(),
                 kind: link.kind,
                 axis: Vector3::z_axis(),
                 parent_from_zero: parent_from_table * theta,

@@ -11,6 +11,9 @@ use crate::workspace::Workspace;
 /// the workspace holds, and stores them there. `gravity` is the gravitational acceleration in the inertial frame, m/s²,
 /// pointing down; it is zero in orbit.
 ///
+/// A body without mass counts as massless: [`Manipulator::check_masses`](crate::Manipulator::check_masses) reports whether the
+/// description of the robot lacks a mass.
+///
 /// Read the result with [`Workspace::joint_torques`] and [`Workspace::base_wrench`]. The cost is one pass over the
 /// bodies outwards and one inwards. Nothing is allocated.
 pub fn forces(workspace: &mut Workspace, gravity: &Vector3<f64>) {

@@ -23,7 +23,8 @@
 //! The crate computes equations (1)-(48), sections 1 and 2, of Hou et al. 2016 (doi
 //! 10.3873/j.issn.1000-1328.2016.10.009). Where a printed equation needs a correction, a comment at the code states it.
 //!
-//! [`Manipulator`] is an immutable model, built from a [`Urdf`] or a Denavit-Hartenberg table ([`DhRobot`]).
+//! [`Manipulator`] is an immutable model, built from a [`Urdf`] or a Denavit-Hartenberg table ([`DhRobot`]). Links without
+//! `<inertial>` are massless; [`Manipulator::check_masses`] finds those of unknown mass, which matter for forces only.
 //! [`Workspace`] is the state of one manipulator, allocated once: [`motion()`] computes the motion of every body and
 //! [`forces()`] the forces between them. [`tactile_mass_rows`], [`inertia_rows`] and [`wrench_regressor`] form equations
 //! that are linear in the payload's ten [`InertialParameters`].

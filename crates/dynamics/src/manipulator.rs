@@ -7,10 +7,22 @@ use crate::{InertialParameters, ModelError, StateError};
 /// Whether the base of a robot moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BaseKind {
-    /// The base moves and its motion is measured, as on a spacecraft. The base must have mass.
+    /// The base moves and its motion is measured, as on a spacecraft.
     Floating,
-    /// The base is bolted to the ground. It need not have mass.
+    /// The base is bolted to the ground. Its mass has no effect.
     Fixed,
+}
+
+impl BaseKind {
+    /// Returns the gravitational acceleration that is assumed where none is given, in the inertial frame, m/s²: zero for
+    /// a floating base, 9.81 along -z for a fixed one.
+    #[must_use]
+    pub fn default_gravity(self) -> Vector3<f64> {
+        match self {
+            Self::Floating => Vector3::zeros(),
+            Self::Fixed => Vector3::new(0.0, 0.0, -9.81),
+        }
+    }
 }
 
 /// How a joint lets a body move relative to its parent.
@@ -25,6 +37,7 @@ pub enum JointKind {
 /// A joint with one degree of freedom between a body and its parent.
 #[derive(Clone, Debug)]
 pub(crate) struct Joint {
+    pub(crate) name: String,
     pub(crate) kind: JointKind,
     /// Axis of the joint, expressed in the frame of the body that it moves.
     pub(crate) axis: Unit<Vector3<f64>>,
@@ -326,6 +339,33 @@ impl Manipulator {
     #[must_use]
     pub fn mass(&self) -> f64 {
         self.bodies.iter().map(|body| body.mass_kg).sum()
+    }
+
+    /// Checks that every body that moves has mass, of its own link or of one that is fixed to it: each one that a joint
+    /// moves, and a floating base.
+    ///
+    /// Poses, velocities and Jacobians need no masses. Forces, momentum and the motion of a free base do: without this
+    /// check they count a body of unknown mass as massless. Masses that [`Self::without_subtree`] has removed are known.
+    ///
+    /// # Errors
+    /// Returns [`ModelError::NoInertial`] or [`ModelError::MasslessBase`] for the first body without mass.
+    pub fn check_masses(&self) -> Result<(), ModelError> {
+        let mut masses_kg: Vec<f64> = self.bodies.iter().map(|body| body.mass_kg).collect();
+        for link in &self.links {
+            masses_kg[link.body] += link.removed.mass();
+        }
+        let first_moving = usize::from(self.base_kind == BaseKind::Fixed);
+        let moving = first_moving..self.bodies.len();
+        let Some(index) = moving.into_iter().find(|&index| masses_kg[index] <= 0.0) else {
+            return Ok(());
+        };
+        // In depth-first order the first link of a body is the one that its joint moves.
+        let first = self.links.iter().find(|link| link.body == index);
+        let link = first.map(|link| link.name.clone()).unwrap_or_default();
+        Err(match &self.bodies[index].joint {
+            Some(joint) => ModelError::NoInertial(link, joint.name.clone()),
+            None => ModelError::MasslessBase(link),
+        })
     }
 
     /// Returns the position in `links` of a frame's link.

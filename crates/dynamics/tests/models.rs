@@ -350,7 +350,9 @@ fn world_root_meshes_and_massless_frames() {
         1e-15,
         "tool",
     );
-    let error = Manipulator::from_urdf(&xml, BaseKind::Floating).unwrap_err();
+    assert!(robot.check_masses().is_ok());
+    let floating = Manipulator::from_urdf(&xml, BaseKind::Floating).unwrap();
+    let error = floating.check_masses().unwrap_err();
     assert!(matches!(error, ModelError::MasslessBase(link) if link == "world"));
 }
 

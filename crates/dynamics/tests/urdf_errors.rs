@@ -112,17 +112,21 @@ fn not_a_urdf() {
     );
 }
 
-/// A moving link and a floating base must have mass. The message names the link and the joint that
-/// moves it, also for a mimic joint.
+/// A moving link or a floating base without mass is a robot whose poses are known. The check of its masses names the link
+/// and the joint that moves it, also for a mimic joint, and knows the masses that were removed.
 #[test]
 fn massless_links() {
     let massless = |name: &str| format!("<link name='{name}'/>");
+    let check = |urdf: &Urdf, base: BaseKind| {
+        let robot = Manipulator::from_urdf(&urdf.xml(), base).unwrap();
+        robot.check_masses()
+    };
     let arm = Urdf {
         arm: massless("arm"),
         ..Urdf::default()
     };
     assert_says!(
-        arm.error(),
+        check(&arm, BaseKind::Floating).unwrap_err(),
         ModelError::NoInertial(..),
         "`arm`",
         "`hinge`",
@@ -132,8 +136,9 @@ fn massless_links() {
         base: massless("base"),
         ..Urdf::default()
     };
+    assert!(check(&base, BaseKind::Fixed).is_ok());
     assert_says!(
-        base.error(),
+        check(&base, BaseKind::Floating).unwrap_err(),
         ModelError::MasslessBase(_),
         "`base`",
         "floating"
@@ -143,11 +148,15 @@ fn massless_links() {
         ..Urdf::default()
     };
     assert_says!(
-        follower.error(),
+        check(&follower, BaseKind::Fixed).unwrap_err(),
         ModelError::NoInertial(..),
         "`hand`",
         "`wrist`"
     );
+    let whole = Manipulator::from_urdf(&Urdf::default().xml(), BaseKind::Floating).unwrap();
+    let rest = whole.without_subtree(whole.base_frame());
+    assert_eq!(rest.mass(), 1.0);
+    assert!(rest.check_masses().is_ok());
 }
 
 /// A mass must be positive and finite, also with zero inertia.

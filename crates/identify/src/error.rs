@@ -8,6 +8,16 @@ pub enum IdentifyError {
     /// The model of the robot is invalid, or has no link for the tool or a sensor.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// The method needs the masses of the robot's links, and one that moves has none.
+    #[error(
+        "the {method} method needs the masses of the robot: {source}; or use the tactile method, which needs none"
+    )]
+    NoMasses {
+        /// Name of the method.
+        method: &'static str,
+        /// The link without mass.
+        source: ModelError,
+    },
     /// A sample does not fit the robot.
     #[error(transparent)]
     State(#[from] StateError),

@@ -1,5 +1,55 @@
 //! Identifies the mass, centre of mass and inertia of a payload that a robot holds.
 //!
+//! # In a controller
+//!
+//! `tactid-identify` is the only dependency: the crate re-exports [`nalgebra`], whose types its signatures have, and
+//! [`dynamics`], the model of the robot. The steps are:
+//!
+//! 1. [`Manipulator::from_urdf`] reads the robot, on a base that is [`Fixed`](BaseKind::Fixed) to the ground or
+//!    [`Floating`](BaseKind::Floating).
+//! 2. [`Identifier::new`] gets the end-effector frame, the links of the wrench sensors and the [`EquationSettings`].
+//! 3. [`Identifier::push`] gets a [`Sample`] in each cycle. It allocates nothing.
+//! 4. [`Identifier::estimate`] returns the [`PayloadEstimate`] with standard deviations.
+//!
+//! ```
+//! use tactid_identify::nalgebra::Vector3;
+//! use tactid_identify::{
+//!     BaseKind, BaseState, EquationSettings, Identifier, Manipulator, Sample, Wrench,
+//! };
+//!
+//! // Wrenches need no masses of the arm, so that a URDF without <inertial> is enough.
+//! let urdf = r#"<robot name="arm"><link name="base"/><link name="tool0"/>
+//!   <joint name="wrist" type="continuous">
+//!     <parent link="base"/><child link="tool0"/><axis xyz="0 1 0"/></joint></robot>"#;
+//! let robot = Manipulator::from_urdf(urdf, BaseKind::Fixed)?;
+//! let mut identifier = Identifier::new(&robot, "tool0", &["tool0"], &EquationSettings::default())?;
+//!
+//! // In the control loop; here 2 kg, 0.1 m along z, turn at 1 rad/s.
+//! for k in 0..1000 {
+//!     let time_s = 2e-3 * f64::from(k);
+//!     let (sin, cos) = time_s.sin_cos();
+//!     let force = 2.0 * Vector3::new(-9.81 * sin, 0.0, 9.81 * cos - 0.1);
+//!     let moment = Vector3::new(0.0, 0.0, 0.1).cross(&force);
+//!     identifier.push(&Sample {
+//!         time_s,
+//!         base: BaseState::fixed(),
+//!         joint_position: &[time_s],            // rad
+//!         joint_velocity: &[1.0],               // rad/s, or empty where it is not measured
+//!         joint_effort: &[],                    // only the effort and combined methods use it
+//!         wrenches: &[Wrench { force, moment }], // on the payload, in the sensor's frame, N and N m
+//!     })?;
+//! }
+//! let estimate = identifier.estimate();
+//! assert!((estimate.body.mass_kg - 2.0).abs() < 1e-3);
+//! assert!((estimate.body.center_of_mass.z - 0.1).abs() < 1e-3);
+//! # Ok::<(), tactid_identify::IdentifyError>(())
+//! ```
+//!
+//! A free-floating base is a [`BaseState`] with its measured pose and twist in each sample. [`Identifier`] documents
+//! when an estimate includes a window, and what its cycles cost.
+//!
+//! # How the crate works
+//!
 //! A [`Sample`] (joints, base, wrenches) enters an [`EquationStream`], which computes the motion of the
 //! end-effector by (1)-(20) of Hou et al. 2016 and row equations from motion and wrench by (29)-(48). Three
 //! solvers use these equations:
@@ -8,24 +58,9 @@
 //! - [`BatchIdentifier`]: robust least squares over a whole recording;
 //! - [`PaperFilter`]: the paper's two-stage filter (49)-(54), for comparison with the paper.
 //!
-//! All of them return a [`PayloadEstimate`]. Nothing in this crate reads or writes files.
-//!
-//! ```
-//! use tactid_dynamics::{BaseKind, Manipulator};
-//! use tactid_identify::{EquationSettings, Identifier};
-//!
-//! # let urdf = r#"<robot name="arm"><link name="base"><inertial><mass value="9"/>
-//! #   <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
-//! #   <link name="tool0"><inertial><mass value="1"/>
-//! #   <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
-//! #   <joint name="hinge" type="continuous"><parent link="base"/><child link="tool0"/></joint></robot>"#;
-//! let robot = Manipulator::from_urdf(urdf, BaseKind::Floating)?;
-//! let mut identifier = Identifier::new(&robot, "tool0", &["tool0"], &EquationSettings::default())?;
-//! // For each sample: identifier.push(&sample)?;
-//! let estimate = identifier.estimate();
-//! assert_eq!(estimate.not_identifiable().count(), 10); // there are no samples yet
-//! # Ok::<(), tactid_identify::IdentifyError>(())
-//! ```
+//! All of them return a [`PayloadEstimate`]. The [`Method`] in the settings chooses the measurements: wrenches, joint
+//! efforts, the momentum of a floating base, or all of them. Nothing in this crate reads or writes files but
+//! [`Manipulator::from_urdf_file`].
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
@@ -39,9 +74,13 @@ mod paper;
 mod result;
 mod solve;
 
+pub use nalgebra;
+pub use tactid_dynamics as dynamics;
+pub use tactid_dynamics::{BaseKind, Manipulator, ModelError, Wrench};
+
 pub use batch::{BatchIdentifier, BatchResult, BatchSettings, Delay, FitReport, Forecast};
 pub use equations::{
-    BaseState, Channel, Channels, EquationSettings, EquationStream, GRAVITY, PushOutcome, Sample,
+    BaseState, Channel, Channels, EquationSettings, EquationStream, PushOutcome, Sample,
     states_of_poses,
 };
 pub use error::{IdentifyError, three_digits};

@@ -65,6 +65,8 @@ impl Manipulator {
     ///         spacecraft or a mobile robot.
     ///     base_link: Link to take as the base, with what hangs below it; the root where left out.
     ///
+    /// A link without ``<inertial>`` has no mass: enough for poses, and for identification from wrenches.
+    ///
     /// Raises:
     ///     ModelError: It cannot be read, or a link or joint is impossible; the message names it.
     ///     ArgumentError: ``base`` is something else, or ``urdf`` is neither text nor a path.
@@ -208,6 +210,7 @@ impl Manipulator {
     ///
     /// Raises:
     ///     ArgumentError: A shape does not fit.
+    ///     ModelError: A link that moves has no mass.
     #[pyo3(signature = (q, qd=None, qdd=None, *, base_pose=None, base_twist=None, base_acceleration=None, gravity=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn inverse_dynamics<'py>(
@@ -221,6 +224,7 @@ impl Manipulator {
         base_acceleration: Argument<'_, 'py>,
         gravity: Argument<'_, 'py>,
     ) -> PyResult<(Array<'py>, Array<'py>)> {
+        self.check_masses()?;
         let gravity = Series::read_or_zero(gravity, "gravity", 3)?;
         let gravity = Vector3::from_column_slice(gravity.single()?);
         let states = States::read(&self.0, q, qd, qdd)?.with_base(
@@ -253,6 +257,7 @@ impl Manipulator {
     ///
     /// Raises:
     ///     ArgumentError: A shape does not fit.
+    ///     ModelError: A link that moves, or the floating base, has no mass.
     #[pyo3(signature = (q, qd=None, qdd=None, *, base_pose=None, base_twist=None))]
     fn base_acceleration<'py>(
         &self,
@@ -263,6 +268,7 @@ impl Manipulator {
         base_pose: Argument<'_, 'py>,
         base_twist: Argument<'_, 'py>,
     ) -> PyResult<Array<'py>> {
+        self.check_masses()?;
         let states = States::read(&self.0, q, qd, qdd)?.with_base(base_pose, base_twist, None)?;
         let samples = states.samples()?;
         let mut values = Vec::new();
@@ -288,6 +294,7 @@ impl Manipulator {
     ///
     /// Raises:
     ///     ArgumentError: A shape does not fit.
+    ///     ModelError: A link that moves, or the floating base, has no mass.
     #[pyo3(signature = (q, qd=None, *, base_pose=None, base_twist=None))]
     fn momentum<'py>(
         &self,
@@ -297,6 +304,7 @@ impl Manipulator {
         base_pose: Argument<'_, 'py>,
         base_twist: Argument<'_, 'py>,
     ) -> PyResult<Array<'py>> {
+        self.check_masses()?;
         let states = States::read(&self.0, q, qd, None)?.with_base(base_pose, base_twist, None)?;
         let samples = states.samples()?;
         let mut values = Vec::new();
@@ -318,6 +326,13 @@ impl Manipulator {
             self.0.frame_names().count(),
             self.0.mass()
         )
+    }
+}
+
+impl Manipulator {
+    /// Checks that the dynamics know the mass of every body that moves.
+    fn check_masses(&self) -> PyResult<()> {
+        self.0.check_masses().map_err(IntoPyErr::into_py_err)
     }
 }
 

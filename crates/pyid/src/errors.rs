@@ -4,7 +4,7 @@ use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use tactid_identify::IdentifyError;
 use tactid_nlms::SettingError;
-use tactid_recordings::RecordingError;
+use tactid_recordings::{RecordingError, TopicKind};
 
 use crate::faults::FaultData;
 use crate::keywords::{keyword_of, option_of, topic_option};
@@ -104,7 +104,9 @@ impl IntoPyErr for IdentifyError {
                 option_error(message, "estimator")
             }
             Self::WrenchCount { .. } => ArgumentError::new_err(message),
-            Self::NoWrench | Self::FixedBase => IdentificationError::new_err((message, "method")),
+            Self::NoWrench | Self::FixedBase | Self::NoMasses { .. } => {
+                IdentificationError::new_err((message, "method"))
+            }
             Self::TooFewWindows { .. } | Self::TooFewSamples { .. } => {
                 IdentificationError::new_err((message, "cutoff"))
             }

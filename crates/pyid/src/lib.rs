@@ -8,6 +8,7 @@ mod arrays;
 mod dynamics;
 mod errors;
 mod estimators;
+mod experiment_fields;
 mod faults;
 mod findings;
 mod identification;

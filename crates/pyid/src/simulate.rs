@@ -2,10 +2,13 @@
 
 use std::path::PathBuf;
 
+use numpy::PyArray1;
 use pyo3::prelude::*;
-use tactid_sim::{NamedPosture, Posture};
+use pyo3::types::PyDict;
+use tactid_sim::BaseMount;
 
-use crate::errors::{ArgumentError, IntoPyErr};
+use crate::errors::IntoPyErr;
+use crate::experiment_fields::replaced;
 use crate::inertia::MassProperties;
 use crate::interruption::InterruptionCheck;
 
@@ -53,40 +56,55 @@ impl Experiment {
             .map_err(IntoPyErr::into_py_err)
     }
 
-    /// Returns the experiment with some of its settings changed.
+    /// Returns the experiment with some of its fields changed.
+    ///
+    /// A table is a dictionary with the fields of that table in the experiment's file, units included: those that it
+    /// leaves out stay, ``payload={"mass_kg": 50.0}``. A list replaces the whole list. :attr:`PAPER_TOML` shows every
+    /// field of every table.
     ///
     /// Args:
     ///     frequency: Frequency of every driven joint, Hz.
     ///     posture: Initial posture: ``"identifiable"``, ``"table1"``, or one angle for each joint of the arm, rad.
     ///     seed: Seed of the random command noise and measurement noise.
     ///     duration: Simulated time, s.
+    ///     step: Step of the physics and interval of the samples, s.
+    ///     gravity: Gravitational acceleration in world axes, (3,), m/s²: only for a fixed base.
+    ///     robot: Fields of the table ``[robot]``: URDF, kind of base, tool and fingers.
+    ///     base: Fields of ``[base]``: mass properties of a floating base.
+    ///     payload: Fields of ``[payload]``, or the payload's mass properties in the tool frame.
+    ///     gripper: Fields of ``[gripper]``: the grasp.
+    ///     excitation: Fields of ``[excitation]``: motion of the joints.
+    ///     noise: Fields of ``[noise]``: standard deviations of the sensors' noise.
+    ///     bounds: Fields of ``[bounds]``, whose violation stops a run.
     ///
     /// Raises:
-    ///     ExperimentError: A value is impossible.
-    #[pyo3(signature = (*, frequency=None, posture=None, seed=None, duration=None))]
-    fn replace(
-        &self,
-        frequency: Option<f64>,
-        posture: Option<PostureArgument>,
-        seed: Option<u64>,
-        duration: Option<f64>,
-    ) -> PyResult<Self> {
-        let mut experiment = self.0.clone();
-        if let Some(frequency) = frequency {
-            experiment.set_frequency(frequency);
+    ///     ExperimentError: A field does not exist, or a value is impossible. The message lists the fields that exist.
+    #[pyo3(signature = (**fields))]
+    fn replace(&self, fields: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        match fields {
+            Some(fields) => replaced(&self.0, fields).map(Self),
+            None => Ok(self.clone()),
         }
-        if let Some(posture) = posture {
-            experiment.posture = posture.read()?;
-        }
-        experiment.seed = seed.unwrap_or(experiment.seed);
-        experiment.duration_s = duration.unwrap_or(experiment.duration_s);
-        experiment.check().map_err(IntoPyErr::into_py_err)?;
-        Ok(Self(experiment))
     }
 
     /// Returns the experiment as the text of a file.
     fn to_toml(&self) -> PyResult<String> {
         self.0.to_toml().map_err(IntoPyErr::into_py_err)
+    }
+
+    /// Gravitational acceleration in world axes, (3,), m/s²: zero for a floating base.
+    #[getter]
+    fn gravity<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, self.0.gravity().as_slice())
+    }
+
+    /// Kind of base: ``"floating"`` or ``"fixed"``.
+    #[getter]
+    fn base(&self) -> &'static str {
+        match self.0.robot.base {
+            BaseMount::Floating => "floating",
+            BaseMount::Fixed => "fixed",
+        }
     }
 
     /// Simulated time from the start of the excitation, s.
@@ -121,41 +139,19 @@ impl Experiment {
     }
 }
 
-/// Posture as Python passes it: a name, or joint angles.
-#[derive(FromPyObject)]
-enum PostureArgument {
-    Name(String),
-    Joints(Vec<f64>),
-}
-
-impl PostureArgument {
-    fn read(self) -> PyResult<Posture> {
-        let name = match self {
-            Self::Joints(joints) => return Ok(Posture::Joints(joints)),
-            Self::Name(name) => name,
-        };
-        match name.as_str() {
-            "identifiable" => Ok(Posture::Named(NamedPosture::Identifiable)),
-            "table1" => Ok(Posture::Named(NamedPosture::Table1)),
-            _ => Err(ArgumentError::new_err(format!(
-                "`posture` is {name:?}: expected \"identifiable\", \"table1\" or one angle for each joint"
-            ))),
-        }
-    }
-}
-
 /// Report of a simulation run. Each check is its largest value during the run.
 #[pyclass(module = "tactid", frozen, get_all)]
 pub(crate) struct RunReport {
-    /// Change of the system's linear momentum, as a fraction of the largest of any single body.
-    linear_momentum_drift: f64,
-    /// Change of the system's angular momentum, as a fraction of the largest of any single body.
-    angular_momentum_drift: f64,
+    /// Change of the system's linear momentum, as a fraction of the largest of any single body; None for a fixed base,
+    /// which exchanges momentum with the ground.
+    linear_momentum_drift: Option<f64>,
+    /// Change of the system's angular momentum, as a fraction of the largest of any single body; None for a fixed base.
+    angular_momentum_drift: Option<f64>,
     /// Displacement of the payload in the grasp, m.
     grasp_drift: f64,
     /// Rotation of the payload in the grasp, rad.
     grasp_rotation: f64,
-    /// Norm of the contact force less the payload's mass times its acceleration, as a fraction of the largest force.
+    /// Norm of the contact force and the weight less the payload's mass times its acceleration, as a fraction of the largest force.
     newton_residual: f64,
     /// Norm of the contact moment less that of Euler's equation for the payload, as a fraction of the largest moment.
     euler_residual: f64,
@@ -174,6 +170,11 @@ pub(crate) struct RunReport {
 /// Simulates an experiment and writes its log.
 ///
 /// The log is a rosbag2 MCAP file as a real robot would record it. Equal experiments give the same log, byte for byte.
+/// It has ``/joint_states`` (rad, rad/s, N m; fingers m, m/s, N), a ``/FINGER/wrench`` and ``/FINGER/contacts`` for each
+/// finger, on the payload and in the frame of the finger's link (N, N m), ``/tf``, ``/tf_static`` and
+/// ``/robot_description``; and, for a floating base, ``/base/odom`` and ``/base/imu``. A fixed base has neither, so that
+/// :func:`identify` takes it for fixed, with gravity of 9.81 m/s² along -z unless its ``gravity`` is given. The metadata
+/// record ``tactid.truth`` has the true payload in the tool frame: kg, m, kg m² about the centre of mass.
 ///
 /// Args:
 ///     experiment: Experiment to simulate.

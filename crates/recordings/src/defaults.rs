@@ -1,8 +1,8 @@
 //! Defaults of all options, for logs and arrays alike.
 
 use nalgebra::Vector3;
-use tactid_dynamics::Manipulator;
-use tactid_identify::{EquationSettings, GRAVITY, Method};
+use tactid_dynamics::{BaseKind, Manipulator};
+use tactid_identify::{EquationSettings, Method};
 
 use crate::{ActsOn, Estimator, Finding, NotUsedBecause, RecordingError, Request};
 
@@ -103,8 +103,8 @@ impl Options {
         match contents.motion {
             Motion::Joints => {}
             Motion::Carried => {
-                let on_the_ground = || -GRAVITY * Vector3::z();
-                equations.gravity.get_or_insert_with(on_the_ground);
+                let on_the_ground = BaseKind::Fixed.default_gravity();
+                equations.gravity.get_or_insert(on_the_ground);
             }
             Motion::InertialUnit => equations.gravity = Some(Vector3::zeros()),
         }

@@ -1,9 +1,8 @@
 //! What an online solver is created from.
 
-use nalgebra::Vector3;
-use tactid_dynamics::Manipulator;
+use tactid_dynamics::{BaseKind, Manipulator};
 use tactid_identify::{
-    EquationSettings, GRAVITY, Identifier, IdentifyError, Method, PaperFilter, PaperSettings,
+    EquationSettings, Identifier, IdentifyError, Method, PaperFilter, PaperSettings,
 };
 
 use crate::Request;
@@ -45,8 +44,8 @@ impl OnlineSetup {
         };
         let mut settings = request.equation_settings(method);
         if robot.is_none() {
-            let on_the_ground = || -GRAVITY * Vector3::z();
-            settings.gravity.get_or_insert_with(on_the_ground);
+            let on_the_ground = BaseKind::Fixed.default_gravity();
+            settings.gravity.get_or_insert(on_the_ground);
         }
         let default_tip = if robot.is_some() {
             DEFAULT_TIP

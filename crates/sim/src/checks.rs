@@ -2,28 +2,29 @@
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
-use tactid_dynamics::MassProperties;
+use tactid_dynamics::{BaseKind, MassProperties};
 
-use crate::SimError;
 use crate::contact::ContactPoint;
 use crate::error::ADVICE_GRASP;
 use crate::experiment::Bounds;
 use crate::robot::Robot;
 use crate::scene::{BodyState, State};
+use crate::{Experiment, SimError};
 
 /// Largest violations of conservation laws and of the grasp in a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Checks {
-    /// Change of the system's linear momentum, as a fraction of the largest linear momentum of any single body.
-    pub linear_momentum_drift: f64,
+    /// Change of the system's linear momentum, as a fraction of the largest linear momentum of any single body; `None` for
+    /// a fixed base, which exchanges momentum with the ground.
+    pub linear_momentum_drift: Option<f64>,
     /// Change of the system's angular momentum about the world's origin, as a fraction of the largest angular momentum of
-    /// any single body.
-    pub angular_momentum_drift: f64,
+    /// any single body; `None` for a fixed base.
+    pub angular_momentum_drift: Option<f64>,
     /// Displacement of the payload in the tool frame, m.
     pub grasp_drift_m: f64,
     /// Rotation of the payload in the tool frame, rad.
     pub grasp_drift_rad: f64,
-    /// Residual of Newton's equation of the payload under the contact forces, as a fraction of the largest contact force.
+    /// Residual of Newton's equation of the payload under the contact forces and gravity, as a fraction of the largest contact force.
     pub newton_residual: f64,
     /// Residual of Euler's equation of the payload about its centre of mass, as a fraction of the largest contact moment.
     pub euler_residual: f64,
@@ -64,6 +65,9 @@ pub(crate) struct Monitor {
     bounds: Bounds,
     robot: Vec<MassProperties>,
     payload: MassProperties,
+    gravity: Vector3<f64>,
+    /// Whether momentum is conserved: the base floats.
+    is_free: bool,
     dt: f64,
     /// Linear and angular momentum at the start of the excitation.
     momentum: [Vector3<f64>; 2],
@@ -78,21 +82,21 @@ pub(crate) struct Monitor {
 
 impl Monitor {
     pub(crate) fn new(
-        bounds: &Bounds,
+        experiment: &Experiment,
         robot: &Robot,
-        payload: MassProperties,
-        dt: f64,
         start: &State,
         world_from_tool: &Isometry3<f64>,
     ) -> Self {
         let mut monitor = Self {
-            bounds: bounds.clone(),
+            bounds: experiment.bounds.clone(),
             robot: robot.bodies.iter().map(|body| body.mass).collect(),
             payload: MassProperties {
                 center_of_mass: Vector3::zeros(),
-                ..payload
+                ..experiment.payload.mass_properties()
             },
-            dt,
+            gravity: experiment.gravity(),
+            is_free: robot.base == BaseKind::Floating,
+            dt: experiment.step_s,
             momentum: [Vector3::zeros(); 2],
             tool_from_payload: world_from_tool.inverse() * start.payload.pose,
             linear: Ratio::default(),
@@ -109,8 +113,8 @@ impl Monitor {
     /// Returns the checks up to the last step.
     pub(crate) fn checks(&self) -> Checks {
         Checks {
-            linear_momentum_drift: self.linear.value(),
-            angular_momentum_drift: self.angular.value(),
+            linear_momentum_drift: self.is_free.then(|| self.linear.value()),
+            angular_momentum_drift: self.is_free.then(|| self.angular.value()),
             grasp_drift_m: self.grasp_drift_m,
             grasp_drift_rad: self.grasp_drift_rad,
             newton_residual: self.newton.value(),
@@ -139,18 +143,25 @@ impl Monitor {
         }
         self.check_contacts(before, after, contacts);
         if index.is_multiple_of(EVERY) {
-            let ([linear, angular], [largest_linear, largest_angular]) = self.total_momentum(after);
-            let [linear_0, angular_0] = self.momentum;
-            let (linear, angular) = ((linear - linear_0).norm(), (angular - angular_0).norm());
-            self.linear.add(linear, largest_linear, SMALLEST_MOMENTUM);
-            self.angular
-                .add(angular, largest_angular, SMALLEST_MOMENTUM);
+            if self.is_free {
+                self.check_momentum(after);
+            }
             let moved = self.tool_from_payload.inverse()
                 * (world_from_tool.inverse() * before.payload.pose);
             self.grasp_drift_m = self.grasp_drift_m.max(moved.translation.vector.norm());
             self.grasp_drift_rad = self.grasp_drift_rad.max(moved.rotation.angle());
         }
         self.enforce(time_s)
+    }
+
+    /// Adds the change of the system's momentum since the start.
+    fn check_momentum(&mut self, state: &State) {
+        let ([linear, angular], [largest_linear, largest_angular]) = self.total_momentum(state);
+        let [linear_0, angular_0] = self.momentum;
+        let (linear, angular) = ((linear - linear_0).norm(), (angular - angular_0).norm());
+        self.linear.add(linear, largest_linear, SMALLEST_MOMENTUM);
+        self.angular
+            .add(angular, largest_angular, SMALLEST_MOMENTUM);
     }
 
     /// Returns linear and angular momentum of all bodies about the world's origin, and the largest of any single body.
@@ -183,7 +194,7 @@ impl Monitor {
         let angular_acceleration = (next.angular_velocity - x.angular_velocity) / self.dt;
         let euler =
             inertia * angular_acceleration + angular_velocity.cross(&(inertia * angular_velocity));
-        let newton = self.payload.mass_kg * acceleration;
+        let newton = self.payload.mass_kg * (acceleration - self.gravity);
         self.newton
             .add((force - newton).norm(), force.norm(), SMALLEST_WRENCH);
         self.euler
@@ -193,12 +204,14 @@ impl Monitor {
     /// Returns the first check that exceeds its bound as an error.
     fn enforce(&self, time_s: f64) -> Result<(), SimError> {
         let (c, b) = (self.checks(), &self.bounds);
+        let linear = c.linear_momentum_drift.unwrap_or(0.0);
+        let angular = c.angular_momentum_drift.unwrap_or(0.0);
         #[rustfmt::skip] // a table
         let limits = [
             ("the payload's displacement in the grasp", c.grasp_drift_m, b.grasp_drift_m, GRASP_M),
             ("the payload's rotation in the grasp", c.grasp_drift_rad, b.grasp_drift_rad, GRASP_RAD),
-            ("the drift of linear momentum", c.linear_momentum_drift, b.momentum_drift, MOMENTUM),
-            ("the drift of angular momentum", c.angular_momentum_drift, b.momentum_drift, MOMENTUM),
+            ("the drift of linear momentum", linear, b.momentum_drift, MOMENTUM),
+            ("the drift of angular momentum", angular, b.momentum_drift, MOMENTUM),
             ("the residual of Newton's equation", c.newton_residual, b.newton_euler_residual, WRENCH),
             ("the residual of Euler's equation", c.euler_residual, b.newton_euler_residual, WRENCH),
         ];

@@ -7,7 +7,7 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::experiment::{Excitation, ExcitationMode};
+use crate::experiment::{Excitation, ExcitationMode, JointExcitation};
 use crate::{Experiment, SimError};
 
 /// Excitation of one joint and the interval in which it is driven.
@@ -30,48 +30,36 @@ pub(crate) struct Commands {
 }
 
 impl Commands {
-    /// Returns the generator for an arm with the named joints, in the order of the commanded velocities.
-    ///
-    /// # Errors
-    /// Returns [`SimError::Robot`] if the experiment drives a joint that the arm does not have.
-    pub(crate) fn new(experiment: &Experiment, joints: &[&str]) -> Result<Self, SimError> {
+    /// Returns the generator for an arm with so many joints, of which the excitation drives those with the indices
+    /// `driven`, one for each entry of its list.
+    pub(crate) fn new(experiment: &Experiment, joints: usize, driven: &[usize]) -> Self {
         let Excitation {
             mode,
             joints: excitations,
             command_noise,
         } = &experiment.excitation;
         let share_s = experiment.duration_s / excitations.len() as f64;
-        let mut driven = Vec::new();
-        for (i, one) in excitations.iter().enumerate() {
-            let joint = joints
-                .iter()
-                .position(|name| *name == one.name)
-                .ok_or_else(|| {
-                    SimError::Robot(format!(
-                        "there is no joint `{}` to drive; the arm has {}",
-                        one.name,
-                        joints.join(", ")
-                    ))
-                })?;
+        let motion = |(i, (one, &joint)): (usize, (&JointExcitation, &usize))| {
             let (start_s, end_s) = match mode {
                 ExcitationMode::Sequence => (share_s * i as f64, share_s * (i + 1) as f64),
                 ExcitationMode::Together => (0.0, experiment.duration_s),
             };
-            driven.push(Driven {
+            Driven {
                 joint,
                 amplitude: one.amplitude_rad_s2,
                 frequency_hz: one.frequency_hz,
                 start_s,
                 end_s,
-            });
-        }
-        Ok(Self {
-            driven,
+            }
+        };
+        let pairs = excitations.iter().zip(driven);
+        Self {
+            driven: pairs.enumerate().map(motion).collect(),
             noise: *command_noise,
             random: StdRng::seed_from_u64(experiment.seed),
             dt: experiment.step_s,
-            velocity: vec![0.0; joints.len()],
-        })
+            velocity: vec![0.0; joints],
+        }
     }
 
     /// Returns the velocities at the end of the step that starts at `time_s`, rad/s or m/s.
@@ -112,23 +100,15 @@ impl Commands {
         }
         Ok(&self.velocity)
     }
-
-    /// Returns the velocities commanded last, rad/s or m/s.
-    pub(crate) fn velocity(&self) -> &[f64] {
-        &self.velocity
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const JOINTS: [&str; 6] = [
-        "joint_1", "joint_2", "joint_3", "joint_4", "joint_5", "joint_6",
-    ];
-
+    /// Runs the commands of an arm with six joints, of which joints 3, 5 and 6 are driven.
     fn run(experiment: &Experiment) -> Vec<Vec<f64>> {
-        let mut commands = Commands::new(experiment, &JOINTS).unwrap();
+        let mut commands = Commands::new(experiment, 6, &[2, 4, 5]);
         let steps = (experiment.duration_s / experiment.step_s).round() as usize;
         (0..steps)
             .map(|k| commands.step(k as f64 * experiment.step_s).to_vec())

@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use tactid_dynamics::{MassProperties, symmetric_matrix};
+use tactid_dynamics::{BaseKind, MassProperties, symmetric_matrix};
 
+pub(crate) use self::check::{refuse, with_line};
 pub use self::noise::{Noise, StdDev};
 use crate::{BUILT_IN_URDF, SimError};
 
@@ -39,11 +40,15 @@ pub struct Experiment {
     pub duration_s: f64,
     /// Step of the physics and interval of the samples, s. Default 0.001.
     pub step_s: f64,
+    /// Gravitational acceleration in world axes, m/s²: not zero only where the base is fixed. Default (`None`): zero for a
+    /// floating base, `[0, 0, -9.81]` for a fixed one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gravity_m_s2: Option<[f64; 3]>,
     /// Joint positions at the start of the excitation. Default `identifiable`.
     pub posture: Posture,
     /// The robot and the names of its tool and fingers. Default the built-in robot.
     pub robot: RobotChoice,
-    /// Mass properties of the base that replace those of the URDF. Default none.
+    /// Mass properties of a floating base that replace those of the URDF. Default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub base: Option<BaseProperties>,
     /// The payload.
@@ -64,6 +69,7 @@ impl Default for Experiment {
             seed: 0,
             duration_s: 300.0,
             step_s: 0.001,
+            gravity_m_s2: None,
             posture: Posture::default(),
             robot: RobotChoice::default(),
             base: None,
@@ -78,7 +84,10 @@ impl Default for Experiment {
 
 /// Joint positions of the arm, by name or as numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "expected \"identifiable\", \"table1\", or a list of one number for each joint"
+)]
 pub enum Posture {
     /// A posture with a name.
     Named(NamedPosture),
@@ -94,6 +103,17 @@ pub enum NamedPosture {
     Identifiable,
     /// Zeros, as in the paper's Table 1. The axes of joints 3 and 6 are parallel, and Ixx cannot be identified.
     Table1,
+}
+
+impl std::fmt::Display for Posture {
+    /// Writes the posture as a file has it.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Named(NamedPosture::Identifiable) => f.write_str("\"identifiable\""),
+            Self::Named(NamedPosture::Table1) => f.write_str("\"table1\""),
+            Self::Joints(positions) => write!(f, "{positions:?}"),
+        }
+    }
 }
 
 impl Default for Posture {
@@ -116,13 +136,15 @@ impl Posture {
     }
 }
 
-/// The robot and the names of the tool link and the finger joints.
+/// The robot, what its base stands on, and the names of the tool link and the finger joints.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RobotChoice {
     /// Path of a URDF file, relative to the experiment's file. Default none: the built-in robot.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub urdf: Option<PathBuf>,
+    /// Whether the base floats or is bolted to the world. Default `floating`.
+    pub base: BaseMount,
     /// Link in whose frame the payload is described. Default `tool0`.
     pub tool: String,
     /// The two prismatic joints whose increasing positions close the gripper. The collision boxes of the links that they
@@ -134,8 +156,31 @@ impl Default for RobotChoice {
     fn default() -> Self {
         Self {
             urdf: None,
+            base: BaseMount::default(),
             tool: "tool0".to_owned(),
             fingers: ["finger_left_joint", "finger_right_joint"].map(str::to_owned),
+        }
+    }
+}
+
+/// What the base of the robot stands on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BaseMount {
+    /// Nothing: the base floats freely, as a spacecraft does. Its centre of mass starts at the world's origin.
+    #[default]
+    Floating,
+    /// The ground: the base is bolted to the world, and the frame of the URDF's root link is the world frame.
+    Fixed,
+}
+
+impl BaseMount {
+    /// Returns the kind of base of the robot's model.
+    #[must_use]
+    pub fn kind(self) -> BaseKind {
+        match self {
+            Self::Floating => BaseKind::Floating,
+            Self::Fixed => BaseKind::Fixed,
         }
     }
 }
@@ -310,7 +355,8 @@ fn default_frequency() -> f64 {
 #[serde(deny_unknown_fields, default)]
 pub struct Bounds {
     /// Change of the system's linear momentum and of its angular momentum about the world's origin, each as a fraction of
-    /// the largest momentum of any single body. Default 0.001.
+    /// the largest momentum of any single body. Not used for a fixed base, which exchanges momentum with the ground.
+    /// Default 0.001.
     pub momentum_drift: f64,
     /// Displacement of the payload in the tool frame, m. Default 0.0005.
     pub grasp_drift_m: f64,
@@ -352,18 +398,6 @@ impl Experiment {
         Ok(experiment)
     }
 
-    /// Reads and checks an experiment file. A relative path of a URDF refers to the file's folder.
-    ///
-    /// # Errors
-    /// Returns [`SimError::File`] if the file cannot be read, and the errors of [`Self::from_toml`].
-    pub fn from_file(path: &Path) -> Result<Self, SimError> {
-        let mut experiment = Self::from_toml(&read(path)?)?;
-        if let (Some(urdf), Some(folder)) = (&mut experiment.robot.urdf, path.parent()) {
-            *urdf = folder.join(&*urdf);
-        }
-        Ok(experiment)
-    }
-
     /// Returns the experiment as TOML, with every field that has a value.
     ///
     /// # Errors
@@ -377,6 +411,13 @@ impl Experiment {
         for joint in &mut self.excitation.joints {
             joint.frequency_hz = frequency_hz;
         }
+    }
+
+    /// Returns the gravitational acceleration in world axes, m/s²: the given one, or the default for the kind of base.
+    #[must_use]
+    pub fn gravity(&self) -> Vector3<f64> {
+        let default = || self.robot.base.kind().default_gravity();
+        self.gravity_m_s2.map_or_else(default, Vector3::from)
     }
 
     /// Checks that every field has an allowed value.
@@ -399,7 +440,8 @@ impl Experiment {
     }
 }
 
-fn read(path: &Path) -> Result<String, SimError> {
+/// Reads a text file of an experiment.
+pub(crate) fn read(path: &Path) -> Result<String, SimError> {
     std::fs::read_to_string(path).map_err(|source| SimError::File {
         path: path.to_owned(),
         source,

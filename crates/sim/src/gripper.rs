@@ -1,9 +1,11 @@
-//! The grasp: both fingers close slowly until they press with the requested force and are then locked.
+//! The grasp: both fingers close slowly until they press with the requested force and are then locked. Until then the
+//! payload is supported: gravity acts on nothing. Then it grows to its value within half of the settling time.
+
+use nalgebra::Vector3;
 
 use crate::contact::ContactPoint;
-use crate::experiment::Gripper;
 use crate::scene::{Scene, State};
-use crate::{SimError, error::ADVICE_GRASP};
+use crate::{Experiment, SimError, error::ADVICE_GRASP};
 
 /// Time constant of the low-pass filter of the grip force, s. It suppresses the spike of the first contact.
 const FORCE_FILTER_S: f64 = 0.05;
@@ -16,15 +18,16 @@ const SETTLING_S: f64 = 0.5;
 /// Distance that the fingers may travel at closing speed before the grasp counts as failed, m. It limits the time.
 const SEARCH_M: f64 = 2e-3;
 
-/// Closes the gripper and returns the force of each finger on the payload, N.
+/// Closes the gripper, lets gravity act, and returns the force of each finger on the payload, N.
 ///
 /// # Errors
 /// Returns [`SimError::Grasp`] if the force is not reached, or is lost when the fingers are locked.
-pub(crate) fn grasp(scene: &mut Scene, settings: &Gripper, dt: f64) -> Result<f64, SimError> {
+pub(crate) fn grasp(scene: &mut Scene, experiment: &Experiment) -> Result<f64, SimError> {
+    let (settings, dt) = (&experiment.gripper, experiment.step_s);
     let mut grasp = Grasp {
         state: State::new(scene.robot().bodies.len()),
         contacts: [Vec::new(), Vec::new()],
-        still: vec![0.0; scene.drives().len()],
+        still: vec![0.0; scene.roles().arm.len()],
         filtered: 0.0,
         dt,
     };
@@ -41,7 +44,7 @@ pub(crate) fn grasp(scene: &mut Scene, settings: &Gripper, dt: f64) -> Result<f6
             0.0
         };
         if holds_s > FORCE_HOLDS_S {
-            return grasp.settle(scene, requested_n);
+            return grasp.settle(scene, requested_n, &experiment.gravity());
         }
         // The fingers slow down near the requested force, because filter and contacts lag.
         scene.move_fingers(settings.closing_speed_m_s * (4.0 * missing).clamp(-1.0, 1.0));
@@ -80,10 +83,18 @@ impl Grasp {
         self.filtered += (0.5 * pressure - self.filtered) * (self.dt / FORCE_FILTER_S).min(1.0);
     }
 
-    /// Locks the fingers, waits, and returns the remaining force of each finger, N.
-    fn settle(mut self, scene: &mut Scene, requested_n: f64) -> Result<f64, SimError> {
+    /// Locks the fingers, lets gravity act, waits, and returns the remaining force of each finger, N.
+    fn settle(
+        mut self,
+        scene: &mut Scene,
+        requested_n: f64,
+        gravity: &Vector3<f64>,
+    ) -> Result<f64, SimError> {
         scene.move_fingers(0.0);
-        for _ in 0..steps(SETTLING_S, self.dt) {
+        let steps = steps(SETTLING_S, self.dt);
+        for step in 1..=steps {
+            let fraction = (2.0 * step as f64 / steps as f64).min(1.0);
+            scene.set_gravity(&(gravity * fraction));
             self.step(scene);
         }
         // Less than half of the requested force is no grasp. The comparison also fails for NaN.

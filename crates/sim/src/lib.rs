@@ -26,7 +26,8 @@
 //! # Conventions
 //!
 //! - Units are SI.
-//! - `world` is an inertial frame without gravity. The base's centre of mass starts at its origin.
+//! - `world` is an inertial frame. The centre of mass of a floating base starts at its origin, without gravity. A fixed
+//!   base stands at its origin, and gravity acts along its -z axis unless the experiment says otherwise.
 //! - The payload is described in the frame of the tool link, `tool0` (frame 6 of the paper's Table 1).
 //! - Wrenches act **on the payload** and are expressed in the frame of the finger's link, about its origin.
 //! - [`Sample`] documents to which instant each of its quantities belongs.
@@ -45,9 +46,11 @@ mod convert;
 mod error;
 mod excitation;
 mod experiment;
+mod file;
 mod gripper;
 mod log;
 mod robot;
+mod roles;
 mod run;
 mod sample;
 mod scene;
@@ -57,7 +60,7 @@ mod simulation;
 pub use checks::Checks;
 pub use error::SimError;
 pub use experiment::{
-    BaseProperties, Bounds, Excitation, ExcitationMode, Experiment, Gripper, Handle,
+    BaseMount, BaseProperties, Bounds, Excitation, ExcitationMode, Experiment, Gripper, Handle,
     JointExcitation, NamedPosture, Noise, PAPER_TOML, Payload, Posture, RobotChoice, StdDev,
 };
 pub use robot::BUILT_IN_URDF;

@@ -1,5 +1,7 @@
 //! The log of a run: the topics that such a robot would record, with ground truth and experiment as metadata.
 
+mod truth;
+
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufWriter;
@@ -7,7 +9,7 @@ use std::path::Path;
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use serde::Serialize;
-use tactid_dynamics::{MassProperties, symmetric_entries};
+use tactid_dynamics::BaseKind;
 use tactid_logs::messages::{
     Header, Imu, JointState, Odometry, PointCloud2, PointField, StringMsg, TFMessage, Time,
     Transform, TransformStamped, WrenchStamped,
@@ -18,7 +20,8 @@ use crate::experiment::{Noise, StdDev};
 use crate::robot::{LinkFrame, Robot};
 use crate::sample::{Contact, FingerSample, Sample};
 use crate::scene::State;
-use crate::{Experiment, SimError, Simulation};
+use crate::{SimError, Simulation};
+use truth::truth_json;
 
 /// Time stamp of the first sample, ns. ROS interprets a stamp of zero as a missing stamp.
 const START_NS: u64 = 1_000_000_000;
@@ -60,6 +63,12 @@ impl<M: messages::Message> Topic<M> {
 
 type Writer = LogWriter<BufWriter<File>>;
 
+/// Topics of a floating base.
+struct BaseTopics {
+    odometry: Topic<Odometry>,
+    imu: Topic<Imu>,
+}
+
 struct FingerTopics {
     wrench: Topic<WrenchStamped>,
     contacts: Topic<PointCloud2>,
@@ -69,8 +78,7 @@ struct FingerTopics {
 pub(crate) struct Recorder {
     writer: Writer,
     joints: Topic<JointState>,
-    odometry: Topic<Odometry>,
-    imu: Topic<Imu>,
+    base: Option<BaseTopics>,
     fingers: [FingerTopics; 2],
     tf: Topic<TFMessage>,
     moving: Vec<MovingFrame>,
@@ -89,21 +97,22 @@ impl Recorder {
     pub(crate) fn create(path: &Path, simulation: &Simulation) -> Result<Self, SimError> {
         let (robot, experiment) = (simulation.robot(), simulation.experiment());
         let mut writer = LogWriter::create(path)?;
-        let base = &robot.links[0].name;
-        let fingers = simulation
-            .finger_bodies()
+        let [left, right] = simulation
+            .roles()
+            .fingers
             .map(|body| finger_link(robot, body));
-        let [left, right] = fingers;
         let mut recorder = Self {
             joints: Topic::new(&mut writer, "/joint_states", joint_state(simulation))?,
-            odometry: Topic::new(&mut writer, "/base/odom", odometry(base, &experiment.noise))?,
-            imu: Topic::new(&mut writer, "/base/imu", imu(base, &experiment.noise))?,
+            base: match robot.base {
+                BaseKind::Floating => Some(base_topics(&mut writer, simulation)?),
+                BaseKind::Fixed => None,
+            },
             fingers: [
                 finger_topics(&mut writer, left)?,
                 finger_topics(&mut writer, right)?,
             ],
             tf: Topic::new(&mut writer, "/tf", TFMessage::default())?,
-            moving: moving_frames(robot)?,
+            moving: moving_frames(robot),
             step_ns: (experiment.step_s * 1e9).round() as u64,
             contacts_every: steps_between(CONTACTS_HZ, experiment.step_s),
             tf_every: steps_between(TF_HZ, experiment.step_s),
@@ -144,14 +153,12 @@ impl Recorder {
         joints.effort.copy_from_slice(&sample.joint_torque);
         self.joints.write(writer, time_ns)?;
 
-        fill_odometry(&mut self.odometry.message, stamp, sample);
-        self.odometry.write(writer, time_ns)?;
-
-        let imu = &mut self.imu.message;
-        imu.header.stamp = stamp;
-        imu.angular_velocity = vector(&sample.imu.angular_velocity);
-        imu.linear_acceleration = vector(&sample.imu.acceleration);
-        self.imu.write(writer, time_ns)?;
+        if let Some(base) = &mut self.base {
+            fill_odometry(&mut base.odometry.message, stamp, sample);
+            base.odometry.write(writer, time_ns)?;
+            fill_imu(&mut base.imu.message, stamp, sample);
+            base.imu.write(writer, time_ns)?;
+        }
 
         let with_contacts = index.is_multiple_of(self.contacts_every);
         if with_contacts {
@@ -174,8 +181,10 @@ impl Recorder {
                     .iter()
                     .map(|frame| frame.transform(stamp, state)),
             );
-            let base = &self.odometry.message.child_frame_id;
-            transforms.push(transform(stamp, WORLD, base, &sample.base.pose));
+            if let Some(base) = &self.base {
+                let link = &base.odometry.message.child_frame_id;
+                transforms.push(transform(stamp, WORLD, link, &sample.base.pose));
+            }
             transforms.push(transform(stamp, WORLD, PAYLOAD, &state.payload.pose));
             self.tf.write(writer, time_ns)?;
         }
@@ -206,17 +215,15 @@ fn finger_link(robot: &Robot, body: usize) -> &str {
     link.map_or("", |link| link.name.as_str())
 }
 
-fn moving_frames(robot: &Robot) -> Result<Vec<MovingFrame>, SimError> {
-    let mut frames = Vec::new();
-    for link in &robot.links {
-        if let Some(parent) = &link.carried_by {
-            frames.push(MovingFrame {
-                link: link.clone(),
-                parent: robot.link(parent)?.clone(),
-            });
-        }
-    }
-    Ok(frames)
+fn moving_frames(robot: &Robot) -> Vec<MovingFrame> {
+    let frame = |link: &LinkFrame| {
+        let parent = robot.link(link.carried_by.as_ref()?)?;
+        Some(MovingFrame {
+            link: link.clone(),
+            parent: parent.clone(),
+        })
+    };
+    robot.links.iter().filter_map(frame).collect()
 }
 
 impl MovingFrame {
@@ -233,8 +240,11 @@ fn static_transforms(robot: &Robot) -> TFMessage {
         let (parent, parent_from_link) = link.fixed_to.as_ref()?;
         Some(transform(stamp, parent, &link.name, parent_from_link))
     });
+    let base = &robot.links[0];
+    let on_the_ground = (robot.base == BaseKind::Fixed)
+        .then(|| transform(stamp, WORLD, &base.name, &base.body_from_link));
     TFMessage {
-        transforms: fixed.collect(),
+        transforms: on_the_ground.into_iter().chain(fixed).collect(),
     }
 }
 
@@ -294,6 +304,15 @@ fn covariance(first: &StdDev, last: &StdDev) -> [f64; 36] {
     covariance
 }
 
+fn base_topics(writer: &mut Writer, simulation: &Simulation) -> Result<BaseTopics, SimError> {
+    let link = &simulation.robot().links[0].name;
+    let noise = &simulation.experiment().noise;
+    Ok(BaseTopics {
+        odometry: Topic::new(writer, "/base/odom", odometry(link, noise))?,
+        imu: Topic::new(writer, "/base/imu", imu(link, noise))?,
+    })
+}
+
 fn odometry(base: &str, noise: &Noise) -> Odometry {
     let mut message = Odometry {
         header: header(WORLD),
@@ -334,6 +353,13 @@ fn imu(base: &str, noise: &Noise) -> Imu {
     };
     message.orientation_covariance[0] = -1.0; // not measured
     message
+}
+
+/// Fills a message of the base's IMU, whose frame is the base link's.
+fn fill_imu(message: &mut Imu, stamp: Time, sample: &Sample) {
+    message.header.stamp = stamp;
+    message.angular_velocity = vector(&sample.imu.angular_velocity);
+    message.linear_acceleration = vector(&sample.imu.acceleration);
 }
 
 /// Returns the topics of a finger: the link `finger_left_link` has the topics `/finger_left/...`.
@@ -386,46 +412,4 @@ fn fill_cloud(message: &mut PointCloud2, stamp: Time, contacts: &[Contact]) {
     }
     message.width = contacts.len() as u32;
     message.row_step = message.data.len() as u32;
-}
-
-/// Mass properties of a rigid body with the field names of an identification result.
-#[derive(Serialize)]
-struct Body {
-    mass: f64,
-    com: BTreeMap<&'static str, f64>,
-    inertia: BTreeMap<&'static str, f64>,
-}
-
-impl From<&MassProperties> for Body {
-    fn from(body: &MassProperties) -> Self {
-        let com = body.center_of_mass;
-        let names = ["xx", "xy", "xz", "yy", "yz", "zz"];
-        Self {
-            mass: body.mass_kg,
-            com: BTreeMap::from([("x", com.x), ("y", com.y), ("z", com.z)]),
-            inertia: names
-                .into_iter()
-                .zip(symmetric_entries(&body.inertia))
-                .collect(),
-        }
-    }
-}
-
-/// The payload in the tool frame at its actual pose in the grasp; `nominal` is the experiment's payload.
-#[derive(Serialize)]
-struct TruthRecord<'a> {
-    frame: &'a str,
-    #[serde(flatten)]
-    payload: Body,
-    nominal: Body,
-}
-
-fn truth_json(simulation: &Simulation) -> String {
-    let Experiment { robot, payload, .. } = simulation.experiment();
-    let record = TruthRecord {
-        frame: &robot.tool,
-        payload: Body::from(simulation.payload_in_tool()),
-        nominal: Body::from(&payload.mass_properties()),
-    };
-    serde_json::to_string(&record).unwrap_or_default()
 }

@@ -1,6 +1,6 @@
 //! The robot of a URDF as the rigid bodies that the physics engine moves. Links joined by fixed joints are one body.
 
-use nalgebra::{Isometry3, Unit, Vector3};
+use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 use tactid_dynamics::{
     BaseKind, BodyView, JointKind, JointView, LinkView, Manipulator, MassProperties, Urdf,
 };
@@ -34,13 +34,13 @@ pub(crate) struct MovingJoint {
     pub limits: Option<(f64, f64)>,
 }
 
-/// A moving link with all links fixed to it. Its frame is the link's, except that the base's frame is at the base's
-/// centre of mass.
+/// A moving link with all links fixed to it. Its frame is the link's, except that the frame of a floating base is at the
+/// base's centre of mass.
 #[derive(Clone, Debug)]
 pub(crate) struct Body {
     /// Joint that moves the body; `None` for the base.
     pub joint: Option<MovingJoint>,
-    /// Mass properties in the body's frame.
+    /// Mass properties in the body's frame; zero for a fixed base without mass.
     pub mass: MassProperties,
     pub boxes: Vec<BoxShape>,
 }
@@ -63,21 +63,26 @@ pub(crate) struct LinkFrame {
 pub(crate) struct Robot {
     /// URDF of the robot with the experiment's base.
     pub urdf: String,
+    pub base: BaseKind,
     pub bodies: Vec<Body>,
     pub links: Vec<LinkFrame>,
 }
 
 impl Robot {
-    /// Builds the robot of a URDF; `base` replaces the mass properties of the root link.
+    /// Builds the robot of a URDF; `base_mass` replaces the mass properties of the root link.
     ///
     /// # Errors
     /// Returns [`SimError::Model`] for a URDF that `tactid_dynamics` refuses, and [`SimError::Robot`] for a mimic joint.
-    pub(crate) fn from_urdf(xml: &str, base: Option<&MassProperties>) -> Result<Self, SimError> {
+    pub(crate) fn from_urdf(
+        xml: &str,
+        base: BaseKind,
+        base_mass: Option<&MassProperties>,
+    ) -> Result<Self, SimError> {
         let mut urdf = Urdf::from_xml(xml)?;
         let mut text = xml.to_owned();
-        if let Some(base) = base {
+        if let Some(mass) = base_mass {
             let root = urdf.root_link().to_owned();
-            urdf.set_mass_properties(&root, base)?;
+            urdf.set_mass_properties(&root, mass)?;
             text = urdf.to_xml()?;
         }
         if let Some(joint) = urdf.mimic_joints().next() {
@@ -85,10 +90,12 @@ impl Robot {
                 "joint `{joint}` mimics another, which the simulation does not support: drive it by itself or make it fixed"
             )));
         }
-        let model = urdf.manipulator(BaseKind::Floating)?;
+        let model = urdf.manipulator(base)?;
+        model.check_masses()?;
         let mut robot = Self {
             urdf: text,
-            bodies: bodies(&model, &urdf)?,
+            base,
+            bodies: bodies(&model, &urdf),
             links: links(&model),
         };
         for link in model.links() {
@@ -99,22 +106,15 @@ impl Robot {
                 });
             }
         }
-        move_base_to_center_of_mass(&mut robot);
+        if base == BaseKind::Floating {
+            move_base_to_center_of_mass(&mut robot);
+        }
         Ok(robot)
     }
 
-    /// Returns the link with a name.
-    ///
-    /// # Errors
-    /// Returns [`SimError::Robot`], which lists the existing links.
-    pub(crate) fn link(&self, name: &str) -> Result<&LinkFrame, SimError> {
-        self.links.iter().find(|l| l.name == name).ok_or_else(|| {
-            let known: Vec<_> = self.links.iter().map(|l| l.name.as_str()).collect();
-            SimError::Robot(format!(
-                "there is no link `{name}`; the robot has {}",
-                known.join(", ")
-            ))
-        })
+    /// Returns the link with a name, or `None` if the robot does not have it.
+    pub(crate) fn link(&self, name: &str) -> Option<&LinkFrame> {
+        self.links.iter().find(|link| link.name == name)
     }
 
     /// Returns the index and the joint of each body that a joint moves, in the order of the joint vector.
@@ -127,16 +127,16 @@ impl Robot {
 }
 
 /// Returns the bodies of a robot, without their boxes.
-fn bodies(model: &Manipulator, urdf: &Urdf) -> Result<Vec<Body>, SimError> {
-    let body = |body: BodyView<'_>| {
-        // The model refuses a moving body without mass.
-        let mass = body.parameters.mass_properties();
-        let mass = mass.ok_or_else(|| SimError::Robot("a moving body has no mass".to_owned()))?;
-        Ok(Body {
-            joint: body.joint.map(|joint| moving_joint(&joint, urdf)),
-            mass,
-            boxes: Vec::new(),
-        })
+fn bodies(model: &Manipulator, urdf: &Urdf) -> Vec<Body> {
+    let massless = MassProperties {
+        mass_kg: 0.0,
+        center_of_mass: Vector3::zeros(),
+        inertia: Matrix3::zeros(),
+    };
+    let body = |body: BodyView<'_>| Body {
+        joint: body.joint.map(|joint| moving_joint(&joint, urdf)),
+        mass: body.parameters.mass_properties().unwrap_or(massless),
+        boxes: Vec::new(),
     };
     model.bodies().map(body).collect()
 }

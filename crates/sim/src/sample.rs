@@ -47,7 +47,7 @@ pub struct BaseSample {
 pub struct ImuSample {
     /// Angular velocity, rad/s.
     pub angular_velocity: Vector3<f64>,
-    /// Specific force, m/s². Without gravity it is the acceleration.
+    /// Specific force, m/s²: the acceleration less gravity.
     pub acceleration: Vector3<f64>,
 }
 

@@ -3,8 +3,10 @@
 //! One call of [`Scene::step`] computes `v' = v + dt · a(x)`, `x' = x + dt · v'`.
 
 mod build;
+mod drives;
 mod state;
 
+use nalgebra::Vector3;
 use rapier3d_f64::dynamics::{
     CCDSolver, ImpulseJointSet, IntegrationParameters, IslandManager, Multibody, MultibodyIndex,
     MultibodyJointSet, RigidBodyHandle, RigidBodySet, SoftBodySet, SpringCoefficients,
@@ -16,12 +18,10 @@ use rapier3d_f64::pipeline::PhysicsPipeline;
 use crate::contact::{ContactPoint, SlipAnchors, read_contacts};
 use crate::convert::glam_vector;
 use crate::robot::Robot;
+use crate::roles::Roles;
+use drives::Drives;
 
 pub(crate) use state::{BodyState, State};
-
-/// Damping of the joint servos, N m s/rad. The drive's torque is `DRIVE_DAMPING · (commanded - actual velocity)`, with the
-/// velocities at the end of the step. At this stiffness the joint follows within 1e-4 rad/s.
-const DRIVE_DAMPING: f64 = 1e6;
 
 /// A body of the robot in Rapier.
 struct Link {
@@ -59,8 +59,10 @@ pub(crate) struct Scene {
     payload: RigidBodyHandle,
     handle: ColliderHandle,
     anchors: SlipAnchors,
-    /// Indices in `links` of the driven joints, in the order of the command.
-    drives: Vec<usize>,
+    /// Gravitational acceleration that acts in the next step, m/s².
+    gravity: Vector,
+    drives: Drives,
+    roles: Roles,
 }
 
 /// Returns the settings of the solver with which rigid pads hold a payload still, for a step of `dt` s.
@@ -88,37 +90,9 @@ impl Scene {
         self.multibody_joints.get_multibody(self.multibody)
     }
 
-    /// Commands the velocity of each drive at the end of the next step, rad/s or m/s.
-    pub(crate) fn drive(&mut self, velocities: &[f64]) {
-        for link in &self.links {
-            if let Some(body) = self.bodies.get_mut(link.handle) {
-                body.reset_forces(false);
-                body.reset_torques(false);
-            }
-        }
-        for (&link, velocity) in self.drives.iter().zip(velocities) {
-            let Some(joint) = &self.robot.bodies[link].joint else {
-                continue;
-            };
-            let (child, parent) = (self.links[link].handle, self.links[joint.parent].handle);
-            let pose = *self.bodies[child].position();
-            // The effort acts between link and parent. The multibody's own damping is the other half of the servo.
-            let effort = pose.rotation * glam_vector(&joint.axis) * (DRIVE_DAMPING * velocity);
-            for (body, effort) in [(child, effort), (parent, -effort)] {
-                if joint.prismatic {
-                    self.bodies[body].add_force_at_point(effort, pose.translation, false);
-                } else {
-                    self.bodies[body].add_torque(effort, false);
-                }
-            }
-        }
-    }
-
-    /// Computes the efforts of the drives in the step that ended in `state`, N m (N for a prismatic joint).
-    pub(crate) fn drive_efforts(&self, commanded: &[f64], state: &State, efforts: &mut [f64]) {
-        for ((&link, velocity), effort) in self.drives.iter().zip(commanded).zip(efforts) {
-            *effort = DRIVE_DAMPING * (velocity - state.joint_velocity[link - 1]);
-        }
+    /// Sets the gravitational acceleration of the steps that follow, m/s².
+    pub(crate) fn set_gravity(&mut self, gravity: &Vector3<f64>) {
+        self.gravity = glam_vector(gravity);
     }
 
     /// Moves both fingers at a speed, m/s. Positive values close the gripper, zero locks it.
@@ -134,7 +108,7 @@ impl Scene {
     /// Simulates one step.
     pub(crate) fn step(&mut self) {
         self.pipeline.step(
-            Vector::ZERO,
+            self.gravity,
             &self.parameters,
             &mut self.islands,
             &mut self.broad_phase,
@@ -178,14 +152,14 @@ impl Scene {
         &self.robot
     }
 
-    /// Returns the indices of the fingers' bodies.
-    pub(crate) fn finger_bodies(&self) -> [usize; 2] {
-        [self.pads[0].link, self.pads[1].link]
+    pub(crate) fn roles(&self) -> &Roles {
+        &self.roles
     }
 
-    /// Returns the indices of the bodies that the drives move.
-    pub(crate) fn drives(&self) -> &[usize] {
-        &self.drives
+    /// Returns the first generalized velocity of each joint of the arm.
+    fn arm_dofs(&self) -> Vec<usize> {
+        let arm = self.roles.arm.iter();
+        arm.map(|&body| self.links[body].dof).collect()
     }
 }
 

@@ -6,9 +6,11 @@ use rand::rngs::StdRng;
 use rand_distr::{Distribution, StandardNormal};
 use tactid_dynamics::Wrench;
 
+use crate::Experiment;
 use crate::contact::ContactPoint;
 use crate::experiment::{Noise, StdDev};
 use crate::robot::{LinkFrame, Robot};
+use crate::roles::Roles;
 use crate::sample::{BaseSample, Contact, FingerSample, ImuSample, Sample, Truth};
 use crate::scene::{BodyState, State};
 
@@ -21,6 +23,7 @@ pub(crate) struct Sensors {
     body_from_base: Isometry3<f64>,
     tool: LinkFrame,
     fingers: [Finger; 2],
+    gravity: Vector3<f64>,
     noise: Noise,
     random: StdRng,
     dt: f64,
@@ -40,8 +43,8 @@ pub(crate) struct StepRecord<'a> {
     pub contacts: &'a [Vec<ContactPoint>; 2],
     /// Efforts of the drives, in the order of the arm's joints, N m or N.
     pub efforts: &'a [f64],
-    /// Indices of the bodies that the drives move.
-    pub drives: &'a [usize],
+    /// Indices of the bodies that the arm's joints move.
+    pub arm: &'a [usize],
 }
 
 fn mean(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector3<f64> {
@@ -49,15 +52,8 @@ fn mean(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector3<f64> {
 }
 
 impl Sensors {
-    pub(crate) fn new(
-        robot: &Robot,
-        tool: LinkFrame,
-        fingers: [usize; 2],
-        noise: &Noise,
-        seed: u64,
-        dt: f64,
-    ) -> Self {
-        let fingers = fingers.map(|body| Finger {
+    pub(crate) fn new(robot: &Robot, roles: &Roles, experiment: &Experiment) -> Self {
+        let fingers = roles.fingers.map(|body| Finger {
             body,
             mass_kg: robot.bodies[body].mass.mass_kg,
             axis: robot.bodies[body]
@@ -67,11 +63,12 @@ impl Sensors {
         });
         Self {
             body_from_base: robot.links[0].body_from_link,
-            tool,
+            tool: roles.tool.clone(),
             fingers,
-            noise: noise.clone(),
-            random: StdRng::seed_from_u64(seed ^ MEASUREMENT_STREAM),
-            dt,
+            gravity: experiment.gravity(),
+            noise: experiment.noise.clone(),
+            random: StdRng::seed_from_u64(experiment.seed ^ MEASUREMENT_STREAM),
+            dt: experiment.step_s,
         }
     }
 
@@ -89,15 +86,15 @@ impl Sensors {
         for (i, velocity) in sample.joint_velocity.iter_mut().enumerate() {
             *velocity = 0.5 * (before.joint_velocity[i] + after.joint_velocity[i]);
         }
-        for (&body, &effort) in step.drives.iter().zip(step.efforts) {
+        for (&body, &effort) in step.arm.iter().zip(step.efforts) {
             sample.joint_torque[body - 1] = effort;
         }
         self.measure_base(before, after, sample);
         for (i, finger) in self.fingers.iter().enumerate() {
             let (x, next) = (&before.bodies[finger.body], &after.bodies[finger.body]);
             measure_finger(x, &step.contacts[i], &mut sample.fingers[i]);
-            let acceleration = (next.velocity - x.velocity) / self.dt;
-            // The drive accelerates the finger and presses on the payload.
+            let acceleration = (next.velocity - x.velocity) / self.dt - self.gravity;
+            // The drive accelerates the finger, bears its weight and presses on the payload.
             let along =
                 finger.mass_kg * finger.axis.dot(&(x.pose.rotation.inverse() * acceleration));
             sample.joint_torque[finger.body - 1] =
@@ -134,7 +131,7 @@ impl Sensors {
         let base_from_world = pose.rotation.inverse();
         sample.imu = ImuSample {
             angular_velocity: base_from_world * angular_velocity,
-            acceleration: base_from_world * acceleration,
+            acceleration: base_from_world * (acceleration - self.gravity),
         };
     }
 

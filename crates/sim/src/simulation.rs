@@ -8,6 +8,7 @@ use crate::contact::ContactPoint;
 use crate::excitation::Commands;
 use crate::gripper;
 use crate::robot::Robot;
+use crate::roles::{Roles, joint_names};
 use crate::sample::Sample;
 use crate::scene::{Scene, State};
 use crate::sensors::{Sensors, StepRecord};
@@ -52,32 +53,23 @@ impl Simulation {
     /// experiment or its robot, and [`SimError::Grasp`] if the grasp fails.
     pub fn new(experiment: &Experiment) -> Result<Self, SimError> {
         experiment.check()?;
-        let dt = experiment.step_s;
         let mut scene = Scene::new(experiment)?;
-        let grip_force_n = gripper::grasp(&mut scene, &experiment.gripper, dt)?;
-        let robot = scene.robot();
-        let tool = robot.link(&experiment.robot.tool)?.clone();
-        let (noise, seed) = (&experiment.noise, experiment.seed);
-        noise.check_joints(robot.joints().count())?;
-        let sensors = Sensors::new(robot, tool, scene.finger_bodies(), noise, seed, dt);
+        let grip_force_n = gripper::grasp(&mut scene, experiment)?;
+        let (robot, roles) = (scene.robot(), scene.roles());
+        let sensors = Sensors::new(robot, roles, experiment);
         let mut start = State::new(robot.bodies.len());
         scene.read(&mut start);
         let world_from_tool = sensors.tool_pose(&start);
         let payload = experiment.payload.mass_properties();
-        let bounds = &experiment.bounds;
-        let monitor = Monitor::new(bounds, robot, payload, dt, &start, &world_from_tool);
+        let monitor = Monitor::new(experiment, robot, &start, &world_from_tool);
         let joint_names: Vec<_> = robot
             .joints()
             .map(|(_, joint)| joint.name.clone())
             .collect();
-        let drives: Vec<_> = scene
-            .drives()
-            .iter()
-            .map(|&body| &*joint_names[body - 1])
-            .collect();
+        let joints = roles.arm.len();
         Ok(Self {
-            commands: Commands::new(experiment, &drives)?,
-            efforts: vec![0.0; drives.len()],
+            commands: Commands::new(experiment, joints, &roles.driven),
+            efforts: vec![0.0; joints],
             sample: Sample::new(joint_names.len()),
             payload_in_tool: payload_in_tool(
                 payload,
@@ -127,15 +119,13 @@ impl Simulation {
         self.scene.read(&mut self.after);
         self.scene
             .contacts(&self.before.payload, &mut self.contacts);
-        let commanded = self.commands.velocity();
-        self.scene
-            .drive_efforts(commanded, &self.after, &mut self.efforts);
+        self.scene.drive_efforts(&self.after, &mut self.efforts);
         let record = StepRecord {
             before: &self.before,
             after: &self.after,
             contacts: &self.contacts,
             efforts: &self.efforts,
-            drives: self.scene.drives(),
+            arm: &self.scene.roles().arm,
         };
         self.sample.time_s = time_s;
         self.sensors.measure(&record, &mut self.sample);
@@ -185,10 +175,7 @@ impl Simulation {
 
     /// Returns the names of the arm's joints in the order of the accelerations of [`Self::step_with`].
     pub fn arm_joint_names(&self) -> impl Iterator<Item = &str> {
-        self.scene
-            .drives()
-            .iter()
-            .map(|&body| self.joint_names[body - 1].as_str())
+        joint_names(self.scene.robot(), &self.scene.roles().arm).into_iter()
     }
 
     /// Returns the force of each finger on the payload when the excitation starts, N.
@@ -213,9 +200,8 @@ impl Simulation {
         self.scene.robot()
     }
 
-    /// Returns the indices of the fingers' bodies.
-    pub(crate) fn finger_bodies(&self) -> [usize; 2] {
-        self.scene.finger_bodies()
+    pub(crate) fn roles(&self) -> &Roles {
+        self.scene.roles()
     }
 
     /// Returns the sample of the last step.

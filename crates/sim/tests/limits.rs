@@ -84,26 +84,36 @@ fn a_bound_that_is_exceeded_is_named() {
     );
 }
 
-/// A robot that does not fit the experiment is reported.
+/// A robot that does not fit the experiment is reported with the field, its value, and what the robot has.
 #[test]
 fn a_robot_that_does_not_fit_is_reported() {
     type Change = fn(&mut Experiment);
-    let cases: [(Change, &str); 5] = [
+    let cases: [(Change, &str); 7] = [
         (
             |e| e.robot.tool = "flange".into(),
-            "there is no link `flange`",
+            "robot.tool = \"flange\": there is no such link; the robot has base_link, ",
         ),
         (
             |e| e.robot.fingers[0] = "thumb".into(),
-            "there is no finger joint `thumb`",
+            "robot.fingers[0] = \"thumb\": there is no such joint: a finger needs a prismatic joint that closes the \
+             gripper as its position increases; the robot has joint_1 (revolute), ",
+        ),
+        (
+            |e| e.robot.fingers[1] = "joint_4".into(),
+            "robot.fingers[1] = \"joint_4\": this joint is revolute: a finger needs a prismatic joint",
         ),
         (
             |e| e.excitation.joints[0].name = "elbow".into(),
-            "there is no joint `elbow` to drive",
+            "excitation.joints[0].name = \"elbow\": there is no such joint; the arm has joint_1, joint_2, ",
         ),
         (
             |e| e.posture = tactid_sim::Posture::Joints(vec![0.0; 5]),
-            "the posture has 5 joint positions, but the arm has 6",
+            "posture = [0.0, 0.0, 0.0, 0.0, 0.0]: has 5 joint positions, but the arm has 6 joints: give one for each of \
+             joint_1, ",
+        ),
+        (
+            |e| e.posture = tactid_sim::Posture::Joints(vec![0.0, 7.0, 0.0, 0.0, 0.0, 0.0]),
+            "joint `joint_2` would begin at 7, outside its limits -6.28",
         ),
         (
             |e| e.robot.urdf = Some(PathBuf::from("/no/such.urdf")),
@@ -115,6 +125,41 @@ fn a_robot_that_does_not_fit_is_reported() {
         change(&mut experiment);
         let error = run(&experiment).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
+    }
+}
+
+/// A file that does not fit its robot is refused when it is read, with the line; a default is called so.
+#[test]
+fn a_file_is_checked_against_its_robot() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("experiment.toml");
+    let urdf = tactid_sim::BUILT_IN_URDF.replace("joint_", "axis_");
+    std::fs::write(folder.path().join("other.urdf"), urdf).unwrap();
+    for (text, expected) in [
+        (
+            "[robot]\ntool = 'flange'\n",
+            "line 2: robot.tool = \"flange\": there is no such link",
+        ),
+        (
+            "[robot]\nfingers = ['a', 'b']",
+            "line 2: robot.fingers[0] = \"a\": there is no such joint",
+        ),
+        (
+            "[robot]\nurdf = 'other.urdf'\n",
+            "excitation.joints[0].name = \"joint_3\" (the default): there is no such joint; the arm has axis_1, ",
+        ),
+        (
+            "[[excitation.joints]]\nname = 'joint_1'\n[[excitation.joints]]\nname = 'elbow'",
+            "line 4: excitation.joints[1].name = \"elbow\": there is no such joint",
+        ),
+        (
+            "seed = 1\nposture = [0, 0]\n",
+            "line 2: posture = [0.0, 0.0]: has 2 joint positions",
+        ),
+    ] {
+        std::fs::write(&path, text).unwrap();
+        let error = Experiment::from_file(&path).unwrap_err().to_string();
+        assert!(error.starts_with(expected), "{text}: {error}");
     }
 }
 

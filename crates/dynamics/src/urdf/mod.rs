@@ -89,11 +89,11 @@ impl Urdf {
         &self.root
     }
 
-    /// Builds the model of the whole robot.
+    /// Builds the model of the whole robot. A link without `<inertial>` has no mass, see [`Manipulator::check_masses`].
     ///
     /// # Errors
     /// Returns a [`ModelError`] that names the link or joint at fault: an impossible mass, inertia, axis or joint type, a
-    /// number that is not finite, a moving link or floating base without mass, or a mimic joint that cannot be honoured.
+    /// number that is not finite, or a mimic joint that cannot be honoured.
     pub fn manipulator(&self, base_kind: BaseKind) -> Result<Manipulator, ModelError> {
         Tree::new(&self.description)?.build(base_kind, &self.root)
     }

@@ -125,7 +125,6 @@ impl<'a> Tree<'a> {
         let mut robot = Manipulator::with_root(base_kind, base, link_parameters(root)?);
         let mimics = self.add_links(base, &mut robot)?;
         self.resolve_mimics(&mut robot, &mimics)?;
-        self.check_every_body_has_mass(&robot)?;
         Ok(robot)
     }
 
@@ -203,24 +202,6 @@ impl<'a> Tree<'a> {
         }
         Ok(())
     }
-
-    /// Checks that every body that moves has mass. The mass may be that of a link on a fixed joint below the moving link.
-    fn check_every_body_has_mass(&self, robot: &Manipulator) -> Result<(), ModelError> {
-        for (index, body) in robot.bodies.iter().enumerate() {
-            let fixed = index == 0 && robot.base_kind == BaseKind::Fixed;
-            if body.mass_kg > 0.0 || fixed {
-                continue;
-            }
-            // In depth-first order the first link of a body is the one that its joint moves.
-            let first = robot.links.iter().find(|link| link.body == index);
-            let link = first.map(|link| link.name.clone()).unwrap_or_default();
-            return Err(match self.above.get(link.as_str()) {
-                Some(joint) if index > 0 => ModelError::NoInertial(link, joint.name.clone()),
-                _ => ModelError::MasslessBase(link),
-            });
-        }
-        Ok(())
-    }
 }
 
 /// Returns the joint above a moving link, or `None` for a fixed joint. The caller sets its coordinate.
@@ -245,6 +226,7 @@ fn moving_joint(
     }
     let axis = Unit::try_new(axis, 1e-9).ok_or_else(|| ModelError::Axis(joint.name.clone()))?;
     Ok(Some(Joint {
+        name: joint.name.clone(),
         kind,
         axis,
         parent_from_zero,

@@ -34,7 +34,8 @@ impl Model {
     /// Creates the model of a robot at its zero posture.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Model`] if the robot does not have one of the links.
+    /// Returns [`IdentifyError::Model`] if the robot does not have one of the links, and [`IdentifyError::NoMasses`] if
+    /// the method needs masses that the robot's description does not have.
     pub(crate) fn new(
         robot: &Manipulator,
         tool: &str,
@@ -43,6 +44,14 @@ impl Model {
     ) -> Result<Self, IdentifyError> {
         let tool = robot.frame(tool)?;
         let sources = sources_of(robot, tool, sensors, settings)?;
+        if sources.iter().any(|source| source.needs_masses()) {
+            robot
+                .check_masses()
+                .map_err(|source| IdentifyError::NoMasses {
+                    method: settings.method.name(),
+                    source,
+                })?;
+        }
         let row_counts: Vec<usize> = sources.iter().map(|s| s.channels().len()).collect();
         let includes_gripper = sources.iter().any(|source| source.includes_gripper());
         let mut model = Self {

@@ -5,9 +5,6 @@ use tactid_dynamics::{BaseKind, Manipulator};
 
 use crate::{IdentifyError, Method};
 
-/// Gravitational acceleration on the ground, m/s².
-pub const GRAVITY: f64 = 9.81;
-
 /// How samples become equations: the measurements that are used, gravity, the filter, and what is known of
 /// the sensors. Every solver takes these settings; those of one solver are in a type of its own.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,10 +60,7 @@ impl EquationSettings {
     /// Returns the gravitational acceleration for a kind of base, in the inertial frame, m/s².
     #[must_use]
     pub fn gravity_for(&self, base: BaseKind) -> Vector3<f64> {
-        self.gravity.unwrap_or(match base {
-            BaseKind::Floating => Vector3::zeros(),
-            BaseKind::Fixed => Vector3::new(0.0, 0.0, -GRAVITY),
-        })
+        self.gravity.unwrap_or_else(|| base.default_gravity())
     }
 
     /// Checks the settings against a robot and its sensors.

@@ -52,7 +52,8 @@ impl EquationStream {
     /// # Errors
     /// Returns [`IdentifyError::Model`] if the robot does not have one of the links, [`IdentifyError::Value`] or
     /// [`IdentifyError::NoiseCount`] if a setting is out of range, [`IdentifyError::NoWrench`] if the method has
-    /// nothing to measure, and [`IdentifyError::FixedBase`] if it needs a free-floating base.
+    /// nothing to measure, [`IdentifyError::FixedBase`] if it needs a free-floating base, and
+    /// [`IdentifyError::NoMasses`] if it needs masses that the robot's description does not have.
     pub fn new(
         robot: &Manipulator,
         tool: &str,

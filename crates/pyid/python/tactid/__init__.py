@@ -56,6 +56,7 @@ from tactid._native import (
     simulate,
     wrench_regressor,
 )
+from tactid.comparison import Attempt, compare
 from tactid.errors import (
     ArgumentError,
     ExperimentError,
@@ -90,6 +91,7 @@ __version__ = VERSION
 __all__ = [
     "VALUE_NAMES",
     "ArgumentError",
+    "Attempt",
     "Channel",
     "DataFault",
     "Delay",
@@ -126,6 +128,7 @@ __all__ = [
     "Topic",
     "WrenchOffset",
     "__version__",
+    "compare",
     "identify",
     "info",
     "read",

@@ -1,4 +1,4 @@
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from typing import Any, Final, Literal, TypeAlias, final
 
@@ -320,8 +320,21 @@ class Experiment:
         posture: str | Sequence[float] | None = None,
         seed: int | None = None,
         duration: float | None = None,
+        step: float | None = None,
+        gravity: ArrayLike | None = None,
+        robot: Mapping[str, object] | None = None,
+        base: Mapping[str, object] | None = None,
+        payload: Mapping[str, object] | MassProperties | None = None,
+        gripper: Mapping[str, object] | None = None,
+        excitation: Mapping[str, object] | None = None,
+        noise: Mapping[str, object] | None = None,
+        bounds: Mapping[str, object] | None = None,
     ) -> Experiment: ...
     def to_toml(self) -> str: ...
+    @property
+    def gravity(self) -> _Array: ...
+    @property
+    def base(self) -> str: ...
     @property
     def duration(self) -> float: ...
     @property
@@ -336,9 +349,9 @@ class Experiment:
 @final
 class RunReport:
     @property
-    def linear_momentum_drift(self) -> float: ...
+    def linear_momentum_drift(self) -> float | None: ...
     @property
-    def angular_momentum_drift(self) -> float: ...
+    def angular_momentum_drift(self) -> float | None: ...
     @property
     def grasp_drift(self) -> float: ...
     @property

@@ -15,12 +15,14 @@ from tactid import table
 from tactid._native import VERSION, Experiment
 from tactid._native import info as log_info
 from tactid._native import simulate as simulate_experiment
+from tactid.compare_command import compare_recording
 from tactid.console import interruptible, notes, print_whole, progress
 from tactid.errors import ArgumentError, ExperimentError, TactidError
 from tactid.identify_command import identify_recording
 from tactid.number_lists import NumberListCommand
 from tactid.options import Estimator
 from tactid.output_files import check_outputs
+from tactid.truth import momentum_drift
 
 app = typer.Typer(
     name="tactid",
@@ -152,9 +154,7 @@ def run_simulation(
         report = simulate_experiment(chosen, out, progress=done)
     notes.print(
         f"Wrote {out}: {report.simulated_time:g} s in {report.wall_time:.1f} s,"
-        f" grasp drift {report.grasp_drift * 1e6:.1f} µm,"
-        f" momentum drift {report.linear_momentum_drift:.1e} (linear)"
-        f" {report.angular_momentum_drift:.1e} (angular)."
+        f" grasp drift {report.grasp_drift * 1e6:.1f} µm, momentum drift {momentum_drift(report)}."
     )
 
 
@@ -165,6 +165,7 @@ def _urdf_file(experiment: Experiment) -> Path | None:
 
 
 app.command("identify", cls=NumberListCommand)(identify_recording)
+app.command("compare", cls=NumberListCommand)(compare_recording)
 
 
 @app.command("info")

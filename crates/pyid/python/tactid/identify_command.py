@@ -5,6 +5,7 @@ Its parameters are the fields of ``tactid.Options``, and those below, which choo
 
 import inspect
 import sys
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, fields
 from enum import StrEnum
 from pathlib import Path
@@ -88,13 +89,13 @@ def identify_recording(
         {"the log": log, "--urdf": options["urdf"], "--unloaded": options["unloaded"]},
     )
     with interruptible("no result"), progress("identifying") as done:
-        result = identify(log, options=_parsed(options), progress=done)
+        result = identify(log, options=read_options(options), progress=done)
     _print(log, result, output)
     with interruptible("some of the files were not written"):
         _write(log, result, output)
 
 
-def _parameters() -> list[inspect.Parameter]:
+def option_parameters() -> list[inspect.Parameter]:
     """Returns a parameter for each field of ``Options``."""
     hints = get_type_hints(Options)
     parameters = []
@@ -119,7 +120,7 @@ def _parameters() -> list[inspect.Parameter]:
     return parameters
 
 
-def _parsed(arguments: dict[str, Any]) -> Options:
+def read_options(arguments: dict[str, Any]) -> Options:
     """Returns the options that the command line gives; what is absent stays None."""
     values = {}
     for option in fields(Options):
@@ -130,19 +131,25 @@ def _parsed(arguments: dict[str, Any]) -> Options:
     return Options(**values)
 
 
-def _show_options() -> None:
-    """Gives the command the signature that typer reads: its own parameters and the options."""
-    signature = inspect.signature(identify_recording)
+def show_options(command: Callable[..., None], skip: Collection[str] = ()) -> None:
+    """Gives a command the signature that typer reads: its own parameters and the options.
+
+    Args:
+        command: The command, whose first parameter is the log; the options are its keywords.
+        skip: Names of options that the command does not have.
+    """
+    signature = inspect.signature(command)
     own = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
     log, outputs = own[0], [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own[1:]]
-    parameters = [log, *_parameters(), *outputs]
-    identify_recording.__signature__ = signature.replace(  # type: ignore[attr-defined]
+    options = [p for p in option_parameters() if p.name not in skip]
+    parameters = [log, *options, *outputs]
+    command.__signature__ = signature.replace(  # type: ignore[attr-defined]
         parameters=parameters
     )
-    identify_recording.__annotations__ = {p.name: p.annotation for p in parameters}
+    command.__annotations__ = {p.name: p.annotation for p in parameters}
 
 
-_show_options()
+show_options(identify_recording)
 
 
 def _print(log: Path, result: Identification, output: Output) -> None:

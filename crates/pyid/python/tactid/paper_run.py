@@ -13,7 +13,7 @@ from tactid.files import write_atomically
 from tactid.identification import Identification
 from tactid.offline import identify
 from tactid.options import Estimator, Method
-from tactid.truth import Truth, read_checks, read_truth
+from tactid.truth import Truth, momentum_drift, read_checks, read_truth
 from tactid.values import nested
 from tactid.wording import remarks
 
@@ -162,8 +162,7 @@ class Outcome:
             "end-effector frame": self.experiment.tool,
             "simulated time": f"{run.simulated_time:g} s in {run.steps} steps",
             "wall time": f"{run.wall_time:.1f} s, {run.steps_per_second:.0f} steps a second",
-            "momentum drift": f"linear {run.linear_momentum_drift:.1e}, angular"
-            f" {run.angular_momentum_drift:.1e} of the largest of a single body",
+            "momentum drift": momentum_drift(run),
             "grasp drift": f"{run.grasp_drift * 1e6:.2f} µm, {run.grasp_rotation * 1e6:.2f} µrad",
             "contact readout": f"force {run.newton_residual:.1e}, moment {run.euler_residual:.1e}"
             " off the payload's Newton-Euler equations",

@@ -4,7 +4,7 @@ import json
 from dataclasses import dataclass
 from typing import Any
 
-from tactid._native import LogInfo
+from tactid._native import LogInfo, RunReport
 from tactid.bodies import principal_moments
 from tactid.values import KINDS, Values, flat
 
@@ -75,6 +75,14 @@ def read_checks(info: LogInfo) -> dict[str, Any]:
     }
     names = ("grasp_drift_m", "grasp_drift_rad", "newton_residual", "euler_residual")
     return checks | {name: record.get(name) for name in names}
+
+
+def momentum_drift(report: RunReport) -> str:
+    """Says how well a run conserved momentum, which a fixed base exchanges with the ground."""
+    linear, angular = report.linear_momentum_drift, report.angular_momentum_drift
+    if linear is None or angular is None:
+        return "not checked on a fixed base"
+    return f"linear {linear:.1e}, angular {angular:.1e} of the largest of a single body"
 
 
 def _record(info: LogInfo, name: str) -> dict[str, Any] | None:

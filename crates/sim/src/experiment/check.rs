@@ -4,11 +4,11 @@ use nalgebra::SymmetricEigen;
 use tactid_dynamics::symmetric_matrix;
 use toml::de::{DeTable, DeValue};
 
-use super::{Experiment, JointExcitation, Noise, Posture, StdDev};
+use super::{BaseMount, Experiment, JointExcitation, Noise, Posture, StdDev};
 use crate::SimError;
 
 /// Returns the error for a field's value; `why` states which values are allowed.
-fn refuse(field: impl Into<String>, value: impl std::fmt::Debug, why: &str) -> SimError {
+pub(crate) fn refuse(field: impl Into<String>, value: impl std::fmt::Debug, why: &str) -> SimError {
     SimError::Value {
         line: None,
         field: field.into(),
@@ -64,11 +64,7 @@ pub(super) fn experiment(e: &Experiment) -> Result<(), SimError> {
     if let Posture::Joints(positions) = &e.posture {
         finite("posture", positions)?;
     }
-    if let Some(base) = &e.base {
-        positive("base.mass_kg", base.mass_kg)?;
-        finite("base.center_of_mass_m", &base.center_of_mass_m)?;
-        inertia("base.inertia_kg_m2", base.inertia_kg_m2)?;
-    }
+    base(e)?;
     payload(e)?;
     excitation(e)?;
     noise(&e.noise)?;
@@ -77,6 +73,26 @@ pub(super) fn experiment(e: &Experiment) -> Result<(), SimError> {
     positive("bounds.grasp_drift_m", b.grasp_drift_m)?;
     positive("bounds.grasp_drift_rad", b.grasp_drift_rad)?;
     positive("bounds.newton_euler_residual", b.newton_euler_residual)
+}
+
+/// Checks the base and gravity, which the kind of base decides about.
+fn base(e: &Experiment) -> Result<(), SimError> {
+    if let Some(gravity) = &e.gravity_m_s2 {
+        finite("gravity_m_s2", gravity)?;
+        if e.robot.base == BaseMount::Floating && gravity.iter().any(|&entry| entry != 0.0) {
+            let why =
+                "a floating base would fall: leave gravity_m_s2 out, or set robot.base = \"fixed\"";
+            return Err(refuse("gravity_m_s2", gravity, why));
+        }
+    }
+    let Some(base) = &e.base else { return Ok(()) };
+    if e.robot.base == BaseMount::Fixed {
+        let why = "has no effect on a fixed base: leave the table [base] out, or set robot.base = \"floating\"";
+        return Err(refuse("base.mass_kg", base.mass_kg, why));
+    }
+    positive("base.mass_kg", base.mass_kg)?;
+    finite("base.center_of_mass_m", &base.center_of_mass_m)?;
+    inertia("base.inertia_kg_m2", base.inertia_kg_m2)
 }
 
 fn payload(e: &Experiment) -> Result<(), SimError> {
@@ -193,30 +209,40 @@ fn noise(n: &Noise) -> Result<(), SimError> {
     Ok(())
 }
 
-/// Adds the line of `text` that contains the field to a [`SimError::Value`].
-pub(super) fn with_line(error: SimError, text: &str) -> SimError {
+/// Adds the line of `text` that contains the field to a [`SimError::Value`]. Where the text does not have the field, the
+/// value is reported as the default.
+pub(crate) fn with_line(error: SimError, text: &str) -> SimError {
     match error {
         SimError::Value {
             field, value, why, ..
-        } => SimError::Value {
-            line: line_of(&field, text),
-            field,
-            value,
-            why,
-        },
+        } => {
+            let found = line_of(&field, text);
+            let is_given = found.is_some_and(|(_, is_given)| is_given);
+            SimError::Value {
+                line: found.map(|(line, _)| line),
+                field,
+                value: if is_given {
+                    value
+                } else {
+                    format!("{value} (the default)")
+                },
+                why,
+            }
+        }
         other => other,
     }
 }
 
 /// Returns the line, counted from 1, of `table.field` or `table.list[2].field`, or of the innermost table or list that
-/// the file contains.
-fn line_of(field: &str, text: &str) -> Option<usize> {
+/// the file contains, and whether the file contains the field itself.
+fn line_of(field: &str, text: &str) -> Option<(usize, bool)> {
     let document = DeTable::parse(text).ok()?;
     let mut span = None;
     let mut value: Option<&DeValue<'_>> = None;
     let parts = field
         .split(['.', '['])
         .map(|part| part.trim_end_matches(']'));
+    let mut is_given = true;
     for part in parts {
         let table = match value {
             None => Some(document.get_ref()),
@@ -233,11 +259,14 @@ fn line_of(field: &str, text: &str) -> Option<usize> {
             (None, Some(list), Ok(index)) => list.get(index).map(|value| (value.span(), value)),
             _ => None,
         };
-        let Some((at, inner)) = next else { break };
+        let Some((at, inner)) = next else {
+            is_given = false;
+            break;
+        };
         (span, value) = (Some(at), Some(inner.get_ref()));
     }
     let start = span?.start;
-    Some(1 + text.get(..start)?.matches('\n').count())
+    Some((1 + text.get(..start)?.matches('\n').count(), is_given))
 }
 
 #[cfg(test)]
@@ -288,6 +317,19 @@ mod tests {
                 "line 2: excitation.joints[0].name",
             ),
             ("[excitation]\njoints = []", "line 2: excitation.joints"),
+            (
+                "gravity_m_s2 = [0, 0, -9.81]",
+                "line 1: gravity_m_s2 = [0.0, 0.0, -9.81]: a floating base would fall: leave gravity_m_s2 out, or set \
+                 robot.base = \"fixed\"",
+            ),
+            (
+                "gravity_m_s2 = [0, 0, nan]\n[robot]\nbase = 'fixed'",
+                "line 1: gravity_m_s2 = [0.0, 0.0, NaN]: must be finite",
+            ),
+            (
+                "[robot]\nbase = 'fixed'\n[base]\nmass_kg = 5\ninertia_kg_m2 = [1, 0, 0, 1, 0, 1]",
+                "line 4: base.mass_kg = 5.0: has no effect on a fixed base",
+            ),
         ] {
             let message = message(text);
             assert!(message.starts_with(start), "{text}: {message}");
@@ -306,6 +348,13 @@ mod tests {
             ("[payload]\nmass = 3", "line 2", "unknown field `mass`"),
             ("[gripper]\ngrip_force_n = 'much'", "line 2", "invalid type"),
             ("posture = 'upright'", "line 1", "posture"),
+            (
+                "[robot]\nbase = 'flying'",
+                "line 2",
+                "unknown variant `flying`, expected `floating` or `fixed`",
+            ),
+            ("gravity_m_s2 = -9.81", "line 1", "invalid type"),
+            ("gravity_m_s2 = [0.0, -9.81]", "line 1", "array of length 3"),
             ("seed = ", "line 1", ""),
         ] {
             let message = message(text);
@@ -313,6 +362,22 @@ mod tests {
                 message.contains(line) && message.contains(what),
                 "{text}: {message}"
             );
+        }
+    }
+
+    /// Gravity follows from the kind of base unless it is given.
+    #[test]
+    fn gravity_depends_on_the_base() {
+        for (text, expected) in [
+            ("", [0.0; 3]),
+            ("[robot]\nbase = 'fixed'", [0.0, 0.0, -9.81]),
+            (
+                "gravity_m_s2 = [0, 1.62, 0]\n[robot]\nbase = 'fixed'",
+                [0.0, 1.62, 0.0],
+            ),
+        ] {
+            let gravity = Experiment::from_toml(text).unwrap().gravity();
+            assert_eq!(<[f64; 3]>::from(gravity), expected, "{text}");
         }
     }
 

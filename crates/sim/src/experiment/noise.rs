@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::SimError;
-
 /// Standard deviations of the white noise on the sensor channels, with a new value for every sample and axis.
 ///
 /// The default is zero for all channels. The noise is added to measurements, not to the motion of the robot.
@@ -48,30 +46,6 @@ pub struct Noise {
     pub finger_moment_nm: StdDev,
     /// Standard deviation of the force at each contact point, N.
     pub contact_force_n: StdDev,
-}
-
-impl Noise {
-    /// Checks that each list for joints has one entry for each moving joint of the robot.
-    ///
-    /// # Errors
-    /// Returns [`SimError::Robot`] for the first list that does not.
-    pub(crate) fn check_joints(&self, joints: usize) -> Result<(), SimError> {
-        for (field, std_dev) in [
-            ("joint_position_rad", &self.joint_position_rad),
-            ("joint_velocity_rad_s", &self.joint_velocity_rad_s),
-            ("joint_torque_nm", &self.joint_torque_nm),
-        ] {
-            if let StdDev::Each(values) = std_dev
-                && values.len() != joints
-            {
-                return Err(SimError::Robot(format!(
-                    "noise.{field} has {} values, but the robot has {joints} moving joints",
-                    values.len()
-                )));
-            }
-        }
-        Ok(())
-    }
 }
 
 /// Standard deviation of each channel of one kind, in the unit of the field that holds it.

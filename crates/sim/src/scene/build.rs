@@ -10,14 +10,17 @@ use rapier3d_f64::geometry::{
     BroadPhaseBvh, Collider, ColliderBuilder, ColliderSet, Group, InteractionGroups,
     InteractionTestMode, NarrowPhase,
 };
+use rapier3d_f64::math::Vector;
 use rapier3d_f64::pipeline::{ActiveHooks, PhysicsPipeline};
-use tactid_dynamics::MassProperties;
+use tactid_dynamics::{BaseKind, MassProperties};
 
-use super::{DRIVE_DAMPING, Link, Pad, Scene, integration_parameters};
+use super::drives::{DRIVE_DAMPING, Drives};
+use super::{Link, Pad, Scene, integration_parameters};
 use crate::contact::SlipAnchors;
 use crate::convert::{glam_matrix, glam_pose, glam_vector};
 use crate::robot::{BoxShape, MovingJoint, Robot};
-use crate::{BaseProperties, Experiment, SimError};
+use crate::roles::{exceeded, robot_with_roles};
+use crate::{Experiment, SimError};
 
 /// Collision group of the pads, which collide with the handle only.
 const PADS: Group = Group::GROUP_1;
@@ -28,25 +31,25 @@ const HANDLE: Group = Group::GROUP_2;
 const CLEARANCE_M: f64 = 20e-6;
 
 impl Scene {
-    /// Builds the experiment's robot in its posture, at rest, with the base's centre of mass at the world's origin.
+    /// Builds the experiment's robot in its posture, at rest, with the frame of its base body at the world's origin.
+    /// Gravity does not act before [`Scene::set_gravity`].
     ///
     /// # Errors
     /// Returns a fault of the robot, or [`SimError::Grasp`] if the fingers do not reach the handle.
     pub(crate) fn new(experiment: &Experiment) -> Result<Self, SimError> {
-        let base = experiment
-            .base
-            .as_ref()
-            .map(BaseProperties::mass_properties);
-        let robot = Robot::from_urdf(&experiment.urdf()?, base.as_ref())?;
-        let tool = robot.link(&experiment.robot.tool)?.clone();
-        let fingers = fingers(&robot, experiment)?;
+        let (robot, roles) = robot_with_roles(experiment)?;
+        let fingers = roles.fingers;
         let (mut bodies, mut multibody_joints) = (RigidBodySet::new(), MultibodyJointSet::new());
         let handles = insert_bodies(&robot, fingers, &mut bodies, &mut multibody_joints)?;
-        let links = find_links(&handles, &multibody_joints)?;
         let multibody = multibody_joints
             .rigid_body_link(handles[0])
             .ok_or_else(|| SimError::Robot("no joint moves".to_owned()))?
             .multibody;
+        if let Some(multibody) = multibody_joints.get_multibody_mut(multibody) {
+            // Until then Rapier counts a fixed base among the degrees of freedom.
+            multibody.forward_kinematics(&bodies, false);
+        }
+        let links = find_links(&handles, &multibody_joints)?;
         let mut colliders = ColliderSet::new();
         let friction = experiment.gripper.friction;
         let pads = fingers.map(|link| {
@@ -82,10 +85,13 @@ impl Scene {
             pads,
             payload,
             handle,
-            drives: arm(&robot, fingers),
+            gravity: Vector::ZERO,
+            drives: Drives::new(experiment, roles.arm.len()),
             robot,
+            roles,
         };
-        scene.take_posture(experiment)?;
+        scene.displace(&scene.arm_dofs(), &experiment.posture.positions());
+        let tool = &scene.roles.tool;
         let world_from_tool = scene.body_pose(tool.body) * tool.body_from_link;
         scene.place_payload(experiment, &world_from_tool);
         scene.close_to_clearance(experiment, &world_from_tool)?;
@@ -94,37 +100,6 @@ impl Scene {
 
     fn body_pose(&self, body: usize) -> Isometry3<f64> {
         crate::convert::pose(self.bodies[self.links[body].handle].position())
-    }
-
-    fn take_posture(&mut self, experiment: &Experiment) -> Result<(), SimError> {
-        let positions = experiment.posture.positions();
-        if positions.len() != self.drives.len() {
-            return Err(SimError::Robot(format!(
-                "the posture has {} joint positions, but the arm has {} joints",
-                positions.len(),
-                self.drives.len()
-            )));
-        }
-        let drives = self.drives.clone();
-        for (&body, &position) in drives.iter().zip(&positions) {
-            self.check_limits(body, position)?;
-        }
-        let dofs: Vec<_> = drives.iter().map(|&body| self.links[body].dof).collect();
-        self.displace(&dofs, &positions);
-        Ok(())
-    }
-
-    fn check_limits(&self, body: usize, position: f64) -> Result<(), SimError> {
-        match &self.robot.bodies[body].joint {
-            Some(MovingJoint {
-                name,
-                limits: Some((lower, upper)),
-                ..
-            }) if !(*lower..=*upper).contains(&position) => Err(SimError::Robot(format!(
-                "joint `{name}` would begin at {position}, outside its limits {lower} to {upper}"
-            ))),
-            _ => Ok(()),
-        }
     }
 
     fn displace(&mut self, dofs: &[usize], by: &[f64]) {
@@ -139,7 +114,7 @@ impl Scene {
         multibody.forward_kinematics(&self.bodies, false);
         multibody.update_rigid_bodies(&mut self.bodies, true);
         multibody.damping_mut().fill(0.0); // Rapier's default also damps the free base
-        for &body in &self.drives {
+        for &body in &self.roles.arm {
             multibody.damping_mut()[self.links[body].dof] = DRIVE_DAMPING;
         }
     }
@@ -162,7 +137,7 @@ impl Scene {
             body_from_box: world_from_tool * Isometry3::translation(x, y, z),
             half_size: Vector3::from(experiment.payload.handle.size_m) * 0.5,
         };
-        let fingers = self.finger_bodies();
+        let fingers = self.roles.fingers;
         let mut positions = [0.0; 2];
         for (&finger, position) in fingers.iter().zip(&mut positions) {
             let pose = self.body_pose(finger);
@@ -177,10 +152,14 @@ impl Scene {
                 .fold(f64::NEG_INFINITY, f64::max);
             let handle_face = -extent(&handle, &Isometry3::identity(), &-closing);
             *position = handle_face - pad_face - CLEARANCE_M;
-            if self.check_limits(finger, *position).is_err() || *position < 0.0 {
+            let limits = exceeded(&self.robot, finger, *position).map(|(_, limits)| limits);
+            if limits.is_some() || *position < 0.0 {
+                let (lower, upper) = limits.or(joint.limits).unwrap_or((0.0, f64::INFINITY));
                 return Err(SimError::Grasp(format!(
-                    "finger `{}` would have to begin at {:.4} m to touch the handle, outside its travel; change payload.handle",
-                    joint.name, position
+                    "the finger of joint `{}` would have to begin at {position:.4} m to touch the handle, outside its \
+                     travel of {:.4} to {upper:.4} m; change payload.handle",
+                    joint.name,
+                    lower.max(0.0)
                 )));
             }
         }
@@ -197,34 +176,6 @@ fn extent(shape: &BoxShape, world_from_body: &Isometry3<f64>, direction: &Vector
     pose.translation.vector.dot(direction) + along.abs().dot(&shape.half_size)
 }
 
-fn fingers(robot: &Robot, experiment: &Experiment) -> Result<[usize; 2], SimError> {
-    let find = |name: &String| {
-        let (body, joint) = robot
-            .joints()
-            .find(|(_, joint)| joint.name == *name)
-            .ok_or_else(|| SimError::Robot(format!("there is no finger joint `{name}`")))?;
-        if !joint.prismatic {
-            return Err(SimError::Robot(format!(
-                "finger joint `{name}` is not prismatic"
-            )));
-        }
-        if robot.bodies[body].boxes.is_empty() {
-            return Err(SimError::Robot(format!(
-                "the link of finger joint `{name}` has no collision box for a pad"
-            )));
-        }
-        Ok(body)
-    };
-    let [left, right] = &experiment.robot.fingers;
-    Ok([find(left)?, find(right)?])
-}
-
-/// Returns the indices of the bodies that the arm's joints move, without the fingers.
-fn arm(robot: &Robot, fingers: [usize; 2]) -> Vec<usize> {
-    let bodies = robot.joints().map(|(body, _)| body);
-    bodies.filter(|body| !fingers.contains(body)).collect()
-}
-
 fn insert_bodies(
     robot: &Robot,
     fingers: [usize; 2],
@@ -233,11 +184,13 @@ fn insert_bodies(
 ) -> Result<Vec<RigidBodyHandle>, SimError> {
     let mut handles: Vec<RigidBodyHandle> = Vec::with_capacity(robot.bodies.len());
     for (index, body) in robot.bodies.iter().enumerate() {
-        let handle = bodies.insert(
-            RigidBodyBuilder::dynamic()
-                .can_sleep(false)
-                .additional_mass_properties(rapier_mass(&body.mass)),
-        );
+        let is_fixed = index == 0 && robot.base == BaseKind::Fixed;
+        let builder = if is_fixed {
+            RigidBodyBuilder::fixed()
+        } else {
+            RigidBodyBuilder::dynamic().additional_mass_properties(rapier_mass(&body.mass))
+        };
+        let handle = bodies.insert(builder.can_sleep(false));
         handles.push(handle);
         if let Some(joint) = &body.joint {
             let (parent, data) = (handles[joint.parent], rapier_joint(joint));

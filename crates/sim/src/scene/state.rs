@@ -86,6 +86,16 @@ impl Scene {
         };
     }
 
+    /// Returns the positions of the arm's joints, rad or m.
+    pub(super) fn arm_positions(&self) -> Vec<f64> {
+        let arm = self.roles.arm.iter();
+        let position = |&body: &usize| {
+            let multibody = self.articulation();
+            multibody.map_or(0.0, |m| self.joint_position(body, self.links[body].id, m))
+        };
+        arm.map(position).collect()
+    }
+
     fn joint_position(
         &self,
         body: usize,

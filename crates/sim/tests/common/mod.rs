@@ -3,9 +3,8 @@
 
 use nalgebra::{Isometry3, SMatrix, SVector, Translation3, Vector3};
 use tactid_dynamics::{
-    BaseKind, FrameId, FrameMotion, InertialParameters, JointMotion, Manipulator, MassProperties,
-    ToolMotion, Workspace, Wrench, forces, motion, symmetric_entries, wrench_on_end_effector,
-    wrench_regressor,
+    FrameId, FrameMotion, InertialParameters, JointMotion, Manipulator, MassProperties, ToolMotion,
+    Workspace, Wrench, forces, motion, symmetric_entries, wrench_on_end_effector, wrench_regressor,
 };
 use tactid_sim::{Sample, Simulation};
 
@@ -96,6 +95,7 @@ pub(crate) struct Identifier {
     loaded: Workspace,
     tool: FrameId,
     fingers: [FrameId; 2],
+    gravity: Vector3<f64>,
     last: Option<Sample>,
     tactile: LeastSquares,
     joint_sensing: LeastSquares,
@@ -106,7 +106,8 @@ pub(crate) struct Identifier {
 
 impl Identifier {
     pub(crate) fn new(simulation: &Simulation) -> Result<Self, Failure> {
-        let robot = Manipulator::from_urdf(simulation.urdf(), BaseKind::Floating)?;
+        let experiment = simulation.experiment();
+        let robot = Manipulator::from_urdf(simulation.urdf(), experiment.robot.base.kind())?;
         assert_eq!(robot.joint_names(), simulation.joint_names());
         let tool = robot.frame("tool0")?;
         let payload = InertialParameters::from(*simulation.payload_in_tool());
@@ -119,6 +120,7 @@ impl Identifier {
                 robot.frame("finger_right_link")?,
             ],
             robot: Workspace::new(&robot),
+            gravity: experiment.gravity(),
             last: None,
             tactile: LeastSquares::default(),
             joint_sensing: LeastSquares::default(),
@@ -159,7 +161,7 @@ impl Identifier {
             moment: (a.moment + b.moment) * 0.5,
         };
         let middle = Middle::new(&last, sample);
-        let gravity = Vector3::zeros();
+        let gravity = self.gravity;
 
         motion(&mut self.robot, &middle.base, middle.joints())?;
         let tool = self.robot.frame_motion(self.tool).in_frame(&gravity);

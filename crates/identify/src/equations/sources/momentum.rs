@@ -35,6 +35,10 @@ impl MeasurementSource for MomentumSource {
         Ok(())
     }
 
+    fn needs_masses(&self) -> bool {
+        true
+    }
+
     fn includes_gripper(&self) -> bool {
         true
     }

@@ -39,6 +39,11 @@ pub(crate) trait MeasurementSource {
         false
     }
 
+    /// Whether the rows depend on the masses of the robot's own links.
+    fn needs_masses(&self) -> bool {
+        self.needs_forces()
+    }
+
     /// Whether the rows hold for the links below the tool and the payload as one body. These links then do
     /// not count as known.
     fn includes_gripper(&self) -> bool {

@@ -1,0 +1,103 @@
+"""The command ``tactid compare``: every method and estimator on one recording, in one table."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich import box
+from rich.table import Table
+
+from tactid import result_json
+from tactid._native import info
+from tactid.comparison import Attempt, compare
+from tactid.console import interruptible, notes, print_whole, progress
+from tactid.files import write_atomically
+from tactid.identify_command import read_options, show_options
+from tactid.output_files import check_outputs
+from tactid.table import MOMENT_NAMES, MOMENT_UNIT, NAMES, UNITS, Column, number, percent
+from tactid.truth import Truth, read_truth
+from tactid.values import nested
+
+CHOSEN = ("method", "estimator")
+"""The options that a comparison does not have, because it runs each of their choices."""
+
+
+def compare_recording(
+    log: Annotated[Path, typer.Argument(help="An .mcap file, or the folder of a rosbag2 bag.")],
+    result_file: Annotated[
+        Path | None,
+        typer.Option("--result", help="A JSON file to write, with every result and reason."),
+    ] = None,
+    **options: Any,
+) -> None:
+    """Identifies the payload by every method and estimator that a recording permits."""
+    check_outputs(
+        {"--result": result_file},
+        {"the log": log, "--urdf": options["urdf"], "--unloaded": options["unloaded"]},
+    )
+    given = read_options(options | dict.fromkeys(CHOSEN))
+    with interruptible("no result"), progress("comparing") as done:
+        attempts = compare(log, options=given, progress=done)
+    truth = read_truth(info(log))
+    print_whole(comparison_table(attempts, truth))
+    for attempt in attempts:
+        reason = attempt.reason("command-line")
+        if reason is not None:
+            notes.print(f"{attempt.title}: not possible: {reason}", markup=False)
+    if result_file is not None:
+        record = comparison_record(attempts, truth)
+        write_atomically(result_file, result_json.to_json(record))
+        notes.print(f"Wrote {result_file}.")
+
+
+def comparison_table(attempts: list[Attempt], truth: Truth | None) -> Table:
+    """Returns the table of a comparison: a block for each value, and a row for each result."""
+    columns = [
+        (attempt.title, Column.of(attempt.result, truth))
+        for attempt in attempts
+        if attempt.result is not None
+    ]
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for heading in ("parameter", "unit", "method"):
+        table.add_column(heading, style="dim" if heading == "unit" else "")
+    for heading in ("value", "± 95 %"):
+        table.add_column(heading, justify="right")
+    if truth is not None:
+        table.add_column("error %", justify="right")
+    names, units = NAMES + MOMENT_NAMES, UNITS + (MOMENT_UNIT,) * 3
+    for index, (name, unit) in enumerate(zip(names, units, strict=True)):
+        for row, (title, column) in enumerate(columns):
+            half_width = None if column.half_widths is None else column.half_widths[index]
+            cells = [
+                *((name, unit) if row == 0 else ("", "")),
+                title,
+                number(column.values[index], half_width),
+                "–" if half_width is None else f"{half_width:.2g}",
+            ]
+            if column.errors is not None:
+                cells.append(percent(column.errors[index]))
+            table.add_row(*cells, end_section=row == len(columns) - 1)
+    return table
+
+
+def comparison_record(attempts: list[Attempt], truth: Truth | None) -> dict[str, Any]:
+    """Returns a comparison as JSON has it: results as ``tactid identify --json`` has them."""
+    results, impossible = [], []
+    for attempt in attempts:
+        if attempt.result is None:
+            names = {"method": attempt.method, "estimator": attempt.estimator}
+            impossible.append(names | {"reason": attempt.reason("command-line")})
+            continue
+        record = result_json.record(attempt.result, style="command-line")
+        if truth is not None:
+            errors = Column.of(attempt.result, truth).errors or []
+            record["error_percent"] = nested(list(errors)[: len(NAMES)])
+        results.append(record)
+    return {
+        "truth": None if truth is None else nested(truth.actual),
+        "results": results,
+        "not_possible": impossible,
+    }
+
+
+show_options(compare_recording, CHOSEN)

@@ -1,0 +1,128 @@
+"""Changes of an experiment's fields, and a simulation on the ground."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tactid
+from conftest import TactidCommand
+
+PAPER = tactid.Experiment.paper()
+
+BENCH = """
+duration_s = 8.0
+[robot]
+base = "fixed"
+[payload]
+mass_kg = 4.0
+center_of_mass_m = [0.25, 0.01, 0.08]
+inertia_kg_m2 = [0.02, 0.001, 0.0, 0.03, 0.0, 0.02]
+[excitation]
+mode = "together"
+[[excitation.joints]]
+name = "joint_3"
+frequency_hz = 0.5
+[[excitation.joints]]
+name = "joint_5"
+frequency_hz = 0.7
+amplitude_rad_s2 = 4.0
+[[excitation.joints]]
+name = "joint_6"
+frequency_hz = 0.9
+amplitude_rad_s2 = 8.0
+"""
+
+
+def test_nested_fields_are_replaced_and_the_others_stay() -> None:
+    body = tactid.MassProperties(50, [0.3, 0, 0.01], np.diag([4.0, 5.0, 6.0]))
+    changed = PAPER.replace(
+        duration=np.float32(2.0),
+        step=0.002,
+        seed=np.int64(7),
+        payload={"mass_kg": 50, "handle": {"size_m": (0.1, 0.04, 0.1)}},
+        noise={"finger_force_n": 0.5, "base_position_m": np.full(3, 1e-5)},
+        excitation={"mode": "together", "joints": [{"name": "joint_1", "frequency_hz": 0.5}]},
+    )
+    text = changed.to_toml()
+    for line in (
+        "duration_s = 2.0",
+        "step_s = 0.002",
+        "seed = 7",
+        "mass_kg = 50.0",
+        "size_m = [0.1, 0.04, 0.1]",
+        "center_m = [0.22, 0.0, 0.075]",
+        "finger_force_n = 0.5",
+        "friction = 0.8",
+    ):
+        assert line in text
+    assert tomllib.loads(text)["noise"]["base_position_m"] == [1e-5] * 3
+    assert "joint_3" not in text
+    assert changed.payload.mass == 50
+    assert changed.payload.com[0] == 0.5
+    assert PAPER.replace(payload=body).payload == body
+    assert PAPER.replace(frequency=0.5).to_toml().count("frequency_hz = 0.5") == 3
+    assert PAPER.replace(payload=None, seed=None) == PAPER
+    assert PAPER.replace() == PAPER
+
+
+def test_a_base_on_the_ground_has_gravity() -> None:
+    assert PAPER.base == "floating"
+    assert not PAPER.gravity.any()
+    fixed = PAPER.replace(robot={"base": "fixed"})
+    assert fixed.base == "fixed"
+    assert fixed.gravity.tolist() == [0, 0, -9.81]
+    moon = fixed.replace(gravity=np.array([0, 0, -1.62]))
+    assert moon.gravity.tolist() == [0, 0, -1.62]
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"mass": 3}, "no field `mass`; it has frequency, posture, seed, duration, step, gravity,"),
+        ({"payload": {"mass": 3}}, "unknown field `mass`, expected one of `mass_kg`, `center"),
+        ({"noise": {"force": 1}}, "unknown field `force`, expected one of `joint_position_rad`"),
+        ({"payload": {"mass_kg": -1}}, "payload.mass_kg = -1.0: must be positive"),
+        ({"payload": {"mass_kg": "heavy"}}, "invalid type"),
+        ({"payload": 100}, "payload = 100: expected a dictionary of its fields"),
+        ({"payload": {3: 4}}, "payload = 3: expected names of fields"),
+        ({"gripper": {"friction": True}}, "gripper.friction = True: expected a number"),
+        ({"gripper": {"friction": object}}, "gripper.friction = <class 'object'>"),
+        ({"duration": "long"}, "invalid type"),
+        ({"frequency": "fast"}, "frequency = 'fast': expected a number"),
+        ({"seed": 2**70}, "seed = 1180591620717411303424: expected an integer"),
+        ({"posture": "table2"}, 'expected "identifiable", "table1" or a list'),
+        (
+            {"gravity": [0, 0, -9.81]},
+            "gravity_m_s2 = [0.0, 0.0, -9.81]: a floating base would",
+        ),
+    ],
+)
+def test_wrong_fields_are_refused(fields: dict[str, object], message: str) -> None:
+    with pytest.raises(tactid.ExperimentError, match=re.escape(message)) as refused:
+        PAPER.replace(**fields)  # type: ignore[arg-type]
+    assert "\n" not in str(refused.value)
+
+
+def test_an_arm_on_the_ground_is_identified_without_options(
+    command: TactidCommand, tmp_path: Path
+) -> None:
+    """As well as the same arm with the same payload on a spacecraft."""
+    worst = {}
+    for base in ("floating", "fixed"):
+        (tmp_path / "bench.toml").write_text(BENCH.replace('"fixed"', f'"{base}"'))
+        done = command("simulate", "bench.toml")
+        assert done.returncode == 0, done.stderr
+        assert ("not checked on a fixed base" in done.stderr) == (base == "fixed")
+        attempts = tactid.compare(tmp_path / "run.mcap")
+        truth = np.array([4.0, 0.25, 0.01, 0.08, 0.02, 0.001, 0, 0.03, 0, 0.02])
+        scale = np.repeat([4.0, 0.25, 0.03], [1, 3, 6])
+        for attempt in attempts:
+            if attempt.result is not None and attempt.estimator == "least-squares":
+                error = np.abs(attempt.result.estimate.values - truth) / scale
+                worst[base, attempt.method] = error.max()
+    assert ("fixed", "joint-sensing") not in worst
+    for method in ("tactile", "effort"):
+        assert worst["fixed", method] < max(worst["floating", method], 1e-3), worst
