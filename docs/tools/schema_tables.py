@@ -24,11 +24,10 @@ def inner(path: str, part: Schema) -> Iterator[tuple[str, Schema]]:
     for key, child in part.get("properties", {}).items():
         yield f"{path}{key}", child
         yield from inner(f"{path}{key}.", child)
-    for entry, place in ((part.get("items"), "[]."), (part.get("additionalProperties"), "NAME.")):
-        if isinstance(entry, dict):
-            yield from inner(
-                path.removesuffix(".") + place if place == "[]." else path + place, entry
-            )
+    if isinstance(part.get("items"), dict):
+        yield from inner(f"{path.removesuffix('.')}[].", part["items"])
+    if isinstance(part.get("additionalProperties"), dict):
+        yield from inner(f"{path}NAME.", part["additionalProperties"])
 
 
 def table(rows: Any) -> str:
