@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 # What the installed package is made of: a change in any of it installs anew.
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -type f \
-    \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
+    \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.json' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
 .PHONY: help demo test test-rust test-python lint docs bench study study-logs coverage bench-hour bench-swap bench-update clean tools
 

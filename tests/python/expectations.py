@@ -3,19 +3,26 @@
 from collections.abc import Callable
 from typing import Any
 
+import jsonschema
 import numpy as np
+
+import tactid
 
 Record = dict[str, Any]
 Identify = Callable[..., Record]
 
 LAYOUT = [
+    "schema",
+    "frame",
+    "inertia_about",
+    "units",
     "estimate",
     "half_width_95",
     "principal_moments",
     "remaining_s",
-    "frame",
     "method",
     "estimator",
+    "is_contradicted",
     "diagnostics",
     "findings",
     "remarks",
@@ -24,6 +31,13 @@ LAYOUT = [
 
 NAMES = ("mass", "com x", "com y", "com z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 KINDS = (slice(0, 1), slice(1, 4), slice(4, 10))
+
+
+def assert_fits_schema(record: Record) -> None:
+    """The record has every key that the published schema asks for, and no other."""
+    validator = jsonschema.Draft202012Validator(tactid.result_schema())
+    problems = [f"{error.json_path}: {error.message}" for error in validator.iter_errors(record)]
+    assert not problems, problems
 
 
 def values_of(block: Record) -> np.ndarray:

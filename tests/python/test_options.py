@@ -25,8 +25,11 @@ def test_every_option_has_its_documentation_everywhere(command: TactidCommand) -
             "paper filter": tactid.PaperFilter,
         }.items()
     }
+    flat = help_text.replace(" ", "")  # wherever the columns wrap
     for option in fields(tactid.Options):
         declaration = Declaration.of(option)
+        assert "``" not in declaration.help
+        assert declaration.help.split(".")[0][:20].replace(" ", "") in flat
         assert declaration.documentation.endswith("."), option.name
         assert command_line_flag(option.name) in help_text, option.name
         entry = f"{option.name}: {declaration.documentation}"

@@ -8,6 +8,8 @@ import pytest
 import tactid
 from conftest import TactidCommand
 from tactid import paper_run
+from tactid.files import write_atomically
+from tactid.output_files import check_outputs
 from test_cli import assert_refused
 
 
@@ -112,6 +114,15 @@ def test_a_refused_experiment_leaves_the_earlier_run(
     assert_refused_untouched(command, tmp_path, f"paper --out mine --duration 1 {arguments}")
 
 
+def test_a_refused_experiment_leaves_no_empty_folder(
+    command: TactidCommand, tmp_path: Path
+) -> None:
+    (tmp_path / "mine").mkdir()
+    for out in ("new/folder", "mine/new", "mine"):
+        assert_refused(command("paper", "--out", out, "--posture", "1,2"), "posture")
+    assert [path.name for path in tmp_path.rglob("*")] == ["mine"]
+
+
 def test_a_new_run_removes_only_what_it_writes(command: TactidCommand, tmp_path: Path) -> None:
     folder = earlier_run(tmp_path / "mine")
     done = command("paper", "--out", "mine", "--duration", 3, "--estimator", "least-squares")
@@ -132,3 +143,18 @@ def test_an_interrupted_run_leaves_no_results_of_an_earlier_log(tmp_path: Path) 
         paper_run.simulate_into(files, experiment, interrupt)
     names = {file.name for file in files.folder.iterdir()}
     assert names == {"run.mcap", "figure_99.png", "notes.txt"}
+
+
+def test_a_file_that_cannot_be_made_is_named_as_it_was_given(tmp_path: Path) -> None:
+    """A folder that is gone by then: the temporary file beside it is nobody's business."""
+    with pytest.raises(FileNotFoundError) as error:
+        write_atomically(tmp_path / "gone/report.html", "text")
+    assert error.value.filename == str(tmp_path / "gone/report.html")
+
+
+def test_a_folder_that_cannot_be_written_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "access", lambda *_: False)  # root may write anywhere
+    with pytest.raises(tactid.ArgumentError, match=r"the folder .* of --report cannot be written"):
+        check_outputs({"--report": tmp_path / "report.html"}, {})

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import doubles
-from tactid import Channel, Finding, Identification, recording_plots, recording_report, wording
+from tactid import Channel, Finding, Identification, recording_plots, recording_report, remarks
 from tactid.bodies import ellipsoid
-from tactid.values import values_of
+from tactid.values import MOMENT_NAMES, NAMES, values_of
 
 BODY = values_of(doubles.BODY)
 
@@ -49,8 +49,8 @@ class Page(HTMLParser):
             self.rows[-1][-1] += data
 
 
-def page_of(found: Identification, name: str = "run.mcap") -> Page:
-    page = Page(recording_report.render(found, name))
+def page_of(found: Identification) -> Page:
+    page = Page(recording_report.render(found))
     assert page.open == []
     return page
 
@@ -63,8 +63,8 @@ def degenerate(name: str) -> str:
 
 def test_a_report_is_one_small_file_with_every_value(tmp_path: Path) -> None:
     path = tmp_path / "report.html"
-    found = doubles.tactile()
-    recording_report.write_report(found, "pick & <place>.mcap", path)
+    found = replace(doubles.tactile(), inputs={"the log": tmp_path / "pick & <place>.mcap"})
+    found.write_report(path)
     text = path.read_text()
     assert len(text) < 3_000_000
     assert text.count("data:image/png;base64,") == 5
@@ -72,19 +72,19 @@ def test_a_report_is_one_small_file_with_every_value(tmp_path: Path) -> None:
     words = " ".join(page.words)
     assert "pick & <place>.mcap" in words
     cells = {row[0]: row[1:] for row in page.rows}
-    for index, name in enumerate(recording_report.NAMES):
+    for index, name in enumerate(NAMES):
         value, around, low, high = map(float, cells[name][1:])
         assert low <= value <= high
         assert around == pytest.approx(1.96 * found.estimate.std_devs[index], rel=0.05)
         assert value == pytest.approx(found.estimate.values[index], abs=0.06 * around)
-    moments = [float(cells[name][1]) for name in recording_report.MOMENT_NAMES]
+    moments = [float(cells[name][1]) for name in MOMENT_NAMES]
     assert moments == pytest.approx(found.principal_moments.values, rel=0.01)
     assert float(cells["force y"][1]) == pytest.approx(0.12, rel=0.05)
     assert cells["moment z"][4] == "99.98 %"
     assert "<inertial>" in words
     assert "12.3 ms ± 0.78 ms" in words
     assert "Every value is known within 0.5 % after another" in " ".join(
-        Page(recording_report.render(found, "run.mcap", 0.005)).words
+        Page(recording_report.render(found, 0.005)).words
     )
 
 
@@ -93,9 +93,9 @@ def test_what_is_not_identifiable_is_no_number() -> None:
     page = page_of(found)
     unknown = [row[0] for row in page.rows if row[-1] == "not identifiable"]
     inertia = [f"inertia {axes}" for axes in ("xx", "xy", "xz", "yy", "yz")]
-    assert unknown == ["com z", *inertia, *recording_report.MOMENT_NAMES]
+    assert unknown == ["com z", *inertia, *MOMENT_NAMES]
     words = " ".join(page.words)
-    for advice in wording.motion_advice(found.estimate.not_identifiable):
+    for advice in remarks.motion_advice(found.estimate.not_identifiable):
         assert words.count(advice) == 1
     assert "The centre of mass is not known." in words
     assert "no inertial for URDF: com z, inertia xx" in words
@@ -107,10 +107,18 @@ def test_remarks_damage_and_advice_are_shown() -> None:
     words = " ".join(page_of(found).words)
     assert "The wrenches of /<left> and /right are summed." in words
     assert "Damage: cut at byte 7" in words
-    (advice,) = wording.motion_advice(["Ixx"])
+    (advice,) = remarks.motion_advice(["Ixx"])
     unknown = doubles.with_estimate(found, identifiable=[True] * 4 + [False] + [True] * 5)
     assert advice in " ".join(page_of(unknown).words)
     assert "Nothing was noticed" not in words
+
+
+def test_friction_is_named_where_efforts_are_measured() -> None:
+    sentence = "Friction in the joints is the usual reason for large residuals of joint efforts"
+    text = recording_report.render(doubles.effort(joints=1), style="command-line")
+    assert sentence in text
+    assert "--unloaded" in text
+    assert sentence not in recording_report.render(doubles.tactile(duration=2.0))
 
 
 @pytest.mark.parametrize("name", doubles.DEGENERATE)
@@ -122,14 +130,15 @@ def test_an_impossible_body_has_no_ellipsoid() -> None:
     words = degenerate("impossible")
     assert "no body can have this inertia" in words
     assert "uniform solid ellipsoid" not in words
-    assert "Beware" in words
+    assert words.count("no body can have this estimate") == 3
 
 
 def test_names_may_be_of_any_script_and_hold_no_formula() -> None:
     names = ["effort $x_{$", "effort 关节", "<b>", "&amp;", "a\nb", "", "effort \\frac{"]
     found = doubles.with_estimate(doubles.effort(), frame="手")
     found = doubles.with_fit(found, channels=[Channel(name, "N m") for name in names])
-    text = recording_report.render(found, "ログ")
+    found = replace(found, inputs={"the log": Path("ログ")})
+    text = recording_report.render(found)
     assert html.escape("<b>") in text
     assert Page(text).open == []
 
@@ -137,7 +146,7 @@ def test_names_may_be_of_any_script_and_hold_no_formula() -> None:
 def test_a_long_recording_makes_no_larger_report() -> None:
     found = doubles.tactile(duration=400.0)
     assert len(doubles.fit_of(found).time) == 20_000
-    assert len(recording_report.render(found, "run.mcap")) < 3_000_000
+    assert len(recording_report.render(found)) < 3_000_000
 
 
 def test_a_peak_in_what_is_left_is_found_across_gaps() -> None:

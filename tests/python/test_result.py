@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import doubles
-from expectations import LAYOUT
-from tactid import Finding, KnownMass, files, outlook, result_json, truth, values, wording
+from expectations import LAYOUT, assert_fits_schema
+from tactid import Finding, KnownMass, files, outlook, remarks, result_json, truth, values, wording
 
 NOMINAL = [100.0, 0.5, 0.0, 0.0, 10.0, 0.0, 0.0, 20.0, 0.0, 10.0]
 
@@ -182,10 +182,11 @@ def test_json_never_holds_nan(name: str) -> None:
     text = result_json.to_json(result_json.record(found) | {"series": result_json.series(found)})
     assert "NaN" not in text
     assert "Infinity" not in text
+    assert_fits_schema(json.loads(text))
 
 
 def test_an_impossible_body_is_reported_with_the_reason() -> None:
-    (remark,) = wording.remarks(doubles.impossible())
+    (remark,) = remarks.remarks(doubles.impossible())
     assert "No body can have these parameters" in remark
     assert "exceed the sum of the other two" in remark
-    assert len(wording.remarks(doubles.nothing_known())) == 1
+    assert len(remarks.remarks(doubles.nothing_known())) == 1

@@ -73,6 +73,8 @@ def test_no_message_that_python_raises_spells_a_flag() -> None:
         ("identify {log} --effort-noise 1 2 --method effort", "--effort-noise"),
         ("identify {log} --tip paw", "--tip"),
         ("identify {log} --urdf none.urdf", "--urdf"),
+        ("identify {log} --urdf {log}", "--urdf"),
+        ("identify {log} --urdf /dev/null", "--urdf"),
         ("identify {log} --unloaded {log}", "--unloaded"),
         ("identify {log} --cutoff 0.01", "--cutoff"),
         ("view {log} --tip paw --save a.rrd", "--tip"),

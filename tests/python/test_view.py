@@ -463,17 +463,18 @@ def test_wrong_files_and_options_are_refused(
     late = write_result(tmp_path / "late.json", VALUES, start_ns=10**18)
     for arguments, parts in {
         ("--result", "missing.json"): ("missing.json",),
-        ("--result", "text.json"): ("text.json is not JSON",),
-        ("--result", "image.json"): ("image.json is not JSON",),
+        ("--result", "text.json"): ("text.json is not JSON", "as its result (--result)"),
+        ("--result", "image.json"): ("image.json is not JSON", "expected the file"),
         ("--result", late): ("different times",),
         ("--result", good, "--tip", "paw"): ("no frame paw; --tip is one of", "tool0"),
         ("--urdf", "missing.urdf"): ("missing.urdf",),
-        ("--urdf", "text.json"): ("not XML",),
-        ("--urdf", "image.json"): ("image.json", "not text"),
+        ("--urdf", "text.json"): ("text.json is not a URDF", "not XML", "--urdf"),
+        ("--urdf", "image.json"): ("image.json", "not text", "--urdf"),
     }.items():
         assert_refused(command("view", log, *arguments, "--save", "a.rrd"), *parts)
         assert not (tmp_path / "a.rrd").exists()
     assert_refused(command("view", log, "--save", "no/such/a.rrd"), "no/such")
+    assert_refused(command("view", log, "--save", "a.txt"), "--save a.txt", "ends in .rrd")
     (tmp_path / "folder.rrd").mkdir()
     assert_refused(command("view", log, "--save", "folder.rrd"), "folder.rrd")
 

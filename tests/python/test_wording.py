@@ -1,13 +1,17 @@
 """Findings, faults and advice in words."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from tactid import Finding, wording
+import doubles
+from expectations import assert_fits_schema
+from tactid import Finding, remarks, result_json
 from tactid.faults import PHRASES, DataFault
-from tactid.wording import FINDING_KINDS, finding, motion_advice
+from tactid.remarks import motion_advice
+from tactid.wording import CONTRADICTIONS, DOUBTS, FINDING_KINDS, finding
 
 NATIVE = Path(__file__).parents[2] / "crates/pyid/src"
 
@@ -86,7 +90,7 @@ FINDINGS = [
 def test_every_kind_of_the_native_part_has_its_words() -> None:
     findings = (NATIVE / "findings.rs").read_text()
     assert set(re.findall(r'^ *\(?"([a-z_]+)", *(?:data!|$)', findings, re.M)) | set(
-        re.findall(r'\("([a-z_]+)", data!', findings)
+        re.findall(r'\("([a-z_]+)", (?:data|fields)', findings)
     ) == set(FINDING_KINDS)
     faults = (NATIVE / "faults.rs").read_text()
     assert set(re.findall(r'FaultKind::\w+(?:\(joint\))? => \("([a-z_]+)"', faults)) == set(PHRASES)
@@ -98,6 +102,8 @@ def test_every_finding_is_sentences() -> None:
         for style in ("keyword", "command-line"):
             assert re.fullmatch(r"\S.*\.", finding(each, style)), each.kind
         assert "--" not in finding(each)
+        assert str(each) == finding(each)
+    assert set(CONTRADICTIONS + DOUBTS) < set(FINDING_KINDS)
 
 
 @pytest.mark.parametrize(
@@ -142,7 +148,27 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
     assert "its x or y axis" in com
 
 
-def test_remarks_of_a_sound_result_are_none() -> None:
-    import doubles
+@pytest.mark.parametrize(
+    ("kind", "changed", "words"),
+    [
+        ("gravity_contradicted", {"residual_ratio": 0.135}, "its residuals are 14 % as large"),
+        ("gravity_contradicted", {"residual_ratio": 1e-9}, "residuals are under 0.001 % as large"),
+        ("acceleration_not_used", {"power_ratio": 2.5}, "residuals 50 % as large, power 250 %"),
+        ("delay_corrected", {}, "stamped 37.00 ms later than the motion: this delay was corrected"),
+        ("delay_corrected", {"applied_s": -0.012}, "stamped 12.00 ms earlier than the motion"),
+    ],
+)
+def test_a_finding_is_in_words_and_without_exponents(
+    kind: str, changed: dict[str, float], words: str
+) -> None:
+    (found,) = (each for each in FINDINGS if each.kind == kind)
+    assert words in finding(Finding(kind, {**found.data, **changed}))
 
-    assert wording.remarks(doubles.tactile()) == []
+
+def test_the_schema_describes_the_data_of_every_finding() -> None:
+    found = replace(doubles.tactile(duration=4.0), findings=FINDINGS)
+    assert_fits_schema(result_json.record(found))
+
+
+def test_remarks_of_a_sound_result_are_none() -> None:
+    assert remarks.remarks(doubles.tactile()) == []

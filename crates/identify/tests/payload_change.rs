@@ -253,8 +253,8 @@ fn no_error_exceeds_six_std_devs() {
 }
 
 /// In so many runs that one error in a million would show, errors of more than six standard deviations are rarer than
-/// that after a payload change. In the first seconds of a run the correlation of the noise between windows is known
-/// from few of them: errors in runs with 30 seeds reached 7.3 standard deviations, and 1 of 16 000 values was off.
+/// that after a payload change. In the first seconds of a run the noise is known from few windows: errors in runs with 30
+/// seeds reached 6.7 standard deviations, and 1 of 42 000 values was off, most of them in one draw of the noise.
 #[test]
 #[ignore = "minutes in release mode: cargo test --release --test payload_change -- --ignored --nocapture"]
 fn errors_beyond_six_std_devs_are_rarer_than_one_in_a_million() {
@@ -271,8 +271,8 @@ fn errors_beyond_six_std_devs_are_rarer_than_one_in_a_million() {
         statistics.false_alarms, statistics.missed
     );
     assert!(statistics.off_after * 1_000_000 < statistics.known_after);
-    assert!(statistics.off * 10_000 < statistics.known);
-    assert!(statistics.worst < 8.0);
+    assert!(statistics.off * 40_000 < statistics.known);
+    assert!(statistics.worst < 7.0);
 }
 
 /// Adds runs with these seeds for all bases, rates, payloads, events and noise.

@@ -32,6 +32,11 @@ pub(crate) fn read_sensors(given: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
     })
 }
 
+/// Returns names as the crates take them.
+pub(crate) fn borrowed(names: &[String]) -> Vec<&str> {
+    names.iter().map(String::as_str).collect()
+}
+
 /// Reads the joints' positions, velocities and efforts; `dof` is `None` where there is no robot, and so no joint.
 pub(crate) fn read_joints(
     given: [Argument<'_, '_>; 3],

@@ -8,6 +8,7 @@ use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use crate::errors::ArgumentError;
+use crate::shapes::{numbers, one_or_many, shape_error, shape_of, transposition};
 
 /// Largest entry of `R R^T - 1` for a rotation matrix `R`, above the rounding of float32.
 const ROTATION_TOLERANCE: f64 = 1e-5;
@@ -44,7 +45,7 @@ impl Series {
         name: &'static str,
         item: &[usize],
     ) -> PyResult<Self> {
-        let array = contiguous(value, name)?;
+        let array = numbers(value, name)?;
         if array.shape() != item {
             let expected = vec![shape_of(item)];
             return Err(shape_error(name, array.shape(), expected, ""));
@@ -64,7 +65,7 @@ impl Series {
         items: &[&[usize]],
         what: &str,
     ) -> PyResult<Self> {
-        let array = contiguous(value, name)?;
+        let array = numbers(value, name)?;
         let shape = array.shape();
         let fitting = items.iter().find_map(|item| {
             let samples = match shape.len().checked_sub(item.len())? {
@@ -213,7 +214,7 @@ impl Poses {
                 samples: None,
             });
         };
-        let array = contiguous(value, name)?;
+        let array = numbers(value, name)?;
         let shape = array.shape();
         let (samples, width) = match *shape {
             [4, 4] => (None, 16),
@@ -322,95 +323,6 @@ pub(crate) fn extend_with(values: &mut Vec<f64>, first: &Vector3<f64>, second: &
 pub(crate) fn homogeneous(pose: &Isometry3<f64>) -> impl Iterator<Item = f64> {
     let transposed = pose.to_homogeneous().transpose(); // nalgebra goes column by column
     (0..16).map(move |index| transposed[index])
-}
-
-/// Converts what Python gives to an array of numbers. NumPy would take dates, text and complex numbers, too, and None
-/// for one number that is missing.
-fn contiguous<'py>(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-    let py = value.py();
-    let refuse =
-        |why: &str| ArgumentError::new_err(format!("`{name}` is not an array of numbers: {why}"));
-    if value.is_none() {
-        return Err(refuse("it is None"));
-    }
-    let numpy = py.import("numpy")?;
-    let convert = || {
-        let masked = numpy.getattr("ma")?;
-        let array = if masked
-            .call_method1("isMaskedArray", (value,))?
-            .is_truthy()?
-        {
-            let numbers = value.call_method1("astype", ("float64",))?;
-            numbers.call_method1("filled", (f64::NAN,))?
-        } else {
-            numpy.call_method1("asarray", (value,))?
-        };
-        let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
-        let reason = match kind.as_str() {
-            "M" | "m" => {
-                "it holds dates; give seconds, such as (t - t[0]) / numpy.timedelta64(1, \"s\")"
-            }
-            "U" | "S" | "T" => "it holds text",
-            "c" => "it holds complex numbers",
-            _ => return numpy.call_method1("ascontiguousarray", (array, "float64")),
-        };
-        Err(refuse(reason))
-    };
-    let array = convert().map_err(|error| {
-        if error.is_instance_of::<ArgumentError>(py) {
-            return error;
-        }
-        let reason = error.value(py).to_string();
-        if reason.contains("inhomogeneous") {
-            refuse("its rows have different lengths")
-        } else {
-            refuse(&reason)
-        }
-    })?;
-    Ok(array.cast_into::<PyArrayDyn<f64>>()?)
-}
-
-/// Returns the shapes of one item and of N, as Python writes them.
-fn one_or_many(items: &[&[usize]]) -> Vec<String> {
-    let many = |item: &[usize]| {
-        let dimensions = item.iter().map(usize::to_string);
-        tuple(std::iter::once("N".to_owned()).chain(dimensions))
-    };
-    let shapes = items.iter().flat_map(|item| [shape_of(item), many(item)]);
-    shapes.collect()
-}
-
-/// Returns the advice to transpose an array, if that would fit.
-fn transposition(given: &[usize], items: &[&[usize]]) -> &'static str {
-    match *given {
-        [rows, _] if items.iter().any(|item| **item == [rows]) => "; it is transposed: give its .T",
-        _ => "",
-    }
-}
-
-fn shape_error(name: &str, given: &[usize], expected: Vec<String>, what: &str) -> PyErr {
-    let colon = if what.is_empty() || what.starts_with(';') {
-        ""
-    } else {
-        ": "
-    };
-    ArgumentError::new_err(format!(
-        "`{name}` has the shape {}: expected {}{colon}{what}",
-        shape_of(given),
-        expected.join(" or ")
-    ))
-}
-
-/// Formats a shape as Python writes a tuple.
-fn shape_of(shape: &[usize]) -> String {
-    tuple(shape.iter().map(usize::to_string))
-}
-
-fn tuple(entries: impl Iterator<Item = String>) -> String {
-    match &entries.collect::<Vec<_>>()[..] {
-        [one] => format!("({one},)"),
-        entries => format!("({})", entries.join(", ")),
-    }
 }
 
 fn pose_from_matrix(entries: &[f64]) -> Result<Isometry3<f64>, &'static str> {

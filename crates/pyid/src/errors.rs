@@ -148,38 +148,35 @@ impl IntoPyErr for RecordingError {
             Self::MissingArray { name, reason } => {
                 ArgumentError::new_err(format!("`{}` is missing: {reason}", keyword_of(name)))
             }
-            Self::TimesNotIncreasing { name, .. } => {
-                IdentificationError::new_err(message.replace(&name, keyword_of(&name)))
-            }
-            Self::TooManyGaps { .. } => IdentificationError::new_err((message, "max_gap")),
-            Self::RareSamples { unit: None, .. } => {
-                IdentificationError::new_err((message, "cutoff"))
-            }
-            Self::SeveralTopics { kind, .. } => {
-                IdentificationError::new_err((message, topic_option(kind)))
-            }
-            Self::UnrelatedWrenches { .. } => {
-                IdentificationError::new_err((message, topic_option(TopicKind::Wrenches)))
-            }
-            Self::NoUrdf(_) => IdentificationError::new_err((message, "urdf")),
-            Self::ImuFrame { .. } => IdentificationError::new_err((message, "imu_topic")),
-            Self::OtherMotion { .. } | Self::NoSharedMotion | Self::SeveralUnloadedTopics(_) => {
-                IdentificationError::new_err((message, "unloaded"))
+            Self::SensorFrameForSeveral(_) => option_error(message, "sensor_frame"),
+            // Arrays have their times in this keyword, and a log has topics.
+            Self::TimesNotIncreasing { .. } => {
+                IdentificationError::new_err(message.replace("times_s", "`source`"))
             }
             Self::NoOverlap { faults, .. } => {
                 let faults: Vec<FaultData> = faults.iter().map(FaultData::from).collect();
                 IdentificationError::new_err((message, None::<&str>, faults))
             }
-            Self::MissingTopic { .. }
-            | Self::NoLoad(_)
-            | Self::Interrupted
-            | Self::Empty { .. }
-            | Self::NoMotion(_)
-            | Self::UnknownFrame { .. }
-            | Self::MissingJoint { .. }
-            | Self::EmptyTopic(_)
-            | Self::RareSamples { unit: Some(_), .. } => IdentificationError::new_err(message),
+            other => IdentificationError::new_err((message, remedy(&other))),
         }
+    }
+}
+
+/// The option that resolves an error of a recording; `None` where there is none.
+fn remedy(error: &RecordingError) -> Option<&'static str> {
+    match error {
+        RecordingError::TooManyGaps { .. } => Some("max_gap"),
+        RecordingError::RareSamples { unit: None, .. } => Some("cutoff"),
+        RecordingError::SeveralTopics { kind, .. } => Some(topic_option(*kind)),
+        RecordingError::UnrelatedWrenches { .. } => Some("wrench_topic"),
+        RecordingError::UnknownFrame { topic: Some(_), .. } => Some("sensor_frame"),
+        RecordingError::UnknownFrame { topic: None, .. } => Some("tip"),
+        RecordingError::NoUrdf(_) => Some("urdf"),
+        RecordingError::ImuFrame { .. } => Some("imu_topic"),
+        RecordingError::OtherMotion { .. }
+        | RecordingError::NoSharedMotion
+        | RecordingError::SeveralUnloadedTopics(_) => Some("unloaded"),
+        _ => None,
     }
 }
 

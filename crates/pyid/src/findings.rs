@@ -19,6 +19,15 @@ macro_rules! data {
     }};
 }
 
+/// A dictionary of variables by their names.
+macro_rules! fields {
+    ($py:expr $(, $name:ident)*) => {{
+        let data = PyDict::new($py);
+        $(data.set_item(stringify!($name), $name)?;)*
+        data.unbind()
+    }};
+}
+
 /// Returns what Python's `tactid.identification.Finding` is made from.
 pub(crate) fn finding_data(py: Python<'_>, finding: &Finding) -> PyResult<FindingData> {
     Ok(match finding {
@@ -30,88 +39,44 @@ pub(crate) fn finding_data(py: Python<'_>, finding: &Finding) -> PyResult<Findin
             power_ratio,
         } => (
             "acceleration_not_used",
-            data!(py, "topic": topic, "explains_better": explains_better,
-                "residual_ratio": residual_ratio, "power_ratio": power_ratio),
+            fields!(py, topic, explains_better, residual_ratio, power_ratio),
         ),
         Finding::OptionNotUsed { option, because } => {
-            let (because, method) = match because {
-                NotUsedBecause::Method(method) => ("method", Some(method.name())),
-                NotUsedBecause::OtherMotion => ("other_motion", None),
-                NotUsedBecause::GravityIsMeasured => ("gravity_is_measured", None),
-            };
-            (
-                "option_not_used",
-                data!(py, "option": option_of(option), "because": because, "method": method),
-            )
+            return option_not_used(py, option, *because);
         }
-        Finding::FrameAssumed { topic, frame } => {
-            ("frame_assumed", data!(py, "topic": topic, "frame": frame))
-        }
-        Finding::WrenchesSummed { topics } => ("wrenches_summed", data!(py, "topics": topics)),
-        Finding::UnknownJoints { joints } => ("unknown_joints", data!(py, "joints": joints)),
-        Finding::AbsentJoints { joints } => ("absent_joints", data!(py, "joints": joints)),
-        Finding::LateStart { topic, late_s } => {
-            ("late_start", data!(py, "topic": topic, "late_s": late_s))
-        }
+        Finding::FrameAssumed { topic, frame } => ("frame_assumed", fields!(py, topic, frame)),
+        Finding::WrenchesSummed { topics } => ("wrenches_summed", fields!(py, topics)),
+        Finding::UnknownJoints { joints } => ("unknown_joints", fields!(py, joints)),
+        Finding::AbsentJoints { joints } => ("absent_joints", fields!(py, joints)),
+        Finding::LateStart { topic, late_s } => ("late_start", fields!(py, topic, late_s)),
         Finding::EarlyEnd {
             topic,
             end_s,
             early_s,
-        } => (
-            "early_end",
-            data!(py, "topic": topic, "end_s": end_s, "early_s": early_s),
-        ),
+        } => ("early_end", fields!(py, topic, end_s, early_s)),
         Finding::VelocitiesContradicted {
             joints,
             relative_difference,
             cause,
-        } => {
-            let (cause, other) = match cause {
-                None => (None, None),
-                Some(VelocityCause::OppositeSign) => (Some("opposite_sign"), None),
-                Some(VelocityCause::Degrees) => (Some("degrees"), None),
-                Some(VelocityCause::PositionsInDegrees) => (Some("positions_in_degrees"), None),
-                Some(VelocityCause::OtherJoint(other)) => (Some("other_joint"), Some(other)),
-            };
-            (
-                "velocities_contradicted",
-                data!(py, "joints": joints, "relative_difference": relative_difference,
-                    "cause": cause, "other": other),
-            )
-        }
+        } => return velocities_contradicted(py, joints, *relative_difference, cause.as_ref()),
         Finding::TwistContradicted {
             source,
             relative_difference,
             better_axes,
-        } => {
-            let better_axes = better_axes.map(|axes| match axes {
-                TwistAxes::World => "world",
-                TwistAxes::Body => "body",
-            });
-            (
-                "twist_contradicted",
-                data!(py, "source": keyword_of(source), "relative_difference": relative_difference,
-                    "better_axes": better_axes),
-            )
-        }
+        } => return twist_contradicted(py, source, *relative_difference, *better_axes),
         Finding::ConstantChannels {
             source,
             frame,
             channels,
             is_zero,
-        } => (
-            "constant_channels",
-            data!(py, "source": keyword_of(source), "frame": frame, "channels": channels,
-                "is_zero": is_zero),
-        ),
+        } => return constant_channels(py, source, frame, channels, *is_zero),
         Finding::DelayDoubtful {
             delay_s,
             residual_ratio,
             is_at_end,
         } => (
             "delay_doubtful",
-            data!(py, "delay_s": delay_s, "residual_ratio": residual_ratio.sqrt(),
-                "is_at_end": is_at_end),
+            fields!(py, delay_s, residual_ratio, is_at_end),
         ),
         Finding::NoStamps => ("no_stamps", data!(py)),
         Finding::DelayCorrected {
@@ -123,6 +88,68 @@ pub(crate) fn finding_data(py: Python<'_>, finding: &Finding) -> PyResult<Findin
                 "std_dev_s": estimated.std_dev_s),
         ),
     })
+}
+
+/// An option that has no effect.
+fn option_not_used(
+    py: Python<'_>,
+    option: &'static str,
+    because: NotUsedBecause,
+) -> PyResult<FindingData> {
+    let (because, method) = match because {
+        NotUsedBecause::Method(method) => ("method", Some(method.name())),
+        NotUsedBecause::OtherMotion => ("other_motion", None),
+        NotUsedBecause::GravityIsMeasured => ("gravity_is_measured", None),
+    };
+    let option = option_of(option);
+    Ok(("option_not_used", fields!(py, option, because, method)))
+}
+
+/// Joint velocities that are not the derivatives of the positions.
+fn velocities_contradicted(
+    py: Python<'_>,
+    joints: &[String],
+    relative_difference: f64,
+    cause: Option<&VelocityCause>,
+) -> PyResult<FindingData> {
+    let (cause, other) = match cause {
+        None => (None, None),
+        Some(VelocityCause::OppositeSign) => (Some("opposite_sign"), None),
+        Some(VelocityCause::Degrees) => (Some("degrees"), None),
+        Some(VelocityCause::PositionsInDegrees) => (Some("positions_in_degrees"), None),
+        Some(VelocityCause::OtherJoint(other)) => (Some("other_joint"), Some(other)),
+    };
+    let data = fields!(py, joints, relative_difference, cause, other);
+    Ok(("velocities_contradicted", data))
+}
+
+/// Channels of a wrench sensor that never change.
+fn constant_channels(
+    py: Python<'_>,
+    source: &str,
+    frame: &str,
+    channels: &[&'static str],
+    is_zero: bool,
+) -> PyResult<FindingData> {
+    let source = keyword_of(source);
+    let data = fields!(py, source, frame, channels, is_zero);
+    Ok(("constant_channels", data))
+}
+
+/// A twist that is not the derivative of the pose.
+fn twist_contradicted(
+    py: Python<'_>,
+    source: &str,
+    relative_difference: f64,
+    better_axes: Option<TwistAxes>,
+) -> PyResult<FindingData> {
+    let better_axes = better_axes.map(|axes| match axes {
+        TwistAxes::World => "world",
+        TwistAxes::Body => "body",
+    });
+    let source = keyword_of(source);
+    let data = fields!(py, source, relative_difference, better_axes);
+    Ok(("twist_contradicted", data))
 }
 
 /// What the data say about the assumptions of the identification.

@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use tactid_dynamics::BaseKind;
-use tactid_recordings::{Arrays, HistoryPoint, Observer, UnloadedArrays};
+use tactid_recordings::{Arrays, HistoryPoint, Observer, Request, UnloadedArrays};
 
-use crate::arguments::{read_joints, read_robot, read_sensors, read_wrenches};
+use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wrenches};
 use crate::arrays::{Poses, Sampled, Series, common_length};
-use crate::errors::{IntoPyErr, option_error, with_option};
+use crate::dynamics::Manipulator;
+use crate::errors::{IntoPyErr, ModelError, option_error, with_option};
 use crate::identification::IdentificationData;
 use crate::interruption::InterruptionCheck;
 use crate::keywords;
@@ -26,9 +27,20 @@ pub(crate) fn identify_log(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<IdentificationData> {
     let request = options::log_request(options)?;
-    run(py, progress, |observer| {
+    let result = run(py, progress, |observer| {
         tactid_recordings::identify_log(&log, &request, observer)
-    })
+    });
+    match result {
+        Err(error) if request.urdf.is_some() && is_of_the_urdf(py, &error)? => {
+            with_option(Err(error), "urdf")
+        }
+        result => result,
+    }
+}
+
+/// Returns whether an error is that of a model, and of no other option than the URDF.
+fn is_of_the_urdf(py: Python<'_>, error: &PyErr) -> PyResult<bool> {
+    Ok(error.is_instance_of::<ModelError>(py) && error.value(py).getattr("option")?.is_none())
 }
 
 /// Identifies the payload from arrays: see :func:`tactid.identify`.
@@ -52,15 +64,9 @@ pub(crate) fn identify_arrays(
 ) -> PyResult<IdentificationData> {
     let request = options::request(options)?;
     let robot = robot.map(read_robot).transpose()?;
-    let dof = match (&robot, &request.urdf) {
-        (Some(robot), _) => Some(robot.get().0.dof()),
-        (None, Some(urdf)) => Some(dof_of(urdf)?),
-        (None, None) => None,
-    };
+    let dof = dof_of(robot.as_ref(), &request)?;
     let names = sensors.map(read_sensors).transpose()?;
-    let names: Option<Vec<&str>> = names
-        .as_ref()
-        .map(|names| names.iter().map(String::as_str).collect());
+    let names = names.as_ref().map(|names| borrowed(names));
     let time = Series::read(time, "time", &[])?;
     let [q, qd, effort] = read_joints([q, qd, effort], dof)?;
     let wrench = read_wrenches(wrench, names.as_ref().map_or(1, Vec::len))?;
@@ -101,11 +107,17 @@ pub(crate) fn identify_arrays(
     })
 }
 
-/// Number of joints of a URDF.
-fn dof_of(urdf: &str) -> PyResult<usize> {
-    let robot = tactid_dynamics::Manipulator::from_urdf(urdf, BaseKind::Fixed);
-    let robot = with_option(robot.map_err(IntoPyErr::into_py_err), "urdf")?;
-    Ok(robot.dof())
+/// Returns the number of joints of the robot, which is given or read from the URDF; `None` where there is no robot.
+fn dof_of(robot: Option<&Bound<'_, Manipulator>>, request: &Request) -> PyResult<Option<usize>> {
+    match (robot, &request.urdf) {
+        (Some(robot), _) => Ok(Some(robot.get().0.dof())),
+        (None, Some(urdf)) => {
+            let robot = tactid_dynamics::Manipulator::from_urdf(urdf, BaseKind::Fixed);
+            let robot = with_option(robot.map_err(IntoPyErr::into_py_err), "urdf")?;
+            Ok(Some(robot.dof()))
+        }
+        (None, None) => Ok(None),
+    }
 }
 
 /// The unloaded reference of arrays.

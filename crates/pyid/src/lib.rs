@@ -22,6 +22,7 @@ mod options;
 mod read;
 mod rows;
 mod samples;
+mod shapes;
 mod simulate;
 mod states;
 mod table;

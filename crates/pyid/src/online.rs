@@ -9,7 +9,7 @@ use tactid_dynamics::{BaseKind, Wrench};
 use tactid_identify::{BaseState, IdentifyError, PayloadEstimate, PushOutcome, Sample};
 use tactid_recordings::{OnlineSetup, RecordingError, Request};
 
-use crate::arguments::{read_joints, read_robot, read_sensors, read_wrenches};
+use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wrenches};
 use crate::arrays::{Poses, Sampled, Series, common_length, output};
 use crate::errors::{ArgumentError, IntoPyErr, with_option};
 use crate::findings::{FindingData, data_finding};
@@ -182,9 +182,7 @@ fn set_up(
     let robot = robot.map(read_robot).transpose()?;
     let robot = robot.as_ref().map(|robot| &robot.get().0);
     let names = sensors.map(read_sensors).transpose()?;
-    let names: Option<Vec<&str>> = names
-        .as_ref()
-        .map(|names| names.iter().map(String::as_str).collect());
+    let names = names.as_ref().map(|names| borrowed(names));
     let setup = OnlineSetup::new(request, robot, names.as_deref(), effort);
     let tip = setup.robot.frame(&setup.tip);
     with_option(tip.map_err(IntoPyErr::into_py_err), "tip")?;

@@ -6,11 +6,11 @@ use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyString};
 use tactid_recordings::{
-    ActsOn, BoundingBox, Estimator, KnownMass, Method, PaperSettings, Request, Topics,
+    ActsOn, BoundingBox, Estimator, KnownMass, Method, PaperSettings, Request, SensorFrame, Topics,
 };
 
 use crate::arrays::{Series, common_length};
-use crate::errors::{option_error, with_option};
+use crate::errors::{IntoPyErr, option_error, with_option};
 use crate::inertia::MassProperties;
 use crate::urdf::urdf_text;
 
@@ -70,6 +70,7 @@ fn without_estimator(options: &Options<'_, '_>) -> PyResult<Request> {
             acceleration: options.text("acceleration_topic")?,
             imu: options.text("imu_topic")?,
         },
+        sensor_frame: options.sensor_frame()?,
         wrench_acts_on: options.choice("wrench_acts_on", &ACTS_ON)?,
         gravity: options.vector("gravity")?,
         cutoff_hz: options.number("cutoff")?,
@@ -209,6 +210,35 @@ impl<'py> Options<'_, 'py> {
     fn known_tool(&self) -> PyResult<Option<tactid_dynamics::MassProperties>> {
         let body: Option<Py<MassProperties>> = self.get("known_tool", "a tactid.MassProperties")?;
         Ok(body.map(|body| body.get().0))
+    }
+
+    /// The name of a link, then three coordinates and a quaternion: eight entries, or a pair.
+    fn sensor_frame(&self) -> PyResult<Option<SensorFrame>> {
+        let name = "sensor_frame";
+        let Some(given) = self.attribute(name)? else {
+            return Ok(None);
+        };
+        let expected = "expected a link, then x, y, z, qx, qy, qz, qw";
+        let wrong = || option_error(format!("{given} does not fit: {expected}"), name);
+        if given.is_instance_of::<PyString>() {
+            return Err(wrong());
+        }
+        let entries: Vec<Bound<'_, PyAny>> = given.extract().map_err(|_| wrong())?;
+        let (parent, rest) = entries.split_first().ok_or_else(wrong)?;
+        let parent: String = parent.extract().map_err(|_| wrong())?;
+        let numbers: Result<Vec<f64>, _> = match rest {
+            [pose] => pose.extract(),
+            numbers => numbers
+                .iter()
+                .map(|number| number.extract::<f64>())
+                .collect(),
+        };
+        let numbers = numbers.map_err(|_| wrong())?;
+        let [x, y, z, qx, qy, qz, qw] = numbers[..] else {
+            return Err(wrong());
+        };
+        let frame = SensorFrame::new(&parent, [x, y, z], [qx, qy, qz, qw]);
+        frame.map(Some).map_err(IntoPyErr::into_py_err)
     }
 
     fn known_mass(&self) -> PyResult<Option<KnownMass>> {

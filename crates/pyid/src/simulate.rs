@@ -115,11 +115,11 @@ impl Experiment {
 
     /// Name of the link in whose frame the payload is expressed.
     #[getter]
-    fn tool(&self) -> &str {
+    fn tip(&self) -> &str {
         &self.0.robot.tool
     }
 
-    /// True mass properties of the payload, in the tool frame.
+    /// True mass properties of the payload, in the tip's frame.
     #[getter]
     fn payload(&self) -> MassProperties {
         MassProperties(self.0.payload.mass_properties())

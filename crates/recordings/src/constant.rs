@@ -5,7 +5,7 @@ use tactid_dynamics::Wrench;
 use crate::Finding;
 use crate::recording::Sources;
 
-/// Fewest samples from which a channel is judged.
+/// Fewest samples from which a channel counts as constant.
 const FEWEST_SAMPLES: u64 = 100;
 
 /// Names of the channels of a wrench.
@@ -48,8 +48,8 @@ impl ConstantChannels {
     pub(crate) fn findings(&self, sources: &Sources) -> Vec<Finding> {
         let named = sources.wrench_names.iter().zip(&sources.sensors);
         let sensors = self.0.iter().zip(named);
-        let judged = sensors.filter(|(sensor, _)| sensor.samples >= FEWEST_SAMPLES);
-        judged
+        sensors
+            .filter(|(sensor, _)| sensor.samples >= FEWEST_SAMPLES)
             .filter_map(|(sensor, (source, frame))| {
                 let constant = (0..6).filter(|&channel| !sensor.has_changed[channel]);
                 let constant: Vec<usize> = constant.collect();

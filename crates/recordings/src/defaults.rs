@@ -137,65 +137,27 @@ impl Options {
         let uses_effort = method.uses_effort();
         let acts_on_sensor = request.wrench_acts_on == Some(ActsOn::Sensor);
         let delays = request.delay_s.is_some_and(|delay_s| delay_s != 0.0);
-        let of_method = NotUsedBecause::Method(method);
-        let (topics, motion) = (&request.topics, contents.motion);
+        let has_offset = self.equations.wrench_offset;
+        let has_wrench_noise = request.wrench_noise.is_some();
+        let names_wrenches = !request.topics.wrenches.is_empty();
         let options = [
-            ("wrench_acts_on", acts_on_sensor, uses_wrench, of_method),
-            ("delay_s", delays, uses_wrench, of_method),
-            (
-                "wrench_offset",
-                self.equations.wrench_offset,
-                uses_wrench,
-                of_method,
-            ),
-            (
-                "wrench_noise",
-                request.wrench_noise.is_some(),
-                uses_wrench,
-                of_method,
-            ),
-            (
-                "effort_noise",
-                request.effort_noise.is_some(),
-                uses_effort,
-                of_method,
-            ),
-            (
-                "effort_gain",
-                request.effort_gain.is_some(),
-                uses_effort,
-                of_method,
-            ),
-            (
-                "topics.wrenches",
-                !topics.wrenches.is_empty(),
-                method.uses_wrench(),
-                of_method,
-            ),
-            (
-                "topics.acceleration",
-                topics.acceleration.is_some(),
-                motion == Motion::Carried,
-                NotUsedBecause::OtherMotion,
-            ),
-            (
-                "topics.imu",
-                topics.imu.is_some(),
-                motion != Motion::Carried,
-                NotUsedBecause::OtherMotion,
-            ),
-            (
-                "gravity",
-                request.gravity.is_some(),
-                motion != Motion::InertialUnit,
-                NotUsedBecause::GravityIsMeasured,
-            ),
+            ("wrench_acts_on", acts_on_sensor, uses_wrench),
+            ("delay_s", delays, uses_wrench),
+            ("wrench_offset", has_offset, uses_wrench),
+            ("wrench_noise", has_wrench_noise, uses_wrench),
+            ("sensor_frame", request.sensor_frame.is_some(), uses_wrench),
+            ("effort_noise", request.effort_noise.is_some(), uses_effort),
+            ("effort_gain", request.effort_gain.is_some(), uses_effort),
+            ("topics.wrenches", names_wrenches, method.uses_wrench()),
         ];
-        let options = options.into_iter();
-        options
-            .filter(|(_, is_given, is_used, _)| *is_given && !is_used)
-            .map(|(option, .., because)| Finding::OptionNotUsed { option, because })
-            .collect()
+        let because = NotUsedBecause::Method(method);
+        let mut findings: Vec<Finding> = options
+            .into_iter()
+            .filter(|(_, is_given, is_used)| *is_given && !is_used)
+            .map(|(option, ..)| Finding::OptionNotUsed { option, because })
+            .collect();
+        findings.extend(motion_not_used(request, contents.motion));
+        findings
     }
 
     /// Returns the measurements that the payload is identified from.
@@ -216,6 +178,32 @@ pub(crate) fn check_tip(robot: &Manipulator, tip: &str) -> Result<(), RecordingE
         tip: tip.to_owned(),
         links: robot.frame_names().collect::<Vec<_>>().join(", "),
     })
+}
+
+/// Reports options about the motion that have no effect, because another topic measures it.
+fn motion_not_used(request: &Request, motion: Motion) -> impl Iterator<Item = Finding> {
+    let topics = &request.topics;
+    let is_not_used = [
+        (
+            "topics.acceleration",
+            topics.acceleration.is_some() && motion != Motion::Carried,
+            NotUsedBecause::OtherMotion,
+        ),
+        (
+            "topics.imu",
+            topics.imu.is_some() && motion == Motion::Carried,
+            NotUsedBecause::OtherMotion,
+        ),
+        (
+            "gravity",
+            request.gravity.is_some() && motion == Motion::InertialUnit,
+            NotUsedBecause::GravityIsMeasured,
+        ),
+    ];
+    is_not_used
+        .into_iter()
+        .filter(|(_, is_not_used, _)| *is_not_used)
+        .map(|(option, _, because)| Finding::OptionNotUsed { option, because })
 }
 
 /// Tactile where there are wrenches, else effort. The combined method uses efforts where they are measured.

@@ -146,16 +146,20 @@ pub enum RecordingError {
     NoMotion(String),
     /// A frame is neither a link of the robot nor fixed to one.
     #[error(
-        "the frame `{frame}` of {whose} is neither a link nor fixed to one by /tf_static; the links are: {links}"
+        "the frame `{frame}` of {} is neither a link nor fixed to one by /tf_static; the links are: {links}",
+        topic.as_deref().unwrap_or("the end-effector")
     )]
     UnknownFrame {
         /// The frame.
         frame: String,
-        /// The topic that names it, or `the end-effector`.
-        whose: String,
+        /// The topic that names it; `None` for the end-effector.
+        topic: Option<String>,
         /// The links of the robot.
         links: String,
     },
+    /// The frame of one sensor is given, but there is another number of sensors.
+    #[error("the frame of one wrench sensor is given, but there are {0} sensors")]
+    SensorFrameForSeveral(usize),
     /// A joint that moves the tool is not in the log.
     #[error("joint `{joint}` of the URDF is not in the log, whose joints are: {joints}")]
     MissingJoint {

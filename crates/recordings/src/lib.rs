@@ -86,7 +86,7 @@ pub use identification::Identification;
 pub use identify::{identify_arrays, identify_log};
 pub use online::OnlineSetup;
 pub use progress::{Observer, Progress};
-pub use request::{ActsOn, Estimator, Request, Topics};
+pub use request::{ActsOn, Estimator, Request, SensorFrame, Topics};
 pub use tactid_identify::{
     BoundingBox, Delay, FitReport, Forecast, HALF_WIDTH_95, HistoryPoint, KnownMass, Method,
     PaperSettings, PayloadEstimate, PrincipalMoments, SingularValues, VALUE_NAMES,

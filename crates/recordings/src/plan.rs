@@ -58,18 +58,8 @@ impl<'a> Plan<'a> {
             Some(_) => DelayEstimate::Unknown,
             None => preview.delay(&streams, cutoff_hz)?,
         };
-        let estimated_delay = match delay {
-            DelayEstimate::Found(delay) => Some(delay),
-            DelayEstimate::Unknown => None,
-            DelayEstimate::Doubtful(coarse) => {
-                findings.push(Finding::DelayDoubtful {
-                    delay_s: coarse.delay_s,
-                    residual_ratio: coarse.residual_ratio,
-                    is_at_end: coarse.is_at_end,
-                });
-                None
-            }
-        };
+        let estimated_delay = delay.found();
+        findings.extend(delay.doubt());
         let significant = estimated_delay.filter(|delay| is_significant(*delay));
         Ok(Self {
             request,

@@ -57,6 +57,28 @@ pub(crate) enum DelayEstimate {
     Doubtful(CoarseDelay),
 }
 
+impl DelayEstimate {
+    /// Returns the delay, if the data determine it.
+    pub(crate) fn found(self) -> Option<Delay> {
+        match self {
+            Self::Found(delay) => Some(delay),
+            Self::Unknown | Self::Doubtful(_) => None,
+        }
+    }
+
+    /// Reports a doubtful delay.
+    pub(crate) fn doubt(self) -> Option<Finding> {
+        match self {
+            Self::Doubtful(coarse) => Some(Finding::DelayDoubtful {
+                delay_s: coarse.delay_s,
+                residual_ratio: coarse.residual_ratio,
+                is_at_end: coarse.is_at_end,
+            }),
+            Self::Unknown | Self::Found(_) => None,
+        }
+    }
+}
+
 /// A cutoff with the power of the motion that it keeps, and the white noise in that power, 1/s⁴.
 struct Candidate {
     cutoff_hz: f64,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3, Vector4};
 use tactid_dynamics::{Manipulator, MassProperties};
 use tactid_identify::{
     BatchSettings, BoundingBox, EquationSettings, IdentifyError, KnownMass, Method, PaperSettings,
@@ -10,6 +10,9 @@ use tactid_identify::{
 
 use crate::RecordingError;
 use crate::decode::LONGEST_DELAY_S;
+
+/// Largest difference of a given quaternion's norm from one: decimals are rounded.
+const NORM_TOLERANCE: f64 = 1e-3;
 
 /// How equations become parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -29,6 +32,45 @@ pub enum ActsOn {
     Payload,
     /// The sensor: the wrench that the payload exerts on it, as most force-torque sensors report it.
     Sensor,
+}
+
+/// Where the frame of the only wrench sensor stands: fixed to a link of the robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorFrame {
+    /// The link; without a robot, the body whose motion is measured.
+    pub parent: String,
+    /// Pose of the sensor's frame in the frame of the link.
+    pub parent_from_sensor: Isometry3<f64>,
+}
+
+impl SensorFrame {
+    /// Creates the frame with its origin, m, and its orientation, the quaternion `[x, y, z, w]`, in the frame of the
+    /// link `parent`.
+    ///
+    /// # Errors
+    /// Returns [`IdentifyError::Value`] with the norm of the quaternion if that is not one, to three digits.
+    pub fn new(
+        parent: &str,
+        origin_m: [f64; 3],
+        quaternion: [f64; 4],
+    ) -> Result<Self, IdentifyError> {
+        let rotation = Quaternion::from(Vector4::from(quaternion));
+        let norm = rotation.norm();
+        if norm.is_nan() || (norm - 1.0).abs() > NORM_TOLERANCE {
+            return Err(IdentifyError::Value {
+                name: "sensor_frame",
+                given: norm,
+                expected: "a unit quaternion x, y, z, w after the origin: this is its norm",
+            });
+        }
+        Ok(Self {
+            parent: parent.to_owned(),
+            parent_from_sensor: Isometry3::from_parts(
+                Translation3::from(origin_m),
+                UnitQuaternion::new_normalize(rotation),
+            ),
+        })
+    }
 }
 
 /// Which topics of a log to read. What is left empty is found by its type.
@@ -64,6 +106,9 @@ pub struct Request {
     pub urdf: Option<String>,
     /// Topics to read, for logs.
     pub topics: Topics,
+    /// Frame of the only wrench sensor, where it is no link of the robot or to replace it. Default: for logs the frame
+    /// that the messages name; for arrays [`Arrays::sensors`](crate::Arrays::sensors).
+    pub sensor_frame: Option<SensorFrame>,
     /// Body on which the measured wrenches act. Default: the payload.
     pub wrench_acts_on: Option<ActsOn>,
     /// Gravitational acceleration in the world, m/s², pointing down. Default: zero for a floating base, 9.81
@@ -206,50 +251,32 @@ impl Request {
 
     /// Checks that each number of the request is in the range of its field.
     fn check_numbers(&self) -> Result<(), IdentifyError> {
-        let tool = self.known_tool.iter().flat_map(|tool| {
-            let vectors = tool.center_of_mass.iter().chain(&tool.inertia);
-            std::iter::once(&tool.mass_kg).chain(vectors).copied()
-        });
         let wrench_noise = self.wrench_noise.iter().flatten().flatten();
         let std_dev = "a positive standard deviation";
-        type IsValid = fn(f64) -> bool;
         let is_positive: IsValid = |value| value > 0.0 && value.is_finite();
+        let is_gap: IsValid = |gap_s| gap_s > 0.0;
         let is_delay: IsValid = |delay_s| delay_s.abs() <= LONGEST_DELAY_S;
-        let fields: [(&'static str, Vec<f64>, IsValid, &'static str); 8] = [
-            ("gravity", flat(&self.gravity), f64::is_finite, "finite"),
-            (
-                "cutoff_hz",
-                one(self.cutoff_hz),
-                is_positive,
-                "more than zero",
-            ),
-            (
-                "max_gap_s",
-                one(self.max_gap_s),
-                |gap_s| gap_s > 0.0,
-                "more than zero",
-            ),
+        let (cutoff_hz, gap_s) = (one(self.cutoff_hz), one(self.max_gap_s));
+        let (effort_noise, gains) = (flat(&self.effort_noise), flat(&self.effort_gain));
+        let of_time: [Field; 3] = [
+            ("cutoff_hz", cutoff_hz, is_positive, "more than zero"),
+            ("max_gap_s", gap_s, is_gap, "more than zero"),
             ("delay_s", one(self.delay_s), is_delay, "between -60 and 60"),
-            (
-                "wrench_noise",
-                wrench_noise.copied().collect(),
-                is_positive,
-                std_dev,
-            ),
-            (
-                "effort_noise",
-                flat(&self.effort_noise),
-                is_positive,
-                std_dev,
-            ),
-            (
-                "effort_gain",
-                flat(&self.effort_gain),
-                f64::is_finite,
-                "finite",
-            ),
-            ("known_tool", tool.collect(), f64::is_finite, "finite"),
         ];
+        let noise = wrench_noise.copied().collect();
+        let of_noise: [Field; 2] = [
+            ("wrench_noise", noise, is_positive, std_dev),
+            ("effort_noise", effort_noise, is_positive, std_dev),
+        ];
+        let finite = [
+            ("gravity", flat(&self.gravity)),
+            ("effort_gain", gains),
+            ("known_tool", self.tool_numbers()),
+            ("sensor_frame", self.frame_numbers()),
+        ];
+        let finite =
+            finite.map(|(name, values)| -> Field { (name, values, f64::is_finite, "finite") });
+        let fields = of_time.into_iter().chain(of_noise).chain(finite);
         for (name, values, is_valid, expected) in fields {
             if let Some(given) = values.into_iter().find(|value| !is_valid(*value)) {
                 return Err(IdentifyError::Value {
@@ -261,7 +288,30 @@ impl Request {
         }
         Ok(())
     }
+
+    fn tool_numbers(&self) -> Vec<f64> {
+        let numbers = self.known_tool.iter().flat_map(|tool| {
+            let vectors = tool.center_of_mass.iter().chain(&tool.inertia);
+            std::iter::once(&tool.mass_kg).chain(vectors)
+        });
+        numbers.copied().collect()
+    }
+
+    fn frame_numbers(&self) -> Vec<f64> {
+        let numbers = self.sensor_frame.iter().flat_map(|frame| {
+            let pose = &frame.parent_from_sensor;
+            let origin = pose.translation.vector.iter();
+            origin.chain(pose.rotation.coords.iter())
+        });
+        numbers.copied().collect()
+    }
 }
+
+/// Whether a number is in the range of its field.
+type IsValid = fn(f64) -> bool;
+
+/// Name of a field, its numbers, and their range, as a function and in words.
+type Field = (&'static str, Vec<f64>, IsValid, &'static str);
 
 /// Returns the entries of a field; none if it is not given.
 fn flat<'a, T>(given: &'a Option<T>) -> Vec<f64>

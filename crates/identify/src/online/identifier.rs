@@ -41,7 +41,7 @@ const MIN_SAMPLES_TO_DEFER: u32 = 2 * Identifier::DEFERRED_STAGES as u32;
 /// # Uncertainty
 /// The noise is estimated from the first 32 windows, 1 s at a cutoff of 10 Hz; until then the intervals are rough. A
 /// value that the motion does not determine has an infinite standard deviation, and so has everything but the mass
-/// while the mass is not known to a quarter. In simulations with white noise, 1 of 16 000 values in the first seconds
+/// while the mass is not known to a quarter. In simulations with white noise, 1 of 40 000 values in the first seconds
 /// was off by more than six standard deviations, and after a payload change less than 1 of a million
 /// (`tests/payload_change.rs`).
 ///

@@ -53,7 +53,6 @@ from tactid._native import (
     Topic,
     info,
     read,
-    simulate,
     wrench_regressor,
 )
 from tactid.comparison import Attempt, compare
@@ -70,11 +69,9 @@ from tactid.faults import DataFault
 from tactid.identification import (
     Channel,
     Delay,
-    Finding,
     Fit,
     Forecast,
     History,
-    Identification,
     KnownMass,
     PaperSettings,
     PayloadEstimate,
@@ -85,6 +82,10 @@ from tactid.identification import (
 from tactid.offline import identify
 from tactid.online import Identifier, PaperFilter
 from tactid.options import Options
+from tactid.result import Identification
+from tactid.result_json import result_schema
+from tactid.simulation import simulate
+from tactid.wording import Finding
 
 __version__ = VERSION
 
@@ -132,6 +133,7 @@ __all__ = [
     "identify",
     "info",
     "read",
+    "result_schema",
     "simulate",
     "wrench_regressor",
 ]

@@ -1,7 +1,8 @@
 """The command ``tactid``: every error is one line, and the exit code is that of its kind.
 
-The codes: 0 success; 1 standard output was closed early; 2 invalid input; 70 an internal error of
-tactid; 130 interrupted by Ctrl-C.
+The codes: 0 success; 1 a result that the data contradict, or that cannot be given in the format
+that was asked for; 2 invalid input; 70 an internal error of tactid; 130 interrupted by Ctrl-C; 141
+standard output was closed early, which is 128 and the number of SIGPIPE.
 """
 
 import os
@@ -25,7 +26,7 @@ def _run() -> int:
     except BrokenPipeError:
         # The interpreter flushes standard output on exit, which would fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
+        return 141
     except Exception as error:
         return _report(f"internal error: {type(error).__name__}: {error}; please report it", 70)
     except BaseException as error:

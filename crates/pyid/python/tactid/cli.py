@@ -3,31 +3,47 @@
 import re
 import sys
 import tempfile
-import tomllib
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from typer.exceptions import TyperException
 
 from tactid import table
 from tactid._native import VERSION, Experiment
 from tactid._native import info as log_info
-from tactid._native import simulate as simulate_experiment
 from tactid.compare_command import compare_recording
-from tactid.console import interruptible, notes, print_whole, progress
+from tactid.console import (
+    FLAG,
+    Group,
+    Results,
+    interruptible,
+    notes,
+    print_whole,
+    progress,
+)
 from tactid.errors import ArgumentError, ExperimentError, TactidError
+from tactid.files import new_folder
 from tactid.identify_command import identify_recording
 from tactid.number_lists import NumberListCommand
 from tactid.options import Estimator
 from tactid.output_files import check_outputs
+from tactid.simulation import simulate, urdf_file
 from tactid.truth import momentum_drift
+
+EXIT_CODES = (
+    "Exit codes: 0, the payload is identified; 1, the data contradict the result (the reason is"
+    " printed first), or it cannot be given in the format that was asked for; 2, an option, a file"
+    " or the recording is wrong; 70, an internal error; 130, interrupted by Ctrl-C; 141, standard"
+    " output was closed."
+)
 
 app = typer.Typer(
     name="tactid",
     help="Identifies what a robot is holding: mass, centre of mass and inertia.",
+    cls=Group,
     no_args_is_help=True,
+    epilog=EXIT_CODES,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
@@ -71,7 +87,14 @@ def _show_version(requested: bool) -> None:
 @app.callback()
 def _main(
     version: Annotated[
-        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show it.")
+        bool,
+        typer.Option(
+            "--version",
+            callback=_show_version,
+            is_eager=True,
+            help="Shows the version and exits.",
+            metavar=FLAG,
+        ),
     ] = False,
 ) -> None:
     """Takes the options that stand before a command."""
@@ -111,20 +134,22 @@ def run_paper(
         seed=seed,
         duration=duration,
     )
-    out.mkdir(parents=True, exist_ok=True)
     files = paper_run.Files(out)
-    with interruptible(f"{files.log} holds the run up to here"), progress("simulating") as done:
+    stopped = interruptible(f"{files.log} holds the run up to here")
+    with new_folder(out), stopped, progress("simulating") as done:
         report = paper_run.simulate_into(files, experiment, done)
     with interruptible(f"{files.log} is complete, no result was written"):
         with progress("identifying") as done:
-            results = paper_run.identify_all(files.log, experiment.tool, estimator, done)
+            results = paper_run.identify_all(files.log, experiment.tip, estimator, done)
         outcome = paper_run.Outcome(experiment, report, results, log_info(files.log))
         with notes.status("drawing"):
             outcome.write(files)
     print_whole(table.rich_table(outcome.columns[:1], outcome.truth))
     for remark in outcome.remarks:
-        notes.print(remark)
+        notes.print(remark, markup=False)
     notes.print(f"Wrote {files.log}, {files.result}, {files.report} and the figures beside them.")
+    if results[0].is_contradicted:
+        raise typer.Exit(1)
 
 
 def _read_posture(text: str) -> str | list[float]:
@@ -148,23 +173,17 @@ def run_simulation(
     """Simulates an experiment and writes its log."""
     chosen = Experiment.paper() if experiment is None else Experiment.from_file(experiment)
     check_outputs(
-        {"--out": out}, {"the experiment": experiment, "the experiment's URDF": _urdf_file(chosen)}
+        {"--out": out}, {"the experiment": experiment, "the experiment's URDF": urdf_file(chosen)}
     )
     with interruptible(f"{out} holds the run up to here"), progress("simulating") as done:
-        report = simulate_experiment(chosen, out, progress=done)
+        report = simulate(chosen, out, progress=done)
     notes.print(
         f"Wrote {out}: {report.simulated_time:g} s in {report.wall_time:.1f} s,"
         f" grasp drift {report.grasp_drift * 1e6:.1f} µm, momentum drift {momentum_drift(report)}."
     )
 
 
-def _urdf_file(experiment: Experiment) -> Path | None:
-    """Returns the URDF file that an experiment names; None for the built-in robot."""
-    name = tomllib.loads(experiment.to_toml())["robot"].get("urdf")
-    return None if name is None else Path(name)
-
-
-app.command("identify", cls=NumberListCommand)(identify_recording)
+app.command("identify", cls=NumberListCommand, epilog=EXIT_CODES)(identify_recording)
 app.command("compare", cls=NumberListCommand)(compare_recording)
 
 
@@ -174,9 +193,14 @@ def show_info(
 ) -> None:
     """Shows the topics of a log."""
     contents = log_info(log)
-    Console().print(table.topics_table(contents), highlight=False)
+    console = Results()
+    topics = table.topics_table(contents)
+    if console.is_terminal:
+        console.print(topics, highlight=False)
+    else:
+        print_whole(topics)
     for line in table.info_lines(contents):
-        Console().print(line, highlight=False, markup=False)
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 
 @app.command("view")
@@ -198,6 +222,8 @@ def show_view(
 ) -> None:
     """Shows the robot, the forces that it feels and the payload in the Rerun viewer."""
     check_outputs({"--save": save}, {"the log": log, "--result": result_file, "--urdf": urdf})
+    if save is not None and save.suffix != ".rrd":
+        raise ArgumentError(f"--save {save}: expected a name that ends in .rrd, which Rerun opens")
     from tactid import view as viewer
 
     with tempfile.TemporaryDirectory(prefix="tactid-") as folder:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tactid.errors import ArgumentError, LogError, TactidError
-from tactid.identification import Identification
+from tactid.result import Identification
 from tactid.naming import Style
 from tactid.offline import identify
 from tactid.options import Estimator, Method, Options

@@ -38,6 +38,8 @@ class Declaration:
     """Type of the command line's argument; None for that of the field."""
     parse: Callable[[str, Any], Any] | None
     """Turns a flag and the command line's argument into the value; None where they are the same."""
+    python: str | None
+    """What only Python has, in complete sentences; None where that is nothing."""
 
     @classmethod
     def of(cls, one: "Field[Any]") -> "Declaration":
@@ -47,10 +49,18 @@ class Declaration:
 
     @property
     def documentation(self) -> str:
-        """Documentation in complete sentences, with the default and the unit."""
-        default = f" Default: {self.default}." if self.default else ""
-        unit = f" Unit: {self.unit}." if self.unit else ""
-        return self.text + default + unit
+        """Documentation for Python in complete sentences, with the default and the unit."""
+        return self._sentences(self.text, self.python)
+
+    @property
+    def help(self) -> str:
+        """Documentation for the command line, with the default and the unit."""
+        return self._sentences(self.text)
+
+    def _sentences(self, *sentences: str | None) -> str:
+        default = f"Default: {self.default}." if self.default else None
+        unit = f"Unit: {self.unit}." if self.unit else None
+        return " ".join(each for each in (*sentences, default, unit) if each)
 
 
 def option(
@@ -64,13 +74,14 @@ def option(
     metavar: str | None = None,
     argument: Any = None,
     parse: Callable[[str, Any], Any] | None = None,
+    python: str | None = None,
 ) -> Any:
     """Returns the field of an option: optional, with its declaration.
 
     See :class:`Declaration` for the arguments.
     """
     declaration = Declaration(
-        text, panel, uses, rust_field, default, unit, metavar, argument, parse
+        text, panel, uses, rust_field, default, unit, metavar, argument, parse, python
     )
     return field(default=None, metadata={_KEY: declaration})
 

@@ -1,46 +1,48 @@
 """A payload in the format of what will use it: a URDF, a MuJoCo model, a robot controller.
 
-Numbers are written as Python writes them, so that reading one back gives the very same number.
+A URDF and a MuJoCo model have numbers as Python writes them, so that reading one back gives the
+very same number. A controller's pendant is typed into: its numbers have no exponent.
 """
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from tactid.bodies import inertia_about_com, inertia_about_origin, why_impossible
 from tactid.errors import IdentificationError
-from tactid.table import NAMES
-from tactid.values import KINDS, Values
+from tactid.values import KINDS, NAMES, Values
+
+FIGURES, MOST_DECIMALS = 9, 12
+"""Significant figures of the largest number of a kind for a controller, beyond any sensor's; and
+the most decimals, for kinds that are next to zero."""
 
 
 def urdf(values: Values, frame: str) -> str:
-    """Returns the ``<inertial>`` of a link at the frame.
+    """Returns the ``<inertial>`` of a link of its own, fixed to the frame's link.
 
     Raises:
         IdentificationError: A value is unknown, or no body can have these values.
     """
-    mass, x, y, z, xx, xy, xz, yy, yz, zz = map(repr, _of_a_simulator(values, "URDF"))
-    return f"""{_comment(frame)}
+    mass, x, y, z, xx, xy, xz, yy, yz, zz = map(repr, _possible(values, "inertial for URDF"))
+    return f"""{_comment("link of its own, fixed to", frame)}
 <inertial>
   <origin xyz="{x} {y} {z}" rpy="0 0 0"/>
   <mass value="{mass}"/>
   <inertia ixx="{xx}" ixy="{xy}" ixz="{xz}" iyy="{yy}" iyz="{yz}" izz="{zz}"/>
-</inertial>
-"""
+</inertial>"""
 
 
 def mujoco(values: Values, frame: str) -> str:
-    """Returns the ``<inertial>`` of a MuJoCo body at the frame.
+    """Returns the ``<inertial>`` of a MuJoCo body of its own inside the frame's body.
 
     MuJoCo's order is the diagonal first: xx, yy, zz, xy, xz, yz.
 
     Raises:
         IdentificationError: A value is unknown, or no body can have these values.
     """
-    mass, x, y, z, xx, xy, xz, yy, yz, zz = map(repr, _of_a_simulator(values, "MuJoCo"))
-    return f"""{_comment(frame)}
-<inertial pos="{x} {y} {z}" mass="{mass}" fullinertia="{xx} {yy} {zz} {xy} {xz} {yz}"/>
-"""
+    mass, x, y, z, xx, xy, xz, yy, yz, zz = map(repr, _possible(values, "inertial for MuJoCo"))
+    return f"""{_comment("body of its own inside", frame)}
+<inertial pos="{x} {y} {z}" mass="{mass}" fullinertia="{xx} {yy} {zz} {xy} {xz} {yz}"/>"""
 
 
 def controller(values: Values, frame: str) -> str:
@@ -48,40 +50,37 @@ def controller(values: Values, frame: str) -> str:
 
     An unknown inertia is marked as such: most controllers accept a payload without one. Some
     want the centre of mass in mm, and some the inertia about the flange: both are given.
+
+    Raises:
+        IdentificationError: The mass or the centre of mass is unknown, or no body can have these
+            values.
     """
-    mass, *com = _known(values, "payload for a controller", upto=KINDS[1].stop)
+    what = "payload for a controller"
+    mass, *com = _known(values, what, upto=KINDS[1].stop)
+    if mass <= 0:
+        raise IdentificationError(f"no {what}: the mass of a body is positive, not {mass:.4g} kg")
     lines = [
         f"payload, in the frame {frame} and along its axes",
         "",
-        f"mass                 kg  {mass!r}",
+        f"mass                 kg  {_row([mass])}",
         f"centre of mass x y z m   {_row(com)}",
         f"centre of mass x y z mm  {_row([1e3 * entry for entry in com])}",
     ]
     unknown = _unknown(values)
     if unknown:
         lines += ["", f"inertia              not identifiable: {', '.join(unknown)}"]
-        return "\n".join(lines) + "\n"
-    body = _known(values, "payload for a controller")
+        return "\n".join(lines)
+    body = _possible(values, what)
     for place, matrix in (
         ("the centre of mass", inertia_about_com(body)),
         (f"the origin of {frame}", inertia_about_origin(body)),
     ):
         lines += ["", f"inertia about {place}, kg m², rows x y z"]
-        rows = matrix.tolist()
-        width = max(len(repr(entry)) for row in rows for entry in row)
-        lines += [f"  {_row(row, width)}" for row in rows]
-    reason = why_impossible(body)
-    if reason is not None:
-        lines += ["", f"Beware: no body can have this inertia: {reason}."]
-    return "\n".join(lines) + "\n"
-
-
-FORMS: dict[str, Callable[[Values, str], str]] = {
-    "urdf": urdf,
-    "mujoco": mujoco,
-    "controller": controller,
-}
-"""The function that writes each format, from the ten values and the name of their frame."""
+        numbers = _fixed(matrix.ravel().tolist())
+        width = max(map(len, numbers))
+        shown = [f"{number:>{width}}" for number in numbers]
+        lines += [f"  {'  '.join(shown[row : row + 3])}" for row in (0, 3, 6)]
+    return "\n".join(lines)
 
 
 def _unknown(values: Values, upto: int = len(NAMES)) -> list[str]:
@@ -96,21 +95,27 @@ def _known(values: Values, what: str, upto: int = len(NAMES)) -> list[float]:
     return [float(value) for value in values[:upto] if value is not None]
 
 
-def _of_a_simulator(values: Values, name: str) -> list[float]:
-    body = _known(values, f"inertial for {name}")
+def _possible(values: Values, what: str) -> list[float]:
+    body = _known(values, what)
     reason = why_impossible(body)
     if reason is not None:
-        raise IdentificationError(
-            f"no inertial for {name}: no body can have this estimate: {reason}"
-        )
+        raise IdentificationError(f"no {what}: no body can have this estimate: {reason}")
     return body
 
 
-def _row(numbers: Sequence[float], width: int = 0) -> str:
-    return "  ".join(f"{number!r:>{width}}" for number in numbers)
+def _fixed(numbers: Sequence[float]) -> list[str]:
+    """Returns numbers with as many decimals each, and without exponents."""
+    largest = max(map(abs, numbers))
+    magnitude = math.floor(math.log10(largest)) if largest > 0 else 0
+    decimals = min(max(FIGURES - 1 - magnitude, 0), MOST_DECIMALS)
+    return [f"{round(number, decimals) + 0.0:.{decimals}f}" for number in numbers]
 
 
-def _comment(frame: str) -> str:
+def _row(numbers: Sequence[float]) -> str:
+    return "  ".join(_fixed(numbers))
+
+
+def _comment(place: str, frame: str) -> str:
     # XML allows no double hyphen within a comment.
     name = re.sub("-(?=-)", "- ", frame)
-    return f"<!-- payload, for the link {name} and along its axes -->"
+    return f"<!-- payload in the frame {name}: for a {place} {name} without an offset -->"

@@ -1,36 +1,57 @@
-"""What an identification returns: plain data, which a program can construct as well as read.
+"""What an identification finds: plain data, which a program can construct as well as read.
 
 All arrays are NumPy arrays of SI units. N, W, C and H are numbers of samples, averaging windows,
 channels and points of the history.
 """
 
 import math
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tactid import _native
+from tactid import forms, table
 from tactid._native import VALUE_NAMES, MassProperties
+from tactid.bodies import why_impossible
 from tactid.errors import ArgumentError
 from tactid.faults import DataFault
+from tactid.field_docs import with_fields
+from tactid.values import Z95, where_known
+from tactid.wording import CONTRADICTIONS, Finding
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
+@with_fields
+@dataclass(frozen=True, eq=False, repr=False)
 class PayloadEstimate:
-    """An identified payload, expressed in one frame."""
+    """An identified payload, expressed in one frame.
+
+    ``print`` shows it as a table; :meth:`to_urdf`, :meth:`to_mujoco` and :meth:`to_controller`
+    give it to other programs. A program can construct one, too:
+
+    >>> import numpy as np
+    >>> estimate = tactid.PayloadEstimate(
+    ...     "tool0",
+    ...     values=np.array([1.5, 0, 0, 0.1, 0.02, 0, 0, 0.03, 0, 0.04]),
+    ...     std_devs=np.full(10, 1e-3),
+    ...     identifiable=[True] * 10,
+    ...     is_physical=True,
+    ... )
+    >>> estimate
+    <tactid.PayloadEstimate: 1.5000 kg in tool0, 10 of 10 values known>
+    """
 
     frame: str
     """Name of the frame in which the payload is expressed: the end-effector frame."""
     values: Array
     """Mass, kg; centre of mass, m; inertia about it, kg m²; in the order of ``VALUE_NAMES``, (10,).
 
-    Where the motion did not determine a value, the number is meaningless.
+    All are along the axes of the frame. Where the motion did not determine a value, the number is
+    meaningless.
     """
     std_devs: Array
     """Standard deviation of each of the ten values, (10,).
@@ -60,7 +81,10 @@ class PayloadEstimate:
 
     @property
     def body(self) -> MassProperties:
-        """The payload alone as a body in :attr:`frame`."""
+        """The payload alone as a body in :attr:`frame`.
+
+        A value that the motion did not determine is meaningless: see :attr:`known_values`.
+        """
         return MassProperties.from_values(self.values)
 
     @property
@@ -68,6 +92,95 @@ class PayloadEstimate:
         """The names of the values that the motion did not determine."""
         pairs = zip(VALUE_NAMES, self.identifiable, strict=True)
         return [name for name, known in pairs if not known]
+
+    @property
+    def known_values(self) -> list[float | None]:
+        """The ten values; None for each that the motion did not determine."""
+        return where_known(self.identifiable, self.values)
+
+    @property
+    def half_widths(self) -> list[float | None]:
+        """Half of each value's 95 % interval; None where there is none."""
+        return where_known(self.identifiable, Z95 * self.std_devs)
+
+    @property
+    def why_impossible(self) -> str | None:
+        """Why no body can have these values; None where one can, or where too few are known."""
+        if self.is_physical or not self.identifiable[0]:
+            return None
+        if self.values[0] <= 0 or all(self.identifiable):
+            return why_impossible(self.values.tolist()) or "the estimate has not converged"
+        return None
+
+    def to_urdf(self) -> str:
+        """Returns the payload as the ``<inertial>`` of a URDF's link.
+
+        The link is one of its own, fixed to the link :attr:`frame` without a rotation or an offset.
+        The ``<inertial>`` that the link :attr:`frame` already has is that of the tool and stays as
+        it is: the payload is added to the robot and replaces nothing. See the README for the whole.
+
+        >>> print(estimate.to_urdf())
+        <!-- payload in the frame tool0: for a link of its own, fixed to tool0 without an offset -->
+        <inertial>
+          <origin xyz="0.0 0.0 0.1" rpy="0 0 0"/>
+          <mass value="1.5"/>
+          <inertia ixx="0.02" ixy="0.0" ixz="0.0" iyy="0.03" iyz="0.0" izz="0.04"/>
+        </inertial>
+
+        Raises:
+            IdentificationError: A value is unknown, or no body can have these values.
+        """
+        return forms.urdf(self.known_values, self.frame)
+
+    def to_mujoco(self) -> str:
+        """Returns the payload as the ``<inertial>`` of a body in MuJoCo's MJCF.
+
+        The body is one of its own inside the body :attr:`frame`, without ``pos`` and ``quat``. The
+        inertial of the body :attr:`frame` is that of the tool and stays as it is.
+
+        >>> print(estimate.to_mujoco())
+        <!-- payload in the frame tool0: for a body of its own inside tool0 without an offset -->
+        <inertial pos="0.0 0.0 0.1" mass="1.5" fullinertia="0.02 0.03 0.04 0.0 0.0 0.0"/>
+
+        Raises:
+            IdentificationError: A value is unknown, or no body can have these values.
+        """
+        return forms.mujoco(self.known_values, self.frame)
+
+    def to_controller(self) -> str:
+        """Returns what a robot controller asks for, as text with units.
+
+        It gives the centre of mass in m and in mm, and the inertia about the centre of mass and
+        about the frame's origin, all along the frame's axes and without exponents. An unknown
+        inertia is marked as such, because most controllers accept a payload without one.
+
+        >>> print(estimate.to_controller().splitlines()[2])
+        mass                 kg  1.50000000
+
+        Raises:
+            IdentificationError: The mass or the centre of mass is unknown, or no body can have
+                these values.
+        """
+        return forms.controller(self.known_values, self.frame)
+
+    def __repr__(self) -> str:
+        return f"<tactid.PayloadEstimate: {self.summary}>"
+
+    def __str__(self) -> str:
+        return table.plain_text(self._column(), table.heading(self.frame))
+
+    def _repr_html_(self) -> str:
+        return table.html_table(self._column(), table.heading(self.frame))
+
+    @property
+    def summary(self) -> str:
+        """Mass, frame and number of known values, on one line."""
+        mass = f"{table.number(self.values[0])} kg" if self.identifiable[0] else "unknown mass"
+        known = f"{sum(self.identifiable)} of {len(VALUE_NAMES)} values known"
+        return f"{mass} in {self.frame}, {known}"
+
+    def _column(self) -> table.Column:
+        return table.Column("value", self.known_values, half_widths=self.half_widths)
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,16 +318,6 @@ class KnownMass:
     """Standard deviation of the mass, kg; 0 for an exact mass."""
 
 
-@dataclass(frozen=True)
-class Finding:
-    """Something that a reader of the result should know; :mod:`tactid.wording` has the words."""
-
-    kind: str
-    """Name of what was noticed, such as ``negative_mass``."""
-    data: Mapping[str, Any] = field(default_factory=dict)
-    """The numbers and names that belong to the kind."""
-
-
 class Forecast(Protocol):
     """How the ten values become known when the motion goes on as in the recording's second half."""
 
@@ -226,18 +329,18 @@ class Forecast(Protocol):
         """
 
 
-@dataclass(frozen=True, eq=False)
-class Identification:
-    """The payload identified from a recording, with the reasons to trust it."""
+@dataclass(frozen=True, eq=False, repr=False)
+class IdentificationData:
+    """The fields of :class:`tactid.Identification`."""
 
     estimate: PayloadEstimate
-    """The payload."""
+    """The payload, in the end-effector's frame."""
     method: str
     """Method: ``"tactile"``, ``"effort"``, ``"joint-sensing"`` or ``"combined"``."""
     estimator: str
     """Estimator: ``"least-squares"`` or ``"nlms"``."""
     principal_moments: PrincipalMoments
-    """Principal moments of inertia of the payload."""
+    """Principal moments of inertia of the payload about its centre of mass, kg m²."""
     history: History
     """The estimate over time."""
     gravity: Array
@@ -255,7 +358,10 @@ class Identification:
     known_mass: KnownMass | None = None
     """The payload's mass as it was given; None where it was not."""
     bounding_box: Array | None = None
-    """Least and largest corner of the box as it was given, m, (2, 3); None where it was not."""
+    """Least and largest corner of the box as it was given, m, in the estimate's frame, (2, 3).
+
+    None stands where no box was given.
+    """
     clock: str = "stamps"
     """Clock of the times: ``"stamps"`` of the headers, or ``"log times"`` where there are none."""
     start_ns: int = 0
@@ -276,6 +382,24 @@ class Identification:
     """Whether the user interrupted the reading: the result then uses what was read before."""
     damage: Sequence[str] = ()
     """Where the log could not be read further, and why, a line each; empty for a sound log."""
+    inputs: Mapping[str, Path] = field(default_factory=dict)
+    """Files and folders that were read, by the words that name them; empty for arrays."""
+
+    @property
+    def source_name(self) -> str:
+        """Name of the log's file or folder; ``arrays`` where there is none."""
+        return self.inputs["the log"].name if "the log" in self.inputs else "arrays"
+
+    @property
+    def is_contradicted(self) -> bool:
+        """Whether the data show the result to be wrong.
+
+        No body can have the values, or a finding says that a sign or a known body cannot be right:
+        it stands first in ``print(result)``. The command ``tactid identify`` then ends with exit
+        code 1.
+        """
+        wrong = any(noticed.kind in CONTRADICTIONS for noticed in self.findings)
+        return wrong or self.estimate.why_impossible is not None
 
     def remaining(self, within: float = 0.01) -> Array:
         """Returns how much longer the motion must go on until every value is known well enough.
@@ -299,30 +423,3 @@ class Identification:
         if self.forecast is None:
             return np.full(len(VALUE_NAMES), np.nan)
         return self.forecast.remaining(within)
-
-    def write_estimates(self, path: str | os.PathLike[str]) -> None:
-        """Writes the estimate over time as a log.
-
-        The log has ``geometry_msgs/msg/InertiaStamped`` on ``/tactid/payload``, and half the width
-        of each value's 95 % interval on ``/tactid/payload_half_width_95``. Stamps are those of the
-        recording; the last message is the final estimate.
-
-        Args:
-            path: The ``.mcap`` file to write.
-
-        Raises:
-            LogError: The file cannot be written.
-        """
-        history = self.history
-        last = history.epoch == (history.epoch[-1] if len(history.epoch) else 0)
-        times, values, std_devs = history.time[last], history.values[last], history.std_devs[last]
-        # The final estimate takes the place of the last point.
-        end = times[-1:] if len(times) else np.zeros(1)
-        _native.write_estimates(
-            path,
-            frame=self.estimate.frame,
-            start_ns=self.start_ns,
-            times=np.concatenate([times[:-1], end]),
-            values=np.vstack([values[:-1].reshape(-1, 10), self.estimate.values]),
-            std_devs=np.vstack([std_devs[:-1].reshape(-1, 10), self.estimate.std_devs]),
-        )

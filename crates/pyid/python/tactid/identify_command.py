@@ -13,22 +13,21 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
-from tactid import forms, option_text, outlook, reported, result_json, table
+from tactid import option_text, reported, result_json, summary, table
 from tactid._native import info
-from tactid.console import interruptible, notes, print_whole, progress
+from tactid.console import FLAG, interruptible, notes, print_whole, progress
 from tactid.declaration import Declaration
-from tactid.files import atomic_path, write_atomically
-from tactid.identification import Identification
+from tactid.errors import IdentificationError
 from tactid.naming import command_line_flag
 from tactid.offline import identify
 from tactid.options import Options
 from tactid.output_files import check_outputs
+from tactid.result import Identification
 from tactid.truth import read_checks, read_truth
-from tactid.wording import assumptions, remarks
 
 
 class Form(StrEnum):
-    """Format in which a result is printed: a table, JSON, or one of ``tactid.forms``."""
+    """Format in which a result is printed: a table, or a method ``Identification.to_...``."""
 
     TABLE = "table"
     JSON = "json"
@@ -40,8 +39,8 @@ class Form(StrEnum):
 RESULTS = "Results"
 
 
-def _result(text: str, *flags: str) -> Any:
-    return typer.Option(*flags, help=text, rich_help_panel=RESULTS)
+def _result(text: str, *flags: str, metavar: str | None = None) -> Any:
+    return typer.Option(*flags, help=text, metavar=metavar, rich_help_panel=RESULTS)
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,7 @@ def identify_recording(
     log: Annotated[Path, typer.Argument(help="An .mcap file, or the folder of a rosbag2 bag.")],
     form: Annotated[Form, _result("What to print.", "--format")] = Form.TABLE,
     as_json: Annotated[
-        bool, _result("Prints the result as JSON, which --format json does, too.", "--json")
+        bool, _result("Prints JSON, as --format json does.", "--json", metavar=FLAG)
     ] = False,
     result_file: Annotated[
         Path | None, _result("A JSON file with all time series to write.", "--result")
@@ -90,9 +89,13 @@ def identify_recording(
     )
     with interruptible("no result"), progress("identifying") as done:
         result = identify(log, options=read_options(options), progress=done)
-    _print(log, result, output)
+    refusal = _print(log, result, output)
     with interruptible("some of the files were not written"):
         _write(log, result, output)
+    if refusal is not None:
+        print(f"tactid: error: {refusal.worded('command-line')}", file=sys.stderr)
+    if refusal is not None or result.is_contradicted:
+        raise typer.Exit(1)
 
 
 def option_parameters() -> list[inspect.Parameter]:
@@ -103,8 +106,8 @@ def option_parameters() -> list[inspect.Parameter]:
         declared = Declaration.of(option)
         declaration = typer.Option(
             command_line_flag(option.name),
-            help=declared.documentation.replace("``", ""),
-            metavar=declared.metavar,
+            help=declared.help,
+            metavar=FLAG if hints[option.name] == bool | None else declared.metavar,
             rich_help_panel=declared.panel,
             show_default=False,
         )
@@ -152,45 +155,46 @@ def show_options(command: Callable[..., None], skip: Collection[str] = ()) -> No
 show_options(identify_recording)
 
 
-def _print(log: Path, result: Identification, output: Output) -> None:
+def _print(log: Path, result: Identification, output: Output) -> IdentificationError | None:
+    """Prints the result; returns why it cannot be given in the format that was asked for."""
     for damage in result.damage:
         notes.print(f"tactid: note: {damage}; what stands before was used", style="yellow")
     if output.form is Form.JSON:
-        sys.stdout.write(result_json.to_json(_record(log, result, output.within)))
-        return
+        checks = read_checks(info(log))
+        record = result_json.record(result, output.within, "command-line", checks)
+        sys.stdout.write(result_json.to_json(record))
+        return None
+    refusal = None
     if output.form is Form.TABLE:
         truth = read_truth(info(log))
-        print_whole(table.rich_table([table.Column.of(result, truth)], truth))
+        print(table.heading(result.estimate.frame))
+        print_whole(table.rich_table([reported.column(result, truth)], truth))
     else:
-        write_form = forms.FORMS[output.form]
-        values = reported.estimate_values(result)
-        sys.stdout.write(write_form(values, result.estimate.frame).rstrip() + "\n")
-    notes.print(assumptions(result))
-    sentence = outlook.outlook(result, output.within)
-    if sentence is not None:
-        notes.print(sentence)
-    for remark in remarks(result, "command-line"):
-        notes.print(remark)
-
-
-def _record(log: Path, result: Identification, within: float) -> dict[str, Any]:
-    record = result_json.record(result, within, "command-line")
-    record["diagnostics"] |= read_checks(info(log))
-    return record
+        forms = {
+            Form.URDF: result.to_urdf,
+            Form.MUJOCO: result.to_mujoco,
+            Form.CONTROLLER: result.to_controller,
+        }
+        try:
+            print(forms[output.form]())
+        except IdentificationError as error:
+            refusal = error
+    for line in summary.lines(result, output.within, "command-line"):
+        notes.print(line, markup=False)
+    return refusal
 
 
 def _write(log: Path, result: Identification, output: Output) -> None:
     if output.result_file is not None:
-        record = _record(log, result, output.within) | {"series": result_json.series(result)}
-        write_atomically(output.result_file, result_json.to_json(record))
+        checks = read_checks(info(log))
+        result_json.write(result, output.result_file, output.within, "command-line", checks)
     if output.report is not None:
         from tactid import recording_report  # imports matplotlib, which takes a while to load
 
         with notes.status("drawing"):
-            recording_report.write_report(result, log.name, output.report, output.within)
+            recording_report.write_report(result, output.report, output.within, "command-line")
     if output.estimates is not None:
-        with atomic_path(output.estimates) as path:
-            result.write_estimates(path)
+        result.write_estimates(output.estimates)
     files = (output.result_file, output.report, output.estimates)
     written = [str(path) for path in files if path is not None]
     if written:

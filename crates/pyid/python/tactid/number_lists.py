@@ -1,8 +1,8 @@
 """Options of several numbers on the command line, separated by commas or by spaces."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
-from typer import Context
 from typer.core import TyperCommand, TyperOption
 
 
@@ -13,7 +13,7 @@ class NumberListCommand(TyperCommand):
     and more.
     """
 
-    def parse_args(self, ctx: Context, args: list[str]) -> list[str]:
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Reads the arguments, those of each list joined to one."""
         counts = {
             flag: None if "..." in option.metavar else option.metavar.count(",") + 1

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -14,10 +15,8 @@ from tactid.faults import DataFault
 from tactid.identification import (
     Channel,
     Delay,
-    Finding,
     Fit,
     History,
-    Identification,
     KnownMass,
     PaperSettings,
     PayloadEstimate,
@@ -26,6 +25,8 @@ from tactid.identification import (
     WrenchOffset,
 )
 from tactid.options import Options, collect
+from tactid.result import Identification
+from tactid.wording import Finding
 
 ARRAYS = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceleration", "sensors")
 """The keywords of :func:`identify` that belong to arrays."""
@@ -100,9 +101,16 @@ def identify(
         for name, value in arrays.items():
             if value is not None:
                 raise ArgumentError(f"`{name}` belongs to arrays, but {source} is a log")
-        return _identification(_native.identify_log(source, collected, progress))
+        found = _native.identify_log(source, collected, progress)
+        return _identification(found | {"inputs": _inputs(source, collected)})
     collected = collect(options, keywords, "arrays", own)
     return _identification(_native.identify_arrays(source, collected, progress, **arrays))
+
+
+def _inputs(source: str | os.PathLike[str], options: Options) -> dict[str, Path]:
+    """Returns the files and folders that are read, by the words that name them."""
+    named = {"the log": source, "`unloaded`": options.unloaded}
+    return {words: Path(path).absolute() for words, path in named.items() if path is not None}
 
 
 def _identification(data: dict[str, Any]) -> Identification:

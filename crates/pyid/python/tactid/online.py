@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 from tactid import _native
 from tactid._native import Manipulator
 from tactid.declaration import documented
-from tactid.identification import Array, Finding, PayloadEstimate, SingularValues, WrenchOffset
+from tactid.identification import Array, PayloadEstimate, SingularValues, WrenchOffset
 from tactid.options import Options, collect
+from tactid.wording import Finding
 
 
 class _Online:
@@ -114,7 +115,7 @@ class Identifier(_Online):
     def covariance(self) -> Array | None:
         """Returns the covariance of the payload's linear parameters, (10, 10).
 
-        The parameters are mass, kg; first moments, kg m; inertia about the end-effector's origin,
+        The parameters are mass, kg; first moments, kg m; inertia about the tip's origin,
         kg m², xx, xy, xz, yy, yz, zz. A direction that the motion does not determine has the
         variance of a parameter of plausible size. None stands during the first seven windows, in
         which the noise is not known.
@@ -125,7 +126,7 @@ class Identifier(_Online):
         """Returns the constant offset of the wrenches: what the sensor measures without a load.
 
         It is in the sensor's own frame and about its origin where there is one sensor that does not
-        move relative to the end-effector's frame, and otherwise in the end-effector's frame. None
+        move relative to the tip, and otherwise in the tip's frame. None
         stands where the option ``wrench_offset`` does not make it an unknown. Standard
         deviations are not estimated online.
         """

@@ -40,6 +40,12 @@ def body(flag: str, text: str) -> MassProperties:
     return MassProperties(mass, [x, y, z], [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
+def frame(flag: str, text: str) -> tuple[str, list[float]]:
+    """Reads the name of a link, then the origin and the quaternion of a frame on it."""
+    link, _, pose = text.partition(",")
+    return link.strip(), numbers(flag, pose, 7)
+
+
 def fraction(flag: str, text: str) -> float:
     """Reads a positive percentage, with or without its sign, as a fraction of one."""
     try:

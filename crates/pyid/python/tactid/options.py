@@ -47,9 +47,9 @@ class Options:
     """
 
     urdf: str | os.PathLike[str] | None = option(
-        "The robot's URDF: the path of its file, or in Python also its text, which begins with"
-        " ``<``. Its base is fixed, unless the motion of the base is measured.",
+        "The robot's URDF file. Its base is fixed, unless the motion of the base is measured.",
         ROBOT,
+        python="A text that begins with ``<`` is the URDF itself.",
         rust_field="Request::urdf",
         default="the robot description in the log",
         argument=Path,
@@ -62,6 +62,18 @@ class Options:
         default="tool0, or the frame of the sensor where there is no robot",
         metavar="LINK",
     )
+    sensor_frame: Sequence[Any] | None = option(
+        "Frame of the only wrench sensor, where it is no link of the robot or to replace it: the link"
+        " that it is fixed to, then its origin x, y, z and its quaternion qx, qy, qz, qw in the frame"
+        " of this link.",
+        ROBOT,
+        rust_field="Request::sensor_frame",
+        default="the frame that the messages name; for arrays, ``sensors``",
+        unit="m",
+        metavar="LINK,X,Y,Z,QX,QY,QZ,QW",
+        argument=str,
+        parse=option_text.frame,
+    )
     method: Method | None = option(
         "Measurements that the payload is identified from: wrenches (tactile); joint efforts beyond"
         " those that the arm itself needs (effort); the motion of a free-floating base, from which"
@@ -70,12 +82,15 @@ class Options:
         ROBOT,
         _ALL,
         rust_field="Request::method",
-        default="tactile where there are wrenches, else effort; tactile online",
+        default="tactile where there are wrenches, else effort",
+        python="Online, the default is tactile.",
     )
     unloaded: str | os.PathLike[str] | Mapping[str, ArrayLike] | None = option(
         "An unloaded recording of the same motion, whose joint efforts are subtracted by the effort"
-        " method: a log; for arrays, a dict of the arrays ``time``, ``q`` and ``effort``.",
+        " method.",
         ROBOT,
+        python="That of a log is a log; that of arrays is a dict of the arrays ``time``, (M,), and"
+        " ``q`` and ``effort``, (M, n).",
         rust_field="Request::unloaded, Arrays::unloaded",
         argument=Path,
     )

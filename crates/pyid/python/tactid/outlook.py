@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactid._native import VALUE_NAMES
-from tactid.identification import Array, Identification
+from tactid.identification import Array, IdentificationData
+from tactid.remarks import motion_advice
 from tactid.values import KINDS
-from tactid.wording import motion_advice
+from tactid.wording import DOUBTS
 
 WITHIN = 0.01
 """Target for half of each 95 % interval, as a fraction of the largest value of its kind."""
@@ -23,11 +24,14 @@ STEPS = ((36_000.0, "10 h"), (3_600.0, "1 h"), (600.0, "10 min"), (60.0, "1 min"
 """Lower bounds that stand for a longer time, s, with their names."""
 
 
-def outlook(result: Identification, within: float = WITHIN) -> str | None:
+def outlook(result: IdentificationData, within: float = WITHIN) -> str | None:
     """Says how much longer the motion must go on, or which motion would determine what it cannot.
 
-    Returns None where the estimator has no intervals, as the paper's filter.
+    Returns None where the estimator has no intervals, as the paper's filter, and where the data
+    contradict the result: then no interval contains the truth, however long the motion goes on.
     """
+    if result.is_contradicted or any(noticed.kind in DOUBTS for noticed in result.findings):
+        return None
     remaining = result.remaining(within)
     if np.isnan(remaining).any():
         return None

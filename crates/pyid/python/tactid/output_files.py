@@ -35,6 +35,8 @@ def _check_place(option: str, path: Path) -> None:
     if not folder.is_dir():
         problem = "is not a folder" if folder.exists() else "does not exist"
         raise ArgumentError(f"the folder {folder} of {option} {problem}")
+    if not os.access(folder, os.W_OK):
+        raise ArgumentError(f"the folder {folder} of {option} cannot be written")
     if path.is_dir():
         raise ArgumentError(f"{option} {path} is a folder: expected a file to write")
 

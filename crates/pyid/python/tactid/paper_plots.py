@@ -11,9 +11,9 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from tactid.drawing import EARLIER, ESTIMATE, STYLE, SYMBOLS, TRUE, padded, png, remark
-from tactid.identification import Identification
-from tactid.table import UNITS
+from tactid.identification import IdentificationData
 from tactid.truth import Truth
+from tactid.values import UNITS
 
 PAIRS = {6: (0, 1), 7: (2, 3), 8: (4, 5), 9: (7, 6), 10: (9, 8)}
 """Indices of the two parameters that each of the paper's figures shows."""
@@ -52,7 +52,7 @@ class History:
     phases: Sequence[Phase] = ()
 
     @classmethod
-    def of(cls, result: Identification, phases: Sequence[Phase]) -> "History":
+    def of(cls, result: IdentificationData, phases: Sequence[Phase]) -> "History":
         """Splits the history into its passes."""
         epoch, time = result.history.epoch, result.history.time
         values = result.history.values

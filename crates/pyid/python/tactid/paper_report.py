@@ -7,7 +7,7 @@ from typing import Any
 
 from tactid import page, table
 from tactid.truth import Truth
-from tactid.values import KINDS
+from tactid.values import KINDS, NAMES, UNITS
 
 CAPTIONS = {
     "figure_05.png": "All ten parameters in the last pass: the largest error within each "
@@ -65,7 +65,7 @@ def _table(report: Report) -> str:
     titles = (["paper"] if with_paper else []) + [column.title for column in report.columns]
     groups = "".join(f'<th colspan="2">{html.escape(title)}</th>' for title in titles)
     heads = "<th>value</th><th>error %</th>" * len(titles)
-    rows = "".join(_row(report, index, with_paper) for index in range(len(table.NAMES)))
+    rows = "".join(_row(report, index, with_paper) for index in range(len(NAMES)))
     worst = "".join(
         f'<td></td><td class="value">{table.percent(table.worst(column.errors or []))}</td>'
         for column in report.columns
@@ -82,8 +82,8 @@ kind.</caption>
 
 def _row(report: Report, index: int, with_paper: bool) -> str:
     cells = [
-        f"<td>{table.NAMES[index]}</td>",
-        f'<td class="unit">{table.UNITS[index]}</td>',
+        f"<td>{NAMES[index]}</td>",
+        f'<td class="unit">{UNITS[index]}</td>',
         f"<td>{report.truth.nominal[index]:.2f}</td>",
     ]
     if with_paper:

@@ -6,16 +6,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
-from tactid import paper_plots, paper_report, reported, result_json, table
-from tactid._native import Experiment, LogInfo, RunReport, simulate
+from tactid import paper_plots, paper_report, result_json, table
+from tactid._native import Experiment, LogInfo, RunReport
 from tactid.errors import LogError
 from tactid.files import write_atomically
-from tactid.identification import Identification
 from tactid.offline import identify
 from tactid.options import Estimator, Method
+from tactid.remarks import remarks
+from tactid.result import Identification
+from tactid.simulation import simulate
 from tactid.truth import Truth, momentum_drift, read_checks, read_truth
 from tactid.values import nested
-from tactid.wording import remarks
 
 TITLES: dict[tuple[Method, Estimator], str] = {
     ("tactile", "nlms"): "NLMS",
@@ -114,7 +115,7 @@ class Outcome:
         self.columns = [self._column(result) for result in self.results]
 
     def _column(self, result: Identification) -> table.Column:
-        values = reported.estimate_values(result)
+        values = result.estimate.known_values
         title = TITLES[cast(Method, result.method), cast(Estimator, result.estimator)]
         return table.Column(title, values, self.truth.errors_percent(values))
 
@@ -133,13 +134,12 @@ class Outcome:
             "grip_force_n": self.run.grip_force,
         }
         others = {column.title: nested(column.values) for column in self.columns[1:]}
-        return {
-            "estimate": nested(column.values),
+        record = result_json.record(
+            first, style="command-line", checks=read_checks(self.info) | run
+        )
+        return record | {
             "truth": nested(self.truth.actual),
             "error_percent": nested(column.errors or []),
-            "frame": first.estimate.frame,
-            "estimator": first.estimator,
-            "diagnostics": result_json.paper_diagnostics(first) | read_checks(self.info) | run,
             "other_estimates": others,
         }
 
@@ -159,7 +159,7 @@ class Outcome:
     def _facts(self) -> dict[str, str]:
         run, excitation = self.run, self.results[0].singular_values
         facts = {
-            "end-effector frame": self.experiment.tool,
+            "end-effector frame": self.experiment.tip,
             "simulated time": f"{run.simulated_time:g} s in {run.steps} steps",
             "wall time": f"{run.wall_time:.1f} s, {run.steps_per_second:.0f} steps a second",
             "momentum drift": momentum_drift(run),

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from tactid import drawing
 from tactid._native import PARAMETER_NAMES
 from tactid.drawing import EARLIER, ESTIMATE, TRUE, padded, remark
-from tactid.identification import Array, Fit, Identification
+from tactid.identification import Array, Fit, IdentificationData
 from tactid.reported import known_history
-from tactid.table import NAMES, NOT_IDENTIFIABLE, UNITS
-from tactid.values import Z95
+from tactid.table import NOT_IDENTIFIABLE
+from tactid.values import NAMES, UNITS, Z95
 
 STYLE = drawing.STYLE | {
     "agg.path.chunksize": 10_000,  # an hour of windows is one line
@@ -39,7 +39,7 @@ SEGMENT = 256
 """Largest number of windows in a segment of a spectrum."""
 
 
-def figures(result: Identification) -> dict[str, bytes]:
+def figures(result: IdentificationData) -> dict[str, bytes]:
     """Draws all figures, as PNG by name; without a fit, only the parameters over time."""
     drawers: dict[str, Callable[[], Figure]] = {"parameters": lambda: parameters(result)}
     least_squares = result.fit
@@ -116,7 +116,7 @@ def residuals(fit: Fit, cutoff: float) -> Figure:
     return figure
 
 
-def parameters(result: Identification) -> Figure:
+def parameters(result: IdentificationData) -> Figure:
     """Draws the ten values over time, each with its 95 % interval."""
     figure = Figure(figsize=(9.0, 8.2))
     panels = figure.subplots(len(PANELS), 3, sharex=True)
@@ -251,7 +251,9 @@ def _spectra(axes: Axes, fit: Fit, cutoff: float, signals: Sequence[Array]) -> N
         axes.axvline(cutoff, color=TRUE, linestyle=":", linewidth=1.0)
 
 
-def _history(axes: Axes, result: Identification, index: int, values: Array, half: Array) -> None:
+def _history(
+    axes: Axes, result: IdentificationData, index: int, values: Array, half: Array
+) -> None:
     final = float(result.estimate.values[index])
     if not result.estimate.identifiable[index] or not np.isfinite(final):
         axes.set_yticks([])

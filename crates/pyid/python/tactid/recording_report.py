@@ -7,14 +7,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tactid import body_plot, forms, page, recording_plots, reported
+from tactid import body_plot, page, recording_plots, reported
 from tactid.errors import IdentificationError
 from tactid.files import write_atomically
-from tactid.identification import Fit, Identification
+from tactid.identification import Fit, IdentificationData, PayloadEstimate
+from tactid.naming import Style, option_name
 from tactid.outlook import WITHIN, outlook
-from tactid.table import MOMENT_NAMES, MOMENT_UNIT, NAMES, NOT_IDENTIFIABLE, UNITS
-from tactid.values import KINDS, Z95, Values
-from tactid.wording import knowledge, remarks, wrench_offset
+from tactid.remarks import knowledge, remarks, wrench_offset
+from tactid.table import NOT_IDENTIFIABLE
+from tactid.values import KINDS, MOMENT_NAMES, MOMENT_UNIT, NAMES, UNITS, Z95, Values
 
 METHODS = {
     "tactile": "measured wrenches, and motion",
@@ -38,23 +39,27 @@ CAPTIONS = {
     "point": "The centre of mass in the frame.",
 }
 
+FRICTION = """Friction in the joints is the usual reason for large residuals of joint efforts: no
+interval contains its error. An unloaded recording of the same motion ({option}) subtracts most of
+it."""
+
 
 def write_report(
-    result: Identification, source_name: str, path: Path, within: float = WITHIN
+    result: IdentificationData, path: Path, within: float = WITHIN, style: Style = "keyword"
 ) -> None:
-    """Writes the report of a result; ``source_name`` names the recording."""
-    write_atomically(path, render(result, source_name, within))
+    """Writes the report of a result."""
+    write_atomically(path, render(result, within, style))
 
 
-def render(result: Identification, source_name: str, within: float = WITHIN) -> str:
+def render(result: IdentificationData, within: float = WITHIN, style: Style = "keyword") -> str:
     """Returns the report as HTML, figures included.
 
     Args:
         result: The identification.
-        source_name: Name of the recording.
         within: Target precision, as :meth:`Identification.remaining` takes it.
+        style: Who reads the sentences: it decides how they spell options.
     """
-    values, half_widths = reported.estimate_values(result), reported.half_widths(result)
+    values, half_widths = result.estimate.known_values, result.estimate.half_widths
     figures = recording_plots.figures(result)
     frame = html.escape(result.estimate.frame)
 
@@ -67,15 +72,16 @@ def render(result: Identification, source_name: str, within: float = WITHIN) -> 
 {_agreement(result.fit)}
 {figure("fit")}
 <h2>Residuals</h2>
+{_friction(result, style)}
 {figure("residuals")}"""
     return page.document(
         f"tactid: the payload at {result.estimate.frame}",
         f"""<h1>The payload at <code>{frame}</code></h1>
-<p class="lead">From <code>{html.escape(source_name)}</code>. Everything is in the frame
+<p class="lead">From <code>{html.escape(result.source_name)}</code>. Everything is in the frame
 <code>{frame}</code> and along its axes, the inertia about the centre of mass.</p>
 {_table(result)}
 <h2>Remarks</h2>
-{_remarks(result)}
+{_remarks(result, style)}
 <h2>Position and size</h2>
 {_body(result, values, half_widths)}
 {fit}
@@ -85,7 +91,7 @@ def render(result: Identification, source_name: str, within: float = WITHIN) -> 
 {_advice(result, within)}
 {figure("excitation")}
 <h2>Formats for other programs</h2>
-{_forms(values, result.estimate.frame)}
+{_forms(result.estimate)}
 <h2>The identification</h2>
 {page.facts(_facts(result))}""",
     )
@@ -117,9 +123,9 @@ def explained(fit: Fit, windows: NDArray[np.bool_]) -> list[float | None]:
     return fractions
 
 
-def _table(result: Identification) -> str:
-    values = reported.estimate_values(result) + reported.moments(result)
-    half_widths = reported.half_widths(result) + reported.moment_half_widths(result)
+def _table(result: IdentificationData) -> str:
+    values = result.estimate.known_values + reported.moments(result)
+    half_widths = result.estimate.half_widths + reported.moment_half_widths(result)
     names, units = NAMES + MOMENT_NAMES, UNITS + (MOMENT_UNIT,) * 3
     rows = []
     for index, (value, half) in enumerate(zip(values, half_widths, strict=True)):
@@ -140,14 +146,20 @@ that noise could make equal have wider intervals, which contain the truth more o
 <tbody>{"".join(rows)}</tbody></table></div>"""
 
 
-def _remarks(result: Identification) -> str:
-    lines = [*remarks(result, "command-line"), *(f"Damage: {line}" for line in result.damage)]
+def _remarks(result: IdentificationData, style: Style) -> str:
+    lines = [*remarks(result, style), *(f"Damage: {line}" for line in result.damage)]
     if not lines:
         return "<p>Nothing was noticed: see the held-out windows below.</p>"
     return f"<ul>{''.join(f'<li>{html.escape(line)}</li>' for line in lines)}</ul>"
 
 
-def _advice(result: Identification, within: float) -> str:
+def _friction(result: IdentificationData, style: Style) -> str:
+    if result.method not in ("effort", "combined"):
+        return ""
+    return f"<p>{html.escape(FRICTION.format(option=option_name('unloaded', style)))}</p>"
+
+
+def _advice(result: IdentificationData, within: float) -> str:
     sentence = outlook(result, within)
     if sentence is None:
         return ""
@@ -155,7 +167,7 @@ def _advice(result: Identification, within: float) -> str:
     return f"<p>{html.escape(sentence)} {bias}</p>"
 
 
-def _body(result: Identification, values: Values, half_widths: Values) -> str:
+def _body(result: IdentificationData, values: Values, half_widths: Values) -> str:
     solid = None not in values and result.estimate.is_physical
     drawn = body_plot.ellipsoid(values, half_widths, solid=solid)
     if drawn is None:
@@ -199,23 +211,23 @@ def _percent(fraction: float | None) -> str:
     return "–" if fraction is None else f"{round(100 * fraction, 2) + 0.0:.2f} %"
 
 
-def _forms(values: Values, frame: str) -> str:
+def _forms(estimate: PayloadEstimate) -> str:
     parts = []
-    titles = {
-        "controller": "For a robot controller",
-        "urdf": "URDF",
-        "mujoco": "MuJoCo",
+    forms = {
+        "For a robot controller": estimate.to_controller,
+        "URDF": estimate.to_urdf,
+        "MuJoCo": estimate.to_mujoco,
     }
-    for form, title in titles.items():
+    for title, form in forms.items():
         try:
-            text = f"<pre>{html.escape(forms.FORMS[form](values, frame))}</pre>"
+            text = f"<pre>{html.escape(form())}</pre>"
         except IdentificationError as error:
             text = f"<p>{html.escape(str(error))}</p>"
         parts.append(f"<details><summary>{title}</summary>{text}</details>\n")
     return "".join(parts)
 
 
-def _facts(result: Identification) -> dict[str, str]:
+def _facts(result: IdentificationData) -> dict[str, str]:
     delay = _quantity(1e3 * result.delay, "ms")
     if result.estimated_delay is not None:
         delay += f" ± {1e3 * Z95 * result.estimated_delay.std_dev:.2g} ms"

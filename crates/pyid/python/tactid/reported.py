@@ -1,38 +1,39 @@
 """The numbers of a result as they are reported: None where the motion did not determine a value."""
 
-from collections.abc import Iterable
-
 import numpy as np
-from numpy.typing import NDArray
 
-from tactid.identification import Array, Identification
-from tactid.values import KINDS, PATHS, Z95, finite
-
-
-def estimate_values(result: Identification) -> list[float | None]:
-    """Returns the ten values; None where the motion did not determine one."""
-    return _where(result.estimate.identifiable, result.estimate.values)
+from tactid.identification import Array, IdentificationData
+from tactid.table import Column
+from tactid.truth import Truth
+from tactid.values import KINDS, PATHS, Z95, where_known
 
 
-def half_widths(result: Identification) -> list[float | None]:
-    """Returns half of each value's 95 % interval; None where it is unknown."""
-    return _where(result.estimate.identifiable, Z95 * result.estimate.std_devs)
-
-
-def moments(result: Identification) -> list[float | None]:
+def moments(result: IdentificationData) -> list[float | None]:
     """Returns the principal moments, ascending: None unless the whole inertia is known."""
     known = all(result.estimate.identifiable[KINDS[2]])
     bounded = ~np.isinf(result.principal_moments.std_devs)
-    return _where(known & bounded, result.principal_moments.values)
+    return where_known(known & bounded, result.principal_moments.values)
 
 
-def moment_half_widths(result: Identification) -> list[float | None]:
+def moment_half_widths(result: IdentificationData) -> list[float | None]:
     """Returns half of the 95 % interval of each principal moment; None where it is unknown."""
     known = [value is not None for value in moments(result)]
-    return _where(known, Z95 * result.principal_moments.std_devs)
+    return where_known(known, Z95 * result.principal_moments.std_devs)
 
 
-def known_history(result: Identification) -> tuple[Array, Array]:
+def column(result: IdentificationData, truth: Truth | None = None) -> Column:
+    """Returns the column of a recording: the ten values, then the three principal moments."""
+    values, principal = result.estimate.known_values, moments(result)
+    errors = None
+    if truth is not None:
+        errors = truth.errors_percent(values) + truth.moment_errors_percent(principal)
+    half_widths = None
+    if result.fit is not None:
+        half_widths = result.estimate.half_widths + moment_half_widths(result)
+    return Column(result.estimator, values + principal, errors, half_widths)
+
+
+def known_history(result: IdentificationData) -> tuple[Array, Array]:
     """Returns each value and its standard deviation over time, NaN for what was not known.
 
     A value is not known yet where its standard deviation is infinite, unless the estimator gives no
@@ -48,7 +49,7 @@ def known_history(result: Identification) -> tuple[Array, Array]:
     return values, std_devs
 
 
-def offsets(result: Identification) -> list[tuple[str, str, float, float]]:
+def offsets(result: IdentificationData) -> list[tuple[str, str, float, float]]:
     """Returns the channels' offsets: name, unit, value, and half of its 95 % interval."""
     fit = result.fit
     if fit is None or fit.wrench_offset is None:
@@ -57,7 +58,3 @@ def offsets(result: Identification) -> list[tuple[str, str, float, float]]:
     numbers = zip(fit.wrench_offset.values, Z95 * fit.wrench_offset.std_devs, strict=True)
     pairs = zip(names, numbers, strict=True)
     return [(name, unit, float(value), float(half)) for (name, unit), (value, half) in pairs]
-
-
-def _where(known: Iterable[bool] | NDArray[np.bool_], values: Array) -> list[float | None]:
-    return [finite(value) if yes else None for value, yes in zip(values, known, strict=True)]

@@ -1,21 +1,61 @@
-"""A result as JSON: the layout of ``result.json`` and of ``tactid identify --json``."""
+"""A result as JSON: the layout of ``result.json`` and of ``tactid identify --json``.
+
+The file ``result.schema.json`` in this package describes every key.
+"""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactid import reported
-from tactid.identification import Fit, Identification
+from tactid.faults import DataFault
+from tactid.files import write_atomically
+from tactid.identification import Fit, IdentificationData
 from tactid.naming import Style
 from tactid.outlook import WITHIN
+from tactid.remarks import motion_advice, remarks
 from tactid.values import Z95, all_finite, finite, nested, values_of
-from tactid.wording import finding, motion_advice, remarks
+from tactid.wording import finding
+
+SCHEMA = "tactid.result/1"
+"""Name and version of the layout: a change that breaks a reader increments the version."""
+
+UNITS = {"mass": "kg", "com": "m", "inertia": "kg m²", "principal_moments": "kg m²", "time": "s"}
+"""Units of the values; any other number has its unit in its key."""
 
 MOST_POINTS = 2000
 """Largest number of points of a time series in JSON."""
+
+
+def result_schema() -> dict[str, Any]:
+    """Returns the JSON schema of results, which describes every key with its unit and frame.
+
+    Every JSON document of tactid names its version under ``schema``; :meth:`Identification.to_json`
+    returns one.
+
+    >>> tactid.result_schema()["properties"]["schema"]["const"]
+    'tactid.result/1'
+    """
+    text = resources.files("tactid").joinpath("result.schema.json").read_text(encoding="utf-8")
+    found: dict[str, Any] = json.loads(text)
+    return found
+
+
+def write(
+    result: IdentificationData,
+    path: Path,
+    within: float = WITHIN,
+    style: Style = "keyword",
+    checks: Mapping[str, Any] | None = None,
+) -> None:
+    """Writes a result with its time series; ``checks`` are those of the run of a simulated log."""
+    shown = record(result, within, style, checks) | {"series": series(result)}
+    write_atomically(path, to_json(shown))
 
 
 def to_json(record: dict[str, Any]) -> str:
@@ -24,7 +64,10 @@ def to_json(record: dict[str, Any]) -> str:
 
 
 def record(
-    result: Identification, within: float = WITHIN, style: Style = "keyword"
+    result: IdentificationData,
+    within: float = WITHIN,
+    style: Style = "keyword",
+    checks: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Returns the result as JSON has it, but for its time series.
 
@@ -32,11 +75,16 @@ def record(
         result: The identification.
         within: Target for the remaining time, as :meth:`Identification.remaining` takes it.
         style: Who reads the sentences: it decides how they spell options.
+        checks: Further diagnostics: those of the run of a simulated log.
     """
     remaining = result.remaining(within)
     return {
-        "estimate": nested(reported.estimate_values(result)),
-        "half_width_95": nested(reported.half_widths(result)),
+        "schema": SCHEMA,
+        "frame": result.estimate.frame,
+        "inertia_about": "centre of mass",
+        "units": UNITS,
+        "estimate": nested(result.estimate.known_values),
+        "half_width_95": nested(result.estimate.half_widths),
         "principal_moments": {
             "values": reported.moments(result),
             "half_width_95": reported.moment_half_widths(result),
@@ -46,10 +94,10 @@ def record(
             "all": finite(remaining.max()),
             "each": nested([float(seconds) for seconds in remaining]),
         },
-        "frame": result.estimate.frame,
         "method": result.method,
         "estimator": result.estimator,
-        "diagnostics": diagnostics(result),
+        "is_contradicted": result.is_contradicted,
+        "diagnostics": diagnostics(result) | dict(checks or {}),
         "findings": [
             {"kind": noticed.kind, **_plain(noticed.data), "text": finding(noticed, style)}
             for noticed in result.findings
@@ -58,68 +106,11 @@ def record(
     }
 
 
-def diagnostics(result: Identification) -> dict[str, Any]:
+def diagnostics(result: IdentificationData) -> dict[str, Any]:
     """Returns the reasons to trust a result, or not to."""
-    estimated, mass, box = result.estimated_delay, result.known_mass, result.bounding_box
-    return (
-        _of_every_estimator(result)
-        | {
-            "clock": result.clock,
-            "delay_s": finite(result.delay),
-            "estimated_delay_s": None if estimated is None else finite(estimated.value),
-            "estimated_delay_std_dev_s": None if estimated is None else finite(estimated.std_dev),
-            "known_mass_kg": None if mass is None else mass.value,
-            "known_mass_std_dev_kg": None if mass is None else mass.std_dev,
-            "bounding_box_m": None if box is None else box.tolist(),
-            "wrench_offset": _wrench_offset(result),
-            "faults": [
-                {
-                    "topic": fault.topic,
-                    "kind": fault.kind,
-                    "text": fault.phrase,
-                    "count": fault.count,
-                    "first_s": finite(fault.first),
-                }
-                for fault in result.faults
-            ],
-            "motion_advice": motion_advice(result.estimate.not_identifiable),
-        }
-        | ({} if result.fit is None else _of_the_fit(result.fit))
-    )
-
-
-def _wrench_offset(result: Identification) -> dict[str, Any] | None:
-    """Returns the offset of the wrenches and its frame; None where it is not an unknown."""
-    if result.fit is None or result.fit.wrench_offset is None:
-        return None
-    return {
-        "frame": result.fit.wrench_offset.frame,
-        "components": {
-            name: {"value": finite(value), "half_width_95": finite(half_width), "unit": unit}
-            for name, unit, value, half_width in reported.offsets(result)
-        },
-    }
-
-
-def paper_diagnostics(result: Identification) -> dict[str, Any]:
-    """Returns the reasons to trust a result of the paper's experiment, or not to."""
-    settings, excitation = result.paper_settings, result.singular_values
-    record = _of_every_estimator(result)
-    if settings is not None:
-        record |= {"average_s": settings.average, "epochs": settings.epochs}
-    if excitation is not None:
-        record["singular_values"] = {
-            "mass": all_finite(excitation.mass),
-            "inertia": all_finite(excitation.inertia),
-        }
-    if result.estimate.composite is not None:
-        record["composite"] = nested(values_of(result.estimate.composite))
-    return record
-
-
-def _of_every_estimator(result: Identification) -> dict[str, Any]:
-    estimate = result.estimate
-    return {
+    estimate, estimated = result.estimate, result.estimated_delay
+    mass, box = result.known_mass, result.bounding_box
+    record = {
         "method": result.method,
         "gravity_m_s2": all_finite(result.gravity),
         "cutoff_hz": finite(result.cutoff),
@@ -132,7 +123,64 @@ def _of_every_estimator(result: Identification) -> dict[str, Any]:
         "is_physical": estimate.is_physical,
         "interrupted": result.interrupted,
         "damage": list(result.damage),
+        "clock": result.clock,
+        "delay_s": finite(result.delay),
+        "estimated_delay_s": None if estimated is None else finite(estimated.value),
+        "estimated_delay_std_dev_s": None if estimated is None else finite(estimated.std_dev),
+        "known_mass_kg": None if mass is None else mass.value,
+        "known_mass_std_dev_kg": None if mass is None else mass.std_dev,
+        "bounding_box_m": None if box is None else box.tolist(),
+        "wrench_offset": _wrench_offset(result),
+        "faults": [_fault(fault) for fault in result.faults],
+        "motion_advice": motion_advice(estimate.not_identifiable),
     }
+    if estimate.composite is not None:
+        record["composite"] = nested(values_of(estimate.composite))
+    if result.fit is not None:
+        record |= _of_the_fit(result.fit)
+    return record | _of_the_filter(result)
+
+
+def _fault(fault: DataFault) -> dict[str, Any]:
+    return {
+        "topic": fault.topic,
+        "kind": fault.kind,
+        "text": fault.phrase,
+        "count": fault.count,
+        "first_s": finite(fault.first),
+    }
+
+
+def _wrench_offset(result: IdentificationData) -> dict[str, Any] | None:
+    """Returns the offset of the wrenches and its frame; None where it is not an unknown."""
+    if result.fit is None or result.fit.wrench_offset is None:
+        return None
+    return {
+        "frame": result.fit.wrench_offset.frame,
+        "components": {
+            name: {"value": finite(value), "half_width_95": finite(half_width), "unit": unit}
+            for name, unit, value, half_width in reported.offsets(result)
+        },
+    }
+
+
+def _of_the_filter(result: IdentificationData) -> dict[str, Any]:
+    """Returns what only the paper's filter has: its settings, and its singular values."""
+    settings, excitation = result.paper_settings, result.singular_values
+    record: dict[str, Any] = {}
+    if settings is not None:
+        record |= {
+            "alpha": settings.alpha,
+            "beta": settings.beta,
+            "average_s": settings.average,
+            "epochs": settings.epochs,
+        }
+    if excitation is not None:
+        record["singular_values"] = {
+            "mass": all_finite(excitation.mass),
+            "inertia": all_finite(excitation.inertia),
+        }
+    return record
 
 
 def _of_the_fit(fit: Fit) -> dict[str, Any]:
@@ -148,7 +196,7 @@ def _of_the_fit(fit: Fit) -> dict[str, Any]:
     }
 
 
-def series(result: Identification) -> dict[str, Any]:
+def series(result: IdentificationData) -> dict[str, Any]:
     """Returns the time series that belong to :func:`record`: the fit and the history."""
     points = thinned(len(result.history.time))
     values, std_devs = reported.known_history(result)

@@ -1,34 +1,19 @@
-"""Table 2 of the paper, with the numbers of a run beside it."""
+"""Tables of results: in a terminal, as plain text and in a notebook."""
 
-import math
+import html
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rich import box
+from rich.console import Console
+from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from tactid import reported
 from tactid._native import LogInfo
-from tactid.identification import Identification
 from tactid.truth import Truth
-from tactid.values import KINDS, Values
-
-NAMES = (
-    "mass",
-    "com x",
-    "com y",
-    "com z",
-    "inertia xx",
-    "inertia xy",
-    "inertia xz",
-    "inertia yy",
-    "inertia yz",
-    "inertia zz",
-)
-UNITS = ("kg", *["m"] * 3, *["kg m²"] * 6)
-MOMENT_NAMES = ("moment 1", "moment 2", "moment 3")
-MOMENT_UNIT = "kg m²"
+from tactid.values import KINDS, MOMENT_NAMES, MOMENT_UNIT, NAMES, UNITS, Values, digits_of
 
 PAPER_NOMINAL = (100.0, 0.5, 0.0, 0.0, 10.0, 0.0, 0.0, 20.0, 0.0, 10.0)
 PAPER_VALUES = (101.6, 0.51, 0.0, 0.0, 10.1, 0.0, 0.0, 20.22, 0.0, 10.13)
@@ -39,36 +24,27 @@ NOT_IDENTIFIABLE = "not identifiable"
 
 @dataclass(frozen=True)
 class Column:
-    """The result of one identification."""
+    """The result of one identification: the ten values, and the principal moments if there are."""
 
     title: str
     values: Values
-    errors: Sequence[float | None] | None
+    errors: Sequence[float | None] | None = None
     """Errors in percent; None where the truth is not known."""
     half_widths: Values | None = None
     """Half of each 95 % interval; None where the estimator has none."""
-
-    @classmethod
-    def of(cls, result: Identification, truth: Truth | None) -> "Column":
-        """Returns the column of a recording: the ten values, then the three principal moments."""
-        values, moments = reported.estimate_values(result), reported.moments(result)
-        errors = None
-        if truth is not None:
-            errors = truth.errors_percent(values) + truth.moment_errors_percent(moments)
-        half_widths = None
-        if result.fit is not None:
-            half_widths = reported.half_widths(result) + reported.moment_half_widths(result)
-        return cls(result.estimator, values + moments, errors, half_widths)
 
 
 def number(value: float | None, half_width: float | None = None) -> str:
     """A value as a table shows it: as many digits as its interval is worth, and four at least."""
     if value is None:
         return NOT_IDENTIFIABLE
-    digits = 4
-    if half_width is not None and 0 < half_width < 1e-3:
-        digits = min(9, 1 - math.floor(math.log10(half_width)))
+    digits = max(4, digits_of(half_width)) if half_width else 4
     return f"{_without_minus_zero(value, digits):.{digits}f}"
+
+
+def around(half_width: float | None) -> str:
+    """Half of a 95 % interval as a table shows it: two figures, and no exponent."""
+    return "–" if half_width is None else f"{half_width:.{digits_of(half_width)}f}"
 
 
 def percent(error: float | None) -> str:
@@ -86,7 +62,12 @@ def is_the_papers(truth: Truth) -> bool:
     return tuple(truth.nominal) == PAPER_NOMINAL
 
 
-def rich_table(columns: Sequence[Column], truth: Truth | None) -> Table:
+def heading(frame: str) -> str:
+    """Says in which frame the values of a table are, and about which point the inertia is."""
+    return f"Payload in the frame {frame}, inertia about the centre of mass"
+
+
+def rich_table(columns: Sequence[Column], truth: Truth | None = None) -> Table:
     """The table for a terminal: ten rows, and three more where there are principal moments."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("parameter")
@@ -125,11 +106,42 @@ def _cells(
             half_width = None if column.half_widths is None else column.half_widths[index]
             cells.append(number(column.values[index], half_width))
             if column.half_widths is not None:
-                cells.append("–" if half_width is None else f"{half_width:.2g}")
+                cells.append(around(half_width))
             if column.errors is not None:
                 cells.append(percent(column.errors[index]))
         rows.append(cells)
     return rows
+
+
+def html_table(column: Column, title: str) -> str:
+    """Returns a small table for a notebook: the ten values with their 95 % intervals."""
+    half_widths = column.half_widths or [None] * len(column.values)
+    rows = "".join(
+        f"<tr><td>{name}</td><td>{unit}</td><td>{number(value, half)}</td><td>{around(half)}</td>"
+        "</tr>"
+        for name, unit, value, half in zip(NAMES, UNITS, column.values, half_widths, strict=False)
+    )
+    heads = "<tr><th>parameter</th><th>unit</th><th>value</th><th>± 95 %</th></tr>"
+    return (
+        f"<table><caption>{html.escape(title)}</caption><thead>{heads}</thead>"
+        f"<tbody>{rows}</tbody></table>"
+    )
+
+
+def whole_width(table: Table, console: Console) -> int:
+    """Returns the width at which a console shows a table without truncating or folding cells."""
+    return Measurement.get(console, console.options.update(max_width=1000), table).maximum
+
+
+def plain_text(column: Column, title: str) -> str:
+    """Returns the table of one result as text without colours, with a line above it."""
+    table = rich_table([column])
+    page = io.StringIO()
+    console = Console(file=page, color_system=None, force_terminal=False)
+    console.width = whole_width(table, console)
+    console.print(table)
+    lines = [title, *page.getvalue().splitlines()]
+    return "\n".join(line.rstrip() for line in lines).rstrip()
 
 
 def _without_minus_zero(value: float, digits: int) -> float:

@@ -11,7 +11,7 @@ from tactid.values import KINDS, Values, flat
 
 @dataclass(frozen=True)
 class Truth:
-    """The true payload of a simulated log, in the frame of the tool."""
+    """The true payload of a simulated log, in the tip's frame."""
 
     actual: list[float]
     """The ten values as the payload sits in the grasp."""

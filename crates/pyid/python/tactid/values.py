@@ -16,6 +16,29 @@ PATHS = (
 )
 """Where each of the ten values stands in a nested result."""
 
+NAMES = (
+    "mass",
+    "com x",
+    "com y",
+    "com z",
+    "inertia xx",
+    "inertia xy",
+    "inertia xz",
+    "inertia yy",
+    "inertia yz",
+    "inertia zz",
+)
+"""Names of the ten values for people."""
+
+UNITS = ("kg", *["m"] * 3, *["kg m²"] * 6)
+"""Units of the ten values."""
+
+MOMENT_NAMES = ("moment 1", "moment 2", "moment 3")
+"""Names of the principal moments of inertia, ascending."""
+
+MOMENT_UNIT = "kg m²"
+"""Unit of the principal moments of inertia."""
+
 KINDS = (slice(0, 1), slice(1, 4), slice(4, 10))
 """Mass, centre of mass and inertia among the ten values."""
 
@@ -44,6 +67,11 @@ def values_of(body: MassProperties) -> list[float]:
     return [body.mass, *map(float, body.com), *map(float, inertia)]
 
 
+def where_known(known: Iterable[bool], values: Iterable[float]) -> list[float | None]:
+    """Returns each number that is known and finite, and None for the others."""
+    return [finite(value) if yes else None for value, yes in zip(values, known, strict=True)]
+
+
 def finite(value: float) -> float | None:
     """Returns the number, or None where it is infinite or NaN, which JSON does not have."""
     return float(value) if math.isfinite(value) else None
@@ -52,3 +80,8 @@ def finite(value: float) -> float | None:
 def all_finite(values: Iterable[float]) -> list[float | None]:
     """Applies :func:`finite` to each number."""
     return [finite(value) for value in values]
+
+
+def digits_of(half_width: float) -> int:
+    """Returns the number of decimals that show two figures of a half width, 9 at most."""
+    return min(max(1 - math.floor(math.log10(half_width)), 0), 9) if half_width > 0 else 9

@@ -1,19 +1,36 @@
-"""Results in words: findings, remarks, and the motion that would determine more.
+"""Findings in words: what a reader of a result should know of the recording.
 
 A sentence that names an option spells it as its reader would write it: see :mod:`tactid.naming`.
 """
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
-from tactid.bodies import why_impossible
-from tactid.identification import Finding, Identification
 from tactid.naming import Style, option_name
-from tactid.reported import offsets
-from tactid.values import Z95
+from tactid.values import Z95, digits_of
 
 Data = Mapping[str, Any]
+
+CONTRADICTIONS = ("gravity_contradicted", "negative_mass", "known_bodies_too_heavy")
+"""Findings that show the result to be wrong, the gravest first."""
+
+DOUBTS = ("mass_contradicted", "inconsistent", "offset_suspected")
+"""Findings that show the values to be off by more than their intervals, the gravest first."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something that a reader of the result should know; ``print`` shows it as a sentence."""
+
+    kind: str
+    """Name of what was noticed, such as ``negative_mass``."""
+    data: Mapping[str, Any] = field(default_factory=dict)
+    """The numbers and names that belong to the kind."""
+
+    def __str__(self) -> str:
+        return finding(self)
+
 
 LOADS = {"tactile": "wrench", "joint-sensing": "wrench", "effort": "effort", "combined": "load"}
 """What each method measures of the payload."""
@@ -29,8 +46,8 @@ def _gravity_contradicted(data: Data, style: Style) -> str:
     what = "Gravity of the opposite sign" if any(data["better"]) else "No gravity at all"
     return (
         f"{what}, ({x:g}, {y:g}, {z:g}) m/s², explains the {LOADS[data['method']]} far better than"
-        f" the given one (ratio of the residuals {data['residual_ratio']:.2e}): check the sign of"
-        f" {option_name('gravity', style)} and the axes of the world."
+        f" the given one (its residuals are {_percent(data['residual_ratio'])} as large): check the"
+        f" sign of {option_name('gravity', style)} and the axes of the world."
     )
 
 
@@ -130,8 +147,8 @@ def _outliers(data: Data, _: Style) -> str:
 def _acceleration_not_used(data: Data, style: Style) -> str:
     why = "explain the wrench better" if data["explains_better"] else "have less noise"
     return (
-        f"{data['topic']} is not used: accelerations derived from the velocities {why} (ratio of"
-        f" the residuals {data['residual_ratio']:.2f}, of the powers {data['power_ratio']:.2f})."
+        f"{data['topic']} is not used: accelerations derived from the velocities {why} (residuals"
+        f" {_percent(data['residual_ratio'])} as large, power {_percent(data['power_ratio'])})."
         f" Give {option_name('acceleration_topic', style)} to use it."
     )
 
@@ -202,7 +219,7 @@ def _twist_contradicted(data: Data, _: Style) -> str:
         None: " Check its units, signs and axes; it may also be zero because it is not measured.",
     }
     return (
-        f"The twist of {data['source']} is not the derivative of the pose (rms difference"
+        f"{data['source']}: the twist is not the derivative of the pose (rms difference"
         f" {data['relative_difference']:.0%} of the motion).{causes[data['better_axes']]}"
     )
 
@@ -222,7 +239,7 @@ def _delay_doubtful(data: Data, style: Style) -> str:
     why = (
         "but it is as long as any that is searched for"
         if data["is_at_end"]
-        else f"but only a little (ratio of the residuals {data['residual_ratio']:.2f})"
+        else f"but only a little (ratio of the residuals {math.sqrt(data['residual_ratio']):.2f})"
     )
     return (
         f"Wrenches stamped {1e3 * data['delay_s']:.0f} ms later than the motion would fit better,"
@@ -236,12 +253,19 @@ def _no_stamps(_: Data, __: Style) -> str:
 
 
 def _delay_corrected(data: Data, _: Style) -> str:
-    half_width = Z95 * data["std_dev_s"]
+    half_width = 1e3 * Z95 * data["std_dev_s"]
+    digits = digits_of(half_width)
+    order = "later" if data["applied_s"] >= 0 else "earlier"
     return (
-        f"The wrenches are stamped {1e3 * data['applied_s']:.2f} ms later than the motion: this"
-        f" delay was corrected (estimated {1e3 * data['estimated_s']:.2f} ±"
-        f" {1e3 * half_width:.2f} ms)."
+        f"The wrenches are stamped {1e3 * abs(data['applied_s']):.{digits}f} ms {order} than the"
+        f" motion: this delay was corrected (estimated {1e3 * data['estimated_s']:.{digits}f} ±"
+        f" {half_width:.{digits}f} ms)."
     )
+
+
+def _percent(ratio: float) -> str:
+    percent = 100 * ratio
+    return f"{percent:.{min(digits_of(percent), 3)}f} %" if percent >= 1e-3 else "under 0.001 %"
 
 
 _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
@@ -272,112 +296,3 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
 
 FINDING_KINDS = tuple(_FINDINGS)
 """Every kind of finding."""
-
-
-def digits_of(half_width: float) -> int:
-    """Number of decimals that show two figures of a half width."""
-    return min(max(1 - math.floor(math.log10(half_width)), 0), 9) if half_width > 0 else 9
-
-
-def motion_advice(names: Sequence[str]) -> list[str]:
-    """Says which motion determines these values: a sentence for each kind.
-
-    By the structure of the regressor, forces determine the mass by any acceleration against gravity
-    and the first moments by rotation; moments determine the inertia by angular accelerations, (45).
-
-    Args:
-        names: Names of values that are not determined, as in ``VALUE_NAMES``.
-    """
-    advice = []
-    if "mass" in names:
-        advice.append("Accelerate the tool, or hold it still under gravity, for the mass.")
-    for axis, others in (("x", "y or z"), ("y", "x or z"), ("z", "x or y")):
-        if f"com.{axis}" in names:
-            advice.append(
-                f"Rotate the tool about its {others} axis, or tilt its {axis} axis away from the"
-                f" vertical, for com.{axis}."
-            )
-    inertia = [name for name in names if name.startswith("I")]
-    if inertia:
-        axes = sorted({name[1] for name in inertia if name[1] == name[2]})
-        # A product of inertia is determined by rotation about either of its two axes.
-        either = [f"{n[1]} or {n[2]}" for n in inertia if n[1] != n[2] and not {*n[1:]} & {*axes}]
-        about = [*axes, *either]
-        several = "axes" if len(about) > 1 else "axis"
-        advice.append(
-            f"Rotate the tool faster about its {_listed(about)} {several}, for {_listed(inertia)}."
-        )
-    return advice
-
-
-def remarks(result: Identification, style: Style = "keyword") -> list[str]:
-    """Says what a reader must know to trust a result, in sentences; there may be none."""
-    findings = [finding(noticed, style) for noticed in result.findings]
-    faults = [fault.sentence for fault in result.faults]
-    return list(dict.fromkeys([*_of_the_estimate(result), *findings, *faults]))
-
-
-def _of_the_estimate(result: Identification) -> list[str]:
-    estimate = result.estimate
-    sentences = []
-    unknown = estimate.not_identifiable
-    if unknown:
-        sentences.append(
-            " ".join([f"Not identifiable: {', '.join(unknown)}.", *motion_advice(unknown)])
-        )
-    # An inertia that is partly unknown is often impossible; a mass below zero needs a reason.
-    explained = unknown and not estimate.values[0] <= 0
-    if not estimate.is_physical and not explained:
-        reason = why_impossible(estimate.values.tolist()) or "the estimate has not converged"
-        sentences.append(f"No body can have these parameters: {reason}.")
-    if estimate.rejected:
-        sentences.append(f"{estimate.rejected} samples were rejected: not finite, or out of order.")
-    if estimate.gaps:
-        sentences.append(f"{estimate.gaps} gaps in the recording were not bridged.")
-    return sentences
-
-
-def assumptions(result: Identification) -> str:
-    """Says what was assumed, and what was chosen from the data: a line for every result."""
-    gravity = " ".join(f"{entry:g}" for entry in result.gravity)
-    parts = [f"frame {result.estimate.frame}", f"method {result.method}", f"gravity {gravity} m/s²"]
-    parts.append(f"cutoff {result.cutoff:.3g} Hz")
-    estimated = result.estimated_delay
-    if estimated is not None:
-        used = "corrected" if result.delay else "not significant, not corrected"
-        half_width = Z95 * estimated.std_dev
-        parts.append(f"delay {1e3 * estimated.value:.2f} ± {1e3 * half_width:.2g} ms ({used})")
-    elif result.delay:
-        parts.append(f"delay {1e3 * result.delay:g} ms (given)")
-    parts += knowledge(result)
-    if offsets(result):
-        parts.append(f"wrench offset {wrench_offset(result)}")
-    parts.append(f"times from {'header stamps' if result.clock == 'stamps' else 'the log'}")
-    return "; ".join(parts) + "."
-
-
-def knowledge(result: Identification) -> list[str]:
-    """Says what was given of the payload."""
-    parts = []
-    mass = result.known_mass
-    if mass is not None:
-        around = f" ± {Z95 * mass.std_dev:.2g}" if mass.std_dev else ""
-        parts.append(f"mass {mass.value:g}{around} kg (given)")
-    if result.bounding_box is not None:
-        low, high = (" ".join(f"{entry:g}" for entry in corner) for corner in result.bounding_box)
-        parts.append(f"within a box from {low} to {high} m (given)")
-    return parts
-
-
-def wrench_offset(result: Identification) -> str:
-    """Says the offset of the wrenches with its 95 % intervals; empty where it is not known."""
-    return ", ".join(
-        f"{name} {value:.3g} ± {half_width:.2g} {unit}"
-        for name, unit, value, half_width in offsets(result)
-        if math.isfinite(value) and math.isfinite(half_width)
-    )
-
-
-def _listed(words: Sequence[str]) -> str:
-    *most, last = words
-    return f"{', '.join(most)} and {last}" if most else last

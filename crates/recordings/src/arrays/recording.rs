@@ -10,7 +10,7 @@ use crate::alignment::{Event, Streams};
 use crate::defaults::{Contents, Motion, Options, check_tip, effort_gains};
 use crate::finding::TwistAxes;
 use crate::recording::{BEGINNING_S, Reading, Recording, Selection, Sources};
-use crate::sources::SENSOR_FRAME;
+use crate::sources::{SENSOR_FRAME, place_sensor};
 use crate::{Clock, Observer, RecordingError, Request};
 
 /// Number of samples between two calls of the observer.
@@ -27,7 +27,7 @@ impl<'a> ArrayRecording<'a> {
     /// Checks the lengths of arrays, and that they have what a request asks for.
     pub(crate) fn new(arrays: &Arrays<'a>, request: &Request) -> Result<Self, RecordingError> {
         check_request(request)?;
-        let robot = arrays.resolve_robot(request)?;
+        let mut robot = arrays.resolve_robot(request)?;
         arrays.check_motion(&robot)?;
         let timeline = Timeline::new(arrays.times_s);
         let contents = contents(arrays, arrays.has_robot(request), &timeline);
@@ -41,6 +41,12 @@ impl<'a> ArrayRecording<'a> {
         arrays.check_wrenches(sensors.len())?;
         if !options.method().uses_wrench() {
             sensors.clear();
+        }
+        if let Some(given) = &request.sensor_frame
+            && !sensors.is_empty()
+        {
+            let (placed, sensor) = place_sensor(&robot, given, &sensors)?;
+            (robot, sensors) = (placed, vec![sensor]);
         }
         request.check_counts(&robot, sensors.len())?;
         let samples = Samples {

@@ -7,7 +7,31 @@ use tactid_dynamics::Manipulator;
 use tactid_logs::LogReader;
 use tactid_logs::messages::TFMessage;
 
-use crate::RecordingError;
+use crate::{RecordingError, SensorFrame};
+
+/// Name of a frame that a request places, where the sensor has none of its own.
+const PLACED_FRAME: &str = "sensor_frame";
+
+/// Returns the robot with the frame of its only wrench sensor as a request places it, and the name of this frame:
+/// `named`, unless it is empty or a link already.
+///
+/// # Errors
+/// Returns [`RecordingError::SensorFrameForSeveral`] if there is more than one sensor, and [`ModelError::UnknownFrame`] if
+/// the robot does not have the link.
+pub(crate) fn place_sensor(
+    robot: &Manipulator,
+    given: &SensorFrame,
+    named: &[String],
+) -> Result<(Manipulator, String), RecordingError> {
+    let [named] = named else {
+        return Err(RecordingError::SensorFrameForSeveral(named.len()));
+    };
+    let is_free = !named.is_empty() && robot.frame(named).is_err();
+    let name = if is_free { named } else { PLACED_FRAME };
+    let link = robot.frame(&given.parent)?;
+    let placed = robot.with_frame(name, link, &given.parent_from_sensor);
+    Ok((placed, name.to_owned()))
+}
 
 /// Static transforms of a log: the parent of each frame, and `parent_from_frame`.
 pub(crate) struct StaticTransforms(BTreeMap<String, (String, Isometry3<f64>)>);
@@ -36,19 +60,19 @@ impl StaticTransforms {
     /// Returns the robot with a frame, which is one of its links already or is fixed to one.
     ///
     /// # Errors
-    /// Returns [`RecordingError::UnknownFrame`], with the topic `whose` that names the frame, if no transform leads to it.
+    /// Returns [`RecordingError::UnknownFrame`], with the `topic` that names the frame, if no transform leads to it.
     pub(crate) fn place(
         &self,
         robot: Manipulator,
         frame: &str,
-        whose: &str,
+        topic: Option<&String>,
     ) -> Result<Manipulator, RecordingError> {
         if robot.frame(frame).is_ok() {
             return Ok(robot);
         }
         let unknown = || RecordingError::UnknownFrame {
             frame: frame.to_owned(),
-            whose: whose.to_owned(),
+            topic: topic.cloned(),
             links: robot.frame_names().collect::<Vec<_>>().join(", "),
         };
         let mut ancestor = frame;

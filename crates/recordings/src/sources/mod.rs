@@ -9,8 +9,9 @@ use tactid_logs::LogReader;
 use tactid_logs::messages::{Imu, JointState, Odometry, WrenchStamped};
 
 use crate::defaults::{Contents, Options, check_tip};
-use crate::{Finding, RecordingError, Request};
+use crate::{Finding, RecordingError, Request, SensorFrame};
 use frames::StaticTransforms;
+pub(crate) use frames::place_sensor;
 pub(crate) use topics::{MeasuredTopics, MotionTopics, joint_topics, times_ns};
 use topics::{first, missing, slowest_period_s};
 
@@ -60,10 +61,13 @@ impl LogSources {
             Some(_) => frames.body(),
             None => options.tip.clone(),
         };
-        let placed = Placed::new(log, robot, &topics.wrenches, frames.wrenches, &assumed)?;
-        let robot = placed
-            .transforms
-            .place(placed.robot, &options.tip, "the end-effector")?;
+        let placed = match &request.sensor_frame {
+            Some(given) if !topics.wrenches.is_empty() => {
+                Placed::by_request(log, &robot, &frames.wrenches, given)?
+            }
+            _ => Placed::new(log, robot, &topics.wrenches, frames.wrenches, &assumed)?,
+        };
+        let robot = placed.transforms.place(placed.robot, &options.tip, None)?;
         check_sum(&robot, &options.tip, &placed.sensors, &topics, request)?;
         check_base_imu(log, &topics, &robot)?;
         request.check_counts(&robot, placed.sensors.len())?;
@@ -155,7 +159,7 @@ impl Placed {
                     frame: frame.clone(),
                 });
             }
-            robot = transforms.place(robot, &frame, topic)?;
+            robot = transforms.place(robot, &frame, Some(topic))?;
             sensors.push(frame);
         }
         Ok(Self {
@@ -163,6 +167,24 @@ impl Placed {
             sensors,
             transforms,
             findings,
+        })
+    }
+}
+
+impl Placed {
+    /// Places the frame of the only sensor, whose messages name `frames`, as a request says.
+    fn by_request(
+        log: &LogReader,
+        robot: &Manipulator,
+        frames: &[String],
+        given: &SensorFrame,
+    ) -> Result<Self, RecordingError> {
+        let (robot, sensor) = place_sensor(robot, given, frames)?;
+        Ok(Self {
+            robot,
+            sensors: vec![sensor],
+            transforms: StaticTransforms::read(log)?,
+            findings: Vec::new(),
         })
     }
 }

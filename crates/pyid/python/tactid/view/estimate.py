@@ -56,7 +56,9 @@ class Estimate:
         try:
             record = json.loads(path.read_bytes())
         except ValueError as error:
-            raise ArgumentError(f"{path} is not JSON: {error}") from None
+            said = "" if isinstance(error, UnicodeDecodeError) else f" ({error})"
+            expected = "expected the file that tactid identify writes as its result"
+            raise ArgumentError(f"{path} is not JSON{said}: {expected}", option="result") from None
         try:
             return cls._of(record)
         except _WrongError as error:

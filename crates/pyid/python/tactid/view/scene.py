@@ -151,7 +151,7 @@ def _description(log: _Log, urdf: Path | None) -> str | None:
         try:
             return urdf.read_text()
         except UnicodeDecodeError:
-            raise ModelError(f"{urdf} is not a URDF: it is not text") from None
+            raise ModelError(f"{urdf} is not a URDF: it is not text", option="urdf") from None
     texts = [topic.text[0] for topic in log.read_all("std_msgs/String")]
     return next((text for text in texts if "<robot" in text), None)
 
@@ -164,7 +164,7 @@ def _robot_scene(
     odometry: list[Samples],
     wrenches: list[Samples],
 ) -> Scene:
-    links = link_names(urdf)
+    links = _link_names(urdf, path)
     base = next((topic for topic in odometry if topic.child_frame_id in links), None)
     robot = Manipulator.from_urdf(
         urdf,
@@ -205,6 +205,16 @@ def _robot_scene(
         stands=base is None,
         notes=log.notes,
     )
+
+
+def _link_names(urdf: str, path: Path | None) -> list[str]:
+    """The links of a URDF; an error names its file, if it has one."""
+    try:
+        return link_names(urdf)
+    except ModelError as error:
+        if path is None:
+            raise
+        raise ModelError(f"{path} is not a URDF: {error}", option="urdf") from None
 
 
 def _sensor_scene(log: _Log, odometry: list[Samples], wrenches: list[Samples]) -> Scene:

@@ -1,0 +1,156 @@
+"""Remarks: what a reader must know to trust a result, and the motion that would determine more.
+
+A sentence that names an option spells it as its reader would write it: see :mod:`tactid.naming`.
+"""
+
+import math
+from collections.abc import Sequence
+
+from tactid._native import VALUE_NAMES
+from tactid.identification import IdentificationData, PayloadEstimate
+from tactid.naming import Style
+from tactid.reported import offsets
+from tactid.values import Z95, digits_of
+from tactid.wording import CONTRADICTIONS, DOUBTS, finding
+
+
+def remarks(result: IdentificationData, style: Style = "keyword") -> list[str]:
+    """Says what a reader must know to trust a result, in sentences; there may be none.
+
+    What shows the result to be wrong comes first, then what makes its intervals too narrow.
+    """
+    order = {kind: rank for rank, kind in enumerate((*CONTRADICTIONS, *DOUBTS))}
+    grave = sorted(
+        (each for each in result.findings if each.kind in order), key=lambda each: order[each.kind]
+    )
+    others = [each for each in result.findings if each.kind not in order]
+    return list(
+        dict.fromkeys(
+            [
+                *(finding(noticed, style) for noticed in grave),
+                *_of_the_body(result),
+                *_of_the_unknown(result.estimate, advised=not result.is_contradicted),
+                *_of_the_samples(result.estimate),
+                *(finding(noticed, style) for noticed in others),
+                *(fault.sentence for fault in result.faults),
+            ]
+        )
+    )
+
+
+def _of_the_body(result: IdentificationData) -> list[str]:
+    reason = result.estimate.why_impossible
+    explained = any(each.kind == "negative_mass" for each in result.findings)
+    return [] if reason is None or explained else [f"No body can have these parameters: {reason}."]
+
+
+def _of_the_unknown(estimate: PayloadEstimate, *, advised: bool) -> list[str]:
+    unknown = estimate.not_identifiable
+    known = [name for name in VALUE_NAMES if name not in unknown]
+    if not unknown:
+        return []
+    if known:
+        sentence = f"Not identifiable: {', '.join(unknown)}; known: {', '.join(known)}."
+    else:
+        sentence = "Nothing is identifiable: the motion determines none of the ten values."
+    return [" ".join([sentence, *(motion_advice(unknown) if advised else [])])]
+
+
+def _of_the_samples(estimate: PayloadEstimate) -> list[str]:
+    sentences = []
+    if estimate.rejected:
+        sentences.append(f"{estimate.rejected} samples were rejected: not finite, or out of order.")
+    if estimate.gaps:
+        sentences.append(f"{estimate.gaps} gaps in the recording were not bridged.")
+    return sentences
+
+
+def motion_advice(names: Sequence[str]) -> list[str]:
+    """Says which motion determines these values: a sentence for each kind.
+
+    By the structure of the regressor, forces determine the mass by any acceleration against gravity
+    and the first moments by rotation; moments determine the inertia by angular accelerations, (45).
+
+    Args:
+        names: Names of values that are not determined, as in ``VALUE_NAMES``.
+    """
+    advice = []
+    if "mass" in names:
+        advice.append("Accelerate the tool, or hold it still under gravity, for the mass.")
+    axes = [name[-1] for name in names if name.startswith("com.")]
+    if len(axes) == 1:
+        first, second = (axis for axis in "xyz" if axis not in axes)
+        advice.append(
+            f"Rotate the tool about its {first} or {second} axis, or tilt its {axes[0]} axis away"
+            f" from the vertical, for com.{axes[0]}."
+        )
+    elif axes:
+        advice.append(
+            "Hold the tool at another angle to the vertical, or rotate it about two of its axes,"
+            f" for {_listed([f'com.{axis}' for axis in axes])}."
+        )
+    inertia = [name for name in names if name.startswith("I")]
+    if inertia:
+        axes = sorted({name[1] for name in inertia if name[1] == name[2]})
+        # A product of inertia is determined by rotation about either of its two axes.
+        either = [f"{n[1]} or {n[2]}" for n in inertia if n[1] != n[2] and not {*n[1:]} & {*axes}]
+        about = [*axes, *either]
+        several = "axes" if len(about) > 1 else "axis"
+        advice.append(
+            f"Rotate the tool faster about its {_listed(about)} {several}, for {_listed(inertia)}."
+        )
+    return advice
+
+
+def assumptions(result: IdentificationData) -> str:
+    """Says what was assumed, and what was chosen from the data: a line for every result."""
+    gravity = " ".join(f"{entry:g}" for entry in result.gravity)
+    parts = [f"Frame {result.estimate.frame}", f"method {result.method}", f"gravity {gravity} m/s²"]
+    parts.append(f"cutoff {result.cutoff:.3g} Hz")
+    parts += [delay] if (delay := _delay(result)) else []
+    parts += knowledge(result)
+    if offsets(result):
+        parts.append(f"wrench offset {wrench_offset(result)}")
+    parts.append(f"times from {'header stamps' if result.clock == 'stamps' else 'the log'}")
+    return "; ".join(parts) + "."
+
+
+def _delay(result: IdentificationData) -> str:
+    """Says the delay of the wrenches and its origin; empty where none was estimated or given."""
+    estimated = result.estimated_delay
+    if estimated is None:
+        return f"delay of the wrenches {1e3 * result.delay:g} ms (given)" if result.delay else ""
+    half_width = 1e3 * Z95 * estimated.std_dev
+    digits = digits_of(half_width)
+    value = round(1e3 * estimated.value, digits) + 0.0
+    shown = f"{value:.{digits}f} ± {half_width:.{digits}f} ms"
+    if result.delay:
+        return f"delay of the wrenches {shown} (estimated and corrected)"
+    return f"delay of the wrenches {shown} (estimated, too small to correct)"
+
+
+def knowledge(result: IdentificationData) -> list[str]:
+    """Says what was given of the payload."""
+    parts = []
+    mass = result.known_mass
+    if mass is not None:
+        around = f" ± {Z95 * mass.std_dev:.2g}" if mass.std_dev else ""
+        parts.append(f"mass {mass.value:g}{around} kg (given)")
+    if result.bounding_box is not None:
+        low, high = (" ".join(f"{entry:g}" for entry in corner) for corner in result.bounding_box)
+        parts.append(f"within a box from {low} to {high} m (given)")
+    return parts
+
+
+def wrench_offset(result: IdentificationData) -> str:
+    """Says the offset of the wrenches with its 95 % intervals; empty where it is not known."""
+    return ", ".join(
+        f"{name} {value:.3g} ± {half_width:.2g} {unit}"
+        for name, unit, value, half_width in offsets(result)
+        if math.isfinite(value) and math.isfinite(half_width)
+    )
+
+
+def _listed(words: Sequence[str]) -> str:
+    *most, last = words
+    return f"{', '.join(most)} and {last}" if most else last

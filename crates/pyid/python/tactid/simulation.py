@@ -1,0 +1,46 @@
+"""Simulation of experiments, which replaces no input."""
+
+import os
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+from tactid import _native
+from tactid._native import Experiment, RunReport
+from tactid.output_files import check_outputs
+
+
+def simulate(
+    experiment: Experiment,
+    out: str | os.PathLike[str],
+    *,
+    progress: Callable[[float], object] | None = None,
+) -> RunReport:
+    """Simulates an experiment and writes its log.
+
+    The log is a rosbag2 MCAP file as a real robot would record it. Equal experiments give the same
+    log, byte for byte.
+
+    Args:
+        experiment: Experiment to simulate.
+        out: The ``.mcap`` file to write, which replaces an existing one.
+        progress: Called with the fraction done, about twenty times a second. An exception that it
+            raises stops the run, as Ctrl-C does; the log is then complete up to there.
+
+    Returns:
+        How the run went.
+
+    Raises:
+        ArgumentError: The folder of ``out`` does not exist, or ``out`` is the experiment's URDF.
+        ExperimentError: The experiment or its robot is impossible.
+        SimulationError: The payload slipped, or a check exceeded its bound.
+        LogError: The log cannot be written.
+    """
+    check_outputs({"`out`": Path(out)}, {"the experiment's URDF": urdf_file(experiment)})
+    return _native.simulate(experiment, out, progress=progress)
+
+
+def urdf_file(experiment: Experiment) -> Path | None:
+    """Returns the URDF file that an experiment names; None for the built-in robot."""
+    name = tomllib.loads(experiment.to_toml())["robot"].get("urdf")
+    return None if name is None else Path(name)

@@ -1,0 +1,44 @@
+"""The exit code says whether a result can be used, and the help says what each code means."""
+
+from pathlib import Path
+
+from conftest import TactidCommand
+from expectations import Identify
+
+
+def test_a_result_of_a_wrong_sign_ends_with_1_and_its_finding_first(
+    command: TactidCommand, log: Path, tmp_path: Path
+) -> None:
+    """A format that cannot be given does not prevent the report that was asked for."""
+    wrong = ("identify", log, "--wrench-acts-on", "sensor")
+    done = command(*wrong)
+    assert done.returncode == 1
+    assert "-100.0" in done.stdout
+    first = done.stderr.splitlines()[0]
+    assert first.startswith("The identified mass is negative")
+    assert "(--wrench-acts-on)" in first
+    assert "Every value is known" not in done.stderr
+    for form in ("urdf", "mujoco", "controller"):
+        report = tmp_path / f"{form}.html"
+        done = command(*wrong, "--format", form, "--report", report)
+        assert done.returncode == 1
+        assert done.stdout == ""
+        last = done.stderr.splitlines()[-1]
+        assert last.startswith("tactid: error: no ")
+        assert "-100 kg" in last
+        assert report.exists()
+
+
+def test_json_and_exit_code_agree(identify: Identify, log: Path) -> None:
+    sound = identify(log, "--method", "joint-sensing")
+    assert sound["is_contradicted"] is False
+    wrong = identify(log, "--gravity", "0", "0", "9.81")
+    assert wrong["is_contradicted"] is True
+    assert wrong["remarks"][0].startswith("No gravity at all, (0, 0, 0) m/s², explains the wrench")
+
+
+def test_the_help_says_what_the_codes_mean(command: TactidCommand) -> None:
+    for arguments in (("--help",), ("identify", "--help")):
+        text = " ".join(command(*arguments).stdout.replace("│", " ").split())
+        assert "Exit codes: 0, the payload is identified; 1, the data contradict" in text
+        assert "<bool>" not in text

@@ -1,0 +1,120 @@
+"""Wrong input that once passed in silence, or with advice that did not help."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tactid
+from conftest import TactidCommand
+from expectations import Identify, assert_within, remarks_with
+from recorded_arm import FIXED, PAYLOAD, SENSOR, TIP_FROM_SENSOR, pose_values
+from recordings import carried, moving, state, wrenches, write_bag
+from tactid import wording
+from test_cli import assert_refused
+from wrist import BODY, PERIOD, about
+
+SHORT = (6.0, 250.0)
+ALMOST = 1e-3
+RATE = 100.0
+
+
+def swinging() -> dict[str, np.ndarray]:
+    """A sensor that turns about two axes and carries a body: its time, pose, twist and wrench."""
+    time = np.arange(0.0, 8.0, 1 / RATE)
+    swing = 2 * np.pi / PERIOD
+    turn = about(2, 1.5 * np.sin(swing * time)) @ about(1, 1.2 * np.sin(2 * swing * time))
+    spin = np.gradient(turn, time, axis=0) @ np.swapaxes(turn, 1, 2)
+    rate = np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], axis=1)
+    own = np.einsum("nji,nj->ni", turn, rate)
+    felt = np.swapaxes(turn, 1, 2) @ [0.0, 0.0, 9.81]
+    wrench = tactid.wrench_regressor(felt, own, np.gradient(own, time, axis=0)) @ BODY.parameters
+    pose = np.zeros((len(time), 4, 4))
+    pose[:, :3, :3], pose[:, 3, 3] = turn, 1.0
+    zero = np.zeros_like(rate)
+    return {
+        "time": time,
+        "pose": pose,
+        "wrench": wrench,
+        "twist": np.hstack([zero, rate]),
+        "own": np.hstack([zero, own]),
+    }
+
+
+def identified(**changed: object) -> tactid.Identification:
+    given = {name: swinging()[name] for name in ("time", "pose", "wrench")} | changed
+    time = given.pop("time")
+    return tactid.identify(time, **given)  # type: ignore[arg-type]
+
+
+def test_a_twist_in_the_wrong_axes_is_reported() -> None:
+    right = identified(twist=swinging()["twist"])
+    assert not [finding for finding in right.findings if finding.kind == "twist_contradicted"]
+    wrong = identified(twist=swinging()["own"])
+    (finding,) = (each for each in wrong.findings if each.kind == "twist_contradicted")
+    assert finding.data["better_axes"] == "body"
+    sentence = wording.finding(finding)
+    assert sentence.startswith("twist: the twist is not the derivative of the pose")
+    assert "axes of the moving body, but must be in those of the world" in sentence
+
+
+def test_times_in_another_unit_are_named() -> None:
+    for factor, unit in ((1e3, "milliseconds"), (1e9, "nanoseconds")):
+        with pytest.raises(tactid.IdentificationError, match=f"seem to be in {unit}"):
+            identified(time=factor * swinging()["time"])
+
+
+def test_times_that_do_not_increase_are_named() -> None:
+    with pytest.raises(tactid.IdentificationError, match=r"799 times of `source` are not later"):
+        identified(time=swinging()["time"][::-1])
+
+
+def test_a_gap_that_is_too_short_is_named() -> None:
+    with pytest.raises(tactid.IdentificationError, match=r"longer than 0.001 s.*every 0.01 s.*max_gap"):
+        identified(max_gap=0.001)
+
+
+def test_a_dead_channel_is_reported() -> None:
+    wrench = swinging()["wrench"].copy()
+    wrench[:, 4] = 0.0
+    (finding,) = (
+        each for each in identified(wrench=wrench).findings if each.kind == "constant_channels"
+    )
+    assert "moment y in `sensor` is exactly zero" in wording.finding(finding)
+
+
+def test_the_frame_of_a_sensor_can_be_placed(
+    identify: Identify, command: TactidCommand, tmp_path: Path
+) -> None:
+    s = state(FIXED, *SHORT)
+    felt = wrenches(s.time, s.wrench, frame="nowhere", tip_from_sensor=TIP_FROM_SENSOR)
+    bag = write_bag(tmp_path / "bag", [*moving(FIXED, *SHORT), *felt])
+    assert_refused(command("identify", bag), "nowhere", "--sensor-frame")
+    pose = pose_values(TIP_FROM_SENSOR.homogeneous).tolist()
+    given = ",".join(["tool0", *(f"{number:.9f}" for number in pose)])
+    assert_within(identify(bag, "--sensor-frame", given), PAYLOAD.values, ALMOST)
+    for frame in (("tool0", *pose), ["tool0", pose]):
+        found = tactid.identify(bag, sensor_frame=frame)
+        np.testing.assert_allclose(found.estimate.values, PAYLOAD.values, atol=ALMOST)
+    assert_refused(command("identify", bag, "--sensor-frame", "hand,0,0,0,0,0,0,1"), "hand", SENSOR)
+    wrong = (
+        ("tool0", "expected a link"),
+        (("tool0", 0, 0, 0), "expected a link"),
+        (("tool0", 0, 0, 0, 1, 1, 1, 1), "`sensor_frame` is 2, but must be a unit quaternion"),
+    )
+    for frame, message in wrong:
+        with pytest.raises(tactid.ArgumentError, match=message):
+            tactid.identify(bag, sensor_frame=frame)
+
+
+def test_wrenches_of_unrelated_sensors_must_be_named(
+    identify: Identify, command: TactidCommand, tmp_path: Path
+) -> None:
+    s = state(FIXED, *SHORT)
+    other = wrenches(s.time, 0.5 * s.wrench, frame="base_link", topic="/pedestal")
+    bag = write_bag(tmp_path / "bag", [*carried(FIXED, *SHORT), *other])
+    refused = command("identify", bag)
+    assert_refused(refused, "/wrench in `tool0`", "/pedestal in `base_link`", "--wrench-topic")
+    record = identify(bag, "--wrench-topic", "/wrench")
+    assert_within(record, PAYLOAD.values, ALMOST)
+    assert not remarks_with(record, "are summed")
