@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -type f \
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.json' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
-.PHONY: help demo test test-rust test-python lint bench study study-logs coverage bench-hour bench-swap bench-update clean tools
+.PHONY: help demo test test-rust test-python lint docs bench study study-logs coverage bench-hour bench-swap bench-update clean tools
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -34,6 +34,9 @@ lint: tools $(VENV)/linters ## formatting, clippy, ruff, mypy, the structure and
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 
+docs: $(VENV)/installed $(VENV)/site-builder ## build the documentation site into site/, with warnings as errors
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+
 bench: $(VENV)/installed ## measure the README's figures: five seeds of the paper's experiment
 	$(BIN)/python bench/seeds.py
 
@@ -56,7 +59,7 @@ bench-update: tools ## microseconds of one online update, from a sample to the e
 	cargo bench --locked -p tactid-identify --bench update
 
 clean: ## remove all that was built
-	rm -rf $(VENV) target demo study.png
+	rm -rf $(VENV) target demo site study.png
 
 tools:
 	@command -v cargo >/dev/null || { echo "cargo is missing: install a Rust toolchain, 1.89 or newer (https://rustup.rs)" >&2; exit 1; }
@@ -78,4 +81,8 @@ $(VENV)/tested: $(SOURCES) | $(BIN)/python
 
 $(VENV)/linters: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'mypy>=1.13' 'ruff>=0.8' 'numpy>=1.26' 'typer>=0.12' 'rich>=13.7' 'matplotlib>=3.9' 'rerun-sdk>=0.41'
+	@touch $@
+
+$(VENV)/site-builder: Makefile | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'latex2mathml>=3.77' 'mkdocs-material>=9.7' 'mkdocstrings[python]>=1.0'
 	@touch $@

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+import pages
 import tactid
 
 PACKAGE = Path(tactid.__file__).parent
@@ -25,17 +26,9 @@ def test_the_packages_example_runs() -> None:
     assert outcome.failed == 0
 
 
-def test_the_readmes_examples_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    examples = readme_blocks("python")
-    assert examples
-    monkeypatch.chdir(tmp_path)
-    for example in examples:
-        exec(compile(example, "README.md", "exec"), {})
-
-
 def readme_blocks(language: str) -> list[str]:
-    readme = (ROOT / "README.md").read_text()
-    return [part.split("```")[0] for part in readme.split(f"```{language}\n")[1:]]
+    found = pages.blocks(ROOT / "README.md")
+    return [block.text for block in found if block.language == language]
 
 
 def test_the_readmes_manifest_has_the_workspaces_versions() -> None:

@@ -1,9 +1,14 @@
 //! What the end-to-end tests share.
 
-/// The README's Rust example, run as a test.
+/// The Rust examples of the README, run as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]
 mod readme {}
+
+/// The Rust examples of the tutorial for controllers, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/tutorials/controller.md")]
+mod controller {}
 
 use tactid_dynamics::{MassProperties, symmetric_entries};
 

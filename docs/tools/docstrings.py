@@ -1,0 +1,79 @@
+"""Docstrings for the reference: those of the native module, and references as links.
+
+griffe reads the source. The stubs of ``tactid._native`` have types and no docstrings, which are
+with the Rust code, and the options are documented by their declarations: both come from the
+package.
+"""
+
+import inspect
+import re
+from dataclasses import fields
+from typing import Any
+
+import griffe
+
+import tactid
+from tactid import _native
+from tactid.declaration import Declaration
+
+OPTIONS = {
+    f"tactid.options.Options.{option.name}": Declaration.of(option).documentation
+    for option in fields(tactid.Options)
+}
+"""The documentation of each option, which its declaration has."""
+
+ROLE = re.compile(r":\w+:`~?([\w.]+)`")
+"""A reference in a docstring, such as ``:class:`tactid.Options```."""
+
+
+class ReferenceDocstrings(griffe.Extension):
+    """Gives each object the docstring that ``help`` shows, with its references as links."""
+
+    def on_object(self, *, obj: griffe.Object, **_: Any) -> None:
+        """Gives one object its docstring, and a class of the stubs its constructor."""
+        if isinstance(obj, griffe.Class) and "__new__" in obj.members:
+            obj.members["__init__"] = obj.members.pop("__new__")
+        text = docstring(obj)
+        if text is None:
+            return
+        text = ROLE.sub(lambda found: link(found.group(1), obj.path), text)
+        if obj.docstring is None:
+            obj.docstring = griffe.Docstring(text, parent=obj, parser="google")
+        else:
+            obj.docstring.value = text
+
+
+def docstring(obj: griffe.Object) -> str | None:
+    """Returns the docstring of an object; None where it has none."""
+    if obj.path.startswith("tactid._native."):
+        return runtime_docstring(obj.path.removeprefix("tactid._native."))
+    if obj.path in OPTIONS:
+        assert isinstance(obj, griffe.Attribute)
+        obj.value = "None"
+        return OPTIONS[obj.path]
+    if obj.docstring is None:
+        return None
+    # The reference has one list of the options, under `Options`.
+    text = re.sub(r"\n *<options>", "", obj.docstring.value)
+    return text.replace(", as follows", "")
+
+
+def runtime_docstring(path: str) -> str | None:
+    """Returns the docstring of a class of the native module, or of one of its members."""
+    thing: Any = _native
+    for name in path.split("."):
+        thing = getattr(thing, name, None)
+    documented = callable(thing) or hasattr(thing, "__get__")
+    return inspect.getdoc(thing) if documented else None
+
+
+def link(name: str, path: str) -> str:
+    """Returns a link to a public name of tactid, or the name as code where there is none."""
+    owner = path.split(".")[-1 if path.split(".")[-1] in tactid.__all__ else -2]
+    parts = name.removeprefix("tactid.").split(".")
+    if parts[0] not in tactid.__all__:
+        owner_class = getattr(tactid, owner, None)
+        if not hasattr(owner_class, parts[0]):
+            return f"`{name}`"
+        parts = [owner, *parts]
+    return f"[`{name}`][tactid.{'.'.join(parts)}]"
