@@ -107,9 +107,10 @@ class Options:
         metavar="LINK",
     )
     sensor_frame: Sequence[Any] | None = _option(
-        "Frame of the only wrench sensor, where it is no link of the robot or to replace it: the link"
-        " that it is fixed to, then its origin x, y, z and its quaternion qx, qy, qz, qw in the frame"
-        " of this link. Default: the frame that the messages name; for arrays, `sensors`.",
+        "Frame of the only wrench sensor, where it is no link of the robot or to replace it: the"
+        " link that it is fixed to, then its origin x, y, z and its quaternion qx, qy, qz, qw in"
+        " the frame of this link. Default: the frame that the messages name; for arrays, the"
+        " sensors' links.",
         ROBOT,
         unit="m",
         metavar="LINK,X,Y,Z,QX,QY,QZ,QW",

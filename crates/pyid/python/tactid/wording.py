@@ -185,8 +185,8 @@ def _constant_channels(data: Data, _: Style) -> str:
     several = len(data["channels"]) > 1
     return (
         f"{data['source']}: {_listed(data['channels'])} in `{data['frame']}`"
-        f" {'are' if several else 'is'} exactly {value} in all samples, as of a sensor that does not"
-        f" measure {'them' if several else 'it'}. The estimate takes"
+        f" {'are' if several else 'is'} exactly {value} in all samples, as of a sensor that does"
+        f" not measure {'them' if several else 'it'}. The estimate takes"
         f" {'them' if several else 'it'} for measured."
     )
 
