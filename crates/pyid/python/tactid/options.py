@@ -149,7 +149,8 @@ class Options:
         argument=list[str],
     )
     wrench_topic: str | Sequence[str] | None = _option(
-        "Topic of wrenches; the sum of several acts on the payload. Default: found by its type.",
+        "Topic of wrenches; the sum of several acts on the payload. Default: found by its type;"
+        " several only where each is of another finger, a link that joints beyond the tip move.",
         TOPICS,
         _LOG,
         argument=list[str],
