@@ -11,7 +11,8 @@ use crate::{Arrays, Identification, Observer, RecordingError, Request};
 
 /// Identifies the payload from a log: an `.mcap` file, or the directory of a bag.
 ///
-/// Topics are found by type, unless the request names them. The motion is that of the joints of a URDF (from
+/// Topics are found by type, unless the request names them. Several topics of wrenches are summed without being named
+/// only where they are those of fingers, see [`Topics::wrenches`](crate::Topics::wrenches). The motion is that of the joints of a URDF (from
 /// the request or the log), on a base that odometry measures if there is any; or, without joints, that of the
 /// sensor itself by odometry (and by its measured accelerations, if these explain the wrenches better) or by
 /// an inertial unit. Times are those of the headers, or those of logging where stamps are zero.

@@ -11,7 +11,7 @@ use crate::decode::Decoding;
 use crate::feed::{Feed, Unloaded};
 use crate::finding::TwistAxes;
 use crate::progress::check_interruption;
-use crate::recording::{BEGINNING_S, Reading, Recording, Selection, Sources};
+use crate::recording::{Reading, Recording, Selection, Sources, has_beginning};
 use crate::sources::{LogSources, MeasuredTopics};
 use crate::unloaded::find_unloaded;
 use crate::{Clock, Finding, Observer, RecordingError, Request};
@@ -113,10 +113,7 @@ impl Recording for LogRecording {
         let mut events = Vec::new();
         while feed.read(&mut events)?.is_some() {
             check_interruption(observer)?;
-            if events
-                .last()
-                .is_some_and(|event| event.time_s > BEGINNING_S)
-            {
+            if has_beginning(&events) {
                 break;
             }
         }

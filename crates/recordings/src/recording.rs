@@ -11,7 +11,14 @@ use crate::finding::TwistAxes;
 use crate::{Clock, Finding, Observer, RecordingError};
 
 /// Length of the beginning of a recording from which its filter and its delay are chosen, s.
-pub(crate) const BEGINNING_S: f64 = 30.0;
+const BEGINNING_S: f64 = 30.0;
+
+/// Returns whether events in the order of time reach the end of the beginning of a recording.
+pub(crate) fn has_beginning(events: &[Event]) -> bool {
+    events
+        .last()
+        .is_some_and(|event| event.time_s > BEGINNING_S)
+}
 
 /// What a recording measures, and of which robot.
 #[derive(Clone, Debug)]

@@ -78,7 +78,8 @@ impl SensorFrame {
 pub struct Topics {
     /// `sensor_msgs/msg/JointState`; several where each has some of the joints.
     pub joints: Vec<String>,
-    /// `geometry_msgs/msg/WrenchStamped`; their sum acts on the payload.
+    /// `geometry_msgs/msg/WrenchStamped`; their sum acts on the payload. Several that are not named must be those of
+    /// fingers: links that joints beyond the end-effector frame move, none of which carries another.
     pub wrenches: Vec<String>,
     /// `nav_msgs/msg/Odometry` of the base, or of the sensor itself where there are no joints.
     pub odometry: Option<String>,

@@ -117,7 +117,8 @@ class Options:
         TOPICS,
         _LOG,
         rust_field="Topics::wrenches",
-        default="found by its type",
+        default="found by its type; several only where each is of another finger, a link that"
+        " joints beyond the tip move",
         argument=list[str],
     )
     odometry_topic: str | None = option(

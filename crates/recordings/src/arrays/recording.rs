@@ -9,7 +9,7 @@ use super::unloaded::UnloadedSamples;
 use crate::alignment::{Event, Streams};
 use crate::defaults::{Contents, Motion, Options, check_tip, effort_gains};
 use crate::finding::TwistAxes;
-use crate::recording::{BEGINNING_S, Reading, Recording, Selection, Sources};
+use crate::recording::{Reading, Recording, Selection, Sources, has_beginning};
 use crate::sources::{SENSOR_FRAME, place_sensor};
 use crate::{Clock, Observer, RecordingError, Request};
 
@@ -97,7 +97,7 @@ impl Recording for ArrayRecording<'_> {
         let mut events = Vec::new();
         for k in 0..self.samples.count() {
             reader.read(k, &mut events);
-            if reader.time_s().is_some_and(|time_s| time_s > BEGINNING_S) {
+            if has_beginning(&events) {
                 break;
             }
         }

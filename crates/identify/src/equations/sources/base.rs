@@ -21,10 +21,6 @@ impl MeasurementSource for BaseSource {
         wrench_channels("base ")
     }
 
-    fn kinds(&self) -> Vec<usize> {
-        vec![3, 3]
-    }
-
     fn fill(
         &mut self,
         instant: &Instant,

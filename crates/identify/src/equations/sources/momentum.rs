@@ -18,10 +18,6 @@ impl MeasurementSource for MomentumSource {
         wrench_channels("")
     }
 
-    fn kinds(&self) -> Vec<usize> {
-        vec![3, 3]
-    }
-
     fn fill(
         &mut self,
         _instant: &Instant,

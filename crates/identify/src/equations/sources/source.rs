@@ -13,8 +13,11 @@ pub(crate) trait MeasurementSource {
     /// Names and units of the channels, one for each row.
     fn channels(&self) -> Vec<Channel>;
 
-    /// Numbers of consecutive channels whose noise is of similar size.
-    fn kinds(&self) -> Vec<usize>;
+    /// Numbers of consecutive channels whose noise is of similar size. The default is that of a wrench: the axes of the
+    /// force, and those of the moment.
+    fn kinds(&self) -> Vec<usize> {
+        vec![3, 3]
+    }
 
     /// Fills the rows of an instant, one for each channel. Allocates nothing.
     ///

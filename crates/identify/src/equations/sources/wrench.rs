@@ -47,10 +47,6 @@ impl MeasurementSource for WrenchSource {
         wrench_channels("")
     }
 
-    fn kinds(&self) -> Vec<usize> {
-        vec![3, 3]
-    }
-
     fn fill(
         &mut self,
         instant: &Instant,
