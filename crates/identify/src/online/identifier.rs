@@ -68,13 +68,11 @@ const MIN_SAMPLES_TO_DEFER: u32 = 2 * Identifier::DEFERRED_STAGES as u32;
 /// use rand::{RngExt, SeedableRng, rngs::SmallRng};
 /// use rand_distr::StandardNormal;
 /// use tactid_dynamics::{
-///     BaseKind, FrameMotion, InertialParameters, Manipulator, MassProperties, Wrench, wrench_regressor,
+///     FrameMotion, InertialParameters, Manipulator, MassProperties, Wrench, wrench_regressor,
 /// };
 /// use tactid_identify::{BaseState, EquationSettings, HALF_WIDTH_95, Identifier, Sample};
 ///
-/// let sensor = r#"<robot name="sensor"><link name="flange"><inertial><mass value="0.5"/>
-///   <inertia ixx="1e-3" ixy="0" ixz="0" iyy="1e-3" iyz="0" izz="1e-3"/></inertial></link></robot>"#;
-/// let robot = Manipulator::from_urdf(sensor, BaseKind::Floating)?;
+/// let robot = Manipulator::lone_body("flange"); // no arm: the pose of the base is that of the sensor
 /// let gravity = Vector3::new(0.0, 0.0, -9.81); // m/s²
 /// let settings = EquationSettings { gravity: Some(gravity), ..EquationSettings::default() };
 /// let mut identifier = Identifier::new(&robot, "flange", &["flange"], &settings)?;
