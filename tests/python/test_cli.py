@@ -151,7 +151,7 @@ def test_a_truncated_log_is_read_as_far_as_it_goes(
 
 
 def test_an_error_keeps_every_word_of_its_message(command: TactidCommand, tmp_path: Path) -> None:
-    """Also those with a bar, which only the excerpt below a TOML error's message may lose."""
+    """Also those with a bar."""
     assert_refused(command("identify", "left|right.mcap"), "left|right.mcap")
     (tmp_path / "bad.toml").write_text("seed = 1\n[payload]\nname = 'a|b'\n")
     done = command("simulate", "bad.toml")

@@ -155,6 +155,8 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
         ("gravity_contradicted", {"residual_ratio": 1e-9}, "residuals are under 0.001 % as large"),
         ("acceleration_not_used", {"power_ratio": 2.5}, "residuals 50 % as large, power 250 %"),
         ("delay_corrected", {}, "stamped 37.00 ms later than the motion: this delay was corrected"),
+        ("load_unexplained", {}, "30 % of the load (rms 3.0 of 10.0 N m, 43 times the noise)"),
+        ("offset_suspected", {}, "force (1.50 ± 0.20, 0.00 ± 0.20, 0.20 ± 0.20) N, moment (0.000"),
         ("delay_corrected", {"applied_s": -0.012}, "stamped 12.00 ms earlier than the motion"),
     ],
 )

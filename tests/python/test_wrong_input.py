@@ -70,7 +70,8 @@ def test_times_that_do_not_increase_are_named() -> None:
 
 
 def test_a_gap_that_is_too_short_is_named() -> None:
-    with pytest.raises(tactid.IdentificationError, match=r"longer than 0.001 s.*every 0.01 s.*max_gap"):
+    what = r"longer than 0.001 s.*every 0.01 s.*max_gap"
+    with pytest.raises(tactid.IdentificationError, match=what):
         identified(max_gap=0.001)
 
 

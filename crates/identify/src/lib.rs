@@ -20,21 +20,26 @@
 //! // Wrenches need no masses of the arm, so that a URDF without <inertial> is enough.
 //! let urdf = r#"<robot name="arm"><link name="base"/><link name="tool0"/>
 //!   <joint name="wrist" type="continuous">
-//!     <parent link="base"/><child link="tool0"/><axis xyz="0 1 0"/></joint></robot>"#;
+//!     <parent link="base"/><child link="tool0"/><origin rpy="0.6435 0 0"/><axis xyz="0 1 0"/></joint></robot>"#;
 //! let robot = Manipulator::from_urdf(urdf, BaseKind::Fixed)?;
 //! let mut identifier = Identifier::new(&robot, "tool0", &["tool0"], &EquationSettings::default())?;
 //!
-//! // In the control loop; here 2 kg, 0.1 m along z, turn at 1 rad/s.
+//! // In the control loop:
 //! for k in 0..1000 {
 //!     let time_s = 2e-3 * f64::from(k);
-//!     let (sin, cos) = time_s.sin_cos();
-//!     let force = 2.0 * Vector3::new(-9.81 * sin, 0.0, 9.81 * cos - 0.1);
-//!     let moment = Vector3::new(0.0, 0.0, 0.1).cross(&force);
+//!     let (sin, cos) = (3.0 * time_s).sin_cos();
+//!     let (position, velocity, acceleration) = (0.8 * sin, 2.4 * cos, -7.2 * sin); // of the joint
+//!     // Stands for the sensor: it holds 2 kg at `arm`, and its axis is tilted against gravity.
+//!     let (arm, spin) = (Vector3::new(0.05, 0.0, 0.1), velocity * Vector3::y());
+//!     let moved = acceleration * Vector3::y().cross(&arm) + spin.cross(&spin.cross(&arm));
+//!     let up = Vector3::new(-0.8 * position.sin(), 0.6, 0.8 * position.cos());
+//!     let force = 2.0 * (9.81 * up + moved);
+//!     let moment = arm.cross(&force);
 //!     identifier.push(&Sample {
 //!         time_s,
 //!         base: BaseState::fixed(),
-//!         joint_position: &[time_s],            // rad
-//!         joint_velocity: &[1.0],               // rad/s, or empty where it is not measured
+//!         joint_position: &[position],            // rad
+//!         joint_velocity: &[velocity],               // rad/s, or empty where it is not measured
 //!         joint_effort: &[],                    // only the effort and combined methods use it
 //!         wrenches: &[Wrench { force, moment }], // on the payload, in the sensor's frame, N and N m
 //!     })?;

@@ -4,7 +4,7 @@ use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use tactid_identify::IdentifyError;
 use tactid_nlms::SettingError;
-use tactid_recordings::{RecordingError, TopicKind};
+use tactid_recordings::RecordingError;
 
 use crate::faults::FaultData;
 use crate::keywords::{keyword_of, option_of, topic_option};

@@ -172,10 +172,9 @@ pub(crate) fn data_finding(
             "negative_mass",
             data!(py, "method": method.name(), "or_gravity": or_gravity),
         ),
-        Found::KnownBodiesTooHeavy { known_kg, load_kg } => (
-            "known_bodies_too_heavy",
-            data!(py, "known_kg": known_kg, "load_kg": load_kg),
-        ),
+        Found::KnownBodiesTooHeavy { known_kg, load_kg } => {
+            ("known_bodies_too_heavy", fields!(py, known_kg, load_kg))
+        }
         Found::OffsetSuspected { offset } => offset_suspected(py, offset)?,
         Found::LoadUnexplained {
             unit,
@@ -183,11 +182,11 @@ pub(crate) fn data_finding(
             load_rms,
             noise_rms,
             method,
-        } => (
-            "load_unexplained",
-            data!(py, "unit": unit, "residual_rms": residual_rms, "load_rms": load_rms,
-                "noise_rms": noise_rms, "method": method.name()),
-        ),
+        } => {
+            let method = method.name();
+            let data = fields!(py, unit, residual_rms, load_rms, noise_rms, method);
+            ("load_unexplained", data)
+        }
         Found::MassContradicted {
             known,
             found_kg,
@@ -210,14 +209,8 @@ pub(crate) fn data_finding(
         Found::Inconsistent {
             distance,
             within_box,
-        } => (
-            "inconsistent",
-            data!(py, "distance": distance, "within_box": within_box),
-        ),
-        Found::Outliers { outliers, windows } => (
-            "outliers",
-            data!(py, "outliers": outliers, "windows": windows),
-        ),
+        } => ("inconsistent", fields!(py, distance, within_box)),
+        Found::Outliers { outliers, windows } => ("outliers", fields!(py, outliers, windows)),
     })
 }
 

@@ -390,8 +390,7 @@ impl Experiment {
     /// # Errors
     /// Returns [`SimError::Syntax`] or [`SimError::Value`] with the line.
     pub fn from_toml(text: &str) -> Result<Self, SimError> {
-        let experiment: Self = toml::from_str(text)
-            .map_err(|e| SimError::Syntax(e.to_string().trim_end().to_owned()))?;
+        let experiment: Self = toml::from_str(text).map_err(|e| check::syntax(&e, text))?;
         experiment
             .check()
             .map_err(|error| check::with_line(error, text))?;

@@ -1,6 +1,5 @@
 """The commands of ``tactid``. Results go to standard output, all else to standard error."""
 
-import re
 import sys
 import tempfile
 from pathlib import Path
@@ -22,7 +21,7 @@ from tactid.console import (
     print_whole,
     progress,
 )
-from tactid.errors import ArgumentError, ExperimentError, TactidError
+from tactid.errors import ArgumentError, TactidError
 from tactid.files import new_folder
 from tactid.identify_command import identify_recording
 from tactid.number_lists import NumberListCommand
@@ -58,19 +57,12 @@ def run() -> int:
         message = error.format_message()
         return _fail(message) if message else 2
     except TactidError as error:
-        message = error.worded("command-line")
-        if isinstance(error, ExperimentError):
-            message = EXCERPT.sub("", message)
-        return _fail(message)
+        return _fail(error.worded("command-line"))
     except BrokenPipeError:
         raise
     except OSError as error:
         where = f" {error.filename}" if error.filename else ""
         return _fail(f"cannot use{where}: {error.strerror}" if error.strerror else str(error))
-
-
-EXCERPT = re.compile(r"^ *\d* *\|.*$", re.MULTILINE)
-"""The lines of a TOML file that a parser's error draws below its message, behind a gutter."""
 
 
 def _fail(message: str) -> int:

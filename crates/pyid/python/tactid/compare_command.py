@@ -7,16 +7,16 @@ import typer
 from rich import box
 from rich.table import Table
 
-from tactid import result_json
+from tactid import reported, result_json
 from tactid._native import info
 from tactid.comparison import Attempt, compare
 from tactid.console import interruptible, notes, print_whole, progress
 from tactid.files import write_atomically
 from tactid.identify_command import read_options, show_options
 from tactid.output_files import check_outputs
-from tactid.table import MOMENT_NAMES, MOMENT_UNIT, NAMES, UNITS, Column, number, percent
+from tactid.table import around, number, percent
 from tactid.truth import Truth, read_truth
-from tactid.values import nested
+from tactid.values import MOMENT_NAMES, MOMENT_UNIT, NAMES, UNITS, nested
 
 CHOSEN = ("method", "estimator")
 """The options that a comparison does not have, because it runs each of their choices."""
@@ -53,7 +53,7 @@ def compare_recording(
 def comparison_table(attempts: list[Attempt], truth: Truth | None) -> Table:
     """Returns the table of a comparison: a block for each value, and a row for each result."""
     columns = [
-        (attempt.title, Column.of(attempt.result, truth))
+        (attempt.title, reported.column(attempt.result, truth))
         for attempt in attempts
         if attempt.result is not None
     ]
@@ -72,7 +72,7 @@ def comparison_table(attempts: list[Attempt], truth: Truth | None) -> Table:
                 *((name, unit) if row == 0 else ("", "")),
                 title,
                 number(column.values[index], half_width),
-                "–" if half_width is None else f"{half_width:.2g}",
+                around(half_width),
             ]
             if column.errors is not None:
                 cells.append(percent(column.errors[index]))
@@ -90,7 +90,7 @@ def comparison_record(attempts: list[Attempt], truth: Truth | None) -> dict[str,
             continue
         record = result_json.record(attempt.result, style="command-line")
         if truth is not None:
-            errors = Column.of(attempt.result, truth).errors or []
+            errors = reported.column(attempt.result, truth).errors or []
             record["error_percent"] = nested(list(errors)[: len(NAMES)])
         results.append(record)
     return {

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from tactid.errors import ArgumentError, LogError, TactidError
-from tactid.result import Identification
 from tactid.naming import Style
 from tactid.offline import identify
 from tactid.options import Estimator, Method, Options
+from tactid.result import Identification
 
 CANDIDATES: tuple[tuple[Method, Estimator], ...] = (
     ("tactile", "least-squares"),

@@ -109,8 +109,12 @@ def identify(
 
 def _inputs(source: str | os.PathLike[str], options: Options) -> dict[str, Path]:
     """Returns the files and folders that are read, by the words that name them."""
-    named = {"the log": source, "`unloaded`": options.unloaded}
-    return {words: Path(path).absolute() for words, path in named.items() if path is not None}
+    named = {"the log": source, "`urdf`": options.urdf, "`unloaded`": options.unloaded}
+    return {
+        words: Path(path).absolute()
+        for words, path in named.items()
+        if isinstance(path, str | os.PathLike) and not str(path).lstrip().startswith("<")
+    }
 
 
 def _identification(data: dict[str, Any]) -> Identification:

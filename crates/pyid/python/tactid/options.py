@@ -63,9 +63,9 @@ class Options:
         metavar="LINK",
     )
     sensor_frame: Sequence[Any] | None = option(
-        "Frame of the only wrench sensor, where it is no link of the robot or to replace it: the link"
-        " that it is fixed to, then its origin x, y, z and its quaternion qx, qy, qz, qw in the frame"
-        " of this link.",
+        "Frame of the only wrench sensor, where it is no link of the robot or to replace it: the"
+        " link that it is fixed to, then its origin x, y, z and its quaternion qx, qy, qz, qw in"
+        " the frame of this link.",
         ROBOT,
         rust_field="Request::sensor_frame",
         default="the frame that the messages name; for arrays, ``sensors``",

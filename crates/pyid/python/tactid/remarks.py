@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from tactid._native import VALUE_NAMES
 from tactid.identification import IdentificationData, PayloadEstimate
-from tactid.naming import Style
+from tactid.naming import Style, listed
 from tactid.reported import offsets
 from tactid.values import Z95, digits_of
 from tactid.wording import CONTRADICTIONS, DOUBTS, finding
@@ -87,7 +87,7 @@ def motion_advice(names: Sequence[str]) -> list[str]:
     elif axes:
         advice.append(
             "Hold the tool at another angle to the vertical, or rotate it about two of its axes,"
-            f" for {_listed([f'com.{axis}' for axis in axes])}."
+            f" for {listed([f'com.{axis}' for axis in axes])}."
         )
     inertia = [name for name in names if name.startswith("I")]
     if inertia:
@@ -97,7 +97,7 @@ def motion_advice(names: Sequence[str]) -> list[str]:
         about = [*axes, *either]
         several = "axes" if len(about) > 1 else "axis"
         advice.append(
-            f"Rotate the tool faster about its {_listed(about)} {several}, for {_listed(inertia)}."
+            f"Rotate the tool faster about its {listed(about)} {several}, for {listed(inertia)}."
         )
     return advice
 
@@ -149,8 +149,3 @@ def wrench_offset(result: IdentificationData) -> str:
         for name, unit, value, half_width in offsets(result)
         if math.isfinite(value) and math.isfinite(half_width)
     )
-
-
-def _listed(words: Sequence[str]) -> str:
-    *most, last = words
-    return f"{', '.join(most)} and {last}" if most else last

@@ -3,11 +3,12 @@
 A sentence that names an option spells it as its reader would write it: see :mod:`tactid.naming`.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from tactid.naming import Style, option_name
+from tactid.naming import Style, listed, option_name
 from tactid.values import Z95, digits_of
 
 Data = Mapping[str, Any]
@@ -15,7 +16,7 @@ Data = Mapping[str, Any]
 CONTRADICTIONS = ("gravity_contradicted", "negative_mass", "known_bodies_too_heavy")
 """Findings that show the result to be wrong, the gravest first."""
 
-DOUBTS = ("mass_contradicted", "inconsistent", "offset_suspected")
+DOUBTS = ("load_unexplained", "mass_contradicted", "inconsistent", "offset_suspected")
 """Findings that show the values to be off by more than their intervals, the gravest first."""
 
 
@@ -73,17 +74,21 @@ def _known_bodies_too_heavy(data: Data, style: Style) -> str:
 
 
 def _offset_suspected(data: Data, style: Style) -> str:
-    pairs = list(zip(data["values"], data["std_devs"] or [math.nan] * 6, strict=True))
-
-    def vector(entries: list[tuple[float, float]]) -> str:
-        return ", ".join(f"{value:.3g} ± {Z95 * std_dev:.2g}" for value, std_dev in entries)
-
+    pairs = zip(data["values"], data["std_devs"], strict=True)
+    entries = [_with_interval(value, Z95 * std_dev) for value, std_dev in pairs]
     return (
-        f"The wrenches seem to have a constant offset: force ({vector(pairs[:3])}) N, moment"
-        f" ({vector(pairs[3:])}) N m, in the frame {data['frame']} and with the sign of the recorded"
-        " wrenches. Subtract it from the wrenches (tare the sensor), or let"
+        f"The wrenches seem to have a constant offset: force ({', '.join(entries[:3])}) N, moment"
+        f" ({', '.join(entries[3:])}) N m, in the frame {data['frame']} and with the sign of the"
+        " recorded wrenches. Subtract it from the wrenches (tare the sensor), or let"
         f" {option_name('wrench_offset', style)} identify it together with the payload."
     )
+
+
+def _with_interval(value: float, half_width: float) -> str:
+    if not math.isfinite(half_width):
+        return "not known"
+    digits = digits_of(half_width)
+    return f"{value:.{digits}f} ± {half_width:.{digits}f}"
 
 
 def _load_unexplained(data: Data, style: Style) -> str:
@@ -101,10 +106,12 @@ def _load_unexplained(data: Data, style: Style) -> str:
         "combined": "Identify from each source alone to see which one contradicts the model; with"
         " efforts, friction in the joints is the usual reason.",
     }
+    digits = digits_of(data["residual_rms"])
+    residual, load = (f"{data[name]:.{digits}f}" for name in ("residual_rms", "load_rms"))
     return (
-        f"The model does not explain {fraction:.0%} of the load (rms {data['residual_rms']:.3g} of"
-        f" {data['load_rms']:.3g} {data['unit']}, {beyond}), and the intervals do not contain this"
-        f" error. {reasons[data['method']]}"
+        f"The model does not explain {100 * fraction:.0f} % of the load (rms {residual} of {load}"
+        f" {data['unit']}, {beyond}), and the intervals do not contain this error."
+        f" {reasons[data['method']]}"
     )
 
 
@@ -206,7 +213,7 @@ def _velocities_contradicted(data: Data, _: Style) -> str:
         None: " Check their units and signs, and the order of the joints.",
     }
     return (
-        f"The velocities of {_listed(data['joints'])} are not the derivatives of the positions (rms"
+        f"The velocities of {listed(data['joints'])} are not the derivatives of the positions (rms"
         f" difference {data['relative_difference']:.0%} of the motion).{causes[data['cause']]}"
     )
 
@@ -228,9 +235,9 @@ def _constant_channels(data: Data, _: Style) -> str:
     value = "zero" if data["is_zero"] else "constant"
     several = len(data["channels"]) > 1
     return (
-        f"{data['source']}: {_listed(data['channels'])} in `{data['frame']}`"
-        f" {'are' if several else 'is'} exactly {value} in all samples, as of a sensor that does not"
-        f" measure {'them' if several else 'it'}. The estimate takes"
+        f"{data['source']}: {listed(data['channels'])} in `{data['frame']}`"
+        f" {'are' if several else 'is'} exactly {value} in all samples, as of a sensor that does"
+        f" not measure {'them' if several else 'it'}. The estimate takes"
         f" {'them' if several else 'it'} for measured."
     )
 

@@ -41,10 +41,7 @@ impl<'a> ArrayRecording<'a> {
         arrays.check_wrenches(sensors.len())?;
         if !options.method().uses_wrench() {
             sensors.clear();
-        }
-        if let Some(given) = &request.sensor_frame
-            && !sensors.is_empty()
-        {
+        } else if let Some(given) = &request.sensor_frame {
             let (placed, sensor) = place_sensor(&robot, given, &sensors)?;
             (robot, sensors) = (placed, vec![sensor]);
         }
@@ -58,14 +55,12 @@ impl<'a> ArrayRecording<'a> {
             effort_gains: effort_gains(request, robot.dof()),
             uses_effort: options.method().uses_effort(),
         };
-        let unloaded = match &arrays.unloaded {
-            Some(unloaded) => {
-                unloaded.check(&robot)?;
-                let method = options.method();
-                Some(UnloadedSamples::new(unloaded, &samples, &timeline, method)?)
-            }
-            None => None,
-        };
+        let method = options.method();
+        let unloaded = arrays.unloaded.as_ref().map(|unloaded| {
+            unloaded.check(&robot)?;
+            UnloadedSamples::new(unloaded, &samples, &timeline, method)
+        });
+        let unloaded = unloaded.transpose()?;
         Ok(Self {
             samples,
             sources: Sources {

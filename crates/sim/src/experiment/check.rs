@@ -209,6 +209,33 @@ fn noise(n: &Noise) -> Result<(), SimError> {
     Ok(())
 }
 
+/// Returns the error of a parser in one line, with the line of `text` and the key that stands there.
+pub(super) fn syntax(error: &toml::de::Error, text: &str) -> SimError {
+    let mut message = error.message().trim().to_owned();
+    for (rust, plain) in [
+        ("expected f64", "expected a number"),
+        ("expected u64", "expected an integer that is not negative"),
+        ("expected a string", "expected a text"),
+        ("expected struct", "expected a table of type"),
+    ] {
+        message = message.replace(rust, plain);
+    }
+    let Some(span) = error.span() else {
+        return SimError::Syntax(message);
+    };
+    let before = text.get(..span.start).unwrap_or(text);
+    let line = 1 + before.matches('\n').count();
+    let source = text.lines().nth(line - 1).unwrap_or_default();
+    // Where the error is in the value, the key before it names the field.
+    let start_of_line = before.rfind('\n').map_or(0, |newline| newline + 1);
+    let key = source.split_once('=').map(|(key, _)| key);
+    let key = key.filter(|key| span.start - start_of_line > key.len());
+    SimError::Syntax(match key {
+        Some(key) => format!("line {line}: {}: {message}", key.trim()),
+        None => format!("line {line}: {message}"),
+    })
+}
+
 /// Adds the line of `text` that contains the field to a [`SimError::Value`]. Where the text does not have the field, the
 /// value is reported as the default.
 pub(crate) fn with_line(error: SimError, text: &str) -> SimError {
@@ -353,13 +380,32 @@ mod tests {
                 "line 2",
                 "unknown variant `flying`, expected `floating` or `fixed`",
             ),
-            ("gravity_m_s2 = -9.81", "line 1", "invalid type"),
+            (
+                "gravity_m_s2 = -9.81",
+                "line 1: gravity_m_s2: ",
+                "invalid type",
+            ),
+            (
+                "seed = 1\n[payload]\nmass_kg = 'ten'",
+                "line 3: mass_kg: ",
+                "expected a number",
+            ),
+            (
+                "payload = 3",
+                "line 1: payload: ",
+                "expected a table of type Payload",
+            ),
+            (
+                "[payload]\ncom = [0, 0, 0]",
+                "line 2: unknown field `com`, expected one of `mass_kg`",
+                "`handle`",
+            ),
             ("gravity_m_s2 = [0.0, -9.81]", "line 1", "array of length 3"),
             ("seed = ", "line 1", ""),
         ] {
             let message = message(text);
             assert!(
-                message.contains(line) && message.contains(what),
+                message.contains(line) && message.contains(what) && !message.contains('\n'),
                 "{text}: {message}"
             );
         }
