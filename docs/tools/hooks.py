@@ -15,11 +15,13 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
+from tactid import result_schema
 from tactid.cli import app
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 from figures import FIGURES, draw
+from schema_tables import tables
 
 EXTERNAL = re.compile(
     r"<(?:script|img|iframe|source)\b[^>]*\bsrc=[\"']?(?:https?:)?//[^\s>]+"
@@ -37,6 +39,12 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 
 def _equation(source: str, *_: Any, **__: Any) -> str:
     return f'<div class="equation">{latex2mathml.converter.convert(source, display="block")}</div>'
+
+
+def on_page_markdown(markdown: str, **_: Any) -> str:
+    """Puts the tables of the JSON schema in the place of their mark."""
+    mark = "<!-- schema -->"
+    return markdown.replace(mark, tables(result_schema())) if mark in markdown else markdown
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:

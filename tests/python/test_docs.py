@@ -19,7 +19,7 @@ def runner(tmp_path_factory: pytest.TempPathFactory) -> pages.Runner:
     return pages.Runner(tmp_path_factory.mktemp("pages"))
 
 
-@pytest.mark.parametrize("page", RUN, ids=str)
+@pytest.mark.parametrize("page", RUN, ids=[str(page.relative_to(pages.ROOT)) for page in RUN])
 def test_the_blocks_of_a_page_run(page: Path, runner: pages.Runner) -> None:
     runner.run(page)
 

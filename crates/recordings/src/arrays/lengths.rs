@@ -7,13 +7,17 @@ use super::fields::Arrays;
 use crate::{Method, RecordingError};
 
 impl Arrays<'_> {
-    /// Checks the arrays that describe the motion.
+    /// Checks the arrays that describe the motion of a robot, or of a sensor alone unless there is a robot.
     ///
     /// # Errors
     /// Returns [`RecordingError::NoSamples`] if there is no time, [`RecordingError::ArrayLength`] if a length does not
     /// fit the times and the robot, and [`RecordingError::MissingArray`] if joint positions are missing, or the
     /// poses of a sensor without a robot.
-    pub(super) fn check_motion(&self, robot: &Manipulator) -> Result<(), RecordingError> {
+    pub(super) fn check_motion(
+        &self,
+        robot: &Manipulator,
+        has_robot: bool,
+    ) -> Result<(), RecordingError> {
         let (samples, joints) = (self.times_s.len(), robot.dof());
         if samples == 0 {
             return Err(RecordingError::NoSamples);
@@ -24,7 +28,7 @@ impl Arrays<'_> {
                 reason: "the robot has joints",
             });
         }
-        if self.robot.is_none() && self.poses.is_empty() {
+        if !has_robot && self.poses.is_empty() {
             return Err(RecordingError::MissingArray {
                 name: "poses",
                 reason: "without a robot nothing else says how the sensor moves and where down is: give its pose at \

@@ -28,7 +28,7 @@ impl<'a> ArrayRecording<'a> {
     pub(crate) fn new(arrays: &Arrays<'a>, request: &Request) -> Result<Self, RecordingError> {
         check_request(request)?;
         let mut robot = arrays.resolve_robot(request)?;
-        arrays.check_motion(&robot)?;
+        arrays.check_motion(&robot, arrays.has_robot(request))?;
         let timeline = Timeline::new(arrays.times_s);
         let contents = contents(arrays, arrays.has_robot(request), &timeline);
         let options = Options::resolve(request, &contents);
