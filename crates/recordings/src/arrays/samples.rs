@@ -92,7 +92,7 @@ impl<'a> SampleReader<'a> {
     }
 
     /// Time of the last usable sample since the first one, s.
-    fn time_s(&self) -> Option<f64> {
+    pub(super) fn time_s(&self) -> Option<f64> {
         self.times_s.map(|(first_s, last_s)| last_s - first_s)
     }
 
