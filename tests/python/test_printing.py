@@ -24,7 +24,12 @@ NEGATIVE = Finding("negative_mass", {"method": "tactile", "or_gravity": False})
 HEAVY = Finding("known_bodies_too_heavy", {"known_kg": 3.0, "load_kg": 2.0})
 SUMMED = Finding("wrenches_summed", {"topics": ["/left", "/right"]})
 OFFSET = Finding(
-    "offset_suspected", {"channel": "force x", "unit": "N", "value": 1.5, "std_dev": 0.01}
+    "offset_suspected",
+    {
+        "frame": "tool0",
+        "values": [1.5, 0.0, 0.2, 0.0, 0.01, 0.0],
+        "std_devs": [0.1, 0.1, 0.1, 0.01, 0.01, 0.01],
+    },
 )
 
 

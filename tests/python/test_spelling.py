@@ -14,7 +14,13 @@ from tactid.options import option_names
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "crates/pyid/python/tactid"
-COMMANDS = {"cli.py", "identify_command.py", "number_lists.py", "paper_run.py"}
+COMMANDS = {
+    "cli.py",
+    "compare_command.py",
+    "identify_command.py",
+    "number_lists.py",
+    "paper_run.py",
+}
 """Modules that only the command line uses."""
 OUTPUTS = {
     "--format",

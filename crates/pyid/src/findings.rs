@@ -215,7 +215,7 @@ pub(crate) fn data_finding(
 }
 
 fn offset_suspected(py: Python<'_>, offset: &WrenchOffset) -> PyResult<FindingData> {
-    let values = data!(py, "frame": &*offset.frame, "values": offset.values(),
-        "std_devs": offset.std_devs);
-    Ok(("offset_suspected", values))
+    let frame = &*offset.frame;
+    let (values, std_devs) = (offset.values(), offset.std_devs);
+    Ok(("offset_suspected", fields!(py, frame, values, std_devs)))
 }

@@ -95,10 +95,10 @@ pub enum Finding {
     /// A long delay of the wrenches would explain them better, but is doubtful and was not corrected: it is at the end
     /// of the search, or the wrenches hardly fit the motion better with it.
     DelayDoubtful {
-        /// The delay, s, to within the time between two windows; positive where the wrenches are stamped later than
+        /// The delay, s, at the end of the search only to within the time between two windows; positive where the wrenches are stamped later than
         /// the motion.
         delay_s: f64,
-        /// Mean square residual with the delay, relative to that without.
+        /// Residual with the delay, relative to that without.
         residual_ratio: f64,
         /// Whether the delay is at the end of the search.
         is_at_end: bool,

@@ -30,9 +30,9 @@ const SHORTEST_DELAY_S: f64 = 1e-4;
 /// Largest number of fits of the delay: each is linear in what the one before has left.
 const DELAY_FITS: usize = 4;
 
-/// A delay of a window or more that leaves more than this fraction of the mean square residual is doubtful: wrenches
-/// that belong to the motion fit it far better at the right time.
-const HARDLY_BETTER: f64 = 0.5;
+/// A delay of two windows or more that leaves more than this fraction of the residual is doubtful: wrenches that belong
+/// to the motion fit it far better at the right time.
+const HARDLY_BETTER: f64 = 0.7;
 
 /// Derived accelerations replace measured ones whose residual, or whose power, they reduce to less than this
 /// fraction.
@@ -143,11 +143,45 @@ impl Preview<'_> {
         let (equations, channels) = self.equations(streams, 0.0, cutoff_hz)?;
         match coarse_delay(&equations, &channels, window::stride_s(cutoff_hz)) {
             None => Ok(DelayEstimate::Unknown),
-            Some(coarse) if is_doubtful(&coarse) => Ok(DelayEstimate::Doubtful(coarse)),
+            Some(coarse) if coarse.is_at_end => Ok(DelayEstimate::Doubtful(coarse)),
             Some(coarse) => {
-                self.refined_delay(streams, cutoff_hz, coarse.delay_s, (equations, channels))
+                let is_far = coarse.delay_s.abs() > 1.5 * window::stride_s(cutoff_hz);
+                let without = residual_size(&equations, &channels).filter(|_| is_far);
+                let delay_s = coarse.delay_s;
+                let found =
+                    self.refined_delay(streams, cutoff_hz, delay_s, (equations, channels))?;
+                match (found, without) {
+                    (DelayEstimate::Found(delay), Some(without)) => {
+                        self.far_delay(streams, cutoff_hz, delay, without)
+                    }
+                    _ => Ok(found),
+                }
             }
         }
+    }
+
+    /// Decides on a delay of several windows, given the size of the residual without it: other errors, too, leave less
+    /// residual at some time by chance.
+    fn far_delay(
+        &self,
+        streams: &Streams,
+        cutoff_hz: f64,
+        delay: Delay,
+        without: f64,
+    ) -> Result<DelayEstimate, RecordingError> {
+        let (equations, channels) = self.equations(streams, delay.delay_s, cutoff_hz)?;
+        let residual_ratio = match residual_size(&equations, &channels) {
+            Some(with) => with / without,
+            None => return Ok(DelayEstimate::Unknown),
+        };
+        if residual_ratio < HARDLY_BETTER {
+            return Ok(DelayEstimate::Found(delay));
+        }
+        Ok(DelayEstimate::Doubtful(CoarseDelay {
+            delay_s: delay.delay_s,
+            residual_ratio,
+            is_at_end: false,
+        }))
     }
 
     /// Refines a delay that is right to the length of a window. The equations are those without a delay.
@@ -255,9 +289,4 @@ impl Preview<'_> {
 /// Returns whether a delay is worth correcting.
 pub(crate) fn is_significant(delay: Delay) -> bool {
     delay.delay_s.abs() > SHORTEST_DELAY_S && delay.delay_s.abs() > SIGNIFICANT * delay.std_dev_s
-}
-
-/// Returns whether a coarse delay may be a chance fit of wrenches that another error keeps from fitting the motion.
-fn is_doubtful(coarse: &CoarseDelay) -> bool {
-    coarse.delay_s != 0.0 && (coarse.is_at_end || coarse.residual_ratio > HARDLY_BETTER)
 }

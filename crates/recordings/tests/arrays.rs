@@ -8,6 +8,7 @@ use std::ops::ControlFlow;
 
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
+use rand_distr::StandardNormal;
 use recorded_arrays::common::{Experiment, SENSORS, TOOL, errors_percent};
 use recorded_arrays::{CARRIED_AT, CARRIED_KG, Recording, carried, quick, recorded};
 use tactid_dynamics::BaseKind;
@@ -45,6 +46,31 @@ fn a_sensor_alone_is_on_the_ground() {
     let body = result.estimate.body;
     assert!((body.mass_kg - CARRIED_KG).abs() < 1e-4, "{}", body.mass_kg);
     assert!((body.center_of_mass - CARRIED_AT).norm() < 1e-4);
+}
+
+/// A delay of any length is found, whether it is a multiple of a window or between two, also with noise.
+#[test]
+fn delays_of_any_length_are_found() {
+    let exact = carried();
+    let mut random = SmallRng::seed_from_u64(1);
+    for samples in [2, 7, 15, 21, 34, 60, 110] {
+        let mut late = exact.clone();
+        late.wrenches.rotate_right(6 * samples);
+        let first = exact.wrenches[..6].repeat(samples);
+        late.wrenches[..6 * samples].copy_from_slice(&first);
+        for value in &mut late.wrenches {
+            *value += 0.02 * random.sample::<f64, _>(StandardNormal);
+        }
+        let result = late.identify(&Request::default()).unwrap();
+        let delay_s = 0.002 * samples as f64;
+        let error_s = (result.delay_s - delay_s).abs();
+        assert!(
+            error_s < 1e-3,
+            "{delay_s} {} {:?}",
+            result.delay_s,
+            result.findings
+        );
+    }
 }
 
 /// A delay of the wrenches is found, corrected and reported.

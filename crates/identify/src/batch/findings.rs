@@ -63,7 +63,7 @@ pub(crate) fn data_findings(
     known_kg: f64,
 ) -> Vec<Finding> {
     let (channels, gravity, method) = (stream.channels(), stream.gravity(), stream.method());
-    // A known mass would hide a wrong sign.
+    // A known mass would hide a wrong sign, and a wrong one would look like an offset.
     let mut findings = suspected_signs(
         equations,
         fit_without_mass,
@@ -76,11 +76,21 @@ pub(crate) fn data_findings(
     let may_be_offset = stream.has_sensors() && method.uses_wrench() && channels.offsets == 0;
     if may_be_offset && !findings.iter().any(is_gravity) {
         let frame = stream.offset_frame();
-        findings.extend(suspected_offset(equations, fit, &channels, frame));
+        findings.extend(suspected_offset(
+            equations,
+            fit_without_mass,
+            &channels,
+            frame,
+        ));
     }
     if findings.is_empty() {
         // Otherwise the error of the model has a name.
-        findings.extend(unexplained_load(equations, fit, &channels, method));
+        findings.extend(unexplained_load(
+            equations,
+            fit_without_mass,
+            &channels,
+            method,
+        ));
     }
     let windows = equations.len();
     let outliers = (0..windows).filter(|&k| fit.is_outlier(k)).count();

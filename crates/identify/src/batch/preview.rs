@@ -70,7 +70,7 @@ pub struct CoarseDelay {
     /// Delay, s; positive where the wrenches are stamped later than the motion. Zero where no other fits
     /// significantly better.
     pub delay_s: f64,
-    /// Mean square residual with the delay, relative to that without.
+    /// Residual with the delay, relative to that without.
     pub residual_ratio: f64,
     /// Whether the delay is at the end of the search, [`LONGEST_DELAY_S`], so that a longer one may fit better still.
     pub is_at_end: bool,
@@ -113,7 +113,7 @@ pub fn coarse_delay(
     Some(if gain > SIGNIFICANT_GAIN {
         CoarseDelay {
             delay_s: shift as f64 * stride_s,
-            residual_ratio: best / unshifted,
+            residual_ratio: (best / unshifted).sqrt(),
             is_at_end: shift.abs() >= reach - 1,
         }
     } else {

@@ -36,11 +36,7 @@ pub(crate) fn suspected_offset(
     frame: &OffsetFrame,
 ) -> Option<Finding> {
     let with_offsets = channels.clone().with_offsets(true);
-    let options = FitOptions {
-        known_mass: fit.known_mass,
-        ..FitOptions::new(&with_offsets)
-    };
-    let other = least_squares::fit(equations, options)?;
+    let other = least_squares::fit(equations, FitOptions::new(&with_offsets))?;
     let squared_distance = other
         .offsets?
         .squared_distance(&other.covariance, &other.null_space);

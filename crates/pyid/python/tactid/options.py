@@ -68,7 +68,7 @@ class Options:
         " the frame of this link.",
         ROBOT,
         rust_field="Request::sensor_frame",
-        default="the frame that the messages name; for arrays, ``sensors``",
+        default="the frame that the messages name; for arrays, the links of the sensors",
         unit="m",
         metavar="LINK,X,Y,Z,QX,QY,QZ,QW",
         argument=str,

@@ -246,7 +246,7 @@ def _delay_doubtful(data: Data, style: Style) -> str:
     why = (
         "but it is as long as any that is searched for"
         if data["is_at_end"]
-        else f"but only a little (ratio of the residuals {math.sqrt(data['residual_ratio']):.2f})"
+        else f"but only a little (ratio of the residuals {data['residual_ratio']:.2f})"
     )
     return (
         f"Wrenches stamped {1e3 * data['delay_s']:.0f} ms later than the motion would fit better,"
