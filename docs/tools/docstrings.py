@@ -26,8 +26,15 @@ ROLE = re.compile(r":\w+:`~?([\w.]+)`")
 """A reference in a docstring, such as ``:class:`tactid.Options```."""
 
 
+EXAMPLE = re.compile(r"^>>> .*(?:\n.+)*", re.MULTILINE)
+"""An example in a docstring, up to the next empty line."""
+
+
 class ReferenceDocstrings(griffe.Extension):
-    """Gives each object the docstring that ``help`` shows, with its references as links."""
+    """Gives each object the docstring that ``help`` shows, with its references as links.
+
+    Examples are shown as code.
+    """
 
     def on_object(self, *, obj: griffe.Object, **_: Any) -> None:
         """Gives one object its docstring, and a class of the stubs its constructor."""
@@ -37,6 +44,7 @@ class ReferenceDocstrings(griffe.Extension):
         if text is None:
             return
         text = ROLE.sub(lambda found: link(found.group(1), obj.path), text)
+        text = EXAMPLE.sub(lambda found: f"```pycon\n{found.group()}\n```", text)
         if obj.docstring is None:
             obj.docstring = griffe.Docstring(text, parent=obj, parser="google")
         else:
