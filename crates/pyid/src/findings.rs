@@ -90,7 +90,7 @@ pub(crate) fn finding_data(py: Python<'_>, finding: &Finding) -> PyResult<Findin
     })
 }
 
-/// An option that has no effect.
+/// Returns the data of an option that has no effect.
 fn option_not_used(
     py: Python<'_>,
     option: &'static str,
@@ -105,7 +105,7 @@ fn option_not_used(
     Ok(("option_not_used", fields!(py, option, because, method)))
 }
 
-/// Joint velocities that are not the derivatives of the positions.
+/// Returns the data of joint velocities that are not the derivatives of the positions.
 fn velocities_contradicted(
     py: Python<'_>,
     joints: &[String],
@@ -123,7 +123,7 @@ fn velocities_contradicted(
     Ok(("velocities_contradicted", data))
 }
 
-/// Channels of a wrench sensor that never change.
+/// Returns the data of channels of a wrench sensor that never change.
 fn constant_channels(
     py: Python<'_>,
     source: &str,
@@ -136,7 +136,7 @@ fn constant_channels(
     Ok(("constant_channels", data))
 }
 
-/// A twist that is not the derivative of the pose.
+/// Returns the data of a twist that is not the derivative of the pose.
 fn twist_contradicted(
     py: Python<'_>,
     source: &str,
@@ -152,7 +152,7 @@ fn twist_contradicted(
     Ok(("twist_contradicted", data))
 }
 
-/// What the data say about the assumptions of the identification.
+/// Returns the data of a finding about the assumptions of the identification.
 pub(crate) fn data_finding(
     py: Python<'_>,
     finding: &tactid_identify::Finding,
@@ -214,6 +214,7 @@ pub(crate) fn data_finding(
     })
 }
 
+/// Returns the data of a suspected offset of the wrenches.
 fn offset_suspected(py: Python<'_>, offset: &WrenchOffset) -> PyResult<FindingData> {
     let frame = &*offset.frame;
     let (values, std_devs) = (offset.values(), offset.std_devs);

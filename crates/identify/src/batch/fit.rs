@@ -100,6 +100,12 @@ impl Fit {
         std_dev(&gradient, &self.covariance, &self.null_space)
     }
 
+    /// Returns the offset of a channel, in its unit; zero where it was not unknown.
+    pub(crate) fn offset_of(&self, channel: usize) -> f64 {
+        let entry = |offsets: Offsets| offsets.values.get(channel).copied();
+        self.offsets.and_then(entry).unwrap_or(0.0)
+    }
+
     /// Returns the offset of the wrenches with its standard deviations in a frame, where it was unknown.
     pub(crate) fn wrench_offset(&self, frame: &OffsetFrame) -> Option<WrenchOffset> {
         let offsets = self.offsets?.mapped(frame.map());

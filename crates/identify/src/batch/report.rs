@@ -120,14 +120,10 @@ fn validate(
 
 /// Returns the predicted load, window by window.
 fn predict(equations: &[Equation], fit: &Fit) -> Vec<f64> {
-    let offset = |channel: usize| {
-        let of_wrench = fit.offsets.filter(|_| channel < 6);
-        of_wrench.map_or(0.0, |offsets| offsets.values[channel])
-    };
     let rows = equations
         .iter()
         .flat_map(|equation| equation.rows.iter().enumerate());
-    rows.map(|(channel, row)| row.regressor.dot(&fit.parameters) + offset(channel))
+    rows.map(|(channel, row)| row.regressor.dot(&fit.parameters) + fit.offset_of(channel))
         .collect()
 }
 

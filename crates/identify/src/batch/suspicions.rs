@@ -51,15 +51,12 @@ pub(crate) fn suspected_offset(
 
 /// Returns the covariance of the residuals of the six channels of the wrench, each in units of its load.
 fn residual_covariance(equations: &[Equation], fit: &Fit, weights: &[f64]) -> Matrix6<f64> {
-    let offsets = fit
-        .offsets
-        .map_or(Vector6::zeros(), |offsets| offsets.values);
     let (mut products, mut loads) = (Matrix6::zeros(), Vector6::repeat(f64::MIN_POSITIVE));
     let mut total = f64::MIN_POSITIVE;
     for (equation, weight) in equations.iter().zip(weights) {
         let rows = &equation.rows;
         let residual = Vector6::from_fn(|k, _| {
-            rows[k].target - rows[k].regressor.dot(&fit.parameters) - offsets[k]
+            rows[k].target - rows[k].regressor.dot(&fit.parameters) - fit.offset_of(k)
         });
         loads += Vector6::from_fn(|k, _| weight * rows[k].target.powi(2));
         products.ger(*weight, &residual, &residual, 1.0);

@@ -70,17 +70,14 @@ fn units(channels: &Channels) -> Vec<(&'static str, std::ops::Range<usize>)> {
     groups
 }
 
+/// Returns the weighted sums of squares of the channels in a range.
 fn squares(equations: &[Equation], fit: &Fit, range: std::ops::Range<usize>) -> Squares {
-    let offset = |channel: usize| {
-        let of_wrench = fit.offsets.filter(|_| channel < 6);
-        of_wrench.map_or(0.0, |offsets| offsets.values[channel])
-    };
     let remainder = |row: &Row| row.target - row.regressor.dot(&fit.parameters);
     let mut squares = Squares::default();
     for (equation, weight) in equations.iter().zip(&fit.weights) {
         for channel in range.clone() {
             let row = &equation.rows[channel];
-            squares.residual += weight * (remainder(row) - offset(channel)).powi(2);
+            squares.residual += weight * (remainder(row) - fit.offset_of(channel)).powi(2);
             squares.load += weight * row.target.powi(2);
             squares.noise += weight * remainder(&equation.differences[channel]).powi(2);
             squares.weight += weight;

@@ -47,8 +47,6 @@ pub(crate) struct NoiseTracker {
     correlations: Vec<ResidualCorrelation>,
     /// Correlation of each channel's noise with that of the last window and of the one before it.
     shared: Vec<[f64; 2]>,
-    /// Numbers of consecutive channels of one kind.
-    kinds: Vec<usize>,
     /// Mean square of the slow means of the whitened residuals.
     slow_square: f64,
     /// Mean square of the whitened residuals.
@@ -69,7 +67,6 @@ impl NoiseTracker {
             windows: 0.0,
             correlations: vec![ResidualCorrelation::WHITE; count],
             shared: vec![correlation_of(ResidualCorrelation::WHITE.products); count],
-            kinds: channels.kinds.clone(),
             slow_square: WHITE_SLOW_SQUARE,
             square: 1.0,
             slow_load: 0.0,
@@ -210,7 +207,7 @@ impl NoiseTracker {
     fn share_correlations(&mut self, windows: f64) {
         let own_fraction = windows / (windows + SHARED_WINDOWS);
         let mut first = 0;
-        for &count in &self.kinds {
+        for &count in self.noise.kinds() {
             let channels = first..first + count;
             let mut mean = [0.0; 3];
             for channel in &self.correlations[channels.clone()] {

@@ -101,6 +101,11 @@ impl Noise {
         }
     }
 
+    /// Numbers of consecutive channels whose noise is of similar size.
+    pub(crate) fn kinds(&self) -> &[usize] {
+        &self.kinds
+    }
+
     /// Number of channels.
     pub(crate) fn channels(&self) -> usize {
         self.std_devs.len()
