@@ -50,7 +50,7 @@ pub enum IdentifyError {
     #[error(
         "{0} needs least squares: the paper's filter estimates ten parameters and nothing else"
     )]
-    KnowledgeNeedsLeastSquares(&'static str),
+    PriorNeedsLeastSquares(&'static str),
     /// Noise is given neither once for all sensors or joints nor once for each.
     #[error("{name} has {given} entries: give one for all, or one for each of the {expected} {of}")]
     NoiseCount {

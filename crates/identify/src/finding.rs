@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::Method;
+use crate::checks::{TwistContradiction, VelocityCause};
 use crate::result::WrenchOffset;
 use crate::solve::KnownMass;
 
@@ -10,6 +11,44 @@ use crate::solve::KnownMass;
 /// silently: each finding is for the user to decide on.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finding {
+    /// The measured velocities of joints are not the derivatives of their positions.
+    VelocitiesContradicted {
+        /// Names of the joints.
+        joints: Vec<String>,
+        /// Rms difference between the change of the position over 0.1 s and the integral of the velocity, relative to
+        /// the larger of the two: the largest of these joints.
+        relative_difference: f64,
+        /// What the velocities seem to be instead.
+        cause: Option<VelocityCause>,
+    },
+    /// The twist of the base, or of a sensor without a robot, is not the derivative of its pose.
+    TwistContradicted(TwistContradiction),
+    /// Some channels of a wrench sensor have the same value in all samples.
+    ConstantChannels {
+        /// Frame of the sensor.
+        frame: String,
+        /// The channels, such as `force x`.
+        channels: Vec<&'static str>,
+        /// Whether all of these values are zero.
+        is_zero: bool,
+    },
+    /// Not a single window of the averages was filled, so that nothing is known.
+    NoEquations {
+        /// Number of samples that were accepted.
+        samples: u64,
+        /// Number of samples that were rejected: not finite, or not later than the one before.
+        rejected: u64,
+        /// Number of times between two samples that were too long to be bridged.
+        gaps: u64,
+        /// Longest time between two samples that is bridged, s.
+        max_gap_s: f64,
+        /// Mean time between two accepted samples, s.
+        period_s: f64,
+        /// Length of a window, s.
+        window_s: f64,
+        /// Fewest samples in a window.
+        min_samples: u32,
+    },
     /// Another gravity explains the load far better than the given one.
     GravityContradicted {
         /// The better gravitational acceleration in the inertial frame, m/s²: none at all, or the opposite.

@@ -70,9 +70,12 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 pub mod batch;
+pub mod checks;
+mod diagnosis;
 pub mod equations;
 mod error;
 mod finding;
+mod fit;
 mod method;
 mod online;
 mod paper;
@@ -83,13 +86,14 @@ pub use nalgebra;
 pub use tactid_dynamics as dynamics;
 pub use tactid_dynamics::{BaseKind, Manipulator, ModelError, Wrench};
 
-pub use batch::{BatchIdentifier, BatchResult, BatchSettings, Delay, FitReport, Forecast};
+pub use batch::{BatchIdentifier, BatchResult, BatchSettings, FitReport, Forecast};
 pub use equations::{
     BaseState, Channel, Channels, EquationSettings, EquationStream, PushOutcome, Sample,
     states_of_poses,
 };
 pub use error::{IdentifyError, three_digits};
 pub use finding::Finding;
+pub use fit::Delay;
 pub use method::Method;
 pub use online::Identifier;
 pub use paper::{PaperFilter, PaperSettings, SingularValues};

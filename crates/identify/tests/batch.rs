@@ -3,15 +3,18 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod common;
+#[path = "common/turning.rs"]
+mod turning;
 
 use common::{Experiment, Instant, Noise, SENSORS, TOOL, payload};
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 use rand::{SeedableRng, rngs::SmallRng};
-use tactid_dynamics::{Manipulator, MassProperties, Wrench};
+use tactid_dynamics::{MassProperties, Wrench};
 use tactid_identify::{
-    BaseState, BatchIdentifier, BatchResult, BatchSettings, BoundingBox, EquationSettings, Finding,
-    IdentifyError, KnownMass, states_of_poses,
+    BatchIdentifier, BatchResult, BatchSettings, BoundingBox, EquationSettings, Finding,
+    IdentifyError, KnownMass,
 };
+use turning::{BESIDE, PointMass, TETRAHEDRON, about_all_axes, about_y, samples};
 
 fn identify(
     instants: &[Instant],
@@ -137,53 +140,11 @@ fn a_known_mass_adds_no_finding_to_its_cause() {
     );
 }
 
-/// Samples of a sensor that turns about its own origin without gravity, which determines the first moments and not the
-/// mass, with 4 kg in front of it.
-fn turning_about_its_origin() -> (Manipulator, Vec<Instant>) {
-    let at = Vector3::new(0.1, 0.05, 0.08);
-    let instant = |k: u32| {
-        let time_s = 2e-3 * f64::from(k);
-        let turn = |t: f64| {
-            let angles = [
-                1.2 * (2.0 * t).sin(),
-                0.9 * (3.1 * t).sin(),
-                (1.7 * t).sin(),
-            ];
-            UnitQuaternion::from_euler_angles(angles[0], angles[1], angles[2])
-        };
-        let h = 1e-3;
-        let near = turn(time_s + h) * at + turn(time_s - h) * at;
-        let far = turn(time_s + 2.0 * h) * at + turn(time_s - 2.0 * h) * at;
-        let acceleration = (near * 16.0 - far - turn(time_s) * at * 30.0) / (12.0 * h * h);
-        let force = turn(time_s).inverse() * acceleration * 4.0;
-        Instant {
-            time_s,
-            base: BaseState {
-                pose: Isometry3::from_parts(Translation3::identity(), turn(time_s)),
-                ..BaseState::fixed()
-            },
-            position: vec![],
-            velocity: vec![],
-            wrenches: vec![Wrench {
-                force,
-                moment: at.cross(&force),
-            }],
-        }
-    };
-    let mut instants: Vec<Instant> = (0..2000).map(instant).collect();
-    let times_s: Vec<f64> = instants.iter().map(|instant| instant.time_s).collect();
-    let poses: Vec<_> = instants.iter().map(|instant| instant.base.pose).collect();
-    for (instant, state) in instants.iter_mut().zip(states_of_poses(&times_s, &poses)) {
-        instant.base = state;
-    }
-    (Manipulator::lone_body("sensor"), instants)
-}
-
 /// A known mass that the data do not determine, but that no consistent body has which explains them, is not the result.
 /// That is reported once, with and without a box.
 #[test]
 fn a_known_mass_that_is_not_kept_is_reported() {
-    let (robot, instants) = turning_about_its_origin();
+    let (robot, instants) = samples(about_all_axes, 1.0, &BESIDE, Vector3::zeros());
     let bounding_box = Some(BoundingBox {
         min: Vector3::repeat(-0.15),
         max: Vector3::repeat(0.15),
@@ -280,4 +241,66 @@ fn too_short_and_too_sparse_recordings_are_different_errors() {
     // Restarted at each sample, since a third of a window has none; and dropped, with three samples or four.
     assert!(too_sparse(1e6).contains("0.000000926 s"));
     too_sparse(250.0);
+}
+
+const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+
+/// Solves for the masses on a sensor that rotates in [`GRAVITY`]; `given` is the gravity of the settings, m/s².
+fn identify_turning(
+    turn: fn(f64) -> UnitQuaternion<f64>,
+    speed: f64,
+    masses: &[PointMass],
+    given: Vector3<f64>,
+) -> BatchResult {
+    let (robot, instants) = samples(turn, speed, masses, GRAVITY);
+    let (equations, settings) = (
+        EquationSettings {
+            gravity: Some(given),
+            ..EquationSettings::default()
+        },
+        BatchSettings::default(),
+    );
+    let mut batch =
+        BatchIdentifier::new(&robot, "sensor", &["sensor"], equations, settings).unwrap();
+    for instant in &instants {
+        batch.push(&instant.sample()).unwrap();
+    }
+    batch.solve().unwrap()
+}
+
+/// A point mass at the sensor's origin has no moments: its mass and its centre are known all the same.
+#[test]
+fn a_point_mass_without_moments_is_identified() {
+    let at_the_origin = [(4.0, Vector3::zeros())];
+    let result = identify_turning(about_all_axes, 1.0, &at_the_origin, GRAVITY);
+    assert!((result.estimate.body.mass_kg - 4.0).abs() < 1e-6);
+    assert!(result.estimate.body.center_of_mass.norm() < 1e-6);
+    assert_eq!(result.findings, []);
+}
+
+/// A rotation about one axis determines the mass, the centre of mass and the moments about that axis, and leaves the other
+/// moments to what a consistent body may have.
+#[test]
+fn a_rotation_about_one_axis_identifies_what_it_excites() {
+    let result = identify_turning(about_y, 2.0, &TETRAHEDRON, GRAVITY);
+    assert_eq!(result.findings, []);
+    let body = &result.estimate.body;
+    assert!((body.mass_kg - 2.0).abs() < 1e-6, "{body:?}");
+    let moments = TETRAHEDRON.map(|(mass_kg, position)| mass_kg * position);
+    let center = moments.iter().sum::<Vector3<f64>>() / 2.0;
+    assert!((body.center_of_mass - center).norm() < 1e-6, "{body:?}");
+    let unknown: Vec<&str> = result.estimate.not_identifiable().collect();
+    assert_eq!(unknown, ["Ixx", "Ixz", "Izz"]);
+}
+
+/// Gravity of the wrong sign is reported as such, and not as an offset, at every speed of the motion.
+#[test]
+fn gravity_of_the_wrong_sign_is_no_offset() {
+    for speed in [2.0, 1.0, 0.5, 0.2] {
+        let result = identify_turning(about_all_axes, speed, &BESIDE, -GRAVITY);
+        let [Finding::GravityContradicted { better, .. }] = result.findings[..] else {
+            panic!("{speed}: {:?}", result.findings);
+        };
+        assert_eq!(better, GRAVITY);
+    }
 }

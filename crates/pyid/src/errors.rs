@@ -100,7 +100,7 @@ impl IntoPyErr for IdentifyError {
                 option_error(format!("`{name}` has {given} entries: {each}"), name)
             }
             Self::Box { .. } => option_error(message, "bounding_box"),
-            Self::KnowledgeNeedsLeastSquares(_) | Self::NeedsLeastSquares(_) => {
+            Self::PriorNeedsLeastSquares(_) | Self::NeedsLeastSquares(_) => {
                 option_error(message, "estimator")
             }
             Self::WrenchCount { .. } => ArgumentError::new_err(message),

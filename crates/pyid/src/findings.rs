@@ -3,7 +3,8 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tactid_identify::WrenchOffset;
-use tactid_recordings::{Finding, NotUsedBecause, TwistAxes, VelocityCause};
+use tactid_identify::checks::{TwistAxes, TwistContradiction, VelocityCause};
+use tactid_recordings::{Finding, NotUsedBecause};
 
 use crate::keywords::{keyword_of, option_of};
 
@@ -54,16 +55,10 @@ pub(crate) fn finding_data(py: Python<'_>, finding: &Finding) -> PyResult<Findin
             end_s,
             early_s,
         } => ("early_end", fields!(py, topic, end_s, early_s)),
-        Finding::VelocitiesContradicted {
-            joints,
-            relative_difference,
-            cause,
-        } => return velocities_contradicted(py, joints, *relative_difference, cause.as_ref()),
         Finding::TwistContradicted {
             source,
-            relative_difference,
-            better_axes,
-        } => return twist_contradicted(py, source, *relative_difference, *better_axes),
+            contradiction,
+        } => return twist_contradicted(py, source, contradiction),
         Finding::ConstantChannels {
             source,
             frame,
@@ -140,10 +135,10 @@ fn constant_channels(
 fn twist_contradicted(
     py: Python<'_>,
     source: &str,
-    relative_difference: f64,
-    better_axes: Option<TwistAxes>,
+    contradiction: &TwistContradiction,
 ) -> PyResult<FindingData> {
-    let better_axes = better_axes.map(|axes| match axes {
+    let relative_difference = contradiction.relative_difference;
+    let better_axes = contradiction.better_axes.map(|axes| match axes {
         TwistAxes::World => "world",
         TwistAxes::Body => "body",
     });
@@ -159,6 +154,38 @@ pub(crate) fn data_finding(
 ) -> PyResult<FindingData> {
     use tactid_identify::Finding as Found;
     Ok(match finding {
+        Found::VelocitiesContradicted {
+            joints,
+            relative_difference,
+            cause,
+        } => velocities_contradicted(py, joints, *relative_difference, cause.as_ref())?,
+        Found::TwistContradicted(contradiction) => twist_contradicted(py, "twists", contradiction)?,
+        Found::ConstantChannels {
+            frame,
+            channels,
+            is_zero,
+        } => constant_channels(py, "wrenches", frame, channels, *is_zero)?,
+        Found::NoEquations {
+            samples,
+            rejected,
+            gaps,
+            max_gap_s,
+            period_s,
+            window_s,
+            min_samples,
+        } => {
+            let data = fields!(
+                py,
+                samples,
+                rejected,
+                gaps,
+                max_gap_s,
+                period_s,
+                window_s,
+                min_samples
+            );
+            ("no_equations", data)
+        }
         Found::GravityContradicted {
             better,
             residual_ratio,

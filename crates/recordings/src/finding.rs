@@ -1,5 +1,6 @@
 //! Findings: what a reader of the result should know of the recording, for a program to match.
 
+use tactid_identify::checks::TwistContradiction;
 use tactid_identify::{Delay, Method};
 
 /// Something that a reader of the result should know.
@@ -63,25 +64,12 @@ pub enum Finding {
         /// Time before the last of the others, s.
         early_s: f64,
     },
-    /// The measured velocities of joints are not the derivatives of their positions.
-    VelocitiesContradicted {
-        /// Names of the joints.
-        joints: Vec<String>,
-        /// Rms difference between the change of the position over 0.1 s and the integral of the velocity, relative to
-        /// the larger of the two: the largest of these joints.
-        relative_difference: f64,
-        /// What the velocities seem to be instead.
-        cause: Option<VelocityCause>,
-    },
     /// The measured twist of the base, or of a sensor without a robot, is not the derivative of its pose.
     TwistContradicted {
         /// Topic of the twist, or name of the field of [`Arrays`](crate::Arrays).
         source: String,
-        /// Rms difference between the change of the pose over 0.1 s and the integral of the twist, relative to the
-        /// larger of the two: of positions or of rotations, whichever differ more.
-        relative_difference: f64,
-        /// The axes in which the twist would fit the pose.
-        better_axes: Option<TwistAxes>,
+        /// By how much they differ, and the axes in which the twist would fit the pose.
+        contradiction: TwistContradiction,
     },
     /// The messages have no stamps: their times are those of logging.
     NoStamps,
@@ -125,28 +113,6 @@ pub enum NotUsedBecause {
     OtherMotion,
     /// The accelerations of the inertial unit on the sensor contain gravity.
     GravityIsMeasured,
-}
-
-/// What the velocities of a joint seem to be instead of the derivatives of its positions.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum VelocityCause {
-    /// They have the opposite sign.
-    OppositeSign,
-    /// They are in degrees per second, and the positions in rad.
-    Degrees,
-    /// The positions are in degrees, and the velocities in rad/s.
-    PositionsInDegrees,
-    /// They are those of this joint.
-    OtherJoint(String),
-}
-
-/// Axes along which a twist is expressed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TwistAxes {
-    /// Axes of the world, as [`Arrays::twists`](crate::Arrays::twists) has them.
-    World,
-    /// Axes of the moving body, as the messages of `nav_msgs/msg/Odometry` have them.
-    Body,
 }
 
 impl From<tactid_identify::Finding> for Finding {

@@ -53,7 +53,6 @@
 mod alignment;
 mod arrays;
 mod clock;
-mod constant;
 mod decode;
 mod defaults;
 mod error;
@@ -81,7 +80,7 @@ pub use clock::Clock;
 pub use error::{RecordingError, TimeUnit, TopicKind};
 pub use estimates::write_estimates;
 pub use fault::{DataFault, FaultKind};
-pub use finding::{Finding, NotUsedBecause, TwistAxes, VelocityCause};
+pub use finding::{Finding, NotUsedBecause};
 pub use identification::Identification;
 pub use identify::{identify_arrays, identify_log};
 pub use online::OnlineSetup;

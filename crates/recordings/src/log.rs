@@ -4,12 +4,12 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
+use tactid_identify::checks::TwistAxes;
 use tactid_logs::LogReader;
 
 use crate::alignment::Event;
 use crate::decode::Decoding;
 use crate::feed::{Feed, Unloaded};
-use crate::finding::TwistAxes;
 use crate::progress::check_interruption;
 use crate::recording::{Reading, Recording, Selection, Sources, has_beginning};
 use crate::sources::{LogSources, MeasuredTopics};

@@ -3,11 +3,11 @@
 use std::ops::ControlFlow;
 
 use tactid_dynamics::Manipulator;
+use tactid_identify::checks::TwistAxes;
 
 use crate::alignment::{Event, Streams};
 use crate::defaults::Contents;
 use crate::fault::FaultCounts;
-use crate::finding::TwistAxes;
 use crate::{Clock, Finding, Observer, RecordingError};
 
 /// Length of the beginning of a recording from which its filter and its delay are chosen, s.

@@ -178,16 +178,16 @@ impl Request {
     ///
     /// # Errors
     /// Returns [`IdentifyError::Value`], [`IdentifyError::Setting`] or [`IdentifyError::Box`] with the name of a field
-    /// whose value is out of range, and [`IdentifyError::KnowledgeNeedsLeastSquares`] if a known mass or a bounding box is given to the
+    /// whose value is out of range, and [`IdentifyError::PriorNeedsLeastSquares`] if a known mass or a bounding box is given to the
     /// paper's filter.
     pub(crate) fn check(&self) -> Result<(), IdentifyError> {
         if let Some(Estimator::Paper(settings)) = &self.estimator {
             settings.check()?;
             if self.known_mass.is_some() {
-                return Err(IdentifyError::KnowledgeNeedsLeastSquares("a known mass"));
+                return Err(IdentifyError::PriorNeedsLeastSquares("a known mass"));
             }
             if self.bounding_box.is_some() {
-                return Err(IdentifyError::KnowledgeNeedsLeastSquares("a bounding box"));
+                return Err(IdentifyError::PriorNeedsLeastSquares("a bounding box"));
             }
         }
         let knowledge = BatchSettings {

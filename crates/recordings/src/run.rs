@@ -1,13 +1,13 @@
 //! Runs through a recording: events in, an estimator fed.
 
 use tactid_dynamics::MassProperties;
+use tactid_identify::checks::{ConstantChannels, Constants};
 use tactid_identify::{
     BatchIdentifier, EquationStream, HistoryPoint, PaperFilter, PaperSettings, PayloadEstimate,
     Sample,
 };
 
 use crate::alignment::{Aligner, Event, Measured};
-use crate::constant::ConstantChannels;
 use crate::fault::{FaultCounts, FaultKind};
 use crate::plan::Plan;
 use crate::recording::{Reading, Recording, Sources};
@@ -276,11 +276,23 @@ impl<'a> Pass<'a> {
 
     fn totals(&self, sources: &Sources) -> Totals {
         Totals {
-            findings: self.constant.findings(sources),
+            findings: constant_channels(&self.constant, sources),
             samples: self.samples,
             duration_s: self.last_s - self.first_s,
             bridged_s: self.bridged_s,
             incomplete: self.aligner.incomplete(),
         }
     }
+}
+
+/// Reports the channels of each sensor that never changed.
+fn constant_channels(constant: &ConstantChannels, sources: &Sources) -> Vec<Finding> {
+    let constants = constant.constants().into_iter();
+    let finding = |constants: Constants| Finding::ConstantChannels {
+        source: sources.wrench_names[constants.sensor].clone(),
+        frame: sources.sensors[constants.sensor].clone(),
+        channels: constants.channels,
+        is_zero: constants.is_zero,
+    };
+    constants.map(finding).collect()
 }

@@ -13,8 +13,10 @@ use rand::{SeedableRng, rngs::SmallRng};
 use recorded_arrays::common::{self, Experiment, Instant, Noise};
 use recorded_arrays::{Recording, carried, quick, recorded};
 use tactid_dynamics::Wrench;
+use tactid_identify::Finding as DataFinding;
+use tactid_identify::checks::{TwistAxes, TwistContradiction, VelocityCause};
 use tactid_identify::{BaseState, states_of_poses};
-use tactid_recordings::{Finding, Request, TwistAxes, VelocityCause, identify_log};
+use tactid_recordings::{Finding, Request, identify_log};
 
 const JOINTS: usize = 8;
 
@@ -28,7 +30,8 @@ fn about_velocities(recording: &Recording) -> Vec<Finding> {
 fn is_about_velocities(finding: &Finding) -> bool {
     matches!(
         finding,
-        Finding::VelocitiesContradicted { .. } | Finding::TwistContradicted { .. }
+        Finding::Data(DataFinding::VelocitiesContradicted { .. })
+            | Finding::TwistContradicted { .. }
     )
 }
 
@@ -91,11 +94,11 @@ fn joint_velocities_that_do_not_fit_are_reported_with_the_cause() {
         change(&mut recording);
         match &about_velocities(&recording)[..] {
             [
-                Finding::VelocitiesContradicted {
+                Finding::Data(DataFinding::VelocitiesContradicted {
                     joints: found,
                     cause: why,
                     ..
-                },
+                }),
             ] => {
                 assert_eq!(found.as_slice(), joints);
                 assert_eq!(why, &cause);
@@ -113,7 +116,7 @@ fn swapped_joint_velocities_are_reported() {
     let findings = about_velocities(&recording);
     for (joint, other) in [("joint_1", "joint_5"), ("joint_5", "joint_1")] {
         let is_named = |finding: &Finding| {
-            matches!(finding, Finding::VelocitiesContradicted { joints, cause, .. }
+            matches!(finding, Finding::Data(DataFinding::VelocitiesContradicted { joints, cause, .. })
                 if joints == &[joint] && *cause == Some(VelocityCause::OtherJoint(other.to_owned())))
         };
         assert!(findings.iter().any(is_named), "{findings:?}");
@@ -171,8 +174,7 @@ fn twists_in_the_wrong_axes_are_reported() {
             [
                 Finding::TwistContradicted {
                     source,
-                    better_axes,
-                    ..
+                    contradiction: TwistContradiction { better_axes, .. },
                 },
             ] => {
                 assert_eq!((source.as_str(), *better_axes), ("twists", axes));
@@ -205,8 +207,8 @@ fn odometry_in_world_axes_is_reported() {
         let findings = result.findings;
         let found: Vec<&Finding> = findings.iter().filter(|f| is_about_velocities(f)).collect();
         let is_named = |finding: &&Finding| {
-            matches!(finding, Finding::TwistContradicted { source, better_axes, .. }
-                if source == "/base/odom" && *better_axes == Some(TwistAxes::World))
+            matches!(finding, Finding::TwistContradicted { source, contradiction }
+                if source == "/base/odom" && contradiction.better_axes == Some(TwistAxes::World))
         };
         assert_eq!(found.len(), usize::from(is_wrong), "{found:?}");
         assert!(found.iter().all(is_named), "{found:?}");

@@ -2,9 +2,9 @@
 
 use nalgebra::{SMatrix, SVector, SymmetricEigen};
 
-use super::fit::Fit;
-use super::normal_equations::NormalEquations;
 use crate::equations::Equation;
+use crate::fit::Fit;
+use crate::fit::normal_equations::NormalEquations;
 use crate::solve::spectrum::Spectrum;
 use crate::solve::uncertainty::{HALF_WIDTH_95, jacobian, largest_of_kind};
 

@@ -2,10 +2,10 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::fit::Fit;
-use super::normal_equations::NormalEquations;
 use crate::equations::Equation;
 use crate::equations::window::NOISE_CORRELATION;
+use crate::fit::Fit;
+use crate::fit::normal_equations::NormalEquations;
 use crate::result::HistoryPoint;
 use crate::solve::BoundingBox;
 use crate::solve::consistency::project;

@@ -6,16 +6,14 @@ use nalgebra::SVector;
 use tactid_dynamics::{InertialParameters, Manipulator, MassProperties};
 
 use super::equation_batch::EquationBatch;
-use super::findings::{consistent_payload, data_findings};
-use super::fit::{Delay, Fit, FitOptions};
 use super::forecast::Forecast;
 use super::history::history;
-use super::least_squares;
 use super::report::FitReport;
-use super::suspicions::CONTRADICTION;
 use crate::IdentifyError;
+use crate::diagnosis::{CONTRADICTION, consistent_payload, data_findings};
 use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::finding::Finding;
+use crate::fit::{Delay, Fit, FitOptions, least_squares};
 use crate::result::{self, HistoryPoint, PayloadEstimate, is_physical};
 use crate::solve::uncertainty::identifiable;
 use crate::solve::{BoundingBox, KnownMass, PrincipalMoments};

@@ -2,9 +2,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::fit::{Delay, FitOptions};
-use super::least_squares::fit;
 use crate::equations::{Channels, Equation, Row, window};
+use crate::fit::{Delay, FitOptions, least_squares};
 use crate::solve::noise;
 
 /// Longest delay that is searched for, s.
@@ -46,7 +45,7 @@ fn power(equations: &[Equation], rows: impl Fn(&Equation) -> &Vec<Row>) -> f64 {
 #[must_use]
 pub fn residual_size(equations: &[Equation], channels: &Channels) -> Option<f64> {
     let channels = without_known_noise(channels);
-    let fit = fit(equations, FitOptions::new(&channels))?;
+    let fit = least_squares::fit(equations, FitOptions::new(&channels))?;
     let std_devs = &fit.noise.std_devs;
     let logarithms: f64 = std_devs.iter().map(|std_dev| std_dev.ln()).sum();
     Some((logarithms / std_devs.len() as f64).exp())
@@ -61,7 +60,7 @@ pub fn fitted_delay(equations: &[Equation], channels: &Channels) -> Option<Delay
         delay: true,
         ..FitOptions::new(&channels)
     };
-    fit(equations, options)?.delay
+    least_squares::fit(equations, options)?.delay
 }
 
 /// The delay of the wrenches, as a multiple of the time between two windows, at which they fit the motion best.

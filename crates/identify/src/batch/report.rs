@@ -1,9 +1,8 @@
 //! How well a fit explains what was measured.
 
 use super::equation_batch::EquationBatch;
-use super::fit::{Fit, FitOptions};
-use super::least_squares::fit;
 use crate::equations::{Channel, Channels, Equation, OffsetFrame, window};
+use crate::fit::{Fit, FitOptions, least_squares};
 use crate::result::WrenchOffset;
 
 /// Number of sections of a recording, of which some are held out for validation.
@@ -103,7 +102,7 @@ fn validate(
         covariance: false,
         ..FitOptions::new(channels)
     };
-    let Some(blind) = fit(equations, options) else {
+    let Some(blind) = least_squares::fit(equations, options) else {
         return vec![f64::NAN; channels.count()];
     };
     let pairs = whole.weights.iter().zip(held_out);
@@ -120,11 +119,12 @@ fn validate(
 
 /// Returns the predicted load, window by window.
 fn predict(equations: &[Equation], fit: &Fit) -> Vec<f64> {
-    let rows = equations
-        .iter()
-        .flat_map(|equation| equation.rows.iter().enumerate());
-    rows.map(|(channel, row)| row.regressor.dot(&fit.parameters) + fit.offset_of(channel))
-        .collect()
+    let predicted = |equation: &Equation| -> Vec<f64> {
+        let rows = equation.rows.iter().enumerate();
+        rows.map(|(channel, row)| row.target - fit.residual(equation, channel))
+            .collect()
+    };
+    equations.iter().flat_map(predicted).collect()
 }
 
 /// Returns the weighted rms difference of each channel; `weights` has an entry for each window.

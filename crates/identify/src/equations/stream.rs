@@ -12,7 +12,7 @@ use super::sample::Sample;
 use super::sample_ring::SampleRing;
 use super::settings::EquationSettings;
 use super::window::{MIN_INSTANTS, Windows};
-use crate::{IdentifyError, Method};
+use crate::{Finding, IdentifyError, Method};
 
 /// What became of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +41,7 @@ pub struct EquationStream {
     samples: SampleRing,
     instant: Instant,
     windows: Windows,
+    accepted: u64,
     rejected: u64,
     gaps: u64,
 }
@@ -69,6 +70,7 @@ impl EquationStream {
             samples: SampleRing::new(joints, wrenches, settings.cutoff_hz),
             instant: Instant::new(joints, wrenches),
             windows: Windows::new(settings.cutoff_hz, model.row_count()),
+            accepted: 0,
             rejected: 0,
             gaps: 0,
             model,
@@ -99,6 +101,7 @@ impl EquationStream {
             self.windows.clear();
         }
         self.samples.push(sample);
+        self.accepted += 1;
         let Some((nodes, count)) = self.samples.nodes() else {
             let outcome = if started {
                 PushOutcome::Started
@@ -117,7 +120,7 @@ impl EquationStream {
     pub fn rewind(&mut self) {
         self.samples.clear();
         self.windows.rewind();
-        (self.rejected, self.gaps) = (0, 0);
+        (self.accepted, self.rejected, self.gaps) = (0, 0, 0);
     }
 
     /// Time of the last sample that was used, s; minus infinity before the first.
@@ -165,6 +168,19 @@ impl EquationStream {
     /// The frame in which a constant offset of the wrenches is stated.
     pub(crate) fn offset_frame(&self) -> &OffsetFrame {
         &self.offset_frame
+    }
+
+    /// Returns why the stream has not given any equation in `duration_s`, the time from its first sample to its last.
+    pub(crate) fn no_equations(&self, duration_s: f64) -> Finding {
+        Finding::NoEquations {
+            samples: self.accepted,
+            rejected: self.rejected,
+            gaps: self.gaps,
+            max_gap_s: self.max_gap_s,
+            period_s: duration_s / self.accepted.saturating_sub(1).max(1) as f64,
+            window_s: self.windows.length_s(),
+            min_samples: MIN_INSTANTS,
+        }
     }
 
     /// Returns why the stream has given so few equations, `windows`: most windows have too few samples, or the

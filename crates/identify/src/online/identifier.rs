@@ -8,7 +8,8 @@ use tactid_dynamics::Manipulator;
 use super::recent_equations::RecentEquations;
 use super::stage::Stage;
 use super::staged_update::StagedUpdate;
-use crate::batch::findings_without_knowledge;
+use crate::checks::OnlineChecks;
+use crate::diagnosis::findings_without_prior;
 use crate::equations::{EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::result::values;
 use crate::solve::subspace::Matrix;
@@ -18,6 +19,9 @@ use crate::{Finding, IdentifyError, PayloadEstimate, WrenchOffset};
 /// Fewest samples from the end of one window to the end of the next for which the update is divided into stages:
 /// twice the stages. With fewer samples, all stages run with the sample that ends the window.
 const MIN_SAMPLES_TO_DEFER: u32 = 2 * Identifier::DEFERRED_STAGES as u32;
+
+/// Fewest samples after which no equation at all is reported.
+const FEWEST_SAMPLES: u64 = 100;
 
 /// Identifies the payload of one robot from its samples, online.
 ///
@@ -137,6 +141,11 @@ pub struct Identifier {
     stream: EquationStream,
     update: StagedUpdate,
     recent: RecentEquations,
+    checks: OnlineChecks,
+    /// Time of the first sample, s.
+    start_s: Option<f64>,
+    /// Number of samples that were pushed.
+    pushed: u64,
     /// Number of samples since the end of the most recent window.
     samples: u32,
     windows: u64,
@@ -174,6 +183,9 @@ impl Identifier {
             frame: tool.into(),
             update: StagedUpdate::new(&channels, stream.gripper_to_subtract())?,
             recent: RecentEquations::new(channels.count()),
+            checks: OnlineChecks::new(robot, sensors, settings.max_gap_s),
+            start_s: None,
+            pushed: 0,
             stream,
             samples: 0,
             windows: 0,
@@ -199,8 +211,11 @@ impl Identifier {
     /// wrenches do not fit the sensors. Bad data are no error: see [`PushOutcome`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         let (outcome, equation) = self.stream.push(sample)?;
+        self.pushed += 1;
         if outcome != PushOutcome::Rejected {
             self.samples = self.samples.saturating_add(1);
+            self.start_s.get_or_insert(sample.time_s);
+            self.checks.push(sample);
         }
         let Some(equation) = equation else {
             self.update.proceed();
@@ -272,9 +287,11 @@ impl Identifier {
         self.update.readout().uncertainty.covariance
     }
 
-    /// Returns what the most recent windows show about the assumptions: a wrong sign of gravity or of the load, an
-    /// offset of the wrench sensor, a load that the model does not explain, outliers. They are those that
-    /// [`BatchIdentifier`](crate::BatchIdentifier) has for the same samples without prior knowledge.
+    /// Returns what the most recent samples show about the assumptions. The samples of the last 10 s show joint
+    /// velocities or a twist that are not the derivatives of the positions or the pose, and channels of a sensor that
+    /// never change. The windows show a wrong sign of gravity or of the load, an offset of the wrench sensor, a load that
+    /// the model does not explain, and outliers: the findings that [`BatchIdentifier`](crate::BatchIdentifier) has for
+    /// the same samples without prior information. Samples of which none is in a window are reported, too.
     ///
     /// The windows are at most the last 324 (10 s at a cutoff of 10 Hz) since the last payload change.
     ///
@@ -282,8 +299,17 @@ impl Identifier {
     /// identifier, or while nothing is urgent.
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
+        let mut findings = self.checks.findings();
+        if self.windows == 0 && self.pushed >= FEWEST_SAMPLES {
+            let duration_s = self
+                .start_s
+                .map_or(0.0, |start_s| self.stream.time_s() - start_s);
+            findings.push(self.stream.no_equations(duration_s));
+        }
         let gripper = self.stream.gripper_to_subtract();
-        findings_without_knowledge(&self.recent.in_order(), &self.stream, gripper)
+        let equations = self.recent.in_order();
+        findings.extend(findings_without_prior(&equations, &self.stream, gripper));
+        findings
     }
 
     /// Returns the constant offset of the wrenches, without allocation; `None` unless

@@ -73,7 +73,7 @@ impl PaperSettings {
             (gives_noise, "the noise of the sensors"),
         ];
         if let Some((_, what)) = beyond_filter.into_iter().find(|(given, _)| *given) {
-            return Err(IdentifyError::KnowledgeNeedsLeastSquares(what));
+            return Err(IdentifyError::PriorNeedsLeastSquares(what));
         }
         match equations.method {
             Method::Effort | Method::Combined { .. } => {
@@ -123,7 +123,7 @@ impl PaperFilter {
     /// nothing to measure, and [`IdentifyError::FixedBase`] if it needs a free-floating base, as
     /// [`Identifier::new`](crate::Identifier::new) does. Returns [`IdentifyError::Setting`] or [`IdentifyError::Value`]
     /// if a setting of the filter is out of range, [`IdentifyError::NeedsLeastSquares`] if the method does not compute
-    /// the force and the moment on the end-effector, and [`IdentifyError::KnowledgeNeedsLeastSquares`] if the settings
+    /// the force and the moment on the end-effector, and [`IdentifyError::PriorNeedsLeastSquares`] if the settings
     /// contain what only least squares can use.
     pub fn new(
         robot: &Manipulator,

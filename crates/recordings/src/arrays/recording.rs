@@ -2,13 +2,14 @@
 
 use std::ops::ControlFlow;
 
+use tactid_identify::checks::TwistAxes;
+
 use super::base::{Timeline, base_states};
 use super::fields::Arrays;
 use super::samples::{SampleReader, Samples};
 use super::unloaded::UnloadedSamples;
 use crate::alignment::{Event, Streams};
 use crate::defaults::{Contents, Motion, Options, check_tip, effort_gains};
-use crate::finding::TwistAxes;
 use crate::recording::{Reading, Recording, Selection, Sources, has_beginning};
 use crate::sources::{SENSOR_FRAME, place_sensor};
 use crate::{Clock, Observer, RecordingError, Request};

@@ -1,8 +1,9 @@
 //! The projection on random problems.
 
-use nalgebra::{Matrix3, Matrix4, Vector3};
+use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 
+use super::newton::{GAP, WEIGHT_FACTOR};
 use super::*;
 
 fn random_covariance(random: &mut SmallRng) -> Matrix {
@@ -78,6 +79,61 @@ fn certain_parameters_do_not_move() {
     assert!((found[9] - 2.0).abs() < 1e-5, "{found}");
 }
 
+/// The inertial parameters of eight random point masses.
+fn random_body(random: &mut SmallRng) -> Vector {
+    let mut pseudo = Matrix4::zeros();
+    for _ in 0..8 {
+        let mut point = Vector4::from_fn(|_, _| random.random_range(-0.3..0.3));
+        point[3] = 1.0;
+        pseudo += point * point.transpose() * random.random_range(0.1..0.5);
+    }
+    *InertialParameters::from_pseudo_inertia(&pseudo).as_vector()
+}
+
+/// Where a consistent body explains an estimate in all observable directions, the projection finds one that does, and
+/// however precise the estimate is and whatever the scales of unobservable parameters are, one of similar size.
+#[test]
+fn unobservable_directions_move_freely() {
+    let mut random = SmallRng::seed_from_u64(4);
+    let mut moved = 0;
+    for _ in 0..400 {
+        let body = random_body(&mut random);
+        let exactness = 10f64.powf(random.random_range(-12.0..-2.0));
+        let unscaled: Vec<usize> = (4..10).filter(|_| random.random_bool(0.3)).collect();
+        let scales = SVector::from_fn(|k, _| if unscaled.contains(&k) { 1e8 } else { 0.1 });
+        let mixed = Vector::from_fn(|k, _| f64::from(!unscaled.contains(&k) && k > 0));
+        let mut unknown: Vec<Vector> = unscaled
+            .iter()
+            .map(|&k| Vector::from_fn(|i, _| f64::from(i == k)))
+            .collect();
+        unknown.push(mixed.component_mul(&Vector::from_fn(|_, _| random.random_range(-1.0..1.0))));
+        let across = unknown
+            .iter()
+            .fold(Matrix::identity(), |projector, direction| {
+                let unit = direction.normalize();
+                projector - unit * unit.transpose()
+            });
+        let estimate = (across * body.component_div(&scales)).component_mul(&scales);
+        let scale = Matrix::from_diagonal(&scales);
+        let root = across * random_covariance(&mut random) * across * exactness;
+        let Some(found) = project(&estimate, &(scale * root * scale), &scales, None) else {
+            continue;
+        };
+        assert!(found.distance < 0.1, "{} {exactness}", found.distance);
+        assert!(InertialParameters::from_vector(found.parameters).is_physical());
+        let error = across * (found.parameters - body).component_div(&scales);
+        assert!(
+            error.amax() < 0.1 * exactness.sqrt(),
+            "{} {error} {exactness} {unscaled:?}",
+            found.distance
+        );
+        let size = found.parameters.amax();
+        assert!(size < 1e3 * body.amax(), "{}", found.parameters);
+        moved += u32::from(found.parameters != estimate);
+    }
+    assert!(moved > 250, "{moved}");
+}
+
 /// The result is consistent for any symmetric matrix in place of the covariance, also an indefinite one.
 #[test]
 fn any_covariance_gives_consistent_parameters() {
@@ -124,18 +180,17 @@ fn no_body_in_the_box_is_nearer() {
         let mut target = SVector::from_fn(|_, _| random.random_range(-1.0..1.0));
         target[0] = random.random_range(0.5..2.0);
         let covariance = random_covariance(&mut random);
-        let problem = Problem {
-            target,
-            information: covariance.try_inverse().unwrap(),
-            bounds: CUBE.bounds().to_vec(),
-        };
+        let information = covariance.try_inverse().unwrap();
+        let distance_to = |at: Vector| 0.5 * (information * (at - target)).dot(&(at - target));
         let start = *CUBE.filled(target[0]).as_vector();
-        let found = problem.solve(start);
+        let scales = SVector::repeat(1.0);
+        let found = project(&target, &covariance, &scales, Some(&CUBE));
+        let found = found.unwrap().parameters;
         let body = InertialParameters::from_vector(found);
         assert!(body.is_physical() && slacks(&CUBE, &found).iter().all(|slack| *slack > 0.0));
-        let distance = problem.distance(&found);
+        let distance = distance_to(found);
         assert!(distance > 0.1, "{distance}");
-        let mut weight = problem.distance(&start);
+        let mut weight = distance_to(start);
         while 19.0 * weight >= GAP * distance {
             weight *= WEIGHT_FACTOR;
         }
@@ -144,7 +199,7 @@ fn no_body_in_the_box_is_nearer() {
             let unit = InertialParameters::from_vector(SVector::ith(k, 1.0));
             dual.dot(&unit.pseudo_inertia())
         });
-        for bound in &problem.bounds {
+        for bound in &CUBE.bounds() {
             sum += weight / bound.dot(&found) * bound;
         }
         // Least value of the Lagrangian, the distance less multipliers times bounds, over all parameters.

@@ -91,14 +91,33 @@ impl Noise {
         }
     }
 
-    /// Sets the size of channels whose measurements were all zero to one unit: the sensor has not started yet, or has
-    /// no such axis. Otherwise whitening would divide later measurements by zero. Allocates nothing.
+    /// Returns whether any measurement was different from zero.
+    pub(crate) fn has_measurements(&self) -> bool {
+        self.std_devs.iter().any(|&size| size > f64::MIN_POSITIVE)
+    }
+
+    /// Sets the size of channels whose measurements were all zero to one unit: the sensor has not started yet, has no
+    /// such axis, or a point mass without noise has no moments. Otherwise whitening would divide other measurements by
+    /// zero. Allocates nothing.
     pub(crate) fn set_zero_channels_to_unit(&mut self) {
         for (std_dev, floor) in self.std_devs.iter_mut().zip(&mut self.floors) {
             if *std_dev <= f64::MIN_POSITIVE {
                 (*std_dev, *floor) = (1.0, self.relative_floor);
             }
         }
+    }
+
+    /// Returns the same standard deviations without correlation across channels.
+    pub(crate) fn without_correlation(&self) -> Self {
+        let mut noise = self.clone();
+        noise.root.fill_with_identity();
+        noise.estimated_correlations = 0.0;
+        noise
+    }
+
+    /// Returns the least standard deviation of a channel, in its unit: smaller residuals are rounding.
+    pub(crate) fn floor(&self, channel: usize) -> f64 {
+        self.floors[channel]
     }
 
     /// Numbers of consecutive channels whose noise is of similar size.

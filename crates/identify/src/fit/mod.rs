@@ -1,8 +1,12 @@
 //! The parameters that explain a recording best, and what a fit may use.
 
+pub(crate) mod least_squares;
+pub(crate) mod normal_equations;
+mod sandwich;
+
 use nalgebra::{RowSVector, SMatrix, SVector};
 
-use crate::equations::{Channels, OffsetFrame};
+use crate::equations::{Channels, Equation, OffsetFrame, Row};
 use crate::result::WrenchOffset;
 use crate::solve::noise::Noise;
 use crate::solve::offsets::Offsets;
@@ -69,8 +73,6 @@ pub(crate) struct Fit {
     pub(crate) noise: Noise,
     /// Robust weight of each window: 1, or less for a rare one.
     pub(crate) weights: Vec<f64>,
-    /// Weighted rms residual, in standard deviations of the channels.
-    pub(crate) misfit: f64,
     /// How strongly the rows excite each direction of the scaled parameters.
     pub(crate) excitation: Excitation,
     /// The unobservable directions.
@@ -79,6 +81,8 @@ pub(crate) struct Fit {
     pub(crate) known_mass: Option<KnownMass>,
     /// Offsets of the six channels of the wrench in the tool frame, where they are unknown.
     pub(crate) offsets: Option<Offsets>,
+    /// Scale applied to gravity: 1 as configured.
+    pub(crate) gravity_scale: f64,
 }
 
 impl Fit {
@@ -100,10 +104,17 @@ impl Fit {
         std_dev(&gradient, &self.covariance, &self.null_space)
     }
 
-    /// Returns the offset of a channel, in its unit; zero where it was not unknown.
-    pub(crate) fn offset_of(&self, channel: usize) -> f64 {
+    /// Returns what the parameters and the offset leave of a channel's mean over a window, in the channel's unit.
+    pub(crate) fn residual(&self, equation: &Equation, channel: usize) -> f64 {
         let entry = |offsets: Offsets| offsets.values.get(channel).copied();
-        self.offsets.and_then(entry).unwrap_or(0.0)
+        let offset = self.offsets.and_then(entry).unwrap_or(0.0);
+        self.remainder(&equation.rows[channel]) - offset
+    }
+
+    /// Returns what the parameters leave of a row.
+    pub(crate) fn remainder(&self, row: &Row) -> f64 {
+        let gravity = row.gravity.dot(&self.parameters.fixed_rows::<4>(0));
+        row.target - row.regressor.dot(&self.parameters) - (1.0 - self.gravity_scale) * gravity
     }
 
     /// Returns the offset of the wrenches with its standard deviations in a frame, where it was unknown.

@@ -3,10 +3,10 @@
 
 use nalgebra::{DMatrix, DVector, Dyn};
 
-use super::fit::{Delay, Fit, FitOptions};
 use super::sandwich::{self, Entries, ScoredRow};
+use super::{Delay, Fit, FitOptions};
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
-use crate::equations::{Equation, Row};
+use crate::equations::{Channels, Equation, Row};
 use crate::solve::noise::{Noise, ROUNDING};
 use crate::solve::offsets::{MeanRow, Offsets};
 use crate::solve::spectrum::Spectrum;
@@ -61,6 +61,15 @@ pub(crate) fn fit(equations: &[Equation], options: FitOptions<'_>) -> Option<Fit
     Some(state.into_fit(count))
 }
 
+/// Returns noise as large as the measurements. Sensors that measure nothing at all determine nothing.
+fn size_of_targets(equations: &[Equation], channels: &Channels) -> Noise {
+    let mut noise = Noise::from_targets(equations, channels, ROUNDING);
+    if noise.has_measurements() {
+        noise.set_zero_channels_to_unit();
+    }
+    noise
+}
+
 /// The state of a fit between two passes.
 struct ReweightedLeastSquares<'a> {
     equations: &'a [Equation],
@@ -86,7 +95,7 @@ impl<'a> ReweightedLeastSquares<'a> {
         let (noise, weights) = match options.weights_of {
             Some(fit) => (fit.noise.clone(), fit.weights.clone()),
             None => (
-                Noise::from_targets(equations, options.channels, ROUNDING),
+                size_of_targets(equations, options.channels),
                 vec![1.0; equations.len()],
             ),
         };
@@ -316,8 +325,6 @@ impl<'a> ReweightedLeastSquares<'a> {
     /// Computes the uncertainty after the last pass, given the number of windows that are used.
     fn into_fit(self, count: usize) -> Fit {
         let rows = self.scored_rows();
-        let squares: f64 = rows.iter().map(|row| row.residual * row.residual).sum();
-        let weights: f64 = rows.iter().map(|row| row.weight).sum();
         let covariance = if self.options.covariance {
             self.covariance(&rows, count)
         } else {
@@ -332,13 +339,13 @@ impl<'a> ReweightedLeastSquares<'a> {
             parameters: self.solution.fixed_rows::<10>(0).into_owned(),
             covariance: covariance.fixed_view::<10, 10>(0, 0).into_owned(),
             delay,
-            misfit: (squares / weights.max(f64::MIN_POSITIVE)).sqrt(),
             excitation: self.spectrum.excitation(),
             null_space: self.spectrum.null_space(scales),
             offsets: Offsets::new(&self.means, self.solution.as_slice(), &self.noise, count),
             noise: self.noise,
             weights: self.weights,
             known_mass: self.options.known_mass,
+            gravity_scale: self.options.gravity_scale,
         }
     }
 

@@ -1,13 +1,13 @@
 //! A load that the model does not explain, although the sensors would show it.
 
-use super::fit::Fit;
 use crate::Method;
-use crate::equations::{Channels, Equation, Row};
+use crate::equations::{Channels, Equation};
 use crate::finding::Finding;
+use crate::fit::Fit;
 
-/// Fraction of the load that a model must leave unexplained to be reported, rms over the channels of one unit. Gains of
-/// sensors and inertias of robots are rarely wrong by more.
-const LARGE_RESIDUAL: f64 = 0.1;
+/// Fraction of the load that a model must leave unexplained to be reported, rms over the channels of one unit. The gains
+/// of calibrated force-torque sensors are wrong by less.
+const LARGE_RESIDUAL: f64 = 0.03;
 
 /// Factor by which the residuals must exceed the noise between neighbouring instants. Filtered or interpolated
 /// measurements share noise with their neighbours, which shows less than there is.
@@ -19,6 +19,7 @@ struct Squares {
     residual: f64,
     load: f64,
     noise: f64,
+    rounding: f64,
     weight: f64,
 }
 
@@ -36,7 +37,7 @@ pub(crate) fn unexplained_load(
     let groups = units(channels).into_iter().map(|(unit, range)| {
         let squares = squares(equations, fit, range);
         let rms = |sum: f64| (sum / squares.weight.max(f64::MIN_POSITIVE)).sqrt();
-        let noise_rms = rms(squares.noise);
+        let noise_rms = rms(squares.noise.max(squares.rounding));
         (unit, rms(squares.residual), rms(squares.load), noise_rms)
     });
     let fraction =
@@ -72,14 +73,13 @@ fn units(channels: &Channels) -> Vec<(&'static str, std::ops::Range<usize>)> {
 
 /// Returns the weighted sums of squares of the channels in a range.
 fn squares(equations: &[Equation], fit: &Fit, range: std::ops::Range<usize>) -> Squares {
-    let remainder = |row: &Row| row.target - row.regressor.dot(&fit.parameters);
     let mut squares = Squares::default();
     for (equation, weight) in equations.iter().zip(&fit.weights) {
         for channel in range.clone() {
-            let row = &equation.rows[channel];
-            squares.residual += weight * (remainder(row) - fit.offset_of(channel)).powi(2);
-            squares.load += weight * row.target.powi(2);
-            squares.noise += weight * remainder(&equation.differences[channel]).powi(2);
+            squares.residual += weight * fit.residual(equation, channel).powi(2);
+            squares.load += weight * equation.rows[channel].target.powi(2);
+            squares.noise += weight * fit.remainder(&equation.differences[channel]).powi(2);
+            squares.rounding += weight * fit.noise.floor(channel).powi(2);
             squares.weight += weight;
         }
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 
-use super::fit::Fit;
+use super::Fit;
 use crate::equations::{Equation, Row};
 use crate::solve::offsets::Centering;
 

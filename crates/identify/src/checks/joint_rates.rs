@@ -1,0 +1,148 @@
+//! Joint velocities against joint positions.
+
+use std::f64::consts::PI;
+
+use super::increments::Increments;
+use super::judge;
+use crate::Finding;
+
+/// What the velocities of a joint seem to be instead of the derivatives of its positions.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum VelocityCause {
+    /// They have the opposite sign.
+    OppositeSign,
+    /// They are in degrees per second, and the positions in rad.
+    Degrees,
+    /// The positions are in degrees, and the velocities in rad/s.
+    PositionsInDegrees,
+    /// They are those of this joint.
+    OtherJoint(String),
+}
+
+/// Velocities of one joint that are not the derivative of its positions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VelocityContradiction {
+    /// Name of the joint.
+    pub joint: String,
+    /// Rms difference between the change of the position over 0.1 s and the integral of the velocity, relative to the
+    /// larger of the two.
+    pub relative_difference: f64,
+    /// What the velocities seem to be instead.
+    pub cause: Option<VelocityCause>,
+}
+
+/// Sums the changes of joint positions and the integrals of joint velocities.
+#[derive(Clone, Debug)]
+pub struct JointRates {
+    joints: usize,
+    increments: Increments,
+    /// Time of the last sample, s, where it has positions and velocities.
+    time_s: Option<f64>,
+    position: Vec<f64>,
+    velocity: Vec<f64>,
+    /// Changes of the positions, then integrals of the velocities, from the last sample to this one.
+    increment: Vec<f64>,
+}
+
+impl JointRates {
+    /// Creates the sums for so many joints. Times between two samples that are longer than `max_gap_s` are not bridged.
+    /// Only the last `most` intervals of 0.1 s are kept, if given: then nothing is allocated later.
+    #[must_use]
+    pub fn new(joints: usize, max_gap_s: f64, most: Option<usize>) -> Self {
+        Self {
+            joints,
+            increments: Increments::new(2 * joints, max_gap_s, most),
+            time_s: None,
+            position: vec![0.0; joints],
+            velocity: vec![0.0; joints],
+            increment: vec![0.0; 2 * joints],
+        }
+    }
+
+    /// Adds a sample at a time, s: positions, rad or m, and velocities, rad/s or m/s, of all joints. A sample without
+    /// them starts the sums again.
+    pub fn push(&mut self, time_s: f64, position: &[f64], velocity: &[f64]) {
+        if self.joints == 0 || position.len() != self.joints || velocity.len() != self.joints {
+            self.time_s = None;
+            self.increments.interrupt();
+            return;
+        }
+        if let Some(before_s) = self.time_s {
+            let duration_s = time_s - before_s;
+            self.set_increment(position, velocity, duration_s);
+            // A jump by more than half a turn is that of an angle which starts again.
+            let has_jump = self.increment[..self.joints]
+                .iter()
+                .any(|change| change.abs() > PI);
+            if self.increments.is_bridged(duration_s) && !has_jump {
+                self.increments.push(&self.increment, duration_s);
+            } else {
+                self.increments.interrupt();
+            }
+        }
+        self.time_s = Some(time_s);
+        self.position.copy_from_slice(position);
+        self.velocity.copy_from_slice(velocity);
+    }
+
+    fn set_increment(&mut self, position: &[f64], velocity: &[f64], duration_s: f64) {
+        let (changes, integrals) = self.increment.split_at_mut(self.joints);
+        for k in 0..self.joints {
+            changes[k] = position[k] - self.position[k];
+            integrals[k] = 0.5 * duration_s * (self.velocity[k] + velocity[k]);
+        }
+    }
+
+    /// Returns the joints whose velocities are not the derivatives of their positions. `names` are those of the joints,
+    /// in the order of the samples.
+    #[must_use]
+    pub fn contradictions(&self, names: &[&str]) -> Vec<VelocityContradiction> {
+        let count = self.joints;
+        let difference = |joint: usize, other: usize, scale: f64| {
+            let (change, integral) = (joint..joint + 1, count + other..count + other + 1);
+            self.increments.relative_difference(change, integral, scale)
+        };
+        let contradiction = |joint: usize| {
+            let own = [
+                (-1.0, VelocityCause::OppositeSign),
+                (PI / 180.0, VelocityCause::Degrees),
+                (180.0 / PI, VelocityCause::PositionsInDegrees),
+            ];
+            let own = own.map(|(scale, cause)| Some((difference(joint, joint, scale)?, cause)));
+            let others = (0..count).filter(|other| *other != joint).map(|other| {
+                let cause = VelocityCause::OtherJoint(names[other].to_owned());
+                Some((difference(joint, other, 1.0)?, cause))
+            });
+            let relative_difference = difference(joint, joint, 1.0)?;
+            Some(VelocityContradiction {
+                joint: names[joint].to_owned(),
+                relative_difference,
+                cause: judge(relative_difference, own.into_iter().chain(others).flatten())?,
+            })
+        };
+        (0..count.min(names.len()))
+            .filter_map(contradiction)
+            .collect()
+    }
+}
+
+/// Returns a finding for the joints of each cause.
+#[must_use]
+pub fn findings_by_cause(contradictions: Vec<VelocityContradiction>) -> Vec<Finding> {
+    let mut groups: Vec<(Vec<String>, f64, Option<VelocityCause>)> = Vec::new();
+    for one in contradictions {
+        match groups.iter_mut().find(|(_, _, cause)| *cause == one.cause) {
+            Some((joints, largest, _)) => {
+                joints.push(one.joint);
+                *largest = largest.max(one.relative_difference);
+            }
+            None => groups.push((vec![one.joint], one.relative_difference, one.cause)),
+        }
+    }
+    let finding = |(joints, relative_difference, cause)| Finding::VelocitiesContradicted {
+        joints,
+        relative_difference,
+        cause,
+    };
+    groups.into_iter().map(finding).collect()
+}

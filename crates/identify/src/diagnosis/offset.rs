@@ -1,0 +1,35 @@
+//! A constant offset of the wrenches that explains the data better.
+
+use super::residuals::determinant_ratio;
+use crate::equations::{Channels, Equation};
+use crate::fit::{Fit, FitOptions, least_squares};
+
+/// Squared Mahalanobis distance from zero from which a constant offset is reported. With six degrees of freedom, less
+/// than one in 1e10 exceeds it by chance.
+const SIGNIFICANT_OFFSET: f64 = 60.0;
+
+/// An offset is reported where the determinant of the residuals' covariance is less than this fraction of that without
+/// the offset: the standard deviation shrinks to 0.8 or less in the direction of the offset.
+const CLEARLY_BETTER: f64 = 0.64;
+
+/// Number of channels of the wrench, the first ones.
+const WRENCH: usize = 6;
+
+/// Returns the fit with unknown offsets, where it explains the data clearly better than `given`, whose offsets were not
+/// among the unknowns.
+///
+/// Both criteria are the same in every frame: a rigid transform of the channels changes neither the ratio of the
+/// determinants nor the Mahalanobis distance.
+pub(super) fn better_with_offset(
+    equations: &[Equation],
+    given: &Fit,
+    channels: &Channels,
+) -> Option<Fit> {
+    let with_offsets = channels.clone().with_offsets(true);
+    let other = least_squares::fit(equations, FitOptions::new(&with_offsets))?;
+    let squared_distance = other
+        .offsets?
+        .squared_distance(&other.covariance, &other.null_space);
+    let is_better = determinant_ratio(equations, given, &other, WRENCH) < CLEARLY_BETTER;
+    (squared_distance >= SIGNIFICANT_OFFSET && is_better).then_some(other)
+}

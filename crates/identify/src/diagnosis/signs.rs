@@ -1,0 +1,84 @@
+//! Signs of gravity and of the load, and the mass of the known bodies.
+
+use nalgebra::Vector3;
+
+use super::CONTRADICTION;
+use super::residuals::determinant_ratio;
+use crate::Method;
+use crate::equations::{Channels, Equation};
+use crate::finding::Finding;
+use crate::fit::{Fit, FitOptions, least_squares};
+
+/// Another gravity is reported where the determinant of the residuals' covariance is less than this fraction of that
+/// with the configured one: the standard deviation shrinks to one half or less in one direction of the channels.
+const FAR_BETTER: f64 = 0.25;
+
+/// Returns findings about the signs of gravity and load, and about the mass of the known bodies, `known_kg`.
+/// `gravity` is the configured one, m/s².
+pub(super) fn sign_findings(
+    equations: &[Equation],
+    given: &Fit,
+    channels: &Channels,
+    gravity: &Vector3<f64>,
+    known_kg: f64,
+    method: Method,
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let mut best_mass = given.parameters[0];
+    let has_gravity = gravity.norm() > 0.0;
+    let better = has_gravity.then(|| better_gravity(equations, given, channels));
+    let better = better.flatten();
+    if let Some((scale, residual_ratio, other)) = &better {
+        best_mass = other.parameters[0];
+        findings.push(Finding::GravityContradicted {
+            better: gravity * *scale + Vector3::zeros(),
+            residual_ratio: *residual_ratio,
+            method,
+        });
+    }
+    if best_mass < 0.0 {
+        findings.push(Finding::NegativeMass {
+            method,
+            or_gravity: has_gravity && better.is_none(),
+        });
+    } else if better.is_none() {
+        findings.extend(too_heavy(given, known_kg));
+    }
+    findings
+}
+
+/// Reports known bodies that weigh more than the load by more than its uncertainty.
+fn too_heavy(given: &Fit, known_kg: f64) -> Option<Finding> {
+    let load_kg = given.parameters[0];
+    let is_significant = known_kg - load_kg > CONTRADICTION * given.mass_std_dev_kg();
+    (load_kg < known_kg && is_significant)
+        .then_some(Finding::KnownBodiesTooHeavy { known_kg, load_kg })
+}
+
+/// Returns the scale of gravity that explains the data far better than the configured one, with the ratio of the
+/// residuals (their geometric mean over the directions of the channels) and the fit.
+fn better_gravity(
+    equations: &[Equation],
+    given: &Fit,
+    channels: &Channels,
+) -> Option<(f64, f64, Fit)> {
+    // Residuals of a wrong model can be correlated so closely that whitening by them leaves only rounding errors.
+    let uncorrelated = Fit {
+        noise: given.noise.without_correlation(),
+        ..given.clone()
+    };
+    let fits = [0.0, -1.0].into_iter().filter_map(|gravity_scale| {
+        let options = FitOptions {
+            gravity_scale,
+            weights_of: Some(&uncorrelated),
+            covariance: false,
+            ..FitOptions::new(channels)
+        };
+        let other = least_squares::fit(equations, options)?;
+        let ratio = determinant_ratio(equations, given, &other, channels.count());
+        Some((gravity_scale, ratio, other))
+    });
+    let (scale, ratio, other) = fits.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let residual_ratio = ratio.powf(0.5 / channels.count() as f64);
+    (ratio < FAR_BETTER).then_some((scale, residual_ratio, other))
+}

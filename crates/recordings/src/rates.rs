@@ -1,0 +1,81 @@
+//! Measured velocities of a recording against the positions that they belong to.
+
+use tactid_identify::checks::{JointRates, TwistRates, VelocityContradiction, findings_by_cause};
+
+use crate::Finding;
+use crate::alignment::{Event, JointValues, Measured};
+use crate::recording::Sources;
+
+/// Returns findings about measured velocities that are not the derivatives of the measured positions. Times between
+/// two events that are longer than `max_gap_s` are not bridged.
+pub(crate) fn contradicted_rates(
+    sources: &Sources,
+    events: &[Event],
+    max_gap_s: f64,
+) -> Vec<Finding> {
+    let contradictions = contradicted_joints(sources, events, max_gap_s);
+    let joints = findings_by_cause(contradictions).into_iter();
+    let mut findings: Vec<Finding> = joints.map(Finding::Data).collect();
+    findings.extend(contradicted_twist(sources, events, max_gap_s));
+    findings
+}
+
+/// Compares the velocities of each publisher of joint states with its positions.
+fn contradicted_joints(
+    sources: &Sources,
+    events: &[Event],
+    max_gap_s: f64,
+) -> Vec<VelocityContradiction> {
+    let names = sources.robot.joint_names();
+    let more_joints = &sources.streams.more_joints;
+    let is_first = |joint: &usize| !more_joints.iter().flatten().any(|other| other == joint);
+    let first: Vec<usize> = (0..names.len()).filter(is_first).collect();
+    let own_names =
+        |joints: &[usize]| -> Vec<&str> { joints.iter().map(|&k| names[k].as_str()).collect() };
+    let mut rates = JointRates::new(first.len(), max_gap_s, None);
+    for event in events {
+        // The events of the first publisher have a place for every joint of the robot.
+        if let Measured::Joints(values) = &event.measured {
+            let (position, velocity) = pick(values, &first, names.len());
+            rates.push(event.time_s, &position, &velocity);
+        }
+    }
+    let mut found = rates.contradictions(&own_names(&first));
+    for (publisher, joints) in more_joints.iter().enumerate() {
+        let mut rates = JointRates::new(joints.len(), max_gap_s, None);
+        for event in events {
+            match &event.measured {
+                Measured::MoreJoints(of, values) if *of == publisher => {
+                    rates.push(event.time_s, &values.position, &values.velocity);
+                }
+                _ => {}
+            }
+        }
+        found.extend(rates.contradictions(&own_names(joints)));
+    }
+    found
+}
+
+/// Returns the positions and velocities of some of `count` joints; empty where there are none.
+fn pick(values: &JointValues, joints: &[usize], count: usize) -> (Vec<f64>, Vec<f64>) {
+    let pick = |all: &[f64]| -> Vec<f64> {
+        let known = joints.iter().filter(|_| all.len() == count);
+        known.map(|&joint| all[joint]).collect()
+    };
+    (pick(&values.position), pick(&values.velocity))
+}
+
+/// Returns a finding if the measured twist is not the derivative of the measured pose.
+fn contradicted_twist(sources: &Sources, events: &[Event], max_gap_s: f64) -> Option<Finding> {
+    let (source, axes) = sources.measured_twist.as_ref()?;
+    let mut rates = TwistRates::new(*axes, max_gap_s, None);
+    for event in events {
+        if let Measured::Base(base) = &event.measured {
+            rates.push(event.time_s, base);
+        }
+    }
+    Some(Finding::TwistContradicted {
+        source: source.clone(),
+        contradiction: rates.contradiction()?,
+    })
+}
