@@ -20,6 +20,7 @@ from tactid.cli import app
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from array_table import with_array_tables
 from figures import FIGURES, draw
 from schema_tables import tables
 
@@ -42,9 +43,11 @@ def _equation(source: str, *_: Any, **__: Any) -> str:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Puts the tables of the JSON schema in the place of their mark."""
+    """Puts the tables of the JSON schema and of the arrays in the place of their marks."""
     mark = "<!-- schema -->"
-    return markdown.replace(mark, tables(result_schema())) if mark in markdown else markdown
+    if mark in markdown:
+        markdown = markdown.replace(mark, tables(result_schema()))
+    return with_array_tables(markdown)
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:

@@ -1,4 +1,4 @@
-"""Takes a picture of what ``tactid view`` shows, without a screen: docs/view.png.
+"""Takes a picture of what ``tactid view`` shows, without a screen: docs/images/view.png.
 
 Simulate and identify first, or take a log of your own; `shot.toml` has the lines
 `duration_s = 60.0`, `[excitation]` and `mode = "together"`.
@@ -6,7 +6,7 @@ Simulate and identify first, or take a log of your own; `shot.toml` has the line
     pip install '.[view]'
     tactid simulate shot.toml --out shot.mcap
     tactid identify shot.mcap --result shot.json
-    python docs/screenshot.py shot.mcap shot.json docs/view.png
+    python docs/tools/screenshot.py shot.mcap shot.json docs/images/view.png
 """
 
 import argparse
