@@ -1,8 +1,8 @@
 """Docstrings for the reference: those of the native module, and references as links.
 
 griffe reads the source. The stubs of ``tactid._native`` have types and no docstrings, which are
-with the Rust code, and the options and arrays are documented by their declarations: all of it comes from
-the package.
+with the Rust code, and options and arrays are documented by their declarations: all of it comes
+from the package.
 """
 
 import inspect

@@ -32,8 +32,8 @@ or one sample, without the axis N. Without a robot there are no joints.
 """
 
 ARRAYS_TAIL = """\
-`robot`, the model, and `sensors`, the links in whose frames the wrenches are, belong to arrays, too;
-online they are arguments of the constructor.
+`robot`, the model, and `sensors`, the links in whose frames the wrenches are, belong to arrays,
+too; online they are arguments of the constructor.
 """
 
 RUST_HEAD = """\

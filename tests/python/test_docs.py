@@ -50,8 +50,9 @@ def test_the_dependency_of_a_controller_is_the_crate_as_it_is() -> None:
     assert package["edition"] == workspace["edition"]
     assert package["rust-version"] == workspace["rust-version"]
     assert dependency["version"] == workspace["version"]
-    crate = (pages.ROOT / "crates" / dependency["path"].rpartition("/")[2] / "Cargo.toml").read_text()
-    assert tomllib.loads(crate)["package"]["name"] == "tactid-identify"
+    crate = dependency["path"].removeprefix("../tactid/")
+    manifest = tomllib.loads((pages.ROOT / crate / "Cargo.toml").read_text())
+    assert manifest["package"]["name"] == "tactid-identify"
 
 
 def test_every_public_name_is_in_the_reference() -> None:

@@ -84,7 +84,7 @@ ARRAYS = (
         text="Force, then moment, in the sensor's frame and about that frame's origin.",
         shapes=(("6",), ("S", "6")),
         unit="N and N m",
-        recording="``wrench_acts_on`` says on which body they act.",
+        recording="``wrench_acts_on`` states the body on which they act.",
         online="They act **on the payload**.",
         recording_field="Arrays::wrenches",
         sample_field="Sample::wrenches",
@@ -99,8 +99,8 @@ ARRAYS = (
     ),
     ArrayDeclaration(
         name="pose",
-        text="Pose in the world of a floating base, or of the sensor where there is no robot: x, y, z,"
-        " qx, qy, qz, qw, or a homogeneous matrix.",
+        text="Pose in the world of a floating base, or of the sensor where there is no robot: x, y,"
+        " z, qx, qy, qz, qw, or a homogeneous matrix.",
         shapes=(("7",), ("4", "4")),
         unit="m",
         recording="A sample whose pose has NaN, or a quaternion with a norm outside 0.9 to 1.1, is"
@@ -111,7 +111,8 @@ ARRAYS = (
     ),
     ArrayDeclaration(
         name="twist",
-        text="Velocity of the origin of what ``pose`` describes, then angular velocity, in world axes.",
+        text="Velocity of the origin of what ``pose`` describes, then angular velocity, in world"
+        " axes.",
         shapes=(("6",),),
         unit="m/s and rad/s",
         recording="Derived from the poses where left out.",
@@ -121,8 +122,8 @@ ARRAYS = (
     ),
     ArrayDeclaration(
         name="acceleration",
-        text="Classical acceleration of the same origin without gravity, then angular acceleration, in"
-        " world axes. Derived from the twists where left out.",
+        text="Classical acceleration of the same origin without gravity, then angular acceleration,"
+        " in world axes. Derived from the twists where left out.",
         shapes=(("6",),),
         unit="m/s² and rad/s²",
         recording_field="Arrays::accelerations",

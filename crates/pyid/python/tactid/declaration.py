@@ -104,7 +104,6 @@ def describe(options: type[Any], use: Use | None = None) -> str:
 
 def documented(options: type[Any], use: Use | None = None) -> Callable[[_Class], _Class]:
     """Returns a decorator that writes the options in place of ``<options>`` in a docstring."""
-
     return lambda thing: write_into_docstring(thing, "<options>", describe(options, use))
 
 

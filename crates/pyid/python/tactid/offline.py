@@ -35,7 +35,7 @@ FROM_ARRAYS = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceler
 
 @with_options(Options, "log")
 @with_arrays("recording")
-def identify(
+def identify(  # noqa: D417 - arrays and options are documented by their declarations
     source: str | os.PathLike[str] | ArrayLike,
     /,
     *,

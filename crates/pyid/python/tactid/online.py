@@ -22,7 +22,7 @@ class _Online:
     _native: _native.OnlineSolver
 
     @with_arrays("online")
-    def push(
+    def push(  # noqa: D417 - arrays are documented by their declarations
         self,
         time: ArrayLike,
         q: ArrayLike | None = None,
@@ -127,7 +127,7 @@ class Identifier(_Online):
         A wrong sign, an offset of the wrench sensor, a load that the model does not explain, or
         outliers: what ``tactid.identify`` finds in the same samples without prior knowledge. The
         samples are those of the last 10 s (at a cutoff of 10 Hz) since the last payload change. It
-        takes some 10 ms: in a control loop, call it in another thread, which does not stop ``push``.
+        takes some 10 ms: in a control loop, call it in another thread, where it works on a copy.
         """
         return [Finding(kind, data) for kind, data in self._native.findings()]
 
