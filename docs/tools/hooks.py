@@ -21,6 +21,7 @@ from tactid.cli import app
 sys.path.insert(0, str(Path(__file__).parent))
 
 from array_table import with_array_tables
+from completeness import missing_names
 from figures import FIGURES, draw
 from schema_tables import tables
 
@@ -87,3 +88,10 @@ def on_post_page(output: str, page: Any, **_: Any) -> str:
     if found is not None:
         raise PluginError(f"{page.file.src_uri} loads something from elsewhere: {found.group()}")
     return output
+
+
+def on_post_build(config: MkDocsConfig) -> None:
+    """Refuses a reference that lacks a public name."""
+    missing = missing_names(Path(config.site_dir, "reference").glob("*.html"))
+    if missing:
+        raise PluginError(f"the reference lacks {', '.join(missing)}")
