@@ -1,7 +1,6 @@
 """The documentation as a reader uses it: every block runs, and every public name is there."""
 
 import re
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -39,20 +38,6 @@ def test_rustdoc_runs_the_pages_with_rust() -> None:
         if any(block.language == "rust" for block in pages.blocks(page)):
             name = page.relative_to(pages.ROOT).as_posix()
             assert f'include_str!("../../{name}")' in listed, f"{name} is not in tests/rust/lib.rs"
-
-
-def test_the_dependency_of_a_controller_is_the_crate_as_it_is() -> None:
-    """The block in the README, which the tutorial for controllers includes."""
-    listed = [block for block in pages.blocks(pages.ROOT / "README.md") if block.language == "toml"]
-    controller = tomllib.loads(listed[0].text)
-    workspace = tomllib.loads((pages.ROOT / "Cargo.toml").read_text())["workspace"]["package"]
-    package, dependency = controller["package"], controller["dependencies"]["tactid-identify"]
-    assert package["edition"] == workspace["edition"]
-    assert package["rust-version"] == workspace["rust-version"]
-    assert dependency["version"] == workspace["version"]
-    crate = dependency["path"].removeprefix("../tactid/")
-    manifest = tomllib.loads((pages.ROOT / crate / "Cargo.toml").read_text())
-    assert manifest["package"]["name"] == "tactid-identify"
 
 
 def test_every_public_name_is_in_the_reference() -> None:
