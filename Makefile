@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -type f \
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.json' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
-.PHONY: help demo test test-rust test-python lint docs bench study study-logs coverage bench-hour bench-swap bench-update clean tools
+.PHONY: help demo test test-rust test-python lint docs pictures bench study study-logs coverage bench-hour bench-swap bench-update clean tools
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -36,6 +36,11 @@ lint: tools $(VENV)/linters ## formatting, clippy, ruff, mypy, the structure and
 
 docs: $(VENV)/installed $(VENV)/site-builder ## build the documentation site into site/, with warnings as errors
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+
+pictures: demo ## make the README's pictures anew, docs/images/; the viewer must render without a screen
+	cp demo/figure_06.png docs/images/result.png
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[view]'
+	$(BIN)/python docs/tools/screenshot.py docs/images/view.png
 
 bench: $(VENV)/installed ## measure the README's figures: five seeds of the paper's experiment
 	$(BIN)/python bench/seeds.py

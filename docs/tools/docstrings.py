@@ -1,12 +1,13 @@
 """Docstrings for the reference: those of the native module, and references as links.
 
 griffe reads the source. The stubs of ``tactid._native`` have types and no docstrings, which are
-with the Rust code, and the options are documented by their declarations: both come from the
-package.
+with the Rust code, and options and arrays are documented by their declarations: all of it comes
+from the package.
 """
 
 import inspect
 import re
+import textwrap
 from dataclasses import fields
 from typing import Any
 
@@ -14,6 +15,7 @@ import griffe
 
 import tactid
 from tactid import _native
+from tactid.arrays import Use, describe
 from tactid.declaration import Declaration
 
 OPTIONS = {
@@ -25,6 +27,9 @@ OPTIONS = {
 ROLE = re.compile(r":\w+:`~?([\w.]+)`")
 """A reference in a docstring, such as ``:class:`tactid.Options```."""
 
+
+ARRAYS_MARK = re.compile(r"^( *)<arrays>$", re.MULTILINE)
+"""Where a docstring lists the arrays, which their declarations document."""
 
 EXAMPLE = re.compile(r"^>>> .*(?:\n.+)*", re.MULTILINE)
 """An example in a docstring, up to the next empty line."""
@@ -63,6 +68,8 @@ def docstring(obj: griffe.Object) -> str | None:
         return None
     # The reference has one list of the options, under `Options`.
     text = re.sub(r"\n *<options>", "", obj.docstring.value)
+    use: Use = "online" if obj.name == "push" else "recording"
+    text = ARRAYS_MARK.sub(lambda found: textwrap.indent(describe(use), found[1]), text)
     return text.replace(", as follows", "")
 
 

@@ -1,4 +1,7 @@
-"""The figures of the documentation, drawn from what the installed package computes."""
+"""The figures of the documentation: the averaging windows as DESIGN.md defines them, and results.
+
+The results are those of the installed package for simulated recordings.
+"""
 
 import io
 import tempfile
@@ -10,25 +13,31 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 import tactid
+from tactid.drawing import STYLE
+from tactid.paper_plots import PAIRS, History, parameters
+from tactid.paper_run import driving_phases
+from tactid.truth import read_truth
 
 CUTOFF_HZ = 10.0
 WINDOW_S = 0.926 / CUTOFF_HZ
 """Length of an averaging window, as ``EquationSettings::cutoff_hz`` states it."""
 
 
-def window(axes: Axes) -> None:
+def window() -> Figure:
     """Draws the weight of three averaging windows that follow each other."""
+    figure, axes = plt.subplots(figsize=(6.4, 2.8))
     for k in range(3):
         time = np.linspace(-WINDOW_S / 2, WINDOW_S / 2, 200)
         start = 1e3 * k * WINDOW_S / 3
         axes.plot(start + 1e3 * time, np.cos(np.pi * time / WINDOW_S) ** 4, color=f"C{k}")
     axes.set(xlabel="time, ms", ylabel="weight")
+    return figure
 
 
-def intervals(axes: Axes) -> None:
+def intervals() -> Figure:
     """Draws how the 95 % intervals of a simulated recording become narrower."""
     experiment = tactid.Experiment.from_toml(
         'duration_s = 6.0\n[excitation]\nmode = "together"\n'
@@ -38,22 +47,33 @@ def intervals(axes: Axes) -> None:
         log = Path(folder, "run.mcap")
         tactid.simulate(experiment, log)
         result = tactid.identify(log)
+    figure, axes = plt.subplots(figsize=(6.4, 2.8))
     for name, unit in (("mass", "kg"), ("Izz", "kg m²")):
         std_devs = result.history.std_devs[:, tactid.VALUE_NAMES.index(name)]
         axes.semilogy(result.history.time, 1.96 * std_devs, label=f"{name}, {unit}")
     axes.set(xlabel="time, s", ylabel="half width of the interval")
     axes.legend(frameon=False)
+    return figure
 
 
-FIGURES = {"window": window, "intervals": intervals}
+def paper() -> Figure:
+    """Draws mass and centre of mass by the paper's filter, as ``tactid paper --duration 30``."""
+    experiment = tactid.Experiment.paper().replace(duration=30.0)
+    with tempfile.TemporaryDirectory() as folder:
+        log = Path(folder, "run.mcap")
+        tactid.simulate(experiment, log)
+        result = tactid.identify(log, estimator="nlms")
+        truth = read_truth(tactid.info(log))
+    return parameters(History.of(result, driving_phases(experiment)), truth, PAIRS[6])
+
+
+FIGURES = {"window": window, "intervals": intervals, "paper": paper}
 
 
 def draw(name: str) -> str:
     """Returns a figure as SVG, the same text each time."""
-    with plt.rc_context({"svg.hashsalt": "tactid", "svg.fonttype": "path", "font.size": 10}):
-        figure, axes = plt.subplots(figsize=(6.4, 2.8), layout="constrained")
-        FIGURES[name](axes)
-        axes.spines[["top", "right"]].set_visible(False)
+    with plt.rc_context({**STYLE, "svg.hashsalt": "tactid", "svg.fonttype": "path"}):
+        figure = FIGURES[name]()
         drawn = io.StringIO()
         figure.savefig(drawn, format="svg", metadata={"Date": None})
         plt.close(figure)

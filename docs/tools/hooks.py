@@ -20,6 +20,8 @@ from tactid.cli import app
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from array_table import with_array_tables
+from completeness import missing_names
 from figures import FIGURES, draw
 from schema_tables import tables
 
@@ -42,9 +44,11 @@ def _equation(source: str, *_: Any, **__: Any) -> str:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Puts the tables of the JSON schema in the place of their mark."""
+    """Puts the tables of the JSON schema and of the arrays in the place of their marks."""
     mark = "<!-- schema -->"
-    return markdown.replace(mark, tables(result_schema())) if mark in markdown else markdown
+    if mark in markdown:
+        markdown = markdown.replace(mark, tables(result_schema()))
+    return with_array_tables(markdown)
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -84,3 +88,10 @@ def on_post_page(output: str, page: Any, **_: Any) -> str:
     if found is not None:
         raise PluginError(f"{page.file.src_uri} loads something from elsewhere: {found.group()}")
     return output
+
+
+def on_post_build(config: MkDocsConfig) -> None:
+    """Refuses a reference that lacks a public name."""
+    missing = missing_names(Path(config.site_dir, "reference").glob("*.html"))
+    if missing:
+        raise PluginError(f"the reference lacks {', '.join(missing)}")

@@ -1,4 +1,4 @@
-"""Checks docs/equations.md: each equation of the paper has a row, each item and test exists.
+"""Checks docs/theory/equations.md: each equation of the paper has a row, each item and test exists.
 
 Run it from anywhere: ``python3 tests/lint/equations.py [FILE]``. It prints each fault and exits
 with status 1 if there is one.
@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-INDEX = ROOT / "docs" / "equations.md"
+INDEX = ROOT / "docs" / "theory" / "equations.md"
 EQUATIONS = range(1, 55)
 COLUMNS = ["equation", "states", "computed by (item, file)", "held by (test, file)"]
 REFERENCE = re.compile(r"`([\w:]+)`, `([\w./]+)`")

@@ -92,5 +92,5 @@ def test_an_error_of_the_command_spells_flags_and_no_keyword(
     done = command(*arguments.format(log=log).split())
     assert done.returncode == 2, done.stdout
     assert flag in done.stderr
-    for name in {*option_names(), *tactid.offline.ARRAYS}:
+    for name in {*option_names(), *tactid.offline.FROM_ARRAYS}:
         assert f"`{name}`" not in done.stderr

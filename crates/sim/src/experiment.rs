@@ -18,8 +18,8 @@ pub const PAPER_TOML: &str = include_str!("../experiments/paper.toml");
 
 /// Description of an experiment: robot, payload, grasp, excitation, sensor noise and bounds.
 ///
-/// Every field has a default, and the defaults together are the paper's experiment. Units are SI. The payload's properties
-/// are expressed in the tool frame.
+/// Every field has a default, and the defaults together are the paper's experiment: [`PAPER_TOML`] states each of them.
+/// Units are SI. The payload's properties are expressed in the tool frame.
 ///
 /// ```
 /// use tactid_sim::Experiment;
@@ -34,17 +34,17 @@ pub const PAPER_TOML: &str = include_str!("../experiments/paper.toml");
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Experiment {
-    /// Seed of the command noise and of the measurement noise. The same seed gives the same log. Default 0.
+    /// Seed of the command noise and of the measurement noise. The same seed gives the same log.
     pub seed: u64,
-    /// Simulated time from the start of the excitation, s. Default 300.
+    /// Simulated time from the start of the excitation, s.
     pub duration_s: f64,
-    /// Step of the physics and interval of the samples, s. Default 0.001.
+    /// Step of the physics and interval of the samples, s.
     pub step_s: f64,
     /// Gravitational acceleration in world axes, m/s²: not zero only where the base is fixed. Default (`None`): zero for a
     /// floating base, `[0, 0, -9.81]` for a fixed one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gravity_m_s2: Option<[f64; 3]>,
-    /// Joint positions at the start of the excitation. Default `identifiable`.
+    /// Joint positions at the start of the excitation.
     pub posture: Posture,
     /// The robot and the names of its tool and fingers. Default the built-in robot.
     pub robot: RobotChoice,
@@ -143,12 +143,12 @@ pub struct RobotChoice {
     /// Path of a URDF file, relative to the experiment's file. Default none: the built-in robot.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub urdf: Option<PathBuf>,
-    /// Whether the base floats or is bolted to the world. Default `floating`.
+    /// Whether the base floats or is bolted to the world.
     pub base: BaseMount,
-    /// Link in whose frame the payload is described. Default `tool0`.
+    /// Link in whose frame the payload is described.
     pub tool: String,
     /// The two prismatic joints whose increasing positions close the gripper. The collision boxes of the links that they
-    /// move are the pads. Default `finger_left_joint`, `finger_right_joint`.
+    /// move are the pads.
     pub fingers: [String; 2],
 }
 
@@ -214,12 +214,11 @@ impl BaseProperties {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Payload {
-    /// Mass, kg. Default 100.
+    /// Mass, kg.
     pub mass_kg: f64,
-    /// Centre of mass, m. Default `[0.5, 0, 0]`.
+    /// Centre of mass, m.
     pub center_of_mass_m: [f64; 3],
     /// Inertia about the centre of mass, `[xx, xy, xz, yy, yz, zz]` along the axes of the tool, kg m².
-    /// Default `[10, 0, 0, 20, 0, 10]`.
     pub inertia_kg_m2: [f64; 6],
     /// The part of the payload between the fingers.
     pub handle: Handle,
@@ -252,9 +251,9 @@ impl Payload {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Handle {
-    /// Centre in the tool frame, m. Default `[0.22, 0, 0.075]`.
+    /// Centre in the tool frame, m.
     pub center_m: [f64; 3],
-    /// Lengths of the sides, m. Default `[0.16, 0.04, 0.16]`.
+    /// Lengths of the sides, m.
     pub size_m: [f64; 3],
 }
 
@@ -271,11 +270,11 @@ impl Default for Handle {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Gripper {
-    /// Force of each finger on the handle at which the fingers are locked, N. Default 1500.
+    /// Force of each finger on the handle at which the fingers are locked, N.
     pub grip_force_n: f64,
-    /// Coefficient of friction between pad and handle. Default 0.8.
+    /// Coefficient of friction between pad and handle.
     pub friction: f64,
-    /// Speed of each finger while closing, m/s. Default 0.0005. A fast finger throws the payload.
+    /// Speed of each finger while closing, m/s. A fast finger throws the payload.
     pub closing_speed_m_s: f64,
 }
 
@@ -293,12 +292,12 @@ impl Default for Gripper {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Excitation {
-    /// Order in which the joints are driven. Default `sequence`.
+    /// Order in which the joints are driven.
     pub mode: ExcitationMode,
     /// Standard deviation of the white noise on each commanded acceleration, as a fraction of its amplitude, with a new
-    /// value in every step. Default 0.01.
+    /// value in every step.
     pub command_noise: f64,
-    /// The joints that are driven, in this order. Default joints 3, 5 and 6. All other joints are held still.
+    /// The joints that are driven, in this order. All other joints are held still.
     pub joints: Vec<JointExcitation>,
 }
 
@@ -334,10 +333,10 @@ pub enum ExcitationMode {
 pub struct JointExcitation {
     /// Name of the joint in the URDF.
     pub name: String,
-    /// Amplitude of the acceleration, rad/s² (m/s² for a prismatic joint). Default 1.
+    /// Amplitude of the acceleration, rad/s² (m/s² for a prismatic joint).
     #[serde(default = "default_amplitude")]
     pub amplitude_rad_s2: f64,
-    /// Frequency, Hz. Default 0.2.
+    /// Frequency, Hz.
     #[serde(default = "default_frequency")]
     pub frequency_hz: f64,
 }
@@ -356,14 +355,13 @@ fn default_frequency() -> f64 {
 pub struct Bounds {
     /// Change of the system's linear momentum and of its angular momentum about the world's origin, each as a fraction of
     /// the largest momentum of any single body. Not used for a fixed base, which exchanges momentum with the ground.
-    /// Default 0.001.
     pub momentum_drift: f64,
-    /// Displacement of the payload in the tool frame, m. Default 0.0005.
+    /// Displacement of the payload in the tool frame, m.
     pub grasp_drift_m: f64,
-    /// Rotation of the payload in the tool frame, rad. Default 0.001.
+    /// Rotation of the payload in the tool frame, rad.
     pub grasp_drift_rad: f64,
     /// Residuals of the payload's Newton and Euler equations under the contact forces, as fractions of the largest
-    /// contact force and moment. Default 0.001.
+    /// contact force and moment.
     pub newton_euler_residual: f64,
 }
 

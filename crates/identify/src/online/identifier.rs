@@ -38,7 +38,7 @@ const FEWEST_SAMPLES: u64 = 100;
 ///
 /// # Assumptions
 /// - The wrenches act on the payload and have no constant offset, unless [`EquationSettings::wrench_offset`] makes the
-///   offset an unknown. A constant error looks like payload, and no interval shows it.
+///   offset an unknown. A constant error biases the estimate of the payload, and no interval shows it.
 /// - Gravity and the kinematics of the robot are known.
 /// - Noise is white within a window, or as slow as the residuals show.
 ///
@@ -295,8 +295,8 @@ impl Identifier {
     ///
     /// The windows are at most the last 324 (10 s at a cutoff of 10 Hz) since the last payload change.
     ///
-    /// Cost: several least-squares fits, some 10 ms, with allocation. Call it beside the control loop, on a clone of the
-    /// identifier, or while nothing is urgent.
+    /// Cost: several least-squares fits, some 10 ms, with allocation. In a control loop, clone the identifier and call
+    /// this method of the clone in another thread.
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
         let mut findings = self.checks.findings();

@@ -104,19 +104,20 @@ def describe(options: type[Any], use: Use | None = None) -> str:
 
 def documented(options: type[Any], use: Use | None = None) -> Callable[[_Class], _Class]:
     """Returns a decorator that writes the options in place of ``<options>`` in a docstring."""
-
-    def fill(thing: _Class) -> _Class:
-        if thing.__doc__:  # python -OO has none
-            lines = inspect.cleandoc(thing.__doc__).splitlines()
-            thing.__doc__ = "\n".join(_filled(lines, describe(options, use)))
-        return thing
-
-    return fill
+    return lambda thing: write_into_docstring(thing, "<options>", describe(options, use))
 
 
-def _filled(lines: Iterable[str], text: str) -> Iterable[str]:
+def write_into_docstring(thing: _Class, mark: str, text: str) -> _Class:
+    """Writes a text in place of the line ``mark`` of a docstring, with that line's indentation."""
+    if thing.__doc__:  # python -OO has none
+        lines = inspect.cleandoc(thing.__doc__).splitlines()
+        thing.__doc__ = "\n".join(_filled(lines, mark, text))
+    return thing
+
+
+def _filled(lines: Iterable[str], mark: str, text: str) -> Iterable[str]:
     for line in lines:
-        if line.strip() == "<options>":
+        if line.strip() == mark:
             yield textwrap.indent(text, line[: len(line) - len(line.lstrip())])
         else:
             yield line

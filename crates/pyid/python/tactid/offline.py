@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from tactid import _native
 from tactid._native import Manipulator
+from tactid.arrays import with_arrays
 from tactid.declaration import with_options
 from tactid.errors import ArgumentError
 from tactid.faults import DataFault
@@ -28,12 +29,13 @@ from tactid.options import Options, collect
 from tactid.result import Identification
 from tactid.wording import Finding
 
-ARRAYS = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceleration", "sensors")
+FROM_ARRAYS = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceleration", "sensors")
 """The keywords of :func:`identify` that belong to arrays."""
 
 
 @with_options(Options, "log")
-def identify(
+@with_arrays("recording")
+def identify(  # noqa: D417 - arrays and options are documented by their declarations
     source: str | os.PathLike[str] | ArrayLike,
     /,
     *,
@@ -56,9 +58,10 @@ def identify(
     The motion is that of joints and a URDF, on a base that odometry moves if there is any; without
     joints, it is that of the sensor itself, by odometry or by an inertial unit. Memory is bounded.
 
-    Arrays are on one clock. With a ``robot`` or a ``urdf``, ``pose``, ``twist`` and
-    ``acceleration`` are those of its base, which is fixed where none of them is given; without
-    either, they are those of the sensor itself. What is left out is derived.
+    Arrays have N samples of n joints and S sensors; an array without the axis of the samples holds
+    for all of them. With a ``robot`` or a ``urdf``, ``pose``, ``twist`` and ``acceleration`` are
+    those of its base, which is fixed where none of them is given; without either, they are those of
+    the sensor itself.
 
         tactid.identify("bag/", urdf="arm.urdf", tip="tool0")
         tactid.identify(time, urdf="arm.urdf", q=q, qd=qd, wrench=wrench)
@@ -68,16 +71,7 @@ def identify(
         source: The log's path, or the times of the samples, (N,), s.
         robot: For arrays: the robot with its gripper and without the payload. The motion of its
             base is given only where the robot was read with ``base="floating"``.
-        q: Joint positions, (N, n), rad or m.
-        qd: Joint velocities, (N, n), rad/s or m/s.
-        effort: Efforts that the joints exert, (N, n), N m or N.
-        wrench: Force, N, then moment, N m, on the payload, each in its sensor's frame and about
-            its origin: (N, 6) for one sensor, (N, S, 6) for S; (6,) or (S, 6) for one sample.
-        pose: Poses in the world, (N, 4, 4), or (N, 7) as ``[x, y, z, qx, qy, qz, qw]``. A sample
-            whose pose has NaN, or a quaternion with a norm outside 0.9 to 1.1, is left out and
-            counted among the faults.
-        twist: Velocity of the origin, then angular velocity, in world axes, (N, 6).
-        acceleration: Classical acceleration without gravity, then angular, in world axes, (N, 6).
+        <arrays>
         sensors: The links of the wrenches, one name or several. Default: the tip.
         options: Options to start from; keywords replace them.
         progress: Called with the fraction done, about twenty times a second. An exception that it
@@ -94,8 +88,8 @@ def identify(
         ArgumentError: An option is unknown, does not apply or is out of range, or a shape is wrong.
     """
     given: tuple[Any, ...] = (robot, q, qd, effort, wrench, pose, twist, acceleration, sensors)
-    arrays: dict[str, Any] = dict(zip(ARRAYS, given, strict=True))
-    own = (*ARRAYS, "options", "progress")
+    arrays: dict[str, Any] = dict(zip(FROM_ARRAYS, given, strict=True))
+    own = (*FROM_ARRAYS, "options", "progress")
     if isinstance(source, str | os.PathLike):
         collected = collect(options, keywords, "log", own)
         for name, value in arrays.items():

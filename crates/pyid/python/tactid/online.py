@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from tactid import _native
 from tactid._native import Manipulator
+from tactid.arrays import with_arrays
 from tactid.declaration import documented
 from tactid.identification import Array, PayloadEstimate, SingularValues, WrenchOffset
 from tactid.options import Options, collect
@@ -20,7 +21,8 @@ class _Online:
 
     _native: _native.OnlineSolver
 
-    def push(
+    @with_arrays("online")
+    def push(  # noqa: D417 - arrays are documented by their declarations
         self,
         time: ArrayLike,
         q: ArrayLike | None = None,
@@ -34,25 +36,11 @@ class _Online:
     ) -> int:
         """Takes one sample, or N in a row.
 
-        The arrays have the names, units and signs of :func:`tactid.identify`: ``pose``, ``twist``
-        and ``acceleration`` are those of a floating base, or of the sensor where there is no robot.
+        The arrays are those of :func:`tactid.identify`, of n joints and S sensors; without a robot
+        there are no joints. Efforts are given where the method uses them.
 
         Args:
-            time: Times on one clock, s, () or (N,).
-            q: Joint positions in the order of the robot's ``joint_names``, (n,) or (N, n), rad or
-                m. Left out where there is no robot.
-            qd: Joint velocities, (n,) or (N, n), rad/s or m/s. Derived from the positions where
-                left out.
-            wrench: Force, N, then moment, N m, **on the payload**, each in its sensor's frame and
-                about that frame's origin: (6,) or (N, 6) for one sensor, (S, 6) or (N, S, 6) for S.
-            effort: Efforts that the joints exert, (n,) or (N, n), N m or N, where the method uses
-                them.
-            pose: Pose in the world, (4, 4), or (7,) as ``[x, y, z, qx, qy, qz, qw]``, or N of them.
-                Where it is left out, the base is at rest.
-            twist: Velocity of the origin, m/s, then angular velocity, rad/s, in world axes, (6,) or
-                (N, 6). It is not derived from the poses, so it is given with them.
-            acceleration: Classical acceleration without gravity, m/s², then angular, rad/s², in
-                world axes, (6,) or (N, 6). Derived from the twists where left out.
+            <arrays>
 
         Returns:
             How many samples were used: they gave rows once a window was full. Bad samples (not
@@ -139,7 +127,7 @@ class Identifier(_Online):
         A wrong sign, an offset of the wrench sensor, a load that the model does not explain, or
         outliers: what ``tactid.identify`` finds in the same samples without prior knowledge. The
         samples are those of the last 10 s (at a cutoff of 10 Hz) since the last payload change. It
-        takes some 10 ms, so call it beside the control loop.
+        takes some 10 ms: in a control loop, call it in another thread, where it works on a copy.
         """
         return [Finding(kind, data) for kind, data in self._native.findings()]
 

@@ -1,12 +1,9 @@
-"""Takes a picture of what ``tactid view`` shows, without a screen: docs/view.png.
+"""Takes a picture of what ``tactid view`` shows of a simulation, without a screen.
 
-Simulate and identify first, or take a log of your own; `shot.toml` has the lines
-`duration_s = 60.0`, `[excitation]` and `mode = "together"`.
+It needs the viewer, ``pip install '.[view]'``, and a Vulkan driver that renders without a screen,
+such as Mesa's lavapipe:
 
-    pip install '.[view]'
-    tactid simulate shot.toml --out shot.mcap
-    tactid identify shot.mcap --result shot.json
-    python docs/screenshot.py shot.mcap shot.json docs/view.png
+    python docs/tools/screenshot.py docs/images/view.png
 """
 
 import argparse
@@ -22,8 +19,10 @@ from pathlib import Path
 from PIL import Image
 from rerun.experimental import ViewerClient
 
+import tactid
 from tactid import view
 
+EXPERIMENT = tactid.Experiment.from_toml('duration_s = 60.0\n[excitation]\nmode = "together"\n')
 SIZE = (1440, 860)
 MOMENT_S = 24.7
 PORT = 9899
@@ -34,13 +33,13 @@ TOP_BAR = 37
 def main() -> None:
     """Reads the arguments, and writes the picture."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("log", type=Path)
-    parser.add_argument("result", type=Path)
     parser.add_argument("picture", type=Path)
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        recording = Path(folder, given.log.name).with_suffix(".rrd")
-        view.record(given.log, recording, result=given.result)
+        log, result, recording = (Path(folder, f"run.{kind}") for kind in ("mcap", "json", "rrd"))
+        tactid.simulate(EXPERIMENT, log)
+        tactid.identify(log).write_result(result)
+        view.record(log, recording, result=result)
         picture = take(recording).crop((0, TOP_BAR, *SIZE))
     # Few colours are all that there are, but for the edges.
     picture.quantize(256, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE).save(
