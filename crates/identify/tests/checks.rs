@@ -1,0 +1,134 @@
+//! What the online identifier notices about the samples themselves, which an arm on a floating base gives.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+#[allow(dead_code, reason = "each test file uses a part of what is shared")]
+#[path = "common/arm.rs"]
+mod arm;
+
+use arm::{Instant, Run, TOOL, arm, body};
+use nalgebra::Vector3;
+use tactid_dynamics::BaseKind;
+use tactid_identify::checks::{TwistAxes, TwistContradiction, VelocityCause};
+use tactid_identify::{EquationSettings, Finding, Identifier};
+
+fn instants(rate_hz: f64) -> Vec<Instant> {
+    let run = Run {
+        base: BaseKind::Floating,
+        rate_hz,
+        payloads: vec![(0.0, body(2.1, [0.03, -0.02, 0.08], [0.2, 0.12, 0.16]))],
+        duration_s: 4.0,
+        gap_s: None,
+        motion_seed: 1,
+    };
+    run.instants()
+}
+
+/// Returns the findings of the online identifier after all instants, whose motion and wrench are changed.
+fn findings_after(rate_hz: f64, change: impl Fn(&mut Instant)) -> Vec<Finding> {
+    let robot = arm(BaseKind::Floating);
+    let settings = EquationSettings::default();
+    let mut online = Identifier::new(&robot, TOOL, &[TOOL], &settings).unwrap();
+    for mut instant in instants(rate_hz) {
+        change(&mut instant);
+        let wrenches = [instant.wrench];
+        online.push(&instant.sample(&wrenches)).unwrap();
+    }
+    online.findings()
+}
+
+/// Samples that fit have no finding.
+#[test]
+fn samples_that_fit_have_no_finding() {
+    assert_eq!(findings_after(200.0, |_| {}), []);
+}
+
+/// A twist in the axes of the body, or one of zero, is reported.
+#[test]
+fn a_twist_that_does_not_fit_the_pose_is_reported() {
+    let in_body = |instant: &mut Instant| {
+        let base = &mut instant.base;
+        let body_from_world = base.pose.rotation.inverse();
+        base.velocity = body_from_world * base.velocity;
+        base.angular_velocity = body_from_world * base.angular_velocity;
+    };
+    let at_rest = |instant: &mut Instant| {
+        instant.base.velocity = Vector3::zeros();
+        instant.base.angular_velocity = Vector3::zeros();
+    };
+    let of_body = findings_after(200.0, in_body);
+    let Finding::TwistContradicted(TwistContradiction { better_axes, .. }) = of_body[0] else {
+        panic!("{of_body:?}");
+    };
+    assert_eq!(better_axes, Some(TwistAxes::Body));
+    let of_rest = findings_after(200.0, at_rest);
+    let Finding::TwistContradicted(TwistContradiction { better_axes, .. }) = of_rest[0] else {
+        panic!("{of_rest:?}");
+    };
+    assert_eq!(better_axes, None);
+}
+
+/// Joint velocities in degrees per second, and those of two joints that are exchanged, are reported with the cause.
+#[test]
+fn joint_velocities_that_do_not_fit_are_reported() {
+    let degrees = findings_after(200.0, |instant| {
+        instant.joints[1] = instant.joints[1].map(f64::to_degrees);
+    });
+    let Finding::VelocitiesContradicted { joints, cause, .. } = &degrees[0] else {
+        panic!("{degrees:?}");
+    };
+    assert_eq!((joints.len(), cause), (6, &Some(VelocityCause::Degrees)));
+    let exchanged = findings_after(200.0, |instant| instant.joints[1].swap(1, 2));
+    for (k, (joint, other)) in [("joint_1", "joint_2"), ("joint_2", "joint_1")]
+        .into_iter()
+        .enumerate()
+    {
+        let Finding::VelocitiesContradicted { joints, cause, .. } = &exchanged[k] else {
+            panic!("{exchanged:?}");
+        };
+        assert_eq!(joints, &[joint]);
+        assert_eq!(*cause, Some(VelocityCause::OtherJoint(other.to_owned())));
+    }
+}
+
+/// A channel that is always zero is reported with the frame of its sensor.
+#[test]
+fn a_constant_channel_is_reported() {
+    let findings = findings_after(200.0, |instant| instant.wrench.moment.y = 0.0);
+    let constant = Finding::ConstantChannels {
+        frame: TOOL.to_owned(),
+        channels: vec!["moment y"],
+        is_zero: true,
+    };
+    assert!(findings.contains(&constant), "{findings:?}");
+}
+
+/// Samples that fill no window are reported: too few for the cutoff, with times in nanoseconds, or not finite.
+#[test]
+fn samples_without_an_equation_are_reported() {
+    let sparse = findings_after(40.0, |_| {});
+    let nanoseconds = findings_after(200.0, |instant| instant.time_s *= 1e9);
+    let not_finite = findings_after(200.0, |instant| instant.wrench.force.x = f64::NAN);
+    let counts = [sparse, nanoseconds, not_finite].map(|findings| match findings[..] {
+        [
+            Finding::NoEquations {
+                samples,
+                rejected,
+                gaps,
+                period_s,
+                ..
+            },
+        ] => (samples, rejected, gaps, period_s),
+        _ => panic!("{findings:?}"),
+    });
+    let [
+        (sparse, 0, 0, period_s),
+        (all, 0, gaps, _),
+        (0, rejected, 0, _),
+    ] = counts
+    else {
+        panic!("{counts:?}");
+    };
+    assert!((period_s - 0.025).abs() < 1e-6, "{period_s}");
+    assert_eq!((sparse, all, gaps, rejected), (160, 800, 799, 800));
+}
