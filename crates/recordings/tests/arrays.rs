@@ -130,7 +130,8 @@ fn a_wrong_length_is_an_error_with_the_name() {
     assert_names(recording.error(pop_time), "joint_position");
 }
 
-/// What is missing is named: no sample, no joints, no pose of a sensor without a robot, nothing that measures a load.
+/// What is missing is named: no sample, no joints, no pose of a floating base or of a sensor without a
+/// robot, nothing that measures a load.
 #[test]
 fn a_missing_array_is_named() {
     let recording = recorded();
@@ -145,8 +146,9 @@ fn a_missing_array_is_named() {
         RecordingError::MissingArray { name, .. } => assert_eq!(name, "joint_effort"),
         other => panic!("{other}"),
     }
-    let cases: [(&str, Change); 4] = [
+    let cases: [(&str, Change); 5] = [
         ("joint_position", |r| r.joint_position.clear()),
+        ("poses", |r| r.poses.clear()),
         ("poses", |r| {
             *r = carried();
             r.poses.clear();

@@ -151,7 +151,7 @@ fn carried_instants() -> Vec<Instant> {
 }
 
 /// Twists in the axes of the body, where arrays have those of the world, are reported with the axes that fit; twists
-/// of zero without.
+/// of zero, and those beside a pose that does not change, without.
 #[test]
 fn twists_in_the_wrong_axes_are_reported() {
     let instants = carried_instants();
@@ -169,7 +169,16 @@ fn twists_in_the_wrong_axes_are_reported() {
         [base.velocity, base.angular_velocity].map(|rate| world_from_body.inverse() * rate)
     });
     let at_rest = with_twists(|_| [Vector3::zeros(); 2]);
-    for (wrong, axes) in [(in_body, Some(TwistAxes::Body)), (at_rest, None)] {
+    let one_pose = Recording {
+        poses: right.poses[..1].to_vec(),
+        ..right.clone()
+    };
+    let wrong = [
+        (in_body, Some(TwistAxes::Body)),
+        (at_rest, None),
+        (one_pose, None),
+    ];
+    for (wrong, axes) in wrong {
         match &about_velocities(&wrong)[..] {
             [
                 Finding::TwistContradicted {

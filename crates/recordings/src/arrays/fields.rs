@@ -25,8 +25,8 @@ pub struct Arrays<'a> {
     /// Force, N, and moment, N m, of each sensor, in its own frame and about that frame's origin: N x S x 6,
     /// or empty.
     pub wrenches: &'a [f64],
-    /// `world_from_base`: N poses, one for a floating base that does not move, or none for the identity. A fixed base
-    /// has none, and neither twists nor accelerations. Without a robot they are those of the sensor and must be given.
+    /// `world_from_base`: N poses, or one for a floating base that does not move. A fixed base has none, and neither
+    /// twists nor accelerations. Without a robot they are those of the sensor.
     pub poses: &'a [Isometry3<f64>],
     /// Velocity of the base frame's origin, m/s, and angular velocity, rad/s, along the axes of the world:
     /// N x 6, or empty to derive them from the poses.

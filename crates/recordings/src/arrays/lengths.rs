@@ -12,7 +12,7 @@ impl Arrays<'_> {
     /// # Errors
     /// Returns [`RecordingError::NoSamples`] if there is no time, [`RecordingError::ArrayLength`] if a length does not
     /// fit the times and the robot, and [`RecordingError::MissingArray`] if joint positions are missing, or the
-    /// poses of a sensor without a robot.
+    /// poses of a floating base or of a sensor without a robot.
     pub(super) fn check_motion(
         &self,
         robot: &Manipulator,
@@ -33,6 +33,12 @@ impl Arrays<'_> {
                 name: "poses",
                 reason: "without a robot nothing else says how the sensor moves and where down is: give its pose at \
                          each sample, or one pose for a sensor at rest",
+            });
+        }
+        if robot.base_kind() == BaseKind::Floating && self.poses.is_empty() {
+            return Err(RecordingError::MissingArray {
+                name: "poses",
+                reason: "the base floats: give its pose at each sample, or one pose for a base that does not move",
             });
         }
         let matrices = [

@@ -188,9 +188,9 @@ fn sensors(arrays: &Arrays<'_>, tip: &str) -> Vec<String> {
     }
 }
 
-/// Returns the array of the twists, where these are measured besides a pose that moves.
+/// Returns the array of the twists, where these are measured besides the pose.
 fn measured_twist(arrays: &Arrays<'_>) -> Option<(String, TwistAxes)> {
-    let is_measured = arrays.poses.len() > 1 && !arrays.twists.is_empty();
+    let is_measured = !arrays.poses.is_empty() && !arrays.twists.is_empty();
     is_measured.then(|| ("twists".to_owned(), TwistAxes::World))
 }
 
