@@ -1,12 +1,12 @@
 //! Reading of logs of any length, also damaged or unfinished ones.
 
 mod bag;
-mod chunk;
-mod file;
-mod index;
-mod scan;
+mod compression;
+mod mcap;
+mod source;
+mod sqlite;
+mod storage;
 mod stream;
-mod summary;
 
 use std::{
     collections::BTreeMap,
@@ -14,8 +14,8 @@ use std::{
     sync::Arc,
 };
 
-pub use file::Damage;
-use index::{Channel, FileIndex, Metadata};
+pub use storage::Damage;
+use storage::{Channel, FileIndex, Metadata};
 pub use stream::{Messages, RawMessage};
 
 use crate::{error::LogError, messages::Message};
@@ -79,7 +79,7 @@ impl LogReader {
         };
         let files: Arc<[FileIndex]> = paths
             .iter()
-            .map(|path| scan::open(path))
+            .map(|path| storage::open(path))
             .collect::<Result<_, _>>()?;
         Ok(Self {
             path: path.to_owned(),

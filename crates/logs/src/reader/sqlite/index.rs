@@ -1,0 +1,316 @@
+//! Index of an SQLite bag: its topics, and the rows of messages that are read at once.
+
+use std::collections::BTreeMap;
+
+use rusqlite::{Connection, OptionalExtension, Row, types::ValueRef};
+
+use super::{
+    database::{Database, Problem},
+    reader::SqliteStorage,
+};
+use crate::{
+    database_fault::DatabaseFault,
+    error::LogError,
+    reader::{
+        source::Source,
+        storage::{Channel, ChannelId, FileIndex, Metadata, Segment},
+    },
+};
+
+/// Number of rows and of their bytes that are read at once. They bound the memory, and the time for which a recorder
+/// cannot write.
+const ROWS: usize = 4096;
+const BYTES: i64 = 1 << 20;
+
+/// Description of a valid time of a message.
+const NANOSECONDS: &str = "nanoseconds since the epoch";
+
+/// Tables of a bag, with the columns that are needed. Those that were added later are `schema`, `metadata` and
+/// `message_definitions`: messages are decoded by the names of their types.
+const TABLES: [(&str, &[&str]); 2] = [
+    ("topics", &["id", "name", "type", "serialization_format"]),
+    ("messages", &["topic_id", "timestamp", "data"]),
+];
+
+/// Order in which rows are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Order {
+    /// By time, and by row at equal times, with the index that rosbag2 creates.
+    Time,
+    /// By row, as they were written, in a bag without this index.
+    Row,
+}
+
+/// Time and number of a row of `messages`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Key {
+    pub(super) timestamp: i64,
+    pub(super) row: i64,
+}
+
+/// First and last of the rows that are read at once.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rows {
+    pub(super) first: Key,
+    pub(super) last: Key,
+}
+
+impl Order {
+    fn of(connection: &Connection) -> rusqlite::Result<Self> {
+        let has_index = "SELECT 1 FROM pragma_index_list('messages') AS list, \
+                         pragma_index_info(list.name) AS part \
+                         WHERE part.seqno = 0 AND part.name = 'timestamp' AND NOT list.partial";
+        let mut found = connection.prepare(has_index)?;
+        Ok(if found.exists([])? {
+            Self::Time
+        } else {
+            Self::Row
+        })
+    }
+
+    /// Returns the columns by which rows are ordered.
+    pub(super) fn columns(self) -> &'static str {
+        match self {
+            Self::Time => "timestamp, rowid",
+            Self::Row => "rowid",
+        }
+    }
+
+    /// Returns the condition that a row is in a relation, such as `<=`, to a key.
+    pub(super) fn condition(self, relation: &str, key: Key) -> String {
+        let Key { timestamp, row } = key;
+        match self {
+            Self::Time => format!("(timestamp, rowid) {relation} ({timestamp}, {row})"),
+            Self::Row => format!("rowid {relation} {row}"),
+        }
+    }
+}
+
+/// Returns the index of a bag. Every row is visited, but not the bytes of its message.
+pub(in crate::reader) fn index(source: Source) -> Result<FileIndex, LogError> {
+    if let Some(damage) = source.damage() {
+        return Err(LogError::Database {
+            path: source.path.clone(),
+            fault: DatabaseFault::Damaged {
+                what: damage.what.clone(),
+            },
+        });
+    }
+    let database = Database::open(&source)?;
+    let bag = Bag::read(&database.connection);
+    let mut bag = bag.map_err(|problem| database.error(problem))?;
+    let parts = bag.segments(&database.connection);
+    let parts = parts.map_err(|problem| database.error(problem))?;
+    let (ranges, segments): (Vec<Rows>, Vec<Segment>) = parts.into_iter().unzip();
+    Ok(FileIndex {
+        segments,
+        channels: bag.channels,
+        metadata: bag.metadata,
+        damage: None,
+        storage: Box::new(SqliteStorage {
+            source,
+            order: bag.order,
+            last_row: bag.last_row,
+            ranges: ranges.into(),
+        }),
+    })
+}
+
+/// Topics of a bag, and what reading its messages needs.
+struct Bag {
+    channels: BTreeMap<ChannelId, Channel>,
+    metadata: Metadata,
+    order: Order,
+    /// Largest number of a message. Those that a recorder adds later have larger ones and are not read.
+    last_row: i64,
+}
+
+impl Bag {
+    fn read(connection: &Connection) -> Result<Self, Problem> {
+        // In one transaction, so that each message has its topic.
+        let transaction = connection.unchecked_transaction()?;
+        check_tables(&transaction)?;
+        let last_row: Option<i64> =
+            transaction.query_row("SELECT max(rowid) FROM messages", [], |row| row.get(0))?;
+        Ok(Self {
+            channels: channels(&transaction)?,
+            metadata: metadata(&transaction)?,
+            order: Order::of(&transaction)?,
+            last_row: last_row.unwrap_or(i64::MIN),
+        })
+    }
+
+    /// Divides the messages into segments, counts those of each topic, and checks every row.
+    fn segments(&mut self, connection: &Connection) -> Result<Vec<(Rows, Segment)>, Problem> {
+        let mut segments: Vec<(Rows, Segment)> = Vec::new();
+        loop {
+            let previous = segments.last().map(|(rows, _)| rows.last);
+            match self.segment(connection, previous)? {
+                Some(next) => segments.push(next),
+                None => return Ok(segments),
+            }
+        }
+    }
+
+    /// Visits the rows after a key in a query of its own: between two of them a recorder can write.
+    fn segment(
+        &mut self,
+        connection: &Connection,
+        previous: Option<Key>,
+    ) -> Result<Option<(Rows, Segment)>, Problem> {
+        let after = previous.map_or_else(String::new, |key| {
+            format!("AND {}", self.order.condition(">", key))
+        });
+        let mut query = connection.prepare(&format!(
+            "SELECT rowid, timestamp, topic_id, length(data) FROM messages \
+             WHERE rowid <= {} {after} ORDER BY {} LIMIT {ROWS}",
+            self.last_row,
+            self.order.columns()
+        ))?;
+        let mut rows = query.query([])?;
+        let mut found: Option<(Rows, Segment)> = None;
+        let mut bytes = 0;
+        while bytes < BYTES
+            && let Some(row) = rows.next()?
+        {
+            let message = MessageRow::of(row)?;
+            let channel =
+                self.channels
+                    .get_mut(&message.topic)
+                    .ok_or(DatabaseFault::UnknownTopic {
+                        row: message.key.row,
+                        topic: message.topic,
+                    })?;
+            channel.count_message(message.log_time_ns);
+            if let ValueRef::Integer(length) = row.get_ref(3)? {
+                bytes += length;
+            }
+            let first = Rows {
+                first: message.key,
+                last: message.key,
+            };
+            let (range, segment) = found.get_or_insert((first, Segment::default()));
+            range.last = message.key;
+            segment.add(message.topic, message.log_time_ns);
+        }
+        Ok(found)
+    }
+}
+
+/// Header of a message, which the first three columns of a query are: `rowid, timestamp, topic_id`.
+pub(super) struct MessageRow {
+    pub(super) key: Key,
+    pub(super) log_time_ns: u64,
+    pub(super) topic: ChannelId,
+}
+
+impl MessageRow {
+    pub(super) fn of(row: &Row<'_>) -> Result<Self, Problem> {
+        let number = row.get(0)?;
+        let unexpected =
+            |column, value, expected| unexpected("messages", number, (column, value), expected);
+        let (time, topic) = (row.get_ref(1)?, row.get_ref(2)?);
+        let ValueRef::Integer(timestamp) = time else {
+            return Err(unexpected("timestamp", time, NANOSECONDS));
+        };
+        let ValueRef::Integer(topic) = topic else {
+            return Err(unexpected("topic_id", topic, "an integer"));
+        };
+        Ok(Self {
+            key: Key {
+                timestamp,
+                row: number,
+            },
+            log_time_ns: u64::try_from(timestamp)
+                .map_err(|_| unexpected("timestamp", time, NANOSECONDS))?,
+            topic,
+        })
+    }
+}
+
+/// Returns the problem of a value in a column of a table that is not as expected.
+pub(super) fn unexpected(
+    table: &'static str,
+    row: i64,
+    (column, value): (&'static str, ValueRef<'_>),
+    expected: &'static str,
+) -> Problem {
+    let found = match value {
+        ValueRef::Null => "nothing".to_owned(),
+        ValueRef::Integer(number) => format!("the integer {number}"),
+        ValueRef::Real(number) => format!("the number {number}"),
+        ValueRef::Text(_) => "a text".to_owned(),
+        ValueRef::Blob(_) => "bytes".to_owned(),
+    };
+    let fault = DatabaseFault::Value {
+        table,
+        column,
+        row,
+        found,
+        expected,
+    };
+    fault.into()
+}
+
+/// Checks that the tables of a bag exist and have the columns that are needed.
+fn check_tables(connection: &Connection) -> Result<(), Problem> {
+    for (table, columns) in TABLES {
+        let exists = "SELECT 1 FROM sqlite_schema WHERE type = 'table' AND name = ?";
+        if !connection.prepare(exists)?.exists([table])? {
+            return Err(DatabaseFault::NoTable(table).into());
+        }
+        for &column in columns {
+            if !has_column(connection, table, column)? {
+                return Err(DatabaseFault::NoColumn { table, column }.into());
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Returns whether a table exists and has a column, which must not be generated from others.
+fn has_column(connection: &Connection, table: &str, column: &str) -> rusqlite::Result<bool> {
+    let has_column = "SELECT 1 FROM pragma_table_info(?) WHERE name = ?";
+    connection.prepare(has_column)?.exists([table, column])
+}
+
+fn channels(connection: &Connection) -> Result<BTreeMap<ChannelId, Channel>, Problem> {
+    let mut channels = BTreeMap::new();
+    let mut query =
+        connection.prepare("SELECT rowid, id, name, type, serialization_format FROM topics")?;
+    let mut rows = query.query([])?;
+    while let Some(row) = rows.next()? {
+        let number = row.get(0)?;
+        let text = |index: usize, column| match row.get_ref(index)? {
+            ValueRef::Text(text) => Ok(String::from_utf8_lossy(text).into_owned()),
+            value => Err(unexpected("topics", number, (column, value), "a text")),
+        };
+        let id = row.get_ref(1)?;
+        let ValueRef::Integer(id) = id else {
+            return Err(unexpected("topics", number, ("id", id), "an integer"));
+        };
+        let channel = Channel {
+            topic: text(2, "name")?,
+            type_name: text(3, "type")?,
+            encoding: text(4, "serialization_format")?,
+            ..Channel::default()
+        };
+        channels.insert(id, channel);
+    }
+    Ok(channels)
+}
+
+/// Returns the description of the bag under the name that it has in MCAP, or nothing for bags before ROS 2 Iron.
+fn metadata(connection: &Connection) -> Result<Metadata, Problem> {
+    let mut metadata = Metadata::new();
+    if has_column(connection, "metadata", "metadata")? {
+        let last = "SELECT metadata FROM metadata WHERE typeof(metadata) = 'text' \
+                    ORDER BY rowid DESC LIMIT 1";
+        let text: Option<String> = connection
+            .query_row(last, [], |row| row.get(0))
+            .optional()?;
+        let record = text.map(|text| [("serialized_metadata".to_owned(), text)].into());
+        metadata.extend(record.map(|record| ("rosbag2".to_owned(), record)));
+    }
+    Ok(metadata)
+}
