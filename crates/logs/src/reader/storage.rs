@@ -4,15 +4,11 @@ use std::{
     collections::{BTreeMap, BTreeSet},
     fmt,
     ops::Range,
-    path::{Path, PathBuf},
+    path::PathBuf,
     sync::Arc,
 };
 
-use super::{
-    Topic, mcap,
-    source::{Format, Source},
-    sqlite,
-};
+use super::Topic;
 use crate::error::LogError;
 
 /// Number of a channel within its file.
@@ -23,15 +19,6 @@ pub(super) type Metadata = BTreeMap<String, BTreeMap<String, String>>;
 /// Longest record, message or value that is read into memory, bytes, far above any real one. A damaged length must not
 /// exhaust memory.
 pub(super) const MAX_RECORD: u64 = 1 << 29;
-
-/// Opens the index of a file in any storage.
-pub(super) fn open(path: &Path) -> Result<FileIndex, LogError> {
-    let source = Source::open(path)?;
-    match source.format()? {
-        Format::Mcap => mcap::index(source),
-        Format::Sqlite => sqlite::index(source),
-    }
-}
 
 /// Content of a file.
 #[derive(Debug)]

@@ -4,6 +4,7 @@ mod chunk;
 mod file;
 mod index;
 mod scan;
+mod storage;
 mod summary;
 
-pub(super) use index::index;
+pub(super) use storage::index;

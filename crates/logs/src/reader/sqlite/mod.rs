@@ -3,5 +3,6 @@
 mod database;
 mod index;
 mod reader;
+mod rows;
 
 pub(super) use index::index;

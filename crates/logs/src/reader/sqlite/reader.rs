@@ -6,7 +6,7 @@ use rusqlite::types::ValueRef;
 
 use super::{
     database::{Database, Problem},
-    index::{MessageRow, Order, Rows, unexpected},
+    rows::{MessageRow, Order, Rows, unexpected},
 };
 use crate::{
     error::LogError,
