@@ -96,48 +96,73 @@ impl Bag {
         }
     }
 
-    /// Visits the rows after a key in a query of its own: between two of them a recorder can write.
+    /// Visits the rows after a key until they are enough for a segment. Between two segments a recorder can write.
     fn segment(
         &mut self,
         connection: &Connection,
         previous: Option<Key>,
     ) -> Result<Option<(Rows, Segment)>, Problem> {
-        let after = previous.map_or_else(String::new, |key| {
-            format!("AND {}", self.order.condition(">", key))
-        });
-        let mut query = connection.prepare(&format!(
-            "SELECT rowid, timestamp, topic_id, length(data) FROM messages \
-             WHERE rowid <= {} {after} ORDER BY {} LIMIT {ROWS}",
-            self.last_row,
-            self.order.columns()
-        ))?;
-        let mut rows = query.query([])?;
-        let mut found: Option<(Rows, Segment)> = None;
-        let mut bytes = 0;
-        while bytes < BYTES
-            && let Some(row) = rows.next()?
-        {
-            let message = MessageRow::of(row)?;
-            let channel =
-                self.channels
-                    .get_mut(&message.topic)
-                    .ok_or(DatabaseFault::UnknownTopic {
-                        row: message.key.row,
-                        topic: message.topic,
-                    })?;
-            channel.count_message(message.log_time_ns);
-            if let ValueRef::Integer(length) = row.get_ref(3)? {
-                bytes += length;
+        let mut part = Part::default();
+        for condition in self.order.after(previous) {
+            // A plus sign keeps SQLite from choosing another index, in whose order the rows are not.
+            let mut query = connection.prepare(&format!(
+                "SELECT rowid, timestamp, topic_id, length(data) FROM messages \
+                 WHERE {condition} AND +rowid <= {} ORDER BY {}",
+                self.last_row,
+                self.order.columns()
+            ))?;
+            let mut rows = query.query([])?;
+            while !part.is_full()
+                && let Some(row) = rows.next()?
+            {
+                let message = MessageRow::of(row)?;
+                self.channel(&message)?.count_message(message.log_time_ns);
+                let ValueRef::Integer(length) = row.get_ref(3)? else {
+                    let place = ("data", ValueRef::Null);
+                    return Err(unexpected("messages", message.key.row, place, "bytes"));
+                };
+                part.add(&message, length);
             }
-            let first = Rows {
-                first: message.key,
-                last: message.key,
-            };
-            let (range, segment) = found.get_or_insert((first, Segment::default()));
-            range.last = message.key;
-            segment.add(message.topic, message.log_time_ns);
         }
-        Ok(found)
+        Ok(part.rows.map(|rows| (rows, part.segment)))
+    }
+
+    /// Returns the channel of a message.
+    fn channel(&mut self, message: &MessageRow) -> Result<&mut Channel, Problem> {
+        let channel = self.channels.get_mut(&message.topic);
+        channel.ok_or_else(|| {
+            let fault = DatabaseFault::UnknownTopic {
+                row: message.key.row,
+                topic: message.topic,
+            };
+            fault.into()
+        })
+    }
+}
+
+/// A segment to which rows are added.
+#[derive(Default)]
+struct Part {
+    rows: Option<Rows>,
+    segment: Segment,
+    count: usize,
+    bytes: i64,
+}
+
+impl Part {
+    fn is_full(&self) -> bool {
+        self.count >= ROWS || self.bytes >= BYTES
+    }
+
+    fn add(&mut self, message: &MessageRow, bytes: i64) {
+        let first = self.rows.map_or(message.key, |rows| rows.first);
+        self.rows = Some(Rows {
+            first,
+            last: message.key,
+        });
+        self.segment.add(message.topic, message.log_time_ns);
+        self.count += 1;
+        self.bytes = self.bytes.saturating_add(bytes);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::{fmt::Write, sync::Arc};
 
-use rusqlite::types::ValueRef;
+use rusqlite::{Row, types::ValueRef};
 
 use super::{
     database::{Database, Problem},
@@ -48,7 +48,7 @@ struct SqliteReader {
 
 impl SegmentReader for SqliteReader {
     fn read(&mut self, segment: usize, selected: &Selected) -> Result<Block, Stop> {
-        let Some(range) = self.ranges.get(segment) else {
+        let Some(&range) = self.ranges.get(segment) else {
             return Ok(Block::default());
         };
         self.block(range, selected)
@@ -57,38 +57,45 @@ impl SegmentReader for SqliteReader {
 }
 
 impl SqliteReader {
-    /// Reads rows in a query of its own: between two of them a recorder can write.
-    fn block(&self, range: &Rows, selected: &Selected) -> Result<Block, Problem> {
-        let mut query = self.database.connection.prepare(&format!(
-            "SELECT rowid, timestamp, topic_id, data FROM messages \
-             WHERE {} AND {} AND rowid <= {} AND topic_id IN ({}) ORDER BY {}",
-            self.order.condition(">=", range.first),
-            self.order.condition("<=", range.last),
-            self.last_row,
-            listed(selected),
-            self.order.columns(),
-        ))?;
-        let mut rows = query.query([])?;
+    /// Reads a range of rows. Between two ranges a recorder can write.
+    fn block(&self, range: Rows, selected: &Selected) -> Result<Block, Problem> {
         let mut block = Block::default();
-        while let Some(row) = rows.next()? {
-            let message = MessageRow::of(row)?;
-            let value = row.get_ref(3)?;
-            let ValueRef::Blob(data) = value else {
-                let number = message.key.row;
-                return Err(unexpected("messages", number, ("data", value), "bytes"));
-            };
-            let start = block.bytes.len();
-            block.bytes.extend_from_slice(data);
-            block.entries.push(Entry {
-                channel: message.topic,
-                sequence: 0,
-                log_time_ns: message.log_time_ns,
-                publish_time_ns: message.log_time_ns,
-                data: start..block.bytes.len(),
-            });
+        for condition in self.order.within(range) {
+            // A plus sign keeps SQLite from choosing another index, in whose order the rows are not.
+            let mut query = self.database.connection.prepare(&format!(
+                "SELECT rowid, timestamp, topic_id, data FROM messages \
+                 WHERE {condition} AND +rowid <= {} AND +topic_id IN ({}) ORDER BY {}",
+                self.last_row,
+                listed(selected),
+                self.order.columns(),
+            ))?;
+            let mut rows = query.query([])?;
+            while let Some(row) = rows.next()? {
+                add(&mut block, row)?;
+            }
         }
         Ok(block)
     }
+}
+
+/// Adds the message of a row to a block.
+fn add(block: &mut Block, row: &Row<'_>) -> Result<(), Problem> {
+    let message = MessageRow::of(row)?;
+    let value = row.get_ref(3)?;
+    let ValueRef::Blob(data) = value else {
+        let number = message.key.row;
+        return Err(unexpected("messages", number, ("data", value), "bytes"));
+    };
+    let start = block.bytes.len();
+    block.bytes.extend_from_slice(data);
+    block.entries.push(Entry {
+        channel: message.topic,
+        sequence: 0,
+        log_time_ns: message.log_time_ns,
+        publish_time_ns: message.log_time_ns,
+        data: start..block.bytes.len(),
+    });
+    Ok(())
 }
 
 fn listed(selected: &Selected) -> String {

@@ -53,12 +53,35 @@ impl Order {
         }
     }
 
-    /// Returns the condition that a row is in a relation, such as `<=`, to a key.
-    pub(super) fn condition(self, relation: &str, key: Key) -> String {
-        let Key { timestamp, row } = key;
+    /// Returns the conditions of queries that give, one after the other, the rows after a key, or all rows. Each uses
+    /// the index of times to its end, which a comparison of pairs would not do.
+    pub(super) fn after(self, key: Option<Key>) -> Vec<String> {
+        match (self, key) {
+            (_, None) => vec!["TRUE".to_owned()],
+            (Self::Time, Some(Key { timestamp, row })) => vec![
+                format!("timestamp = {timestamp} AND rowid > {row}"),
+                format!("timestamp > {timestamp}"),
+            ],
+            (Self::Row, Some(Key { row, .. })) => vec![format!("rowid > {row}")],
+        }
+    }
+
+    /// Returns the conditions of queries that give, one after the other, the rows of a range.
+    pub(super) fn within(self, Rows { first, last }: Rows) -> Vec<String> {
         match self {
-            Self::Time => format!("(timestamp, rowid) {relation} ({timestamp}, {row})"),
-            Self::Row => format!("rowid {relation} {row}"),
+            Self::Row => vec![format!("rowid BETWEEN {} AND {}", first.row, last.row)],
+            Self::Time if first.timestamp == last.timestamp => vec![format!(
+                "timestamp = {} AND rowid BETWEEN {} AND {}",
+                first.timestamp, first.row, last.row
+            )],
+            Self::Time => vec![
+                format!("timestamp = {} AND rowid >= {}", first.timestamp, first.row),
+                format!(
+                    "timestamp > {} AND timestamp < {}",
+                    first.timestamp, last.timestamp
+                ),
+                format!("timestamp = {} AND rowid <= {}", last.timestamp, last.row),
+            ],
         }
     }
 }
