@@ -69,13 +69,9 @@ def odometry(time_ns: int, child: str, position: list[float], quaternion: list[f
     )
 
 
-def write_bag(
-    path: Path,
-    messages: Iterable[tuple[str, int, Any]],
-    storage: StoragePlugin = StoragePlugin.MCAP,
-) -> Path:
+def write_bag(path: Path, messages: Iterable[tuple[str, int, Any]]) -> Path:
     """Writes messages, each with its topic and log time in ns."""
-    with Writer(path, version=9, storage_plugin=storage) as bag:
+    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as bag:
         connections = {}
         for topic, time_ns, content in messages:
             kind = content.__msgtype__
