@@ -13,7 +13,7 @@ use super::{
     compression::{self, Unpacked},
     storage::Damage,
 };
-use crate::{cdr::ZSTD_MAGIC, error::LogError};
+use crate::{cdr::ZSTD_MAGIC, database_fault::DatabaseFault, error::LogError};
 
 /// First bytes of an SQLite database.
 const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
@@ -58,6 +58,14 @@ impl Source {
     /// Returns the damage of the compressed file, behind which the content is missing.
     pub(super) fn damage(&self) -> Option<&Damage> {
         self.unpacked.as_ref()?.damage.as_ref()
+    }
+
+    /// Returns the error of a database that is not a whole bag.
+    pub(super) fn error(&self, fault: DatabaseFault) -> LogError {
+        LogError::Database {
+            path: self.path.clone(),
+            fault,
+        }
     }
 
     /// Returns the format of the content, which its first bytes show.

@@ -30,12 +30,8 @@ impl Database {
         let path = source.content();
         let header = Header::read(path).map_err(|e| LogError::io("read", &source.path, e))?;
         if header.is_cut() {
-            return Err(LogError::Database {
-                path: source.path.clone(),
-                fault: DatabaseFault::Damaged {
-                    what: "it ends within a page".to_owned(),
-                },
-            });
+            let what = "it ends within a page".to_owned();
+            return Err(source.error(DatabaseFault::Damaged { what }));
         }
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         // A database that uses a write-ahead log and has none is not open in any process. SQLite would create the log
@@ -66,10 +62,7 @@ impl Database {
     pub(super) fn error(&self, problem: Problem) -> LogError {
         match problem {
             Problem::Query(error) => failure(&self.source, &error),
-            Problem::Fault(fault) => LogError::Database {
-                path: self.source.path.clone(),
-                fault,
-            },
+            Problem::Fault(fault) => self.source.error(fault),
         }
     }
 }
@@ -163,19 +156,16 @@ fn failure(source: &Source, error: &Error) -> LogError {
         }
         error => error.to_string(),
     };
-    LogError::Database {
-        path: source.path.clone(),
-        fault: match error.sqlite_error_code() {
-            Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => DatabaseFault::Locked {
-                waited_s: LOCK_WAIT.as_secs(),
-            },
-            Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase) => {
-                DatabaseFault::Damaged { what }
-            }
-            Some(ErrorCode::ReadOnly | ErrorCode::CannotOpen) => not_opened(source.content(), what),
-            _ => DatabaseFault::Other(what),
+    source.error(match error.sqlite_error_code() {
+        Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => DatabaseFault::Locked {
+            waited_s: LOCK_WAIT.as_secs(),
         },
-    }
+        Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase) => {
+            DatabaseFault::Damaged { what }
+        }
+        Some(ErrorCode::ReadOnly | ErrorCode::CannotOpen) => not_opened(source.content(), what),
+        _ => DatabaseFault::Other(what),
+    })
 }
 
 /// Returns the reason why SQLite cannot open a file that exists: what a writer has left beside it.

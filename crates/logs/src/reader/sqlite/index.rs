@@ -33,12 +33,8 @@ const TABLES: [(&str, &[&str]); 2] = [
 /// Returns the index of a bag. Every row is visited, but not the bytes of its message.
 pub(in crate::reader) fn index(source: Source) -> Result<FileIndex, LogError> {
     if let Some(damage) = source.damage() {
-        return Err(LogError::Database {
-            path: source.path.clone(),
-            fault: DatabaseFault::Damaged {
-                what: damage.what.clone(),
-            },
-        });
+        let what = damage.what.clone();
+        return Err(source.error(DatabaseFault::Damaged { what }));
     }
     let database = Database::open(&source)?;
     let bag = Bag::read(&database.connection);
