@@ -277,14 +277,17 @@ def carried_in_two_parts(
 
 
 def write_bag(
-    folder: Path, messages: Iterable[Logged], *, zstd: bool = False, in_order: bool = True
+    folder: Path,
+    messages: Iterable[Logged],
+    *,
+    storage: StoragePlugin = StoragePlugin.MCAP,
+    compression: CompressionMode = CompressionMode.NONE,
+    in_order: bool = True,
 ) -> Path:
     """A bag directory; in the order of the log times, unless the recorder kept none."""
     logged = sorted(messages, key=lambda m: m.log_ns) if in_order else list(messages)
-    writer = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
-    if zstd:
-        # Chunks are compressed inside of the file, as rosbag2 does it for MCAP.
-        writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+    writer = Writer(folder, version=9, storage_plugin=storage)
+    writer.set_compression(compression, CompressionFormat.ZSTD)
     with writer:
         connections: dict[str, Connection] = {}
         for each in logged:

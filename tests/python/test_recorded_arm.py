@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import CompressionMode
 
 from recorded_arm import (
     DOWN,
@@ -191,7 +192,8 @@ def test_bags_hold_what_was_logged(tmp_path: Path, how: str) -> None:
         write_split_bag(bag, messages, 11)
         assert len(list(bag.glob("bag_*.mcap"))) == 11
     else:
-        write_bag(bag, messages, zstd=how == "zstd")
+        chunks = CompressionMode.STORAGE if how == "zstd" else CompressionMode.NONE
+        write_bag(bag, messages, compression=chunks)
     expected = sorted(messages, key=lambda m: m.log_ns)
     with AnyReader([bag]) as reader:
         assert reader.message_count == len(expected)

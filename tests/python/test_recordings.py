@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import CompressionMode
 
 from conftest import TactidCommand
 from expectations import Identify, Record, assert_within, errors, remarks_with, scales, values_of
@@ -434,7 +435,8 @@ def test_bags_of_every_make(identify: Identify, tmp_path: Path, how: str) -> Non
     if how == "split":
         write_split_bag(bag, carried(FIXED, *SHORT), 11)
     else:
-        write_bag(bag, carried(FIXED, *SHORT), zstd=how == "zstd")
+        chunks = CompressionMode.STORAGE if how == "zstd" else CompressionMode.NONE
+        write_bag(bag, carried(FIXED, *SHORT), compression=chunks)
     if how == "file alone":
         bag = (bag / "bag.mcap").rename(tmp_path / "alone.mcap")
     assert_within(identify(bag), TRUTH, ALMOST)

@@ -13,6 +13,9 @@ use serde::{
 /// Header of plain CDR in little endian without options.
 const LITTLE_ENDIAN_HEADER: [u8; 4] = [0, 1, 0, 0];
 
+/// First bytes of a frame of zstd, which a compressed message has instead of a header.
+pub(crate) const ZSTD_MAGIC: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
+
 /// Largest number of padding bytes: a writer may pad a message to a multiple of four bytes.
 const MAX_PADDING: usize = 3;
 
@@ -23,6 +26,9 @@ pub enum CdrError {
     /// The header is missing or is not that of plain CDR. The field contains the first bytes.
     #[error("does not start as CDR (00 01 00 00 or 00 00 00 00) but with {0:02x?}")]
     Header(Vec<u8>),
+    /// The message is compressed, and could not be decompressed.
+    #[error("is compressed with zstd, and its compressed bytes are damaged")]
+    Compressed,
     /// The bytes end inside a field.
     #[error("ends within its fields: {length} bytes do not hold a whole message")]
     Truncated {
@@ -86,6 +92,7 @@ fn decode_by<'de, S: DeserializeSeed<'de>>(
     let decoded = match head {
         [0, 1, ..] => fields_by::<S, LittleEndian>(fields, seed),
         [0, 0, ..] => fields_by::<S, BigEndian>(fields, seed),
+        _ if bytes.starts_with(&ZSTD_MAGIC) => return Err(CdrError::Compressed),
         _ => return Err(header()),
     };
     let (value, consumed) = decoded.map_err(|error| match error {

@@ -1,8 +1,11 @@
 //! Errors of reading and writing logs.
 
-use std::{io, path::PathBuf};
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
-use crate::cdr::CdrError;
+use crate::{cdr::CdrError, database_fault::DatabaseFault};
 
 /// Reason why a log cannot be read or written. Each message names the file or the topic.
 #[derive(Debug, thiserror::Error)]
@@ -18,16 +21,36 @@ pub enum LogError {
         /// Error of the operating system.
         source: io::Error,
     },
-    /// The file is not an MCAP log, or is not readable as one.
-    #[error("{} is not an MCAP log: {what}", path.display())]
+    /// A compressed file could not be unpacked to a temporary one.
+    #[error(
+        "cannot unpack {} to {}: {source}; set TMPDIR to a folder with enough space", path.display(), folder.display()
+    )]
+    Unpack {
+        /// Path of the compressed file.
+        path: PathBuf,
+        /// Folder of temporary files.
+        folder: PathBuf,
+        /// Error of the operating system.
+        source: io::Error,
+    },
+    /// The file is an SQLite database that cannot be read as a bag.
+    #[error("{} cannot be read as an SQLite bag: {fault}", path.display())]
+    Database {
+        /// Path of the file.
+        path: PathBuf,
+        /// The reason.
+        fault: DatabaseFault,
+    },
+    /// The file is neither an MCAP log nor an SQLite bag.
+    #[error("{} is neither an MCAP log nor an SQLite bag: {what}", path.display())]
     NotALog {
         /// Path of the file.
         path: PathBuf,
         /// Description of what the file is instead.
-        what: &'static str,
+        what: String,
     },
-    /// The folder is not a rosbag2 bag of MCAP files.
-    #[error("{} is not a rosbag2 bag of MCAP files: {what}", path.display())]
+    /// The folder is not a rosbag2 bag, or is compressed in an unknown format.
+    #[error("{} is not a rosbag2 bag that can be read: {what}", path.display())]
     NotABag {
         /// Path of the folder or of its `metadata.yaml`.
         path: PathBuf,
@@ -98,4 +121,15 @@ pub enum LogError {
         /// The reason.
         what: String,
     },
+}
+
+impl LogError {
+    /// Returns the error of an operation on a file.
+    pub(crate) fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
+        Self::Io {
+            action,
+            path: path.to_owned(),
+            source,
+        }
+    }
 }

@@ -1,4 +1,5 @@
-//! Reading and writing of ROS 2 logs: messages in MCAP files, as rosbag2 records and plays them.
+//! Reading and writing of ROS 2 logs, as rosbag2 records and plays them. Both storages of rosbag2, MCAP and SQLite, are
+//! read, compressed or not; MCAP is written.
 //!
 //! ```
 //! use tactid_logs::{Durability, LogError, LogReader, LogWriter};
@@ -33,10 +34,10 @@
 //! ```
 //!
 //! [`LogWriter`] writes a log that `ros2 bag play`, Foxglove, PlotJuggler and Rerun can open. [`LogReader`] reads an
-//! `.mcap` file or the folder of a bag of any length and returns the messages in the order of their log times.
+//! `.mcap` or `.db3` file or the folder of a bag of any length and returns the messages in the order of their log times.
 //!
-//! A damaged log, or the log of a writer that was killed, is readable up to the damage, which [`LogReader::damage`] and
-//! [`Messages::damage`] report.
+//! A damaged MCAP log, or that of a writer that was killed, is readable up to the damage, which [`LogReader::damage`] and
+//! [`Messages::damage`] report. A damaged database is an error: its messages have no order in the file.
 //!
 //! # Conventions
 //!
@@ -46,12 +47,14 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 pub mod cdr;
+mod database_fault;
 mod error;
 pub mod messages;
 mod reader;
 mod rosbag2;
 mod writer;
 
+pub use database_fault::DatabaseFault;
 pub use error::LogError;
 pub use messages::Message;
 pub use reader::{Damage, LogReader, Messages, RawMessage, Topic};

@@ -6,7 +6,7 @@ mod common;
 
 use std::fs;
 
-use common::{foreign_log, log, read, read_file};
+use common::{foreign_log, log, random, read, read_file};
 use mcap::Compression;
 
 /// Returns a small log of each kind.
@@ -51,19 +51,16 @@ fn a_cut_log_gives_a_prefix() {
                 }
                 Err(error) => {
                     assert!(length < 8, "{kind} cut at {length}: {error}");
-                    assert!(error.to_string().contains("is not an MCAP log"), "{error}");
+                    assert!(
+                        error
+                            .to_string()
+                            .contains("is neither an MCAP log nor an SQLite bag"),
+                        "{error}"
+                    );
                 }
             }
         }
     }
-}
-
-/// Returns a pseudorandom number and advances the seed.
-fn random(seed: &mut u64) -> usize {
-    *seed ^= *seed << 13;
-    *seed ^= *seed >> 7;
-    *seed ^= *seed << 17;
-    (*seed >> 11) as usize
 }
 
 /// Changed bytes cause no panic. If chunks have checksums, every message that is read is one of the log.

@@ -133,9 +133,13 @@ fn files_that_are_not_logs_are_refused() {
             b"hello, world, this is text",
             "does not start with the bytes of one",
         ),
-        ("old.db3", b"SQLite format 3\0aaaaaaa", "ros2 bag convert"),
+        ("cut.db3", b"SQLite format 3\0aaaaaaa", "damaged or cut off"),
         ("one.bag", b"#ROSBAG V2.0\n1234567", "ROS 1 bag"),
-        ("a.mcap.zstd", b"\x28\xb5\x2f\xfd12345678", "zstd -d"),
+        (
+            "a.mcap.zstd",
+            b"\x28\xb5\x2f\xfd12345678",
+            "cannot be decompressed",
+        ),
     ];
     for (name, bytes, expected) in cases {
         let path = folder.path().join(name);
@@ -164,14 +168,14 @@ fn folders_that_are_not_bags_are_refused() {
         error
     };
     let info = |fields: &str| format!("rosbag2_bagfile_information:\n{fields}");
-    assert!(bag(None).contains("neither metadata.yaml nor an .mcap file"));
+    assert!(bag(None).contains("neither metadata.yaml nor an .mcap or .db3 file"));
     assert!(bag(Some("{ not yaml")).contains("metadata.yaml"));
     assert!(bag(Some("other: 1")).contains("rosbag2_bagfile_information"));
-    let sqlite = info("  storage_identifier: sqlite3\n  relative_file_paths: [a.db3]\n");
-    assert!(bag(Some(&sqlite)).contains("sqlite3"));
+    let other = info("  storage_identifier: leveldb\n  relative_file_paths: [a.ldb]\n");
+    assert!(bag(Some(&other)).contains("stored as leveldb, not as mcap or sqlite3"));
     let packed = "  storage_identifier: mcap\n  relative_file_paths: [a.mcap]\n  \
-                  compression_mode: FILE\n  compression_format: zstd\n";
-    assert!(bag(Some(&info(packed))).contains("each file is compressed (zstd)"));
+                  compression_mode: FILE\n  compression_format: bz2\n";
+    assert!(bag(Some(&info(packed))).contains("each file is compressed as \"bz2\""));
     let gone = info("  storage_identifier: mcap\n  relative_file_paths: [gone.mcap]\n");
     assert!(bag(Some(&gone)).contains("gone.mcap"));
 }

@@ -41,7 +41,7 @@ pub(crate) struct LogInfo {
 /// Returns the contents of a log, which its index lists.
 ///
 /// Args:
-///     log: An ``.mcap`` file, or the folder of a rosbag2 bag.
+///     log: The folder of a rosbag2 bag, or an ``.mcap`` or ``.db3`` file.
 ///
 /// Raises:
 ///     LogError: There is no log that can be read. A log that is damaged is opened as far as it goes.

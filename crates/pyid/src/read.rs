@@ -19,7 +19,7 @@ const CHECK_EVERY: usize = 1_000;
 /// Reads one topic of a log into arrays.
 ///
 /// Args:
-///     log: An ``.mcap`` file, or the folder of a rosbag2 bag.
+///     log: The folder of a rosbag2 bag, or an ``.mcap`` or ``.db3`` file.
 ///     topic: Name of the topic, such as ``/joint_states``.
 ///     every: Keeps at most one message in this time, s, to look at a long log; all of them for 0. Of joint
 ///         states, one from each publisher.

@@ -9,7 +9,7 @@ use crate::recording::Recording;
 use crate::run::Run;
 use crate::{Arrays, Identification, Observer, RecordingError, Request};
 
-/// Identifies the payload from a log: an `.mcap` file, or the directory of a bag.
+/// Identifies the payload from a log: the folder of a rosbag2 bag, or an `.mcap` or `.db3` file.
 ///
 /// Topics are found by type, unless the request names them. Several topics of wrenches are summed without being named
 /// only where they are those of fingers, see [`Topics::wrenches`](crate::Topics::wrenches). The motion is that of the joints of a URDF (from

@@ -1,4 +1,4 @@
-//! Bags: folders with the MCAP files of one recording.
+//! Bags: folders with the files of one recording.
 
 use std::path::{Path, PathBuf};
 
@@ -23,6 +23,29 @@ struct BagInformation {
     compression_mode: Option<String>,
 }
 
+impl BagInformation {
+    /// Returns the reason why the bag cannot be read although it is one. The files show their storage and their
+    /// compression themselves.
+    fn unsupported(&self) -> Option<String> {
+        let storage = &self.storage_identifier;
+        if !["mcap", "sqlite3"].contains(&storage.as_str()) {
+            return Some(format!(
+                "it is stored as {storage}, not as mcap or sqlite3; `ros2 bag convert` makes an MCAP bag of it"
+            ));
+        }
+        let mode = self.compression_mode.as_deref().unwrap_or_default();
+        let format = self.compression_format.as_deref().unwrap_or_default();
+        let is_compressed = ["file", "message"].contains(&mode.to_lowercase().as_str());
+        (is_compressed && format != "zstd").then(|| {
+            format!(
+                "each {} is compressed as {format:?}, not as \"zstd\"; `ros2 bag convert` makes a bag that is not \
+                 compressed",
+                mode.to_lowercase()
+            )
+        })
+    }
+}
+
 /// Returns the paths of the log files of a bag in the order of the recording.
 pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
     let metadata = folder.join("metadata.yaml");
@@ -33,11 +56,8 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
         path: metadata.clone(),
         what,
     };
-    let text = std::fs::read_to_string(&metadata).map_err(|source| LogError::Io {
-        action: "read",
-        path: metadata.clone(),
-        source,
-    })?;
+    let text = std::fs::read_to_string(&metadata)
+        .map_err(|source| LogError::io("read", &metadata, source))?;
     let MetadataFile {
         rosbag2_bagfile_information: bag,
     } = serde_saphyr::from_str(&text).map_err(|error| {
@@ -49,23 +69,8 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
             .to_owned();
         not_a_bag(first_line)
     })?;
-    if bag.storage_identifier != "mcap" {
-        return Err(not_a_bag(format!(
-            "it is stored as {}; `ros2 bag convert` makes an MCAP bag of it",
-            bag.storage_identifier
-        )));
-    }
-    // Chunks within a file may be compressed. Compression of messages or whole files is not
-    // supported.
-    if let Some(mode) = bag
-        .compression_mode
-        .filter(|mode| !mode.is_empty() && mode != "storage")
-    {
-        let format = bag.compression_format.unwrap_or_default();
-        return Err(not_a_bag(format!(
-            "each {} is compressed ({format}); `ros2 bag convert` makes a bag that is not",
-            mode.to_lowercase()
-        )));
+    if let Some(what) = bag.unsupported() {
+        return Err(not_a_bag(what));
     }
     if bag.relative_file_paths.is_empty() {
         return Err(not_a_bag("it lists no files".to_owned()));
@@ -89,46 +94,53 @@ fn locate(folder: &Path, listed: &str) -> PathBuf {
 }
 
 /// Finds the files of a bag without `metadata.yaml`, which a killed recorder leaves. They are named
-/// `<bag>_<number>.mcap`.
+/// `<bag>_<number>` with the extension of the storage, and `.zstd` after it if they are compressed.
 fn files_without_metadata(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
-    let error = |source| LogError::Io {
-        action: "read",
-        path: folder.to_owned(),
-        source,
-    };
+    let error = |source| LogError::io("read", folder, source);
     let mut logs = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(error)? {
         let path = entry.map_err(error)?.path();
-        if path
-            .extension()
-            .is_some_and(|extension| extension == "mcap")
-        {
-            logs.push((split_name(&path), path));
-        }
+        logs.extend(split_name(&path).map(|name| (name, path)));
     }
+    // A file comes before its compressed copy, which the recorder has not finished.
     logs.sort();
+    logs.dedup_by(|copy, file| file.0 == copy.0 && is_compressed(&copy.1));
     let not_a_bag = |what: &str| LogError::NotABag {
         path: folder.to_owned(),
         what: what.to_owned(),
     };
     match logs.as_slice() {
         [] => Err(not_a_bag(
-            "it holds neither metadata.yaml nor an .mcap file",
+            "it holds neither metadata.yaml nor an .mcap or .db3 file",
         )),
         [((first, _), _), rest @ ..] if rest.iter().any(|((name, _), _)| name != first) => {
             Err(not_a_bag(
-                "it has no metadata.yaml, and its .mcap files have different names; name one of them",
+                "it has no metadata.yaml, and its .mcap or .db3 files have different names; name one of them",
             ))
         }
         _ => Ok(logs.into_iter().map(|(_, path)| path).collect()),
     }
 }
 
-/// Returns the name of the bag and the number of the file from a file's name.
-fn split_name(path: &Path) -> (String, u64) {
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+fn is_compressed(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension == "zstd")
+}
+
+/// Returns the name of the bag and the number of the file from a file's name, or `None` if it is no log file.
+fn split_name(path: &Path) -> Option<(String, u64)> {
+    let stem = path.file_stem()?;
+    let name = if is_compressed(path) {
+        Path::new(stem)
+    } else {
+        path
+    };
+    if !["mcap", "db3"].contains(&name.extension()?.to_str()?) {
+        return None;
+    }
+    let stem = name.file_stem()?.to_string_lossy();
     let split = stem
         .rsplit_once('_')
         .and_then(|(name, number)| number.parse().ok().map(|number| (name.to_owned(), number)));
-    split.unwrap_or_else(|| (stem.into_owned(), 0))
+    Some(split.unwrap_or_else(|| (stem.into_owned(), 0)))
 }

@@ -1,12 +1,12 @@
 //! Reading of logs of any length, also damaged or unfinished ones.
 
 mod bag;
-mod chunk;
-mod file;
-mod index;
-mod scan;
+mod compression;
+mod mcap;
+mod source;
+mod sqlite;
+mod storage;
 mod stream;
-mod summary;
 
 use std::{
     collections::BTreeMap,
@@ -14,8 +14,9 @@ use std::{
     sync::Arc,
 };
 
-pub use file::Damage;
-use index::{Channel, FileIndex, Metadata};
+use source::{Format, Source};
+pub use storage::Damage;
+use storage::{Channel, FileIndex, Metadata};
 pub use stream::{Messages, RawMessage};
 
 use crate::{error::LogError, messages::Message};
@@ -51,10 +52,13 @@ impl Topic {
     }
 }
 
-/// An open log: an `.mcap` file or the folder of a rosbag2 bag.
+/// An open log: the folder of a rosbag2 bag, or one of its files, in MCAP (`.mcap`) or SQLite (`.db3`), compressed by
+/// file, by message or not at all. The content of a file shows its storage.
 ///
-/// A finished log is opened with its index, in a time that does not depend on its length. A log without index, whose
-/// writer was killed, is scanned once.
+/// A finished MCAP log is opened with its index, in a time that does not depend on its length. A log without index, whose
+/// writer was killed, is scanned once, and so are the headers of the messages of an SQLite bag. Of a bag that another
+/// process writes, the messages that are complete when it is opened are read. A file that is compressed as a whole is
+/// unpacked to a temporary file, which is deleted with the reader.
 #[derive(Debug)]
 pub struct LogReader {
     path: PathBuf,
@@ -68,8 +72,9 @@ impl LogReader {
     /// Opens a log.
     ///
     /// # Errors
-    /// Returns [`LogError::Io`], [`LogError::NotALog`] or [`LogError::NotABag`] if there is no readable log at this path.
-    /// A damaged log is not an error; see [`damage`](Self::damage).
+    /// Returns [`LogError::Io`], [`LogError::NotALog`], [`LogError::NotABag`], [`LogError::Database`] or
+    /// [`LogError::Unpack`] if there is no readable log at this path. A damaged MCAP log is not an error; see
+    /// [`damage`](Self::damage).
     pub fn open(path: impl AsRef<Path>) -> Result<Self, LogError> {
         let path = path.as_ref();
         let paths = if path.is_dir() {
@@ -79,7 +84,7 @@ impl LogReader {
         };
         let files: Arc<[FileIndex]> = paths
             .iter()
-            .map(|path| scan::open(path))
+            .map(|path| open_file(path))
             .collect::<Result<_, _>>()?;
         Ok(Self {
             path: path.to_owned(),
@@ -145,7 +150,8 @@ impl LogReader {
         self.select(|_| true)
     }
 
-    /// Returns the messages of some topics in the order of their log times. Chunks without such messages are not read.
+    /// Returns the messages of some topics in the order of their log times. Parts of the log without such messages are not
+    /// read.
     ///
     /// # Errors
     /// Returns [`LogError::NoSuchTopic`] if the log lacks one of the topics.
@@ -196,6 +202,15 @@ impl Channel {
         self.topic == topic.name
             && self.type_name == topic.type_name
             && self.encoding == topic.encoding
+    }
+}
+
+/// Opens the index of a file in any storage.
+fn open_file(path: &Path) -> Result<FileIndex, LogError> {
+    let source = Source::open(path)?;
+    match source.format()? {
+        Format::Mcap => mcap::index(source),
+        Format::Sqlite => sqlite::index(source),
     }
 }
 

@@ -1,9 +1,9 @@
-//! Iteration over messages in the order of their log times. Chunks are read when their first
+//! Iteration over messages in the order of their log times. Segments of files are read when their first
 //! message is due.
 
 use std::{
     cmp::Ordering,
-    collections::{BTreeMap, BinaryHeap, binary_heap::PeekMut},
+    collections::{BinaryHeap, binary_heap::PeekMut},
     fmt,
     ops::Range,
     sync::Arc,
@@ -11,9 +11,8 @@ use std::{
 
 use super::{
     Topic,
-    chunk::{MessageHead, Records},
-    file::{Damage, LogFile, Stop},
-    index::{Channel, FileIndex},
+    compression::MessageDecompressor,
+    storage::{Block, Damage, FileIndex, SegmentReader, Selected, Stop},
 };
 use crate::{cdr, error::LogError, messages::Message};
 
@@ -28,15 +27,15 @@ pub struct RawMessage {
     pub publish_time_ns: u64,
     /// Sequence number among its publisher's messages, or 0 if the writer has not counted them.
     pub sequence: u32,
-    records: Arc<Records>,
+    block: Arc<Block>,
     data: Range<usize>,
 }
 
 impl RawMessage {
-    /// Returns the encoded message.
+    /// Returns the encoded message. A message that the bag compresses is decompressed, unless it is damaged.
     #[must_use]
     pub fn data(&self) -> &[u8] {
-        self.records.body(self.data.clone())
+        self.block.bytes.get(self.data.clone()).unwrap_or_default()
     }
 
     /// Decodes the message.
@@ -98,18 +97,19 @@ impl fmt::Debug for RawMessage {
 /// Iterator over the messages of a log in the order of their log times. Messages with the same time
 /// keep the order of the log.
 ///
-/// Only chunks with overlapping times are in memory together. The messages of a damaged file end at
+/// Only parts of the log with overlapping times are in memory together, each of about a megabyte. The messages of a damaged file end at
 /// the damage, which [`damage`](Self::damage) reports; it is not an error of the iteration.
 #[derive(Debug)]
 pub struct Messages {
     files: Arc<[FileIndex]>,
     /// Selected topics by channel, for each file.
-    selected: Vec<BTreeMap<u16, Arc<Topic>>>,
+    selected: Vec<Selected>,
     /// File and segment of everything that is still to be read, the earliest last.
     due: Vec<(usize, usize)>,
     open: BinaryHeap<Cursor>,
     /// The file that was read last.
-    file: Option<(usize, LogFile)>,
+    file: Option<(usize, Box<dyn SegmentReader>)>,
+    decompressor: MessageDecompressor,
     damage: Vec<Damage>,
     failed: bool,
 }
@@ -117,7 +117,7 @@ pub struct Messages {
 impl Messages {
     pub(super) fn new(
         files: Arc<[FileIndex]>,
-        selected: Vec<BTreeMap<u16, Arc<Topic>>>,
+        selected: Vec<Selected>,
         damage: Vec<Damage>,
     ) -> Self {
         let mut due: Vec<(usize, usize)> = Vec::new();
@@ -141,6 +141,7 @@ impl Messages {
             due,
             open: BinaryHeap::new(),
             file: None,
+            decompressor: MessageDecompressor::new(),
             damage,
             failed: false,
         }
@@ -166,7 +167,7 @@ impl Messages {
             self.due.pop();
             match self.read_segment(f, s) {
                 Ok(cursor) => self.open.extend(cursor),
-                Err(Stop::Damage(damage)) => self.stop_at(f, damage),
+                Err(Stop::Damage(damage)) => self.stop_at(f, s, damage),
                 Err(Stop::Error(error)) => return Err(error),
             }
         }
@@ -174,41 +175,32 @@ impl Messages {
     }
 
     fn read_segment(&mut self, f: usize, s: usize) -> Result<Option<Cursor>, Stop> {
-        if self.file.as_ref().is_none_or(|(open, _)| *open != f) {
-            self.file = Some((f, LogFile::open(&self.files[f].path)?));
-        }
-        let Some((_, file)) = &mut self.file else {
-            return Ok(None);
+        let reader = match &mut self.file {
+            Some((open, reader)) if *open == f => reader,
+            other => &mut other.insert((f, self.files[f].storage.open()?)).1,
         };
-        let segment = &self.files[f].segments[s];
-        let records = segment.read(file)?;
-        let mut entries = Vec::new();
-        let known = &self.files[f].channels;
-        if let Err(what) = select(&records, known, &self.selected[f], &mut entries) {
-            let damage = file.damage_at(segment.at_byte, what);
-            self.stop_at(f, damage);
+        let selected = &self.selected[f];
+        let mut block = reader.read(s, selected)?;
+        self.decompressor.decompress(&mut block, selected);
+        // The sort is stable, and costs almost nothing if the log is already in order.
+        block.entries.sort_by_key(|entry| entry.log_time_ns);
+        if let Some(damage) = block.damage.take() {
+            self.stop_at(f, s, damage);
         }
-        if entries.is_empty() {
+        if block.entries.is_empty() {
             return Ok(None);
         }
-        // The sort is stable, and costs almost nothing if the log is already in order.
-        entries.sort_by_key(|(head, _)| head.log_time_ns);
-        let records = Arc::new(records);
         Ok(Some(Cursor {
             file: f,
             segment: s,
             next: 0,
-            entries,
-            records,
+            block: Arc::new(block),
         }))
     }
 
-    /// Marks the rest of a file as read.
-    fn stop_at(&mut self, f: usize, damage: Damage) {
-        let at_byte = damage.at_byte;
-        let files = &self.files;
-        self.due
-            .retain(|&(file, s)| file != f || files[f].segments[s].at_byte < at_byte);
+    /// Marks the rest of a file, behind a damaged segment, as read.
+    fn stop_at(&mut self, f: usize, s: usize, damage: Damage) {
+        self.due.retain(|&(file, segment)| file != f || segment < s);
         if !self.damage.iter().any(|known| known.path == damage.path) {
             self.damage.push(damage);
         }
@@ -216,16 +208,16 @@ impl Messages {
 
     fn advance(&mut self) -> Option<RawMessage> {
         let mut cursor = self.open.peek_mut()?;
-        let (head, data) = cursor.entries.get(cursor.next)?.clone();
+        let entry = cursor.block.entries.get(cursor.next)?;
         let message = RawMessage {
-            topic: self.selected[cursor.file].get(&head.channel)?.clone(),
-            log_time_ns: head.log_time_ns,
-            publish_time_ns: head.publish_time_ns,
-            sequence: head.sequence,
-            records: cursor.records.clone(),
-            data,
+            topic: self.selected[cursor.file].get(&entry.channel)?.clone(),
+            log_time_ns: entry.log_time_ns,
+            publish_time_ns: entry.publish_time_ns,
+            sequence: entry.sequence,
+            block: cursor.block.clone(),
+            data: entry.data.clone(),
         };
-        if cursor.next + 1 == cursor.entries.len() {
+        if cursor.next + 1 == cursor.block.entries.len() {
             PeekMut::pop(cursor);
         } else {
             cursor.next += 1;
@@ -249,38 +241,18 @@ impl Iterator for Messages {
     }
 }
 
-/// Collects the selected messages of a segment, up to the first damaged record.
-fn select(
-    records: &Records,
-    known: &BTreeMap<u16, Channel>,
-    selected: &BTreeMap<u16, Arc<Topic>>,
-    entries: &mut Vec<(MessageHead, Range<usize>)>,
-) -> Result<(), &'static str> {
-    for message in records.messages() {
-        let (head, data) = message?;
-        if selected.contains_key(&head.channel) {
-            entries.push((head, data));
-        } else if !known.contains_key(&head.channel) {
-            return Err("a message of an unknown channel");
-        }
-    }
-    Ok(())
-}
-
 /// Messages of a segment in memory; `next` is the index of the next one.
 struct Cursor {
     file: usize,
     segment: usize,
     next: usize,
-    entries: Vec<(MessageHead, Range<usize>)>,
-    records: Arc<Records>,
+    block: Arc<Block>,
 }
 
 impl Cursor {
     fn time_ns(&self) -> u64 {
-        self.entries
-            .get(self.next)
-            .map_or(u64::MAX, |(head, _)| head.log_time_ns)
+        let next = self.block.entries.get(self.next);
+        next.map_or(u64::MAX, |entry| entry.log_time_ns)
     }
 
     fn key(&self) -> (u64, usize, usize) {

@@ -13,6 +13,8 @@ use tactid_logs::{
     messages::{Header, JointState, Time, Wrench, WrenchStamped},
 };
 
+pub(crate) mod sqlite;
+
 pub(crate) const STEP_NS: u64 = 100_000_000;
 
 /// The files that `make_golden.py` made.
@@ -117,4 +119,12 @@ pub(crate) fn read_file(path: &Path) -> Result<(Vec<Read>, Vec<Damage>), LogErro
         .map(|message| message.map(|m| (m.topic.name.clone(), m.log_time_ns, m.data().to_vec())))
         .collect::<Result<_, _>>()?;
     Ok((read, messages.damage().to_vec()))
+}
+
+/// Returns a pseudorandom number and advances the seed.
+pub(crate) fn random(seed: &mut u64) -> usize {
+    *seed ^= *seed << 13;
+    *seed ^= *seed >> 7;
+    *seed ^= *seed << 17;
+    (*seed >> 11) as usize
 }

@@ -181,7 +181,7 @@ app.command("compare", cls=NumberListCommand)(compare_recording)
 
 @app.command("info")
 def show_info(
-    log: Annotated[Path, typer.Argument(help="An .mcap file, or the folder of a rosbag2 bag.")],
+    log: Annotated[Path, typer.Argument(help="A rosbag2 folder, or an .mcap or .db3 file.")],
 ) -> None:
     """Shows the topics of a log."""
     contents = log_info(log)
@@ -197,7 +197,7 @@ def show_info(
 
 @app.command("view")
 def show_view(
-    log: Annotated[Path, typer.Argument(help="An .mcap file, or the folder of a rosbag2 bag.")],
+    log: Annotated[Path, typer.Argument(help="A rosbag2 folder, or an .mcap or .db3 file.")],
     result_file: Annotated[
         Path | None,
         typer.Option("--result", help="The result of tactid identify --result for this log."),

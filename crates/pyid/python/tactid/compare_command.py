@@ -23,7 +23,7 @@ CHOSEN = ("method", "estimator")
 
 
 def compare_recording(
-    log: Annotated[Path, typer.Argument(help="An .mcap file, or the folder of a rosbag2 bag.")],
+    log: Annotated[Path, typer.Argument(help="A rosbag2 folder, or an .mcap or .db3 file.")],
     result_file: Annotated[
         Path | None,
         typer.Option("--result", help="A JSON file to write, with every result and reason."),

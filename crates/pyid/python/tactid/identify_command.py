@@ -55,7 +55,7 @@ class Output:
 
 
 def identify_recording(
-    log: Annotated[Path, typer.Argument(help="An .mcap file, or the folder of a rosbag2 bag.")],
+    log: Annotated[Path, typer.Argument(help="A rosbag2 folder, or an .mcap or .db3 file.")],
     form: Annotated[Form, _result("What to print.", "--format")] = Form.TABLE,
     as_json: Annotated[
         bool, _result("Prints JSON, as --format json does.", "--json", metavar=FLAG)

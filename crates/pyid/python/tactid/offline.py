@@ -54,7 +54,8 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
 ) -> Identification:
     """Identifies the payload from a log, or from arrays.
 
-    A log is an ``.mcap`` file or the folder of a rosbag2 bag; its topics are found by their types.
+    A log is the folder of a rosbag2 bag or one of its files, ``.mcap`` or ``.db3``, compressed or
+    not; its topics are found by their types.
     The motion is that of joints and a URDF, on a base that odometry moves if there is any; without
     joints, it is that of the sensor itself, by odometry or by an inertial unit. Memory is bounded.
 

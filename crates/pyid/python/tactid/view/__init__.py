@@ -25,7 +25,7 @@ def record(
     """Writes a recording, an ``.rrd`` file, that the viewer opens.
 
     Args:
-        log: An ``.mcap`` file, or the folder of a rosbag2 bag.
+        log: The folder of a rosbag2 bag, or an ``.mcap`` or ``.db3`` file.
         path: The recording: it is there whole afterwards, or not at all.
         result: A ``result.json`` of ``tactid identify``, whose payload and curves are shown, too.
         urdf: The robot, where it is not the log's ``/robot_description``.

@@ -3,54 +3,19 @@
 use std::{
     fs::File,
     io::{self, BufReader, Read, Seek, SeekFrom},
-    path::{Path, PathBuf},
+    path::PathBuf,
 };
 
-use mcap::MAGIC;
-
-use crate::error::LogError;
+use crate::{
+    error::LogError,
+    reader::{
+        source::Source,
+        storage::{Damage, MAX_RECORD, Stop},
+    },
+};
 
 /// Size of a record's opcode and length, bytes.
 pub(super) const RECORD_HEADER: u64 = 9;
-
-/// Longest record that is read into memory, bytes, far above any real one. A damaged length must
-/// not exhaust memory.
-pub(super) const MAX_RECORD: u64 = 1 << 29;
-
-/// Position and reason of damage, from which on a file cannot be read.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Damage {
-    /// Path of the file.
-    pub path: PathBuf,
-    /// Offset of the first byte that cannot be used.
-    pub at_byte: u64,
-    /// Description of the fault.
-    pub what: String,
-}
-
-impl std::fmt::Display for Damage {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "{} is damaged at byte {}: {}",
-            self.path.display(),
-            self.at_byte,
-            self.what
-        )
-    }
-}
-
-/// Reason why reading a file ends early.
-pub(super) enum Stop {
-    Damage(Damage),
-    Error(LogError),
-}
-
-impl From<LogError> for Stop {
-    fn from(error: LogError) -> Self {
-        Self::Error(error)
-    }
-}
 
 /// Position and size of a record.
 #[derive(Clone, Copy)]
@@ -83,29 +48,17 @@ pub(super) struct LogFile {
 }
 
 impl LogFile {
-    /// Opens a file and checks that it starts with the magic bytes of MCAP.
-    pub(super) fn open(path: &Path) -> Result<Self, LogError> {
-        let error = |source| LogError::Io {
-            action: "open",
-            path: path.to_owned(),
-            source,
-        };
-        let file = File::open(path).map_err(error)?;
+    /// Opens a file, which errors name by the path of the source.
+    pub(super) fn open(source: &Source) -> Result<Self, LogError> {
+        let error = |e| LogError::io("open", &source.path, e);
+        let file = File::open(source.content()).map_err(error)?;
         let length = file.metadata().map_err(error)?.len();
-        let mut log = Self {
-            path: path.to_owned(),
+        Ok(Self {
+            path: source.path.clone(),
             length,
             file: BufReader::new(file),
             position: 0,
-        };
-        let start = log.read(0, 16.min(length))?;
-        match what_instead(&start) {
-            None => Ok(log),
-            Some(what) => Err(LogError::NotALog {
-                path: path.to_owned(),
-                what,
-            }),
-        }
+        })
     }
 
     /// Reads a range of the file. The caller has checked that it is within the file.
@@ -173,27 +126,6 @@ impl LogFile {
     }
 
     fn error(&self, source: io::Error) -> LogError {
-        LogError::Io {
-            action: "read",
-            path: self.path.clone(),
-            source,
-        }
-    }
-}
-
-/// Returns what kind of file it is that does not start with the magic bytes of MCAP.
-fn what_instead(start: &[u8]) -> Option<&'static str> {
-    if start.starts_with(MAGIC) {
-        None
-    } else if start.is_empty() {
-        Some("it is empty")
-    } else if start.starts_with(b"SQLite format 3") {
-        Some("it is an SQLite database; `ros2 bag convert` makes an MCAP bag of it")
-    } else if start.starts_with(b"#ROSBAG") {
-        Some("it is a ROS 1 bag; `rosbags-convert` makes an MCAP bag of it")
-    } else if start.starts_with(&[0x28, 0xb5, 0x2f, 0xfd]) {
-        Some("it is compressed as a whole; `zstd -d` unpacks it")
-    } else {
-        Some("it does not start with the bytes of one")
+        LogError::io("read", &self.path, source)
     }
 }

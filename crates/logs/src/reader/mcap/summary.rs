@@ -1,6 +1,6 @@
 //! The summary at the end of a finished log, which contains the index of the file.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use mcap::{
     MAGIC,
@@ -8,17 +8,20 @@ use mcap::{
 };
 
 use super::{
-    file::{Damage, LogFile, MAX_RECORD, RECORD_HEADER, Stop},
-    index::{Channel, FileIndex, Metadata, Segment, SegmentKind},
+    file::{LogFile, RECORD_HEADER},
+    index::{McapIndex, Place, PlaceKind},
 };
-use crate::error::LogError;
+use crate::{
+    error::LogError,
+    reader::storage::{Channel, Damage, MAX_RECORD, Metadata, Segment, Stop},
+};
 
 const FOOTER_BODY: u64 = 20;
 
 /// Result of reading a file's summary.
 pub(super) enum Summary {
     /// The summary contains everything that reading needs.
-    Whole(FileIndex),
+    Whole(McapIndex),
     /// There is no summary, or an incomplete one, as the writer left it.
     Absent,
     /// There should be a summary, but it is damaged.
@@ -165,7 +168,7 @@ impl Parts {
                     .any(|chunk| !chunk.message_index_offsets.is_empty()))
     }
 
-    fn index(mut self, file: &mut LogFile) -> Result<FileIndex, Stop> {
+    fn index(mut self, file: &mut LogFile) -> Result<McapIndex, Stop> {
         let counts = self
             .statistics
             .take()
@@ -176,10 +179,9 @@ impl Parts {
             channel.type_name = self.schemas.get(&schema).cloned().unwrap_or_default();
             channel.count = counts.get(&id).copied().unwrap_or(0);
             channel.times_ns = self.times(id, file)?;
-            channels.insert(id, channel);
+            channels.insert(id.into(), channel);
         }
-        Ok(FileIndex {
-            path: file.path.clone(),
+        Ok(McapIndex {
             segments: self.chunks.iter().map(segment).collect(),
             channels,
             metadata: self.read_metadata(file)?,
@@ -235,18 +237,18 @@ impl Parts {
     }
 }
 
-fn segment(chunk: &ChunkIndex) -> Segment {
-    Segment {
+fn segment(chunk: &ChunkIndex) -> (Place, Segment) {
+    let place = Place {
         at_byte: chunk.chunk_start_offset,
         length: chunk.chunk_length,
-        kind: SegmentKind::Chunk,
+        kind: PlaceKind::Chunk,
+    };
+    let channels = chunk.message_index_offsets.keys();
+    let segment = Segment {
         first_ns: chunk.message_start_time,
-        channels: chunk
-            .message_index_offsets
-            .keys()
-            .copied()
-            .collect::<BTreeSet<_>>(),
-    }
+        channels: channels.map(|&channel| channel.into()).collect(),
+    };
+    (place, segment)
 }
 
 /// Returns first and last log time of a channel in a chunk from the index of the chunk, ns.

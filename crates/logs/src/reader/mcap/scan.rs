@@ -1,33 +1,36 @@
 //! Opening of a file's index: from its summary, or from a scan of the whole file.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    path::Path,
-};
+use std::collections::BTreeMap;
 
 use mcap::records::{Record, op};
 
 use super::{
-    chunk::{MessageHead, Records},
-    file::{LogFile, RecordHead, Stop},
-    index::{FileIndex, Metadata, Segment, SegmentKind},
+    chunk::Records,
+    file::{LogFile, RecordHead},
+    index::{McapIndex, Place, PlaceKind},
     summary::{self, Summary},
 };
-use crate::error::LogError;
+use crate::{
+    error::LogError,
+    reader::{
+        source::Source,
+        storage::{Entry, Segment, Stop},
+    },
+};
 
 /// Number of bytes of messages outside of chunks that are read at once.
 const PLAIN_SEGMENT: u64 = 1 << 20;
 
 /// Opens a file with the index in its summary. Without a complete summary the whole file is
 /// read, which takes as long as reading every message.
-pub(super) fn open(path: &Path) -> Result<FileIndex, LogError> {
-    let mut file = LogFile::open(path)?;
+pub(super) fn open(source: &Source) -> Result<McapIndex, LogError> {
+    let mut file = LogFile::open(source)?;
     let why = match summary::read(&mut file)? {
         Summary::Whole(index) => return Ok(index),
         Summary::Absent => None,
         Summary::Broken(damage) => Some(damage),
     };
-    let mut scan = Scan::new(path);
+    let mut scan = Scan::default();
     match scan.run(&mut file) {
         Ok(()) => scan.index.damage = why,
         Err(Stop::Damage(damage)) => scan.index.damage = Some(damage),
@@ -38,30 +41,16 @@ pub(super) fn open(path: &Path) -> Result<FileIndex, LogError> {
 }
 
 /// Scan of a file without a complete summary.
+#[derive(Default)]
 struct Scan {
-    index: FileIndex,
+    index: McapIndex,
     /// Names of message types by schema.
     schemas: BTreeMap<u16, String>,
     /// The range of messages outside of chunks that is being scanned.
-    plain: Option<Segment>,
+    plain: Option<(Place, Segment)>,
 }
 
 impl Scan {
-    fn new(path: &Path) -> Self {
-        let index = FileIndex {
-            path: path.to_owned(),
-            segments: Vec::new(),
-            channels: BTreeMap::new(),
-            metadata: Metadata::new(),
-            damage: None,
-        };
-        Self {
-            index,
-            schemas: BTreeMap::new(),
-            plain: None,
-        }
-    }
-
     /// Scans up to the end of the data or the first damage.
     fn run(&mut self, file: &mut LogFile) -> Result<(), Stop> {
         let mut at_byte = mcap::MAGIC.len() as u64;
@@ -91,20 +80,19 @@ impl Scan {
 
     fn chunk(&mut self, file: &mut LogFile, record: RecordHead, cut: bool) -> Result<(), Stop> {
         self.close_plain();
-        let mut segment = Segment {
+        let place = Place {
             at_byte: record.at_byte,
             length: record.length,
             kind: if cut {
-                SegmentKind::CutChunk
+                PlaceKind::CutChunk
             } else {
-                SegmentKind::Chunk
+                PlaceKind::Chunk
             },
-            first_ns: u64::MAX,
-            channels: BTreeSet::new(),
         };
-        let records = segment.read(file)?;
+        let records = place.read(file)?;
+        let mut segment = Segment::default();
         let end = self.chunk_records(&records, &mut segment);
-        self.index.segments.push(segment);
+        self.index.segments.push((place, segment));
         end.map_err(|what| file.damage(record.at_byte, what))
     }
 
@@ -112,11 +100,10 @@ impl Scan {
     fn chunk_records(&mut self, records: &Records, segment: &mut Segment) -> Result<(), String> {
         for record in records.iter() {
             let (opcode, body) = record?;
-            let body = records.body(body);
             if opcode == op::MESSAGE {
-                self.count(body, segment)?;
+                self.count(&records.message(body)?, segment)?;
             } else {
-                self.record(opcode, body)?;
+                self.record(opcode, records.body(body))?;
             }
         }
         Ok(())
@@ -124,38 +111,39 @@ impl Scan {
 
     /// Adds a message outside of chunks to the index.
     fn message(&mut self, file: &mut LogFile, record: RecordHead) -> Result<(), Stop> {
-        let body = file.body(record)?;
-        let mut segment = match self.plain.take() {
-            Some(plain) if record.end() - plain.at_byte <= PLAIN_SEGMENT => plain,
+        let body = Records::plain(file.body(record)?);
+        let (mut place, mut segment) = match self.plain.take() {
+            Some((place, segment)) if record.end() - place.at_byte <= PLAIN_SEGMENT => {
+                (place, segment)
+            }
             full => {
                 self.index.segments.extend(full);
-                Segment {
+                let place = Place {
                     at_byte: record.at_byte,
                     length: 0,
-                    kind: SegmentKind::Plain,
-                    first_ns: u64::MAX,
-                    channels: BTreeSet::new(),
-                }
+                    kind: PlaceKind::Plain,
+                };
+                (place, Segment::default())
             }
         };
-        let counted = self.count(&body, &mut segment);
+        let counted = body
+            .message(body.all())
+            .and_then(|message| self.count(&message, &mut segment));
         if counted.is_ok() {
-            segment.length = record.end() - segment.at_byte;
+            place.length = record.end() - place.at_byte;
         }
-        self.plain = Some(segment);
+        self.plain = Some((place, segment));
         counted.map_err(|what| file.damage(record.at_byte, what))
     }
 
-    fn count(&mut self, body: &[u8], segment: &mut Segment) -> Result<(), &'static str> {
-        let head = MessageHead::parse(body).ok_or("a message without its header")?;
+    fn count(&mut self, message: &Entry, segment: &mut Segment) -> Result<(), &'static str> {
         let channel = self
             .index
             .channels
-            .get_mut(&head.channel)
+            .get_mut(&message.channel)
             .ok_or("a message of an unknown channel")?;
-        channel.count_message(head.log_time_ns);
-        segment.first_ns = segment.first_ns.min(head.log_time_ns);
-        segment.channels.insert(head.channel);
+        channel.count_message(message.log_time_ns);
+        segment.add(message.channel, message.log_time_ns);
         Ok(())
     }
 
@@ -173,7 +161,7 @@ impl Scan {
                     .get(&record.schema_id)
                     .cloned()
                     .unwrap_or_default();
-                let channel = self.index.channels.entry(record.id).or_default();
+                let channel = self.index.channels.entry(record.id.into()).or_default();
                 channel.topic = record.topic;
                 channel.type_name = type_name;
                 channel.encoding = record.message_encoding;

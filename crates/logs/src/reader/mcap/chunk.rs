@@ -4,7 +4,8 @@ use std::{io::Read, ops::Range};
 
 use mcap::records::op;
 
-use super::file::{MAX_RECORD, RECORD_HEADER};
+use super::file::RECORD_HEADER;
+use crate::reader::storage::{Entry, MAX_RECORD};
 
 /// Size of a message's channel, sequence, log time and publish time, bytes.
 const MESSAGE_HEADER: usize = 22;
@@ -17,15 +18,6 @@ const USUAL_CHUNK: u64 = 8 << 20;
 pub(super) struct Records {
     bytes: Vec<u8>,
     start: usize,
-}
-
-/// Header of a message within [`Records`].
-#[derive(Clone, Copy)]
-pub(super) struct MessageHead {
-    pub(super) channel: u16,
-    pub(super) sequence: u32,
-    pub(super) log_time_ns: u64,
-    pub(super) publish_time_ns: u64,
 }
 
 /// Header of a chunk and the position of its data.
@@ -122,31 +114,29 @@ impl Records {
         self.bytes.get(range).unwrap_or_default()
     }
 
-    /// Iterates over the messages: header and range of the data. The last item may be an error.
-    pub(super) fn messages(
-        &self,
-    ) -> impl Iterator<Item = Result<(MessageHead, Range<usize>), &'static str>> {
+    /// Returns the range of all bytes.
+    pub(super) fn all(&self) -> Range<usize> {
+        self.start..self.bytes.len()
+    }
+
+    /// Returns the bytes to which the ranges of bodies and messages refer.
+    pub(super) fn into_bytes(self) -> Vec<u8> {
+        self.bytes
+    }
+
+    /// Iterates over the messages. The last item may be an error.
+    pub(super) fn messages(&self) -> impl Iterator<Item = Result<Entry, &'static str>> {
         self.iter().filter_map(|record| match record {
-            Ok((op::MESSAGE, body)) => Some(
-                MessageHead::parse(self.body(body.clone()))
-                    .map(|head| (head, body.start + MESSAGE_HEADER..body.end))
-                    .ok_or("a message without its header"),
-            ),
+            Ok((op::MESSAGE, body)) => Some(self.message(body)),
             Ok(_) => None,
             Err(what) => Some(Err(what)),
         })
     }
-}
 
-impl MessageHead {
-    pub(super) fn parse(body: &[u8]) -> Option<Self> {
-        let mut fields = Fields(body);
-        Some(Self {
-            channel: u16::from_le_bytes(fields.take()?),
-            sequence: u32::from_le_bytes(fields.take()?),
-            log_time_ns: fields.u64()?,
-            publish_time_ns: fields.u64()?,
-        })
+    /// Returns the message in the body of a record.
+    pub(super) fn message(&self, body: Range<usize>) -> Result<Entry, &'static str> {
+        let mut fields = Fields(self.body(body.clone()));
+        fields.message(body).ok_or("a message without its header")
     }
 }
 
@@ -182,6 +172,17 @@ impl<'a> Fields<'a> {
 
     fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
         self.bytes(N)?.try_into().ok()
+    }
+
+    /// Reads the header of a message whose record has this body.
+    fn message(&mut self, body: Range<usize>) -> Option<Entry> {
+        Some(Entry {
+            channel: u16::from_le_bytes(self.take()?).into(),
+            sequence: self.u32()?,
+            log_time_ns: self.u64()?,
+            publish_time_ns: self.u64()?,
+            data: body.start + MESSAGE_HEADER..body.end,
+        })
     }
 
     fn u32(&mut self) -> Option<u32> {

@@ -1,0 +1,126 @@
+//! Files and messages that rosbag2 compresses with zstd. Chunks of MCAP are the matter of their own module.
+
+use std::{
+    fmt,
+    fs::File,
+    io::{self, Read, Seek, Write},
+    path::Path,
+};
+
+use tempfile::{NamedTempFile, TempPath};
+use zstd::zstd_safe::{DCtx, ResetDirective};
+
+use super::storage::{Block, Damage, MAX_RECORD, Selected};
+use crate::{cdr::ZSTD_MAGIC, error::LogError};
+
+/// Largest content of a compressed file, bytes.
+const MAX_UNPACKED: u64 = 1 << 40;
+
+/// Number of bytes that are unpacked at once.
+const STEP: usize = 1 << 17;
+
+/// Content of a compressed file, in a temporary file that is deleted on drop.
+#[derive(Debug)]
+pub(super) struct Unpacked {
+    pub(super) path: TempPath,
+    /// Damage of the compressed file, behind which the content is missing.
+    pub(super) damage: Option<Damage>,
+}
+
+/// Unpacks a file to a temporary one, up to the damage if it is damaged.
+pub(super) fn unpack(path: &Path) -> Result<Unpacked, LogError> {
+    let unreadable = |source| LogError::io("read", path, source);
+    let not_unpacked = |source| LogError::Unpack {
+        path: path.to_owned(),
+        folder: std::env::temp_dir(),
+        source,
+    };
+    let file = File::open(path).map_err(|source| LogError::io("open", path, source))?;
+    let mut decoder = zstd::Decoder::new(file).map_err(unreadable)?;
+    let mut unpacked = NamedTempFile::new().map_err(not_unpacked)?;
+    let mut step = vec![0; STEP];
+    let mut size = 0;
+    let fault = loop {
+        match decoder.read(&mut step) {
+            Ok(0) => break None,
+            Ok(count) => {
+                size += count as u64;
+                if size > MAX_UNPACKED {
+                    return Err(not_unpacked(io::ErrorKind::FileTooLarge.into()));
+                }
+                let bytes = step.get(..count).unwrap_or_default();
+                unpacked.write_all(bytes).map_err(not_unpacked)?;
+            }
+            Err(error) => break Some(error.to_string()),
+        }
+    };
+    let damage = match fault {
+        None => None,
+        Some(error) => {
+            let at_byte = decoder.get_mut().stream_position().map_err(unreadable)?;
+            let what = format!("it cannot be decompressed further ({error})");
+            Some(Damage {
+                path: path.to_owned(),
+                at_byte,
+                what,
+            })
+        }
+    };
+    Ok(Unpacked {
+        path: unpacked.into_temp_path(),
+        damage,
+    })
+}
+
+/// Decompressor of messages that are compressed one by one.
+pub(super) struct MessageDecompressor(DCtx<'static>);
+
+impl MessageDecompressor {
+    pub(super) fn new() -> Self {
+        Self(DCtx::create())
+    }
+
+    /// Decompresses the messages of a block that are compressed. A message that cannot be decompressed stays as it is, so
+    /// that the error is that of this message.
+    pub(super) fn decompress(&mut self, block: &mut Block, selected: &Selected) {
+        let is_cdr = |channel| {
+            selected
+                .get(&channel)
+                .is_some_and(|topic| topic.encoding == "cdr")
+        };
+        let is_compressed = |bytes: &[u8]| bytes.starts_with(&ZSTD_MAGIC);
+        let mut decompressed = Vec::new();
+        for entry in &mut block.entries {
+            let data = block.bytes.get(entry.data.clone()).unwrap_or_default();
+            if !(is_cdr(entry.channel) && is_compressed(data)) {
+                continue;
+            }
+            let start = decompressed.len();
+            match self.append(data, &mut decompressed) {
+                Ok(()) => {
+                    entry.data = block.bytes.len() + start..block.bytes.len() + decompressed.len()
+                }
+                Err(_) => decompressed.truncate(start),
+            }
+        }
+        block.bytes.append(&mut decompressed);
+    }
+
+    fn append(&mut self, data: &[u8], bytes: &mut Vec<u8>) -> io::Result<()> {
+        // A frame that failed leaves its state behind. Resetting a session cannot fail.
+        let _ = self.0.reset(ResetDirective::SessionOnly);
+        let limit = MAX_RECORD.saturating_sub(bytes.len() as u64);
+        let decoder = zstd::Decoder::with_context(data, &mut self.0);
+        let count = decoder.take(limit + 1).read_to_end(bytes)?;
+        if count as u64 > limit {
+            return Err(io::ErrorKind::FileTooLarge.into());
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Debug for MessageDecompressor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("MessageDecompressor")
+    }
+}

@@ -1,0 +1,95 @@
+//! Way from an indexed MCAP file to its messages.
+
+use std::{collections::BTreeSet, sync::Arc};
+
+use super::{chunk::Records, file::LogFile, index::Place, scan};
+use crate::{
+    error::LogError,
+    reader::{
+        source::Source,
+        storage::{
+            Block, ChannelId, Entry, FileIndex, Segment, SegmentReader, Selected, Stop, Storage,
+        },
+    },
+};
+
+/// Returns the index of a file.
+pub(in crate::reader) fn index(source: Source) -> Result<FileIndex, LogError> {
+    let index = scan::open(&source)?;
+    let (places, segments): (Vec<Place>, Vec<Segment>) = index.segments.into_iter().unzip();
+    // Damage of a compressed file is the reason for that of its content.
+    let damage = source.damage().cloned().or(index.damage);
+    Ok(FileIndex {
+        segments,
+        metadata: index.metadata,
+        damage,
+        storage: Box::new(McapStorage {
+            source,
+            places: places.into(),
+            known: Arc::new(index.channels.keys().copied().collect()),
+        }),
+        channels: index.channels,
+    })
+}
+
+#[derive(Debug)]
+struct McapStorage {
+    source: Source,
+    places: Arc<[Place]>,
+    known: Arc<BTreeSet<ChannelId>>,
+}
+
+impl Storage for McapStorage {
+    fn open(&self) -> Result<Box<dyn SegmentReader>, LogError> {
+        Ok(Box::new(McapReader {
+            file: LogFile::open(&self.source)?,
+            places: self.places.clone(),
+            known: self.known.clone(),
+        }))
+    }
+}
+
+#[derive(Debug)]
+struct McapReader {
+    file: LogFile,
+    places: Arc<[Place]>,
+    /// All channels of the file, selected or not.
+    known: Arc<BTreeSet<ChannelId>>,
+}
+
+impl SegmentReader for McapReader {
+    fn read(&mut self, segment: usize, selected: &Selected) -> Result<Block, Stop> {
+        let Some(place) = self.places.get(segment) else {
+            return Ok(Block::default());
+        };
+        let records = place.read(&mut self.file)?;
+        let mut entries = Vec::new();
+        let outcome = self.select(&records, selected, &mut entries);
+        let damage = outcome.map_err(|what| self.file.damage_at(place.at_byte, what));
+        Ok(Block {
+            bytes: records.into_bytes(),
+            entries,
+            damage: damage.err(),
+        })
+    }
+}
+
+impl McapReader {
+    /// Collects the selected messages of a segment, up to the first damaged record.
+    fn select(
+        &self,
+        records: &Records,
+        selected: &Selected,
+        entries: &mut Vec<Entry>,
+    ) -> Result<(), &'static str> {
+        for entry in records.messages() {
+            let entry = entry?;
+            if selected.contains_key(&entry.channel) {
+                entries.push(entry);
+            } else if !self.known.contains(&entry.channel) {
+                return Err("a message of an unknown channel");
+            }
+        }
+        Ok(())
+    }
+}

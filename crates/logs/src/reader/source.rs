@@ -1,0 +1,105 @@
+//! The bytes of a log file: the file itself, or its content where the file is compressed as a whole.
+
+use std::{
+    fs::File,
+    io::Read,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use ::mcap::MAGIC;
+
+use super::{
+    compression::{self, Unpacked},
+    storage::Damage,
+};
+use crate::{cdr::ZSTD_MAGIC, database_fault::DatabaseFault, error::LogError};
+
+/// First bytes of an SQLite database.
+const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
+
+/// Storage format of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Format {
+    Mcap,
+    Sqlite,
+}
+
+/// A log file, unpacked if it is compressed as a whole.
+#[derive(Clone, Debug)]
+pub(super) struct Source {
+    /// Path of the file, by which errors name it.
+    pub(super) path: PathBuf,
+    /// Deleted with the last clone.
+    unpacked: Option<Arc<Unpacked>>,
+}
+
+impl Source {
+    /// Opens a file, and unpacks it if it is compressed.
+    pub(super) fn open(path: &Path) -> Result<Self, LogError> {
+        let mut source = Self {
+            path: path.to_owned(),
+            unpacked: None,
+        };
+        if source.start()?.starts_with(&ZSTD_MAGIC) {
+            source.unpacked = Some(Arc::new(compression::unpack(path)?));
+        }
+        Ok(source)
+    }
+
+    /// Returns the path of the content.
+    pub(super) fn content(&self) -> &Path {
+        match &self.unpacked {
+            Some(unpacked) => &unpacked.path,
+            None => &self.path,
+        }
+    }
+
+    /// Returns the damage of the compressed file, behind which the content is missing.
+    pub(super) fn damage(&self) -> Option<&Damage> {
+        self.unpacked.as_ref()?.damage.as_ref()
+    }
+
+    /// Returns the error of a database that is not a whole bag.
+    pub(super) fn error(&self, fault: DatabaseFault) -> LogError {
+        LogError::Database {
+            path: self.path.clone(),
+            fault,
+        }
+    }
+
+    /// Returns the format of the content, which its first bytes show.
+    pub(super) fn format(&self) -> Result<Format, LogError> {
+        let start = self.start()?;
+        if start.starts_with(MAGIC) {
+            return Ok(Format::Mcap);
+        }
+        if start.starts_with(SQLITE_MAGIC) {
+            return Ok(Format::Sqlite);
+        }
+        let what = if let Some(damage) = self.damage() {
+            damage.what.as_str()
+        } else if start.is_empty() {
+            "it is empty"
+        } else if start.starts_with(b"#ROSBAG") {
+            "it is a ROS 1 bag; `rosbags-convert` makes an MCAP bag of it"
+        } else if start.starts_with(&ZSTD_MAGIC) {
+            "it is compressed twice; `zstd -d` unpacks it"
+        } else {
+            "it does not start with the bytes of one"
+        };
+        Err(LogError::NotALog {
+            path: self.path.clone(),
+            what: what.to_owned(),
+        })
+    }
+
+    /// Reads the first bytes of the content.
+    fn start(&self) -> Result<Vec<u8>, LogError> {
+        let file = File::open(self.content()).map_err(|e| LogError::io("open", &self.path, e))?;
+        let mut start = Vec::new();
+        let read = file.take(16).read_to_end(&mut start);
+        read.map_err(|e| LogError::io("read", &self.path, e))?;
+        Ok(start)
+    }
+}

@@ -1,0 +1,181 @@
+//! Opening of a database without changing it or anything beside it.
+
+use std::{
+    fs::File,
+    io::{self, Read},
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use rusqlite::{Connection, Error, ErrorCode, OpenFlags, limits::Limit};
+
+use crate::{
+    database_fault::DatabaseFault,
+    error::LogError,
+    reader::{source::Source, storage::MAX_RECORD},
+};
+
+/// Time for which a lock of another process is awaited. A recorder locks the file only while it commits.
+const LOCK_WAIT: Duration = Duration::from_secs(5);
+
+/// An open database that is only read.
+#[derive(Debug)]
+pub(super) struct Database {
+    source: Source,
+    pub(super) connection: Connection,
+}
+
+impl Database {
+    pub(super) fn open(source: &Source) -> Result<Self, LogError> {
+        let path = source.content();
+        let header = Header::read(path).map_err(|e| LogError::io("read", &source.path, e))?;
+        if header.is_cut() {
+            let what = "it ends within a page".to_owned();
+            return Err(source.error(DatabaseFault::Damaged { what }));
+        }
+        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+        // A database that uses a write-ahead log and has none is not open in any process. SQLite would create the log
+        // and its index beside the file, or fail where it must not, unless the file is declared immutable.
+        let opened = if header.uses_log && !beside(path, "-wal").exists() {
+            let flags = flags | OpenFlags::SQLITE_OPEN_URI;
+            Connection::open_with_flags(immutable_uri(path), flags)
+        } else {
+            Connection::open_with_flags(path, flags)
+        };
+        let prepared = opened.and_then(|connection| {
+            connection.busy_timeout(LOCK_WAIT)?;
+            // Any file may claim to be a bag: no function or view of its schema is run, and no value exhausts memory.
+            connection.set_limit(Limit::SQLITE_LIMIT_LENGTH, MAX_RECORD as i32)?;
+            connection.execute_batch("PRAGMA trusted_schema = OFF; PRAGMA cell_size_check = ON")?;
+            Ok(connection)
+        });
+        match prepared {
+            Ok(connection) => Ok(Self {
+                source: source.clone(),
+                connection,
+            }),
+            Err(error) => Err(failure(source, &error)),
+        }
+    }
+
+    /// Returns the error for a problem with this database.
+    pub(super) fn error(&self, problem: Problem) -> LogError {
+        match problem {
+            Problem::Query(error) => failure(&self.source, &error),
+            Problem::Fault(fault) => self.source.error(fault),
+        }
+    }
+}
+
+/// Reason why a query has no result.
+pub(super) enum Problem {
+    /// SQLite reports an error.
+    Query(Error),
+    /// The content is not that of a bag.
+    Fault(DatabaseFault),
+}
+
+impl From<Error> for Problem {
+    fn from(error: Error) -> Self {
+        Self::Query(error)
+    }
+}
+
+impl From<DatabaseFault> for Problem {
+    fn from(fault: DatabaseFault) -> Self {
+        Self::Fault(fault)
+    }
+}
+
+/// Beginning of a database file (<https://www.sqlite.org/fileformat2.html#the_database_header>).
+struct Header {
+    /// Size of a page, bytes; zero if the header is damaged, which SQLite reports.
+    page_size: u64,
+    /// Whether the database uses a write-ahead log.
+    uses_log: bool,
+    /// Length of the file, bytes.
+    length: u64,
+}
+
+impl Header {
+    fn read(path: &Path) -> io::Result<Self> {
+        let file = File::open(path)?;
+        let length = file.metadata()?.len();
+        let mut start = Vec::new();
+        file.take(20).read_to_end(&mut start)?;
+        let (page_size, versions) = match start.get(16..20) {
+            Some(&[high, low, write, read]) => (u16::from_be_bytes([high, low]), [write, read]),
+            _ => (0, [0, 0]),
+        };
+        Ok(Self {
+            // The largest size does not fit in its field.
+            page_size: if page_size == 1 {
+                1 << 16
+            } else {
+                page_size.into()
+            },
+            uses_log: versions == [2, 2],
+            length,
+        })
+    }
+
+    /// Returns whether the file is cut off within a page. SQLite would take the rest of the page for zeros.
+    fn is_cut(&self) -> bool {
+        self.length
+            .checked_rem(self.page_size)
+            .is_some_and(|rest| rest != 0)
+    }
+}
+
+/// Returns the URI of a file that SQLite takes for immutable.
+fn immutable_uri(path: &Path) -> PathBuf {
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let mut uri = "file://".to_owned();
+    for &byte in path.as_os_str().as_encoded_bytes() {
+        if byte.is_ascii_alphanumeric() || b"/-._~".contains(&byte) {
+            uri.push(byte.into());
+        } else {
+            uri.push_str(&format!("%{byte:02X}"));
+        }
+    }
+    uri.push_str("?immutable=1");
+    uri.into()
+}
+
+/// Returns the path of a file that SQLite keeps beside a database.
+fn beside(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(suffix);
+    name.into()
+}
+
+fn failure(source: &Source, error: &Error) -> LogError {
+    let what = match error {
+        Error::SqliteFailure(_, Some(message)) | Error::SqlInputError { msg: message, .. } => {
+            message.clone()
+        }
+        error => error.to_string(),
+    };
+    source.error(match error.sqlite_error_code() {
+        Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => DatabaseFault::Locked {
+            waited_s: LOCK_WAIT.as_secs(),
+        },
+        Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase) => {
+            DatabaseFault::Damaged { what }
+        }
+        Some(ErrorCode::ReadOnly | ErrorCode::CannotOpen) => not_opened(source.content(), what),
+        _ => DatabaseFault::Other(what),
+    })
+}
+
+/// Returns the reason why SQLite cannot open a file that exists: what a writer has left beside it.
+fn not_opened(path: &Path, what: String) -> DatabaseFault {
+    let (log, journal) = (beside(path, "-wal"), beside(path, "-journal"));
+    if log.exists() {
+        DatabaseFault::WriteAheadLog { log }
+    } else if journal.exists() {
+        DatabaseFault::Journal { journal }
+    } else {
+        DatabaseFault::Other(what)
+    }
+}

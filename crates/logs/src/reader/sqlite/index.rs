@@ -1,0 +1,226 @@
+//! Index of an SQLite bag: its topics, and the rows of messages that are read at once.
+
+use std::collections::BTreeMap;
+
+use rusqlite::{Connection, OptionalExtension, types::ValueRef};
+
+use super::{
+    database::{Database, Problem},
+    reader::SqliteStorage,
+    rows::{Key, MessageRow, Order, Rows, unexpected},
+};
+use crate::{
+    database_fault::DatabaseFault,
+    error::LogError,
+    reader::{
+        source::Source,
+        storage::{Channel, ChannelId, FileIndex, Metadata, Segment},
+    },
+};
+
+/// Number of rows and of their bytes that are read at once. They bound the memory, and the time for which a recorder
+/// cannot write.
+const ROWS: usize = 4096;
+const BYTES: i64 = 1 << 20;
+
+/// Tables of a bag, with the columns that are needed. Those that were added later are `schema`, `metadata` and
+/// `message_definitions`: messages are decoded by the names of their types.
+const TABLES: [(&str, &[&str]); 2] = [
+    ("topics", &["id", "name", "type", "serialization_format"]),
+    ("messages", &["topic_id", "timestamp", "data"]),
+];
+
+/// Returns the index of a bag. Every row is visited, but not the bytes of its message.
+pub(in crate::reader) fn index(source: Source) -> Result<FileIndex, LogError> {
+    if let Some(damage) = source.damage() {
+        let what = damage.what.clone();
+        return Err(source.error(DatabaseFault::Damaged { what }));
+    }
+    let database = Database::open(&source)?;
+    let bag = Bag::read(&database.connection);
+    let mut bag = bag.map_err(|problem| database.error(problem))?;
+    let parts = bag.segments(&database.connection);
+    let parts = parts.map_err(|problem| database.error(problem))?;
+    let (ranges, segments): (Vec<Rows>, Vec<Segment>) = parts.into_iter().unzip();
+    Ok(FileIndex {
+        segments,
+        channels: bag.channels,
+        metadata: bag.metadata,
+        damage: None,
+        storage: Box::new(SqliteStorage {
+            source,
+            order: bag.order,
+            last_row: bag.last_row,
+            ranges: ranges.into(),
+        }),
+    })
+}
+
+/// Topics of a bag, and what reading its messages needs.
+struct Bag {
+    channels: BTreeMap<ChannelId, Channel>,
+    metadata: Metadata,
+    order: Order,
+    /// Largest number of a message. Those that a recorder adds later have larger ones and are not read.
+    last_row: i64,
+}
+
+impl Bag {
+    fn read(connection: &Connection) -> Result<Self, Problem> {
+        // In one transaction, so that each message has its topic.
+        let transaction = connection.unchecked_transaction()?;
+        check_tables(&transaction)?;
+        let last_row: Option<i64> =
+            transaction.query_row("SELECT max(rowid) FROM messages", [], |row| row.get(0))?;
+        Ok(Self {
+            channels: channels(&transaction)?,
+            metadata: metadata(&transaction)?,
+            order: Order::of(&transaction)?,
+            last_row: last_row.unwrap_or(i64::MIN),
+        })
+    }
+
+    /// Divides the messages into segments, counts those of each topic, and checks every row.
+    fn segments(&mut self, connection: &Connection) -> Result<Vec<(Rows, Segment)>, Problem> {
+        let mut segments: Vec<(Rows, Segment)> = Vec::new();
+        loop {
+            let previous = segments.last().map(|(rows, _)| rows.last);
+            match self.segment(connection, previous)? {
+                Some(next) => segments.push(next),
+                None => return Ok(segments),
+            }
+        }
+    }
+
+    /// Visits the rows after a key until they are enough for a segment. Between two segments a recorder can write.
+    fn segment(
+        &mut self,
+        connection: &Connection,
+        previous: Option<Key>,
+    ) -> Result<Option<(Rows, Segment)>, Problem> {
+        let mut part = Part::default();
+        for condition in self.order.after(previous) {
+            // A plus sign keeps SQLite from choosing another index, in whose order the rows are not.
+            let mut query = connection.prepare(&format!(
+                "SELECT rowid, timestamp, topic_id, length(data) FROM messages \
+                 WHERE {condition} AND +rowid <= {} ORDER BY {}",
+                self.last_row,
+                self.order.columns()
+            ))?;
+            let mut rows = query.query([])?;
+            while !part.is_full()
+                && let Some(row) = rows.next()?
+            {
+                let message = MessageRow::of(row)?;
+                self.channel(&message)?.count_message(message.log_time_ns);
+                let ValueRef::Integer(length) = row.get_ref(3)? else {
+                    let place = ("data", ValueRef::Null);
+                    return Err(unexpected("messages", message.key.row, place, "bytes"));
+                };
+                part.add(&message, length);
+            }
+        }
+        Ok(part.rows.map(|rows| (rows, part.segment)))
+    }
+
+    /// Returns the channel of a message.
+    fn channel(&mut self, message: &MessageRow) -> Result<&mut Channel, Problem> {
+        let channel = self.channels.get_mut(&message.topic);
+        channel.ok_or_else(|| {
+            let fault = DatabaseFault::UnknownTopic {
+                row: message.key.row,
+                topic: message.topic,
+            };
+            fault.into()
+        })
+    }
+}
+
+/// A segment to which rows are added.
+#[derive(Default)]
+struct Part {
+    rows: Option<Rows>,
+    segment: Segment,
+    count: usize,
+    bytes: i64,
+}
+
+impl Part {
+    fn is_full(&self) -> bool {
+        self.count >= ROWS || self.bytes >= BYTES
+    }
+
+    fn add(&mut self, message: &MessageRow, bytes: i64) {
+        let first = self.rows.map_or(message.key, |rows| rows.first);
+        self.rows = Some(Rows {
+            first,
+            last: message.key,
+        });
+        self.segment.add(message.topic, message.log_time_ns);
+        self.count += 1;
+        self.bytes = self.bytes.saturating_add(bytes);
+    }
+}
+
+/// Checks that the tables of a bag exist and have the columns that are needed.
+fn check_tables(connection: &Connection) -> Result<(), Problem> {
+    for (table, columns) in TABLES {
+        let exists = "SELECT 1 FROM sqlite_schema WHERE type = 'table' AND name = ?";
+        if !connection.prepare(exists)?.exists([table])? {
+            return Err(DatabaseFault::NoTable(table).into());
+        }
+        for &column in columns {
+            if !has_column(connection, table, column)? {
+                return Err(DatabaseFault::NoColumn { table, column }.into());
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Returns whether a table exists and has a column, which must not be generated from others.
+fn has_column(connection: &Connection, table: &str, column: &str) -> rusqlite::Result<bool> {
+    let has_column = "SELECT 1 FROM pragma_table_info(?) WHERE name = ?";
+    connection.prepare(has_column)?.exists([table, column])
+}
+
+fn channels(connection: &Connection) -> Result<BTreeMap<ChannelId, Channel>, Problem> {
+    let mut channels = BTreeMap::new();
+    let mut query =
+        connection.prepare("SELECT rowid, id, name, type, serialization_format FROM topics")?;
+    let mut rows = query.query([])?;
+    while let Some(row) = rows.next()? {
+        let number = row.get(0)?;
+        let text = |index: usize, column| match row.get_ref(index)? {
+            ValueRef::Text(text) => Ok(String::from_utf8_lossy(text).into_owned()),
+            value => Err(unexpected("topics", number, (column, value), "a text")),
+        };
+        let id = row.get_ref(1)?;
+        let ValueRef::Integer(id) = id else {
+            return Err(unexpected("topics", number, ("id", id), "an integer"));
+        };
+        let channel = Channel {
+            topic: text(2, "name")?,
+            type_name: text(3, "type")?,
+            encoding: text(4, "serialization_format")?,
+            ..Channel::default()
+        };
+        channels.insert(id, channel);
+    }
+    Ok(channels)
+}
+
+/// Returns the description of the bag under the name that it has in MCAP, or nothing for bags before ROS 2 Iron.
+fn metadata(connection: &Connection) -> Result<Metadata, Problem> {
+    let mut metadata = Metadata::new();
+    if has_column(connection, "metadata", "metadata")? {
+        let last = "SELECT metadata FROM metadata WHERE typeof(metadata) = 'text' \
+                    ORDER BY rowid DESC LIMIT 1";
+        let text: Option<String> = connection
+            .query_row(last, [], |row| row.get(0))
+            .optional()?;
+        let record = text.map(|text| [("serialized_metadata".to_owned(), text)].into());
+        metadata.extend(record.map(|record| ("rosbag2".to_owned(), record)));
+    }
+    Ok(metadata)
+}

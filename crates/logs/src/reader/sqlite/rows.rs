@@ -1,0 +1,142 @@
+//! Rows of messages: their order and their headers.
+
+use rusqlite::{Connection, Row, types::ValueRef};
+
+use super::database::Problem;
+use crate::{database_fault::DatabaseFault, reader::storage::ChannelId};
+
+/// Description of a valid time of a message.
+const NANOSECONDS: &str = "nanoseconds since the epoch";
+
+/// Order in which rows are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Order {
+    /// By time, and by row at equal times, with the index that rosbag2 creates.
+    Time,
+    /// By row, as they were written, in a bag without this index.
+    Row,
+}
+
+/// Time and number of a row of `messages`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Key {
+    pub(super) timestamp: i64,
+    pub(super) row: i64,
+}
+
+/// First and last of the rows that are read at once.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rows {
+    pub(super) first: Key,
+    pub(super) last: Key,
+}
+
+impl Order {
+    /// Returns the order in which a bag is read.
+    pub(super) fn of(connection: &Connection) -> rusqlite::Result<Self> {
+        let has_index = "SELECT 1 FROM pragma_index_list('messages') AS list, \
+                         pragma_index_info(list.name) AS part \
+                         WHERE part.seqno = 0 AND part.name = 'timestamp' AND NOT list.partial";
+        let mut found = connection.prepare(has_index)?;
+        Ok(if found.exists([])? {
+            Self::Time
+        } else {
+            Self::Row
+        })
+    }
+
+    /// Returns the columns by which rows are ordered.
+    pub(super) fn columns(self) -> &'static str {
+        match self {
+            Self::Time => "timestamp, rowid",
+            Self::Row => "rowid",
+        }
+    }
+
+    /// Returns the conditions of queries that give, one after the other, the rows after a key, or all rows. Each uses
+    /// the index of times to its end, which a comparison of pairs would not do.
+    pub(super) fn after(self, key: Option<Key>) -> Vec<String> {
+        match (self, key) {
+            (_, None) => vec!["TRUE".to_owned()],
+            (Self::Time, Some(Key { timestamp, row })) => vec![
+                format!("timestamp = {timestamp} AND rowid > {row}"),
+                format!("timestamp > {timestamp}"),
+            ],
+            (Self::Row, Some(Key { row, .. })) => vec![format!("rowid > {row}")],
+        }
+    }
+
+    /// Returns the conditions of queries that give, one after the other, the rows of a range.
+    pub(super) fn within(self, Rows { first, last }: Rows) -> Vec<String> {
+        match self {
+            Self::Row => vec![format!("rowid BETWEEN {} AND {}", first.row, last.row)],
+            Self::Time if first.timestamp == last.timestamp => vec![format!(
+                "timestamp = {} AND rowid BETWEEN {} AND {}",
+                first.timestamp, first.row, last.row
+            )],
+            Self::Time => vec![
+                format!("timestamp = {} AND rowid >= {}", first.timestamp, first.row),
+                format!(
+                    "timestamp > {} AND timestamp < {}",
+                    first.timestamp, last.timestamp
+                ),
+                format!("timestamp = {} AND rowid <= {}", last.timestamp, last.row),
+            ],
+        }
+    }
+}
+
+/// Header of a message, which the first three columns of a query are: `rowid, timestamp, topic_id`.
+pub(super) struct MessageRow {
+    pub(super) key: Key,
+    pub(super) log_time_ns: u64,
+    pub(super) topic: ChannelId,
+}
+
+impl MessageRow {
+    pub(super) fn of(row: &Row<'_>) -> Result<Self, Problem> {
+        let number = row.get(0)?;
+        let unexpected =
+            |column, value, expected| unexpected("messages", number, (column, value), expected);
+        let (time, topic) = (row.get_ref(1)?, row.get_ref(2)?);
+        let ValueRef::Integer(timestamp) = time else {
+            return Err(unexpected("timestamp", time, NANOSECONDS));
+        };
+        let ValueRef::Integer(topic) = topic else {
+            return Err(unexpected("topic_id", topic, "an integer"));
+        };
+        Ok(Self {
+            key: Key {
+                timestamp,
+                row: number,
+            },
+            log_time_ns: u64::try_from(timestamp)
+                .map_err(|_| unexpected("timestamp", time, NANOSECONDS))?,
+            topic,
+        })
+    }
+}
+
+/// Returns the problem of a value in a column of a table that is not as expected.
+pub(super) fn unexpected(
+    table: &'static str,
+    row: i64,
+    (column, value): (&'static str, ValueRef<'_>),
+    expected: &'static str,
+) -> Problem {
+    let found = match value {
+        ValueRef::Null => "nothing".to_owned(),
+        ValueRef::Integer(number) => format!("the integer {number}"),
+        ValueRef::Real(number) => format!("the number {number}"),
+        ValueRef::Text(_) => "a text".to_owned(),
+        ValueRef::Blob(_) => "bytes".to_owned(),
+    };
+    let fault = DatabaseFault::Value {
+        table,
+        column,
+        row,
+        found,
+        expected,
+    };
+    fault.into()
+}

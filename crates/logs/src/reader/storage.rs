@@ -1,0 +1,149 @@
+//! What every storage gives to the stream of messages: an index of each file, and its segments when they are due.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fmt,
+    ops::Range,
+    path::PathBuf,
+    sync::Arc,
+};
+
+use super::Topic;
+use crate::error::LogError;
+
+/// Number of a channel within its file.
+pub(super) type ChannelId = i64;
+
+pub(super) type Metadata = BTreeMap<String, BTreeMap<String, String>>;
+
+/// Longest record, message or value that is read into memory, bytes, far above any real one. A damaged length must not
+/// exhaust memory.
+pub(super) const MAX_RECORD: u64 = 1 << 29;
+
+/// Content of a file.
+#[derive(Debug)]
+pub(super) struct FileIndex {
+    /// In the order of the file.
+    pub(super) segments: Vec<Segment>,
+    pub(super) channels: BTreeMap<ChannelId, Channel>,
+    pub(super) metadata: Metadata,
+    pub(super) damage: Option<Damage>,
+    pub(super) storage: Box<dyn Storage>,
+}
+
+/// A part of a file that is read at once.
+#[derive(Debug)]
+pub(super) struct Segment {
+    /// Earliest log time of its messages, ns.
+    pub(super) first_ns: u64,
+    pub(super) channels: BTreeSet<ChannelId>,
+}
+
+/// A channel of a file.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Channel {
+    pub(super) topic: String,
+    pub(super) type_name: String,
+    pub(super) encoding: String,
+    pub(super) count: u64,
+    /// First and last log time, ns.
+    pub(super) times_ns: Option<(u64, u64)>,
+}
+
+/// Topics that are read, by the channels of a file.
+pub(super) type Selected = BTreeMap<ChannelId, Arc<Topic>>;
+
+/// Way to the messages of an indexed file.
+pub(super) trait Storage: fmt::Debug + Send + Sync {
+    /// Opens the file for reading.
+    fn open(&self) -> Result<Box<dyn SegmentReader>, LogError>;
+}
+
+/// An open file whose segments are read one by one.
+pub(super) trait SegmentReader: fmt::Debug + Send {
+    /// Reads the messages of the selected channels in a segment, which is given by its place in
+    /// [`FileIndex::segments`].
+    fn read(&mut self, segment: usize, selected: &Selected) -> Result<Block, Stop>;
+}
+
+/// Messages of a segment in memory, in the order of the file.
+#[derive(Default)]
+pub(super) struct Block {
+    pub(super) bytes: Vec<u8>,
+    pub(super) entries: Vec<Entry>,
+    /// Damage behind the last entry.
+    pub(super) damage: Option<Damage>,
+}
+
+/// Header of a message, and the place of its data within the bytes of its block.
+#[derive(Clone)]
+pub(super) struct Entry {
+    pub(super) channel: ChannelId,
+    pub(super) sequence: u32,
+    pub(super) log_time_ns: u64,
+    pub(super) publish_time_ns: u64,
+    pub(super) data: Range<usize>,
+}
+
+/// Position and reason of damage, from which on a file cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Damage {
+    /// Path of the file.
+    pub path: PathBuf,
+    /// Offset of the first byte that cannot be used.
+    pub at_byte: u64,
+    /// Description of the fault.
+    pub what: String,
+}
+
+impl fmt::Display for Damage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} is damaged at byte {}: {}",
+            self.path.display(),
+            self.at_byte,
+            self.what
+        )
+    }
+}
+
+/// Reason why reading a file ends early.
+pub(super) enum Stop {
+    Damage(Damage),
+    Error(LogError),
+}
+
+impl From<LogError> for Stop {
+    fn from(error: LogError) -> Self {
+        Self::Error(error)
+    }
+}
+
+impl Default for Segment {
+    fn default() -> Self {
+        Self {
+            first_ns: u64::MAX,
+            channels: BTreeSet::new(),
+        }
+    }
+}
+
+impl Segment {
+    pub(super) fn add(&mut self, channel: ChannelId, log_time_ns: u64) {
+        self.first_ns = self.first_ns.min(log_time_ns);
+        self.channels.insert(channel);
+    }
+}
+
+impl Channel {
+    pub(super) fn count_message(&mut self, log_time_ns: u64) {
+        self.count += 1;
+        self.extend_times((log_time_ns, log_time_ns));
+    }
+
+    pub(super) fn extend_times(&mut self, (first_ns, last_ns): (u64, u64)) {
+        let (first, last) = self.times_ns.unwrap_or((first_ns, last_ns));
+        self.times_ns = Some((first.min(first_ns), last.max(last_ns)));
+    }
+}

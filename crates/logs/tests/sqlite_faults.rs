@@ -1,0 +1,166 @@
+//! A database that is not a whole bag ends in one error that names the file and the fault.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use std::{fs, path::Path};
+
+use common::{
+    random, read_file,
+    sqlite::{bag, create, fill, message, topic},
+};
+use rusqlite::Connection;
+use tactid_logs::{Message, messages::JointState};
+
+/// Returns the error of a file, which is one line and names the file.
+fn error(path: &Path) -> String {
+    let error = read_file(path).unwrap_err().to_string();
+    let name = path.file_name().unwrap().to_str().unwrap();
+    assert!(error.contains(name), "{error}");
+    assert_eq!(error.lines().count(), 1, "{error}");
+    error
+}
+
+/// Returns the error of a bag after a change of its database.
+fn error_after(change: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.db3");
+    bag(&path, 3);
+    let database = Connection::open(&path).unwrap();
+    database.execute_batch(change).unwrap();
+    database.close().unwrap();
+    error(&path)
+}
+
+#[test]
+fn databases_that_are_not_bags_are_refused() {
+    let cases = [
+        ("DROP TABLE topics", "no table `topics`"),
+        ("DROP TABLE messages", "no table `messages`"),
+        (
+            "ALTER TABLE messages DROP COLUMN data",
+            "table `messages` has no column `data`",
+        ),
+        (
+            "ALTER TABLE topics RENAME COLUMN serialization_format TO format",
+            "table `topics` has no column `serialization_format`",
+        ),
+        // A view could compute anything.
+        (
+            "ALTER TABLE messages RENAME TO other; CREATE VIEW messages AS SELECT * FROM other",
+            "no table `messages`",
+        ),
+        (
+            "ALTER TABLE messages DROP COLUMN data; \
+             ALTER TABLE messages ADD COLUMN data BLOB AS (zeroblob(1000000000))",
+            "table `messages` has no column `data`",
+        ),
+        (
+            "UPDATE messages SET timestamp = 'noon' WHERE id = 4",
+            "`messages` has a text as `timestamp` in row 4; expected nanoseconds since the epoch",
+        ),
+        (
+            "UPDATE messages SET timestamp = -5 WHERE id = 4",
+            "the integer -5 as `timestamp` in row 4; expected nanoseconds since the epoch",
+        ),
+        (
+            "UPDATE messages SET data = 'text' WHERE id = 2",
+            "a text as `data` in row 2",
+        ),
+        (
+            "UPDATE messages SET topic_id = x'00' WHERE id = 2",
+            "bytes as `topic_id` in row 2",
+        ),
+        (
+            "UPDATE topics SET name = 1.5 + zeroblob(1) WHERE id = 2; \
+             UPDATE topics SET type = x'00' WHERE id = 2",
+            "bytes as `type` in row 2",
+        ),
+        (
+            "DELETE FROM topics WHERE id = 1",
+            "message 1 belongs to topic 1, which is missing in its table `topics`",
+        ),
+    ];
+    for (change, expected) in cases {
+        let error = error_after(change);
+        assert!(error.contains(expected), "{change}: {error}");
+    }
+}
+
+/// A table without its constraints may lack the time of a message, which is found in every order of reading.
+#[test]
+fn a_message_without_time_is_named() {
+    for index in ["", "CREATE INDEX timestamp_idx ON messages (timestamp);"] {
+        let error = error_after(&format!(
+            "ALTER TABLE messages RENAME TO other; \
+             CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id, timestamp, data); \
+             INSERT INTO messages SELECT * FROM other; \
+             UPDATE messages SET timestamp = NULL WHERE id = 3; \
+             DROP TABLE other; {index}"
+        ));
+        assert!(error.contains("nothing as `timestamp` in row 3"), "{error}");
+    }
+}
+
+#[test]
+fn another_serialization_format_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.db3");
+    let bag = create(&path, 4, true);
+    let id = topic(&bag, "/joints", JointState::TYPE, "protobuf");
+    message(&bag, id, 5, b"{}");
+    let first = tactid_logs::LogReader::open(&path)
+        .unwrap()
+        .messages()
+        .next();
+    let error = first.unwrap().unwrap().decode::<JointState>().unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "topic /joints is encoded as \"protobuf\"; only \"cdr\" can be decoded"
+    );
+}
+
+#[test]
+fn a_cut_database_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.db3");
+    bag(&path, 100);
+    let file = fs::File::options().write(true).open(&path).unwrap();
+    let length = file.metadata().unwrap().len();
+    for length in (16..length).rev().step_by(331) {
+        file.set_len(length).unwrap();
+        let error = error(&path);
+        assert!(error.contains("damaged or cut off"), "{length}: {error}");
+    }
+}
+
+/// Changed bytes cause no panic, and what is read is in order.
+#[test]
+fn changed_bytes_never_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.db3");
+    fill(&create(&path, 4, true), 0..100, <[u8]>::to_vec);
+    let bytes = fs::read(&path).unwrap();
+    let mut seed = 0x9e37_79b9_7f4a_7c15;
+    let mut refused = 0;
+    for _ in 0..1000 {
+        let mut damaged = bytes.clone();
+        for _ in 0..1 + random(&mut seed) % 20 {
+            // Most of the structure is at the beginning of the pages.
+            let page = random(&mut seed) % (bytes.len() / 4096) * 4096;
+            let at = page + random(&mut seed) % [16, 200, 4096][random(&mut seed) % 3];
+            damaged[at] ^= 1 << (random(&mut seed) % 8);
+        }
+        fs::write(&path, damaged).unwrap();
+        match read_file(&path) {
+            Ok((messages, _)) => assert!(messages.is_sorted_by_key(|message| message.1)),
+            Err(error) => {
+                refused += 1;
+                assert_eq!(error.to_string().lines().count(), 1, "{error}");
+            }
+        }
+        let _ = fs::remove_file(folder.path().join("run.db3-wal"));
+    }
+    assert!(refused > 100, "{refused}");
+}
