@@ -5,7 +5,7 @@ use pyo3::types::PyDict;
 use tactid_identify::WrenchOffset;
 use tactid_recordings::{Finding, NotUsedBecause, TwistAxes, VelocityCause};
 
-use crate::keywords::{keyword_of, option_of};
+use crate::keywords::keyword_of;
 
 /// The kind of a finding, and its data.
 pub(crate) type FindingData = (&'static str, Py<PyDict>);
@@ -28,10 +28,15 @@ macro_rules! fields {
     }};
 }
 
-/// Returns what Python's `tactid.identification.Finding` is made from.
-pub(crate) fn finding_data(py: Python<'_>, finding: &Finding) -> PyResult<FindingData> {
+/// Returns what Python's `tactid.findings.Finding` is made from. `has_unloaded` is whether the efforts of an unloaded
+/// recording were subtracted.
+pub(crate) fn finding_data(
+    py: Python<'_>,
+    finding: &Finding,
+    has_unloaded: bool,
+) -> PyResult<FindingData> {
     Ok(match finding {
-        Finding::Data(finding) => return data_finding(py, finding),
+        Finding::Data(finding) => return data_finding(py, finding, has_unloaded),
         Finding::AccelerationNotUsed {
             topic,
             explains_better,
@@ -101,7 +106,7 @@ fn option_not_used(
         NotUsedBecause::OtherMotion => ("other_motion", None),
         NotUsedBecause::GravityIsMeasured => ("gravity_is_measured", None),
     };
-    let option = option_of(option);
+    let option = keyword_of(option);
     Ok(("option_not_used", fields!(py, option, because, method)))
 }
 
@@ -152,10 +157,12 @@ fn twist_contradicted(
     Ok(("twist_contradicted", data))
 }
 
-/// Returns the data of a finding about the assumptions of the identification.
+/// Returns the data of a finding about the assumptions of the identification. `has_unloaded` is whether the efforts of an
+/// unloaded recording were subtracted.
 pub(crate) fn data_finding(
     py: Python<'_>,
     finding: &tactid_identify::Finding,
+    has_unloaded: bool,
 ) -> PyResult<FindingData> {
     use tactid_identify::Finding as Found;
     Ok(match finding {
@@ -173,7 +180,8 @@ pub(crate) fn data_finding(
             data!(py, "method": method.name(), "or_gravity": or_gravity),
         ),
         Found::KnownBodiesTooHeavy { known_kg, load_kg } => {
-            ("known_bodies_too_heavy", fields!(py, known_kg, load_kg))
+            let data = data!(py, "known_bodies_kg": known_kg, "load_kg": load_kg);
+            ("known_bodies_too_heavy", data)
         }
         Found::OffsetSuspected { offset } => offset_suspected(py, offset)?,
         Found::LoadUnexplained {
@@ -184,7 +192,15 @@ pub(crate) fn data_finding(
             method,
         } => {
             let method = method.name();
-            let data = fields!(py, unit, residual_rms, load_rms, noise_rms, method);
+            let data = fields!(
+                py,
+                unit,
+                residual_rms,
+                load_rms,
+                noise_rms,
+                method,
+                has_unloaded
+            );
             ("load_unexplained", data)
         }
         Found::MassContradicted {
@@ -194,7 +210,7 @@ pub(crate) fn data_finding(
             distance,
         } => (
             "mass_contradicted",
-            data!(py, "known_kg": known.mass_kg, "known_std_dev_kg": known.std_dev_kg,
+            data!(py, "known_mass_kg": known.mass_kg, "known_mass_std_dev_kg": known.std_dev_kg,
                 "found_kg": found_kg, "std_dev_kg": std_dev_kg, "distance": distance),
         ),
         Found::KnownMassNotKept {
@@ -203,7 +219,7 @@ pub(crate) fn data_finding(
             within_box,
         } => (
             "known_mass_not_kept",
-            data!(py, "known_kg": known.mass_kg, "known_std_dev_kg": known.std_dev_kg,
+            data!(py, "known_mass_kg": known.mass_kg, "known_mass_std_dev_kg": known.std_dev_kg,
                 "estimated_kg": estimated_kg, "within_box": within_box),
         ),
         Found::Inconsistent {

@@ -65,6 +65,7 @@ mod identification;
 mod identify;
 mod log;
 mod online;
+mod orientation;
 mod plan;
 mod preview;
 mod progress;
@@ -85,6 +86,7 @@ pub use finding::{Finding, NotUsedBecause, TwistAxes, VelocityCause};
 pub use identification::Identification;
 pub use identify::{identify_arrays, identify_log};
 pub use online::OnlineSetup;
+pub use orientation::unit_quaternion;
 pub use progress::{Observer, Progress};
 pub use request::{ActsOn, Estimator, Request, SensorFrame, Topics};
 pub use tactid_identify::{
