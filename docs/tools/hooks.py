@@ -21,7 +21,7 @@ from tactid.cli import app
 sys.path.insert(0, str(Path(__file__).parent))
 
 from figures import FIGURES, draw
-from schema_tables import tables
+from schema_tables import finding_table, tables
 
 EXTERNAL = re.compile(
     r"<(?:script|img|iframe|source)\b[^>]*\bsrc=[\"']?(?:https?:)?//[^\s>]+"
@@ -42,9 +42,11 @@ def _equation(source: str, *_: Any, **__: Any) -> str:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Puts the tables of the JSON schema in the place of their mark."""
-    mark = "<!-- schema -->"
-    return markdown.replace(mark, tables(result_schema())) if mark in markdown else markdown
+    """Puts the tables of the JSON schema in the places of their marks."""
+    for mark, made in {"<!-- schema -->": tables, "<!-- findings -->": finding_table}.items():
+        if mark in markdown:
+            markdown = markdown.replace(mark, made(result_schema()))
+    return markdown
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
