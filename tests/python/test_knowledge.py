@@ -7,7 +7,6 @@ import pytest
 
 import tactid
 from conftest import TactidCommand
-from tactid import wording
 from test_cli import assert_refused
 from wrist import BODY, EARLY, NOISE, TRUTH, identified
 
@@ -37,7 +36,7 @@ def test_a_known_mass_makes_the_others_known_better() -> None:
 
 def test_a_mass_that_the_data_contradict_is_reported() -> None:
     (finding,) = identified(EARLY, 1, known_mass=2.0).findings
-    remark = wording.finding(finding)
+    remark = str(finding)
     assert finding.kind == "mass_contradicted"
     assert remark.startswith("The given mass is 2 kg, but the data alone give 1.839")
     assert identified(EARLY, 1, known_mass=BODY.mass).findings == []
@@ -54,9 +53,7 @@ def test_a_body_that_fits_into_the_box_stays_and_another_is_brought_in() -> None
     assert brought.estimate.is_physical
     (finding,) = brought.findings
     assert finding.kind == "inconsistent"
-    assert wording.finding(finding).startswith(
-        "No physically consistent body within the box explains the data"
-    )
+    assert str(finding).startswith("No physically consistent body within the box explains the data")
 
 
 def test_a_box_helps_where_the_recording_says_little() -> None:

@@ -11,7 +11,7 @@ from tactid import _native
 from tactid._native import Manipulator
 from tactid.declaration import with_options
 from tactid.errors import ArgumentError
-from tactid.faults import DataFault
+from tactid.findings import DataFault, Finding
 from tactid.identification import (
     Channel,
     Delay,
@@ -26,7 +26,6 @@ from tactid.identification import (
 )
 from tactid.options import Options, collect
 from tactid.result import Identification
-from tactid.wording import Finding
 
 ARRAYS = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceleration", "sensors")
 """The keywords of :func:`identify` that belong to arrays."""
@@ -65,7 +64,7 @@ def identify(
         tactid.identify(time, pose=pose, wrench=wrench, wrench_acts_on="sensor")
 
     Args:
-        source: The log's path, or the times of the samples, (N,), s.
+        source: The log's path, or the times of the samples, (N,), s, which messages call ``time``.
         robot: For arrays: the robot with its gripper and without the payload. The motion of its
             base is given only where the robot was read with ``base="floating"``.
         q: Joint positions, (N, n), rad or m.

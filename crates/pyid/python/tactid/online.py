@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 from tactid import _native
 from tactid._native import Manipulator
 from tactid.declaration import documented
+from tactid.findings import Finding
 from tactid.identification import Array, PayloadEstimate, SingularValues, WrenchOffset
 from tactid.options import Options, collect
-from tactid.wording import Finding
 
 
 class _Online:
@@ -137,11 +137,15 @@ class Identifier(_Online):
         """Returns what the recent samples show about the assumptions of the identification.
 
         A wrong sign, an offset of the wrench sensor, a load that the model does not explain, or
-        outliers: what ``tactid.identify`` finds in the same samples without prior knowledge. The
-        samples are those of the last 10 s (at a cutoff of 10 Hz) since the last payload change. It
-        takes some 10 ms, so call it beside the control loop.
+        outliers: as ``tactid.identify`` finds them in the same samples. The samples are those of
+        the last 10 s (at a cutoff of 10 Hz) since the last payload change. It takes some 10 ms, so
+        call it beside the control loop.
+
+        Online, nothing checks whether velocities and twists are the derivatives of the positions
+        and poses, whether a channel of the wrench never changes, and whether the wrenches are
+        delayed. To check them once, identify a recording of the same sensors.
         """
-        return [Finding(kind, data) for kind, data in self._native.findings()]
+        return [Finding(kind, data, "online") for kind, data in self._native.findings()]
 
 
 @documented(Options, "paper filter")
