@@ -124,8 +124,8 @@ SENTENCES = {
         " recording of the same motion without the payload."
     ),
     "mass_contradicted": (
-        "The given mass is 2 kg, but the data alone give 1.8391 ± 0.0020 kg, 160.9 standard"
-        " deviations away: check gravity, and the gains and offsets of the sensors."
+        "The given mass is 2 kg, but the data alone give 1.8391 ± 0.0020 kg, 160.9"
+        " standard deviations away: check gravity, and the gains and offsets of the sensors."
     ),
     "known_mass_not_kept": (
         "The given mass is 2 kg, but the result has 4 kg: no physically consistent body of the"
@@ -207,7 +207,7 @@ ONLINE = {
         " of the same motion without the payload before `push`."
     ),
 }
-"""What is said to a caller of ``push`` in other words."""
+"""The sentences for a caller of ``push``, where they differ."""
 
 
 def test_every_kind_of_the_native_part_has_its_words() -> None:

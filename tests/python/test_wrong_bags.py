@@ -1,5 +1,6 @@
 """Wrong input in a bag: the command line and Python report the same, or refuse it."""
 
+import json
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -46,7 +47,7 @@ def found(identify: Identify, tmp_path: Path) -> Any:
         ]
         record = identify(bag, *given)
         result = tactid.identify(bag, **options)
-        assert result.to_json()["findings"] == [
+        assert json.loads(result.to_json())["findings"] == [
             each | {"text": str(noticed)}
             for each, noticed in zip(record["findings"], result.findings, strict=True)
         ]
@@ -90,11 +91,12 @@ def test_a_channel_that_is_not_measured(found: Any) -> None:
     assert finding["is_zero"] is True
 
 
-def test_an_offset_of_two_newtons_in_every_tip_frame(found: Any) -> None:
+def test_an_offset_of_two_newtons_with_another_tip(found: Any) -> None:
     s = state(FIXED, *SHORT)
     felt = wrenches(s.time, s.wrench, frame=SENSOR, tip_from_sensor=TIP_FROM_SENSOR)
     shifted = faulty.noisy(faulty.offset(felt, FIRST_OFFSET), force=0.05, moment=0.005)
-    finding = found([*moving(FIXED, *SHORT), *shifted], "offset_suspected")
+    messages = [*moving(FIXED, *SHORT), *shifted]
+    finding = found(messages, "offset_suspected", tip="wrist_3_link")
     assert finding["frame"] == SENSOR
     np.testing.assert_allclose(finding["values"][:3], FIRST_OFFSET[:3], atol=0.2)
 
@@ -125,18 +127,17 @@ def test_a_wrench_without_any_motion(command: TactidCommand, tmp_path: Path) -> 
         tactid.identify(bag)
 
 
-@pytest.mark.parametrize("factor", [1000, 10**9])
-def test_stamps_in_another_unit(command: TactidCommand, tmp_path: Path, factor: int) -> None:
-    """A driver that writes milliseconds or nanoseconds into the seconds of its stamps."""
+def test_stamps_in_another_unit(command: TactidCommand, tmp_path: Path) -> None:
+    """A driver that writes microseconds into the seconds of its stamps."""
 
     def stamped(each: Logged) -> Logged:
-        late_ns = min((each.stamp_ns - EPOCH_NS) * factor, 10**18)
+        late_ns = (each.stamp_ns - EPOCH_NS) * 10**6
         changed = header(EPOCH_NS + late_ns, each.message.header.frame_id)
         return replace(each, message=replace(each.message, header=changed))
 
     messages = [description(), *map(stamped, carried(FIXED, *SHORT)[1:])]
     bag = write_bag(tmp_path / "bag", messages)
-    what = "stamp far from the time of logging"
+    what = "with a stamp far from the time of logging were left out"
     assert_refused(command("identify", bag), what)
     with pytest.raises(tactid.IdentificationError, match=what):
         tactid.identify(bag)

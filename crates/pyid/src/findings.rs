@@ -2,8 +2,8 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tactid_identify::WrenchOffset;
-use tactid_recordings::{Finding, NotUsedBecause, TwistAxes, VelocityCause};
+use tactid_identify::{KnownMass, WrenchOffset};
+use tactid_recordings::{Delay, Finding, NotUsedBecause, TwistAxes, VelocityCause};
 
 use crate::keywords::keyword_of;
 
@@ -87,12 +87,15 @@ pub(crate) fn finding_data(
         Finding::DelayCorrected {
             applied_s,
             estimated,
-        } => (
-            "delay_corrected",
-            data!(py, "applied_s": applied_s, "estimated_s": estimated.delay_s,
-                "std_dev_s": estimated.std_dev_s),
-        ),
+        } => return delay_corrected(py, *applied_s, *estimated),
     })
+}
+
+/// Returns the data of a delay that was corrected.
+fn delay_corrected(py: Python<'_>, applied_s: f64, estimated: Delay) -> PyResult<FindingData> {
+    let (estimated_s, std_dev_s) = (estimated.delay_s, estimated.std_dev_s);
+    let data = fields!(py, applied_s, estimated_s, std_dev_s);
+    Ok(("delay_corrected", data))
 }
 
 /// Returns the data of an option that has no effect.
@@ -192,15 +195,8 @@ pub(crate) fn data_finding(
             method,
         } => {
             let method = method.name();
-            let data = fields!(
-                py,
-                unit,
-                residual_rms,
-                load_rms,
-                noise_rms,
-                method,
-                has_unloaded
-            );
+            let data = fields!(py, unit, residual_rms, load_rms, noise_rms, method);
+            data.bind(py).set_item("has_unloaded", has_unloaded)?;
             ("load_unexplained", data)
         }
         Found::MassContradicted {
@@ -217,17 +213,31 @@ pub(crate) fn data_finding(
             known,
             estimated_kg,
             within_box,
-        } => (
-            "known_mass_not_kept",
-            data!(py, "known_mass_kg": known.mass_kg, "known_mass_std_dev_kg": known.std_dev_kg,
-                "estimated_kg": estimated_kg, "within_box": within_box),
-        ),
+        } => return known_mass_not_kept(py, *known, *estimated_kg, *within_box),
         Found::Inconsistent {
             distance,
             within_box,
         } => ("inconsistent", fields!(py, distance, within_box)),
         Found::Outliers { outliers, windows } => ("outliers", fields!(py, outliers, windows)),
     })
+}
+
+/// Returns the data of a result that does not have the known mass.
+fn known_mass_not_kept(
+    py: Python<'_>,
+    known: KnownMass,
+    estimated_kg: f64,
+    within_box: bool,
+) -> PyResult<FindingData> {
+    let (known_mass_kg, known_mass_std_dev_kg) = (known.mass_kg, known.std_dev_kg);
+    let data = fields!(
+        py,
+        known_mass_kg,
+        known_mass_std_dev_kg,
+        estimated_kg,
+        within_box
+    );
+    Ok(("known_mass_not_kept", data))
 }
 
 /// Returns the data of a suspected offset of the wrenches.

@@ -256,8 +256,9 @@ pub enum RecordingError {
     },
     /// Gaps leave no stretch that is long enough for a window.
     #[error(
-        "too few windows: gaps between samples that are longer than {max_gap_s} s, the longest time that is bridged, \
+        "too few windows: gaps between samples that are longer than {} s, the longest time that is bridged, \
          leave no stretch long enough (number of gaps: {gaps}); samples come every {} s: bridge longer times",
+        three_digits(*max_gap_s),
         three_digits(*period_s)
     )]
     TooManyGaps {

@@ -221,7 +221,8 @@ def _velocities_contradicted(data: Data, _: Style) -> str:
     }
     return (
         f"The velocities of {listed(data['joints'])} are not the derivatives of the positions (rms"
-        f" difference {100 * data['relative_difference']:.0f} % of the motion).{causes[data['cause']]}"
+        f" difference {_whole_percent(data['relative_difference'])} of the motion)."
+        f"{causes[data['cause']]}"
     )
 
 
@@ -234,7 +235,8 @@ def _twist_contradicted(data: Data, _: Style) -> str:
     }
     return (
         f"{data['source']}: the twist is not the derivative of the pose (rms difference"
-        f" {100 * data['relative_difference']:.0f} % of the motion).{causes[data['better_axes']]}"
+        f" {_whole_percent(data['relative_difference'])} of the motion)."
+        f"{causes[data['better_axes']]}"
     )
 
 
@@ -279,6 +281,10 @@ def _delay_corrected(data: Data, _: Style) -> str:
 def _shift(delay_s: float, digits: int) -> str:
     """Says by how much stamps are later than the motion, or earlier."""
     return f"{1e3 * abs(delay_s):.{digits}f} ms {'later' if delay_s >= 0 else 'earlier'}"
+
+
+def _whole_percent(ratio: float) -> str:
+    return f"{100 * ratio:.0f} %"
 
 
 def _percent(ratio: float) -> str:
