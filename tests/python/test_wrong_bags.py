@@ -127,17 +127,18 @@ def test_a_wrench_without_any_motion(command: TactidCommand, tmp_path: Path) -> 
         tactid.identify(bag)
 
 
-def test_stamps_in_another_unit(command: TactidCommand, tmp_path: Path) -> None:
-    """A driver that writes microseconds into the seconds of its stamps."""
+@pytest.mark.parametrize("factor", [10**6, 5 * 10**7])
+def test_stamps_in_another_unit(command: TactidCommand, tmp_path: Path, factor: int) -> None:
+    """A driver that writes microseconds, or still smaller units, into the seconds of its stamps."""
 
     def stamped(each: Logged) -> Logged:
-        late_ns = (each.stamp_ns - EPOCH_NS) * 10**6
+        late_ns = (each.stamp_ns - EPOCH_NS) * factor
         changed = header(EPOCH_NS + late_ns, each.message.header.frame_id)
         return replace(each, message=replace(each.message, header=changed))
 
     messages = [description(), *map(stamped, carried(FIXED, *SHORT)[1:])]
     bag = write_bag(tmp_path / "bag", messages)
-    what = "with a stamp far from the time of logging were left out"
+    what = "stamps must be seconds and nanoseconds of the clock of the recorder"
     assert_refused(command("identify", bag), what)
     with pytest.raises(tactid.IdentificationError, match=what):
         tactid.identify(bag)

@@ -254,6 +254,19 @@ pub enum RecordingError {
         /// Number of samples that were used.
         used: u64,
     },
+    /// Most stamps are far from the times of logging.
+    #[error(
+        "{left_out} messages on {topic} with a stamp far from the time of logging were left out, and {used} samples could \
+         be used: stamps must be seconds and nanoseconds of the clock of the recorder"
+    )]
+    FarStamps {
+        /// Topic of the messages.
+        topic: String,
+        /// Number of messages that were left out.
+        left_out: u64,
+        /// Number of samples that were used.
+        used: u64,
+    },
     /// Gaps leave no stretch that is long enough for a window.
     #[error(
         "too few windows: gaps between samples that are longer than {} s, the longest time that is bridged, \
