@@ -78,7 +78,10 @@ def test_a_box_helps_where_the_recording_says_little() -> None:
         ({"known_mass": -1.0}, "`known_mass` is -1, but must be a positive number"),
         ({"known_mass": np.nan}, "known_mass"),
         ({"known_mass": 1.0, "known_mass_std_dev": -0.1}, "`known_mass_std_dev` is -0.1"),
-        ({"known_mass_std_dev": 0.1}, "without a known mass"),
+        (
+            {"known_mass_std_dev": 0.1},
+            "`known_mass` is missing, but its standard deviation is given",
+        ),
         ({"bounding_box": ROOM[::-1]}, "goes from 0.2 to -0.2 m along x"),
         ({"bounding_box": [[0, 0, 0], [1, 1, np.inf]]}, "along z"),
         ({"bounding_box": [0, 0, 0, 1, 1, 1]}, "bounding_box"),
