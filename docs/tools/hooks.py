@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from array_table import with_array_tables
 from completeness import missing_names
 from figures import FIGURES, draw
-from schema_tables import tables
+from schema_tables import finding_table, tables
 
 EXTERNAL = re.compile(
     r"<(?:script|img|iframe|source)\b[^>]*\bsrc=[\"']?(?:https?:)?//[^\s>]+"
@@ -44,10 +44,10 @@ def _equation(source: str, *_: Any, **__: Any) -> str:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Puts the tables of the JSON schema and of the arrays in the place of their marks."""
-    mark = "<!-- schema -->"
-    if mark in markdown:
-        markdown = markdown.replace(mark, tables(result_schema()))
+    """Puts the tables of the JSON schema and of the arrays in the places of their marks."""
+    for mark, made in {"<!-- schema -->": tables, "<!-- findings -->": finding_table}.items():
+        if mark in markdown:
+            markdown = markdown.replace(mark, made(result_schema()))
     return with_array_tables(markdown)
 
 

@@ -13,10 +13,24 @@ def tables(schema: Schema) -> str:
     top, definitions = schema["properties"], schema["$defs"]
     sections = [table(top.items())]
     for name, part in [*top.items(), *definitions.items()]:
+        if "oneOf" in part:
+            sections.append(f"### `{name}`\n\n{part['description']}\n\n{finding_table(schema)}")
         below = list(inner("" if name in definitions else f"{name}.", part))
         if below:
             sections.append(f"### `{name}`\n\n{table(below)}")
     return "\n\n".join(sections)
+
+
+def finding_table(schema: Schema) -> str:
+    """Returns a table of the kinds of findings, with the keys of their data."""
+    lines = ["| kind | what it means | data |", "|---|---|---|"]
+    for part in schema["$defs"]["finding"]["oneOf"]:
+        keys = {**part["properties"]}
+        name = keys.pop("kind")["const"]
+        keys.pop("text")
+        data = [f"`{key}`: {below['description']}" for key, below in keys.items()]
+        lines.append(f"| `{name}` | {part['description']} | {'<br>'.join(data) or 'none'} |")
+    return "\n".join(lines)
 
 
 def inner(path: str, part: Schema) -> Iterator[tuple[str, Schema]]:
@@ -47,7 +61,7 @@ def kind(part: Schema) -> str:
     if "const" in part:
         return f'"{part["const"]}"'
     if "enum" in part:
-        return ", ".join(f'"{value}"' for value in part["enum"])
+        return ", ".join("null" if value is None else f'"{value}"' for value in part["enum"])
     names = part.get("type", "object")
     if names == "array" and "$ref" in part.get("items", {}):
         return f"list of {kind(part['items'])}"

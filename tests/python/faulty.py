@@ -215,6 +215,18 @@ def noisy(
     return out
 
 
+def offset(messages: Sequence[Logged], values: np.ndarray, topic: str = "/wrench") -> list[Logged]:
+    """A sensor whose zero was not set: a constant force and moment on every wrench."""
+
+    def change(message: Any) -> Any:
+        f, n = message.wrench.force, message.wrench.torque
+        force = vector(np.array([f.x, f.y, f.z]) + values[:3])
+        torque = vector(np.array([n.x, n.y, n.z]) + values[3:])
+        return replace(message, wrench=replace(message.wrench, force=force, torque=torque))
+
+    return _changed(messages, _on(messages, topic), change)
+
+
 def truncate(bag: Path, part: float) -> Path:
     """Cuts the bag's only file as a full disk does; ``metadata.yaml`` still tells of the whole."""
     (file,) = bag.glob("*.mcap")

@@ -48,7 +48,7 @@ def test_what_a_recording_does_not_permit_is_a_reason(command: TactidCommand, lo
     assert "least squares" in reason
     done = command("compare", log, "--known-mass", 100)
     assert "tactile, NLMS: not possible: " in done.stderr
-    assert "(--estimator)" in done.stderr
+    assert "; --estimator chooses the estimator" in done.stderr
     assert "NLMS" not in done.stdout
 
 

@@ -31,7 +31,7 @@ def test_other_methods_name_the_link_and_a_method_without(
     (tmp_path / "arm.urdf").write_text(massless)
     done = command("identify", log, "--urdf", "arm.urdf", "--method", "combined")
     assert done.returncode == 2
-    assert "or use the tactile method, which needs none (--method)" in done.stderr
+    assert "or use the tactile method, which needs none; --method chooses the method" in done.stderr
 
 
 def test_dynamics_need_masses_and_kinematics_do_not(massless: str) -> None:

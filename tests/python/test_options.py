@@ -15,8 +15,14 @@ from tactid.options import collect, option_names
 from test_cli import assert_refused
 
 
-def test_every_option_has_its_documentation_everywhere(command: TactidCommand) -> None:
-    help_text = " ".join(command("identify", "--help").stdout.replace("│", " ").split())
+@pytest.fixture
+def help_text(command: TactidCommand, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The help of the command, in which nothing is folded."""
+    monkeypatch.setenv("TERMINAL_WIDTH", "2000")
+    return " ".join(command("identify", "--help").stdout.replace("│", " ").split())
+
+
+def test_every_option_has_its_documentation_everywhere(help_text: str) -> None:
     documentation = {
         use: inspect.getdoc(thing) or ""
         for use, thing in {
@@ -25,11 +31,10 @@ def test_every_option_has_its_documentation_everywhere(command: TactidCommand) -
             "paper filter": tactid.PaperFilter,
         }.items()
     }
-    flat = help_text.replace(" ", "")  # wherever the columns wrap
     for option in fields(tactid.Options):
         declaration = Declaration.of(option)
         assert "``" not in declaration.help
-        assert declaration.help.split(".")[0][:20].replace(" ", "") in flat
+        assert declaration.help in help_text
         assert declaration.documentation.endswith("."), option.name
         assert command_line_flag(option.name) in help_text, option.name
         entry = f"{option.name}: {declaration.documentation}"
@@ -37,6 +42,24 @@ def test_every_option_has_its_documentation_everywhere(command: TactidCommand) -
         for use, text in documentation.items():
             assert (entry in " ".join(text.split())) == (use in declaration.uses), (use, entry)
     assert set(option_names("log")) <= set(inspect.signature(tactid.identify).parameters)
+
+
+def test_the_help_groups_the_options_by_what_they_are_about(help_text: str) -> None:
+    panels = {
+        "Robot": ["urdf", "tip", "sensor_frame"],
+        "Topics": [name for name in option_names() if name.endswith("_topic")],
+        "Measurements": ["method", "unloaded", "delay", "max_gap", "wrench_offset"],
+        "Signs": ["gravity", "wrench_acts_on", "effort_gain"],
+        "Prior knowledge": ["known_tool", "known_mass", "known_mass_std_dev", "bounding_box"],
+        "Noise and filter": ["estimator", "cutoff", "wrench_noise", "effort_noise"],
+        "Paper's filter": ["alpha", "beta", "average", "epochs"],
+    }
+    assert [name for names in panels.values() for name in names] == option_names()
+    places = [help_text.index(f"╭─ {panel} ─") for panel in panels]
+    assert places == sorted(places)
+    for start, end, names in zip(places, [*places[1:], None], panels.values(), strict=True):
+        for name in names:
+            assert f" {command_line_flag(name)} " in help_text[start:end], name
 
 
 def test_no_option_has_a_default_in_python() -> None:
@@ -87,14 +110,56 @@ def test_options_and_keywords_are_the_same(log: Path) -> None:
     ],
 )
 def test_an_error_carries_the_option_that_causes_it(log: Path, option: str, value: object) -> None:
+    needed = {"method": "effort"} if option == "unloaded" else {}
     with pytest.raises(tactid.TactidError) as error:
-        tactid.identify(log, **{option: value})
-    if option == "unloaded":
-        return  # an error of the log, which names its path
-    assert isinstance(error.value, tactid.ArgumentError), error.value
+        tactid.identify(log, **needed, **{option: value})
+    kind = tactid.LogError if option == "unloaded" else tactid.ArgumentError
+    assert isinstance(error.value, kind), error.value
     assert error.value.option == option
     assert f"`{option}`" in str(error.value)
     assert command_line_flag(option) in error.value.worded("command-line")
+
+
+@pytest.mark.parametrize(
+    ("option", "given", "sentence"),
+    [
+        ("joint_topic", {"joint_topic": "/none"}, "`joint_topic`: the log has no topic /none of"),
+        (
+            "unloaded",
+            {"method": "effort", "unloaded": "none"},
+            "`unloaded`: the unloaded recording cannot be read: ",
+        ),
+        ("method", {"unloaded": "none"}, "; `method` chooses the method"),
+        ("tip", {"tip": "hand"}, "; `tip` names the end-effector frame"),
+        ("cutoff", {"cutoff": 0.01}, "or raise the cutoff; `cutoff` sets the cutoff"),
+        ("max_gap", {"max_gap": 1e-5}, "; `max_gap` sets the longest time that is bridged"),
+        (
+            "estimator",
+            {"estimator": "nlms", "known_mass": 1.0},
+            "nothing else; `estimator` chooses the estimator",
+        ),
+        (
+            "known_mass",
+            {"known_mass_std_dev": 0.1},
+            "`known_mass` is missing, but its standard deviation is given",
+        ),
+        ("alpha", {"alpha": 1.0}, "`alpha` is an option of the paper's filter, and not of least"),
+        (
+            "bounding_box",
+            {"bounding_box": [[0, 0, 0], [1, 1, 0]]},
+            "`bounding_box`: the bounding box goes from 0 to 0 m along z",
+        ),
+    ],
+)
+def test_an_error_says_whether_an_option_causes_or_resolves_it(
+    log: Path, option: str, given: dict[str, object], sentence: str
+) -> None:
+    with pytest.raises(tactid.TactidError) as error:
+        tactid.identify(log, options=tactid.Options(**given))  # type: ignore[arg-type]
+    assert sentence in str(error.value)
+    assert error.value.option == option
+    flag = command_line_flag(option)
+    assert error.value.worded("command-line") == str(error.value).replace(f"`{option}`", flag)
 
 
 def test_an_option_that_does_not_apply_is_refused(log: Path) -> None:
@@ -106,4 +171,7 @@ def test_an_option_that_does_not_apply_is_refused(log: Path) -> None:
 
 def test_the_command_names_its_own_options(command: TactidCommand, log: Path) -> None:
     assert_refused(command("identify", log, "--cutoff", "-1"), "--cutoff is -1")
-    assert_refused(command("identify", log, "--joint-topic", "/none"), "(--joint-topic)")
+    assert_refused(
+        command("identify", log, "--joint-topic", "/none"),
+        "error: --joint-topic: the log has no topic /none",
+    )

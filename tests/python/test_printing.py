@@ -21,7 +21,7 @@ GRAVITY = Finding(
     {"better": [0.0, 0.0, 9.81], "residual_ratio": 1e-3, "method": "tactile"},
 )
 NEGATIVE = Finding("negative_mass", {"method": "tactile", "or_gravity": False})
-HEAVY = Finding("known_bodies_too_heavy", {"known_kg": 3.0, "load_kg": 2.0})
+HEAVY = Finding("known_bodies_too_heavy", {"known_bodies_kg": 3.0, "load_kg": 2.0})
 SUMMED = Finding("wrenches_summed", {"topics": ["/left", "/right"]})
 OFFSET = Finding(
     "offset_suspected",

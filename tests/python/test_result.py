@@ -10,7 +10,7 @@ import pytest
 
 import doubles
 from expectations import LAYOUT, assert_fits_schema
-from tactid import Finding, KnownMass, files, outlook, remarks, result_json, truth, values, wording
+from tactid import Finding, KnownMass, files, outlook, remarks, result_json, truth, values
 
 NOMINAL = [100.0, 0.5, 0.0, 0.0, 10.0, 0.0, 0.0, 20.0, 0.0, 10.0]
 
@@ -95,10 +95,8 @@ def test_a_recording_as_json_has_the_layout_that_others_read() -> None:
     assert diagnostics["not_identifiable"] == ["com.z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz"]
     assert shown["remarks"][0].startswith("Not identifiable: com.z, Ixx")
     assert shown["remarks"][0].endswith(diagnostics["motion_advice"][-1])
-    assert shown["remarks"][1:] == [wording.finding(finding)]
-    assert shown["findings"] == [
-        {"kind": "frame_assumed", **finding.data, "text": wording.finding(finding)}
-    ]
+    assert shown["remarks"][1:] == [str(finding)]
+    assert shown["findings"] == [{"kind": "frame_assumed", **finding.data, "text": str(finding)}]
 
 
 def test_the_keys_of_what_was_given_have_units() -> None:

@@ -9,7 +9,6 @@ import pytest
 import doubles
 import tactid
 from conftest import TactidCommand
-from tactid import wording
 from test_cli import assert_refused
 from wrist import BODY, EARLY, NOISE, TRUTH, identified
 
@@ -31,10 +30,10 @@ def test_an_offset_is_suspected_and_found() -> None:
     assert (np.abs(offset.values - OFFSET) < 3.5 * offset.std_devs).all()
     assert (offset.std_devs < 0.1).all()
     (finding,) = (each for each in taken_for_none.findings if each.kind == "offset_suspected")
-    remark = wording.finding(finding, "command-line")
+    remark = finding.worded("command-line")
     assert "constant offset" in remark
     assert remark.endswith("or let --wrench-offset identify it together with the payload.")
-    assert "`wrench_offset` identify it" in wording.finding(finding)
+    assert "`wrench_offset` identify it" in str(finding)
     np.testing.assert_allclose(finding.data["values"], offset.values)
     assert found.findings == []
     # The history ends where the estimate is, and the prediction has the offset in it.

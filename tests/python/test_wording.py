@@ -1,17 +1,22 @@
 """Findings, faults and advice in words."""
 
+import inspect
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import doubles
 from expectations import assert_fits_schema
-from tactid import Finding, remarks, result_json
-from tactid.faults import PHRASES, DataFault
+from tactid import DataFault, Finding, Identifier, remarks, result_json
+from tactid.faults import FAULT_KINDS
+from tactid.findings import CONTRADICTIONS, DOUBTS
+from tactid.naming import command_line_flag
+from tactid.options import option_names
 from tactid.remarks import motion_advice
-from tactid.wording import CONTRADICTIONS, DOUBTS, FINDING_KINDS, finding
+from tactid.wording import FINDING_KINDS
 
 NATIVE = Path(__file__).parents[2] / "crates/pyid/src"
 
@@ -21,7 +26,7 @@ FINDINGS = [
         {"better": [0.0, 0.0, 9.81], "residual_ratio": 1e-3, "method": "tactile"},
     ),
     Finding("negative_mass", {"method": "tactile", "or_gravity": True}),
-    Finding("known_bodies_too_heavy", {"known_kg": 3.0, "load_kg": 2.0}),
+    Finding("known_bodies_too_heavy", {"known_bodies_kg": 3.0, "load_kg": 2.0}),
     Finding(
         "offset_suspected",
         {
@@ -38,13 +43,14 @@ FINDINGS = [
             "load_rms": 10.0,
             "noise_rms": 0.07,
             "method": "effort",
+            "has_unloaded": False,
         },
     ),
     Finding(
         "mass_contradicted",
         {
-            "known_kg": 2.0,
-            "known_std_dev_kg": 0.0,
+            "known_mass_kg": 2.0,
+            "known_mass_std_dev_kg": 0.0,
             "found_kg": 1.8391,
             "std_dev_kg": 0.001,
             "distance": 160.9,
@@ -52,7 +58,12 @@ FINDINGS = [
     ),
     Finding(
         "known_mass_not_kept",
-        {"known_kg": 2.0, "known_std_dev_kg": 0.0, "estimated_kg": 4.0, "within_box": True},
+        {
+            "known_mass_kg": 2.0,
+            "known_mass_std_dev_kg": 0.0,
+            "estimated_kg": 4.0,
+            "within_box": True,
+        },
     ),
     Finding("inconsistent", {"distance": 7.0, "within_box": True}),
     Finding("outliers", {"outliers": 3, "windows": 100}),
@@ -86,6 +97,118 @@ FINDINGS = [
     Finding("delay_doubtful", {"delay_s": -0.488, "residual_ratio": 0.9, "is_at_end": False}),
 ]
 
+SENTENCES = {
+    "gravity_contradicted": (
+        "Gravity of the opposite sign, (0, 0, 9.81) m/s², explains the wrench far better than the"
+        " given one (its residuals are 0.10 % as large): check the sign of `gravity` and the axes"
+        " of the world."
+    ),
+    "negative_mass": (
+        "The identified mass is negative: the opposite sign of the wrench (`wrench_acts_on`), or"
+        " of gravity (`gravity`), would explain the data."
+    ),
+    "known_bodies_too_heavy": (
+        "The known bodies weigh 3 kg, but the whole load only 2 kg: check the mass of"
+        " `known_tool`, the links below the tip in the URDF, and the gains of the sensors."
+    ),
+    "offset_suspected": (
+        "The wrenches seem to have a constant offset: force (1.50 ± 0.20, 0.00 ± 0.20, 0.20 ±"
+        " 0.20) N, moment (0.000 ± 0.020, 0.010 ± 0.020, 0.000 ± 0.020) N m, in the frame tool0"
+        " and with the sign of the recorded wrenches. Subtract it from the wrenches (tare the"
+        " sensor), or let `wrench_offset` identify it together with the payload."
+    ),
+    "load_unexplained": (
+        "The model does not explain 30 % of the load (rms 3.0 of 10.0 N m, 43 times the noise),"
+        " and the intervals do not contain this error. Friction in the joints is the usual"
+        " reason, then wrong inertias of the links or gains of the efforts: use `unloaded`, a"
+        " recording of the same motion without the payload."
+    ),
+    "mass_contradicted": (
+        "The given mass is 2 kg, but the data alone give 1.8391 ± 0.0020 kg, 160.9"
+        " standard deviations away: check gravity, and the gains and offsets of the sensors."
+    ),
+    "known_mass_not_kept": (
+        "The given mass is 2 kg, but the result has 4 kg: no physically consistent body of the"
+        " given mass within the box explains the data."
+    ),
+    "inconsistent": (
+        "No physically consistent body within the box explains the data within their noise. The"
+        " result is the nearest one, 7.0 standard deviations away: check the frames, the box,"
+        " gravity and the offsets of the sensors."
+    ),
+    "outliers": (
+        "3 of 100 windows are outliers, as an impact causes them, and have next to no weight."
+    ),
+    "acceleration_not_used": (
+        "/accel is not used: accelerations derived from the velocities explain the wrench better"
+        " (residuals 50 % as large, power 40 %). Give `acceleration_topic` to use it."
+    ),
+    "option_not_used": (
+        "The option `effort_noise` has no effect: it is about measurements that the tactile"
+        " method does not use with this recording."
+    ),
+    "frame_assumed": ("/wrench names no frame: its wrenches are taken to be in `tool0`."),
+    "wrenches_summed": ("The wrenches of /left and /right are summed."),
+    "unknown_joints": ("Joints that the URDF does not have were left out: finger."),
+    "absent_joints": (
+        "Joints that the log does not have, and that do not move the tool, were taken to be at"
+        " zero: head."
+    ),
+    "late_start": ("/wrench begins 1.500 s after the others: what came before was left out."),
+    "early_end": (
+        "/wrench ends at 8.000 s, 7.000 s before the others: what came after was left out."
+    ),
+    "velocities_contradicted": (
+        "The velocities of joint_1 are not the derivatives of the positions (rms difference 200 %"
+        " of the motion). They are in degrees per second, but must be in rad/s."
+    ),
+    "twist_contradicted": (
+        "/odom: the twist is not the derivative of the pose (rms difference 80 % of the motion)."
+        " It is in the axes of the world, but the twist of an odometry message must be in those"
+        " of its child frame."
+    ),
+    "constant_channels": (
+        "/wrench: force x in `tool0` is exactly zero in all samples, as of a sensor that does not"
+        " measure it. The estimate takes it for measured."
+    ),
+    "no_stamps": ("The messages have no stamps: their times are those of logging."),
+    "delay_corrected": (
+        "The wrenches are stamped 37.00 ms later than the motion: this delay was corrected"
+        " (estimated 37.00 ± 0.20 ms)."
+    ),
+    "delay_doubtful": (
+        "A delay of the wrenches, stamped 488 ms earlier than the motion, would fit better, but"
+        " only a little (its residuals are 90 % as large): it was not corrected. Check whether"
+        " all sensors of the payload were recorded, and the frames and signs; `delay` sets a"
+        " delay."
+    ),
+}
+"""What each of them says to a caller of ``tactid.identify``."""
+
+ONLINE = {
+    "negative_mass": (
+        "The identified mass is negative: the opposite sign of the wrench, or of gravity"
+        " (`gravity`), would explain the data: negate `wrench` before `push`."
+    ),
+    "known_bodies_too_heavy": (
+        "The known bodies weigh 3 kg, but the whole load only 2 kg: check the links below the tip"
+        " in the URDF, and the gains of the sensors."
+    ),
+    "offset_suspected": (
+        "The wrenches seem to have a constant offset: force (1.50 ± 0.20, 0.00 ± 0.20, 0.20 ±"
+        " 0.20) N, moment (0.000 ± 0.020, 0.010 ± 0.020, 0.000 ± 0.020) N m, in the frame tool0"
+        " and with the sign of the pushed wrenches. Subtract it from the wrenches before `push`"
+        " (tare the sensor), or let `wrench_offset` identify it together with the payload."
+    ),
+    "load_unexplained": (
+        "The model does not explain 30 % of the load (rms 3.0 of 10.0 N m, 43 times the noise),"
+        " and the intervals do not contain this error. Friction in the joints is the usual"
+        " reason, then wrong inertias of the links or gains of the efforts: subtract the efforts"
+        " of the same motion without the payload before `push`."
+    ),
+}
+"""The sentences for a caller of ``push``, where they differ."""
+
 
 def test_every_kind_of_the_native_part_has_its_words() -> None:
     findings = (NATIVE / "findings.rs").read_text()
@@ -93,48 +216,106 @@ def test_every_kind_of_the_native_part_has_its_words() -> None:
         re.findall(r'\("([a-z_]+)", (?:data|fields)', findings)
     ) == set(FINDING_KINDS)
     faults = (NATIVE / "faults.rs").read_text()
-    assert set(re.findall(r'FaultKind::\w+(?:\(joint\))? => \("([a-z_]+)"', faults)) == set(PHRASES)
+    kinds = re.findall(r'FaultKind::\w+(?:\(joint\))? => \("([a-z_]+)"', faults)
+    assert set(kinds) == set(FAULT_KINDS)
 
 
-def test_every_finding_is_sentences() -> None:
-    assert {each.kind for each in FINDINGS} == set(FINDING_KINDS)
-    for each in FINDINGS:
-        for style in ("keyword", "command-line"):
-            assert re.fullmatch(r"\S.*\.", finding(each, style)), each.kind
-        assert "--" not in finding(each)
-        assert str(each) == finding(each)
+BACKTICKED = re.compile(r"`(\w+)`")
+
+
+def test_every_finding_is_pinned_to_its_sentences() -> None:
+    assert [each.kind for each in FINDINGS] == list(SENTENCES)
+    assert set(SENTENCES) == set(FINDING_KINDS)
     assert set(CONTRADICTIONS + DOUBTS) < set(FINDING_KINDS)
+    for each in FINDINGS:
+        assert str(each) == each.worded("keyword") == SENTENCES[each.kind]
 
 
-@pytest.mark.parametrize(
-    ("kind", "keyword"),
-    [
-        ("gravity_contradicted", "gravity"),
-        ("negative_mass", "wrench_acts_on"),
-        ("known_bodies_too_heavy", "known_tool"),
-        ("offset_suspected", "wrench_offset"),
-        ("load_unexplained", "unloaded"),
-        ("acceleration_not_used", "acceleration_topic"),
-        ("option_not_used", "effort_noise"),
-        ("delay_doubtful", "delay"),
-    ],
-)
-def test_a_finding_names_options_as_its_reader_writes_them(kind: str, keyword: str) -> None:
+@pytest.mark.parametrize("kind", FINDING_KINDS)
+def test_a_finding_names_options_as_a_user_of_the_command_writes_them(kind: str) -> None:
     (found,) = (each for each in FINDINGS if each.kind == kind)
-    assert f"`{keyword}`" in finding(found, "keyword")
-    assert f"--{keyword.replace('_', '-')}" in finding(found, "command-line")
-    assert "`" not in finding(found, "command-line")
+
+    def flag(name: re.Match[str]) -> str:
+        return command_line_flag(name[1]) if name[1] in option_names("log") else name[0]
+
+    assert found.worded("command-line") == BACKTICKED.sub(flag, SENTENCES[kind])
+
+
+def test_online_a_finding_names_no_option_that_the_identifier_does_not_have() -> None:
+    """What has no option is done to the samples."""
+    native = (NATIVE / "findings.rs").read_text()
+    of_the_data = native[native.index("fn data_finding") :]
+    kinds = [kind for kind in FINDING_KINDS if f'"{kind}"' in of_the_data]
+    assert len(kinds) == 9
+    known = {*option_names("online"), *inspect.signature(Identifier.push).parameters, "push"}
+    for each in FINDINGS:
+        if each.kind in kinds:
+            for method in ("tactile", "effort", "joint-sensing", "combined"):
+                found = replace(each, data={**each.data, "method": method}, style="online")
+                assert set(BACKTICKED.findall(str(found))) <= known, str(found)
+            online = ONLINE.get(each.kind, SENTENCES[each.kind])
+            assert each.worded("online") == online
+
+
+def test_an_unloaded_recording_is_not_recommended_where_it_was_used() -> None:
+    (found,) = (each for each in FINDINGS if each.kind == "load_unexplained")
+    for style in ("keyword", "command-line"):
+        used = Finding(found.kind, {**found.data, "has_unloaded": True}, style)
+        assert str(used) == (
+            "The model does not explain 30 % of the load (rms 3.0 of 10.0 N m, 43 times the noise),"
+            " and the intervals do not contain this error. The unloaded recording does not remove"
+            " it: check that both recordings have the same speed and temperature, and the gains of"
+            " the efforts."
+        )
+
+
+FAULTS = {
+    "gap": "3 gaps were not bridged",
+    "out_of_order": "3 messages out of order were left out",
+    "undecodable": "3 messages that cannot be decoded were left out",
+    "not_finite": "3 messages with a value that is not finite were left out",
+    "out_of_range": "3 messages with a value out of range (beyond 1e9) were left out",
+    "partial_joints": "3 messages with only some of the publisher's joints were left out",
+    "position_count": "3 messages with another number of positions than of names were left out",
+    "velocity_not_finite": "3 velocities that are not finite were derived from the positions",
+    "no_velocity": "3 messages have no velocities, which were derived from the positions",
+    "no_effort": "3 messages without efforts were left out",
+    "effort_not_finite": "3 messages with an effort of elbow that is not finite were left out",
+    "not_unit_quaternion": (
+        "3 messages with an orientation that is no unit quaternion were left out"
+    ),
+    "no_stamp": "3 messages have no stamp: the time of logging is used",
+    "far_stamp": "3 messages with a stamp far from the time of logging were left out",
+    "incomplete": "3 samples at which another stream has no value were left out",
+}
 
 
 def test_a_fault_says_what_how_often_and_when_first() -> None:
-    fault = DataFault("/joint_states", "effort_not_finite", 12, 3.5, "elbow")
-    assert fault.sentence == (
-        "/joint_states: 12 × effort of elbow that is not finite, message left out, the first at"
-        " 3.500 s."
+    assert set(FAULTS) == set(FAULT_KINDS)
+    for kind, sentence in FAULTS.items():
+        assert str(DataFault("/topic", kind, 3, joint="elbow")) == f"/topic: {sentence}."
+    one = DataFault("/topic", "no_velocity", 1, 3.5)
+    assert str(one) == (
+        "/topic: 1 message has no velocities, which were derived from the positions, at 3.500 s."
     )
-    assert DataFault("samples", "incomplete", 1).sentence.endswith("left out.")
-    for kind in PHRASES:
-        assert "{" not in DataFault("/topic", kind, 1, joint="elbow").phrase
+    many = DataFault("samples", "incomplete", 2, 3.5)
+    assert str(many) == (
+        "2 samples at which another stream has no value were left out, the first at 3.500 s."
+    )
+
+
+def test_numbers_agree_with_their_nouns_and_a_gap_is_reported_once() -> None:
+    one = doubles.with_estimate(doubles.tactile(duration=4.0), rejected=1, gaps=1)
+    assert remarks.remarks(one) == [
+        "1 sample was rejected: not finite, or out of order.",
+        "1 gap in the recording was not bridged.",
+    ]
+    where = replace(one, faults=[DataFault("/wrench", "gap", 1, 2.0)])
+    assert remarks.remarks(where)[1:] == ["/wrench: 1 gap was not bridged, at 2.000 s."]
+    outlier = Finding("outliers", {"outliers": 1, "windows": 100})
+    assert str(outlier) == (
+        "1 of 100 windows is an outlier, as an impact causes it, and has next to no weight."
+    )
 
 
 def test_advice_names_the_least_motion_that_determines_all() -> None:
@@ -158,18 +339,71 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
         ("load_unexplained", {}, "30 % of the load (rms 3.0 of 10.0 N m, 43 times the noise)"),
         ("offset_suspected", {}, "force (1.50 ± 0.20, 0.00 ± 0.20, 0.20 ± 0.20) N, moment (0.000"),
         ("delay_corrected", {"applied_s": -0.012}, "stamped 12.00 ms earlier than the motion"),
+        ("delay_doubtful", {"delay_s": 0.5}, "stamped 500 ms later than the motion, would fit"),
+        (
+            "delay_doubtful",
+            {"is_at_end": True},
+            "better, but it is as long as any that is searched",
+        ),
     ],
 )
 def test_a_finding_is_in_words_and_without_exponents(
     kind: str, changed: dict[str, float], words: str
 ) -> None:
     (found,) = (each for each in FINDINGS if each.kind == kind)
-    assert words in finding(Finding(kind, {**found.data, **changed}))
+    assert words in str(Finding(kind, {**found.data, **changed}))
 
 
 def test_the_schema_describes_the_data_of_every_finding() -> None:
     found = replace(doubles.tactile(duration=4.0), findings=FINDINGS)
-    assert_fits_schema(result_json.record(found))
+    record = result_json.record(found)
+    assert_fits_schema(record)
+    for shown in record["findings"]:
+        for key in shown:
+            if key not in ("kind", "text"):
+                other = {name: value for name, value in shown.items() if name != key}
+                with pytest.raises(AssertionError, match="is not valid under"):
+                    assert_fits_schema({**record, "findings": [other]})
+        with pytest.raises(AssertionError, match="is not valid under"):
+            assert_fits_schema({**record, "findings": [{**shown, "other_key": 1}]})
+
+
+UNIT = re.compile(
+    r"\b(kg|m|s|Hz|rad|N|ns|percent)\b|m/s²|without a unit|in the unit|Number of", re.IGNORECASE
+)
+
+
+def numbers_without_a_unit(path: str, part: Any, described: str = "") -> list[str]:
+    """The numbers of a schema of which neither the key nor a description states the unit."""
+    if not isinstance(part, dict):
+        return []
+    described = part.get("description", described)
+    if {"number", "integer"} & {
+        *([part["type"]] if isinstance(part.get("type"), str) else part.get("type", []))
+    }:
+        return [] if UNIT.search(described) or path.endswith(SUFFIXES) else [path]
+    found = []
+    for key, child in part.items():
+        children = child if key == "properties" else {key: child}
+        if key in ("anyOf", "oneOf"):
+            children = {str(index): each for index, each in enumerate(child)}
+        if isinstance(children, dict):
+            for name, below in children.items():
+                found += numbers_without_a_unit(f"{path}/{name}", below, described)
+    return found
+
+
+SUFFIXES = ("_s", "_ns", "_hz", "_m", "_rad", "_kg", "_n", "_m_s2")
+
+
+def test_every_number_of_the_schema_has_a_unit_in_its_key_or_description() -> None:
+    schema = result_json.result_schema()
+    # The units of the ten values stand where they are referred to.
+    definitions = {**schema["$defs"]}
+    del definitions["ten_values"]
+    whole = {"properties": schema["properties"], "$defs": {"properties": definitions}}
+    assert numbers_without_a_unit("", whole) == []
+    assert numbers_without_a_unit("", {"properties": {"bare": {"type": "number"}}}) == ["/bare"]
 
 
 def test_remarks_of_a_sound_result_are_none() -> None:

@@ -79,7 +79,8 @@ pub enum IdentifyError {
     NoWrench,
     /// The joint-sensing method is used on a fixed base.
     #[error(
-        "the joint-sensing method needs a free-floating base: a fixed base exchanges momentum with the ground"
+        "the joint-sensing method needs a free-floating base, because a fixed base exchanges momentum with the ground: \
+         use the tactile or the effort method, or give the motion of the base if it is not fixed"
     )]
     FixedBase,
     /// The paper's filter is used with a method whose rows are not a force and a moment.

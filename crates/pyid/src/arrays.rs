@@ -6,15 +6,13 @@ use nalgebra::{
 };
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use tactid_recordings::unit_quaternion;
 
 use crate::errors::ArgumentError;
 use crate::shapes::{numbers, one_or_many, shape_error, shape_of, transposition};
 
 /// Largest entry of `R R^T - 1` for a rotation matrix `R`, above the rounding of float32.
 const ROTATION_TOLERANCE: f64 = 1e-5;
-
-/// Largest difference of a measured quaternion's norm from one, as for the messages of a log.
-const NORM_TOLERANCE: f64 = 0.1;
 
 /// Numbers that belong to samples: one item for each sample, or one item for all samples.
 ///
@@ -173,7 +171,7 @@ impl Poses {
 
     /// Reads measured poses; the identity where nothing is given.
     ///
-    /// A matrix with NaN, and a quaternion whose norm is not within [`NORM_TOLERANCE`] of one, become poses of NaN,
+    /// A matrix with NaN, and a quaternion that is not about normalised, become poses of NaN,
     /// which the identification counts as faults of single samples. Any other matrix that is no pose is an error.
     pub(crate) fn read_measured_or_identity(
         value: Option<&Bound<'_, PyAny>>,
@@ -356,13 +354,10 @@ fn pose_from_quaternion(entries: &[f64]) -> Result<Isometry3<f64>, &'static str>
 /// Returns the pose of a quaternion that is about normalised, else a pose of NaN.
 fn measured_pose_from_quaternion(entries: &[f64]) -> Isometry3<f64> {
     let quaternion = Quaternion::new(entries[6], entries[3], entries[4], entries[5]);
-    // The comparison with NaN is false.
-    if (quaternion.norm() - 1.0).abs() <= NORM_TOLERANCE {
+    unit_quaternion(quaternion).map_or_else(missing_pose, |rotation| {
         let position = Vector3::new(entries[0], entries[1], entries[2]);
-        Isometry3::from_parts(position.into(), UnitQuaternion::new_normalize(quaternion))
-    } else {
-        missing_pose()
-    }
+        Isometry3::from_parts(position.into(), rotation)
+    })
 }
 
 fn missing_pose() -> Isometry3<f64> {

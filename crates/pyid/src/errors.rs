@@ -2,12 +2,12 @@
 
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
-use tactid_identify::IdentifyError;
+use tactid_identify::{IdentifyError, three_digits};
 use tactid_nlms::SettingError;
 use tactid_recordings::RecordingError;
 
 use crate::faults::FaultData;
-use crate::keywords::{keyword_of, option_of, topic_option};
+use crate::keywords::{keyword_of, topic_option};
 
 pyo3::import_exception!(tactid.errors, TactidError);
 pyo3::import_exception!(tactid.errors, ArgumentError);
@@ -86,7 +86,7 @@ impl IntoPyErr for IdentifyError {
                 given,
                 expected,
             } => {
-                let name = option_of(name);
+                let name = keyword_of(name);
                 option_error(format!("`{name}` is {given}, but must be {expected}"), name)
             }
             Self::NoiseCount {
@@ -95,20 +95,21 @@ impl IntoPyErr for IdentifyError {
                 of,
                 expected,
             } => {
-                let name = option_of(name);
+                let name = keyword_of(name);
                 let each = format!("give one for all, or one for each of the {expected} {of}");
                 option_error(format!("`{name}` has {given} entries: {each}"), name)
             }
             Self::Box { .. } => option_error(message, "bounding_box"),
             Self::PriorNeedsLeastSquares(_) | Self::NeedsLeastSquares(_) => {
-                option_error(message, "estimator")
+                let name = "estimator";
+                option_error(pointing_to(&message, name), name)
             }
             Self::WrenchCount { .. } => ArgumentError::new_err(message),
             Self::NoWrench | Self::FixedBase | Self::NoMasses { .. } => {
-                IdentificationError::new_err((message, "method"))
+                identification_error(&message, Some("method"))
             }
             Self::TooFewWindows { .. } | Self::TooFewSamples { .. } => {
-                IdentificationError::new_err((message, "cutoff"))
+                identification_error(&message, Some("cutoff"))
             }
         }
     }
@@ -120,15 +121,18 @@ impl IntoPyErr for RecordingError {
         match self {
             Self::Identify(error) => error.into_py_err(),
             Self::Log(error) => error.into_py_err(),
+            Self::UnloadedLog(_) => LogError::new_err((message, "unloaded")),
             Self::NoSuchTopic { kind, .. } => option_error(message, topic_option(kind)),
             Self::EffortGains { .. } => option_error(message, "effort_gain"),
-            Self::UnloadedNeedsEffort => option_error(message, "unloaded"),
             Self::NotForArrays(name) => {
-                let option = keyword_of(name);
-                ArgumentError::new_err((message, option.to_owned()))
+                let name = keyword_of(name);
+                option_error(format!("`{name}` does not apply to arrays"), name)
             }
             Self::NoSamples => ArgumentError::new_err("`time` is empty: there is no sample"),
-            Self::UnknownTip { .. } => ModelError::new_err((message, "tip")),
+            Self::UnknownTip { .. } => {
+                let name = "tip";
+                ModelError::new_err((pointing_to(&message, name), name))
+            }
             Self::RobotTwice => {
                 ArgumentError::new_err("`robot` and `urdf` are both given: give one of them")
             }
@@ -148,16 +152,27 @@ impl IntoPyErr for RecordingError {
             Self::MissingArray { name, reason } => {
                 ArgumentError::new_err(format!("`{}` is missing: {reason}", keyword_of(name)))
             }
-            Self::SensorFrameForSeveral(_) => option_error(message, "sensor_frame"),
-            // Arrays have their times in this keyword, and a log has topics.
-            Self::TimesNotIncreasing { .. } => {
-                IdentificationError::new_err(message.replace("times_s", "`source`"))
+            Self::SensorFrameNorm(norm) => {
+                let name = "sensor_frame";
+                let norm = three_digits(norm);
+                option_error(
+                    format!(
+                        "the quaternion (qx, qy, qz, qw) of `{name}` has the norm {norm}, but must have the norm 1"
+                    ),
+                    name,
+                )
             }
+            Self::SensorFrameForSeveral(_) => option_error(message, "sensor_frame"),
+            // The recording or the topic that the option names is at fault.
+            Self::OtherMotion { .. } | Self::NoSharedMotion | Self::SeveralUnloadedTopics(_) => {
+                IdentificationError::new_err((message, "unloaded"))
+            }
+            Self::ImuFrame { .. } => IdentificationError::new_err((message, "imu_topic")),
             Self::NoOverlap { faults, .. } => {
                 let faults: Vec<FaultData> = faults.iter().map(FaultData::from).collect();
                 IdentificationError::new_err((message, None::<&str>, faults))
             }
-            other => IdentificationError::new_err((message, remedy(&other))),
+            other => identification_error(&message, remedy(&other)),
         }
     }
 }
@@ -165,6 +180,7 @@ impl IntoPyErr for RecordingError {
 /// The option that resolves an error of a recording; `None` where there is none.
 fn remedy(error: &RecordingError) -> Option<&'static str> {
     match error {
+        RecordingError::UnloadedNeedsEffort => Some("method"),
         RecordingError::TooManyGaps { .. } => Some("max_gap"),
         RecordingError::RareSamples { unit: None, .. } => Some("cutoff"),
         RecordingError::SeveralTopics { kind, .. } => Some(topic_option(*kind)),
@@ -172,12 +188,31 @@ fn remedy(error: &RecordingError) -> Option<&'static str> {
         RecordingError::UnknownFrame { topic: Some(_), .. } => Some("sensor_frame"),
         RecordingError::UnknownFrame { topic: None, .. } => Some("tip"),
         RecordingError::NoUrdf(_) => Some("urdf"),
-        RecordingError::ImuFrame { .. } => Some("imu_topic"),
-        RecordingError::OtherMotion { .. }
-        | RecordingError::NoSharedMotion
-        | RecordingError::SeveralUnloadedTopics(_) => Some("unloaded"),
         _ => None,
     }
+}
+
+/// An error of an identification, whose message names the option that resolves it.
+fn identification_error(message: &str, option: Option<&'static str>) -> PyErr {
+    match option {
+        Some(name) => IdentificationError::new_err((pointing_to(message, name), name)),
+        None => IdentificationError::new_err(message.to_owned()),
+    }
+}
+
+/// Adds to a message what the option does that resolves the error.
+fn pointing_to(message: &str, option: &'static str) -> String {
+    let does = match option {
+        "cutoff" => "sets the cutoff",
+        "estimator" => "chooses the estimator",
+        "max_gap" => "sets the longest time that is bridged",
+        "method" => "chooses the method",
+        "sensor_frame" => "places the sensor",
+        "tip" => "names the end-effector frame",
+        "urdf" => "names its file",
+        _ => "names the topic",
+    };
+    format!("{message}; `{option}` {does}")
 }
 
 impl IntoPyErr for tactid_sim::SimError {

@@ -2,11 +2,11 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tactid_identify::WrenchOffset;
 use tactid_identify::checks::{TwistAxes, TwistContradiction, VelocityCause};
-use tactid_recordings::{Finding, NotUsedBecause};
+use tactid_identify::{KnownMass, WrenchOffset};
+use tactid_recordings::{Delay, Finding, NotUsedBecause};
 
-use crate::keywords::{keyword_of, option_of};
+use crate::keywords::keyword_of;
 
 /// The kind of a finding, and its data.
 pub(crate) type FindingData = (&'static str, Py<PyDict>);
@@ -29,10 +29,15 @@ macro_rules! fields {
     }};
 }
 
-/// Returns what Python's `tactid.identification.Finding` is made from.
-pub(crate) fn finding_data(py: Python<'_>, finding: &Finding) -> PyResult<FindingData> {
+/// Returns what Python's `tactid.findings.Finding` is made from. `has_unloaded` is whether the efforts of an unloaded
+/// recording were subtracted.
+pub(crate) fn finding_data(
+    py: Python<'_>,
+    finding: &Finding,
+    has_unloaded: bool,
+) -> PyResult<FindingData> {
     Ok(match finding {
-        Finding::Data(finding) => return data_finding(py, finding),
+        Finding::Data(finding) => return data_finding(py, finding, has_unloaded),
         Finding::AccelerationNotUsed {
             topic,
             explains_better,
@@ -77,12 +82,15 @@ pub(crate) fn finding_data(py: Python<'_>, finding: &Finding) -> PyResult<Findin
         Finding::DelayCorrected {
             applied_s,
             estimated,
-        } => (
-            "delay_corrected",
-            data!(py, "applied_s": applied_s, "estimated_s": estimated.delay_s,
-                "std_dev_s": estimated.std_dev_s),
-        ),
+        } => return delay_corrected(py, *applied_s, *estimated),
     })
+}
+
+/// Returns the data of a delay that was corrected.
+fn delay_corrected(py: Python<'_>, applied_s: f64, estimated: Delay) -> PyResult<FindingData> {
+    let (estimated_s, std_dev_s) = (estimated.delay_s, estimated.std_dev_s);
+    let data = fields!(py, applied_s, estimated_s, std_dev_s);
+    Ok(("delay_corrected", data))
 }
 
 /// Returns the data of an option that has no effect.
@@ -96,7 +104,7 @@ fn option_not_used(
         NotUsedBecause::OtherMotion => ("other_motion", None),
         NotUsedBecause::GravityIsMeasured => ("gravity_is_measured", None),
     };
-    let option = option_of(option);
+    let option = keyword_of(option);
     Ok(("option_not_used", fields!(py, option, because, method)))
 }
 
@@ -147,10 +155,12 @@ fn twist_contradicted(
     Ok(("twist_contradicted", data))
 }
 
-/// Returns the data of a finding about the assumptions of the identification.
+/// Returns the data of a finding about the assumptions of the identification. `has_unloaded` is whether the efforts of an
+/// unloaded recording were subtracted.
 pub(crate) fn data_finding(
     py: Python<'_>,
     finding: &tactid_identify::Finding,
+    has_unloaded: bool,
 ) -> PyResult<FindingData> {
     use tactid_identify::Finding as Found;
     Ok(match finding {
@@ -200,7 +210,8 @@ pub(crate) fn data_finding(
             data!(py, "method": method.name(), "or_gravity": or_gravity),
         ),
         Found::KnownBodiesTooHeavy { known_kg, load_kg } => {
-            ("known_bodies_too_heavy", fields!(py, known_kg, load_kg))
+            let data = data!(py, "known_bodies_kg": known_kg, "load_kg": load_kg);
+            ("known_bodies_too_heavy", data)
         }
         Found::OffsetSuspected { offset } => offset_suspected(py, offset)?,
         Found::LoadUnexplained {
@@ -212,6 +223,7 @@ pub(crate) fn data_finding(
         } => {
             let method = method.name();
             let data = fields!(py, unit, residual_rms, load_rms, noise_rms, method);
+            data.bind(py).set_item("has_unloaded", has_unloaded)?;
             ("load_unexplained", data)
         }
         Found::MassContradicted {
@@ -221,24 +233,38 @@ pub(crate) fn data_finding(
             distance,
         } => (
             "mass_contradicted",
-            data!(py, "known_kg": known.mass_kg, "known_std_dev_kg": known.std_dev_kg,
+            data!(py, "known_mass_kg": known.mass_kg, "known_mass_std_dev_kg": known.std_dev_kg,
                 "found_kg": found_kg, "std_dev_kg": std_dev_kg, "distance": distance),
         ),
         Found::KnownMassNotKept {
             known,
             estimated_kg,
             within_box,
-        } => (
-            "known_mass_not_kept",
-            data!(py, "known_kg": known.mass_kg, "known_std_dev_kg": known.std_dev_kg,
-                "estimated_kg": estimated_kg, "within_box": within_box),
-        ),
+        } => return known_mass_not_kept(py, *known, *estimated_kg, *within_box),
         Found::Inconsistent {
             distance,
             within_box,
         } => ("inconsistent", fields!(py, distance, within_box)),
         Found::Outliers { outliers, windows } => ("outliers", fields!(py, outliers, windows)),
     })
+}
+
+/// Returns the data of a result that does not have the known mass.
+fn known_mass_not_kept(
+    py: Python<'_>,
+    known: KnownMass,
+    estimated_kg: f64,
+    within_box: bool,
+) -> PyResult<FindingData> {
+    let (known_mass_kg, known_mass_std_dev_kg) = (known.mass_kg, known.std_dev_kg);
+    let data = fields!(
+        py,
+        known_mass_kg,
+        known_mass_std_dev_kg,
+        estimated_kg,
+        within_box
+    );
+    Ok(("known_mass_not_kept", data))
 }
 
 /// Returns the data of a suspected offset of the wrenches.

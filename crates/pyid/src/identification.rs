@@ -146,6 +146,7 @@ pub(crate) struct IdentificationData {
     duration: f64,
     delay: f64,
     estimated_delay: Option<UncertainData>,
+    subtracts_unloaded: bool,
     known_mass: Option<UncertainData>,
     bounding_box: Option<Array>,
     clock: &'static str,
@@ -165,7 +166,7 @@ impl IdentificationData {
         let findings = found
             .findings
             .iter()
-            .map(|finding| finding_data(py, finding));
+            .map(|finding| finding_data(py, finding, found.subtracts_unloaded));
         let (estimator, paper_settings) = match found.estimator {
             Estimator::LeastSquares => (LEAST_SQUARES, None),
             Estimator::Paper(settings) => (NLMS, Some(paper_data(&settings))),
@@ -185,6 +186,7 @@ impl IdentificationData {
             duration: found.duration_s,
             delay: found.delay_s,
             estimated_delay: found.estimated_delay.map(delay_data),
+            subtracts_unloaded: found.subtracts_unloaded,
             known_mass: found.known_mass.map(mass_data),
             bounding_box: corners.map(|six| array(py, six, &[2, 3])).transpose()?,
             clock: match found.clock {

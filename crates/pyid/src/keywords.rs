@@ -2,14 +2,6 @@
 
 use tactid_recordings::{DataFault, Identification, RecordingError, TopicKind};
 
-/// Returns the option that sets a field of a Rust settings type: its name without the unit, or that of its topic.
-pub(crate) fn option_of(field: &'static str) -> &'static str {
-    let name = ["_s", "_hz", "_kg"]
-        .iter()
-        .find_map(|unit| field.strip_suffix(unit));
-    keyword_of(name.unwrap_or(field))
-}
-
 /// Returns the option that chooses a topic.
 pub(crate) fn topic_option(kind: TopicKind) -> &'static str {
     match kind {
@@ -21,7 +13,8 @@ pub(crate) fn topic_option(kind: TopicKind) -> &'static str {
     }
 }
 
-/// Returns the keyword of `tactid.identify` that gives a field of `Arrays`; other names stay.
+/// Returns the keyword of `tactid.identify` that gives a field of `Arrays`, `Request`, `Topics` or of another settings
+/// type; other names stay.
 pub(crate) fn keyword_of(field: &str) -> &str {
     match field {
         "times_s" => "time",
@@ -32,11 +25,19 @@ pub(crate) fn keyword_of(field: &str) -> &str {
         "poses" => "pose",
         "twists" => "twist",
         "accelerations" => "acceleration",
-        "topics.joints" => "joint_topic",
-        "topics.wrenches" => "wrench_topic",
-        "topics.odometry" => "odometry_topic",
-        "topics.imu" => "imu_topic",
-        "topics.acceleration" => "acceleration_topic",
+        "unloaded.joint_position" => "unloaded[\"q\"]",
+        "unloaded.joint_effort" => "unloaded[\"effort\"]",
+        "topics.joints" => topic_option(TopicKind::Joints),
+        "topics.wrenches" => topic_option(TopicKind::Wrenches),
+        "topics.odometry" => topic_option(TopicKind::Odometry),
+        "topics.imu" => topic_option(TopicKind::Imu),
+        "topics.acceleration" => topic_option(TopicKind::Acceleration),
+        "cutoff_hz" => "cutoff",
+        "max_gap_s" => "max_gap",
+        "delay_s" => "delay",
+        "average_s" => "average",
+        "known_mass_kg" => "known_mass",
+        "known_mass_std_dev_kg" => "known_mass_std_dev",
         other => other,
     }
 }
@@ -57,12 +58,21 @@ pub(crate) fn name_arrays(
         }
         Err(RecordingError::NoOverlap { topics, mut faults }) => {
             rename(&mut faults);
-            let names: Vec<&str> = topics.split(", ").map(keyword_of).collect();
+            let topics = topics.iter().map(|name| keyword_of(name).to_owned());
             Err(RecordingError::NoOverlap {
-                topics: names.join(", "),
+                topics: topics.collect(),
                 faults,
             })
         }
+        Err(RecordingError::TimesNotIncreasing {
+            name,
+            unordered,
+            used,
+        }) => Err(RecordingError::TimesNotIncreasing {
+            name: format!("`{}`", keyword_of(&name)),
+            unordered,
+            used,
+        }),
         Err(other) => Err(other),
     }
 }

@@ -11,7 +11,7 @@ use tactid_recordings::{OnlineSetup, RecordingError, Request};
 
 use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wrenches};
 use crate::arrays::{Poses, Sampled, Series, common_length, output};
-use crate::errors::{ArgumentError, IntoPyErr, with_option};
+use crate::errors::{ArgumentError, IntoPyErr, option_error, with_option};
 use crate::findings::{FindingData, data_finding};
 use crate::identification::{EstimateData, SingularValuesData, WrenchOffsetData};
 use crate::options;
@@ -136,7 +136,10 @@ impl Identifier {
             let identifier = lock(&self.0).clone();
             identifier.findings()
         });
-        let data = findings.iter().map(|finding| data_finding(py, finding));
+        // Unloaded efforts are subtracted before a push, which the identifier does not know.
+        let data = findings
+            .iter()
+            .map(|finding| data_finding(py, finding, false));
         data.collect()
     }
 }
@@ -155,7 +158,16 @@ impl PaperFilter {
     ) -> PyResult<PyClassInitializer<Self>> {
         let (request, paper) = options::paper_request(options)?;
         let (setup, expects) = set_up(&request, robot, sensors, false)?;
-        let solver = setup.paper_filter(paper).map_err(IntoPyErr::into_py_err)?;
+        let solver = setup.paper_filter(paper).map_err(|error| match error {
+            // The class has no choice of the estimator.
+            IdentifyError::NeedsLeastSquares(method) => option_error(
+                format!(
+                    "the paper's filter cannot use the {method} method: use `tactid.Identifier`, or another `method`"
+                ),
+                "method",
+            ),
+            other => other.into_py_err(),
+        })?;
         let (solver, base) = shared(expects, solver);
         Ok(PyClassInitializer::from(base).add_subclass(Self(solver)))
     }

@@ -246,7 +246,7 @@ impl<'py> Options<'_, 'py> {
         match (self.number("known_mass")?, std_dev_kg) {
             (None, None) => Ok(None),
             (None, Some(_)) => Err(option_error(
-                "a standard deviation is given without a known mass".to_owned(),
+                "`known_mass` is missing, but its standard deviation is given".to_owned(),
                 "known_mass",
             )),
             (Some(mass_kg), _) => Ok(Some(KnownMass {
@@ -263,8 +263,10 @@ impl<'py> Options<'_, 'py> {
         }
         for name in ["alpha", "beta", "average", "epochs"] {
             if self.attribute(name)?.is_some() {
-                let message = "least squares does not have this option of the paper's filter";
-                return Err(option_error(message.to_owned(), name));
+                let message = format!(
+                    "`{name}` is an option of the paper's filter, and not of least squares"
+                );
+                return Err(option_error(message, name));
             }
         }
         Ok(is_paper.map(|_| Estimator::LeastSquares))

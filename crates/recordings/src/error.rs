@@ -93,6 +93,9 @@ pub enum RecordingError {
     /// The user interrupted the work before there was a result.
     #[error("interrupted before the recording was read")]
     Interrupted,
+    /// The unloaded recording is a log that cannot be read.
+    #[error("the unloaded recording cannot be read: {0}")]
+    UnloadedLog(#[source] LogError),
     /// The log has no message.
     #[error("there is no message in {path}{damage}")]
     Empty {
@@ -157,11 +160,20 @@ pub enum RecordingError {
         /// The links of the robot.
         links: String,
     },
+    /// The quaternion of the given frame of a sensor does not have the norm 1; its norm, to three digits.
+    #[error(
+        "the quaternion (qx, qy, qz, qw) of the sensor's frame has the norm {}, but must have the norm 1",
+        three_digits(*.0)
+    )]
+    SensorFrameNorm(f64),
     /// The frame of one sensor is given, but there is another number of sensors.
     #[error("the frame of one wrench sensor is given, but there are {0} sensors")]
     SensorFrameForSeveral(usize),
     /// A joint that moves the tool is not in the log.
-    #[error("joint `{joint}` of the URDF is not in the log, whose joints are: {joints}")]
+    #[error(
+        "joint `{joint}` of the URDF is needed, but is not in the log, whose joints are: {joints}; record its joint \
+         states, or make the joint fixed in the URDF"
+    )]
     MissingJoint {
         /// The joint.
         joint: String,
@@ -182,23 +194,27 @@ pub enum RecordingError {
     },
     /// An unloaded recording is given, but another method than effort is used.
     #[error(
-        "an unloaded recording is subtracted from the joint efforts: it needs the effort method"
+        "an unloaded recording is subtracted from the joint efforts, which needs the effort method: use this method, \
+         or leave the unloaded recording out"
     )]
     UnloadedNeedsEffort,
     /// Several publishers in the unloaded recording have some of the joints each; their topics.
     #[error(
-        "the joint states of the unloaded recording come from several publishers, but must come from one; topics: {0}"
+        "the joint states of the unloaded recording come from several publishers, but must come from one: record the \
+         unloaded motion with one publisher of all joints; topics: {0}"
     )]
     SeveralUnloadedTopics(String),
     /// There is no shift in time with which the loaded and the unloaded recording overlap for long enough to compare
     /// them.
     #[error(
-        "the loaded and the unloaded recording have too few joint states at the same points of the motion to be compared"
+        "the loaded and the unloaded recording have too few joint states at the same points of the motion to be \
+         compared: record the whole motion once more without the payload"
     )]
     NoSharedMotion,
     /// The unloaded recording has another motion.
     #[error(
-        "the unloaded recording has another motion: joint `{joint}` differs by {rms:.3} {unit} rms, where {allowed} {unit} is allowed"
+        "the unloaded recording has another motion: joint `{joint}` differs by {rms:.3} {unit} rms, where {allowed} \
+         {unit} is allowed; repeat the commanded motion of the loaded recording without the payload"
     )]
     OtherMotion {
         /// The joint that differs most.
@@ -211,13 +227,17 @@ pub enum RecordingError {
         allowed: f64,
     },
     /// A topic exists but has no message.
-    #[error("{0} is there, but has no message")]
+    #[error("{0} is in the log, but has no message: record it once more, or use another topic")]
     EmptyTopic(String),
     /// There is no time at which all streams have a value.
-    #[error("there is no stretch of time in which all of these have values: {topics}")]
+    #[error(
+        "there is no stretch of time in which all of these have values: {}; check that they were recorded together, \
+         and that their stamps are those of one clock",
+        topics.join(", ")
+    )]
     NoOverlap {
         /// Names of the topics, or of the arrays.
-        topics: String,
+        topics: Vec<String>,
         /// Faults of their messages.
         faults: Vec<crate::DataFault>,
     },
@@ -234,10 +254,24 @@ pub enum RecordingError {
         /// Number of samples that were used.
         used: u64,
     },
+    /// Most stamps are far from the times of logging.
+    #[error(
+        "{left_out} messages on {topic} with a stamp far from the time of logging were left out, and {used} samples could \
+         be used: stamps must be seconds and nanoseconds of the clock of the recorder"
+    )]
+    FarStamps {
+        /// Topic of the messages.
+        topic: String,
+        /// Number of messages that were left out.
+        left_out: u64,
+        /// Number of samples that were used.
+        used: u64,
+    },
     /// Gaps leave no stretch that is long enough for a window.
     #[error(
-        "too few windows: {gaps} times between two samples are longer than {max_gap_s} s, the longest that is bridged, \
-         and leave no stretch long enough; samples come every {} s: bridge longer times",
+        "too few windows: gaps between samples that are longer than {} s, the longest time that is bridged, \
+         leave no stretch long enough (number of gaps: {gaps}); samples come every {} s: bridge longer times",
+        three_digits(*max_gap_s),
         three_digits(*period_s)
     )]
     TooManyGaps {

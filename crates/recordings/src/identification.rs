@@ -42,6 +42,8 @@ pub struct Identification {
     pub delay_s: f64,
     /// Delay as it was estimated; `None` where the request gave it, or where it cannot be estimated.
     pub estimated_delay: Option<Delay>,
+    /// Whether the efforts of an unloaded recording were subtracted.
+    pub subtracts_unloaded: bool,
     /// Mass of the payload as the request gave it.
     pub known_mass: Option<KnownMass>,
     /// Box around the payload as the request gave it.
@@ -187,6 +189,7 @@ impl Identification {
             gravity: solution.gravity,
             delay_s: plan.delay_s,
             estimated_delay,
+            subtracts_unloaded: plan.streams.unloaded,
             known_mass: plan.request.known_mass,
             bounding_box: plan.request.bounding_box,
             clock: sources.clock,
@@ -206,12 +209,12 @@ fn nothing_found(plan: &Plan<'_>, run: &Run) -> RecordingError {
         let unused = plan.sources.optional_acceleration.as_ref();
         let unused = unused.filter(|_| !plan.streams.acceleration);
         let names = plan.sources.names.iter();
-        let used: Vec<&str> = names
+        let used = names
             .filter(|name| Some(*name) != unused)
-            .map(String::as_str)
+            .cloned()
             .collect();
         return RecordingError::NoOverlap {
-            topics: used.join(", "),
+            topics: used,
             faults: run.faults.to_vec(),
         };
     }

@@ -25,7 +25,8 @@ use crate::{Arrays, Identification, Observer, RecordingError, Request};
 /// below), [`RecordingError::Interrupted`] if the observer stops the work before the reading, and the variant that says what
 /// is wrong if the log lacks what the method needs or contradicts its own URDF.
 ///
-/// Too little data are [`RecordingError::TimesNotIncreasing`] if most times do not increase,
+/// Too little data are [`RecordingError::FarStamps`] if most stamps are far from the times of logging,
+/// [`RecordingError::TimesNotIncreasing`] if most times do not increase,
 /// [`RecordingError::TooManyGaps`] if gaps leave no stretch for a window, [`RecordingError::RareSamples`] if samples come
 /// too seldom for the cutoff, and otherwise [`TooFewWindows`](tactid_identify::IdentifyError::TooFewWindows) or
 /// [`TooFewSamples`](tactid_identify::IdentifyError::TooFewSamples) in

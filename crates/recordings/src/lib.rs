@@ -64,6 +64,7 @@ mod identification;
 mod identify;
 mod log;
 mod online;
+mod orientation;
 mod plan;
 mod preview;
 mod progress;
@@ -84,6 +85,7 @@ pub use finding::{Finding, NotUsedBecause};
 pub use identification::Identification;
 pub use identify::{identify_arrays, identify_log};
 pub use online::OnlineSetup;
+pub use orientation::unit_quaternion;
 pub use progress::{Observer, Progress};
 pub use request::{ActsOn, Estimator, Request, SensorFrame, Topics};
 pub use tactid_identify::{

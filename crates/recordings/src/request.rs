@@ -2,17 +2,14 @@
 
 use std::path::PathBuf;
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3, Vector4};
+use nalgebra::{Isometry3, Quaternion, Translation3, Vector3, Vector4};
 use tactid_dynamics::{Manipulator, MassProperties};
 use tactid_identify::{
     BatchSettings, BoundingBox, EquationSettings, IdentifyError, KnownMass, Method, PaperSettings,
 };
 
-use crate::RecordingError;
 use crate::decode::LONGEST_DELAY_S;
-
-/// Largest difference of a given quaternion's norm from one: decimals are rounded.
-const NORM_TOLERANCE: f64 = 1e-3;
+use crate::{RecordingError, unit_quaternion};
 
 /// How equations become parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -48,27 +45,19 @@ impl SensorFrame {
     /// link `parent`.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Value`] with the norm of the quaternion if that is not one, to three digits.
+    /// Returns [`RecordingError::SensorFrameNorm`] if the norm of the quaternion is not one to within 0.1, as for the
+    /// orientations of a recording.
     pub fn new(
         parent: &str,
         origin_m: [f64; 3],
         quaternion: [f64; 4],
-    ) -> Result<Self, IdentifyError> {
-        let rotation = Quaternion::from(Vector4::from(quaternion));
-        let norm = rotation.norm();
-        if norm.is_nan() || (norm - 1.0).abs() > NORM_TOLERANCE {
-            return Err(IdentifyError::Value {
-                name: "sensor_frame",
-                given: norm,
-                expected: "a unit quaternion x, y, z, w after the origin: this is its norm",
-            });
-        }
+    ) -> Result<Self, RecordingError> {
+        let quaternion = Quaternion::from(Vector4::from(quaternion));
+        let rotation = unit_quaternion(quaternion)
+            .ok_or_else(|| RecordingError::SensorFrameNorm(quaternion.norm()))?;
         Ok(Self {
             parent: parent.to_owned(),
-            parent_from_sensor: Isometry3::from_parts(
-                Translation3::from(origin_m),
-                UnitQuaternion::new_normalize(rotation),
-            ),
+            parent_from_sensor: Isometry3::from_parts(Translation3::from(origin_m), rotation),
         })
     }
 }

@@ -1,4 +1,4 @@
-//! Why a recording gives too little for an estimate: times that do not increase, gaps, samples that come too seldom.
+//! Why a recording gives too little for an estimate: stamps of another clock or unit, times that do not increase, gaps, samples that come too seldom.
 
 use tactid_identify::IdentifyError;
 use tactid_identify::equations::window;
@@ -20,8 +20,8 @@ pub(crate) fn explain(error: RecordingError, plan: &Plan<'_>, run: &Run) -> Reco
         _ => false,
     };
     let cause = is_too_little.then(|| {
-        let unordered = times_not_increasing(run);
-        unordered.or_else(|| too_many_gaps(plan, run))
+        let times = far_stamps(run).or_else(|| times_not_increasing(run));
+        times.or_else(|| too_many_gaps(plan, run))
     });
     let rare = |error: &RecordingError| match error {
         RecordingError::Identify(_) if is_too_little => rare_samples(plan),
@@ -44,6 +44,15 @@ fn most_faults(run: &Run, kind: &FaultKind) -> Option<(String, u64)> {
     let of_kind = faults.filter(|fault| fault.kind == *kind);
     let most = of_kind.max_by_key(|fault| fault.count)?;
     Some((most.topic, most.count))
+}
+
+fn far_stamps(run: &Run) -> Option<RecordingError> {
+    let (topic, left_out) = most_faults(run, &FaultKind::FarStamp)?;
+    (left_out > run.samples).then_some(RecordingError::FarStamps {
+        topic,
+        left_out,
+        used: run.samples,
+    })
 }
 
 fn times_not_increasing(run: &Run) -> Option<RecordingError> {

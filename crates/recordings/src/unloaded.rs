@@ -46,7 +46,7 @@ pub(crate) fn find_unloaded(
     if loaded.options.method() != Method::Effort {
         return Err(RecordingError::UnloadedNeedsEffort);
     }
-    let log = LogReader::open(path)?;
+    let log = LogReader::open(path).map_err(RecordingError::UnloadedLog)?;
     let topics = joint_topics(&log, &request.topics.joints)?;
     let sources = LogSources {
         topics: MeasuredTopics {

@@ -104,13 +104,21 @@ fn a_frame_that_cannot_be_placed_is_an_error() {
     }
     for (quaternion, norm) in [([0.0; 4], 0.0), ([1.0; 4], 2.0)] {
         match SensorFrame::new("wrist", [0.0; 3], quaternion) {
-            Err(IdentifyError::Value { name, given, .. }) => {
-                assert_eq!((name, given), ("sensor_frame", norm));
+            Err(error @ RecordingError::SensorFrameNorm(given)) => {
+                assert_eq!(given, norm);
+                let message = format!(
+                    "the quaternion (qx, qy, qz, qw) of the sensor's frame has the norm {norm}, but must have the \
+                     norm 1"
+                );
+                assert_eq!(error.to_string(), message);
             }
             other => panic!("{other:?}"),
         }
     }
     assert!(SensorFrame::new("wrist", [0.0; 3], [f64::NAN; 4]).is_err());
+    // Two decimals are enough, as for the orientations of a recording.
+    let rounded = [0.57, 0.57, 0.57, 0.0];
+    assert!(SensorFrame::new("wrist", [0.0; 3], rounded).is_ok());
     match carried().identify(&with_frame("sensor", [f64::NAN, 0.0, 0.0], unit)) {
         Err(RecordingError::Identify(IdentifyError::Value { name, .. })) => {
             assert_eq!(name, "sensor_frame");

@@ -32,7 +32,7 @@ pub const PAPER_TOML: &str = include_str!("../experiments/paper.toml");
 /// # Ok::<(), tactid_sim::SimError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct Experiment {
     /// Seed of the command noise and of the measurement noise. The same seed gives the same log.
     pub seed: u64,
@@ -138,7 +138,7 @@ impl Posture {
 
 /// The robot, what its base stands on, and the names of the tool link and the finger joints.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct RobotChoice {
     /// Path of a URDF file, relative to the experiment's file. Default none: the built-in robot.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -187,7 +187,7 @@ impl BaseMount {
 
 /// Mass properties of the base, expressed in the frame of the URDF's root link.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct BaseProperties {
     /// Mass, kg.
     pub mass_kg: f64,
@@ -212,7 +212,7 @@ impl BaseProperties {
 
 /// The payload, expressed in the tool frame at the start of the excitation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct Payload {
     /// Mass, kg.
     pub mass_kg: f64,
@@ -249,7 +249,7 @@ impl Payload {
 
 /// A box between the pads, along the axes of the tool frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct Handle {
     /// Centre in the tool frame, m.
     pub center_m: [f64; 3],
@@ -268,7 +268,7 @@ impl Default for Handle {
 
 /// The grasp. The fingers close slowly until they press with the given force and are then locked.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct Gripper {
     /// Force of each finger on the handle at which the fingers are locked, N.
     pub grip_force_n: f64,
@@ -290,7 +290,7 @@ impl Default for Gripper {
 
 /// Motion of the joints: each starts at rest and is driven with the acceleration `amplitude · cos(2π · frequency · t)`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct Excitation {
     /// Order in which the joints are driven.
     pub mode: ExcitationMode,
@@ -329,7 +329,7 @@ pub enum ExcitationMode {
 
 /// Motion of one joint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct JointExcitation {
     /// Name of the joint in the URDF.
     pub name: String,
@@ -351,7 +351,7 @@ fn default_frequency() -> f64 {
 
 /// Bounds whose violation aborts a run with [`SimError::Bound`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct Bounds {
     /// Change of the system's linear momentum and of its angular momentum about the world's origin, each as a fraction of
     /// the largest momentum of any single body. Not used for a fixed base, which exchanges momentum with the ground.

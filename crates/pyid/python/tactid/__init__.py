@@ -65,7 +65,7 @@ from tactid.errors import (
     SimulationError,
     TactidError,
 )
-from tactid.faults import DataFault
+from tactid.findings import DataFault, Finding
 from tactid.identification import (
     Channel,
     Delay,
@@ -85,7 +85,6 @@ from tactid.options import Options
 from tactid.result import Identification
 from tactid.result_json import result_schema
 from tactid.simulation import simulate
-from tactid.wording import Finding
 
 __version__ = VERSION
 

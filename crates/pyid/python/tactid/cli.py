@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from typer.exceptions import TyperException
 
-from tactid import table
+from tactid import log_contents, table
 from tactid._native import VERSION, Experiment
 from tactid._native import info as log_info
 from tactid.compare_command import compare_recording
@@ -186,12 +186,12 @@ def show_info(
     """Shows the topics of a log."""
     contents = log_info(log)
     console = Results()
-    topics = table.topics_table(contents)
+    topics = log_contents.topics_table(contents)
     if console.is_terminal:
         console.print(topics, highlight=False)
     else:
         print_whole(topics)
-    for line in table.info_lines(contents):
+    for line in log_contents.info_lines(contents):
         console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 

@@ -8,15 +8,14 @@ from rich import box
 from rich.table import Table
 
 from tactid import reported, result_json
-from tactid._native import info
 from tactid.comparison import Attempt, compare
 from tactid.console import interruptible, notes, print_whole, progress
 from tactid.files import write_atomically
-from tactid.identify_command import read_options, show_options
+from tactid.identify_command import read_options, show_options, truth_in_frame
 from tactid.output_files import check_outputs
 from tactid.table import around, number, percent
-from tactid.truth import Truth, read_truth
-from tactid.values import MOMENT_NAMES, MOMENT_UNIT, NAMES, UNITS, nested
+from tactid.truth import Truth
+from tactid.values import NAMES, nested
 
 CHOSEN = ("method", "estimator")
 """The options that a comparison does not have, because it runs each of their choices."""
@@ -38,7 +37,8 @@ def compare_recording(
     given = read_options(options | dict.fromkeys(CHOSEN))
     with interruptible("no result"), progress("comparing") as done:
         attempts = compare(log, options=given, progress=done)
-    truth = read_truth(info(log))
+    frame = next(each.result.estimate.frame for each in attempts if each.result is not None)
+    truth = truth_in_frame(log, frame)
     print_whole(comparison_table(attempts, truth))
     for attempt in attempts:
         reason = attempt.reason("command-line")
@@ -64,19 +64,14 @@ def comparison_table(attempts: list[Attempt], truth: Truth | None) -> Table:
         table.add_column(heading, justify="right")
     if truth is not None:
         table.add_column("error %", justify="right")
-    names, units = NAMES + MOMENT_NAMES, UNITS + (MOMENT_UNIT,) * 3
-    for index, (name, unit) in enumerate(zip(names, units, strict=True)):
-        for row, (title, column) in enumerate(columns):
-            half_width = None if column.half_widths is None else column.half_widths[index]
-            cells = [
-                *((name, unit) if row == 0 else ("", "")),
-                title,
-                number(column.values[index], half_width),
-                around(half_width),
-            ]
-            if column.errors is not None:
-                cells.append(percent(column.errors[index]))
-            table.add_row(*cells, end_section=row == len(columns) - 1)
+    titles = [title for title, _ in columns]
+    for rows in zip(*(column.rows for _, column in columns), strict=True):
+        for place, (title, row) in enumerate(zip(titles, rows, strict=True)):
+            name = (row.name, row.unit) if place == 0 else ("", "")
+            cells = [*name, title, number(row.value, row.half_width), around(row.half_width)]
+            if truth is not None:
+                cells.append(percent(row.error))
+            table.add_row(*cells, end_section=place == len(titles) - 1)
     return table
 
 

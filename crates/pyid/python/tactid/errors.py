@@ -6,7 +6,7 @@ The message of each says what is wrong, where, and what would be right.
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from tactid.faults import DataFault
+from tactid.findings import DataFault
 from tactid.naming import Style, option_name
 
 
@@ -14,7 +14,8 @@ class TactidError(Exception):
     """Base class of every exception that tactid raises on purpose.
 
     Args:
-        message: What is wrong, without the name of an option.
+        message: What is wrong. It names an option that resolves the error; the name of one that
+            causes it is put in front unless the message has it.
         option: The field of ``tactid.Options`` that causes or resolves the error; None where there
             is none.
     """
@@ -34,7 +35,7 @@ class TactidError(Exception):
         keyword, name = option_name(self.option, "keyword"), option_name(self.option, style)
         if keyword in self.message:
             return self.message.replace(keyword, name)
-        return f"{self.message} ({name})"
+        return f"{name}: {self.message}"
 
 
 class ArgumentError(TactidError, ValueError):
@@ -61,7 +62,7 @@ class IdentificationError(TactidError):
     """A recording from which the payload cannot be identified.
 
     Args:
-        message: What is wrong, without the name of an option.
+        message: What is wrong, as for every :class:`TactidError`.
         option: The field of ``tactid.Options`` that causes or resolves the error.
         faults: What is wrong with the recording's messages: the fields of ``DataFault`` by name.
     """
@@ -72,7 +73,5 @@ class IdentificationError(TactidError):
         option: str | None = None,
         faults: Sequence[Mapping[str, Any]] = (),
     ) -> None:
-        counted = [DataFault(**fault) for fault in faults]
-        listed = [f"{fault.topic}: {fault.count} × {fault.phrase}" for fault in counted]
-        super().__init__("; ".join([message, *listed]), option)
-        self.faults = counted
+        self.faults = [DataFault(**fault) for fault in faults]
+        super().__init__("; ".join([message, *(fault.clause for fault in self.faults)]), option)

@@ -1,50 +1,45 @@
-"""Faults of a recording's messages: counted by topic and kind, and put into words."""
+"""Faults of a recording's messages in words."""
 
-import math
-from dataclasses import dataclass
-
-PHRASES = {
-    "gap": "gap, not bridged",
-    "out_of_order": "message out of order, left out",
-    "undecodable": "message that cannot be decoded, left out",
-    "not_finite": "message with a value that is not finite, left out",
-    "out_of_range": "message with a value out of range (beyond 1e9), left out",
-    "partial_joints": "message with only some of its publisher's joints, left out",
-    "position_count": "message with another number of positions than of names, left out",
-    "velocity_not_finite": "velocity that is not finite, derived from the positions",
-    "no_velocity": "message without velocities, derived from the positions",
-    "no_effort": "message without efforts, left out",
-    "effort_not_finite": "effort of {joint} that is not finite, message left out",
-    "not_unit_quaternion": "orientation that is no unit quaternion, message left out",
-    "no_stamp": "message without a stamp, the time of logging is used",
-    "far_stamp": "message with a stamp far from the time of logging, left out",
-    "incomplete": "sample at which another stream has no value, left out",
+_SENTENCES = {
+    "gap": "{gap} {was} not bridged",
+    "out_of_order": "{message} out of order {was} left out",
+    "undecodable": "{message} that cannot be decoded {was} left out",
+    "not_finite": "{message} with a value that is not finite {was} left out",
+    "out_of_range": "{message} with a value out of range (beyond 1e9) {was} left out",
+    "partial_joints": "{message} with only some of the publisher's joints {was} left out",
+    "position_count": "{message} with another number of positions than of names {was} left out",
+    "velocity_not_finite": "{velocity} not finite {was} derived from the positions",
+    "no_velocity": "{message} {has} no velocities, which were derived from the positions",
+    "no_effort": "{message} without efforts {was} left out",
+    "effort_not_finite": "{message} with an effort of {joint} that is not finite {was} left out",
+    "not_unit_quaternion": (
+        "{message} with an orientation that is no unit quaternion {was} left out"
+    ),
+    "no_stamp": "{message} {has} no stamp: the time of logging is used",
+    "far_stamp": "{message} with a stamp far from the time of logging {was} left out",
+    "incomplete": "{sample} at which another stream has no value {was} left out",
 }
-"""Each kind of fault, and what was done about it, in the singular."""
+
+_FORMS = {
+    "gap": ("gap", "gaps"),
+    "message": ("message", "messages"),
+    "velocity": ("velocity that is", "velocities that are"),
+    "sample": ("sample", "samples"),
+    "was": ("was", "were"),
+    "has": ("has", "have"),
+}
+"""Words in the singular and in the plural; the number stands in front of the nouns."""
+
+_VERBS = ("was", "has")
+
+FAULT_KINDS = tuple(_SENTENCES)
+"""Every kind of fault."""
 
 
-@dataclass(frozen=True)
-class DataFault:
-    """One kind of fault in the messages of one topic."""
-
-    topic: str
-    """Topic of the messages, or ``samples`` for what could not be aligned."""
-    kind: str
-    """Kind of the fault, such as ``out_of_order``."""
-    count: int
-    """Number of occurrences."""
-    first: float = math.nan
-    """Time of the first occurrence on the recording's clock, s; NaN where it is not known."""
-    joint: str | None = None
-    """Name of the joint, where the fault is that of one joint; else None."""
-
-    @property
-    def phrase(self) -> str:
-        """Words for the kind of fault, and what was done about it, in the singular."""
-        return PHRASES[self.kind].format(joint=self.joint)
-
-    @property
-    def sentence(self) -> str:
-        """Sentence with the topic, the number of occurrences, the fault and the first time."""
-        since = f", the first at {self.first:.3f} s" if math.isfinite(self.first) else ""
-        return f"{self.topic}: {self.count} × {self.phrase}{since}."
+def fault(kind: str, count: int, joint: str | None) -> str:
+    """Says how often a kind of fault occurred, and what was done about it."""
+    words = {}
+    for name, (singular, plural) in _FORMS.items():
+        form = singular if count == 1 else plural
+        words[name] = form if name in _VERBS else f"{count} {form}"
+    return _SENTENCES[kind].format(**words, joint=joint)

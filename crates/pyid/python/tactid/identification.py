@@ -17,10 +17,9 @@ from tactid import forms, table
 from tactid._native import VALUE_NAMES, MassProperties
 from tactid.bodies import why_impossible
 from tactid.errors import ArgumentError
-from tactid.faults import DataFault
 from tactid.field_docs import with_fields
+from tactid.findings import CONTRADICTIONS, DataFault, Finding
 from tactid.values import Z95, where_known
-from tactid.wording import CONTRADICTIONS, Finding
 
 Array = NDArray[np.float64]
 
@@ -355,6 +354,8 @@ class IdentificationData:
     """Delay of the wrenches' stamps that was corrected, s."""
     estimated_delay: Delay | None = None
     """Estimated delay of the wrenches' stamps, corrected or not; None where none was estimated."""
+    subtracts_unloaded: bool = False
+    """Whether the efforts of an unloaded recording were subtracted."""
     known_mass: KnownMass | None = None
     """The payload's mass as it was given; None where it was not."""
     bounding_box: Array | None = None

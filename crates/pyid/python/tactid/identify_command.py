@@ -23,7 +23,7 @@ from tactid.offline import identify
 from tactid.options import Options
 from tactid.output_files import check_outputs
 from tactid.result import Identification
-from tactid.truth import read_checks, read_truth
+from tactid.truth import Truth, read_checks, read_truth
 
 
 class Form(StrEnum):
@@ -166,7 +166,7 @@ def _print(log: Path, result: Identification, output: Output) -> IdentificationE
         return None
     refusal = None
     if output.form is Form.TABLE:
-        truth = read_truth(info(log))
+        truth = truth_in_frame(log, result.estimate.frame)
         print(table.heading(result.estimate.frame))
         print_whole(table.rich_table([reported.column(result, truth)], truth))
     else:
@@ -182,6 +182,19 @@ def _print(log: Path, result: Identification, output: Output) -> IdentificationE
     for line in summary.lines(result, output.within, "command-line"):
         notes.print(line, markup=False)
     return refusal
+
+
+def truth_in_frame(log: Path, frame: str) -> Truth | None:
+    """Returns the truth of a simulated log; None for another log or frame, which is printed."""
+    truth = read_truth(info(log))
+    if truth is None or truth.frame == frame:
+        return truth
+    notes.print(
+        f"tactid: note: the true payload of this simulated log is in the frame {truth.frame}, so no"
+        f" errors are shown for {frame}",
+        style="yellow",
+    )
+    return None
 
 
 def _write(log: Path, result: Identification, output: Output) -> None:

@@ -3,18 +3,24 @@
 from collections.abc import Sequence
 from typing import Literal
 
-Style = Literal["keyword", "command-line"]
-"""Who reads a message: a caller of :func:`tactid.identify`, or a user of the command ``tactid``."""
+Style = Literal["keyword", "command-line", "online"]
+"""Who reads a message: a caller of :func:`tactid.identify`, a user of the command ``tactid``, or a
+caller of ``push`` of :class:`tactid.Identifier`, which has fewer options."""
 
 
 def option_name(option: str, style: Style) -> str:
     """Returns the name of a field of ``tactid.Options`` as the reader would write it."""
-    return f"`{option}`" if style == "keyword" else command_line_flag(option)
+    return command_line_flag(option) if style == "command-line" else f"`{option}`"
 
 
 def command_line_flag(option: str) -> str:
     """Returns the command-line flag of a field of ``tactid.Options``: ``--max-gap``."""
     return f"--{option.replace('_', '-')}"
+
+
+def counted(count: int, singular: str, plural: str | None = None) -> str:
+    """Returns a number with its noun, whose plural ends in ``s`` unless it is given."""
+    return f"{count} {singular if count == 1 else plural or singular + 's'}"
 
 
 def listed(words: Sequence[str]) -> str:

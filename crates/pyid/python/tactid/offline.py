@@ -12,7 +12,7 @@ from tactid._native import Manipulator
 from tactid.arrays import with_arrays
 from tactid.declaration import with_options
 from tactid.errors import ArgumentError
-from tactid.faults import DataFault
+from tactid.findings import DataFault, Finding
 from tactid.identification import (
     Channel,
     Delay,
@@ -27,7 +27,6 @@ from tactid.identification import (
 )
 from tactid.options import Options, collect
 from tactid.result import Identification
-from tactid.wording import Finding
 
 FROM_ARRAYS = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceleration", "sensors")
 """The keywords of :func:`identify` that belong to arrays."""
@@ -69,7 +68,7 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
         tactid.identify(time, pose=pose, wrench=wrench, wrench_acts_on="sensor")
 
     Args:
-        source: The log's path, or the times of the samples, (N,), s.
+        source: The log's path, or the times of the samples, (N,), s, which messages call ``time``.
         robot: For arrays: the robot with its gripper and without the payload. The motion of its
             base is given only where the robot was read with ``base="floating"``.
         <arrays>

@@ -11,9 +11,9 @@ from tactid import _native
 from tactid._native import Manipulator
 from tactid.arrays import with_arrays
 from tactid.declaration import documented
+from tactid.findings import Finding
 from tactid.identification import Array, PayloadEstimate, SingularValues, WrenchOffset
 from tactid.options import Options, collect
-from tactid.wording import Finding
 
 
 class _Online:
@@ -125,11 +125,16 @@ class Identifier(_Online):
         """Returns what the recent samples show about the assumptions of the identification.
 
         A wrong sign, an offset of the wrench sensor, a load that the model does not explain, or
-        outliers: what ``tactid.identify`` finds in the same samples without prior knowledge. The
-        samples are those of the last 10 s (at a cutoff of 10 Hz) since the last payload change. It
-        takes some 10 ms: in a control loop, call it in another thread, where it works on a copy.
+        outliers, a velocity or a twist that is not the derivative of the position or the pose, or a
+        channel of the wrench that never changes: as ``tactid.identify`` finds them in the same
+        samples. The samples are those of the last 10 s (at a cutoff of 10 Hz) since the last
+        payload change. Samples of which none could be used are reported, too. It takes some 10 ms:
+        in a control loop, call it in another thread, where it works on a copy.
+
+        Online, nothing checks whether the wrenches are delayed. To check it once, identify a
+        recording of the same sensors.
         """
-        return [Finding(kind, data) for kind, data in self._native.findings()]
+        return [Finding(kind, data, "online") for kind, data in self._native.findings()]
 
 
 @documented(Options, "paper filter")

@@ -35,8 +35,8 @@ _LEAST_SQUARES: tuple[Use, ...] = ("log", "arrays", "online")
 _ALL: tuple[Use, ...] = ("log", "arrays", "online", "paper filter")
 _PAPER: tuple[Use, ...] = ("log", "arrays", "paper filter")
 
-ROBOT, TOPICS, SIGNS, SIGNALS = "Robot", "Topics", "Signs", "Signals"
-PAYLOAD, PAPER = "Payload, where something is known of it", "Paper's filter"
+ROBOT, TOPICS, MEASUREMENTS, SIGNS = "Robot", "Topics", "Measurements", "Signs"
+PRIOR, NOISE, PAPER = "Prior knowledge", "Noise and filter", "Paper's filter"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,36 +73,6 @@ class Options:
         metavar="LINK,X,Y,Z,QX,QY,QZ,QW",
         argument=str,
         parse=option_text.frame,
-    )
-    method: Method | None = option(
-        "Measurements that the payload is identified from: wrenches (tactile); joint efforts beyond"
-        " those that the arm itself needs (effort); the motion of a free-floating base, from which"
-        " the known gripper is subtracted (joint-sensing); or all that is measured, each channel"
-        " weighted by its own residuals (combined).",
-        ROBOT,
-        _ALL,
-        rust_field="Request::method",
-        default="tactile where there are wrenches, else effort",
-        python="Online, the default is tactile.",
-    )
-    unloaded: str | os.PathLike[str] | Mapping[str, ArrayLike] | None = option(
-        "An unloaded recording of the same motion, whose joint efforts are subtracted by the effort"
-        " method.",
-        ROBOT,
-        python="That of a log is a log; that of arrays is a dict of the arrays ``time``, (M,), and"
-        " ``q`` and ``effort``, (M, n).",
-        rust_field="Request::unloaded, Arrays::unloaded",
-        argument=Path,
-    )
-    effort_gain: Sequence[float] | None = option(
-        "Effort of each joint for one unit of the recorded value, in the robot's order.",
-        ROBOT,
-        rust_field="Request::effort_gain",
-        default="1",
-        unit="N m (N) per unit",
-        metavar="G,G,...",
-        argument=str,
-        parse=option_text.numbers,
     )
     joint_topic: str | Sequence[str] | None = option(
         "Topic of joint states; several where each has some of the joints.",
@@ -143,6 +113,50 @@ class Options:
         rust_field="Topics::acceleration",
         default="found by its type, and used where it is better than the derived accelerations",
     )
+    method: Method | None = option(
+        "Measurements that the payload is identified from: wrenches (tactile); joint efforts beyond"
+        " those that the arm itself needs (effort); the motion of a free-floating base, from which"
+        " the known gripper is subtracted (joint-sensing); or all that is measured, each channel"
+        " weighted by its own residuals (combined).",
+        MEASUREMENTS,
+        _ALL,
+        rust_field="Request::method",
+        default="tactile where there are wrenches, else effort",
+        python="Online, the default is tactile.",
+    )
+    unloaded: str | os.PathLike[str] | Mapping[str, ArrayLike] | None = option(
+        "An unloaded recording of the same motion, whose joint efforts are subtracted by the effort"
+        " method.",
+        MEASUREMENTS,
+        python="That of a log is a log; that of arrays is a dict of the arrays ``time``, (M,), and"
+        " ``q`` and ``effort``, (M, n).",
+        rust_field="Request::unloaded, Arrays::unloaded",
+        argument=Path,
+    )
+    delay: float | None = option(
+        "Delay of the wrenches' stamps relative to the motion.",
+        MEASUREMENTS,
+        rust_field="Request::delay_s",
+        default="estimated by the tactile method with least squares, and corrected where it is"
+        " significant; else 0",
+        unit="s",
+    )
+    max_gap: float | None = option(
+        "Longest time between two samples that is bridged.",
+        MEASUREMENTS,
+        _ALL,
+        rust_field="Request::max_gap_s",
+        default="five periods of the slowest stream; 0.1 online and for the paper's filter",
+        unit="s",
+    )
+    wrench_offset: bool | None = option(
+        "Whether the sum of the wrenches may have an unknown constant offset, a sensor zero that"
+        " was not set: six more unknowns.",
+        MEASUREMENTS,
+        _LEAST_SQUARES,
+        rust_field="Request::wrench_offset",
+        default="false",
+    )
     gravity: ArrayLike | None = option(
         "Gravitational acceleration in world axes, (3,), pointing down.",
         SIGNS,
@@ -162,10 +176,20 @@ class Options:
         rust_field="Request::wrench_acts_on",
         default="payload",
     )
+    effort_gain: Sequence[float] | None = option(
+        "Effort of each joint for one unit of the recorded value, in the robot's order.",
+        SIGNS,
+        rust_field="Request::effort_gain",
+        default="1",
+        unit="N m (N) per unit",
+        metavar="G,G,...",
+        argument=str,
+        parse=option_text.numbers,
+    )
     known_tool: MassProperties | None = option(
         "A known body that the measured load contains besides the payload, in the tip's frame: it"
         " is subtracted. On the command line: mass, centre of mass, and inertia about it.",
-        SIGNS,
+        PRIOR,
         rust_field="Request::known_tool",
         unit="kg, m, kg m²",
         metavar="M,X,Y,Z,XX,XY,XZ,YY,YZ,ZZ",
@@ -174,13 +198,13 @@ class Options:
     )
     known_mass: float | None = option(
         "Mass of the payload from a scale: it improves the other values, too.",
-        PAYLOAD,
+        PRIOR,
         rust_field="KnownMass::mass_kg",
         unit="kg",
     )
     known_mass_std_dev: float | None = option(
         "Standard deviation of the known mass.",
-        PAYLOAD,
+        PRIOR,
         rust_field="KnownMass::std_dev_kg",
         default="0, an exact mass",
         unit="kg",
@@ -188,49 +212,31 @@ class Options:
     bounding_box: ArrayLike | None = option(
         "Least and largest corner of a box that contains the whole payload, in the tip's frame,"
         " (2, 3): the result is a body that fits into it.",
-        PAYLOAD,
+        PRIOR,
         rust_field="Request::bounding_box",
         unit="m",
         metavar="X,Y,Z,X,Y,Z",
         argument=str,
         parse=option_text.box,
     )
-    delay: float | None = option(
-        "Delay of the wrenches' stamps relative to the motion.",
-        SIGNALS,
-        rust_field="Request::delay_s",
-        default="estimated by the tactile method with least squares, and corrected where it is"
-        " significant; else 0",
-        unit="s",
+    estimator: Estimator | None = option(
+        "Robust least squares over the whole recording, or the paper's filter (nlms).",
+        NOISE,
+        rust_field="Request::estimator",
+        default="least-squares",
     )
     cutoff: float | None = option(
         "Cutoff of the low-pass on both sides of the equations (-3 dB).",
-        SIGNALS,
+        NOISE,
         _ALL,
         rust_field="Request::cutoff_hz",
         default="chosen from the data of a recording; 10 online and for the paper's filter",
         unit="Hz",
     )
-    max_gap: float | None = option(
-        "Longest time between two samples that is bridged.",
-        SIGNALS,
-        _ALL,
-        rust_field="Request::max_gap_s",
-        default="five periods of the slowest stream; 0.1 online and for the paper's filter",
-        unit="s",
-    )
-    wrench_offset: bool | None = option(
-        "Whether the sum of the wrenches may have an unknown constant offset, a sensor zero that"
-        " was not set: six more unknowns.",
-        SIGNALS,
-        _LEAST_SQUARES,
-        rust_field="Request::wrench_offset",
-        default="false",
-    )
     wrench_noise: ArrayLike | None = option(
         "Standard deviations of the white noise of one wrench, (6,), or (S, 6) for S sensors; on"
         " the command line, once for all sensors or once for each.",
-        SIGNALS,
+        NOISE,
         _LEAST_SQUARES,
         rust_field="Request::wrench_noise",
         default="estimated from the residuals",
@@ -241,7 +247,7 @@ class Options:
     )
     effort_noise: ArrayLike | None = option(
         "Standard deviation of the white noise of one joint effort, for all joints or for each.",
-        SIGNALS,
+        NOISE,
         _LEAST_SQUARES,
         rust_field="Request::effort_noise",
         default="estimated from the residuals",
@@ -249,12 +255,6 @@ class Options:
         metavar="S,S,...",
         argument=str,
         parse=option_text.numbers,
-    )
-    estimator: Estimator | None = option(
-        "Robust least squares over the whole recording, or the paper's filter (nlms).",
-        SIGNALS,
-        rust_field="Request::estimator",
-        default="least-squares",
     )
     alpha: float | None = option(
         "Step size of the paper's filter, in (0, 2).",

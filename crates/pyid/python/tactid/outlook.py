@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactid._native import VALUE_NAMES
+from tactid.findings import DOUBTS
 from tactid.identification import Array, IdentificationData
 from tactid.remarks import motion_advice
 from tactid.values import KINDS
-from tactid.wording import DOUBTS
 
 WITHIN = 0.01
 """Target for half of each 95 % interval, as a fraction of the largest value of its kind."""
@@ -27,26 +27,28 @@ STEPS = ((36_000.0, "10 h"), (3_600.0, "1 h"), (600.0, "10 min"), (60.0, "1 min"
 def outlook(result: IdentificationData, within: float = WITHIN) -> str | None:
     """Says how much longer the motion must go on, or which motion would determine what it cannot.
 
-    Returns None where the estimator has no intervals, as the paper's filter, and where the data
-    contradict the result: then no interval contains the truth, however long the motion goes on.
+    It concerns the values that are identifiable: the remarks name the others, with advice. Returns
+    None where there are none, where the estimator has no intervals, as the paper's filter, and
+    where the data contradict the result: then no interval contains the truth, however long the
+    motion goes on.
     """
     if result.is_contradicted or any(noticed.kind in DOUBTS for noticed in result.findings):
         return None
-    remaining = result.remaining(within)
-    if np.isnan(remaining).any():
+    remaining, identifiable = result.remaining(within), np.array(result.estimate.identifiable)
+    if np.isnan(remaining).any() or not identifiable.any():
         return None
+    every = "Every value" if identifiable.all() else "Every other value"
+    remaining = np.where(identifiable, remaining, 0.0)
     target = f"within {100 * within:g} %"
     if not remaining.any():
-        return f"Every value is known {target}."
+        return f"{every} is known {target}."
     hopeless = remaining > TOO_LONG * result.duration
     if hopeless.any():
-        # What is not identifiable at all has its advice among the remarks.
-        advised = hopeless & np.array(result.estimate.identifiable)
-        names = np.array(VALUE_NAMES)[advised].tolist()
+        names = np.array(VALUE_NAMES)[hopeless].tolist()
         return " ".join([*_undetermined(remaining, hopeless, target), *motion_advice(names)])
     last = VALUE_NAMES[int(remaining.argmax())]
     more = _duration(float(remaining.max()))
-    return f"Every value is known {target} after another {more} of this motion, {last} last."
+    return f"{every} is known {target} after another {more} of this motion, {last} last."
 
 
 def _undetermined(remaining: Array, hopeless: NDArray[np.bool_], target: str) -> list[str]:

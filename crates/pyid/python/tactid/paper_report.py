@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tactid import page, table
+from tactid.paper_values import PAPER_ERRORS, PAPER_VALUES, is_the_papers
 from tactid.truth import Truth
 from tactid.values import KINDS, NAMES, UNITS
 
@@ -61,7 +62,7 @@ of mass.</p>
 
 
 def _table(report: Report) -> str:
-    with_paper = table.is_the_papers(report.truth)
+    with_paper = is_the_papers(report.truth)
     titles = (["paper"] if with_paper else []) + [column.title for column in report.columns]
     groups = "".join(f'<th colspan="2">{html.escape(title)}</th>' for title in titles)
     heads = "<th>value</th><th>error %</th>" * len(titles)
@@ -70,7 +71,7 @@ def _table(report: Report) -> str:
         f'<td></td><td class="value">{table.percent(table.worst(column.errors or []))}</td>'
         for column in report.columns
     )
-    paper = f"<td></td><td>{max(table.PAPER_ERRORS):.2f}</td>" if with_paper else ""
+    paper = f"<td></td><td>{max(PAPER_ERRORS):.2f}</td>" if with_paper else ""
     return f"""<div class="wide"><table>
 <caption>Errors in percent of the nominal value; for a zero, of the largest nominal value of its
 kind.</caption>
@@ -87,8 +88,8 @@ def _row(report: Report, index: int, with_paper: bool) -> str:
         f"<td>{report.truth.nominal[index]:.2f}</td>",
     ]
     if with_paper:
-        cells.append(f"<td>{table.PAPER_VALUES[index]:.2f}</td>")
-        cells.append(f"<td>{table.PAPER_ERRORS[index]:.2f}</td>")
+        cells.append(f"<td>{PAPER_VALUES[index]:.2f}</td>")
+        cells.append(f"<td>{PAPER_ERRORS[index]:.2f}</td>")
     for column in report.columns:
         value = column.values[index]
         if value is None:

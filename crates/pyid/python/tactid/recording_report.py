@@ -15,7 +15,7 @@ from tactid.naming import Style, option_name
 from tactid.outlook import WITHIN, outlook
 from tactid.remarks import knowledge, remarks, wrench_offset
 from tactid.table import NOT_IDENTIFIABLE
-from tactid.values import KINDS, MOMENT_NAMES, MOMENT_UNIT, NAMES, UNITS, Z95, Values
+from tactid.values import Z95, Values
 
 METHODS = {
     "tactile": "measured wrenches, and motion",
@@ -124,19 +124,15 @@ def explained(fit: Fit, windows: NDArray[np.bool_]) -> list[float | None]:
 
 
 def _table(result: IdentificationData) -> str:
-    values = result.estimate.known_values + reported.moments(result)
-    half_widths = result.estimate.half_widths + reported.moment_half_widths(result)
-    names, units = NAMES + MOMENT_NAMES, UNITS + (MOMENT_UNIT,) * 3
     rows = []
-    for index, (value, half) in enumerate(zip(values, half_widths, strict=True)):
-        cells = f'<td>{names[index]}</td><td class="unit">{units[index]}</td>'
-        if value is None:
+    for row in reported.column(result).rows:
+        cells = f'<td>{row.name}</td><td class="unit">{row.unit}</td>'
+        if row.value is None:
             cells += f'<td class="none" colspan="4">{NOT_IDENTIFIABLE}</td>'
         else:
-            shown, around, low, high = with_interval(value, half)
+            shown, around, low, high = with_interval(row.value, row.half_width)
             cells += f'<td class="value">{shown}</td><td>{around}</td><td>{low}</td><td>{high}</td>'
-        last = any(index == kind.stop - 1 for kind in KINDS)
-        rows.append(f"<tr{' class=last' if last else ''}>{cells}</tr>\n")
+        rows.append(f"<tr{' class=last' if row.ends_kind else ''}>{cells}</tr>\n")
     return f"""<div class="wide"><table>
 <caption>The interval contains the true value with 95 % probability, if noise is the only error.
 Moments 1 to 3 are the principal moments of inertia about the centre of mass, ascending. Moments
@@ -154,7 +150,7 @@ def _remarks(result: IdentificationData, style: Style) -> str:
 
 
 def _friction(result: IdentificationData, style: Style) -> str:
-    if result.method not in ("effort", "combined"):
+    if result.method not in ("effort", "combined") or result.subtracts_unloaded:
         return ""
     return f"<p>{html.escape(FRICTION.format(option=option_name('unloaded', style)))}</p>"
 

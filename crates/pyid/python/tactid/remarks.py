@@ -7,11 +7,11 @@ import math
 from collections.abc import Sequence
 
 from tactid._native import VALUE_NAMES
+from tactid.findings import CONTRADICTIONS, DOUBTS
 from tactid.identification import IdentificationData, PayloadEstimate
-from tactid.naming import Style, listed
+from tactid.naming import Style, counted, listed
 from tactid.reported import offsets
 from tactid.values import Z95, digits_of
-from tactid.wording import CONTRADICTIONS, DOUBTS, finding
 
 
 def remarks(result: IdentificationData, style: Style = "keyword") -> list[str]:
@@ -27,12 +27,12 @@ def remarks(result: IdentificationData, style: Style = "keyword") -> list[str]:
     return list(
         dict.fromkeys(
             [
-                *(finding(noticed, style) for noticed in grave),
+                *(noticed.worded(style) for noticed in grave),
                 *_of_the_body(result),
                 *_of_the_unknown(result.estimate, advised=not result.is_contradicted),
-                *_of_the_samples(result.estimate),
-                *(finding(noticed, style) for noticed in others),
-                *(fault.sentence for fault in result.faults),
+                *_of_the_samples(result),
+                *(noticed.worded(style) for noticed in others),
+                *map(str, result.faults),
             ]
         )
     )
@@ -56,13 +56,20 @@ def _of_the_unknown(estimate: PayloadEstimate, *, advised: bool) -> list[str]:
     return [" ".join([sentence, *(motion_advice(unknown) if advised else [])])]
 
 
-def _of_the_samples(estimate: PayloadEstimate) -> list[str]:
-    sentences = []
+def _of_the_samples(result: IdentificationData) -> list[str]:
+    sentences, estimate = [], result.estimate
     if estimate.rejected:
-        sentences.append(f"{estimate.rejected} samples were rejected: not finite, or out of order.")
-    if estimate.gaps:
-        sentences.append(f"{estimate.gaps} gaps in the recording were not bridged.")
+        samples, were = counted(estimate.rejected, "sample"), _were(estimate.rejected)
+        sentences.append(f"{samples} {were} rejected: not finite, or out of order.")
+    # The faults say where a gap is.
+    if estimate.gaps and not any(fault.kind == "gap" for fault in result.faults):
+        gaps, were = counted(estimate.gaps, "gap"), _were(estimate.gaps)
+        sentences.append(f"{gaps} in the recording {were} not bridged.")
     return sentences
+
+
+def _were(count: int) -> str:
+    return "was" if count == 1 else "were"
 
 
 def motion_advice(names: Sequence[str]) -> list[str]:
@@ -109,8 +116,8 @@ def assumptions(result: IdentificationData) -> str:
     parts.append(f"cutoff {result.cutoff:.3g} Hz")
     parts += [delay] if (delay := _delay(result)) else []
     parts += knowledge(result)
-    if offsets(result):
-        parts.append(f"wrench offset {wrench_offset(result)}")
+    parts += [f"wrench offset {offset}"] if (offset := wrench_offset(result)) else []
+    parts += ["efforts of the unloaded recording subtracted"] if result.subtracts_unloaded else []
     parts.append(f"times from {'header stamps' if result.clock == 'stamps' else 'the log'}")
     return "; ".join(parts) + "."
 
@@ -143,9 +150,15 @@ def knowledge(result: IdentificationData) -> list[str]:
 
 
 def wrench_offset(result: IdentificationData) -> str:
-    """Says the offset of the wrenches with its 95 % intervals; empty where it is not known."""
-    return ", ".join(
+    """Says the offset of the wrenches with its 95 % intervals; empty where it is not known.
+
+    It is that of the recorded wrenches, in the frame of the sensor where there is one sensor.
+    """
+    entries = ", ".join(
         f"{name} {value:.3g} ± {half_width:.2g} {unit}"
         for name, unit, value, half_width in offsets(result)
         if math.isfinite(value) and math.isfinite(half_width)
     )
+    if result.fit is None or result.fit.wrench_offset is None or not entries:
+        return ""
+    return f"{entries}, in the frame {result.fit.wrench_offset.frame} and with the sign as recorded"

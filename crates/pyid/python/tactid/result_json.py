@@ -13,20 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactid import reported
-from tactid.faults import DataFault
 from tactid.files import write_atomically
+from tactid.findings import DataFault
 from tactid.identification import Fit, IdentificationData
 from tactid.naming import Style
 from tactid.outlook import WITHIN
 from tactid.remarks import motion_advice, remarks
 from tactid.values import Z95, all_finite, finite, nested, values_of
-from tactid.wording import finding
 
 SCHEMA = "tactid.result/1"
 """Name and version of the layout: a change that breaks a reader increments the version."""
 
 UNITS = {"mass": "kg", "com": "m", "inertia": "kg m²", "principal_moments": "kg m²", "time": "s"}
-"""Units of the values; any other number has its unit in its key."""
+"""Units of the values; any other number has its unit in its key, or in the schema's description."""
 
 MOST_POINTS = 2000
 """Largest number of points of a time series in JSON."""
@@ -99,7 +98,7 @@ def record(
         "is_contradicted": result.is_contradicted,
         "diagnostics": diagnostics(result) | dict(checks or {}),
         "findings": [
-            {"kind": noticed.kind, **_plain(noticed.data), "text": finding(noticed, style)}
+            {"kind": noticed.kind, **_plain(noticed.data), "text": noticed.worded(style)}
             for noticed in result.findings
         ],
         "remarks": remarks(result, style),
@@ -127,6 +126,7 @@ def diagnostics(result: IdentificationData) -> dict[str, Any]:
         "delay_s": finite(result.delay),
         "estimated_delay_s": None if estimated is None else finite(estimated.value),
         "estimated_delay_std_dev_s": None if estimated is None else finite(estimated.std_dev),
+        "subtracts_unloaded": result.subtracts_unloaded,
         "known_mass_kg": None if mass is None else mass.value,
         "known_mass_std_dev_kg": None if mass is None else mass.std_dev,
         "bounding_box_m": None if box is None else box.tolist(),
@@ -145,7 +145,7 @@ def _fault(fault: DataFault) -> dict[str, Any]:
     return {
         "topic": fault.topic,
         "kind": fault.kind,
-        "text": fault.phrase,
+        "text": str(fault),
         "count": fault.count,
         "first_s": finite(fault.first),
     }

@@ -9,15 +9,10 @@ from rich import box
 from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
-from rich.text import Text
 
-from tactid._native import LogInfo
+from tactid.paper_values import PAPER_ERRORS, PAPER_VALUES, is_the_papers
 from tactid.truth import Truth
 from tactid.values import KINDS, MOMENT_NAMES, MOMENT_UNIT, NAMES, UNITS, Values, digits_of
-
-PAPER_NOMINAL = (100.0, 0.5, 0.0, 0.0, 10.0, 0.0, 0.0, 20.0, 0.0, 10.0)
-PAPER_VALUES = (101.6, 0.51, 0.0, 0.0, 10.1, 0.0, 0.0, 20.22, 0.0, 10.13)
-PAPER_ERRORS = (1.6, 2.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.1, 0.0, 1.3)
 
 NOT_IDENTIFIABLE = "not identifiable"
 
@@ -32,6 +27,34 @@ class Column:
     """Errors in percent; None where the truth is not known."""
     half_widths: Values | None = None
     """Half of each 95 % interval; None where the estimator has none."""
+
+    @property
+    def rows(self) -> list["Row"]:
+        """The rows of a table, one for each value."""
+        names, units = NAMES + MOMENT_NAMES, UNITS + (MOMENT_UNIT,) * len(MOMENT_NAMES)
+        none = [None] * len(self.values)
+        columns = (self.values, self.half_widths or none, self.errors or none)
+        ends = [kind.stop - 1 for kind in KINDS]
+        return [
+            Row(names[index], units[index], *numbers, ends_kind=index in ends)
+            for index, numbers in enumerate(zip(*columns, strict=True))
+        ]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One value of a result, as every table shows it."""
+
+    name: str
+    unit: str
+    value: float | None
+    """None where the motion did not determine the value."""
+    half_width: float | None
+    """Half of the 95 % interval; None where there is none."""
+    error: float | None
+    """Error in percent; None where it is not known."""
+    ends_kind: bool
+    """Whether the value is the last of its kind: mass, centre of mass or inertia."""
 
 
 def number(value: float | None, half_width: float | None = None) -> str:
@@ -57,11 +80,6 @@ def worst(errors: Sequence[float | None]) -> float:
     return max((abs(error) for error in errors if error is not None), default=float("nan"))
 
 
-def is_the_papers(truth: Truth) -> bool:
-    """Whether the payload is the one whose identification the paper's table shows."""
-    return tuple(truth.nominal) == PAPER_NOMINAL
-
-
 def heading(frame: str) -> str:
     """Says in which frame the values of a table are, and about which point the inertia is."""
     return f"Payload in the frame {frame}, inertia about the centre of mass"
@@ -84,42 +102,43 @@ def rich_table(columns: Sequence[Column], truth: Truth | None = None) -> Table:
             table.add_column("± 95 %", justify="right")
         if column.errors is not None:
             table.add_column("error %", justify="right")
-    names, units = NAMES + MOMENT_NAMES, UNITS + (MOMENT_UNIT,) * 3
-    for index, cells in enumerate(_cells(columns, truth, with_paper)):
-        last_of_kind = any(index == kind.stop - 1 for kind in KINDS)
-        table.add_row(names[index], units[index], *cells, end_section=last_of_kind)
+    for index, results in enumerate(zip(*(column.rows for column in columns), strict=True)):
+        given = _given(index, truth) if truth is not None else []
+        cells = [
+            cell
+            for column, row in zip(columns, results, strict=True)
+            for cell in _cells(column, row)
+        ]
+        first = results[0]
+        table.add_row(first.name, first.unit, *given, *cells, end_section=first.ends_kind)
     return table
 
 
-def _cells(
-    columns: Sequence[Column], truth: Truth | None, with_paper: bool
-) -> Sequence[Sequence[str]]:
-    rows = []
-    nominal = [] if truth is None else truth.nominal + truth.nominal_moments
-    for index in range(len(columns[0].values)):
-        cells = [f"{value:.2f}" for value in nominal[index : index + 1]]
-        if with_paper and index < len(NAMES):
-            cells += [f"{PAPER_VALUES[index]:.2f}", f"{PAPER_ERRORS[index]:.2f}"]
-        elif with_paper:
-            cells += ["–", "–"]
-        for column in columns:
-            half_width = None if column.half_widths is None else column.half_widths[index]
-            cells.append(number(column.values[index], half_width))
-            if column.half_widths is not None:
-                cells.append(around(half_width))
-            if column.errors is not None:
-                cells.append(percent(column.errors[index]))
-        rows.append(cells)
-    return rows
+def _given(index: int, truth: Truth) -> list[str]:
+    """Returns the nominal value, and for the paper's payload the paper's value and error."""
+    nominal = f"{(truth.nominal + truth.nominal_moments)[index]:.2f}"
+    if not is_the_papers(truth):
+        return [nominal]
+    if index >= len(NAMES):
+        return [nominal, "–", "–"]
+    return [nominal, f"{PAPER_VALUES[index]:.2f}", f"{PAPER_ERRORS[index]:.2f}"]
+
+
+def _cells(column: Column, row: Row) -> list[str]:
+    cells = [number(row.value, row.half_width)]
+    if column.half_widths is not None:
+        cells.append(around(row.half_width))
+    if column.errors is not None:
+        cells.append(percent(row.error))
+    return cells
 
 
 def html_table(column: Column, title: str) -> str:
     """Returns a small table for a notebook: the ten values with their 95 % intervals."""
-    half_widths = column.half_widths or [None] * len(column.values)
     rows = "".join(
-        f"<tr><td>{name}</td><td>{unit}</td><td>{number(value, half)}</td><td>{around(half)}</td>"
-        "</tr>"
-        for name, unit, value, half in zip(NAMES, UNITS, column.values, half_widths, strict=False)
+        f"<tr><td>{row.name}</td><td>{row.unit}</td><td>{number(row.value, row.half_width)}</td>"
+        f"<td>{around(row.half_width)}</td></tr>"
+        for row in column.rows[: len(NAMES)]
     )
     heads = "<tr><th>parameter</th><th>unit</th><th>value</th><th>± 95 %</th></tr>"
     return (
@@ -146,24 +165,3 @@ def plain_text(column: Column, title: str) -> str:
 
 def _without_minus_zero(value: float, digits: int) -> float:
     return round(value, digits) + 0.0
-
-
-def topics_table(info: LogInfo) -> Table:
-    """Returns the topics of a log as a table."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("topic", overflow="fold")
-    table.add_column("type", overflow="fold")
-    table.add_column("messages", justify="right")
-    table.add_column("rate / Hz", justify="right")
-    for topic in info.topics:
-        rate = "–" if topic.frequency is None else f"{topic.frequency:.1f}"
-        table.add_row(Text(topic.name), Text(topic.type_name), str(topic.count), rate)
-    return table
-
-
-def info_lines(info: LogInfo) -> list[str]:
-    """Returns the duration, the metadata and the damage of a log, a line each."""
-    duration = "no messages" if info.duration is None else f"{info.duration:.3f} s"
-    records = ", ".join(info.metadata) or "none"
-    lines = [f"duration  {duration}", f"metadata  {records}"]
-    return lines + [f"damage    {line}" for line in info.damage or ["none"]]

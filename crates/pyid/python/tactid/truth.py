@@ -11,7 +11,10 @@ from tactid.values import KINDS, Values, flat
 
 @dataclass(frozen=True)
 class Truth:
-    """The true payload of a simulated log, in the tip's frame."""
+    """The true payload of a simulated log."""
+
+    frame: str
+    """Name of the frame in which the values are: the tip of the experiment's robot."""
 
     actual: list[float]
     """The ten values as the payload sits in the grasp."""
@@ -57,7 +60,11 @@ def read_truth(info: LogInfo) -> Truth | None:
     if record is None:
         return None
     try:
-        return Truth(actual=flat(record), nominal=flat(record.get("nominal", record)))
+        return Truth(
+            frame=str(record["frame"]),
+            actual=flat(record),
+            nominal=flat(record.get("nominal", record)),
+        )
     except (KeyError, TypeError, ValueError):
         return None
 

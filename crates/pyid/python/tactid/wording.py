@@ -1,45 +1,25 @@
 """Findings in words: what a reader of a result should know of the recording.
 
 A sentence that names an option spells it as its reader would write it: see :mod:`tactid.naming`.
+Online, what has no option is done to the samples before ``push``.
 """
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
-from tactid.naming import Style, listed, option_name
+from tactid.naming import Style, counted, listed, option_name
 from tactid.values import Z95, digits_of
 
 Data = Mapping[str, Any]
-
-CONTRADICTIONS = ("gravity_contradicted", "negative_mass", "known_bodies_too_heavy")
-"""Findings that show the result to be wrong, the gravest first."""
-
-DOUBTS = ("load_unexplained", "mass_contradicted", "inconsistent", "offset_suspected")
-"""Findings that show the values to be off by more than their intervals, the gravest first."""
-
-
-@dataclass(frozen=True)
-class Finding:
-    """Something that a reader of the result should know; ``print`` shows it as a sentence."""
-
-    kind: str
-    """Name of what was noticed, such as ``negative_mass``."""
-    data: Mapping[str, Any] = field(default_factory=dict)
-    """The numbers and names that belong to the kind."""
-
-    def __str__(self) -> str:
-        return finding(self)
-
 
 LOADS = {"tactile": "wrench", "joint-sensing": "wrench", "effort": "effort", "combined": "load"}
 """What each method measures of the payload."""
 
 
-def finding(noticed: Finding, style: Style = "keyword") -> str:
+def finding(kind: str, data: Data, style: Style) -> str:
     """Says what was noticed on the way from the recording to the payload, in sentences."""
-    return _FINDINGS[noticed.kind](noticed.data, style)
+    return _FINDINGS[kind](data, style)
 
 
 def _gravity_contradicted(data: Data, style: Style) -> str:
@@ -53,33 +33,42 @@ def _gravity_contradicted(data: Data, style: Style) -> str:
 
 
 def _negative_mass(data: Data, style: Style) -> str:
+    method = data["method"]
     hints = {
         "tactile": f" ({option_name('wrench_acts_on', style)})",
         "effort": f" ({option_name('effort_gain', style)} with a minus sign)",
     }
+    remedies = {
+        "tactile": ": negate `wrench` before `push`",
+        "effort": ": negate `effort` before `push`",
+    }
+    online = style == "online"
+    hint, remedy = ("", remedies.get(method, "")) if online else (hints.get(method, ""), "")
     gravity = f", or of gravity ({option_name('gravity', style)})," if data["or_gravity"] else ""
-    load = f"{LOADS[data['method']]}{hints.get(data['method'], '')}"
     return (
-        f"The identified mass is negative: the opposite sign of the {load}{gravity} would explain"
-        " the data."
+        f"The identified mass is negative: the opposite sign of the {LOADS[method]}{hint}{gravity}"
+        f" would explain the data{remedy}."
     )
 
 
 def _known_bodies_too_heavy(data: Data, style: Style) -> str:
+    # Online there is no known tool.
+    tool = "" if style == "online" else f" the mass of {option_name('known_tool', style)},"
     return (
-        f"The known bodies weigh {data['known_kg']:.4g} kg, but the whole load only"
-        f" {data['load_kg']:.4g} kg: check the mass of {option_name('known_tool', style)}, the"
-        " links below the tip in the URDF, and the gains of the sensors."
+        f"The known bodies weigh {data['known_bodies_kg']:.4g} kg, but the whole load only"
+        f" {data['load_kg']:.4g} kg: check{tool} the links below the tip in the URDF, and the gains"
+        " of the sensors."
     )
 
 
 def _offset_suspected(data: Data, style: Style) -> str:
     pairs = zip(data["values"], data["std_devs"], strict=True)
     entries = [_with_interval(value, Z95 * std_dev) for value, std_dev in pairs]
+    whose, place = ("pushed", " before `push`") if style == "online" else ("recorded", "")
     return (
         f"The wrenches seem to have a constant offset: force ({', '.join(entries[:3])}) N, moment"
         f" ({', '.join(entries[3:])}) N m, in the frame {data['frame']} and with the sign of the"
-        " recorded wrenches. Subtract it from the wrenches (tare the sensor), or let"
+        f" {whose} wrenches. Subtract it from the wrenches{place} (tare the sensor), or let"
         f" {option_name('wrench_offset', style)} identify it together with the payload."
     )
 
@@ -96,9 +85,7 @@ def _load_unexplained(data: Data, style: Style) -> str:
     times = data["residual_rms"] / max(data["noise_rms"], 1e-300)
     beyond = f"{times:.0f} times the noise" if times < 1e4 else "far beyond the noise"
     reasons = {
-        "effort": "Friction in the joints is the usual reason, then wrong inertias of the links or"
-        f" gains of the efforts: use {option_name('unloaded', style)}, a recording of the same"
-        " motion without the payload.",
+        "effort": _efforts_unexplained(style, has_unloaded=data["has_unloaded"]),
         "tactile": "Check the frame of the sensor and how it is mounted, the tip, gravity and the"
         " pose of the base, and the order, signs and units of the joints.",
         "joint-sensing": "Check the inertias of the links, the frame of the base's motion, and"
@@ -115,11 +102,29 @@ def _load_unexplained(data: Data, style: Style) -> str:
     )
 
 
+def _efforts_unexplained(style: Style, *, has_unloaded: bool) -> str:
+    if has_unloaded:
+        return (
+            "The unloaded recording does not remove it: check that both recordings have the same"
+            " speed and temperature, and the gains of the efforts."
+        )
+    remedy = (
+        "subtract the efforts of the same motion without the payload before `push`."
+        if style == "online"
+        else f"use {option_name('unloaded', style)}, a recording of the same motion without the"
+        " payload."
+    )
+    return (
+        "Friction in the joints is the usual reason, then wrong inertias of the links or gains of"
+        f" the efforts: {remedy}"
+    )
+
+
 def _mass_contradicted(data: Data, _: Style) -> str:
     half_width = Z95 * data["std_dev_kg"]
     digits = digits_of(half_width)
     return (
-        f"The given mass is {data['known_kg']:g} kg, but the data alone give"
+        f"The given mass is {data['known_mass_kg']:g} kg, but the data alone give"
         f" {data['found_kg']:.{digits}f} ± {half_width:.{digits}f} kg,"
         f" {data['distance']:.1f} standard deviations away: check gravity, and the gains and"
         " offsets of the sensors."
@@ -129,7 +134,7 @@ def _mass_contradicted(data: Data, _: Style) -> str:
 def _known_mass_not_kept(data: Data, _: Style) -> str:
     within = " within the box" if data["within_box"] else ""
     return (
-        f"The given mass is {data['known_kg']:g} kg, but the result has"
+        f"The given mass is {data['known_mass_kg']:g} kg, but the result has"
         f" {data['estimated_kg']:.4g} kg: no physically consistent body of the given mass{within}"
         " explains the data."
     )
@@ -145,9 +150,11 @@ def _inconsistent(data: Data, _: Style) -> str:
 
 
 def _outliers(data: Data, _: Style) -> str:
+    one = data["outliers"] == 1
     return (
-        f"{data['outliers']} of {data['windows']} windows are outliers, as an impact causes them,"
-        " and have next to no weight."
+        f"{data['outliers']} of {counted(data['windows'], 'window')}"
+        f" {'is an outlier' if one else 'are outliers'}, as an impact causes"
+        f" {'it, and has' if one else 'them, and have'} next to no weight."
     )
 
 
@@ -214,7 +221,8 @@ def _velocities_contradicted(data: Data, _: Style) -> str:
     }
     return (
         f"The velocities of {listed(data['joints'])} are not the derivatives of the positions (rms"
-        f" difference {data['relative_difference']:.0%} of the motion).{causes[data['cause']]}"
+        f" difference {_whole_percent(data['relative_difference'])} of the motion)."
+        f"{causes[data['cause']]}"
     )
 
 
@@ -227,7 +235,8 @@ def _twist_contradicted(data: Data, _: Style) -> str:
     }
     return (
         f"{data['source']}: the twist is not the derivative of the pose (rms difference"
-        f" {data['relative_difference']:.0%} of the motion).{causes[data['better_axes']]}"
+        f" {_whole_percent(data['relative_difference'])} of the motion)."
+        f"{causes[data['better_axes']]}"
     )
 
 
@@ -246,11 +255,11 @@ def _delay_doubtful(data: Data, style: Style) -> str:
     why = (
         "but it is as long as any that is searched for"
         if data["is_at_end"]
-        else f"but only a little (ratio of the residuals {data['residual_ratio']:.2f})"
+        else f"but only a little (its residuals are {_percent(data['residual_ratio'])} as large)"
     )
     return (
-        f"Wrenches stamped {1e3 * data['delay_s']:.0f} ms later than the motion would fit better,"
-        f" {why}: this delay was not corrected. Check whether all sensors of the payload were"
+        f"A delay of the wrenches, stamped {_shift(data['delay_s'], 0)} than the motion, would fit"
+        f" better, {why}: it was not corrected. Check whether all sensors of the payload were"
         f" recorded, and the frames and signs; {option_name('delay', style)} sets a delay."
     )
 
@@ -262,12 +271,20 @@ def _no_stamps(_: Data, __: Style) -> str:
 def _delay_corrected(data: Data, _: Style) -> str:
     half_width = 1e3 * Z95 * data["std_dev_s"]
     digits = digits_of(half_width)
-    order = "later" if data["applied_s"] >= 0 else "earlier"
     return (
-        f"The wrenches are stamped {1e3 * abs(data['applied_s']):.{digits}f} ms {order} than the"
-        f" motion: this delay was corrected (estimated {1e3 * data['estimated_s']:.{digits}f} ±"
-        f" {half_width:.{digits}f} ms)."
+        f"The wrenches are stamped {_shift(data['applied_s'], digits)} than the motion: this delay"
+        f" was corrected (estimated {1e3 * data['estimated_s']:.{digits}f}"
+        f" ± {half_width:.{digits}f} ms)."
     )
+
+
+def _shift(delay_s: float, digits: int) -> str:
+    """Says by how much stamps are later than the motion, or earlier."""
+    return f"{1e3 * abs(delay_s):.{digits}f} ms {'later' if delay_s >= 0 else 'earlier'}"
+
+
+def _whole_percent(ratio: float) -> str:
+    return f"{100 * ratio:.0f} %"
 
 
 def _percent(ratio: float) -> str:

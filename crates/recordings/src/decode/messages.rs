@@ -3,7 +3,7 @@
 use std::mem;
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Quaternion, Translation3, Vector3};
 use tactid_dynamics::{BaseAcceleration, Wrench};
 use tactid_identify::BaseState;
 use tactid_logs::RawMessage;
@@ -13,9 +13,7 @@ use super::Decoder;
 use super::joints::Mapping;
 use crate::alignment::{Event, JointValues, Measured, SpecificForce};
 use crate::fault::{FaultKind, check};
-
-/// Largest difference of a quaternion's norm from one.
-const NORM_TOLERANCE: f64 = 0.1;
+use crate::unit_quaternion;
 
 impl Decoder {
     pub(super) fn joints(
@@ -106,11 +104,8 @@ impl Decoder {
         let (pose, twist) = (&self.odometry.pose.pose, &self.odometry.twist.twist);
         let (p, q) = (&pose.position, &pose.orientation);
         check(&[p.x, p.y, p.z, q.w, q.x, q.y, q.z])?;
-        let rotation = Quaternion::new(q.w, q.x, q.y, q.z);
-        if (rotation.norm() - 1.0).abs() > NORM_TOLERANCE {
-            return Err(FaultKind::NotUnitQuaternion);
-        }
-        let rotation = UnitQuaternion::new_normalize(rotation);
+        let rotation = unit_quaternion(Quaternion::new(q.w, q.x, q.y, q.z));
+        let rotation = rotation.ok_or(FaultKind::NotUnitQuaternion)?;
         // The twist of odometry is in the moving frame, that of a state in the inertial one.
         let base = BaseState {
             pose: Isometry3::from_parts(Translation3::new(p.x, p.y, p.z), rotation),

@@ -216,7 +216,6 @@ pub(super) fn syntax(error: &toml::de::Error, text: &str) -> SimError {
         ("expected f64", "expected a number"),
         ("expected u64", "expected an integer that is not negative"),
         ("expected a string", "expected a text"),
-        ("expected struct", "expected a table of type"),
     ] {
         message = message.replace(rust, plain);
     }
@@ -393,7 +392,7 @@ mod tests {
             (
                 "payload = 3",
                 "line 1: payload: ",
-                "expected a table of type Payload",
+                "invalid type: integer `3`, expected a table",
             ),
             (
                 "[payload]\ncom = [0, 0, 0]",

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 /// # Ok::<(), tactid_sim::SimError>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct Noise {
     /// Standard deviation of the joint positions, rad (m for a prismatic joint).
     pub joint_position_rad: StdDev,

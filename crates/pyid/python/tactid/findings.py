@@ -1,0 +1,64 @@
+"""What was noticed about a recording: findings, and faults of its messages, for a program to match.
+
+The words for them are in :mod:`tactid.wording` and :mod:`tactid.faults`.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from tactid import faults, wording
+from tactid.naming import Style
+
+CONTRADICTIONS = ("gravity_contradicted", "negative_mass", "known_bodies_too_heavy")
+"""Findings that show the result to be wrong, the gravest first."""
+
+DOUBTS = ("load_unexplained", "mass_contradicted", "inconsistent", "offset_suspected")
+"""Findings that show the values to be off by more than their intervals, the gravest first."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something that a reader of the result should know; ``print`` shows it as a sentence."""
+
+    kind: str
+    """Name of what was noticed, such as ``negative_mass``."""
+    data: Mapping[str, Any] = field(default_factory=dict)
+    """The numbers and names that belong to the kind."""
+    style: Style = field(default="keyword", compare=False, repr=False)
+    """Who reads the sentence: it decides which options it names."""
+
+    def __str__(self) -> str:
+        return self.worded(self.style)
+
+    def worded(self, style: Style) -> str:
+        """Returns the finding in sentences, with options as the reader would write them."""
+        return wording.finding(self.kind, self.data, style)
+
+
+@dataclass(frozen=True)
+class DataFault:
+    """One kind of fault in the messages of one topic; ``print`` shows it as a sentence."""
+
+    topic: str
+    """Topic of the messages, or ``samples`` for what could not be aligned."""
+    kind: str
+    """Kind of the fault, such as ``out_of_order``."""
+    count: int
+    """Number of occurrences."""
+    first: float = math.nan
+    """Time of the first occurrence on the recording's clock, s; NaN where it is not known."""
+    joint: str | None = None
+    """Name of the joint, where the fault is that of one joint; else None."""
+
+    def __str__(self) -> str:
+        return f"{self.clause}."
+
+    @property
+    def clause(self) -> str:
+        """The topic, how often the fault occurred, what was done about it, and the first time."""
+        topic = "" if self.topic == "samples" else f"{self.topic}: "
+        place = "the first at" if self.count > 1 else "at"
+        since = f", {place} {self.first:.3f} s" if math.isfinite(self.first) else ""
+        return f"{topic}{faults.fault(self.kind, self.count, self.joint)}{since}"

@@ -1,0 +1,28 @@
+"""The contents of a log as ``tactid info`` shows them."""
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from tactid._native import LogInfo
+
+
+def topics_table(info: LogInfo) -> Table:
+    """Returns the topics of a log as a table."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("topic", overflow="fold")
+    table.add_column("type", overflow="fold")
+    table.add_column("messages", justify="right")
+    table.add_column("rate / Hz", justify="right")
+    for topic in info.topics:
+        rate = "–" if topic.frequency is None else f"{topic.frequency:.1f}"
+        table.add_row(Text(topic.name), Text(topic.type_name), str(topic.count), rate)
+    return table
+
+
+def info_lines(info: LogInfo) -> list[str]:
+    """Returns the duration, the metadata and the damage of a log, a line each."""
+    duration = "no messages" if info.duration is None else f"{info.duration:.3f} s"
+    records = ", ".join(info.metadata) or "none"
+    lines = [f"duration  {duration}", f"metadata  {records}"]
+    return lines + [f"damage    {line}" for line in info.damage or ["none"]]

@@ -1,0 +1,144 @@
+"""Wrong input in a bag: the command line and Python report the same, or refuse it."""
+
+import json
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import faulty
+import tactid
+from conftest import TactidCommand
+from expectations import Identify
+from recorded_arm import FIXED, FLOATING, SENSOR, TIP_FROM_SENSOR
+from recordings import (
+    EPOCH_NS,
+    Logged,
+    carried,
+    description,
+    driven,
+    header,
+    joint_states,
+    moving,
+    odometry,
+    state,
+    wrenches,
+    write_bag,
+)
+from test_cli import assert_refused
+
+SHORT = (6.0, 100.0)
+FIRST_OFFSET = np.array([2.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+
+
+@pytest.fixture
+def found(identify: Identify, tmp_path: Path) -> Any:
+    """``found(messages, kind, **options)`` returns the finding that both ways report."""
+
+    def run(messages: Iterable[Logged], kind: str, **options: Any) -> dict[str, Any]:
+        bag = write_bag(tmp_path / "bag", messages)
+        given = [
+            entry
+            for name, value in options.items()
+            for entry in (f"--{name.replace('_', '-')}", *np.atleast_1d(value))
+        ]
+        record = identify(bag, *given)
+        result = tactid.identify(bag, **options)
+        assert json.loads(result.to_json())["findings"] == [
+            each | {"text": str(noticed)}
+            for each, noticed in zip(record["findings"], result.findings, strict=True)
+        ]
+        (finding,) = (each for each in record["findings"] if each["kind"] == kind)
+        assert finding["text"] in record["remarks"]
+        wrong = kind in ("negative_mass", "gravity_contradicted")
+        assert record["is_contradicted"] == result.is_contradicted == wrong
+        # The first line says what shows a result to be wrong.
+        assert not wrong or finding["text"] == record["remarks"][0]
+        return finding  # type: ignore[no-any-return]
+
+    return run
+
+
+def test_a_twist_in_the_axes_of_the_world(found: Any) -> None:
+    s = state(FLOATING, *SHORT)
+    turn = s.base.pose[:, :3, :3]
+    velocity, rate = (
+        np.einsum("nij,nj->ni", turn, own) for own in (s.base.velocity, s.base.angular_velocity)
+    )
+    base = odometry(s.time, replace(s.base, velocity=velocity, angular_velocity=rate))
+    messages = [description(), *joint_states(s), *base, *wrenches(s.time, s.wrench)]
+    finding = found(messages, "twist_contradicted")
+    assert finding["source"] == "/odom"
+    assert finding["better_axes"] == "world"
+
+
+def test_velocities_in_degrees(found: Any) -> None:
+    s = state(FIXED, *SHORT)
+    fast = replace(s, v=np.rad2deg(s.v))
+    messages = [description(), *joint_states(fast), *wrenches(s.time, s.wrench)]
+    finding = found(messages, "velocities_contradicted")
+    assert finding["cause"] == "degrees"
+
+
+def test_a_channel_that_is_not_measured(found: Any) -> None:
+    s = state(FIXED, *SHORT)
+    messages = [*moving(FIXED, *SHORT), *wrenches(s.time, s.wrench * [1, 1, 1, 1, 0, 1])]
+    finding = found(messages, "constant_channels")
+    assert finding["channels"] == ["moment y"]
+    assert finding["is_zero"] is True
+
+
+def test_an_offset_of_two_newtons_with_another_tip(found: Any) -> None:
+    s = state(FIXED, *SHORT)
+    felt = wrenches(s.time, s.wrench, frame=SENSOR, tip_from_sensor=TIP_FROM_SENSOR)
+    shifted = faulty.noisy(faulty.offset(felt, FIRST_OFFSET), force=0.05, moment=0.005)
+    messages = [*moving(FIXED, *SHORT), *shifted]
+    finding = found(messages, "offset_suspected", tip="wrist_3_link")
+    assert finding["frame"] == SENSOR
+    np.testing.assert_allclose(finding["values"][:3], FIRST_OFFSET[:3], atol=0.2)
+
+
+def test_a_wrench_of_the_opposite_sign(found: Any) -> None:
+    s = state(FIXED, *SHORT)
+    finding = found([*moving(FIXED, *SHORT), *wrenches(s.time, -s.wrench)], "negative_mass")
+    assert "--wrench-acts-on" in finding["text"]
+
+
+def test_gravity_of_the_opposite_sign(found: Any) -> None:
+    finding = found(carried(FIXED, *SHORT), "gravity_contradicted", gravity=(0.0, 0.0, 9.81))
+    assert finding["better"] == pytest.approx([0.0, 0.0, -9.81])
+
+
+def test_friction(found: Any) -> None:
+    finding = found(driven(FIXED, *SHORT, rough=True), "load_unexplained")
+    assert finding["has_unloaded"] is False
+    assert "use --unloaded" in finding["text"]
+
+
+def test_a_wrench_without_any_motion(command: TactidCommand, tmp_path: Path) -> None:
+    s = state(FIXED, *SHORT)
+    bag = write_bag(tmp_path / "bag", [description(), *wrenches(s.time, s.wrench)])
+    what = "the log has wrenches but no motion"
+    assert_refused(command("identify", bag), what)
+    with pytest.raises(tactid.IdentificationError, match=what):
+        tactid.identify(bag)
+
+
+@pytest.mark.parametrize("factor", [10**6, 5 * 10**7])
+def test_stamps_in_another_unit(command: TactidCommand, tmp_path: Path, factor: int) -> None:
+    """A driver that writes microseconds, or still smaller units, into the seconds of its stamps."""
+
+    def stamped(each: Logged) -> Logged:
+        late_ns = (each.stamp_ns - EPOCH_NS) * factor
+        changed = header(EPOCH_NS + late_ns, each.message.header.frame_id)
+        return replace(each, message=replace(each.message, header=changed))
+
+    messages = [description(), *map(stamped, carried(FIXED, *SHORT)[1:])]
+    bag = write_bag(tmp_path / "bag", messages)
+    what = "stamps must be seconds and nanoseconds of the clock of the recorder"
+    assert_refused(command("identify", bag), what)
+    with pytest.raises(tactid.IdentificationError, match=what):
+        tactid.identify(bag)
