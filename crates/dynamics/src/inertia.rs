@@ -213,6 +213,29 @@ impl InertialParameters {
     }
 }
 
+/// Violation of the triangle inequality of principal moments that is tolerated, as a fraction of the largest moment.
+/// Descriptions of robots round to three or four digits, and a thin rod or plate lies on the boundary.
+const INERTIA_TOLERANCE: f64 = 1e-3;
+
+/// Moments below this fraction of the largest one are rounding errors of the eigenvalue problem.
+const ROUNDING: f64 = 1e-14;
+
+/// Returns the principal moments about the centre of mass in ascending order, kg m², if no body of positive mass has
+/// them, and `None` if one has or the mass is zero. Rounding errors count as zero.
+pub(crate) fn impossible_moments(parameters: &InertialParameters) -> Option<[f64; 3]> {
+    let moments = parameters.principal_moments()?;
+    let rounding = ROUNDING * moments.amax();
+    let round = |moment: f64| {
+        if moment.abs() <= rounding {
+            0.0
+        } else {
+            moment
+        }
+    };
+    let is_impossible = !parameters.is_physical_within(INERTIA_TOLERANCE);
+    is_impossible.then(|| moments.map(round).into())
+}
+
 /// Returns the term `-m [a]×²` (kg m²) that the parallel-axis theorem adds to an inertia about the centre of mass, for a
 /// point `a` (m) away from it.
 fn parallel_axis(mass_kg: f64, a: &Vector3<f64>) -> Matrix3<f64> {

@@ -210,7 +210,7 @@ impl Manipulator {
     ///
     /// Raises:
     ///     ArgumentError: A shape does not fit.
-    ///     ModelError: A link that moves has no mass.
+    ///     ModelError: No link that moves has mass.
     #[pyo3(signature = (q, qd=None, qdd=None, *, base_pose=None, base_twist=None, base_acceleration=None, gravity=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn inverse_dynamics<'py>(
@@ -257,7 +257,7 @@ impl Manipulator {
     ///
     /// Raises:
     ///     ArgumentError: A shape does not fit.
-    ///     ModelError: A link that moves, or the floating base, has no mass.
+    ///     ModelError: Nothing that moves has mass: no link, nor the floating base.
     #[pyo3(signature = (q, qd=None, qdd=None, *, base_pose=None, base_twist=None))]
     fn base_acceleration<'py>(
         &self,
@@ -294,7 +294,7 @@ impl Manipulator {
     ///
     /// Raises:
     ///     ArgumentError: A shape does not fit.
-    ///     ModelError: A link that moves, or the floating base, has no mass.
+    ///     ModelError: Nothing that moves has mass: no link, nor the floating base.
     #[pyo3(signature = (q, qd=None, *, base_pose=None, base_twist=None))]
     fn momentum<'py>(
         &self,
@@ -330,9 +330,9 @@ impl Manipulator {
 }
 
 impl Manipulator {
-    /// Checks that the dynamics know the mass of every body that moves.
+    /// Checks that the dynamics know the mass of something that moves.
     fn check_masses(&self) -> PyResult<()> {
-        self.0.check_masses().map_err(IntoPyErr::into_py_err)
+        self.0.check_masses(None).map_err(IntoPyErr::into_py_err)
     }
 }
 

@@ -12,7 +12,7 @@ use super::sample::Sample;
 use super::sample_ring::SampleRing;
 use super::settings::EquationSettings;
 use super::window::{MIN_INSTANTS, Windows};
-use crate::{IdentifyError, Method};
+use crate::{Finding, IdentifyError, Method};
 
 /// What became of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,6 +111,12 @@ impl EquationStream {
         let rows = self.model.rows(&self.instant)?;
         let equation = self.windows.push(self.instant.time_s, rows);
         Ok((PushOutcome::Used, equation))
+    }
+
+    /// Returns what is wrong in the description of the robot, as far as the method uses it: each is a [`Finding::Model`].
+    #[must_use]
+    pub fn model_findings(&self) -> Vec<Finding> {
+        self.model.findings().collect()
     }
 
     /// Discards all samples and resets the counts, so that the same samples can be presented again.

@@ -273,7 +273,8 @@ impl Identifier {
     }
 
     /// Returns what the most recent windows show about the assumptions: a wrong sign of gravity or of the load, an
-    /// offset of the wrench sensor, a load that the model does not explain, outliers. They are those that
+    /// offset of the wrench sensor, a load that the model does not explain, outliers; and what is wrong in the robot's
+    /// description, as far as the method uses it. They are those that
     /// [`BatchIdentifier`](crate::BatchIdentifier) has for the same samples without prior knowledge.
     ///
     /// The windows are at most the last 324 (10 s at a cutoff of 10 Hz) since the last payload change.
