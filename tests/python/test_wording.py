@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -84,6 +85,18 @@ FINDINGS = [
     Finding("no_stamps"),
     Finding("delay_corrected", {"applied_s": 0.037, "estimated_s": 0.037, "std_dev_s": 1e-4}),
     Finding("delay_doubtful", {"delay_s": -0.488, "residual_ratio": 0.9, "is_at_end": False}),
+    Finding("impossible_inertia", {"link": "arm", "moments": [-1e-8, 3.5e-8, 9.087e-8]}),
+    Finding("impossible_mass", {"link": "foot", "mass_kg": 0.0}),
+    Finding(
+        "unknown_numbers", {"link": "arm", "element": "inertia", "attributes": ["ixx", "ixy"]}
+    ),
+    Finding("massless", {"links": [f"finger_{k}" for k in range(8)]}),
+    Finding("joint_taken_as_fixed", {"joint": "drive", "joint_type": "planar"}),
+    Finding("mimic_not_followed", {"joint": "a", "leader": "b", "because": "circular"}),
+    Finding(
+        "part_ignored",
+        {"part": "unknown_element", "name": "contact", "inside": "link", "owners": ["a", "b"]},
+    ),
 ]
 
 
@@ -158,10 +171,21 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
         ("load_unexplained", {}, "30 % of the load (rms 3.0 of 10.0 N m, 43 times the noise)"),
         ("offset_suspected", {}, "force (1.50 ± 0.20, 0.00 ± 0.20, 0.20 ± 0.20) N, moment (0.000"),
         ("delay_corrected", {"applied_s": -0.012}, "stamped 12.00 ms earlier than the motion"),
+        ("impossible_inertia", {}, "principal moments -1e-08, 3.5e-08, 9.09e-08 kg m²"),
+        ("impossible_mass", {}, "it has an inertia, but a mass of zero."),
+        ("impossible_mass", {"mass_kg": -2.0}, "its mass of -2 kg is negative."),
+        ("unknown_numbers", {}, "ixx and ixy of <inertia> in its <inertial> are no finite numbers"),
+        ("massless", {}, "Links `finger_0`, `finger_1`, `finger_2`, `finger_3`, `finger_4` and 3"),
+        ("massless", {"links": ["a"]}, "Link `a` moves but has no mass, and was taken to be"),
+        ("mimic_not_followed", {}, "Joint `a` mimics `b`, which mimics it in turn: it was taken"),
+        ("mimic_not_followed", {"leader": ""}, "Joint `a` mimics no joint by name"),
+        ("part_ignored", {}, "<contact> in <link>, which URDF does not have, was ignored: in `a`"),
+        ("part_ignored", {"part": "repeated_element"}, "Every <contact> in <link> but the first"),
+        ("part_ignored", {"part": "unknown_attribute"}, "The attribute `contact` of <link>, which"),
     ],
 )
-def test_a_finding_is_in_words_and_without_exponents(
-    kind: str, changed: dict[str, float], words: str
+def test_a_finding_is_in_words(
+    kind: str, changed: dict[str, Any], words: str
 ) -> None:
     (found,) = (each for each in FINDINGS if each.kind == kind)
     assert words in finding(Finding(kind, {**found.data, **changed}))

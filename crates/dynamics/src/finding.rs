@@ -3,7 +3,6 @@
 /// A defect of a robot's description, and what the model assumes instead. Nothing else is changed: a number that is
 /// not named by a finding is used as it is written.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum ModelFinding {
     /// No rigid body has the inertia of a link: a principal moment is negative, or larger than the sum of the other two.
     /// The inertia is used as it is written.

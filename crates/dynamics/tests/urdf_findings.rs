@@ -85,6 +85,11 @@ fn impossible_inertias() {
         unreachable!("{ones}")
     };
     assert_eq!(moments[..2], [0.0, 0.0]);
+    // The rest of a difference is no inertia.
+    assert_eq!(
+        robot(&inertial("1", ["-1.4e-20", "0", "4e-18"])).findings(),
+        []
+    );
     // A cylinder whose moments are given to four digits is possible.
     assert_eq!(
         robot(&inertial("1", ["-2e-22", "1.0004", "1"])).findings(),

@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use tactid_dynamics::{IgnoredPart, MimicFault, ModelFinding};
 use tactid_identify::WrenchOffset;
 use tactid_recordings::{Finding, NotUsedBecause, TwistAxes, VelocityCause};
 
@@ -210,7 +211,56 @@ pub(crate) fn data_finding(
             distance,
             within_box,
         } => ("inconsistent", fields!(py, distance, within_box)),
+        Found::Model(finding) => return model_finding(py, finding),
         Found::Outliers { outliers, windows } => ("outliers", fields!(py, outliers, windows)),
+    })
+}
+
+/// Returns the data of a finding about the description of a robot.
+pub(crate) fn model_finding(py: Python<'_>, finding: &ModelFinding) -> PyResult<FindingData> {
+    Ok(match finding {
+        ModelFinding::ImpossibleInertia { link, moments } => {
+            ("impossible_inertia", fields!(py, link, moments))
+        }
+        ModelFinding::ImpossibleMass { link, mass_kg } => {
+            ("impossible_mass", fields!(py, link, mass_kg))
+        }
+        ModelFinding::UnknownNumbers {
+            link,
+            element,
+            attributes,
+        } => ("unknown_numbers", fields!(py, link, element, attributes)),
+        ModelFinding::Massless { links } => ("massless", fields!(py, links)),
+        ModelFinding::JointTakenAsFixed { joint, kind } => (
+            "joint_taken_as_fixed",
+            data!(py, "joint": joint, "joint_type": kind),
+        ),
+        ModelFinding::MimicNotFollowed {
+            joint,
+            leader,
+            because,
+        } => {
+            let because = match because {
+                MimicFault::NoSuchJoint => "no_such_joint",
+                MimicFault::LeaderIsFixed => "leader_is_fixed",
+                MimicFault::Circular => "circular",
+                MimicFault::Numbers => "numbers",
+            };
+            ("mimic_not_followed", fields!(py, joint, leader, because))
+        }
+        ModelFinding::Ignored {
+            part,
+            name,
+            inside,
+            owners,
+        } => {
+            let part = match part {
+                IgnoredPart::UnknownElement => "unknown_element",
+                IgnoredPart::RepeatedElement => "repeated_element",
+                IgnoredPart::UnknownAttribute => "unknown_attribute",
+            };
+            ("part_ignored", fields!(py, part, name, inside, owners))
+        }
     })
 }
 

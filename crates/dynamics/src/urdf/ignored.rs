@@ -74,14 +74,16 @@ impl Ignored {
         let inside = format.element;
         if let Some(known) = format.attributes {
             let names = element.attributes.iter().map(|(name, _)| name);
-            for name in names.filter(|name| is_unknown(name, known)) {
+            let names = names.filter(|name| !is_of_another_program(name) && *name != "xmlns");
+            for name in names.filter(|name| !known.contains(&name.as_str())) {
                 self.insert(inside, IgnoredPart::UnknownAttribute, name, owner);
             }
         }
         let mut met: Vec<&str> = Vec::new();
-        for child in &element.children {
+        let children = element.children.iter();
+        for child in children.filter(|child| !is_of_another_program(&child.name)) {
             let name = child.name.as_str();
-            if is_unknown(name, format.children) {
+            if !format.children.contains(&name) {
                 self.insert(inside, IgnoredPart::UnknownElement, name, owner);
             } else if !met.contains(&name) {
                 met.push(name);
@@ -111,7 +113,7 @@ impl Ignored {
     }
 }
 
-/// Returns whether a name is neither known nor, by its prefix, one of another program.
-fn is_unknown(name: &str, known: &[&str]) -> bool {
-    !known.contains(&name) && !name.contains(':') && name != "xmlns"
+/// Returns whether a name has a prefix, as in `drake:acceleration`.
+fn is_of_another_program(name: &str) -> bool {
+    name.contains(':')
 }

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from tactid.model_wording import MODEL_FINDINGS
 from tactid.naming import Style, listed, option_name
 from tactid.values import Z95, digits_of
 
@@ -299,6 +300,7 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "no_stamps": _no_stamps,
     "delay_corrected": _delay_corrected,
     "delay_doubtful": _delay_doubtful,
+    **MODEL_FINDINGS,
 }
 
 FINDING_KINDS = tuple(_FINDINGS)
