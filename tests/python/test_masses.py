@@ -39,7 +39,7 @@ def test_dynamics_need_masses_and_kinematics_do_not(massless: str) -> None:
     q = np.zeros(robot.dof)
     assert robot.kinematics("tool0", q).pose.shape == (4, 4)
     for compute in (robot.inverse_dynamics, robot.momentum, robot.base_acceleration):
-        with pytest.raises(tactid.ModelError, match="no link that moves has a mass, from `shoulder"):
+        with pytest.raises(tactid.ModelError, match="no link that moves has a mass, from `sho"):
             compute(q)
 
 
@@ -76,8 +76,7 @@ def test_defects_are_reported_by_the_methods_that_they_matter_for(
 
 def test_the_online_identifier_reports_defects_before_the_first_sample(defective: str) -> None:
     robot = tactid.Manipulator.from_urdf(defective, base="floating")
-    kinds = [
-        [finding.kind for finding in tactid.Identifier(robot, tip="tool0", method=method).findings()]
-        for method in ("joint-sensing", "effort")
-    ]
-    assert kinds == [["impossible_inertia", "unknown_numbers"]] * 2
+    for method in ("joint-sensing", "effort"):
+        identifier = tactid.Identifier(robot, tip="tool0", method=method)
+        kinds = [finding.kind for finding in identifier.findings()]
+        assert kinds == ["impossible_inertia", "unknown_numbers"]

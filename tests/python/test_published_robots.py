@@ -71,7 +71,7 @@ ON_THE_BASE = {
     "tiago_description/tiago_dual.urdf": 2,
     "tiago_description/tiago_no_hand.urdf": 2,
 }
-"""How many of the inertias that no body has are on the base, and do not matter where it is fixed."""
+"""How many of these inertias are on the base, and do not matter where it is fixed."""
 
 
 def test_the_wheel_has_the_robots() -> None:

@@ -87,9 +87,7 @@ FINDINGS = [
     Finding("delay_doubtful", {"delay_s": -0.488, "residual_ratio": 0.9, "is_at_end": False}),
     Finding("impossible_inertia", {"link": "arm", "moments": [-1e-8, 3.5e-8, 9.087e-8]}),
     Finding("impossible_mass", {"link": "foot", "mass_kg": 0.0}),
-    Finding(
-        "unknown_numbers", {"link": "arm", "element": "inertia", "attributes": ["ixx", "ixy"]}
-    ),
+    Finding("unknown_numbers", {"link": "arm", "element": "inertia", "attributes": ["ixx", "ixy"]}),
     Finding("massless", {"links": [f"finger_{k}" for k in range(8)]}),
     Finding("joint_taken_as_fixed", {"joint": "drive", "joint_type": "planar"}),
     Finding("mimic_not_followed", {"joint": "a", "leader": "b", "because": "circular"}),
@@ -184,9 +182,7 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
         ("part_ignored", {"part": "unknown_attribute"}, "The attribute `contact` of <link>, which"),
     ],
 )
-def test_a_finding_is_in_words(
-    kind: str, changed: dict[str, Any], words: str
-) -> None:
+def test_a_finding_is_in_words(kind: str, changed: dict[str, Any], words: str) -> None:
     (found,) = (each for each in FINDINGS if each.kind == kind)
     assert words in finding(Finding(kind, {**found.data, **changed}))
 

@@ -64,7 +64,7 @@ pub enum ModelError {
     Axis(String),
     /// An attribute is not the finite numbers that it must be.
     #[error(
-        "{kind} `{name}` has <{element} {attribute}=\"{given}\">: expected {expected} finite number{}",
+        "{kind} `{name}` has <{given}>: expected {expected} finite number{}",
         if *.expected == 1 { "" } else { "s" }
     )]
     Numbers {
@@ -72,13 +72,9 @@ pub enum ModelError {
         kind: &'static str,
         /// Name of the link or joint.
         name: String,
-        /// Element with the attribute.
-        element: String,
-        /// Name of the attribute.
-        attribute: &'static str,
-        /// Text of the attribute.
+        /// The element and its attribute, such as `origin xyz="0 0"`.
         given: String,
-        /// How many numbers it must have.
+        /// How many numbers the attribute must have.
         expected: usize,
     },
     /// A joint has a type that the URDF format does not have.

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tactid_dynamics::{IgnoredPart, MimicFault, ModelFinding};
-use tactid_identify::WrenchOffset;
+use tactid_identify::{KnownMass, WrenchOffset};
 use tactid_recordings::{Finding, NotUsedBecause, TwistAxes, VelocityCause};
 
 use crate::keywords::{keyword_of, option_of};
@@ -183,21 +183,17 @@ pub(crate) fn data_finding(
             load_rms,
             noise_rms,
             method,
-        } => {
-            let method = method.name();
-            let data = fields!(py, unit, residual_rms, load_rms, noise_rms, method);
-            ("load_unexplained", data)
-        }
+        } => (
+            "load_unexplained",
+            data!(py, "unit": unit, "residual_rms": residual_rms, "load_rms": load_rms,
+                "noise_rms": noise_rms, "method": method.name()),
+        ),
         Found::MassContradicted {
             known,
             found_kg,
             std_dev_kg,
             distance,
-        } => (
-            "mass_contradicted",
-            data!(py, "known_kg": known.mass_kg, "known_std_dev_kg": known.std_dev_kg,
-                "found_kg": found_kg, "std_dev_kg": std_dev_kg, "distance": distance),
-        ),
+        } => mass_contradicted(py, known, *found_kg, *std_dev_kg, *distance)?,
         Found::KnownMassNotKept {
             known,
             estimated_kg,
@@ -214,6 +210,26 @@ pub(crate) fn data_finding(
         Found::Model(finding) => return model_finding(py, finding),
         Found::Outliers { outliers, windows } => ("outliers", fields!(py, outliers, windows)),
     })
+}
+
+/// Returns the data of a known mass that the data contradict.
+fn mass_contradicted(
+    py: Python<'_>,
+    known: &KnownMass,
+    found_kg: f64,
+    std_dev_kg: f64,
+    distance: f64,
+) -> PyResult<FindingData> {
+    let (known_kg, known_std_dev_kg) = (known.mass_kg, known.std_dev_kg);
+    let data = fields!(
+        py,
+        known_kg,
+        known_std_dev_kg,
+        found_kg,
+        std_dev_kg,
+        distance
+    );
+    Ok(("mass_contradicted", data))
 }
 
 /// Returns the data of a finding about the description of a robot.

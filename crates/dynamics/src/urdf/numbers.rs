@@ -8,18 +8,18 @@ use crate::ModelError;
 /// An attribute whose text is not the finite numbers that it must be.
 #[derive(Clone, Debug)]
 pub(super) struct Unreadable {
-    element: String,
     pub(super) attribute: &'static str,
+    /// The element and its attribute, such as `origin xyz="0 0"`.
     given: String,
     expected: usize,
 }
 
 impl Unreadable {
     fn new(element: &Element, attribute: &'static str, expected: usize) -> Self {
+        let text = element.attribute(attribute).unwrap_or_default();
         Self {
-            element: element.name.clone(),
             attribute,
-            given: element.attribute(attribute).unwrap_or_default().to_owned(),
+            given: format!("{} {attribute}=\"{text}\"", element.name),
             expected,
         }
     }
@@ -29,8 +29,6 @@ impl Unreadable {
         ModelError::Numbers {
             kind,
             name: name.to_owned(),
-            element: self.element,
-            attribute: self.attribute,
             given: self.given,
             expected: self.expected,
         }

@@ -14,9 +14,9 @@ MOST_NAMES = 6
 def _impossible_inertia(data: Data, _: Style) -> str:
     moments = ", ".join(f"{moment:.3g}" for moment in data["moments"])
     return (
-        f"Link `{data['link']}`: no rigid body has its inertia, with the principal moments {moments}"
-        " kg m²: none may be negative, or exceed the sum of the other two. It was used as the URDF"
-        " has it."
+        f"Link `{data['link']}`: no rigid body has its inertia, with the principal moments"
+        f" {moments} kg m²: none may be negative, or exceed the sum of the other two. It was used"
+        " as the URDF has it."
     )
 
 
