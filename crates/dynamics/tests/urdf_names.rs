@@ -208,3 +208,39 @@ fn the_rest_of_the_text_stays() {
         assert_eq!(urdf.xml(), around(&expected));
     }
 }
+
+/// A URDF with a few bytes that are wrong is a robot or an error, and never a panic.
+#[test]
+fn damaged_files_never_panic() {
+    let rng = &mut rng(3);
+    let mut read = 0;
+    for seed in 0..2000 {
+        let xml = RandomTree::new(seed % 20).urdf(true);
+        let mut bytes = with_prefixed_names(&xml, rng).into_bytes();
+        for _ in 0..rng.random_range(1..4) {
+            let at = rng.random_range(0..bytes.len());
+            let from = rng.random_range(0..bytes.len());
+            match rng.random_range(0..3) {
+                0 => bytes[at] = bytes[from],
+                1 => drop(bytes.drain(at..(at + 20).min(from.max(at)))),
+                _ => bytes.insert(at, bytes[from]),
+            }
+        }
+        let Ok(mut urdf) = Urdf::from_xml(&String::from_utf8_lossy(&bytes)) else {
+            continue;
+        };
+        let root = urdf.root_link().to_owned();
+        if let Ok(robot) = urdf.manipulator(BaseKind::Floating) {
+            let _ = (robot.findings(), robot.check_bodies());
+            read += 1;
+        }
+        let _ = urdf.collision_boxes(&root);
+        let body = MassProperties {
+            mass_kg: 1.0,
+            center_of_mass: Vector3::zeros(),
+            inertia: Matrix3::identity(),
+        };
+        urdf.set_mass_properties(&root, &body).unwrap();
+    }
+    assert!(read > 200, "{read} of 2000 are still robots");
+}
