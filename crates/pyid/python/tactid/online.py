@@ -137,9 +137,10 @@ class Identifier(_Online):
         """Returns what the recent samples show about the assumptions of the identification.
 
         A wrong sign, an offset of the wrench sensor, a load that the model does not explain,
-        outliers, or defects of the robot's URDF that matter for the method: what ``tactid.identify`` finds in the same samples without prior knowledge. The
-        samples are those of the last 10 s (at a cutoff of 10 Hz) since the last payload change. It
-        takes some 10 ms, so call it beside the control loop.
+        outliers, and defects of the robot's URDF that matter for the method: what
+        ``tactid.identify`` finds in the same samples without prior knowledge. The samples are those
+        of the last 10 s (at a cutoff of 10 Hz) since the last payload change. It takes some 10 ms,
+        so call it beside the control loop.
         """
         return [Finding(kind, data) for kind, data in self._native.findings()]
 
