@@ -1,63 +1,14 @@
 """Motion, forces, free-floating base and momentum equal Pinocchio's on random states."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pinocchio as pin
 import pytest
 
 import tactid
+from pinocchio_oracle import Oracle, State, assert_close, random_state
 from random_robots import random_urdf
 
-TOLERANCE = 1e-10
 STATES = 20
-
-
-@dataclass
-class State:
-    """N random states: joints, and the base in world axes."""
-
-    q: np.ndarray
-    qd: np.ndarray
-    qdd: np.ndarray
-    pose: np.ndarray
-    twist: np.ndarray
-    acceleration: np.ndarray
-
-
-class Oracle:
-    """Pinocchio with a free-flyer, spoken to in tactid's terms."""
-
-    def __init__(self, urdf: str, robot: tactid.Manipulator) -> None:
-        self.model = pin.buildModelFromXML(urdf, pin.JointModelFreeFlyer())
-        self.data = self.model.createData()
-        self.joints = [self.model.joints[self.model.getJointId(n)] for n in robot.joint_names]
-        assert self.model.nv == 6 + robot.dof
-        self.columns = [joint.idx_v for joint in self.joints]
-
-    def configuration(self, state: State, k: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Positions, velocities and accelerations; the base's in its own axes, spatial."""
-        position = pin.neutral(self.model)
-        position[:7] = pin.SE3ToXYZQUAT(pin.SE3(state.pose[k]))
-        for joint, angle in zip(self.joints, state.q[k], strict=True):
-            continuous = joint.nq == 2
-            position[joint.idx_q : joint.idx_q + joint.nq] = (
-                [np.cos(angle), np.sin(angle)] if continuous else angle
-            )
-        back = state.pose[k, :3, :3].T
-        velocity, acceleration = np.zeros(self.model.nv), np.zeros(self.model.nv)
-        velocity[:3], velocity[3:6] = back @ state.twist[k, :3], back @ state.twist[k, 3:]
-        # Classical to spatial: less the angular velocity times the velocity.
-        acceleration[:3] = back @ state.acceleration[k, :3] - np.cross(velocity[3:6], velocity[:3])
-        acceleration[3:6] = back @ state.acceleration[k, 3:]
-        velocity[self.columns], acceleration[self.columns] = state.qd[k], state.qdd[k]
-        return position, velocity, acceleration
-
-
-def assert_close(ours: np.ndarray, theirs: np.ndarray) -> None:
-    """Equal to 1e-10 of the largest entry."""
-    scale = np.abs(theirs).max(initial=1e-3)
-    np.testing.assert_allclose(ours, theirs, rtol=0, atol=TOLERANCE * scale)
 
 
 @pytest.fixture(params=["ours", *range(6)])
@@ -67,10 +18,7 @@ def case(
     if request.param != "ours":
         urdf = random_urdf(np.random.default_rng(request.param), links=4 + 2 * request.param)
     robot = tactid.Manipulator.from_urdf(urdf, base="floating")
-    q, qd, qdd = rng.normal(size=(3, STATES, robot.dof)) * 1.5
-    pose = np.array([pin.SE3.Random().homogeneous for _ in range(STATES)])
-    twist, acceleration = rng.normal(size=(2, STATES, 6))
-    return robot, Oracle(urdf, robot), State(q, qd, qdd, pose, twist, acceleration)
+    return robot, Oracle(urdf, robot), random_state(rng, STATES, robot.dof)
 
 
 def test_motion_of_every_link(case: tuple[tactid.Manipulator, Oracle, State]) -> None:
@@ -98,7 +46,6 @@ def test_joint_torques_and_base_wrench(
     case: tuple[tactid.Manipulator, Oracle, State], gravity: list[float]
 ) -> None:
     robot, oracle, s = case
-    oracle.model.gravity.linear = np.array(gravity)
     torques, wrench = robot.inverse_dynamics(
         s.q,
         s.qd,
@@ -108,16 +55,10 @@ def test_joint_torques_and_base_wrench(
         base_acceleration=s.acceleration,
         gravity=gravity,
     )
-    theirs = [
-        pin.rnea(oracle.model, oracle.data, *oracle.configuration(s, k)).copy()
-        for k in range(STATES)
-    ]
-    assert_close(torques, np.array(theirs)[:, oracle.columns])
-    in_world = [
-        np.concatenate([s.pose[k, :3, :3] @ f[:3], s.pose[k, :3, :3] @ f[3:6]])
-        for k, f in enumerate(theirs)
-    ]
-    assert_close(wrench, np.array(in_world))
+    their_torques, their_wrench = oracle.inverse_dynamics(s, gravity)
+    assert_close(torques, their_torques)
+    assert their_wrench is not None
+    assert_close(wrench, their_wrench)
 
 
 def test_base_acceleration(case: tuple[tactid.Manipulator, Oracle, State]) -> None:

@@ -95,6 +95,16 @@ FINDINGS = [
     Finding("no_stamps"),
     Finding("delay_corrected", {"applied_s": 0.037, "estimated_s": 0.037, "std_dev_s": 1e-4}),
     Finding("delay_doubtful", {"delay_s": -0.488, "residual_ratio": 0.9, "is_at_end": False}),
+    Finding("impossible_inertia", {"link": "arm", "moments": [-1e-8, 3.5e-8, 9.087e-8]}),
+    Finding("impossible_mass", {"link": "foot", "mass_kg": 0.0}),
+    Finding("unknown_numbers", {"link": "arm", "element": "inertia", "attributes": ["ixx", "ixy"]}),
+    Finding("massless", {"links": [f"finger_{k}" for k in range(8)]}),
+    Finding("joint_taken_as_fixed", {"joint": "drive", "joint_type": "planar"}),
+    Finding("mimic_not_followed", {"joint": "a", "leader": "b", "because": "circular"}),
+    Finding(
+        "part_ignored",
+        {"part": "unknown_element", "name": "contact", "inside": "link", "owners": ["a", "b"]},
+    ),
 ]
 
 SENTENCES = {
@@ -345,11 +355,20 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
             {"is_at_end": True},
             "better, but it is as long as any that is searched",
         ),
+        ("impossible_inertia", {}, "principal moments -1e-08, 3.5e-08, 9.09e-08 kg m²"),
+        ("impossible_mass", {}, "it has an inertia, but a mass of zero."),
+        ("impossible_mass", {"mass_kg": -2.0}, "its mass of -2 kg is negative."),
+        ("unknown_numbers", {}, "ixx and ixy of <inertia> in its <inertial> are no finite numbers"),
+        ("massless", {}, "Links `finger_0`, `finger_1`, `finger_2`, `finger_3`, `finger_4` and 3"),
+        ("massless", {"links": ["a"]}, "Link `a` moves but has no mass, and was taken to be"),
+        ("mimic_not_followed", {}, "Joint `a` mimics `b`, which mimics it in turn: it was taken"),
+        ("mimic_not_followed", {"leader": ""}, "Joint `a` mimics no joint by name"),
+        ("part_ignored", {}, "<contact> in <link>, which URDF does not have, was ignored: in `a`"),
+        ("part_ignored", {"part": "repeated_element"}, "Every <contact> in <link> but the first"),
+        ("part_ignored", {"part": "unknown_attribute"}, "The attribute `contact` of <link>, which"),
     ],
 )
-def test_a_finding_is_in_words_and_without_exponents(
-    kind: str, changed: dict[str, float], words: str
-) -> None:
+def test_a_finding_is_in_words(kind: str, changed: dict[str, Any], words: str) -> None:
     (found,) = (each for each in FINDINGS if each.kind == kind)
     assert words in str(Finding(kind, {**found.data, **changed}))
 

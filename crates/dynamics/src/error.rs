@@ -22,6 +22,11 @@ pub enum ModelError {
         "link `{0}` moves but has no mass: give it an <inertial> with a positive mass, or make joint `{1}` fixed"
     )]
     NoInertial(String, String),
+    /// No link that moves has mass. The fields are the first of them and the joint that moves it.
+    #[error(
+        "no link that moves has a mass, from `{0}` on, which joint `{1}` moves: give each an <inertial> with a positive mass"
+    )]
+    MasslessChain(String, String),
     /// The base, named by the field, floats and has no mass.
     #[error("the floating base `{0}` has no mass: give it an <inertial>, or fix the base")]
     MasslessBase(String),
@@ -57,9 +62,24 @@ pub enum ModelError {
     /// The axis of a joint, named by the field, has length zero.
     #[error("joint `{0}` has an axis of length zero")]
     Axis(String),
-    /// A joint has a type that is not supported.
+    /// An attribute is not the finite numbers that it must be.
     #[error(
-        "joint `{joint}` is of type {kind}: only revolute, continuous, prismatic and fixed joints are supported"
+        "{kind} `{name}` has <{given}>: expected {expected} finite number{}",
+        if *.expected == 1 { "" } else { "s" }
+    )]
+    Numbers {
+        /// What is at fault: `link` or `joint`.
+        kind: &'static str,
+        /// Name of the link or joint.
+        name: String,
+        /// The element and its attribute, such as `origin xyz="0 0"`.
+        given: String,
+        /// How many numbers the attribute must have.
+        expected: usize,
+    },
+    /// A joint has a type that the URDF format does not have.
+    #[error(
+        "joint `{joint}` is of type `{kind}`: expected revolute, continuous, prismatic, fixed, floating or planar"
     )]
     JointKind {
         /// The joint at fault.
@@ -84,16 +104,6 @@ pub enum ModelError {
     /// A name is used twice. The fields are the kind of object and the name.
     #[error("the {0} name `{1}` is used twice")]
     Duplicate(&'static str, String),
-    /// A mimic joint cannot follow the joint that it names.
-    #[error("joint `{joint}` mimics `{source_joint}`, {why}")]
-    Mimic {
-        /// The joint at fault.
-        joint: String,
-        /// The joint that it names.
-        source_joint: String,
-        /// The reason, as a relative clause.
-        why: &'static str,
-    },
     /// The robot does not have the requested link.
     #[error("the robot has no link `{name}`; it has: {known}")]
     UnknownFrame {

@@ -213,6 +213,31 @@ impl InertialParameters {
     }
 }
 
+/// Violation of the triangle inequality of principal moments that is tolerated, as a fraction of the largest moment.
+/// Descriptions of robots round to three or four digits, and a thin rod or plate lies on the boundary.
+const INERTIA_TOLERANCE: f64 = 1e-3;
+
+/// Square of the radius of gyration, m², below which a moment is a rounding error: that of a radius of 0.1 µm.
+/// Published robots have moments of ±1e-18 kg m² that are the rest of a difference.
+const ROUNDING: f64 = 1e-14;
+
+/// Returns the principal moments about the centre of mass in ascending order, kg m², if no body of positive mass has
+/// them, and `None` if one has or the mass is zero. Rounding errors count as zero.
+pub(crate) fn impossible_moments(parameters: &InertialParameters) -> Option<[f64; 3]> {
+    let rounding = ROUNDING * parameters.mass().abs();
+    let round = |moment: f64| {
+        if moment.abs() <= rounding {
+            0.0
+        } else {
+            moment
+        }
+    };
+    let moments: [f64; 3] = parameters.principal_moments()?.map(round).into();
+    let is_impossible = !parameters.is_physical_within(INERTIA_TOLERANCE)
+        && moments[2] > moments[0] + moments[1] + rounding;
+    is_impossible.then_some(moments)
+}
+
 /// Returns the term `-m [a]×²` (kg m²) that the parallel-axis theorem adds to an inertia about the centre of mass, for a
 /// point `a` (m) away from it.
 fn parallel_axis(mass_kg: f64, a: &Vector3<f64>) -> Matrix3<f64> {

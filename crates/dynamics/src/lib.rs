@@ -24,7 +24,8 @@
 //! 10.3873/j.issn.1000-1328.2016.10.009). Where a printed equation needs a correction, a comment at the code states it.
 //!
 //! [`Manipulator`] is an immutable model, built from a [`Urdf`] or a Denavit-Hartenberg table ([`DhRobot`]). Links without
-//! `<inertial>` are massless; [`Manipulator::check_masses`] finds those of unknown mass, which matter for forces only.
+//! `<inertial>` are massless; [`Manipulator::findings`] names bodies of unknown mass, which matter for forces only, and
+//! what else is wrong in a description.
 //! [`Workspace`] is the state of one manipulator, allocated once: [`motion()`] computes the motion of every body and
 //! [`forces()`] the forces between them. [`tactile_mass_rows`], [`inertia_rows`] and [`wrench_regressor`] form equations
 //! that are linear in the payload's ten [`InertialParameters`].
@@ -44,9 +45,11 @@
 mod derived;
 mod dh;
 mod error;
+mod finding;
 mod forces;
 mod inertia;
 mod manipulator;
+mod masses;
 mod momentum;
 mod motion;
 mod rows;
@@ -57,6 +60,7 @@ mod workspace;
 
 pub use dh::{DhLink, DhRobot};
 pub use error::{ModelError, StateError};
+pub use finding::{IgnoredPart, MimicFault, ModelFinding};
 pub use forces::{forces, wrench_on_end_effector};
 pub use inertia::{
     InertialParameters, MassProperties, PARAMETER_NAMES, symmetric_entries, symmetric_matrix,

@@ -2,7 +2,8 @@
 
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 
-use crate::{InertialParameters, ModelError, StateError};
+use crate::inertia::impossible_moments;
+use crate::{InertialParameters, ModelError, ModelFinding, StateError};
 
 /// Whether the base of a robot moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -166,6 +167,8 @@ pub struct Manipulator {
     /// Position in `links` of each [`FrameId`].
     positions: Vec<usize>,
     pub(crate) joint_names: Vec<String>,
+    /// What is wrong in the description, except for missing masses.
+    pub(crate) findings: Vec<ModelFinding>,
 }
 
 impl Manipulator {
@@ -177,6 +180,7 @@ impl Manipulator {
             links: Vec::new(),
             positions: Vec::new(),
             joint_names: Vec::new(),
+            findings: Vec::new(),
         };
         robot.insert_link(0, root, (0, 0), Isometry3::identity(), own);
         robot
@@ -341,33 +345,6 @@ impl Manipulator {
         self.bodies.iter().map(|body| body.mass_kg).sum()
     }
 
-    /// Checks that every body that moves has mass, of its own link or of one that is fixed to it: each one that a joint
-    /// moves, and a floating base.
-    ///
-    /// Poses, velocities and Jacobians need no masses. Forces, momentum and the motion of a free base do: without this
-    /// check they count a body of unknown mass as massless. Masses that [`Self::without_subtree`] has removed are known.
-    ///
-    /// # Errors
-    /// Returns [`ModelError::NoInertial`] or [`ModelError::MasslessBase`] for the first body without mass.
-    pub fn check_masses(&self) -> Result<(), ModelError> {
-        let mut masses_kg: Vec<f64> = self.bodies.iter().map(|body| body.mass_kg).collect();
-        for link in &self.links {
-            masses_kg[link.body] += link.removed.mass();
-        }
-        let first_moving = usize::from(self.base_kind == BaseKind::Fixed);
-        let moving = first_moving..self.bodies.len();
-        let Some(index) = moving.into_iter().find(|&index| masses_kg[index] <= 0.0) else {
-            return Ok(());
-        };
-        // In depth-first order the first link of a body is the one that its joint moves.
-        let first = self.links.iter().find(|link| link.body == index);
-        let link = first.map(|link| link.name.clone()).unwrap_or_default();
-        Err(match &self.bodies[index].joint {
-            Some(joint) => ModelError::NoInertial(link, joint.name.clone()),
-            None => ModelError::MasslessBase(link),
-        })
-    }
-
     /// Returns the position in `links` of a frame's link.
     pub(crate) fn position(&self, frame: FrameId) -> usize {
         self.positions[frame.0]
@@ -422,17 +399,11 @@ pub(crate) fn check_body(link: &str, parameters: &InertialParameters) -> Result<
             name: link.to_owned(),
         });
     }
-    match parameters.principal_moments() {
-        Some(moments) if !parameters.is_physical_within(INERTIA_TOLERANCE) => {
-            Err(ModelError::Inertia {
-                link: link.to_owned(),
-                moments: moments.into(),
-            })
-        }
-        _ => Ok(()),
+    match impossible_moments(parameters) {
+        Some(moments) => Err(ModelError::Inertia {
+            link: link.to_owned(),
+            moments,
+        }),
+        None => Ok(()),
     }
 }
-
-/// Violation of the triangle inequality of principal moments that is tolerated, as a fraction of the largest moment.
-/// Descriptions of robots round to three or four digits, and a thin rod or plate lies on the boundary.
-const INERTIA_TOLERANCE: f64 = 1e-3;

@@ -350,9 +350,9 @@ fn world_root_meshes_and_massless_frames() {
         1e-15,
         "tool",
     );
-    assert!(robot.check_masses().is_ok());
+    assert!(robot.check_masses(None).is_ok());
     let floating = Manipulator::from_urdf(&xml, BaseKind::Floating).unwrap();
-    let error = floating.check_masses().unwrap_err();
+    let error = floating.check_base_mass().unwrap_err();
     assert!(matches!(error, ModelError::MasslessBase(link) if link == "world"));
 }
 

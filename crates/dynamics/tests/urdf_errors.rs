@@ -1,4 +1,4 @@
-//! Errors for faulty URDFs name the link or joint at fault and the reason.
+//! Errors for URDFs that no robot can be made from name the link or joint at fault and the reason.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -99,11 +99,6 @@ fn not_a_urdf() {
         ModelError::Syntax(_),
         "link"
     );
-    let number = Urdf {
-        base: format!("<link name='base'>{}</link>", inertial("heavy", [1.0; 3])),
-        ..Urdf::default()
-    };
-    assert_says!(number.error(), ModelError::Syntax(_), "not a URDF");
     let read = Manipulator::from_urdf_file("/nowhere/robot.urdf".as_ref(), BaseKind::Fixed);
     assert_says!(
         read.unwrap_err(),
@@ -112,136 +107,30 @@ fn not_a_urdf() {
     );
 }
 
-/// A moving link or a floating base without mass is a robot whose poses are known. The check of its masses names the link
-/// and the joint that moves it, also for a mimic joint, and knows the masses that were removed.
+/// The pose and the axis of a joint must be finite numbers, as many as the attribute has.
 #[test]
-fn massless_links() {
-    let massless = |name: &str| format!("<link name='{name}'/>");
-    let check = |urdf: &Urdf, base: BaseKind| {
-        let robot = Manipulator::from_urdf(&urdf.xml(), base).unwrap();
-        robot.check_masses()
-    };
-    let arm = Urdf {
-        arm: massless("arm"),
-        ..Urdf::default()
-    };
-    assert_says!(
-        check(&arm, BaseKind::Floating).unwrap_err(),
-        ModelError::NoInertial(..),
-        "`arm`",
-        "`hinge`",
-        "<inertial>"
-    );
-    let base = Urdf {
-        base: massless("base"),
-        ..Urdf::default()
-    };
-    assert!(check(&base, BaseKind::Fixed).is_ok());
-    assert_says!(
-        check(&base, BaseKind::Floating).unwrap_err(),
-        ModelError::MasslessBase(_),
-        "`base`",
-        "floating"
-    );
-    let follower = Urdf {
-        more: massless("hand") + &joint("wrist", "arm", "hand", "<mimic joint='hinge'/>"),
-        ..Urdf::default()
-    };
-    assert_says!(
-        check(&follower, BaseKind::Fixed).unwrap_err(),
-        ModelError::NoInertial(..),
-        "`hand`",
-        "`wrist`"
-    );
-    let whole = Manipulator::from_urdf(&Urdf::default().xml(), BaseKind::Floating).unwrap();
-    let rest = whole.without_subtree(whole.base_frame());
-    assert_eq!(rest.mass(), 1.0);
-    assert!(rest.check_masses().is_ok());
-}
-
-/// A mass must be positive and finite, also with zero inertia.
-#[test]
-fn impossible_masses() {
-    for (mass, moments) in [
-        ("0", [1.0; 3]),
-        ("-2", [1.0; 3]),
-        ("-2", [0.0; 3]),
-        ("nan", [0.0; 3]),
-        ("inf", [1.0; 3]),
+fn poses_and_axes_that_are_not_numbers() {
+    for (rest, expected) in [
+        ("<origin xyz='nan 0 0'/>", "3 finite numbers"),
+        ("<origin xyz='1 2'/>", "3 finite numbers"),
+        ("<origin xyz='${x} 0 0'/>", "3 finite numbers"),
+        ("<origin rpy='0 inf 0'/>", "3 finite numbers"),
+        ("<origin quat_xyzw='0 0 1'/>", "4 finite numbers"),
+        ("<origin quat_xyzw='0 0 0 0'/>", "4 finite numbers"),
+        ("<axis xyz='0 nan 1'/>", "3 finite numbers"),
+        ("<axis xyz='0 0 inf'/>", "3 finite numbers"),
+        ("<axis xyz=''/>", "3 finite numbers"),
     ] {
         let urdf = Urdf {
-            arm: format!("<link name='arm'>{}</link>", inertial(mass, moments)),
-            ..Urdf::default()
-        };
-        let shown = mass.replace("nan", "NaN");
-        assert_says!(
-            urdf.error(),
-            ModelError::Mass { .. },
-            "`arm`",
-            &shown,
-            "positive"
-        );
-    }
-}
-
-/// An inertia must satisfy the triangle inequality and have no negative moment.
-#[test]
-fn impossible_inertias() {
-    for moments in [[1.0, 1.0, 2.1], [-0.1, 1.0, 1.0], [5.0, 1.0, 1.0]] {
-        let urdf = Urdf {
-            arm: format!("<link name='arm'>{}</link>", inertial("1", moments)),
+            joint: joint("hinge", "base", "arm", rest),
             ..Urdf::default()
         };
         assert_says!(
             urdf.error(),
-            ModelError::Inertia { .. },
-            "`arm`",
-            "sum of the other two"
-        );
-    }
-    let rod = Urdf {
-        arm: format!("<link name='arm'>{}</link>", inertial("1", [0.0, 1.0, 1.0])),
-        ..Urdf::default()
-    };
-    assert!(
-        Manipulator::from_urdf(&rod.xml(), BaseKind::Floating).is_ok(),
-        "a thin rod"
-    );
-}
-
-/// Every number of a URDF must be finite.
-#[test]
-fn numbers_that_are_not_finite() {
-    let in_joint = |rest: &str| Urdf {
-        joint: joint("hinge", "base", "arm", rest),
-        ..Urdf::default()
-    };
-    for rest in [
-        "<origin xyz='nan 0 0'/>",
-        "<origin rpy='0 inf 0'/>",
-        "<axis xyz='0 nan 1'/>",
-        "<axis xyz='0 0 inf'/>",
-    ] {
-        assert_says!(
-            in_joint(rest).error(),
-            ModelError::NotFinite { .. },
-            "`hinge`"
-        );
-    }
-    for inertial in [
-        inertial("1", [f64::NAN, 1.0, 1.0]),
-        inertial("1", [1.0, 1.0, f64::INFINITY]),
-        inertial("1", [1.0; 3]).replace("<mass", "<origin xyz='0 nan 0'/><mass"),
-    ] {
-        let urdf = Urdf {
-            arm: format!("<link name='arm'>{inertial}</link>"),
-            ..Urdf::default()
-        };
-        assert_says!(
-            urdf.error(),
-            ModelError::NotFinite { .. },
-            "`arm`",
-            "not finite"
+            ModelError::Numbers { .. },
+            "joint `hinge`",
+            rest.split('\'').nth(1).unwrap(),
+            expected
         );
     }
 }
@@ -254,12 +143,18 @@ fn joints_without_axis_or_of_another_kind() {
         ..Urdf::default()
     };
     assert_says!(urdf.error(), ModelError::Axis(_), "`hinge`", "zero");
-    for kind in ["floating", "planar"] {
+    for kind in ["ball", "revolut", ""] {
         let urdf = Urdf {
             joint: joint("hinge", "base", "arm", "").replace("continuous", kind),
             ..Urdf::default()
         };
-        assert_says!(urdf.error(), ModelError::JointKind { .. }, "`hinge`", kind);
+        assert_says!(
+            urdf.error(),
+            ModelError::JointKind { .. },
+            "`hinge`",
+            kind,
+            "prismatic"
+        );
     }
 }
 
@@ -348,53 +243,68 @@ fn roots_and_names() {
     );
 }
 
-/// A mimic joint must follow an existing, moving and independent joint with a finite multiplier and
-/// offset.
+/// A link or joint without its names is refused with its line.
 #[test]
-fn mimic_joints_that_cannot_be_honoured() {
-    let following = |mimic: &str| Urdf {
-        more: link("hand") + &joint("wrist", "arm", "hand", mimic),
-        ..Urdf::default()
-    };
-    let unknown = following("<mimic joint='hnge'/>");
+fn elements_without_names() {
+    for (more, line, missing) in [
+        ("\n<link/>", "line 2", "`name`"),
+        (
+            "\n\n<joint type='fixed'><parent link='arm'/><child link='base'/></joint>",
+            "line 3",
+            "`name`",
+        ),
+        (
+            "\n<joint name='a'><parent link='arm'/></joint>",
+            "line 2",
+            "<child>",
+        ),
+        (
+            "<joint name='a'>\n<parent/>\n<child link='arm'/></joint>",
+            "line 2",
+            "`link`",
+        ),
+    ] {
+        let urdf = Urdf {
+            more: more.to_owned(),
+            ..Urdf::default()
+        };
+        assert_says!(urdf.error(), ModelError::Syntax(_), line, missing);
+    }
+}
+
+/// Text that is no XML document is refused with its line; elements that are nested without end exhaust no stack.
+#[test]
+fn what_is_no_xml_document() {
+    for (xml, line, reason) in [
+        ("<robot>\n<link name='a'></robot>", "line 2", "link"),
+        (
+            "<robot>\n\n<link name='a'>",
+            "line 3",
+            "<link> is not closed",
+        ),
+        (
+            "<robot name='r'/>\n<robot name='s'/>",
+            "line 2",
+            "second root",
+        ),
+        (
+            "<robot name='r'>\n<link name='a' name='b'/></robot>",
+            "line 2",
+            "duplicate",
+        ),
+        ("\n<html/>", "line 2", "<html>"),
+    ] {
+        assert_says!(error(xml), ModelError::Syntax(_), line, reason);
+    }
+    let nested = "<robot name='r'>".to_owned() + &"<a>".repeat(1_000_000);
     assert_says!(
-        unknown.error(),
-        ModelError::Mimic { .. },
-        "`wrist`",
-        "`hnge`",
-        "not have"
+        error(&nested),
+        ModelError::Syntax(_),
+        "200 elements are nested"
     );
-    let itself = following("<mimic joint='wrist'/>");
-    assert_says!(
-        itself.error(),
-        ModelError::Mimic { .. },
-        "`wrist`",
-        "mimics a joint itself"
-    );
-    let wild = following("<mimic joint='hinge' multiplier='inf'/>");
-    assert_says!(
-        wild.error(),
-        ModelError::Mimic { .. },
-        "`wrist`",
-        "not finite"
-    );
-    let mut of_fixed = following("<mimic joint='hinge'/>");
-    of_fixed.joint = of_fixed.joint.replace("continuous", "fixed");
-    assert_says!(
-        of_fixed.error(),
-        ModelError::Mimic { .. },
-        "`wrist`",
-        "does not move"
-    );
-    let mut chained = following("<mimic joint='hinge'/>");
-    chained.more += &(link("finger") + &joint("grip", "hand", "finger", "<mimic joint='wrist'/>"));
-    assert_says!(
-        chained.error(),
-        ModelError::Mimic { .. },
-        "`grip`",
-        "`wrist`",
-        "leads"
-    );
+    let macros =
+        "<robot xmlns:xacro='x'><xacro:macro name='arm'><link name='a'/></xacro:macro></robot>";
+    assert_says!(error(macros), ModelError::Syntax(_), "no link", "xacro");
 }
 
 /// The error for an unknown base or tip lists the existing links.

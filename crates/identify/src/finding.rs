@@ -1,13 +1,14 @@
 //! What an identification noticed about the data, for a program to match.
 
 use nalgebra::Vector3;
+use tactid_dynamics::ModelFinding;
 
 use crate::Method;
 use crate::checks::{TwistContradiction, VelocityCause};
 use crate::result::WrenchOffset;
 use crate::solve::KnownMass;
 
-/// An observation about the data that concerns the assumptions of an identification. Nothing is corrected
+/// An observation about the data or the robot's description that concerns the assumptions of an identification. Nothing is corrected
 /// silently: each finding is for the user to decide on.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finding {
@@ -49,6 +50,9 @@ pub enum Finding {
         /// Fewest samples in a window.
         min_samples: u32,
     },
+    /// Something is wrong in the description of the robot. Masses and inertias are reported only where the method uses
+    /// them.
+    Model(ModelFinding),
     /// Another gravity explains the load far better than the given one.
     GravityContradicted {
         /// The better gravitational acceleration in the inertial frame, m/s²: none at all, or the opposite.

@@ -1,9 +1,12 @@
-//! Methods that need the masses of the robot name the link without one; the tactile method needs none.
+//! Methods that need the masses of the robot name what it lacks, and refuse a robot only where no mass is known; the
+//! tactile method needs none.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+use tactid_dynamics::ModelFinding;
 use tactid_identify::{
-    BaseKind, EquationSettings, EquationStream, IdentifyError, Manipulator, Method, ModelError,
+    BaseKind, EquationSettings, EquationStream, Finding, IdentifyError, Manipulator, Method,
+    ModelError,
 };
 
 const MASSLESS: &str = r#"<robot name="arm"><link name="base"/><link name="arm"/><link name="tool0"/>
@@ -52,11 +55,64 @@ fn other_methods_name_the_link_and_a_method_without() {
             panic!("{error:?}")
         };
         match base {
-            BaseKind::Fixed => assert!(matches!(source, ModelError::NoInertial(link, joint)
+            BaseKind::Fixed => assert!(matches!(source, ModelError::MasslessChain(link, joint)
                 if link == "arm" && joint == "hinge")),
             BaseKind::Floating => {
                 assert!(matches!(source, ModelError::MasslessBase(link) if link == "base"));
             }
         }
     }
+}
+
+/// A chain of which one body has mass.
+fn partly(base: &str) -> String {
+    let inertial = "<inertial><mass value='1'/>\
+        <inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='9'/></inertial>";
+    format!(
+        "<robot name='arm'><link name='base'>{base}</link><link name='virtual'/>\
+         <link name='tool0'>{inertial}<contact/></link>\
+         <joint name='a' type='continuous'><parent link='base'/><child link='virtual'/></joint>\
+         <joint name='b' type='continuous'><parent link='virtual'/><child link='tool0'/></joint></robot>"
+    )
+}
+
+#[test]
+fn a_part_of_the_masses_is_enough_and_the_rest_is_reported() {
+    let findings = |method, base, text: &str| {
+        let robot = Manipulator::from_urdf(&partly(text), base).unwrap();
+        let stream = EquationStream::new(&robot, "tool0", &["tool0"], &with(method))?;
+        let kind = |finding: Finding| match finding {
+            Finding::Model(ModelFinding::Massless { .. }) => "massless",
+            Finding::Model(ModelFinding::ImpossibleInertia { .. }) => "inertia",
+            Finding::Model(ModelFinding::Ignored { .. }) => "ignored",
+            other => panic!("{other:?}"),
+        };
+        Ok::<_, IdentifyError>(
+            stream
+                .model_findings()
+                .into_iter()
+                .map(kind)
+                .collect::<Vec<_>>(),
+        )
+    };
+    let all = ["inertia", "ignored", "massless"];
+    let (fixed, floating) = (BaseKind::Fixed, BaseKind::Floating);
+    assert_eq!(findings(Method::Effort, fixed, "").unwrap(), all);
+    assert_eq!(findings(Method::Effort, floating, "").unwrap(), all);
+    assert_eq!(findings(Method::Tactile, fixed, "").unwrap(), ["ignored"]);
+    // The momentum of a floating base is part of the balance.
+    let error = findings(Method::JointSensing, floating, "").unwrap_err();
+    assert!(matches!(
+        error,
+        IdentifyError::NoMasses {
+            source: ModelError::MasslessBase(_),
+            ..
+        }
+    ));
+    let heavy = "<inertial><mass value='9'/>\
+        <inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>";
+    assert_eq!(
+        findings(Method::JointSensing, floating, heavy).unwrap(),
+        all
+    );
 }

@@ -7,6 +7,7 @@ use tactid_dynamics::{BaseKind, ToolMotion, Workspace};
 
 use crate::arrays::{Series, common_length, extend_with, homogeneous, output};
 use crate::errors::{ArgumentError, IntoPyErr};
+use crate::findings::model_finding;
 use crate::inertia::MassProperties;
 use crate::states::States;
 use crate::urdf::urdf_text;
@@ -65,10 +66,12 @@ impl Manipulator {
     ///         spacecraft or a mobile robot.
     ///     base_link: Link to take as the base, with what hangs below it; the root where left out.
     ///
-    /// A link without ``<inertial>`` has no mass: enough for poses, and for identification from wrenches.
+    /// A link without ``<inertial>`` has no mass: enough for poses, and for identification from wrenches. An inertia
+    /// that no body has is used as it is written. :attr:`findings` lists these and other defects.
     ///
     /// Raises:
-    ///     ModelError: It cannot be read, or a link or joint is impossible; the message names it.
+    ///     ModelError: It cannot be read, its links are no tree, or a joint has an impossible axis, pose or type;
+    ///         the message names it.
     ///     ArgumentError: ``base`` is something else, or ``urdf`` is neither text nor a path.
     #[staticmethod]
     #[pyo3(signature = (urdf, base="fixed", *, base_link=None))]
@@ -118,6 +121,22 @@ impl Manipulator {
     #[getter]
     fn mass(&self) -> f64 {
         self.0.mass()
+    }
+
+    /// What is wrong in the URDF and what was assumed instead, a list of :class:`tactid.Finding`; ``print`` shows each
+    /// as a sentence.
+    ///
+    /// An inertia or a mass that no body has, numbers that are missing, moving links without mass, and parts that
+    /// were ignored. A result reports those that matter for its method. Masses and inertias on a fixed base have
+    /// no effect and are not listed.
+    #[getter]
+    fn findings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let class = py.import("tactid.wording")?.getattr("Finding")?;
+        let findings = self.0.findings();
+        let instances = findings
+            .iter()
+            .map(|finding| class.call1(model_finding(py, finding)?));
+        instances.collect()
     }
 
     /// The robot with a body attached rigidly to a link; ``body`` is in that link's frame.
@@ -210,7 +229,7 @@ impl Manipulator {
     ///
     /// Raises:
     ///     ArgumentError: A shape does not fit.
-    ///     ModelError: A link that moves has no mass.
+    ///     ModelError: No link that moves has mass.
     #[pyo3(signature = (q, qd=None, qdd=None, *, base_pose=None, base_twist=None, base_acceleration=None, gravity=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn inverse_dynamics<'py>(
@@ -257,7 +276,7 @@ impl Manipulator {
     ///
     /// Raises:
     ///     ArgumentError: A shape does not fit.
-    ///     ModelError: A link that moves, or the floating base, has no mass.
+    ///     ModelError: Nothing that moves has mass: no link, nor the floating base.
     #[pyo3(signature = (q, qd=None, qdd=None, *, base_pose=None, base_twist=None))]
     fn base_acceleration<'py>(
         &self,
@@ -294,7 +313,7 @@ impl Manipulator {
     ///
     /// Raises:
     ///     ArgumentError: A shape does not fit.
-    ///     ModelError: A link that moves, or the floating base, has no mass.
+    ///     ModelError: Nothing that moves has mass: no link, nor the floating base.
     #[pyo3(signature = (q, qd=None, *, base_pose=None, base_twist=None))]
     fn momentum<'py>(
         &self,
@@ -330,9 +349,9 @@ impl Manipulator {
 }
 
 impl Manipulator {
-    /// Checks that the dynamics know the mass of every body that moves.
+    /// Checks that the dynamics know the mass of something that moves.
     fn check_masses(&self) -> PyResult<()> {
-        self.0.check_masses().map_err(IntoPyErr::into_py_err)
+        self.0.check_masses(None).map_err(IntoPyErr::into_py_err)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use tactid_dynamics::{IgnoredPart, MimicFault, ModelFinding};
 use tactid_identify::checks::{TwistAxes, TwistContradiction, VelocityCause};
 use tactid_identify::{KnownMass, WrenchOffset};
 use tactid_recordings::{Delay, Finding, NotUsedBecause};
@@ -231,11 +232,7 @@ pub(crate) fn data_finding(
             found_kg,
             std_dev_kg,
             distance,
-        } => (
-            "mass_contradicted",
-            data!(py, "known_mass_kg": known.mass_kg, "known_mass_std_dev_kg": known.std_dev_kg,
-                "found_kg": found_kg, "std_dev_kg": std_dev_kg, "distance": distance),
-        ),
+        } => mass_contradicted(py, known, *found_kg, *std_dev_kg, *distance)?,
         Found::KnownMassNotKept {
             known,
             estimated_kg,
@@ -245,6 +242,7 @@ pub(crate) fn data_finding(
             distance,
             within_box,
         } => ("inconsistent", fields!(py, distance, within_box)),
+        Found::Model(finding) => return model_finding(py, finding),
         Found::Outliers { outliers, windows } => ("outliers", fields!(py, outliers, windows)),
     })
 }
@@ -265,6 +263,74 @@ fn known_mass_not_kept(
         within_box
     );
     Ok(("known_mass_not_kept", data))
+}
+
+/// Returns the data of a known mass that the data contradict.
+fn mass_contradicted(
+    py: Python<'_>,
+    known: &KnownMass,
+    found_kg: f64,
+    std_dev_kg: f64,
+    distance: f64,
+) -> PyResult<FindingData> {
+    let (known_mass_kg, known_mass_std_dev_kg) = (known.mass_kg, known.std_dev_kg);
+    let data = fields!(
+        py,
+        known_mass_kg,
+        known_mass_std_dev_kg,
+        found_kg,
+        std_dev_kg,
+        distance
+    );
+    Ok(("mass_contradicted", data))
+}
+
+/// Returns the data of a finding about the description of a robot.
+pub(crate) fn model_finding(py: Python<'_>, finding: &ModelFinding) -> PyResult<FindingData> {
+    Ok(match finding {
+        ModelFinding::ImpossibleInertia { link, moments } => {
+            ("impossible_inertia", fields!(py, link, moments))
+        }
+        ModelFinding::ImpossibleMass { link, mass_kg } => {
+            ("impossible_mass", fields!(py, link, mass_kg))
+        }
+        ModelFinding::UnknownNumbers {
+            link,
+            element,
+            attributes,
+        } => ("unknown_numbers", fields!(py, link, element, attributes)),
+        ModelFinding::Massless { links } => ("massless", fields!(py, links)),
+        ModelFinding::JointTakenAsFixed { joint, kind } => (
+            "joint_taken_as_fixed",
+            data!(py, "joint": joint, "joint_type": kind),
+        ),
+        ModelFinding::MimicNotFollowed {
+            joint,
+            leader,
+            because,
+        } => {
+            let because = match because {
+                MimicFault::NoSuchJoint => "no_such_joint",
+                MimicFault::LeaderIsFixed => "leader_is_fixed",
+                MimicFault::Circular => "circular",
+                MimicFault::Numbers => "numbers",
+            };
+            ("mimic_not_followed", fields!(py, joint, leader, because))
+        }
+        ModelFinding::Ignored {
+            part,
+            name,
+            inside,
+            owners,
+        } => {
+            let part = match part {
+                IgnoredPart::UnknownElement => "unknown_element",
+                IgnoredPart::RepeatedElement => "repeated_element",
+                IgnoredPart::UnknownAttribute => "unknown_attribute",
+            };
+            ("part_ignored", fields!(py, part, name, inside, owners))
+        }
+    })
 }
 
 /// Returns the data of a suspected offset of the wrenches.

@@ -72,18 +72,16 @@ impl Robot {
     /// Builds the robot of a URDF; `base_mass` replaces the mass properties of the root link.
     ///
     /// # Errors
-    /// Returns [`SimError::Model`] for a URDF that `tactid_dynamics` refuses, and [`SimError::Robot`] for a mimic joint.
+    /// Returns [`SimError::Model`] for a URDF that `tactid_dynamics` refuses or whose bodies cannot exist, and [`SimError::Robot`] for a mimic joint.
     pub(crate) fn from_urdf(
         xml: &str,
         base: BaseKind,
         base_mass: Option<&MassProperties>,
     ) -> Result<Self, SimError> {
         let mut urdf = Urdf::from_xml(xml)?;
-        let mut text = xml.to_owned();
         if let Some(mass) = base_mass {
             let root = urdf.root_link().to_owned();
             urdf.set_mass_properties(&root, mass)?;
-            text = urdf.to_xml()?;
         }
         if let Some(joint) = urdf.mimic_joints().next() {
             return Err(SimError::Robot(format!(
@@ -91,9 +89,9 @@ impl Robot {
             )));
         }
         let model = urdf.manipulator(base)?;
-        model.check_masses()?;
+        model.check_bodies()?;
         let mut robot = Self {
-            urdf: text,
+            urdf: urdf.xml().to_owned(),
             base,
             bodies: bodies(&model, &urdf),
             links: links(&model),

@@ -1,16 +1,22 @@
 //! Construction of a [`Manipulator`] from a URDF, and what else a program needs from the same file.
 
-mod names;
+mod build;
+mod element;
+mod ignored;
+mod inertial;
+mod mimic;
+mod numbers;
 mod tree;
 
 use std::path::Path;
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use urdf_rs::{Geometry, JointType};
+use nalgebra::{Isometry3, Vector3};
 
 use crate::manipulator::{BaseKind, Manipulator, check_body};
-use crate::{InertialParameters, MassProperties, ModelError, symmetric_entries, symmetric_matrix};
-use names::without_prefixed_names;
+use crate::{MassProperties, ModelError, symmetric_entries};
+use build::build;
+use element::{Element, parse, syntax};
+use numbers::{number, numbers, origin};
 use tree::Tree;
 
 /// A box that is fixed to a link, from a `<collision>` element.
@@ -26,7 +32,8 @@ pub struct CollisionBox {
 ///
 /// This is the only reader of URDFs: [`Manipulator::from_urdf`] and the simulator use it, so that both accept the same
 /// files. Mesh files need not exist. Names with an XML prefix, as in `drake:acceleration`, are ignored whether or not
-/// the prefix is declared, as ROS tools do.
+/// the prefix is declared, as ROS tools do. What is wrong with masses, inertias and optional elements prevents no model:
+/// [`Manipulator::findings`] reports it.
 ///
 /// ```
 /// use tactid_dynamics::{BaseKind, Urdf};
@@ -45,7 +52,9 @@ pub struct CollisionBox {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Urdf {
-    description: urdf_rs::Robot,
+    text: String,
+    /// The element `<robot>` of the text.
+    robot: Element,
     root: String,
 }
 
@@ -56,10 +65,15 @@ impl Urdf {
     /// Returns [`ModelError::Syntax`] for text that is not a URDF, and [`ModelError::Duplicate`],
     /// [`ModelError::MissingLink`], [`ModelError::Loop`] or [`ModelError::Roots`] for links that do not form one tree.
     pub fn from_xml(xml: &str) -> Result<Self, ModelError> {
-        let description = urdf_rs::read_from_string(&without_prefixed_names(xml)?)
-            .map_err(|error| ModelError::Syntax(error.to_string()))?;
-        let root = Tree::new(&description)?.root()?.to_owned();
-        Ok(Self { description, root })
+        let text = xml.trim_start_matches('\u{feff}').to_owned();
+        let robot = parse(&text)?;
+        if robot.name != "robot" {
+            let message = format!("the root element is <{}>, not <robot>", robot.name);
+            return Err(syntax(&text, robot.span.start, &message));
+        }
+        let root = Tree::new(&text, &robot)?.root()?;
+        let root = root.ok_or_else(|| no_link(&robot))?.to_owned();
+        Ok(Self { text, robot, root })
     }
 
     /// Reads a URDF file.
@@ -74,13 +88,10 @@ impl Urdf {
         Self::from_xml(&xml)
     }
 
-    /// Returns the text of the URDF. It has the same links and joints as the text that was read, but no prefixed names.
-    ///
-    /// # Errors
-    /// Returns [`ModelError::Syntax`] if the description cannot be written as XML.
-    pub fn to_xml(&self) -> Result<String, ModelError> {
-        urdf_rs::write_to_string(&self.description)
-            .map_err(|error| ModelError::Syntax(error.to_string()))
+    /// Returns the text of the URDF.
+    #[must_use]
+    pub fn xml(&self) -> &str {
+        &self.text
     }
 
     /// Returns the name of the root link.
@@ -89,13 +100,13 @@ impl Urdf {
         &self.root
     }
 
-    /// Builds the model of the whole robot. A link without `<inertial>` has no mass, see [`Manipulator::check_masses`].
+    /// Builds the model of the whole robot. A link without `<inertial>` has no mass, see [`Manipulator::findings`].
     ///
     /// # Errors
-    /// Returns a [`ModelError`] that names the link or joint at fault: an impossible mass, inertia, axis or joint type, a
-    /// number that is not finite, or a mimic joint that cannot be honoured.
+    /// Returns a [`ModelError`] that names the joint at fault: an axis of length zero, a type that the format does not have,
+    /// or a pose or axis that is not finite numbers.
     pub fn manipulator(&self, base_kind: BaseKind) -> Result<Manipulator, ModelError> {
-        Tree::new(&self.description)?.build(base_kind, &self.root)
+        self.manipulator_below(base_kind, &self.root)
     }
 
     /// Builds the model of the link `base` and of all links below it. `base` becomes the base of the robot.
@@ -107,10 +118,10 @@ impl Urdf {
         base_kind: BaseKind,
         base: &str,
     ) -> Result<Manipulator, ModelError> {
-        Tree::new(&self.description)?.build(base_kind, base)
+        build(&self.tree()?, base_kind, base)
     }
 
-    /// Replaces the mass properties of a link, expressed in the link's frame.
+    /// Replaces the mass properties of a link, expressed in the link's frame. The rest of the text stays as it is.
     ///
     /// # Errors
     /// Returns [`ModelError::UnknownFrame`] for an unknown link, and [`ModelError::Mass`], [`ModelError::Inertia`] or
@@ -121,44 +132,43 @@ impl Urdf {
         body: &MassProperties,
     ) -> Result<(), ModelError> {
         check_body(link, &(*body).into())?;
-        let inertial = &mut self.link_mut(link)?.inertial;
-        inertial.mass.value = body.mass_kg;
-        inertial.origin = urdf_rs::Pose {
-            xyz: urdf_rs::Vec3(body.center_of_mass.into()),
-            rpy: urdf_rs::Vec3([0.0; 3]),
-        };
-        let [ixx, ixy, ixz, iyy, iyz, izz] = symmetric_entries(&body.inertia);
-        inertial.inertia = urdf_rs::Inertia {
-            ixx,
-            ixy,
-            ixz,
-            iyy,
-            iyz,
-            izz,
-        };
+        let element = self.tree()?.link(link)?;
+        let mut text = self.text.clone();
+        for old in element.children.iter().rev() {
+            if old.name == "inertial" {
+                text.replace_range(old.span.clone(), "");
+            }
+        }
+        let (inertial, end) = (inertial(body), element.tag.end);
+        if element.tag == element.span {
+            // `<link .../>` becomes `<link ...>...</link>`.
+            text.replace_range(end - 2..end, &format!(">{inertial}</link>"));
+        } else {
+            text.insert_str(end, &inertial);
+        }
+        *self = Self::from_xml(&text)?;
         Ok(())
     }
 
     /// Returns the boxes among the collision shapes of a link. Other shapes are skipped.
     ///
     /// # Errors
-    /// Returns [`ModelError::UnknownFrame`] for an unknown link, [`ModelError::NotFinite`] for a pose or size that is not
-    /// finite, and [`ModelError::BoxSize`] for a side that is not positive.
+    /// Returns [`ModelError::UnknownFrame`] for an unknown link, [`ModelError::Numbers`] for a pose or size that is not
+    /// finite numbers, and [`ModelError::BoxSize`] for a side that is not positive.
     pub fn collision_boxes(&self, link: &str) -> Result<Vec<CollisionBox>, ModelError> {
         let mut boxes = Vec::new();
-        for collision in &self.link(link)?.collision {
-            let Geometry::Box { size } = &collision.geometry else {
+        for collision in self.tree()?.link(link)?.children("collision") {
+            let geometry = collision.child("geometry");
+            let Some(shape) = geometry.and_then(|geometry| geometry.child("box")) else {
                 continue;
             };
-            let half_size = Vector3::from(size.0) * 0.5;
-            if !half_size.iter().all(|side| side.is_finite()) {
-                return Err(not_finite("the size of a collision box", link));
-            }
+            let size = numbers(shape, "size").map_err(|fault| fault.of("link", link))?;
+            let half_size = 0.5 * size.map_or_else(Vector3::zeros, Vector3::from);
             if half_size.min() <= 0.0 {
                 return Err(ModelError::BoxSize(link.to_owned()));
             }
             boxes.push(CollisionBox {
-                link_from_box: isometry(&collision.origin, "the collision origin", link)?,
+                link_from_box: origin(collision).map_err(|fault| fault.of("link", link))?,
                 half_size,
             });
         }
@@ -169,36 +179,51 @@ impl Urdf {
     /// continuous or fixed, or whose lower limit is not below the upper one.
     #[must_use]
     pub fn joint_limits(&self, joint: &str) -> Option<(f64, f64)> {
-        let mut joints = self.description.joints.iter();
-        let joint = joints.find(|known| known.name == joint)?;
-        let limited = matches!(joint.joint_type, JointType::Revolute | JointType::Prismatic);
-        let (lower, upper) = (joint.limit.lower, joint.limit.upper);
-        (limited && lower < upper).then_some((lower, upper))
+        let tree = self.tree().ok()?;
+        let joint = tree.joints.get(joint)?.element;
+        let kind = joint.attribute("type")?.to_ascii_lowercase();
+        let limit = joint.child("limit")?;
+        let end = |name| Some(number(limit, name).ok()?.unwrap_or(0.0));
+        let (lower, upper) = (end("lower")?, end("upper")?);
+        let is_limited = ["revolute", "prismatic"].contains(&kind.as_str());
+        (is_limited && lower < upper).then_some((lower, upper))
     }
 
     /// Returns the names of the joints that mimic another joint, in the order of the file.
     pub fn mimic_joints(&self) -> impl Iterator<Item = &str> {
-        let joints = self.description.joints.iter();
-        let mimics = joints.filter(|joint| joint.mimic.is_some());
-        mimics.map(|joint| joint.name.as_str())
+        let joints = self.robot.children("joint");
+        let mimics = joints.filter(|joint| joint.child("mimic").is_some());
+        mimics.filter_map(|joint| joint.attribute("name"))
     }
 
-    fn link(&self, name: &str) -> Result<&urdf_rs::Link, ModelError> {
-        let links = &self.description.links;
-        let found = links.iter().find(|link| link.name == name);
-        found.ok_or_else(|| self.unknown(name))
+    fn tree(&self) -> Result<Tree<'_>, ModelError> {
+        Tree::new(&self.text, &self.robot)
     }
+}
 
-    fn link_mut(&mut self, name: &str) -> Result<&mut urdf_rs::Link, ModelError> {
-        let error = self.unknown(name);
-        let mut links = self.description.links.iter_mut();
-        links.find(|link| link.name == name).ok_or(error)
-    }
+/// Returns the error for an element `<robot>` without links.
+fn no_link(robot: &Element) -> ModelError {
+    let is_macro = |element: &Element| element.name.starts_with("xacro:");
+    let message = if robot.children.iter().any(is_macro) {
+        "there is no link, but there are xacro macros: expand them with `xacro`"
+    } else {
+        "there is no link"
+    };
+    ModelError::Syntax(message.to_owned())
+}
 
-    fn unknown(&self, name: &str) -> ModelError {
-        let links = self.description.links.iter();
-        ModelError::unknown_frame(name, links.map(|link| link.name.as_str()))
-    }
+/// Returns the element `<inertial>` of a body.
+fn inertial(body: &MassProperties) -> String {
+    let [x, y, z]: [f64; 3] = body.center_of_mass.into();
+    let names = inertial::ENTRIES.into_iter();
+    let entries = names.zip(symmetric_entries(&body.inertia));
+    let entries: String = entries
+        .map(|(name, value)| format!(" {name}=\"{value}\""))
+        .collect();
+    format!(
+        "<inertial><origin xyz=\"{x} {y} {z}\"/><mass value=\"{}\"/><inertia{entries}/></inertial>",
+        body.mass_kg
+    )
 }
 
 impl Manipulator {
@@ -230,54 +255,4 @@ impl Manipulator {
         let urdf = Urdf::from_xml(xml)?;
         urdf.manipulator_below(base_kind, base.unwrap_or(urdf.root_link()))
     }
-}
-
-fn not_finite(what: &'static str, name: &str) -> ModelError {
-    ModelError::NotFinite {
-        what,
-        name: name.to_owned(),
-    }
-}
-
-/// Returns an `<origin>` as a transform; `what` and `name` identify it in an error.
-fn isometry(
-    origin: &urdf_rs::Pose,
-    what: &'static str,
-    name: &str,
-) -> Result<Isometry3<f64>, ModelError> {
-    let ([x, y, z], [roll, pitch, yaw]) = (origin.xyz.0, origin.rpy.0);
-    if ![x, y, z, roll, pitch, yaw].iter().all(|v| v.is_finite()) {
-        return Err(not_finite(what, name));
-    }
-    Ok(Isometry3::from_parts(
-        Translation3::new(x, y, z),
-        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
-    ))
-}
-
-/// Returns the inertial parameters of a link in the link's frame; zero for a link without mass.
-fn link_parameters(link: &urdf_rs::Link) -> Result<InertialParameters, ModelError> {
-    let inertial = &link.inertial;
-    let inertia = &inertial.inertia;
-    let entries = [
-        inertia.ixx,
-        inertia.ixy,
-        inertia.ixz,
-        inertia.iyy,
-        inertia.iyz,
-        inertia.izz,
-    ];
-    let mass_kg = inertial.mass.value;
-    // urdf-rs returns zeros for a link without <inertial>.
-    if mass_kg == 0.0 && entries.iter().all(|&entry| entry == 0.0) {
-        return Ok(InertialParameters::zero());
-    }
-    let link_from_inertial = isometry(&inertial.origin, "the inertial origin", &link.name)?;
-    let body = InertialParameters::from(MassProperties {
-        mass_kg,
-        center_of_mass: Vector3::zeros(),
-        inertia: symmetric_matrix(entries),
-    });
-    check_body(&link.name, &body)?;
-    Ok(body.expressed_in(&link_from_inertial))
 }

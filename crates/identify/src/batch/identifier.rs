@@ -165,7 +165,9 @@ impl BatchIdentifier {
         let is_not_kept = matches!(of_mass, Some(Finding::KnownMassNotKept { .. }));
         // A mass that is not kept says that no consistent body is near, and why.
         let inconsistent = inconsistent.filter(|_| !is_not_kept);
+        let of_model = self.stream.model_findings();
         let findings = of_mass.into_iter().chain(inconsistent).chain(of_data);
+        let findings = findings.chain(of_model);
         let cutoff_hz = self.equations.cutoff_hz;
         let frame = self.stream.offset_frame();
         let report = FitReport::new(&self.batch, fit, &channels, cutoff_hz, frame);

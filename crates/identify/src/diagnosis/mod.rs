@@ -20,8 +20,9 @@ use crate::solve::consistency::project;
 /// Distance in standard deviations from which a contradiction is reported.
 pub(crate) const CONTRADICTION: f64 = 5.0;
 
-/// Returns what equations of a stream show about its assumptions without any prior information. `gripper` is the known
-/// part of the identified body. Without enough equations there are no findings.
+/// Returns what equations of a stream show about its assumptions without any prior information, and what is wrong in the
+/// robot's description. `gripper` is the known part of the identified body. Without enough equations there are only the
+/// findings of the description.
 ///
 /// Cost: several fits, each of up to 20 passes over all equations.
 pub(crate) fn findings_without_prior(
@@ -31,12 +32,13 @@ pub(crate) fn findings_without_prior(
 ) -> Vec<Finding> {
     let channels = stream.channels();
     let Some(fit) = least_squares::fit(equations, FitOptions::new(&channels)) else {
-        return Vec::new();
+        return stream.model_findings();
     };
     let known = gripper.map_or(SVector::zeros(), |gripper| *gripper.as_vector());
     let (_, inconsistent) = consistent_payload(&fit, &known, None);
     let mut findings: Vec<Finding> = inconsistent.into_iter().collect();
     findings.extend(data_findings(equations, &fit, &fit, stream, known[0]));
+    findings.extend(stream.model_findings());
     findings
 }
 

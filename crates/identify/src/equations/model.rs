@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 use tactid_dynamics::{
-    FrameId, InertialParameters, JointMotion, Manipulator, StateError, Workspace, forces, motion,
+    FrameId, InertialParameters, JointMotion, Manipulator, ModelError, StateError, Workspace,
+    forces, motion,
 };
 
 use super::channels::{Channels, KnownNoise};
@@ -10,7 +11,7 @@ use super::equation::Row;
 use super::instant::Instant;
 use super::settings::EquationSettings;
 use super::sources::{RobotState, Source, WrenchRegressor, sources_of};
-use crate::{IdentifyError, Method};
+use crate::{Finding, IdentifyError, Method};
 
 /// A robot and the sources of its measurements.
 #[derive(Clone, Debug)]
@@ -44,14 +45,10 @@ impl Model {
     ) -> Result<Self, IdentifyError> {
         let tool = robot.frame(tool)?;
         let sources = sources_of(robot, tool, sensors, settings)?;
-        if sources.iter().any(|source| source.needs_masses()) {
-            robot
-                .check_masses()
-                .map_err(|source| IdentifyError::NoMasses {
-                    method: settings.method.name(),
-                    source,
-                })?;
-        }
+        check_masses(robot, tool, &sources).map_err(|source| IdentifyError::NoMasses {
+            method: settings.method.name(),
+            source,
+        })?;
         let row_counts: Vec<usize> = sources.iter().map(|s| s.channels().len()).collect();
         let includes_gripper = sources.iter().any(|source| source.includes_gripper());
         let mut model = Self {
@@ -83,6 +80,14 @@ impl Model {
     /// The robot with all its links.
     pub(crate) fn robot(&self) -> &Manipulator {
         &self.robot
+    }
+
+    /// What is wrong in the description of the robot, as far as the method uses it.
+    pub(crate) fn findings(&self) -> impl Iterator<Item = Finding> {
+        let uses_masses = self.sources.iter().any(|source| source.needs_masses());
+        let findings = self.robot.findings().into_iter();
+        let used = findings.filter(move |finding| uses_masses || !finding.concerns_masses());
+        used.map(Finding::Model)
     }
 
     /// Number of rows of an instant.
@@ -164,4 +169,16 @@ impl Model {
             tool: self.tool,
         }
     }
+}
+
+/// Checks that the robot has the masses without which its sources mean nothing: some mass between the base and the tool,
+/// and that of a floating base whose motion is measured.
+fn check_masses(robot: &Manipulator, tool: FrameId, sources: &[Source]) -> Result<(), ModelError> {
+    if sources.iter().any(|source| source.needs_masses()) {
+        robot.check_masses(Some(tool))?;
+    }
+    if sources.iter().any(|source| source.needs_base_mass()) {
+        robot.check_base_mass()?;
+    }
+    Ok(())
 }

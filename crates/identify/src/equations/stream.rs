@@ -116,6 +116,12 @@ impl EquationStream {
         Ok((PushOutcome::Used, equation))
     }
 
+    /// Returns what is wrong in the description of the robot, as far as the method uses it: each is a [`Finding::Model`].
+    #[must_use]
+    pub fn model_findings(&self) -> Vec<Finding> {
+        self.model.findings().collect()
+    }
+
     /// Discards all samples and resets the counts, so that the same samples can be presented again.
     pub fn rewind(&mut self) {
         self.samples.clear();

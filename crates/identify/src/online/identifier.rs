@@ -291,7 +291,8 @@ impl Identifier {
     /// velocities or a twist that are not the derivatives of the positions or the pose, and channels of a sensor that
     /// never change. The windows show a wrong sign of gravity or of the load, an offset of the wrench sensor, a load that
     /// the model does not explain, and outliers: the findings that [`BatchIdentifier`](crate::BatchIdentifier) has for
-    /// the same samples without prior information. Samples of which none is in a window are reported, too.
+    /// the same samples without prior information. Samples of which none is in a window are reported, too. What is
+    /// wrong in the robot's description is reported as far as the method uses it.
     ///
     /// The windows are at most the last 324 (10 s at a cutoff of 10 Hz) since the last payload change.
     ///

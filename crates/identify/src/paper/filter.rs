@@ -218,7 +218,8 @@ impl PaperFilter {
 
     /// Returns what the filter noticed about the data: a mass that is negative, because of a wrong sign or of a known
     /// body of `known_kg`, such as a tool changer, that is heavier than the load; a motion that does not determine the
-    /// mass says nothing. Other findings need least squares.
+    /// mass says nothing. Other findings about the data need least squares. What is wrong in the robot's description comes
+    /// last, as far as the method uses it.
     #[must_use]
     pub fn findings(&self, known_kg: f64) -> Vec<Finding> {
         let estimate = self.estimate();
@@ -227,10 +228,9 @@ impl PaperFilter {
             .gripper_to_subtract()
             .map_or(0.0, |gripper| gripper.mass());
         let (load_kg, known_kg) = (estimate.body.mass_kg + gripper_kg, known_kg + gripper_kg);
-        if !estimate.identifiable[0] {
-            return Vec::new();
-        }
-        let finding = if load_kg < 0.0 {
+        let finding = if !estimate.identifiable[0] {
+            None
+        } else if load_kg < 0.0 {
             Some(Finding::NegativeMass {
                 method: self.method,
                 or_gravity: self.stream.gravity().norm() > 0.0,
@@ -238,7 +238,8 @@ impl PaperFilter {
         } else {
             (load_kg < known_kg).then_some(Finding::KnownBodiesTooHeavy { known_kg, load_kg })
         };
-        finding.into_iter().collect()
+        let of_model = self.stream.model_findings();
+        finding.into_iter().chain(of_model).collect()
     }
 
     /// The equation stream behind the filter.

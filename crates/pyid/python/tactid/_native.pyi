@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import disjoint_base
 
+from tactid.wording import Finding
+
 _Array: TypeAlias = NDArray[np.float64]
 _Path: TypeAlias = str | PathLike[str]
 _Progress: TypeAlias = Callable[[float], object]
@@ -103,6 +105,8 @@ class Manipulator:
     def base(self) -> Literal["fixed", "floating"]: ...
     @property
     def mass(self) -> float: ...
+    @property
+    def findings(self) -> list[Finding]: ...
     def with_payload(self, frame: str, body: MassProperties) -> Manipulator: ...
     def without_subtree(self, frame: str) -> Manipulator: ...
     def kinematics(

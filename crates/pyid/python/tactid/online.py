@@ -125,11 +125,12 @@ class Identifier(_Online):
         """Returns what the recent samples show about the assumptions of the identification.
 
         A wrong sign, an offset of the wrench sensor, a load that the model does not explain, or
-        outliers, a velocity or a twist that is not the derivative of the position or the pose, or a
-        channel of the wrench that never changes: as ``tactid.identify`` finds them in the same
-        samples. The samples are those of the last 10 s (at a cutoff of 10 Hz) since the last
-        payload change. Samples of which none could be used are reported, too. It takes some 10 ms:
-        in a control loop, call it in another thread, where it works on a copy.
+        outliers, a velocity or a twist that is not the derivative of the position or the pose, a
+        channel of the wrench that never changes, and defects of the robot's URDF that matter for
+        the method: as ``tactid.identify`` finds them in the same samples. The samples are those of
+        the last 10 s (at a cutoff of 10 Hz) since the last payload change. Samples of which none
+        could be used are reported, too. It takes some 10 ms: in a control loop, call it in another
+        thread, where it works on a copy.
 
         Online, nothing checks whether the wrenches are delayed. To check it once, identify a
         recording of the same sensors.

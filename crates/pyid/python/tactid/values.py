@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, Protocol
 
-from tactid._native import MassProperties
+import numpy as np
+from numpy.typing import NDArray
 
 Values = Sequence[float | None]
 """Mass, kg; centre of mass, m; inertia about it, kg m²: ten, in the order of ``VALUE_NAMES``."""
@@ -60,7 +61,23 @@ def flat(record: dict[str, Any]) -> list[float]:
     return [float(record[p[0]] if len(p) == 1 else record[p[0]][p[1]]) for p in PATHS]
 
 
-def values_of(body: MassProperties) -> list[float]:
+class Body(Protocol):
+    """The ten values of a body, as :class:`tactid.MassProperties` has them."""
+
+    @property
+    def mass(self) -> float:
+        """Mass, kg."""
+
+    @property
+    def com(self) -> NDArray[np.float64]:
+        """Centre of mass, (3,), m."""
+
+    @property
+    def inertia(self) -> NDArray[np.float64]:
+        """Inertia about the centre of mass, (3, 3), kg m²."""
+
+
+def values_of(body: Body) -> list[float]:
     """Returns the ten values of a body."""
     i = body.inertia
     inertia = (i[0, 0], i[0, 1], i[0, 2], i[1, 1], i[1, 2], i[2, 2])

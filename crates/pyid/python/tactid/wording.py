@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from tactid.model_wording import MODEL_FINDINGS
 from tactid.naming import Style, counted, listed, option_name
 from tactid.values import Z95, digits_of
 
@@ -316,6 +317,7 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "no_stamps": _no_stamps,
     "delay_corrected": _delay_corrected,
     "delay_doubtful": _delay_doubtful,
+    **MODEL_FINDINGS,
 }
 
 FINDING_KINDS = tuple(_FINDINGS)

@@ -45,4 +45,8 @@ impl MeasurementSource for BaseSource {
     fn needs_forces(&self) -> bool {
         true
     }
+
+    fn needs_base_mass(&self) -> bool {
+        true
+    }
 }

@@ -38,4 +38,8 @@ impl MeasurementSource for MomentumSource {
     fn includes_gripper(&self) -> bool {
         true
     }
+
+    fn needs_base_mass(&self) -> bool {
+        true
+    }
 }

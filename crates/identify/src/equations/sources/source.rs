@@ -47,6 +47,11 @@ pub(crate) trait MeasurementSource {
         self.needs_forces()
     }
 
+    /// Whether the rows depend on the mass of a floating base.
+    fn needs_base_mass(&self) -> bool {
+        false
+    }
+
     /// Whether the rows hold for the links below the tool and the payload as one body. These links then do
     /// not count as known.
     fn includes_gripper(&self) -> bool {

@@ -1,0 +1,131 @@
+//! The elements of an XML document as a tree.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use quick_xml::Reader;
+use quick_xml::events::{BytesStart, Event};
+
+use crate::ModelError;
+
+/// Number of elements that may be nested. A URDF needs six and the plugins inside some files a few more; the limit
+/// bounds the depth of every recursion over the tree, that of its destructor included.
+const MAX_DEPTH: usize = 200;
+
+/// An element of an XML document with its attributes and child elements. Text and comments are not kept.
+///
+/// Names are compared as they are written: a name with a prefix, as in `drake:joint`, is another name than `joint`,
+/// whether or not the prefix is declared.
+#[derive(Clone, Debug)]
+pub(super) struct Element {
+    pub(super) name: String,
+    pub(super) attributes: Vec<(String, String)>,
+    pub(super) children: Vec<Element>,
+    /// Bytes of the start tag in the text.
+    pub(super) tag: Range<usize>,
+    /// Bytes of the whole element in the text.
+    pub(super) span: Range<usize>,
+}
+
+impl Element {
+    /// Returns the value of an attribute, without escapes.
+    pub(super) fn attribute(&self, name: &str) -> Option<&str> {
+        let mut attributes = self.attributes.iter();
+        let found = attributes.find(|(known, _)| known == name);
+        found.map(|(_, value)| value.as_str())
+    }
+
+    /// Returns the first child with a name.
+    pub(super) fn child(&self, name: &str) -> Option<&Self> {
+        self.children.iter().find(|child| child.name == name)
+    }
+
+    /// Returns the children with a name, in the order of the text.
+    pub(super) fn children<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Self> {
+        self.children.iter().filter(move |child| child.name == name)
+    }
+}
+
+/// Reads an XML document and returns its root element.
+///
+/// # Errors
+/// Returns [`ModelError::Syntax`], which names the line, if the text is not an XML document or nests more than
+/// [`MAX_DEPTH`] elements.
+pub(super) fn parse(xml: &str) -> Result<Element, ModelError> {
+    let mut reader = Reader::from_str(xml);
+    let mut open: Vec<Element> = Vec::new();
+    let mut root = None;
+    loop {
+        let start = offset(reader.buffer_position());
+        let event = reader.read_event();
+        let end = offset(reader.buffer_position());
+        let event = event
+            .map_err(|error| syntax(xml, offset(reader.error_position()), &error.to_string()))?;
+        let closed = match event {
+            Event::Start(tag) => {
+                if open.len() == MAX_DEPTH {
+                    let message = format!("more than {MAX_DEPTH} elements are nested");
+                    return Err(syntax(xml, start, &message));
+                }
+                open.push(element(xml, &tag, start..end)?);
+                continue;
+            }
+            Event::Empty(tag) => element(xml, &tag, start..end)?,
+            Event::End(_) => {
+                // The reader has checked that an element of this name is open.
+                let Some(mut closed) = open.pop() else {
+                    continue;
+                };
+                closed.span.end = end;
+                closed
+            }
+            Event::Text(text) if open.is_empty() && !text.trim_ascii().is_empty() => {
+                return Err(syntax(xml, start, "there is text outside the root element"));
+            }
+            Event::Eof => break,
+            _ => continue,
+        };
+        match open.last_mut() {
+            Some(parent) => parent.children.push(closed),
+            None if root.is_none() => root = Some(closed),
+            None => return Err(syntax(xml, start, "there is a second root element")),
+        }
+    }
+    if let Some(unclosed) = open.last() {
+        let message = format!("<{}> is not closed", unclosed.name);
+        return Err(syntax(xml, unclosed.span.start, &message));
+    }
+    root.ok_or_else(|| ModelError::Syntax("there is no element".to_owned()))
+}
+
+/// Returns an element without children from its start tag, which has the given place in the text.
+fn element(xml: &str, tag: &BytesStart<'_>, place: Range<usize>) -> Result<Element, ModelError> {
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let mut attributes = Vec::new();
+    for attribute in tag.attributes() {
+        let attribute = attribute.map_err(|error| syntax(xml, place.start, &error.to_string()))?;
+        // A reference to an entity of a document type stays as it is written.
+        let value = attribute.unescape_value();
+        let value = value.map_or_else(|_| text(&attribute.value), Cow::into_owned);
+        attributes.push((text(attribute.key.into_inner()), value));
+    }
+    Ok(Element {
+        name: text(tag.name().into_inner()),
+        attributes,
+        children: Vec::new(),
+        tag: place.clone(),
+        span: place,
+    })
+}
+
+/// Returns the error for a place in the text.
+pub(super) fn syntax(xml: &str, place: usize, message: &str) -> ModelError {
+    let before = xml.as_bytes().iter().take(place);
+    let line = 1 + before.filter(|&&byte| byte == b'\n').count();
+    ModelError::Syntax(format!("line {line}: {message}"))
+}
+
+/// Returns a position of the reader as an index into the text.
+fn offset(position: u64) -> usize {
+    usize::try_from(position).unwrap_or(usize::MAX)
+}
