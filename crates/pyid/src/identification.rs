@@ -192,6 +192,7 @@ impl IdentificationData {
             clock: match found.clock {
                 Clock::Stamps => "stamps",
                 Clock::LogTimes => "log times",
+                Clock::Given => "given",
             },
             start_ns: found.start_ns,
             fit: found

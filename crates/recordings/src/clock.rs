@@ -1,11 +1,13 @@
 //! The clock of a recording.
 
-/// Which times of a log the messages were taken to be measured at.
+/// Which times the measurements were taken to belong to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Clock {
-    /// The stamps of their headers, or the times of the arrays.
+    /// The stamps of the messages' headers.
     #[default]
     Stamps,
     /// The times of logging, because the messages have no stamps.
     LogTimes,
+    /// The times that were given with the arrays.
+    Given,
 }

@@ -364,7 +364,8 @@ class IdentificationData:
     None stands where no box was given.
     """
     clock: str = "stamps"
-    """Clock of the times: ``"stamps"`` of the headers, or ``"log times"`` where there are none."""
+    """Clock of the times: ``"stamps"`` of the headers, ``"log times"`` where there are none, and
+    ``"given"`` for those of arrays."""
     start_ns: int = 0
     """Stamp of time zero, ns since the epoch."""
     fit: Fit | None = None

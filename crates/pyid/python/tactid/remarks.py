@@ -118,7 +118,8 @@ def assumptions(result: IdentificationData) -> str:
     parts += knowledge(result)
     parts += [f"wrench offset {offset}"] if (offset := wrench_offset(result)) else []
     parts += ["efforts of the unloaded recording subtracted"] if result.subtracts_unloaded else []
-    parts.append(f"times from {'header stamps' if result.clock == 'stamps' else 'the log'}")
+    clocks = {"stamps": ["times from header stamps"], "log times": ["times from the log"]}
+    parts += clocks.get(result.clock, [])
     return "; ".join(parts) + "."
 
 

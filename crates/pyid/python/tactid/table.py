@@ -116,9 +116,10 @@ def rich_table(columns: Sequence[Column], truth: Truth | None = None) -> Table:
 
 def _given(index: int, truth: Truth) -> list[str]:
     """Returns the nominal value, and for the paper's payload the paper's value and error."""
-    nominal = f"{(truth.nominal + truth.nominal_moments)[index]:.2f}"
+    value = (truth.nominal + truth.nominal_moments)[index]
     if not is_the_papers(truth):
-        return [nominal]
+        return [number(value)]
+    nominal = f"{value:.2f}"
     if index >= len(NAMES):
         return [nominal, "–", "–"]
     return [nominal, f"{PAPER_VALUES[index]:.2f}", f"{PAPER_ERRORS[index]:.2f}"]

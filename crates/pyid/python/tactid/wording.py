@@ -14,8 +14,11 @@ from tactid.values import Z95, digits_of
 
 Data = Mapping[str, Any]
 
-LOADS = {"tactile": "wrench", "joint-sensing": "wrench", "effort": "effort", "combined": "load"}
+LOADS = {"tactile": "wrench", "joint-sensing": "load", "effort": "effort", "combined": "load"}
 """What each method measures of the payload."""
+
+MOSTLY = 0.7
+"""Fraction of the load that friction hardly ever exceeds."""
 
 
 def finding(kind: str, data: Data, style: Style) -> str:
@@ -94,6 +97,11 @@ def _load_unexplained(data: Data, style: Style) -> str:
         "combined": "Identify from each source alone to see which one contradicts the model; with"
         " efforts, friction in the joints is the usual reason.",
     }
+    if data["method"] == "effort" and fraction > MOSTLY:
+        reasons["effort"] = (
+            "That is more than friction: check the order of the joints, their signs and units, and"
+            " the gains of the efforts."
+        )
     digits = digits_of(data["residual_rms"])
     residual, load = (f"{data[name]:.{digits}f}" for name in ("residual_rms", "load_rms"))
     return (
@@ -138,6 +146,33 @@ def _known_mass_not_kept(data: Data, _: Style) -> str:
         f"The given mass is {data['known_mass_kg']:g} kg, but the result has"
         f" {data['estimated_kg']:.4g} kg: no physically consistent body of the given mass{within}"
         " explains the data."
+    )
+
+
+def _no_equations(data: Data, style: Style) -> str:
+    samples, rejected, gaps = data["samples"], data["rejected"], data["gaps"]
+    nothing = "Nothing is known of the payload"
+    if rejected > samples:
+        return (
+            f"{nothing}: {rejected} of {samples + rejected} samples were rejected, because a value"
+            " is not finite or their time is not later than the one before."
+        )
+    if 2 * gaps > samples:
+        return (
+            f"{nothing}: of {samples} samples, {gaps} came more than {data['max_gap_s']:g} s after"
+            f" the one before, and {option_name('max_gap', style)} bridges no more. Times must be"
+            " in seconds."
+        )
+    if data["window_s"] < data["min_samples"] * data["period_s"]:
+        return (
+            f"{nothing}: there is a sample every {data['period_s'] * 1e3:.3g} ms, which is too"
+            f" slow for the cutoff. A window of {data['window_s']:.3g} s needs at least"
+            f" {data['min_samples']} samples: push samples at a higher rate, or lower"
+            f" {option_name('cutoff', style)}."
+        )
+    return (
+        f"{nothing} after {samples} samples: the first window of {data['window_s']:.3g} s is not"
+        " complete."
     )
 
 
@@ -229,7 +264,8 @@ def _velocities_contradicted(data: Data, _: Style) -> str:
 
 def _twist_contradicted(data: Data, _: Style) -> str:
     causes = {
-        "body": " It is in the axes of the moving body, but must be in those of the world.",
+        "body": " It is in the axes of the moving body, but must be in those of the world; or the"
+        " quaternion of the pose is not in the order x, y, z, w.",
         "world": " It is in the axes of the world, but the twist of an odometry message must be in"
         " those of its child frame.",
         None: " Check its units, signs and axes; it may also be zero because it is not measured.",
@@ -314,6 +350,7 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "velocities_contradicted": _velocities_contradicted,
     "twist_contradicted": _twist_contradicted,
     "constant_channels": _constant_channels,
+    "no_equations": _no_equations,
     "no_stamps": _no_stamps,
     "delay_corrected": _delay_corrected,
     "delay_doubtful": _delay_doubtful,

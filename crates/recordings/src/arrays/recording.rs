@@ -79,7 +79,7 @@ impl<'a> ArrayRecording<'a> {
                 measured_twist: measured_twist(arrays),
                 names: names(arrays),
                 findings: Vec::new(),
-                clock: Clock::Stamps,
+                clock: Clock::Given,
                 start_ns: 0,
                 end_s: Some(timeline.length_s),
             },
