@@ -4,24 +4,35 @@ use nalgebra::Vector3;
 use tactid_dynamics::ModelFinding;
 
 use crate::Method;
-use crate::checks::{TwistContradiction, VelocityCause};
+use crate::checks::{TwistContradiction, VelocityContradiction};
 use crate::result::WrenchOffset;
 use crate::solve::KnownMass;
 
-/// An observation about the data or the robot's description that concerns the assumptions of an identification. Nothing is corrected
-/// silently: each finding is for the user to decide on.
+/// How samples were taken of which none is in a window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoEquations {
+    /// Number of samples that were accepted.
+    pub samples: u64,
+    /// Number of samples that were rejected: not finite, or not later than the one before.
+    pub rejected: u64,
+    /// Number of times between two samples that were too long to be bridged.
+    pub gaps: u64,
+    /// Longest time between two samples that is bridged, s.
+    pub max_gap_s: f64,
+    /// Mean time between two accepted samples, s.
+    pub period_s: f64,
+    /// Length of a window, s.
+    pub window_s: f64,
+    /// Fewest samples in a window.
+    pub min_samples: u32,
+}
+
+/// An observation about the data or the robot's description that concerns the assumptions of an identification. Nothing is
+/// corrected silently: each finding is for the user to decide on.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finding {
     /// The measured velocities of joints are not the derivatives of their positions.
-    VelocitiesContradicted {
-        /// Names of the joints.
-        joints: Vec<String>,
-        /// Rms difference between the change of the position over 0.1 s and the integral of the velocity, relative to
-        /// the larger of the two: the largest of these joints.
-        relative_difference: f64,
-        /// What the velocities seem to be instead.
-        cause: Option<VelocityCause>,
-    },
+    VelocitiesContradicted(VelocityContradiction),
     /// The twist of the base, or of a sensor without a robot, is not the derivative of its pose.
     TwistContradicted(TwistContradiction),
     /// Some channels of a wrench sensor have the same value in all samples.
@@ -34,22 +45,7 @@ pub enum Finding {
         is_zero: bool,
     },
     /// Not a single window of the averages was filled, so that nothing is known.
-    NoEquations {
-        /// Number of samples that were accepted.
-        samples: u64,
-        /// Number of samples that were rejected: not finite, or not later than the one before.
-        rejected: u64,
-        /// Number of times between two samples that were too long to be bridged.
-        gaps: u64,
-        /// Longest time between two samples that is bridged, s.
-        max_gap_s: f64,
-        /// Mean time between two accepted samples, s.
-        period_s: f64,
-        /// Length of a window, s.
-        window_s: f64,
-        /// Fewest samples in a window.
-        min_samples: u32,
-    },
+    NoEquations(NoEquations),
     /// Something is wrong in the description of the robot. Masses and inertias are reported only where the method uses
     /// them.
     Model(ModelFinding),
@@ -57,7 +53,8 @@ pub enum Finding {
     GravityContradicted {
         /// The better gravitational acceleration in the inertial frame, m/s²: none at all, or the opposite.
         better: Vector3<f64>,
-        /// Rms residual with the better gravity, relative to that with the given one.
+        /// Residual with the better gravity, relative to that with the given one: the geometric mean over the directions of
+        /// the channels.
         residual_ratio: f64,
         /// The measurements that were used.
         method: Method,

@@ -9,8 +9,10 @@ mod arm;
 use arm::{Instant, Run, TOOL, arm, body};
 use nalgebra::Vector3;
 use tactid_dynamics::BaseKind;
-use tactid_identify::checks::{TwistAxes, TwistContradiction, VelocityCause};
-use tactid_identify::{EquationSettings, Finding, Identifier};
+use tactid_identify::checks::{
+    TwistAxes, TwistContradiction, VelocityCause, VelocityContradiction,
+};
+use tactid_identify::{EquationSettings, Finding, Identifier, NoEquations};
 
 fn instants(rate_hz: f64) -> Vec<Instant> {
     let run = Run {
@@ -74,7 +76,8 @@ fn joint_velocities_that_do_not_fit_are_reported() {
     let degrees = findings_after(200.0, |instant| {
         instant.joints[1] = instant.joints[1].map(f64::to_degrees);
     });
-    let Finding::VelocitiesContradicted { joints, cause, .. } = &degrees[0] else {
+    let Finding::VelocitiesContradicted(VelocityContradiction { joints, cause, .. }) = &degrees[0]
+    else {
         panic!("{degrees:?}");
     };
     assert_eq!((joints.len(), cause), (6, &Some(VelocityCause::Degrees)));
@@ -83,7 +86,9 @@ fn joint_velocities_that_do_not_fit_are_reported() {
         .into_iter()
         .enumerate()
     {
-        let Finding::VelocitiesContradicted { joints, cause, .. } = &exchanged[k] else {
+        let Finding::VelocitiesContradicted(VelocityContradiction { joints, cause, .. }) =
+            &exchanged[k]
+        else {
             panic!("{exchanged:?}");
         };
         assert_eq!(joints, &[joint]);
@@ -111,13 +116,13 @@ fn samples_without_an_equation_are_reported() {
     let not_finite = findings_after(200.0, |instant| instant.wrench.force.x = f64::NAN);
     let counts = [sparse, nanoseconds, not_finite].map(|findings| match findings[..] {
         [
-            Finding::NoEquations {
+            Finding::NoEquations(NoEquations {
                 samples,
                 rejected,
                 gaps,
                 period_s,
                 ..
-            },
+            }),
         ] => (samples, rejected, gaps, period_s),
         _ => panic!("{findings:?}"),
     });

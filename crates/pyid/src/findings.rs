@@ -3,8 +3,10 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tactid_dynamics::{IgnoredPart, MimicFault, ModelFinding};
-use tactid_identify::checks::{TwistAxes, TwistContradiction, VelocityCause};
-use tactid_identify::{KnownMass, WrenchOffset};
+use tactid_identify::checks::{
+    TwistAxes, TwistContradiction, VelocityCause, VelocityContradiction,
+};
+use tactid_identify::{Finding as Found, KnownMass, NoEquations, WrenchOffset};
 use tactid_recordings::{Delay, Finding, NotUsedBecause};
 
 use crate::keywords::keyword_of;
@@ -112,11 +114,11 @@ fn option_not_used(
 /// Returns the data of joint velocities that are not the derivatives of the positions.
 fn velocities_contradicted(
     py: Python<'_>,
-    joints: &[String],
-    relative_difference: f64,
-    cause: Option<&VelocityCause>,
+    contradiction: &VelocityContradiction,
 ) -> PyResult<FindingData> {
-    let (cause, other) = match cause {
+    let joints = &contradiction.joints;
+    let relative_difference = contradiction.relative_difference;
+    let (cause, other) = match &contradiction.cause {
         None => (None, None),
         Some(VelocityCause::OppositeSign) => (Some("opposite_sign"), None),
         Some(VelocityCause::Degrees) => (Some("degrees"), None),
@@ -125,6 +127,14 @@ fn velocities_contradicted(
     };
     let data = fields!(py, joints, relative_difference, cause, other);
     Ok(("velocities_contradicted", data))
+}
+
+/// Returns the data of samples of which none is in a window.
+fn no_equations(py: Python<'_>, counts: &NoEquations) -> PyResult<FindingData> {
+    let data = data!(py, "samples": counts.samples, "rejected": counts.rejected, "gaps": counts.gaps,
+        "max_gap_s": counts.max_gap_s, "period_s": counts.period_s, "window_s": counts.window_s,
+        "min_samples": counts.min_samples);
+    Ok(("no_equations", data))
 }
 
 /// Returns the data of channels of a wrench sensor that never change.
@@ -160,43 +170,18 @@ fn twist_contradicted(
 /// unloaded recording were subtracted.
 pub(crate) fn data_finding(
     py: Python<'_>,
-    finding: &tactid_identify::Finding,
+    finding: &Found,
     has_unloaded: bool,
 ) -> PyResult<FindingData> {
-    use tactid_identify::Finding as Found;
     Ok(match finding {
-        Found::VelocitiesContradicted {
-            joints,
-            relative_difference,
-            cause,
-        } => velocities_contradicted(py, joints, *relative_difference, cause.as_ref())?,
+        Found::VelocitiesContradicted(found) => velocities_contradicted(py, found)?,
         Found::TwistContradicted(contradiction) => twist_contradicted(py, "twists", contradiction)?,
         Found::ConstantChannels {
             frame,
             channels,
             is_zero,
         } => constant_channels(py, "wrenches", frame, channels, *is_zero)?,
-        Found::NoEquations {
-            samples,
-            rejected,
-            gaps,
-            max_gap_s,
-            period_s,
-            window_s,
-            min_samples,
-        } => {
-            let data = fields!(
-                py,
-                samples,
-                rejected,
-                gaps,
-                max_gap_s,
-                period_s,
-                window_s,
-                min_samples
-            );
-            ("no_equations", data)
-        }
+        Found::NoEquations(counts) => no_equations(py, counts)?,
         Found::GravityContradicted {
             better,
             residual_ratio,
@@ -221,12 +206,11 @@ pub(crate) fn data_finding(
             load_rms,
             noise_rms,
             method,
-        } => {
-            let method = method.name();
-            let data = fields!(py, unit, residual_rms, load_rms, noise_rms, method);
-            data.bind(py).set_item("has_unloaded", has_unloaded)?;
-            ("load_unexplained", data)
-        }
+        } => (
+            "load_unexplained",
+            data!(py, "unit": unit, "residual_rms": residual_rms, "load_rms": load_rms,
+                "noise_rms": noise_rms, "method": method.name(), "has_unloaded": has_unloaded),
+        ),
         Found::MassContradicted {
             known,
             found_kg,

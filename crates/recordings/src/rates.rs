@@ -1,6 +1,7 @@
 //! Measured velocities of a recording against the positions that they belong to.
 
-use tactid_identify::checks::{JointRates, TwistRates, VelocityContradiction, findings_by_cause};
+use tactid_identify::Finding as DataFinding;
+use tactid_identify::checks::{JointRates, TwistRates, VelocityContradiction, grouped_by_cause};
 
 use crate::Finding;
 use crate::alignment::{Event, JointValues, Measured};
@@ -14,8 +15,9 @@ pub(crate) fn contradicted_rates(
     max_gap_s: f64,
 ) -> Vec<Finding> {
     let contradictions = contradicted_joints(sources, events, max_gap_s);
-    let joints = findings_by_cause(contradictions).into_iter();
-    let mut findings: Vec<Finding> = joints.map(Finding::Data).collect();
+    let joints = grouped_by_cause(contradictions).into_iter();
+    let finding = |joints| Finding::Data(DataFinding::VelocitiesContradicted(joints));
+    let mut findings: Vec<Finding> = joints.map(finding).collect();
     findings.extend(contradicted_twist(sources, events, max_gap_s));
     findings
 }

@@ -14,7 +14,9 @@ use recorded_arrays::common::{self, Experiment, Instant, Noise};
 use recorded_arrays::{Recording, carried, quick, recorded};
 use tactid_dynamics::Wrench;
 use tactid_identify::Finding as DataFinding;
-use tactid_identify::checks::{TwistAxes, TwistContradiction, VelocityCause};
+use tactid_identify::checks::{
+    TwistAxes, TwistContradiction, VelocityCause, VelocityContradiction,
+};
 use tactid_identify::{BaseState, states_of_poses};
 use tactid_recordings::{Finding, Request, identify_log};
 
@@ -30,8 +32,7 @@ fn about_velocities(recording: &Recording) -> Vec<Finding> {
 fn is_about_velocities(finding: &Finding) -> bool {
     matches!(
         finding,
-        Finding::Data(DataFinding::VelocitiesContradicted { .. })
-            | Finding::TwistContradicted { .. }
+        Finding::Data(DataFinding::VelocitiesContradicted(_)) | Finding::TwistContradicted { .. }
     )
 }
 
@@ -94,11 +95,11 @@ fn joint_velocities_that_do_not_fit_are_reported_with_the_cause() {
         change(&mut recording);
         match &about_velocities(&recording)[..] {
             [
-                Finding::Data(DataFinding::VelocitiesContradicted {
+                Finding::Data(DataFinding::VelocitiesContradicted(VelocityContradiction {
                     joints: found,
                     cause: why,
                     ..
-                }),
+                })),
             ] => {
                 assert_eq!(found.as_slice(), joints);
                 assert_eq!(why, &cause);
@@ -116,7 +117,7 @@ fn swapped_joint_velocities_are_reported() {
     let findings = about_velocities(&recording);
     for (joint, other) in [("joint_1", "joint_5"), ("joint_5", "joint_1")] {
         let is_named = |finding: &Finding| {
-            matches!(finding, Finding::Data(DataFinding::VelocitiesContradicted { joints, cause, .. })
+            matches!(finding, Finding::Data(DataFinding::VelocitiesContradicted(VelocityContradiction { joints, cause, .. }))
                 if joints == &[joint] && *cause == Some(VelocityCause::OtherJoint(other.to_owned())))
         };
         assert!(findings.iter().any(is_named), "{findings:?}");

@@ -4,7 +4,6 @@ use std::f64::consts::PI;
 
 use super::increments::Increments;
 use super::judge;
-use crate::Finding;
 
 /// What the velocities of a joint seem to be instead of the derivatives of its positions.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,13 +18,13 @@ pub enum VelocityCause {
     OtherJoint(String),
 }
 
-/// Velocities of one joint that are not the derivative of its positions.
+/// Velocities of joints that are not the derivatives of their positions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VelocityContradiction {
-    /// Name of the joint.
-    pub joint: String,
+    /// Names of the joints.
+    pub joints: Vec<String>,
     /// Rms difference between the change of the position over 0.1 s and the integral of the velocity, relative to the
-    /// larger of the two.
+    /// larger of the two: the largest of these joints.
     pub relative_difference: f64,
     /// What the velocities seem to be instead.
     pub cause: Option<VelocityCause>,
@@ -93,7 +92,7 @@ impl JointRates {
         }
     }
 
-    /// Returns the joints whose velocities are not the derivatives of their positions. `names` are those of the joints,
+    /// Returns each joint whose velocities are not the derivatives of its positions. `names` are those of the joints,
     /// in the order of the samples.
     #[must_use]
     pub fn contradictions(&self, names: &[&str]) -> Vec<VelocityContradiction> {
@@ -115,7 +114,7 @@ impl JointRates {
             });
             let relative_difference = difference(joint, joint, 1.0)?;
             Some(VelocityContradiction {
-                joint: names[joint].to_owned(),
+                joints: vec![names[joint].to_owned()],
                 relative_difference,
                 cause: judge(relative_difference, own.into_iter().chain(others).flatten())?,
             })
@@ -126,23 +125,18 @@ impl JointRates {
     }
 }
 
-/// Returns a finding for the joints of each cause.
+/// Returns one contradiction for the joints of each cause.
 #[must_use]
-pub fn findings_by_cause(contradictions: Vec<VelocityContradiction>) -> Vec<Finding> {
-    let mut groups: Vec<(Vec<String>, f64, Option<VelocityCause>)> = Vec::new();
+pub fn grouped_by_cause(contradictions: Vec<VelocityContradiction>) -> Vec<VelocityContradiction> {
+    let mut groups: Vec<VelocityContradiction> = Vec::new();
     for one in contradictions {
-        match groups.iter_mut().find(|(_, _, cause)| *cause == one.cause) {
-            Some((joints, largest, _)) => {
-                joints.push(one.joint);
-                *largest = largest.max(one.relative_difference);
+        match groups.iter_mut().find(|group| group.cause == one.cause) {
+            Some(group) => {
+                group.joints.extend(one.joints);
+                group.relative_difference = group.relative_difference.max(one.relative_difference);
             }
-            None => groups.push((vec![one.joint], one.relative_difference, one.cause)),
+            None => groups.push(one),
         }
     }
-    let finding = |(joints, relative_difference, cause)| Finding::VelocitiesContradicted {
-        joints,
-        relative_difference,
-        cause,
-    };
-    groups.into_iter().map(finding).collect()
+    groups
 }

@@ -12,7 +12,7 @@ mod online;
 mod twist_rates;
 
 pub use constant_channels::{ConstantChannels, Constants};
-pub use joint_rates::{JointRates, VelocityCause, VelocityContradiction, findings_by_cause};
+pub use joint_rates::{JointRates, VelocityCause, VelocityContradiction, grouped_by_cause};
 pub(crate) use online::OnlineChecks;
 pub use twist_rates::{TwistAxes, TwistContradiction, TwistRates};
 

@@ -3,7 +3,7 @@
 use tactid_dynamics::{BaseKind, Manipulator};
 
 use super::constant_channels::ConstantChannels;
-use super::joint_rates::{JointRates, findings_by_cause};
+use super::joint_rates::{JointRates, grouped_by_cause};
 use super::twist_rates::{TwistAxes, TwistRates};
 use crate::Finding;
 use crate::equations::Sample;
@@ -50,7 +50,8 @@ impl OnlineChecks {
     /// Returns what the samples show.
     pub(crate) fn findings(&self) -> Vec<Finding> {
         let names: Vec<&str> = self.joint_names.iter().map(String::as_str).collect();
-        let mut findings = findings_by_cause(self.joints.contradictions(&names));
+        let joints = grouped_by_cause(self.joints.contradictions(&names)).into_iter();
+        let mut findings: Vec<Finding> = joints.map(Finding::VelocitiesContradicted).collect();
         let twist = self.twist.as_ref().and_then(TwistRates::contradiction);
         findings.extend(twist.map(Finding::TwistContradicted));
         let constants = self.constant.constants().into_iter();

@@ -12,7 +12,7 @@ use super::sample::Sample;
 use super::sample_ring::SampleRing;
 use super::settings::EquationSettings;
 use super::window::{MIN_INSTANTS, Windows};
-use crate::{Finding, IdentifyError, Method};
+use crate::{Finding, IdentifyError, Method, NoEquations};
 
 /// What became of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -176,9 +176,9 @@ impl EquationStream {
         &self.offset_frame
     }
 
-    /// Returns why the stream has not given any equation in `duration_s`, the time from its first sample to its last.
-    pub(crate) fn no_equations(&self, duration_s: f64) -> Finding {
-        Finding::NoEquations {
+    /// Returns how the samples were taken, whose first and last are `duration_s` apart.
+    pub(crate) fn no_equations(&self, duration_s: f64) -> NoEquations {
+        NoEquations {
             samples: self.accepted,
             rejected: self.rejected,
             gaps: self.gaps,

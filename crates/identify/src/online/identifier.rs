@@ -305,7 +305,8 @@ impl Identifier {
             let duration_s = self
                 .start_s
                 .map_or(0.0, |start_s| self.stream.time_s() - start_s);
-            findings.push(self.stream.no_equations(duration_s));
+            let counts = self.stream.no_equations(duration_s);
+            findings.push(Finding::NoEquations(counts));
         }
         let gripper = self.stream.gripper_to_subtract();
         let equations = self.recent.in_order();
