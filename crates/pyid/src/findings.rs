@@ -1,12 +1,13 @@
 //! Findings as plain Python values: a kind, and a dictionary of the numbers and names that belong to it.
 
+use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tactid_dynamics::{IgnoredPart, MimicFault, ModelFinding};
 use tactid_identify::checks::{
     TwistAxes, TwistContradiction, VelocityCause, VelocityContradiction,
 };
-use tactid_identify::{Finding as Found, KnownMass, NoEquations, WrenchOffset};
+use tactid_identify::{Finding as Found, KnownMass, Method, NoEquations, WrenchOffset};
 use tactid_recordings::{Delay, Finding, NotUsedBecause};
 
 use crate::keywords::keyword_of;
@@ -186,11 +187,7 @@ pub(crate) fn data_finding(
             better,
             residual_ratio,
             method,
-        } => (
-            "gravity_contradicted",
-            data!(py, "better": [better.x, better.y, better.z],
-                "residual_ratio": residual_ratio, "method": method.name()),
-        ),
+        } => gravity_contradicted(py, better, *residual_ratio, *method)?,
         Found::NegativeMass { method, or_gravity } => (
             "negative_mass",
             data!(py, "method": method.name(), "or_gravity": or_gravity),
@@ -229,6 +226,18 @@ pub(crate) fn data_finding(
         Found::Model(finding) => return model_finding(py, finding),
         Found::Outliers { outliers, windows } => ("outliers", fields!(py, outliers, windows)),
     })
+}
+
+/// Returns the data of another gravity that explains the load far better.
+fn gravity_contradicted(
+    py: Python<'_>,
+    better: &Vector3<f64>,
+    residual_ratio: f64,
+    method: Method,
+) -> PyResult<FindingData> {
+    let (better, method) = ([better.x, better.y, better.z], method.name());
+    let data = fields!(py, better, residual_ratio, method);
+    Ok(("gravity_contradicted", data))
 }
 
 /// Returns the data of a result that does not have the known mass.
