@@ -92,7 +92,7 @@ impl MessageDecompressor {
         let mut decompressed = Vec::new();
         for entry in &mut block.entries {
             let data = block.bytes.get(entry.data.clone()).unwrap_or_default();
-            if !(is_cdr(entry.channel) && is_compressed(data)) {
+            if !(is_compressed(data) && is_cdr(entry.channel)) {
                 continue;
             }
             let start = decompressed.len();
