@@ -97,6 +97,9 @@ def test_the_frame_of_a_sensor_can_be_placed(
         found = tactid.identify(bag, sensor_frame=frame)
         np.testing.assert_allclose(found.estimate.values, PAYLOAD.values, atol=ALMOST)
     assert_refused(command("identify", bag, "--sensor-frame", "hand,0,0,0,0,0,0,1"), "hand", SENSOR)
+    for short in ("tool0", "tool0,0,0,0.04"):
+        what = f"--sensor-frame is '{short}': expected the name of a link, then the seven numbers"
+        assert_refused(command("identify", bag, "--sensor-frame", short), what)
     wrong = (
         ("tool0", "expected a link"),
         (("tool0", 0, 0, 0), "expected a link"),

@@ -43,7 +43,13 @@ def body(flag: str, text: str) -> MassProperties:
 def frame(flag: str, text: str) -> tuple[str, list[float]]:
     """Reads the name of a link, then the origin and the quaternion of a frame on it."""
     link, _, pose = text.partition(",")
-    return link.strip(), numbers(flag, pose, 7)
+    try:
+        return link.strip(), numbers(flag, pose, 7)
+    except ArgumentError:
+        raise ArgumentError(
+            f"{flag} is {text!r}: expected the name of a link, then the seven numbers x, y, z, qx,"
+            " qy, qz, qw, all separated by commas"
+        ) from None
 
 
 def fraction(flag: str, text: str) -> float:
