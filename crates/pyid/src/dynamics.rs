@@ -131,7 +131,7 @@ impl Manipulator {
     /// no effect and are not listed.
     #[getter]
     fn findings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let class = py.import("tactid.wording")?.getattr("Finding")?;
+        let class = py.import("tactid.findings")?.getattr("Finding")?;
         let findings = self.0.findings();
         let instances = findings
             .iter()

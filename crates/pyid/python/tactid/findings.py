@@ -14,7 +14,14 @@ from tactid.naming import Style
 CONTRADICTIONS = ("gravity_contradicted", "negative_mass", "known_bodies_too_heavy")
 """Findings that show the result to be wrong, the gravest first."""
 
-DOUBTS = ("load_unexplained", "mass_contradicted", "inconsistent", "offset_suspected")
+DOUBTS = (
+    "velocities_contradicted",
+    "twist_contradicted",
+    "load_unexplained",
+    "mass_contradicted",
+    "inconsistent",
+    "offset_suspected",
+)
 """Findings that show the values to be off by more than their intervals, the gravest first."""
 
 
