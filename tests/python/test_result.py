@@ -16,7 +16,7 @@ NOMINAL = [100.0, 0.5, 0.0, 0.0, 10.0, 0.0, 0.0, 20.0, 0.0, 10.0]
 
 
 def test_an_error_is_of_the_nominal_value_or_of_the_largest_of_its_kind() -> None:
-    true = truth.Truth(actual=NOMINAL, nominal=NOMINAL)
+    true = truth.Truth(actual=NOMINAL, nominal=NOMINAL, frame="tool0")
     found = [101.0, 0.5, 0.005, 0.0, 9.9, 0.2, 0.0, 20.4, 0.0, None]
     errors = true.errors_percent(found)
     expected = [1.0, 0.0, 1.0, 0.0, -1.0, 1.0, 0.0, 2.0, 0.0]
@@ -26,7 +26,7 @@ def test_an_error_is_of_the_nominal_value_or_of_the_largest_of_its_kind() -> Non
 
 def test_a_kind_without_any_nominal_value_has_no_error_in_percent() -> None:
     centred = [1.0, 0.0, 0.0, 0.0, *NOMINAL[4:]]
-    errors = truth.Truth(actual=centred, nominal=centred).errors_percent(NOMINAL)
+    errors = truth.Truth(actual=centred, nominal=centred, frame="tool0").errors_percent(NOMINAL)
     assert errors[1:4] == [None, None, None]
 
 

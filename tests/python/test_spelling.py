@@ -81,7 +81,7 @@ def test_no_message_that_python_raises_spells_a_flag() -> None:
         ("identify {log} --urdf none.urdf", "--urdf"),
         ("identify {log} --urdf {log}", "--urdf"),
         ("identify {log} --urdf /dev/null", "--urdf"),
-        ("identify {log} --unloaded {log}", "--unloaded"),
+        ("identify {log} --unloaded {log}", "--method"),
         ("identify {log} --cutoff 0.01", "--cutoff"),
         ("view {log} --tip paw --save a.rrd", "--tip"),
     ],

@@ -463,7 +463,7 @@ def test_wrong_files_and_options_are_refused(
     late = write_result(tmp_path / "late.json", VALUES, start_ns=10**18)
     for arguments, parts in {
         ("--result", "missing.json"): ("missing.json",),
-        ("--result", "text.json"): ("text.json is not JSON", "as its result (--result)"),
+        ("--result", "text.json"): ("text.json is not JSON", "--result: "),
         ("--result", "image.json"): ("image.json is not JSON", "expected the file"),
         ("--result", late): ("different times",),
         ("--result", good, "--tip", "paw"): ("no frame paw; --tip is one of", "tool0"),
