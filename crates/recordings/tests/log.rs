@@ -185,7 +185,7 @@ fn a_log_that_lacks_something_says_what() {
             r.sensors = &["finger_left_link", "thumb"]
         }),
         (
-            "joint `finger_right_joint` of the URDF is not in the log",
+            "joint `finger_right_joint` of the URDF is needed, but is not in the log",
             |r| {
                 r.joint_names.pop();
             },
