@@ -132,7 +132,9 @@ def test_wrong_logs_are_refused(command: TactidCommand, tmp_path: Path, log: Pat
     for name in ("missing.mcap", "text.mcap", "empty.mcap", "folder"):
         for subcommand in ("identify", "info"):
             assert_refused(command(subcommand, name), name)
-    assert_refused(command("identify", "text.mcap", "--json"), "neither an MCAP log nor an SQLite bag")
+    assert_refused(
+        command("identify", "text.mcap", "--json"), "neither an MCAP log nor an SQLite bag"
+    )
     assert_refused(command("identify", log, "--tip", "hand"), "no link `hand`", "tool0")
 
 
