@@ -11,6 +11,7 @@ import pytest
 
 import tactid
 from expectations import Identify, Record, assert_fits_schema
+from tactid.values import values_of
 
 TactidCommand = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -73,3 +74,14 @@ def identify(command: TactidCommand) -> Identify:
         return record
 
     return run
+
+
+@pytest.fixture(params=range(20))
+def values(request: pytest.FixtureRequest) -> list[float]:
+    """A cloud of points: no symmetry, nothing round, so that no exchange of entries goes unseen."""
+    rng = np.random.default_rng(request.param)
+    points = rng.normal(size=(9, 3)) * [0.03, 0.1, 0.2]
+    points -= points.mean(axis=0)
+    second = 0.3 * points.T @ points
+    inertia = np.trace(second) * np.eye(3) - second
+    return values_of(tactid.MassProperties(2.7, rng.normal(size=3), inertia))

@@ -11,19 +11,6 @@ import pytest
 
 import tactid
 from tactid import bodies, forms
-from tactid.values import values_of
-
-
-@pytest.fixture(params=range(20))
-def values(request: pytest.FixtureRequest) -> list[float]:
-    """A cloud of points: no symmetry, nothing round, so that no exchange of entries goes unseen."""
-    rng = np.random.default_rng(request.param)
-    points = rng.normal(size=(9, 3)) * [0.03, 0.1, 0.2]
-    points -= points.mean(axis=0)
-    second = 0.3 * points.T @ points
-    inertia = np.trace(second) * np.eye(3) - second
-    return values_of(tactid.MassProperties(2.7, rng.normal(size=3), inertia))
-
 
 PLATE = [2.0, 0.1, 0.2, 0.3, 1.0, 0.0, 0.0, 1.0, 0.0, 2.0]
 

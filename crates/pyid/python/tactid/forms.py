@@ -1,9 +1,10 @@
-"""A payload in the format of what will use it: a URDF, a MuJoCo model, a robot controller.
+"""A payload in the format of what will use it: a URDF, a MuJoCo model, ROS, a robot controller.
 
 A URDF and a MuJoCo model have numbers as Python writes them, so that reading one back gives the
 very same number. A controller's pendant is typed into: its numbers have no exponent.
 """
 
+import json
 import math
 import re
 from collections.abc import Sequence
@@ -23,7 +24,7 @@ def urdf(values: Values, frame: str) -> str:
     Raises:
         IdentificationError: A value is unknown, or no body can have these values.
     """
-    mass, x, y, z, xx, xy, xz, yy, yz, zz = map(repr, _possible(values, "inertial for URDF"))
+    mass, x, y, z, xx, xy, xz, yy, yz, zz = map(repr, possible(values, "inertial for URDF"))
     return f"""{_comment("link of its own, fixed to", frame)}
 <inertial>
   <origin xyz="{x} {y} {z}" rpy="0 0 0"/>
@@ -40,7 +41,7 @@ def mujoco(values: Values, frame: str) -> str:
     Raises:
         IdentificationError: A value is unknown, or no body can have these values.
     """
-    mass, x, y, z, xx, xy, xz, yy, yz, zz = map(repr, _possible(values, "inertial for MuJoCo"))
+    mass, x, y, z, xx, xy, xz, yy, yz, zz = map(repr, possible(values, "inertial for MuJoCo"))
     return f"""{_comment("body of its own inside", frame)}
 <inertial pos="{x} {y} {z}" mass="{mass}" fullinertia="{xx} {yy} {zz} {xy} {xz} {yz}"/>"""
 
@@ -56,9 +57,7 @@ def controller(values: Values, frame: str) -> str:
             values.
     """
     what = "payload for a controller"
-    mass, *com = _known(values, what, upto=KINDS[1].stop)
-    if mass <= 0:
-        raise IdentificationError(f"no {what}: the mass of a body is positive, not {mass:.4g} kg")
+    mass, *com = mass_and_com(values, what)
     lines = [
         f"payload, in the frame {frame} and along its axes",
         "",
@@ -66,36 +65,67 @@ def controller(values: Values, frame: str) -> str:
         f"centre of mass x y z m   {_row(com)}",
         f"centre of mass x y z mm  {_row([1e3 * entry for entry in com])}",
     ]
-    unknown = _unknown(values)
-    if unknown:
-        lines += ["", f"inertia              not identifiable: {', '.join(unknown)}"]
+    if missing := unknown(values):
+        lines += ["", f"inertia              not identifiable: {', '.join(missing)}"]
         return "\n".join(lines)
-    body = _possible(values, what)
+    body = possible(values, what)
     for place, matrix in (
         ("the centre of mass", inertia_about_com(body)),
         (f"the origin of {frame}", inertia_about_origin(body)),
     ):
         lines += ["", f"inertia about {place}, kg m², rows x y z"]
-        numbers = _fixed(matrix.ravel().tolist())
+        numbers = decimals(matrix.ravel().tolist())
         width = max(map(len, numbers))
         shown = [f"{number:>{width}}" for number in numbers]
         lines += [f"  {'  '.join(shown[row : row + 3])}" for row in (0, 3, 6)]
     return "\n".join(lines)
 
 
-def _unknown(values: Values, upto: int = len(NAMES)) -> list[str]:
+def ros(values: Values, frame: str) -> str:
+    """Returns a ``geometry_msgs/msg/InertiaStamped`` as YAML, for ``ros2 topic pub``.
+
+    The inertia is about the centre of mass, as the message of ROS 2 Humble and later has it.
+
+    Raises:
+        IdentificationError: A value is unknown, or no body can have these values.
+    """
+    mass, x, y, z, *inertia = map(repr, possible(values, "message for ROS"))
+    names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    entries = [f"  {name}: {value}" for name, value in zip(names, inertia, strict=True)]
+    return "\n".join(
+        [
+            "header:",
+            f"  frame_id: {json.dumps(frame)}",
+            "inertia:",
+            f"  m: {mass}",
+            f"  com: {{x: {x}, y: {y}, z: {z}}}",
+            *entries,
+        ]
+    )
+
+
+def mass_and_com(values: Values, what: str) -> list[float]:
+    """Returns the mass and the centre of mass, which every controller needs."""
+    mass, *com = _known(values, what, upto=KINDS[1].stop)
+    if mass <= 0:
+        raise IdentificationError(f"no {what}: the mass of a body is positive, not {mass:.4g} kg")
+    return [mass, *com]
+
+
+def unknown(values: Values, upto: int = len(NAMES)) -> list[str]:
+    """Returns the names of the values that are not known."""
     pairs = zip(NAMES[:upto], values[:upto], strict=True)
     return [name for name, value in pairs if value is None or not math.isfinite(value)]
 
 
 def _known(values: Values, what: str, upto: int = len(NAMES)) -> list[float]:
-    unknown = _unknown(values, upto)
-    if unknown:
-        raise IdentificationError(f"no {what}: {', '.join(unknown)} not identifiable")
+    if missing := unknown(values, upto):
+        raise IdentificationError(f"no {what}: {', '.join(missing)} not identifiable")
     return [float(value) for value in values[:upto] if value is not None]
 
 
-def _possible(values: Values, what: str) -> list[float]:
+def possible(values: Values, what: str) -> list[float]:
+    """Returns the ten values of a body that can exist."""
     body = _known(values, what)
     reason = why_impossible(body)
     if reason is not None:
@@ -103,16 +133,16 @@ def _possible(values: Values, what: str) -> list[float]:
     return body
 
 
-def _fixed(numbers: Sequence[float]) -> list[str]:
+def decimals(numbers: Sequence[float]) -> list[str]:
     """Returns numbers with as many decimals each, and without exponents."""
     largest = max(map(abs, numbers))
     magnitude = math.floor(math.log10(largest)) if largest > 0 else 0
-    decimals = min(max(FIGURES - 1 - magnitude, 0), MOST_DECIMALS)
-    return [f"{round(number, decimals) + 0.0:.{decimals}f}" for number in numbers]
+    places = min(max(FIGURES - 1 - magnitude, 0), MOST_DECIMALS)
+    return [f"{round(number, places) + 0.0:.{places}f}" for number in numbers]
 
 
 def _row(numbers: Sequence[float]) -> str:
-    return "  ".join(_fixed(numbers))
+    return "  ".join(decimals(numbers))
 
 
 def _comment(place: str, frame: str) -> str:

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from tactid import forms, table
+from tactid import controllers, forms, table
 from tactid._native import VALUE_NAMES, MassProperties
 from tactid.bodies import why_impossible
 from tactid.errors import ArgumentError
@@ -146,7 +146,20 @@ class PayloadEstimate:
         """
         return forms.mujoco(self.known_values, self.frame)
 
-    def to_controller(self) -> str:
+    def to_ros(self) -> str:
+        """Returns the payload as a ``geometry_msgs/msg/InertiaStamped`` in YAML.
+
+        The inertia is about the centre of mass, along the axes of :attr:`frame`.
+
+        >>> print(estimate.to_ros().splitlines()[1])
+          frame_id: "tool0"
+
+        Raises:
+            IdentificationError: A value is unknown, or no body can have these values.
+        """
+        return forms.ros(self.known_values, self.frame)
+
+    def to_controller(self, maker: str | None = None) -> str:
         """Returns what a robot controller asks for, as text with units.
 
         It gives the centre of mass in m and in mm, and the inertia about the centre of mass and
@@ -156,10 +169,22 @@ class PayloadEstimate:
         >>> print(estimate.to_controller().splitlines()[2])
         mass                 kg  1.50000000
 
+        With ``maker``, the text is a line of the language of that maker's controllers.
+
+        >>> print(estimate.to_controller("abb").splitlines()[0])
+        ! payload for ABB: the frame tool0 must be the coordinate system of the tool in use
+
+        Args:
+            maker: ``"ur"`` for URScript's ``set_target_payload``, ``"franka"`` for libfranka's
+                ``setLoad``, ``"kuka"`` for KRL's ``LOAD_DATA``, ``"abb"`` for RAPID's ``loaddata``.
+
         Raises:
-            IdentificationError: The mass or the centre of mass is unknown, or no body can have
+            ArgumentError: The maker is not known.
+            IdentificationError: A value that the controller needs is unknown, or no body can have
                 these values.
         """
+        if maker is not None:
+            return controllers.controller(maker, self.known_values, self.frame)
         return forms.controller(self.known_values, self.frame)
 
     def __repr__(self) -> str:

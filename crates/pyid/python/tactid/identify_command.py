@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, fields
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
@@ -16,6 +17,7 @@ import typer
 from tactid import option_text, reported, result_json, summary, table
 from tactid._native import info
 from tactid.console import FLAG, interruptible, notes, print_whole, progress
+from tactid.controllers import MAKERS
 from tactid.declaration import Declaration
 from tactid.errors import IdentificationError
 from tactid.naming import command_line_flag
@@ -33,7 +35,12 @@ class Form(StrEnum):
     JSON = "json"
     URDF = "urdf"
     MUJOCO = "mujoco"
+    ROS = "ros"
     CONTROLLER = "controller"
+    UR = "ur"
+    FRANKA = "franka"
+    KUKA = "kuka"
+    ABB = "abb"
 
 
 RESULTS = "Results"
@@ -170,11 +177,14 @@ def _print(log: Path, result: Identification, output: Output) -> IdentificationE
         print(table.heading(result.estimate.frame))
         print_whole(table.rich_table([reported.column(result, truth)], truth))
     else:
-        forms = {
+        forms: dict[Form, Callable[[], str]] = {
             Form.URDF: result.to_urdf,
             Form.MUJOCO: result.to_mujoco,
+            Form.ROS: result.to_ros,
             Form.CONTROLLER: result.to_controller,
         }
+        for maker in MAKERS:
+            forms[Form(maker)] = partial(result.to_controller, maker)
         try:
             print(forms[output.form]())
         except IdentificationError as error:

@@ -240,7 +240,7 @@ def _facts(result: IdentificationData) -> dict[str, str]:
         "delay of the wrenches": delay,
         "wrench offset": wrench_offset(result) or "assumed to be zero",
         "given of the payload": ", ".join(knowledge(result)) or "nothing",
-        "gravity": ", ".join(_quantity(entry, "m/s²") for entry in result.gravity),
+        "gravity": " ".join(f"{entry:.4g}" for entry in result.gravity) + " m/s²",
     }
 
 

@@ -55,17 +55,33 @@ class Identification(IdentificationData):
         """
         return self.estimate.to_mujoco()
 
-    def to_controller(self) -> str:
+    def to_ros(self) -> str:
+        """Returns the payload as a ``geometry_msgs/msg/InertiaStamped`` in YAML.
+
+        >>> print(result.to_ros().splitlines()[0])
+        header:
+
+        Raises:
+            IdentificationError: A value is unknown, or no body can have these values.
+        """
+        return self.estimate.to_ros()
+
+    def to_controller(self, maker: str | None = None) -> str:
         """Returns what a robot controller asks for, as text with units.
 
         >>> print(result.to_controller().splitlines()[0])
         payload, in the frame tool0 and along its axes
 
+        Args:
+            maker: ``"ur"``, ``"franka"``, ``"kuka"`` or ``"abb"`` for a line of the language of
+                that maker's controllers: see :meth:`PayloadEstimate.to_controller`.
+
         Raises:
-            IdentificationError: The mass or the centre of mass is unknown, or no body can have
+            ArgumentError: The maker is not known.
+            IdentificationError: A value that the controller needs is unknown, or no body can have
                 these values.
         """
-        return self.estimate.to_controller()
+        return self.estimate.to_controller(maker)
 
     def to_json(self, within: float = WITHIN) -> str:
         """Returns the result as a JSON document, without time series.

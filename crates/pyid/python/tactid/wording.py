@@ -17,6 +17,9 @@ Data = Mapping[str, Any]
 LOADS = {"tactile": "wrench", "joint-sensing": "load", "effort": "effort", "combined": "load"}
 """What each method measures of the payload."""
 
+FAR = 1000
+"""Distance in standard deviations beyond which its size says no more."""
+
 MOSTLY = 0.7
 """Fraction of the load that friction hardly ever exceeds."""
 
@@ -135,8 +138,8 @@ def _mass_contradicted(data: Data, _: Style) -> str:
     return (
         f"The given mass is {data['known_mass_kg']:g} kg, but the data alone give"
         f" {data['found_kg']:.{digits}f} ± {half_width:.{digits}f} kg,"
-        f" {data['distance']:.1f} standard deviations away: check gravity, and the gains and"
-        " offsets of the sensors."
+        f" {_distance(data)} standard deviations away: check gravity, and the gains and offsets of"
+        " the sensors."
     )
 
 
@@ -180,9 +183,15 @@ def _inconsistent(data: Data, _: Style) -> str:
     within, box = (" within the box", ", the box") if data["within_box"] else ("", "")
     return (
         f"No physically consistent body{within} explains the data within their noise. The result is"
-        f" the nearest one, {data['distance']:.1f} standard deviations away: check the frames{box},"
+        f" the nearest one, {_distance(data)} standard deviations away: check the frames{box},"
         " gravity and the offsets of the sensors."
     )
+
+
+def _distance(data: Data) -> str:
+    """Returns how many standard deviations a distance is; exact data have almost none."""
+    distance = data["distance"]
+    return f"{distance:.1f}" if distance < FAR else f"more than {FAR}"
 
 
 def _outliers(data: Data, _: Style) -> str:
