@@ -166,11 +166,10 @@ class PayloadEstimate:
         about the frame's origin, all along the frame's axes and without exponents. An unknown
         inertia is marked as such, because most controllers accept a payload without one.
 
-        >>> print(estimate.to_controller().splitlines()[2])
-        mass                 kg  1.50000000
-
         With ``maker``, the text is a line of the language of that maker's controllers.
 
+        >>> print(estimate.to_controller().splitlines()[2])
+        mass                 kg  1.50000000
         >>> print(estimate.to_controller("abb").splitlines()[0])
         ! payload for ABB: the frame tool0 must be the coordinate system of the tool in use
 
@@ -180,12 +179,11 @@ class PayloadEstimate:
 
         Raises:
             ArgumentError: The maker is not known.
-            IdentificationError: A value that the controller needs is unknown, or no body can have
-                these values.
+            IdentificationError: A value that is needed is unknown, or no body can have the values.
         """
-        if maker is not None:
-            return controllers.controller(maker, self.known_values, self.frame)
-        return forms.controller(self.known_values, self.frame)
+        if maker is None:
+            return forms.controller(self.known_values, self.frame)
+        return controllers.controller(maker, self.known_values, self.frame)
 
     def __repr__(self) -> str:
         return f"<tactid.PayloadEstimate: {self.summary}>"
