@@ -240,8 +240,13 @@ def _facts(result: IdentificationData) -> dict[str, str]:
         "delay of the wrenches": delay,
         "wrench offset": wrench_offset(result) or "assumed to be zero",
         "given of the payload": ", ".join(knowledge(result)) or "nothing",
-        "gravity": " ".join(f"{entry:.4g}" for entry in result.gravity) + " m/s²",
+        "gravity": _vector(result.gravity, "m/s²"),
     }
+
+
+def _vector(entries: NDArray[np.float64], unit: str) -> str:
+    known = all(map(math.isfinite, entries))
+    return " ".join(f"{entry:.4g}" for entry in entries) + f" {unit}" if known else "not known"
 
 
 def _quantity(value: float, unit: str) -> str:
