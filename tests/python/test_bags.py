@@ -38,6 +38,12 @@ def twins(tmp_path_factory: pytest.TempPathFactory) -> Callable[[StoragePlugin, 
     return twin
 
 
+@pytest.fixture
+def own_bag(twins: Callable[[StoragePlugin, Any], Path], tmp_path: Path) -> Path:
+    """A plain SQLite bag that the test may change."""
+    return Path(shutil.copytree(twins(SQLITE, NONE), tmp_path / "bag"))
+
+
 @pytest.mark.parametrize("compression", [NONE, FILE, MESSAGE])
 @pytest.mark.parametrize("storage", [MCAP, SQLITE])
 def test_twins_give_the_same_result(
@@ -77,14 +83,13 @@ def test_the_payload_of_a_sqlite_bag(
 
 
 def test_a_bag_that_is_being_recorded(
-    identify: Identify, twins: Callable[[StoragePlugin, Any], Path], tmp_path: Path
+    identify: Identify, twins: Callable[[StoragePlugin, Any], Path], own_bag: Path
 ) -> None:
-    bag = Path(shutil.copytree(twins(SQLITE, NONE), tmp_path / "bag"))
-    recorder = sqlite3.connect(bag / "bag.db3")
+    recorder = sqlite3.connect(own_bag / "bag.db3")
     recorder.execute("PRAGMA journal_mode = WAL")
     recorder.execute("BEGIN IMMEDIATE")
     recorder.execute("INSERT INTO messages VALUES (NULL, 1, 1, x'00')")
-    found = identify(bag)
+    found = identify(own_bag)
     recorder.close()
     plain = identify(twins(MCAP, NONE))
     assert found["estimate"] == plain["estimate"]
@@ -121,24 +126,17 @@ def other_content(bag: Path) -> None:
     ],
 )
 def test_what_is_no_bag_is_refused(
-    command: TactidCommand,
-    twins: Callable[[StoragePlugin, Any], Path],
-    tmp_path: Path,
-    spoil: Callable[[Path], None],
-    words: tuple[str, ...],
+    command: TactidCommand, own_bag: Path, spoil: Callable[[Path], None], words: tuple[str, ...]
 ) -> None:
-    bag = Path(shutil.copytree(twins(SQLITE, NONE), tmp_path / "bag"))
-    spoil(bag)
-    assert_refused(command("identify", bag), str(bag) if "encoded" not in words[0] else "", *words)
+    spoil(own_bag)
+    place = str(own_bag) if "encoded" not in words[0] else ""
+    assert_refused(command("identify", own_bag), place, *words)
 
 
-def test_a_locked_bag_is_refused(
-    command: TactidCommand, twins: Callable[[StoragePlugin, Any], Path], tmp_path: Path
-) -> None:
-    bag = Path(shutil.copytree(twins(SQLITE, NONE), tmp_path / "bag"))
-    other = sqlite3.connect(bag / "bag.db3")
+def test_a_locked_bag_is_refused(command: TactidCommand, own_bag: Path) -> None:
+    other = sqlite3.connect(own_bag / "bag.db3")
     other.execute("BEGIN EXCLUSIVE")
-    assert_refused(command("identify", bag), "bag.db3", "another process has locked it")
+    assert_refused(command("identify", own_bag), "bag.db3", "another process has locked it")
     other.close()
 
 

@@ -80,7 +80,7 @@ def test_abb_reads_it_back(values: list[float]) -> None:
 def test_principal_axes_are_the_nearest_rotation() -> None:
     """Axes that are those of the frame stay, whatever the order of the moments."""
     for diagonal in ([1.0, 2.0, 2.5], [2.5, 1.0, 2.0], [2.0, 2.0, 2.0]):
-        moments, axes = controllers.principal_axes(np.diag(diagonal))
+        moments, axes = bodies.principal_axes(np.diag(diagonal))
         np.testing.assert_allclose(moments, diagonal)
         np.testing.assert_allclose(axes, np.eye(3), atol=1e-12)
 

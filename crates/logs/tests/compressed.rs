@@ -10,11 +10,11 @@ use std::{
 };
 
 use common::{
-    STEP_NS, joint_state, log, read, read_file,
+    joint_state, joint_state_log, log, read, read_file,
     sqlite::{bag, create, fill},
 };
-use mcap::{WriteOptions, records::MessageHeader};
-use tactid_logs::{LogReader, Message, cdr, messages::JointState};
+use mcap::WriteOptions;
+use tactid_logs::{LogReader, messages::JointState};
 
 const STEPS: u64 = 50;
 
@@ -68,26 +68,7 @@ fn messages_that_are_compressed_one_by_one_are_read() {
     assert_eq!(read_file(folder.path()).unwrap().0, expected);
 
     let path = folder.path().join("run_0.mcap");
-    let mut log = WriteOptions::new()
-        .create(fs::File::create(&path).unwrap())
-        .unwrap();
-    let schema = JointState::schema().as_bytes();
-    let schema = log.add_schema(JointState::TYPE, "ros2msg", schema).unwrap();
-    let channel_id = log
-        .add_channel(schema, "/joint_states", "cdr", &[].into())
-        .unwrap();
-    let mut data = Vec::new();
-    for k in 0..STEPS {
-        cdr::encode(&joint_state(k), &mut data).unwrap();
-        let header = MessageHeader {
-            channel_id,
-            sequence: 0,
-            log_time: k * STEP_NS,
-            publish_time: k * STEP_NS,
-        };
-        log.write_to_known_channel(&header, &pack(&data)).unwrap();
-    }
-    log.finish().unwrap();
+    fs::write(&path, joint_state_log(WriteOptions::new(), 0..STEPS, pack)).unwrap();
     describe(folder.path(), "mcap", "message", "run_0.mcap");
     let joints: Vec<_> = expected
         .into_iter()

@@ -218,7 +218,7 @@ pub(crate) fn data_finding(
             known,
             estimated_kg,
             within_box,
-        } => return known_mass_not_kept(py, *known, *estimated_kg, *within_box),
+        } => known_mass_not_kept(py, known, *estimated_kg, *within_box)?,
         Found::Inconsistent {
             distance,
             within_box,
@@ -243,18 +243,12 @@ fn gravity_contradicted(
 /// Returns the data of a result that does not have the known mass.
 fn known_mass_not_kept(
     py: Python<'_>,
-    known: KnownMass,
+    known: &KnownMass,
     estimated_kg: f64,
     within_box: bool,
 ) -> PyResult<FindingData> {
-    let (known_mass_kg, known_mass_std_dev_kg) = (known.mass_kg, known.std_dev_kg);
-    let data = fields!(
-        py,
-        known_mass_kg,
-        known_mass_std_dev_kg,
-        estimated_kg,
-        within_box
-    );
+    let data = data!(py, "known_mass_kg": known.mass_kg, "known_mass_std_dev_kg": known.std_dev_kg,
+        "estimated_kg": estimated_kg, "within_box": within_box);
     Ok(("known_mass_not_kept", data))
 }
 
@@ -266,15 +260,8 @@ fn mass_contradicted(
     std_dev_kg: f64,
     distance: f64,
 ) -> PyResult<FindingData> {
-    let (known_mass_kg, known_mass_std_dev_kg) = (known.mass_kg, known.std_dev_kg);
-    let data = fields!(
-        py,
-        known_mass_kg,
-        known_mass_std_dev_kg,
-        found_kg,
-        std_dev_kg,
-        distance
-    );
+    let data = data!(py, "known_mass_kg": known.mass_kg, "known_mass_std_dev_kg": known.std_dev_kg,
+        "found_kg": found_kg, "std_dev_kg": std_dev_kg, "distance": distance);
     Ok(("mass_contradicted", data))
 }
 

@@ -1,4 +1,5 @@
-//! Why a recording gives too little for an estimate: stamps of another clock or unit, times that do not increase, gaps, samples that come too seldom.
+//! Why a recording gives too little for an estimate: stamps of another clock or unit, times that do not increase, gaps,
+//! samples that come too seldom.
 
 use tactid_identify::IdentifyError;
 use tactid_identify::equations::window;

@@ -93,13 +93,15 @@ impl JointRates {
     }
 
     /// Returns each joint whose velocities are not the derivatives of its positions. `names` are those of the joints,
-    /// in the order of the samples.
+    /// in the order of the samples; joints without a name are left out.
     #[must_use]
     pub fn contradictions(&self, names: &[&str]) -> Vec<VelocityContradiction> {
-        let count = self.joints;
+        let named = self.joints.min(names.len());
         let difference = |joint: usize, other: usize, scale: f64| {
-            let (change, integral) = (joint..joint + 1, count + other..count + other + 1);
-            self.increments.relative_difference(change, integral, scale)
+            let (change, integral) = (joint, self.joints + other);
+            let columns = (change..change + 1, integral..integral + 1);
+            self.increments
+                .relative_difference(columns.0, columns.1, scale)
         };
         let contradiction = |joint: usize| {
             let own = [
@@ -108,7 +110,7 @@ impl JointRates {
                 (180.0 / PI, VelocityCause::PositionsInDegrees),
             ];
             let own = own.map(|(scale, cause)| Some((difference(joint, joint, scale)?, cause)));
-            let others = (0..count).filter(|other| *other != joint).map(|other| {
+            let others = (0..named).filter(|other| *other != joint).map(|other| {
                 let cause = VelocityCause::OtherJoint(names[other].to_owned());
                 Some((difference(joint, other, 1.0)?, cause))
             });
@@ -119,9 +121,7 @@ impl JointRates {
                 cause: judge(relative_difference, own.into_iter().chain(others).flatten())?,
             })
         };
-        (0..count.min(names.len()))
-            .filter_map(contradiction)
-            .collect()
+        (0..named).filter_map(contradiction).collect()
     }
 }
 
@@ -139,4 +139,27 @@ pub fn grouped_by_cause(contradictions: Vec<VelocityContradiction>) -> Vec<Veloc
         }
     }
     groups
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Joints without a name are left out, and cause no panic.
+    #[test]
+    fn joints_without_a_name_are_left_out() {
+        let mut rates = JointRates::new(2, 0.1, None);
+        for k in 0..300 {
+            let time_s = 0.01 * f64::from(k);
+            let position = [time_s.sin(), (2.0 * time_s).sin()];
+            rates.push(time_s, &position, &[-time_s.cos(), 0.0]);
+        }
+        let joints = |names: &[&str]| -> Vec<String> {
+            let found = rates.contradictions(names).into_iter();
+            found.flat_map(|one| one.joints).collect()
+        };
+        assert_eq!(joints(&["a", "b"]), ["a", "b"]);
+        assert_eq!(joints(&["a"]), ["a"]);
+        assert_eq!(joints(&[]), [""; 0]);
+    }
 }

@@ -41,6 +41,8 @@ pub struct EquationStream {
     samples: SampleRing,
     instant: Instant,
     windows: Windows,
+    /// Time of the first accepted sample, s.
+    start_s: Option<f64>,
     accepted: u64,
     rejected: u64,
     gaps: u64,
@@ -70,6 +72,7 @@ impl EquationStream {
             samples: SampleRing::new(joints, wrenches, settings.cutoff_hz),
             instant: Instant::new(joints, wrenches),
             windows: Windows::new(settings.cutoff_hz, model.row_count()),
+            start_s: None,
             accepted: 0,
             rejected: 0,
             gaps: 0,
@@ -101,6 +104,7 @@ impl EquationStream {
             self.windows.clear();
         }
         self.samples.push(sample);
+        self.start_s.get_or_insert(sample.time_s);
         self.accepted += 1;
         let Some((nodes, count)) = self.samples.nodes() else {
             let outcome = if started {
@@ -126,6 +130,7 @@ impl EquationStream {
     pub fn rewind(&mut self) {
         self.samples.clear();
         self.windows.rewind();
+        self.start_s = None;
         (self.accepted, self.rejected, self.gaps) = (0, 0, 0);
     }
 
@@ -176,8 +181,9 @@ impl EquationStream {
         &self.offset_frame
     }
 
-    /// Returns how the samples were taken, whose first and last are `duration_s` apart.
-    pub(crate) fn no_equations(&self, duration_s: f64) -> NoEquations {
+    /// Returns how the samples were taken.
+    pub(crate) fn sampling(&self) -> NoEquations {
+        let duration_s = self.start_s.map_or(0.0, |start_s| self.time_s() - start_s);
         NoEquations {
             samples: self.accepted,
             rejected: self.rejected,

@@ -142,10 +142,6 @@ pub struct Identifier {
     update: StagedUpdate,
     recent: RecentEquations,
     checks: OnlineChecks,
-    /// Time of the first sample, s.
-    start_s: Option<f64>,
-    /// Number of samples that were pushed.
-    pushed: u64,
     /// Number of samples since the end of the most recent window.
     samples: u32,
     windows: u64,
@@ -184,8 +180,6 @@ impl Identifier {
             update: StagedUpdate::new(&channels, stream.gripper_to_subtract())?,
             recent: RecentEquations::new(channels.count()),
             checks: OnlineChecks::new(robot, sensors, settings.max_gap_s),
-            start_s: None,
-            pushed: 0,
             stream,
             samples: 0,
             windows: 0,
@@ -211,10 +205,8 @@ impl Identifier {
     /// wrenches do not fit the sensors. Bad data are no error: see [`PushOutcome`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         let (outcome, equation) = self.stream.push(sample)?;
-        self.pushed += 1;
         if outcome != PushOutcome::Rejected {
             self.samples = self.samples.saturating_add(1);
-            self.start_s.get_or_insert(sample.time_s);
             self.checks.push(sample);
         }
         let Some(equation) = equation else {
@@ -301,12 +293,9 @@ impl Identifier {
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
         let mut findings = self.checks.findings();
-        if self.windows == 0 && self.pushed >= FEWEST_SAMPLES {
-            let duration_s = self
-                .start_s
-                .map_or(0.0, |start_s| self.stream.time_s() - start_s);
-            let counts = self.stream.no_equations(duration_s);
-            findings.push(Finding::NoEquations(counts));
+        let sampling = self.stream.sampling();
+        if self.windows == 0 && sampling.samples + sampling.rejected >= FEWEST_SAMPLES {
+            findings.push(Finding::NoEquations(sampling));
         }
         let gripper = self.stream.gripper_to_subtract();
         let equations = self.recent.in_order();

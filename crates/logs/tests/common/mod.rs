@@ -77,6 +77,15 @@ pub(crate) fn foreign_log(
         .use_chunks(chunks)
         .chunk_size(Some(500))
         .compression_threads(0);
+    joint_state_log(options, steps.iter().copied(), <[u8]>::to_vec)
+}
+
+/// A log of joint states, each of whose messages is changed after its encoding.
+pub(crate) fn joint_state_log(
+    options: WriteOptions,
+    steps: impl IntoIterator<Item = u64>,
+    change: impl Fn(&[u8]) -> Vec<u8>,
+) -> Vec<u8> {
     let mut log = options.create(Cursor::new(Vec::new())).unwrap();
     let schema = JointState::schema().as_bytes();
     let schema = log.add_schema(JointState::TYPE, "ros2msg", schema).unwrap();
@@ -84,7 +93,7 @@ pub(crate) fn foreign_log(
         .add_channel(schema, "/joint_states", "cdr", &[].into())
         .unwrap();
     let mut data = Vec::new();
-    for &k in steps {
+    for k in steps {
         cdr::encode(&joint_state(k), &mut data).unwrap();
         let log_time = k * STEP_NS;
         let header = MessageHeader {
@@ -93,7 +102,7 @@ pub(crate) fn foreign_log(
             log_time,
             publish_time: log_time,
         };
-        log.write_to_known_channel(&header, &data).unwrap();
+        log.write_to_known_channel(&header, &change(&data)).unwrap();
     }
     log.finish().unwrap();
     log.into_inner().into_inner()

@@ -103,8 +103,8 @@ ARRAYS = (
         " z, qx, qy, qz, qw, or a homogeneous matrix.",
         shapes=(("7",), ("4", "4")),
         unit="m",
-        recording="A sample whose pose has NaN, or a quaternion with a norm outside 0.9 to 1.1, is"
-        " left out and counted among the faults.",
+        recording="A floating base needs it. A sample whose pose has NaN, or a quaternion with a"
+        " norm outside 0.9 to 1.1, is left out and counted among the faults.",
         online="Where it is left out, the base is at rest.",
         recording_field="Arrays::poses",
         sample_field="BaseState::pose",

@@ -5,6 +5,7 @@ about the centre of mass along that frame's axes. An off-diagonal entry is the m
 ``Ixy = -∫ x y dm``, as URDF, MuJoCo and Pinocchio have it.
 """
 
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -31,6 +32,23 @@ def inertia_about_origin(values: Sequence[float]) -> NDArray[np.float64]:
 def principal_moments(values: Sequence[float]) -> list[float]:
     """The principal moments of inertia about the centre of mass, ascending, kg m²."""
     return [float(moment) for moment in np.linalg.eigvalsh(inertia_about_com(values))]
+
+
+def principal_axes(inertia: NDArray[np.float64]) -> tuple[list[float], NDArray[np.float64]]:
+    """The principal moments of an inertia, and the rotation whose columns are their axes.
+
+    Of the 24 right-handed orders and directions of the axes, it is the rotation by the smallest
+    angle, which is 63 degrees at most.
+    """
+    moments, axes = np.linalg.eigh(inertia)
+    rotations = [
+        (order, axes[:, order] * signs)
+        for order in map(list, itertools.permutations(range(3)))
+        for signs in itertools.product((1.0, -1.0), repeat=3)
+    ]
+    proper = [each for each in rotations if np.linalg.det(each[1]) > 0]
+    order, nearest = max(proper, key=lambda each: float(np.trace(each[1])))
+    return moments[order].tolist(), nearest
 
 
 def why_impossible(values: Sequence[float]) -> str | None:

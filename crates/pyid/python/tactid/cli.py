@@ -54,6 +54,7 @@ def run() -> int:
         return app(standalone_mode=False) or 0
     except TyperException as error:
         # Without a command typer has shown the help, and the message is empty.
+        # Typer begins the reason with the class of its own exception.
         message = error.format_message().replace(": Value error, ", ": ")
         return _fail(message) if message else 2
     except TactidError as error:

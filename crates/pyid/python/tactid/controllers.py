@@ -4,7 +4,6 @@ Each function states the maker's own definition: the frame, the point that the i
 order and the units. The numbers have no exponent.
 """
 
-import itertools
 import math
 from collections.abc import Callable
 
@@ -12,11 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactid import forms
-from tactid.bodies import inertia_about_com
+from tactid.bodies import inertia_about_com, principal_axes
 from tactid.errors import ArgumentError
 from tactid.values import Values
-
-Array = NDArray[np.float64]
 
 
 def controller(maker: str, values: Values, frame: str) -> str:
@@ -42,7 +39,7 @@ def universal_robots(values: Values, frame: str) -> str:
     """
     what = "payload for Universal Robots"
     mass, *com = forms.mass_and_com(values, what)
-    arguments = [forms.decimals([mass])[0], _list(com)]
+    arguments = [_number(mass), _list(com)]
     if not forms.unknown(values):
         xx, xy, xz, yy, yz, zz = forms.possible(values, what)[4:]
         arguments.append(_list([xx, yy, zz, xy, xz, yz]))
@@ -59,9 +56,9 @@ def franka(values: Values, frame: str) -> str:
     what = "payload for Franka"
     body = forms.possible(values, what)
     columns = inertia_about_com(body).ravel(order="F").tolist()
-    numbers = [", ".join(forms.decimals(each)) for each in ([body[0]], body[1:4], columns)]
-    mass, com, inertia = numbers
-    return f"// {what}: {_place(frame)}\nrobot.setLoad({mass}, {{{{{com}}}}}, {{{{{inertia}}}}});"
+    com, inertia = (", ".join(forms.decimals(each)) for each in (body[1:4], columns))
+    call = f"robot.setLoad({_number(body[0])}, {{{{{com}}}}}, {{{{{inertia}}}}});"
+    return f"// {what}: {_place(frame)}\n{call}"
 
 
 def kuka(values: Values, frame: str) -> str:
@@ -79,12 +76,11 @@ def kuka(values: Values, frame: str) -> str:
         math.atan2(-axes[2, 0], math.hypot(axes[2, 1], axes[2, 2])),
         math.atan2(axes[2, 1], axes[2, 2]),
     ]
-    names_of = {"XYZ": [1e3 * entry for entry in body[1:4]], "ABC": np.degrees(angles).tolist()}
-    place = ", ".join(_named(names, numbers) for names, numbers in names_of.items())
-    mass = forms.decimals([body[0]])[0]
+    center, turn = _named("XYZ", _in_mm(body[1:4])), _named("ABC", np.degrees(angles).tolist())
     return (
         f"; {what}: {_place(frame)}\n"
-        f"LOAD_DATA[1] = {{M {mass}, CM {{{place}}}, J {{{_named('XYZ', moments)}}}}}"
+        f"LOAD_DATA[1] = {{M {_number(body[0])}, CM {{{center}, {turn}}},"
+        f" J {{{_named('XYZ', moments)}}}}}"
     )
 
 
@@ -102,8 +98,8 @@ def abb(values: Values, frame: str) -> str:
     if not forms.unknown(values):
         moments, axes = principal_axes(inertia_about_com(forms.possible(values, what)))
     entries = [
-        forms.decimals([mass])[0],
-        _list([1e3 * entry for entry in com]),
+        _number(mass),
+        _list(_in_mm(com)),
         _list(_quaternion(axes)),
         *forms.decimals(moments),
     ]
@@ -120,29 +116,20 @@ MAKERS: dict[str, Callable[[Values, str], str]] = {
 """The makers of controllers, by the names of their formats."""
 
 
-def principal_axes(inertia: Array) -> tuple[list[float], Array]:
-    """Returns the principal moments and the rotation whose columns are their axes.
-
-    Of the 24 right-handed orders and directions of the axes, it is the rotation by the smallest
-    angle, which is 63 degrees at most.
-    """
-    moments, axes = np.linalg.eigh(inertia)
-    rotations = [
-        (order, axes[:, order] * signs)
-        for order in map(list, itertools.permutations(range(3)))
-        for signs in itertools.product((1.0, -1.0), repeat=3)
-    ]
-    proper = [each for each in rotations if np.linalg.det(each[1]) > 0]
-    order, nearest = max(proper, key=lambda each: float(np.trace(each[1])))
-    return moments[order].tolist(), nearest
-
-
-def _quaternion(rotation: Array) -> list[float]:
+def _quaternion(rotation: NDArray[np.float64]) -> list[float]:
     """Returns the unit quaternion of a rotation by less than 180 degrees, the scalar first."""
     scalar = math.sqrt(1.0 + float(np.trace(rotation))) / 2
     skew = rotation - rotation.T
     vector = np.array([skew[2, 1], skew[0, 2], skew[1, 0]]) / (4 * scalar)
     return [scalar, *vector.tolist()]
+
+
+def _in_mm(lengths: list[float]) -> list[float]:
+    return [1e3 * length for length in lengths]
+
+
+def _number(number: float) -> str:
+    return forms.decimals([number])[0]
 
 
 def _list(numbers: list[float]) -> str:

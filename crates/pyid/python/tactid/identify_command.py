@@ -182,9 +182,8 @@ def _print(log: Path, result: Identification, output: Output) -> IdentificationE
             Form.MUJOCO: result.to_mujoco,
             Form.ROS: result.to_ros,
             Form.CONTROLLER: result.to_controller,
+            **{Form(maker): partial(result.to_controller, maker) for maker in MAKERS},
         }
-        for maker in MAKERS:
-            forms[Form(maker)] = partial(result.to_controller, maker)
         try:
             print(forms[output.form]())
         except IdentificationError as error:

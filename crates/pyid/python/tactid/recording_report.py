@@ -13,7 +13,7 @@ from tactid.files import write_atomically
 from tactid.identification import Fit, IdentificationData, PayloadEstimate
 from tactid.naming import Style, option_name
 from tactid.outlook import WITHIN, outlook
-from tactid.remarks import knowledge, remarks, wrench_offset
+from tactid.remarks import gravity, knowledge, remarks, wrench_offset
 from tactid.table import NOT_IDENTIFIABLE
 from tactid.values import Z95, Values
 
@@ -240,13 +240,8 @@ def _facts(result: IdentificationData) -> dict[str, str]:
         "delay of the wrenches": delay,
         "wrench offset": wrench_offset(result) or "assumed to be zero",
         "given of the payload": ", ".join(knowledge(result)) or "nothing",
-        "gravity": _vector(result.gravity, "m/s²"),
+        "gravity": gravity(result),
     }
-
-
-def _vector(entries: NDArray[np.float64], unit: str) -> str:
-    known = all(map(math.isfinite, entries))
-    return " ".join(f"{entry:.4g}" for entry in entries) + f" {unit}" if known else "not known"
 
 
 def _quantity(value: float, unit: str) -> str:

@@ -111,8 +111,8 @@ def motion_advice(names: Sequence[str]) -> list[str]:
 
 def assumptions(result: IdentificationData) -> str:
     """Says what was assumed, and what was chosen from the data: a line for every result."""
-    gravity = " ".join(f"{entry:g}" for entry in result.gravity)
-    parts = [f"Frame {result.estimate.frame}", f"method {result.method}", f"gravity {gravity} m/s²"]
+    parts = [f"Frame {result.estimate.frame}", f"method {result.method}"]
+    parts.append(f"gravity {gravity(result)}")
     parts.append(f"cutoff {result.cutoff:.3g} Hz")
     parts += [delay] if (delay := _delay(result)) else []
     parts += knowledge(result)
@@ -121,6 +121,12 @@ def assumptions(result: IdentificationData) -> str:
     clocks = {"stamps": ["times from header stamps"], "log times": ["times from the log"]}
     parts += clocks.get(result.clock, [])
     return "; ".join(parts) + "."
+
+
+def gravity(result: IdentificationData) -> str:
+    """Says which gravitational acceleration was assumed, in world axes."""
+    known = all(map(math.isfinite, result.gravity))
+    return " ".join(f"{entry:g}" for entry in result.gravity) + " m/s²" if known else "not known"
 
 
 def _delay(result: IdentificationData) -> str:

@@ -17,11 +17,11 @@ Data = Mapping[str, Any]
 LOADS = {"tactile": "wrench", "joint-sensing": "load", "effort": "effort", "combined": "load"}
 """What each method measures of the payload."""
 
-FAR = 1000
-"""Distance in standard deviations beyond which its size says no more."""
+LARGEST_DISTANCE = 1000
+"""Distance in standard deviations above which the number itself is not shown."""
 
-MOSTLY = 0.7
-"""Fraction of the load that friction hardly ever exceeds."""
+LARGEST_FRICTION = 0.7
+"""Fraction of the load above which a residual is hardly ever friction."""
 
 
 def finding(kind: str, data: Data, style: Style) -> str:
@@ -100,7 +100,7 @@ def _load_unexplained(data: Data, style: Style) -> str:
         "combined": "Identify from each source alone to see which one contradicts the model; with"
         " efforts, friction in the joints is the usual reason.",
     }
-    if data["method"] == "effort" and fraction > MOSTLY:
+    if data["method"] == "effort" and fraction > LARGEST_FRICTION:
         reasons["effort"] = (
             "That is more than friction: check the order of the joints, their signs and units, and"
             " the gains of the efforts."
@@ -189,9 +189,9 @@ def _inconsistent(data: Data, _: Style) -> str:
 
 
 def _distance(data: Data) -> str:
-    """Returns how many standard deviations a distance is; exact data have almost none."""
+    """Returns a distance as a sentence shows it: in data without noise it may be any number."""
     distance = data["distance"]
-    return f"{distance:.1f}" if distance < FAR else f"more than {FAR}"
+    return f"{distance:.1f}" if distance < LARGEST_DISTANCE else f"more than {LARGEST_DISTANCE}"
 
 
 def _outliers(data: Data, _: Style) -> str:
