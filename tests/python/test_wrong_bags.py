@@ -31,6 +31,12 @@ from recordings import (
 from test_cli import assert_refused
 
 SHORT = (6.0, 100.0)
+WRONG = (
+    "negative_mass",
+    "gravity_contradicted",
+    "velocities_contradicted",
+    "twist_contradicted",
+)
 FIRST_OFFSET = np.array([2.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
@@ -53,7 +59,7 @@ def found(identify: Identify, tmp_path: Path) -> Any:
         ]
         (finding,) = (each for each in record["findings"] if each["kind"] == kind)
         assert finding["text"] in record["remarks"]
-        wrong = kind in ("negative_mass", "gravity_contradicted")
+        wrong = kind in WRONG
         assert record["is_contradicted"] == result.is_contradicted == wrong
         # The first line says what shows a result to be wrong.
         assert not wrong or finding["text"] == record["remarks"][0]

@@ -226,9 +226,11 @@ impl IntoPyErr for tactid_sim::SimError {
             | Self::Model(_)
             | Self::Robot(_) => ExperimentError::new_err(message),
             Self::Command { .. } => ArgumentError::new_err(message),
-            Self::Grasp(_) | Self::Bound { .. } | Self::Lost { .. } | Self::Diverged { .. } => {
-                SimulationError::new_err(message)
-            }
+            Self::Grasp(_)
+            | Self::Bound { .. }
+            | Self::Lost { .. }
+            | Self::Diverged { .. }
+            | Self::Aborted { .. } => SimulationError::new_err(message),
         }
     }
 }

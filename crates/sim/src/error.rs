@@ -87,6 +87,14 @@ pub enum SimError {
         /// Number of joints of the arm.
         expected: usize,
     },
+    /// A step of a run failed.
+    #[error("{reason}\nThe log up to there is `{}`.", log.display())]
+    Aborted {
+        /// Error of the step.
+        reason: Box<SimError>,
+        /// Path of the log, which is complete up to the step.
+        log: PathBuf,
+    },
     /// The log cannot be written.
     #[error(transparent)]
     Log(#[from] LogError),

@@ -107,7 +107,8 @@ const OBSERVE_EVERY_S: f64 = 0.02;
 ///
 /// # Errors
 /// Returns the errors of [`Simulation::new`] and [`Simulation::step`], and [`SimError::Log`] if the log cannot be written.
-/// If a step fails, the log is complete up to that step.
+/// If a step fails, the error is [`SimError::Aborted`], and the log up to that step is in the file that it names:
+/// `run.failed.mcap` for `run.mcap`, so that a failed run is not taken for a sound one.
 pub fn run(
     experiment: &Experiment,
     log_path: &Path,
@@ -128,7 +129,7 @@ pub fn run(
             Ok(_) => recorder.write(steps, simulation.sample(), simulation.state())?,
             Err(error) => {
                 recorder.finish(&logged(&simulation, false, Some(&error.to_string())))?;
-                return Err(error);
+                return Err(aborted(error, log_path));
             }
         }
     }
@@ -142,6 +143,19 @@ pub fn run(
         interrupted,
         start.elapsed().as_secs_f64(),
     ))
+}
+
+/// Moves the log of a run that a step aborted, so that its name says so, and returns the error with the log's place.
+fn aborted(reason: SimError, log_path: &Path) -> SimError {
+    let failed = log_path.with_extension("failed.mcap");
+    let log = match std::fs::rename(log_path, &failed) {
+        Ok(()) => failed,
+        Err(_) => log_path.to_owned(),
+    };
+    SimError::Aborted {
+        reason: Box::new(reason),
+        log,
+    }
 }
 
 fn progress(simulation: &Simulation) -> Progress {

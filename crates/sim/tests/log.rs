@@ -144,19 +144,25 @@ fn an_interrupted_run_leaves_a_log() {
     assert_eq!(log.messages_on(["/joint_states"]).unwrap().count(), 500);
 }
 
-/// An aborted run leaves its log up to the failure, with the reason.
+/// An aborted run leaves its log up to the failure, with the reason, under a name that nobody takes for that of a sound run.
 #[test]
 fn a_failed_run_leaves_a_log() {
     let file = TempFile::new("failed");
     let mut experiment = short();
     experiment.gripper.friction = 0.01;
     let error = run(&experiment, &file.0, |_| ControlFlow::Continue(())).unwrap_err();
-    assert!(matches!(error, SimError::Bound { .. }), "{error}");
-    let log = LogReader::open(&file.0).unwrap();
+    let SimError::Aborted { reason, log } = &error else {
+        panic!("{error}");
+    };
+    assert!(matches!(**reason, SimError::Bound { .. }), "{error}");
+    assert!(!file.0.exists());
+    let failed = TempFile(file.0.with_extension("failed.mcap"));
+    assert_eq!(*log, failed.0);
+    let log = LogReader::open(log).unwrap();
     assert!(log.messages_on(["/joint_states"]).unwrap().count() > 0);
     let report = &log.metadata()["tactid.report"]["json"];
     let report: serde_json::Value = serde_json::from_str(report).unwrap();
-    assert_eq!(report["error"], error.to_string());
+    assert_eq!(report["error"], reason.to_string());
 }
 
 /// The error for a missing folder contains its path.

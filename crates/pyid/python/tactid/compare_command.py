@@ -8,7 +8,7 @@ from rich import box
 from rich.table import Table
 
 from tactid import reported, result_json
-from tactid.comparison import Attempt, compare
+from tactid.comparison import CHOSEN, Attempt, compare
 from tactid.console import interruptible, notes, print_whole, progress
 from tactid.files import write_atomically
 from tactid.identify_command import read_options, show_options, truth_in_frame
@@ -16,9 +16,6 @@ from tactid.output_files import check_outputs
 from tactid.table import around, number, percent
 from tactid.truth import Truth
 from tactid.values import NAMES, nested
-
-CHOSEN = ("method", "estimator")
-"""The options that a comparison does not have, because it runs each of their choices."""
 
 
 def compare_recording(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tactid.errors import ArgumentError, LogError, TactidError
-from tactid.naming import Style
+from tactid.naming import Style, option_name
 from tactid.offline import identify
 from tactid.options import Estimator, Method, Options
 from tactid.result import Identification
@@ -19,6 +19,9 @@ CANDIDATES: tuple[tuple[Method, Estimator], ...] = (
     ("joint-sensing", "nlms"),
 )
 """Every method with least squares, and the methods that the paper's filter (``nlms``) can use."""
+
+CHOSEN = ("method", "estimator")
+"""The options that a comparison does not have, because it runs each of their choices."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +44,12 @@ class Attempt:
 
     def reason(self, style: Style = "keyword") -> str | None:
         """Returns why there is no result, in one line; None where there is one."""
-        return None if self.error is None else " ".join(self.error.worded(style).split())
+        if self.error is None:
+            return None
+        text = " ".join(self.error.worded(style).split())
+        # Without the advice on an option that a comparison chooses itself.
+        advice = tuple(option_name(name, style) for name in CHOSEN)
+        return "; ".join(part for part in text.split("; ") if not part.startswith(advice))
 
 
 def compare(
@@ -89,7 +97,7 @@ def compare(
 
 
 def _check_choice(options: Options | None, keywords: dict[str, Any]) -> None:
-    for name in ("method", "estimator"):
+    for name in CHOSEN:
         if keywords.get(name, getattr(options, name, None)) is not None:
             message = f"a comparison runs every method and estimator: leave `{name}` out"
             raise ArgumentError(message, option=name)

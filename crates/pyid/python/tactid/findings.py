@@ -11,12 +11,16 @@ from typing import Any
 from tactid import faults, wording
 from tactid.naming import Style
 
-CONTRADICTIONS = ("gravity_contradicted", "negative_mass", "known_bodies_too_heavy")
-"""Findings that show the result to be wrong, the gravest first."""
-
-DOUBTS = (
+CONTRADICTIONS = (
+    "gravity_contradicted",
+    "negative_mass",
+    "known_bodies_too_heavy",
     "velocities_contradicted",
     "twist_contradicted",
+)
+"""Findings that show the result, or the measurements behind it, to be wrong, the gravest first."""
+
+DOUBTS = (
     "load_unexplained",
     "mass_contradicted",
     "inconsistent",

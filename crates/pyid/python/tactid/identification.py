@@ -419,9 +419,9 @@ class IdentificationData:
     def is_contradicted(self) -> bool:
         """Whether the data show the result to be wrong.
 
-        No body can have the values, or a finding says that a sign or a known body cannot be right:
-        it stands first in ``print(result)``. The command ``tactid identify`` then ends with exit
-        code 1.
+        No body can have the values, or a finding says that a sign, a velocity or a known body is
+        wrong: it stands first in ``print(result)``. The command ``tactid identify`` then ends with
+        exit code 1.
         """
         wrong = any(noticed.kind in CONTRADICTIONS for noticed in self.findings)
         return wrong or self.estimate.why_impossible is not None

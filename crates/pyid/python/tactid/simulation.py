@@ -33,7 +33,8 @@ def simulate(
     Raises:
         ArgumentError: The folder of ``out`` does not exist, or ``out`` is the experiment's URDF.
         ExperimentError: The experiment or its robot is impossible.
-        SimulationError: The payload slipped, or a check exceeded its bound.
+        SimulationError: The payload slipped, or a check exceeded its bound. The log up to there has
+            the name of ``out`` with ``.failed.mcap`` instead of ``.mcap``.
         LogError: The log cannot be written.
     """
     check_outputs({"`out`": Path(out)}, {"the experiment's URDF": urdf_file(experiment)})
