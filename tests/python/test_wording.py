@@ -337,18 +337,18 @@ def test_an_unloaded_recording_is_not_recommended_where_it_was_used() -> None:
 
 FAULTS = {
     "gap": "3 gaps were not bridged",
-    "out_of_order": "3 messages out of order were left out",
+    "out_of_order": "3 samples out of order were left out",
     "undecodable": "3 messages that cannot be decoded were left out",
-    "not_finite": "3 messages with a value that is not finite were left out",
-    "out_of_range": "3 messages with a value out of range (beyond 1e9) were left out",
+    "not_finite": "3 samples with a value that is not finite were left out",
+    "out_of_range": "3 samples with a value out of range (beyond 1e9) were left out",
     "partial_joints": "3 messages with only some of the publisher's joints were left out",
     "position_count": "3 messages with another number of positions than of names were left out",
     "velocity_not_finite": "3 velocities that are not finite were derived from the positions",
     "no_velocity": "3 messages have no velocities, which were derived from the positions",
     "no_effort": "3 messages without efforts were left out",
-    "effort_not_finite": "3 messages with an effort of elbow that is not finite were left out",
+    "effort_not_finite": "3 samples with an effort of elbow that is not finite were left out",
     "not_unit_quaternion": (
-        "3 messages with an orientation that is no unit quaternion were left out"
+        "3 samples with an orientation that is no unit quaternion were left out"
     ),
     "no_stamp": "3 messages have no stamp: the time of logging is used",
     "far_stamp": "3 messages with a stamp far from the time of logging were left out",

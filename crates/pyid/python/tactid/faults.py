@@ -2,18 +2,18 @@
 
 _SENTENCES = {
     "gap": "{gap} {was} not bridged",
-    "out_of_order": "{message} out of order {was} left out",
+    "out_of_order": "{sample} out of order {was} left out",
     "undecodable": "{message} that cannot be decoded {was} left out",
-    "not_finite": "{message} with a value that is not finite {was} left out",
-    "out_of_range": "{message} with a value out of range (beyond 1e9) {was} left out",
+    "not_finite": "{sample} with a value that is not finite {was} left out",
+    "out_of_range": "{sample} with a value out of range (beyond 1e9) {was} left out",
     "partial_joints": "{message} with only some of the publisher's joints {was} left out",
     "position_count": "{message} with another number of positions than of names {was} left out",
     "velocity_not_finite": "{velocity} not finite {was} derived from the positions",
     "no_velocity": "{message} {has} no velocities, which were derived from the positions",
     "no_effort": "{message} without efforts {was} left out",
-    "effort_not_finite": "{message} with an effort of {joint} that is not finite {was} left out",
+    "effort_not_finite": "{sample} with an effort of {joint} that is not finite {was} left out",
     "not_unit_quaternion": (
-        "{message} with an orientation that is no unit quaternion {was} left out"
+        "{sample} with an orientation that is no unit quaternion {was} left out"
     ),
     "no_stamp": "{message} {has} no stamp: the time of logging is used",
     "far_stamp": "{message} with a stamp far from the time of logging {was} left out",
