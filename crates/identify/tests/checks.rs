@@ -14,12 +14,12 @@ use tactid_identify::checks::{
 };
 use tactid_identify::{EquationSettings, Finding, Identifier, NoEquations};
 
-fn instants(rate_hz: f64) -> Vec<Instant> {
+fn instants(rate_hz: f64, duration_s: f64) -> Vec<Instant> {
     let run = Run {
         base: BaseKind::Floating,
         rate_hz,
         payloads: vec![(0.0, body(2.1, [0.03, -0.02, 0.08], [0.2, 0.12, 0.16]))],
-        duration_s: 4.0,
+        duration_s,
         gap_s: None,
         motion_seed: 1,
     };
@@ -28,10 +28,14 @@ fn instants(rate_hz: f64) -> Vec<Instant> {
 
 /// Returns the findings of the online identifier after all instants, whose motion and wrench are changed.
 fn findings_after(rate_hz: f64, change: impl Fn(&mut Instant)) -> Vec<Finding> {
+    findings_of(instants(rate_hz, 4.0), change)
+}
+
+fn findings_of(instants: Vec<Instant>, change: impl Fn(&mut Instant)) -> Vec<Finding> {
     let robot = arm(BaseKind::Floating);
     let settings = EquationSettings::default();
     let mut online = Identifier::new(&robot, TOOL, &[TOOL], &settings).unwrap();
-    for mut instant in instants(rate_hz) {
+    for mut instant in instants {
         change(&mut instant);
         let wrenches = [instant.wrench];
         online.push(&instant.sample(&wrenches)).unwrap();
@@ -106,6 +110,55 @@ fn a_constant_channel_is_reported() {
         is_zero: true,
     };
     assert!(findings.contains(&constant), "{findings:?}");
+}
+
+/// Only the last 10 s count: what was wrong before is no finding any more, and what is wrong since is one.
+#[test]
+fn the_last_ten_seconds_are_checked() {
+    let degrees =
+        |instant: &mut Instant| instant.joints[1] = instant.joints[1].map(f64::to_degrees);
+    let dead = |instant: &mut Instant| instant.wrench.moment.y = 0.25;
+    let of_part = |is_wrong: &dyn Fn(f64) -> bool| {
+        let findings = findings_of(instants(100.0, 25.0), |instant| {
+            if is_wrong(instant.time_s) {
+                degrees(instant);
+                dead(instant);
+            }
+        });
+        let velocities = |f: &Finding| matches!(f, Finding::VelocitiesContradicted(_));
+        let constant = |f: &Finding| matches!(f, Finding::ConstantChannels { is_zero: false, .. });
+        (
+            findings.iter().any(velocities),
+            findings.iter().any(constant),
+        )
+    };
+    assert_eq!(of_part(&|time_s| time_s < 14.0), (false, false));
+    assert_eq!(of_part(&|time_s| time_s > 14.0), (true, true));
+}
+
+/// Noise that has ended does not hide a contradiction.
+#[test]
+fn noise_of_the_past_hides_nothing() {
+    let mut sign = 1.0;
+    let mut all = instants(100.0, 25.0);
+    for instant in &mut all {
+        sign = -sign;
+        if instant.time_s < 10.0 {
+            instant.joints[0] = instant.joints[0].map(|position| position + 0.5 * sign);
+        } else {
+            instant.joints[1] = instant.joints[1].map(|velocity| -velocity);
+        }
+    }
+    let findings = findings_of(all, |_| {});
+    let Some(Finding::VelocitiesContradicted(VelocityContradiction { joints, cause, .. })) =
+        findings.first()
+    else {
+        panic!("{findings:?}");
+    };
+    assert_eq!(
+        (joints.len(), cause),
+        (6, &Some(VelocityCause::OppositeSign))
+    );
 }
 
 /// Samples that fill no window are reported: too few for the cutoff, with times in nanoseconds, or not finite.

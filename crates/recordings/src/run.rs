@@ -1,7 +1,7 @@
 //! Runs through a recording: events in, an estimator fed.
 
 use tactid_dynamics::MassProperties;
-use tactid_identify::checks::{ConstantChannels, Constants};
+use tactid_identify::checks::{ChannelMonitor, ConstantChannels};
 use tactid_identify::{
     BatchIdentifier, EquationStream, HistoryPoint, PaperFilter, PaperSettings, PayloadEstimate,
     Sample,
@@ -221,7 +221,7 @@ impl Run {
 struct Pass<'a> {
     solver: &'a mut Solver,
     aligner: Aligner,
-    constant: ConstantChannels,
+    channels: ChannelMonitor,
     unloaded: UnloadedSubtraction,
     samples: u64,
     first_s: f64,
@@ -244,7 +244,7 @@ impl<'a> Pass<'a> {
         Self {
             solver,
             aligner: Aligner::new(plan.streams.clone(), plan.delay_s, plan.equations.max_gap_s),
-            constant: ConstantChannels::new(plan.streams.wrenches),
+            channels: ChannelMonitor::new(plan.streams.wrenches),
             unloaded: UnloadedSubtraction::new(plan.sources.robot.dof()),
             samples: 0,
             first_s: 0.0,
@@ -256,7 +256,7 @@ impl<'a> Pass<'a> {
 
     fn take(&mut self, event: Event) -> Result<(), RecordingError> {
         if let Measured::Wrench(sensor, wrench) = &event.measured {
-            self.constant.push(*sensor, wrench);
+            self.channels.push(*sensor, event.time_s, wrench);
         }
         self.aligner.push(event);
         while let Some(mut aligned) = self.aligner.next() {
@@ -276,7 +276,7 @@ impl<'a> Pass<'a> {
 
     fn totals(&self, sources: &Sources) -> Totals {
         Totals {
-            findings: constant_channels(&self.constant, sources),
+            findings: constant_channels(&self.channels, sources),
             samples: self.samples,
             duration_s: self.last_s - self.first_s,
             bridged_s: self.bridged_s,
@@ -286,13 +286,13 @@ impl<'a> Pass<'a> {
 }
 
 /// Reports the channels of each sensor that never changed.
-fn constant_channels(constant: &ConstantChannels, sources: &Sources) -> Vec<Finding> {
-    let constants = constant.constants().into_iter();
-    let finding = |constants: Constants| Finding::ConstantChannels {
-        source: sources.wrench_names[constants.sensor].clone(),
-        frame: sources.sensors[constants.sensor].clone(),
-        channels: constants.channels,
-        is_zero: constants.is_zero,
+fn constant_channels(channels: &ChannelMonitor, sources: &Sources) -> Vec<Finding> {
+    let constant = channels.constant_channels(f64::INFINITY).into_iter();
+    let finding = |constant: ConstantChannels| Finding::ConstantChannels {
+        source: sources.wrench_names[constant.sensor].clone(),
+        frame: sources.sensors[constant.sensor].clone(),
+        channels: constant.channels,
+        is_zero: constant.is_zero,
     };
-    constants.map(finding).collect()
+    constant.map(finding).collect()
 }

@@ -10,21 +10,23 @@ const CHANNELS: [&str; 6] = [
     "force x", "force y", "force z", "moment x", "moment y", "moment z",
 ];
 
-/// Which channels of each sensor have changed so far.
+/// When each channel of some wrench sensors last changed.
 #[derive(Clone, Debug)]
-pub struct ConstantChannels(Vec<Sensor>);
+pub struct ChannelMonitor(Vec<Sensor>);
 
 /// The channels of one sensor.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 struct Sensor {
-    first: [f64; 6],
-    has_changed: [bool; 6],
+    last: [f64; 6],
+    /// Time of the last change of each channel, s; minus infinity where it has not changed.
+    changed_s: [f64; 6],
+    time_s: f64,
     samples: u64,
 }
 
-/// The channels of one sensor that have had the same value in all samples.
+/// The channels of one sensor that have not changed.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Constants {
+pub struct ConstantChannels {
     /// Index of the sensor.
     pub sensor: usize,
     /// The channels, such as `force x`.
@@ -33,41 +35,50 @@ pub struct Constants {
     pub is_zero: bool,
 }
 
-impl ConstantChannels {
-    /// Creates the record for so many sensors, none of which has had a sample.
+impl ChannelMonitor {
+    /// Creates the monitor of so many sensors, none of which has had a sample.
     #[must_use]
     pub fn new(sensors: usize) -> Self {
-        Self(vec![Sensor::default(); sensors])
+        let sensor = Sensor {
+            last: [0.0; 6],
+            changed_s: [f64::NEG_INFINITY; 6],
+            time_s: f64::NEG_INFINITY,
+            samples: 0,
+        };
+        Self(vec![sensor; sensors])
     }
 
-    /// Notes a sample of one sensor, by its index.
-    pub fn push(&mut self, sensor: usize, wrench: &Wrench) {
+    /// Adds a sample of one sensor, by its index, at a time, s.
+    pub fn push(&mut self, sensor: usize, time_s: f64, wrench: &Wrench) {
         let Some(sensor) = self.0.get_mut(sensor) else {
             return;
         };
         let values = wrench.force.iter().chain(&wrench.moment);
         for (channel, &value) in values.enumerate() {
-            if sensor.samples == 0 {
-                sensor.first[channel] = value;
+            if sensor.samples > 0 && value != sensor.last[channel] {
+                sensor.changed_s[channel] = time_s;
             }
-            sensor.has_changed[channel] |= value != sensor.first[channel];
+            sensor.last[channel] = value;
         }
+        sensor.time_s = time_s;
         sensor.samples += 1;
     }
 
-    /// Returns the constant channels of each sensor that has some and has had at least 100 samples.
+    /// Returns the channels of each sensor that have not changed in its last `span_s` seconds, or, for an infinite
+    /// span, in any of its samples. Sensors with fewer than 100 samples are left out.
     #[must_use]
-    pub fn constants(&self) -> Vec<Constants> {
+    pub fn constant_channels(&self, span_s: f64) -> Vec<ConstantChannels> {
         let sensors = self.0.iter().enumerate();
         sensors
             .filter(|(_, sensor)| sensor.samples >= FEWEST_SAMPLES)
             .filter_map(|(index, sensor)| {
-                let constant = (0..6).filter(|&channel| !sensor.has_changed[channel]);
+                let begin_s = sensor.time_s - span_s;
+                let constant = (0..6).filter(|&channel| sensor.changed_s[channel] <= begin_s);
                 let constant: Vec<usize> = constant.collect();
-                (!constant.is_empty()).then(|| Constants {
+                (!constant.is_empty()).then(|| ConstantChannels {
                     sensor: index,
                     channels: constant.iter().map(|&channel| CHANNELS[channel]).collect(),
-                    is_zero: constant.iter().all(|&channel| sensor.first[channel] == 0.0),
+                    is_zero: constant.iter().all(|&channel| sensor.last[channel] == 0.0),
                 })
             })
             .collect()

@@ -22,20 +22,57 @@ const INTEGRAL_ROUGHNESS: f64 = 2.5;
 /// Increments of some quantities, the columns, over intervals of a series.
 #[derive(Clone, Debug)]
 pub(super) struct Increments {
-    columns: usize,
     max_gap_s: f64,
-    /// Increments of each interval, interval by interval: in a ring where their number is limited.
-    intervals: Vec<f64>,
+    /// The intervals that have ended: in a ring where their number is limited.
+    intervals: Vec<Interval>,
     /// Largest number of intervals that are kept.
     most: usize,
     /// Number of intervals so far.
     count: usize,
-    /// Increments, and length, of the interval that has not ended yet.
-    open: Vec<f64>,
-    open_s: f64,
-    total_s: f64,
+    /// The interval that has not ended yet.
+    open: Interval,
+    third_differences: ThirdDifferences,
+}
+
+/// Sums over one interval.
+#[derive(Clone, Debug)]
+struct Interval {
+    /// Increment of each column.
+    increments: Vec<f64>,
+    /// Sum of the squares of the third differences of neighbouring increments, for each column.
+    roughness: Vec<f64>,
+    /// Number of third differences.
+    differences: u64,
+    /// Number of increments.
     steps: u64,
-    roughness: Roughness,
+    length_s: f64,
+}
+
+impl Interval {
+    fn new(columns: usize) -> Self {
+        Self {
+            increments: vec![0.0; columns],
+            roughness: vec![0.0; columns],
+            differences: 0,
+            steps: 0,
+            length_s: 0.0,
+        }
+    }
+
+    /// Returns to the sums of no increment.
+    fn clear(&mut self) {
+        self.increments.fill(0.0);
+        self.roughness.fill(0.0);
+        (self.differences, self.steps, self.length_s) = (0, 0, 0.0);
+    }
+
+    /// Copies the sums of another interval, without allocation.
+    fn copy_from(&mut self, other: &Self) {
+        self.increments.copy_from_slice(&other.increments);
+        self.roughness.copy_from_slice(&other.roughness);
+        (self.differences, self.steps, self.length_s) =
+            (other.differences, other.steps, other.length_s);
+    }
 }
 
 impl Increments {
@@ -43,16 +80,12 @@ impl Increments {
     /// bridged. Only the last `most` intervals are kept, if given: then nothing is allocated later.
     pub(super) fn new(columns: usize, max_gap_s: f64, most: Option<usize>) -> Self {
         Self {
-            columns,
             max_gap_s,
-            intervals: Vec::with_capacity(most.unwrap_or(0) * columns),
+            intervals: vec![Interval::new(columns); most.unwrap_or(0)],
             most: most.unwrap_or(usize::MAX),
             count: 0,
-            open: vec![0.0; columns],
-            open_s: 0.0,
-            total_s: 0.0,
-            steps: 0,
-            roughness: Roughness::new(columns),
+            open: Interval::new(columns),
+            third_differences: ThirdDifferences::new(columns),
         }
     }
 
@@ -63,35 +96,37 @@ impl Increments {
 
     /// Starts the sums again: the last sample and the next do not belong together.
     pub(super) fn interrupt(&mut self) {
-        self.open.fill(0.0);
-        self.open_s = 0.0;
-        self.roughness.interrupt();
+        self.open.clear();
+        self.third_differences.interrupt();
     }
 
     /// Adds the increments between two neighbouring samples.
     pub(super) fn push(&mut self, increment: &[f64], duration_s: f64) {
-        for (sum, value) in self.open.iter_mut().zip(increment) {
+        let open = &mut self.open;
+        for (sum, value) in open.increments.iter_mut().zip(increment) {
             *sum += value;
         }
-        self.roughness.push(increment);
-        self.open_s += duration_s;
-        self.total_s += duration_s;
-        self.steps += 1;
-        if self.open_s >= INTERVAL_S {
+        if let Some(differences) = self.third_differences.push(increment) {
+            for (sum, difference) in open.roughness.iter_mut().zip(differences) {
+                *sum += difference.powi(2);
+            }
+            open.differences += 1;
+        }
+        open.steps += 1;
+        open.length_s += duration_s;
+        if open.length_s >= INTERVAL_S {
             self.close_interval();
         }
     }
 
     fn close_interval(&mut self) {
-        if self.intervals.len() < self.most.saturating_mul(self.columns) {
-            self.intervals.extend_from_slice(&self.open);
-        } else {
-            let first = self.count % self.most * self.columns;
-            self.intervals[first..first + self.columns].copy_from_slice(&self.open);
+        let place = self.count % self.most;
+        match self.intervals.get_mut(place) {
+            Some(oldest) => oldest.copy_from(&self.open),
+            None => self.intervals.push(self.open.clone()),
         }
         self.count += 1;
-        self.open.fill(0.0);
-        self.open_s = 0.0;
+        self.open.clear();
     }
 
     /// Returns the rms difference between changes and integrals, relative to the larger rms of the two; 0 where it
@@ -102,75 +137,71 @@ impl Increments {
         integrals: Range<usize>,
         scale: f64,
     ) -> Option<f64> {
-        if self.count < FEWEST_INTERVALS {
+        let intervals = &self.intervals[..self.count.min(self.intervals.len())];
+        if intervals.len() < FEWEST_INTERVALS {
             return None;
         }
         let (mut differences, mut change_squares, mut integral_squares) = (0.0, 0.0, 0.0);
-        for interval in self.intervals.chunks_exact(self.columns) {
-            let pairs = interval[changes.clone()]
-                .iter()
-                .zip(&interval[integrals.clone()]);
-            for (change, integral) in pairs {
+        for interval in intervals {
+            let increments = &interval.increments;
+            let pairs = increments[changes.clone()].iter();
+            for (change, integral) in pairs.zip(&increments[integrals.clone()]) {
                 differences += (change - scale * integral).powi(2);
                 change_squares += change.powi(2);
                 integral_squares += (scale * integral).powi(2);
             }
         }
-        let count = (self.intervals.len() / self.columns) as f64;
-        let length_s = self.total_s / self.count as f64;
-        let samples = self.steps as f64 / self.count as f64;
+        let count = intervals.len() as f64;
+        let total_s: f64 = intervals.iter().map(|interval| interval.length_s).sum();
+        let steps: u64 = intervals.iter().map(|interval| interval.steps).sum();
         let motion = f64::max(change_squares, integral_squares);
-        let slowest = (SLOWEST * length_s).powi(2) * count;
-        let rough = |columns: Range<usize>| self.roughness.mean_squares(columns);
-        let noise = 2.0 * rough(changes) / CHANGE_ROUGHNESS
-            + samples * scale.powi(2) * rough(integrals) / INTEGRAL_ROUGHNESS;
+        let slowest = (SLOWEST * total_s / count).powi(2) * count;
+        let noise = 2.0 * roughness(intervals, changes) / CHANGE_ROUGHNESS
+            + steps as f64 / count * scale.powi(2) * roughness(intervals, integrals)
+                / INTEGRAL_ROUGHNESS;
         let is_noise = differences <= BEYOND_NOISE.powi(2) * noise * count;
         let relative = if is_noise { 0.0 } else { differences / motion };
         (motion > slowest).then(|| relative.sqrt())
     }
 }
 
-/// Mean squares of third differences of neighbouring increments: of a smooth motion they are small.
+/// Returns the sum over some columns of the mean squares of third differences, which are small for a smooth motion.
+fn roughness(intervals: &[Interval], columns: Range<usize>) -> f64 {
+    let squares = intervals
+        .iter()
+        .map(|interval| interval.roughness[columns.clone()].iter().sum::<f64>());
+    let differences: u64 = intervals.iter().map(|interval| interval.differences).sum();
+    squares.sum::<f64>() / differences.max(1) as f64
+}
+
+/// Third differences of neighbouring increments.
 #[derive(Clone, Debug)]
-struct Roughness {
+struct ThirdDifferences {
     /// The last increments, the newest last.
     last: [Vec<f64>; NEIGHBOURS],
     /// Number of valid ones among them.
     stored: usize,
-    squares: Vec<f64>,
-    count: u64,
 }
 
-impl Roughness {
+impl ThirdDifferences {
     fn new(columns: usize) -> Self {
         Self {
             last: std::array::from_fn(|_| vec![0.0; columns]),
             stored: 0,
-            squares: vec![0.0; columns],
-            count: 0,
         }
     }
 
-    fn push(&mut self, increment: &[f64]) {
+    /// Adds an increment and returns the third difference of each column, once there are four increments.
+    fn push(&mut self, increment: &[f64]) -> Option<impl Iterator<Item = f64> + '_> {
         self.last.rotate_left(1);
         self.last[NEIGHBOURS - 1].copy_from_slice(increment);
         self.stored = NEIGHBOURS.min(self.stored + 1);
-        if self.stored < NEIGHBOURS {
-            return;
-        }
         let [a, b, c, d] = &self.last;
-        for (k, square) in self.squares.iter_mut().enumerate() {
-            *square += (d[k] - a[k] + 3.0 * (b[k] - c[k])).powi(2);
-        }
-        self.count += 1;
+        let differences = (0..d.len()).map(|k| d[k] - a[k] + 3.0 * (b[k] - c[k]));
+        (self.stored == NEIGHBOURS).then_some(differences)
     }
 
     fn interrupt(&mut self) {
         self.stored = 0;
-    }
-
-    /// Returns the sum of the mean squares of some columns.
-    fn mean_squares(&self, columns: Range<usize>) -> f64 {
-        self.squares[columns].iter().sum::<f64>() / self.count.max(1) as f64
     }
 }

@@ -11,14 +11,14 @@ mod joint_rates;
 mod online;
 mod twist_rates;
 
-pub use constant_channels::{ConstantChannels, Constants};
+pub use constant_channels::{ChannelMonitor, ConstantChannels};
 pub use joint_rates::{JointRates, VelocityCause, VelocityContradiction, grouped_by_cause};
 pub(crate) use online::OnlineChecks;
 pub use twist_rates::{TwistAxes, TwistContradiction, TwistRates};
 
 /// Relative rms difference between the change of a position and the integral of its velocity from which they
-/// contradict each other.
-const CONTRADICTION: f64 = 0.5;
+/// contradict each other without a known cause.
+const UNEXPLAINED_CONTRADICTION: f64 = 0.5;
 /// Relative rms difference from which they contradict each other where a cause explains it.
 const EXPLAINED_CONTRADICTION: f64 = 0.1;
 /// A cause explains a difference of which it leaves less than this fraction.
@@ -31,7 +31,7 @@ fn judge<C>(difference: f64, causes: impl Iterator<Item = (f64, C)>) -> Option<O
     let cause = best.filter(|(rest, _)| *rest < EXPLAINED * difference);
     let threshold = match cause {
         Some(_) => EXPLAINED_CONTRADICTION,
-        None => CONTRADICTION,
+        None => UNEXPLAINED_CONTRADICTION,
     };
     (difference > threshold).then(|| cause.map(|(_, cause)| cause))
 }

@@ -2,13 +2,15 @@
 
 use tactid_dynamics::{BaseKind, Manipulator};
 
-use super::constant_channels::ConstantChannels;
+use super::constant_channels::ChannelMonitor;
 use super::joint_rates::{JointRates, grouped_by_cause};
 use super::twist_rates::{TwistAxes, TwistRates};
 use crate::Finding;
 use crate::equations::Sample;
 
-/// Number of intervals of 0.1 s that are kept: 10 s.
+/// Time at the end of which samples are checked, s.
+const SPAN_S: f64 = 10.0;
+/// Number of intervals of 0.1 s in this time.
 const INTERVALS: usize = 100;
 
 /// Checks the last 10 s of samples. Nothing is allocated after construction, but by [`findings`](Self::findings).
@@ -19,7 +21,7 @@ pub(crate) struct OnlineChecks {
     /// `None` for a fixed base.
     twist: Option<TwistRates>,
     sensors: Vec<String>,
-    constant: ConstantChannels,
+    channels: ChannelMonitor,
 }
 
 impl OnlineChecks {
@@ -31,7 +33,7 @@ impl OnlineChecks {
             joints: JointRates::new(robot.dof(), max_gap_s, Some(INTERVALS)),
             twist: floats.then(|| TwistRates::new(TwistAxes::World, max_gap_s, Some(INTERVALS))),
             sensors: sensors.iter().map(|&name| name.to_owned()).collect(),
-            constant: ConstantChannels::new(sensors.len()),
+            channels: ChannelMonitor::new(sensors.len()),
         }
     }
 
@@ -43,7 +45,7 @@ impl OnlineChecks {
             twist.push(sample.time_s, &sample.base);
         }
         for (sensor, wrench) in sample.wrenches.iter().enumerate() {
-            self.constant.push(sensor, wrench);
+            self.channels.push(sensor, sample.time_s, wrench);
         }
     }
 
@@ -54,11 +56,11 @@ impl OnlineChecks {
         let mut findings: Vec<Finding> = joints.map(Finding::VelocitiesContradicted).collect();
         let twist = self.twist.as_ref().and_then(TwistRates::contradiction);
         findings.extend(twist.map(Finding::TwistContradicted));
-        let constants = self.constant.constants().into_iter();
-        findings.extend(constants.map(|constants| Finding::ConstantChannels {
-            frame: self.sensors[constants.sensor].clone(),
-            channels: constants.channels,
-            is_zero: constants.is_zero,
+        let constant = self.channels.constant_channels(SPAN_S).into_iter();
+        findings.extend(constant.map(|constant| Finding::ConstantChannels {
+            frame: self.sensors[constant.sensor].clone(),
+            channels: constant.channels,
+            is_zero: constant.is_zero,
         }));
         findings
     }
