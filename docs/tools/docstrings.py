@@ -15,7 +15,7 @@ import griffe
 
 import tactid
 from tactid import _native
-from tactid.arrays import Use, describe
+from tactid.arrays import Caller, describe
 from tactid.declaration import Declaration
 
 OPTIONS = {
@@ -68,8 +68,8 @@ def docstring(obj: griffe.Object) -> str | None:
         return None
     # The reference has one list of the options, under `Options`.
     text = re.sub(r"\n *<options>", "", obj.docstring.value)
-    use: Use = "online" if obj.name == "push" else "recording"
-    text = ARRAYS_MARK.sub(lambda found: textwrap.indent(describe(use), found[1]), text)
+    caller: Caller = "online" if obj.name == "push" else "recording"
+    text = ARRAYS_MARK.sub(lambda found: textwrap.indent(describe(caller), found[1]), text)
     return text.replace(", as follows", "")
 
 

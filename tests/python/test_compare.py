@@ -9,7 +9,7 @@ import pytest
 import tactid
 import wrist
 from conftest import TactidCommand
-from expectations import LAYOUT
+from expectations import LAYOUT, assert_fits_schema
 
 METHODS = [
     ("tactile", "least-squares"),
@@ -27,7 +27,10 @@ def test_every_method_is_compared(command: TactidCommand, log: Path, tmp_path: P
     for part in ("mass", "± 95 %", "error %", "joint-sensing, NLMS", "combined", "moment 3"):
         assert part in done.stdout
     record = json.loads((tmp_path / "comparison.json").read_text())
-    assert list(record) == ["truth", "results", "not_possible"]
+    assert list(record) == ["schema", "truth", "results", "not_possible"]
+    assert record["schema"] == "tactid.comparison/1"
+    for each in record["results"]:
+        assert_fits_schema(each)
     assert record["truth"]["mass"] == pytest.approx(100)
     assert record["not_possible"] == []
     found = [(each["method"], each["estimator"]) for each in record["results"]]

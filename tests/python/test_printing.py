@@ -23,6 +23,15 @@ GRAVITY = Finding(
 NEGATIVE = Finding("negative_mass", {"method": "tactile", "or_gravity": False})
 HEAVY = Finding("known_bodies_too_heavy", {"known_bodies_kg": 3.0, "load_kg": 2.0})
 SUMMED = Finding("wrenches_summed", {"topics": ["/left", "/right"]})
+NOT_KEPT = Finding(
+    "known_mass_not_kept",
+    {
+        "known_mass_kg": 2.0,
+        "known_mass_std_dev_kg": 0.0,
+        "estimated_kg": 4.0,
+        "within_box": True,
+    },
+)
 OFFSET = Finding(
     "offset_suspected",
     {
@@ -107,9 +116,10 @@ def test_what_contradicts_a_result_comes_first_and_no_value_is_then_known_within
     sound = doubles.tactile(duration=4.0)
     assert not sound.is_contradicted
     assert outlook.outlook(sound, 10.0) == "Every value is known within 1000 %."
-    doubtful = replace(sound, findings=[OFFSET])
-    assert not doubtful.is_contradicted
-    assert outlook.outlook(doubtful, 10.0) is None
+    for doubt in (OFFSET, NOT_KEPT):
+        doubtful = replace(sound, findings=[doubt])
+        assert not doubtful.is_contradicted
+        assert outlook.outlook(doubtful, 10.0) is None
     partly = doubles.turned_about_one_axis()
     assert not partly.is_contradicted
     contradicted = replace(partly, findings=[GRAVITY])

@@ -40,7 +40,7 @@ pub enum ModelFinding {
         /// Name of the joint.
         joint: String,
         /// Its type: `floating` or `planar`.
-        kind: &'static str,
+        joint_type: &'static str,
     },
     /// A joint cannot mimic the joint that it names, and is taken to move independently.
     MimicNotFollowed {
@@ -52,7 +52,7 @@ pub enum ModelFinding {
         because: MimicFault,
     },
     /// A part of the description is ignored.
-    Ignored {
+    PartIgnored {
         /// What the part is.
         part: IgnoredPart,
         /// Name of the element or attribute.
@@ -75,7 +75,7 @@ impl ModelFinding {
             | Self::Massless { .. } => true,
             Self::JointTakenAsFixed { .. }
             | Self::MimicNotFollowed { .. }
-            | Self::Ignored { .. } => false,
+            | Self::PartIgnored { .. } => false,
         }
     }
 }

@@ -249,7 +249,13 @@ fn joints_with_several_degrees_of_freedom() {
              <origin xyz='1 0 0'/><parent link='arm'/><child link='cart'/></joint>"
         );
         let robot = with(SOUND, "", &more);
-        let [ModelFinding::JointTakenAsFixed { joint, kind: found }] = &robot.findings()[..] else {
+        let [
+            ModelFinding::JointTakenAsFixed {
+                joint,
+                joint_type: found,
+            },
+        ] = &robot.findings()[..]
+        else {
             unreachable!("{kind}")
         };
         assert_eq!((joint.as_str(), *found), ("drive", &*kind.to_lowercase()));
@@ -345,7 +351,7 @@ fn unknown_and_repeated_parts() {
         "<gazebo reference='arm'/><link name='hand'>{SOUND}<contact/></link>\
          <joint name='wrist' type='fixed'><parent link='arm'/><child link='hand'/></joint>"
     );
-    let ignored = |part, name: &str, inside, owners: &[&str]| ModelFinding::Ignored {
+    let ignored = |part, name: &str, inside, owners: &[&str]| ModelFinding::PartIgnored {
         part,
         name: name.to_owned(),
         inside,

@@ -8,14 +8,15 @@ pub enum IdentifyError {
     /// The model of the robot is invalid, or has no link for the tool or a sensor.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// The method needs the masses of the robot's links, and one that moves has none.
+    /// The method needs the masses of the robot's links, and nothing that moves between the base and the tool has any, or
+    /// the floating base whose motion is measured has none.
     #[error(
         "the {method} method needs the masses of the robot: {source}; or use the tactile method, which needs none"
     )]
     NoMasses {
         /// Name of the method.
         method: &'static str,
-        /// The link without mass.
+        /// Where mass is missing.
         source: ModelError,
     },
     /// A sample does not fit the robot.

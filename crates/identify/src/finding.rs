@@ -70,7 +70,7 @@ pub enum Finding {
     /// negative.
     KnownBodiesTooHeavy {
         /// Mass of the known bodies: the known tool, and the links below the tool where the method includes them, kg.
-        known_kg: f64,
+        known_bodies_kg: f64,
         /// Mass of the whole load from the data alone, kg.
         load_kg: f64,
     },

@@ -207,10 +207,16 @@ fn a_known_tool_heavier_than_the_load_is_reported() {
     };
     let result = with_tool(150.0);
     assert!((result.estimate.body.mass_kg + 50.0).abs() < 1.0);
-    let [Finding::KnownBodiesTooHeavy { known_kg, load_kg }] = result.findings[..] else {
+    let [
+        Finding::KnownBodiesTooHeavy {
+            known_bodies_kg,
+            load_kg,
+        },
+    ] = result.findings[..]
+    else {
         panic!("{:?}", result.findings);
     };
-    assert_eq!(known_kg, 150.0);
+    assert_eq!(known_bodies_kg, 150.0);
     assert!((load_kg - 100.0).abs() < 1.0, "{load_kg}");
     assert_eq!(with_tool(99.0).findings, []);
     assert_eq!(with_tool(100.0).findings, []);

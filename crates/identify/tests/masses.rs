@@ -84,7 +84,7 @@ fn a_part_of_the_masses_is_enough_and_the_rest_is_reported() {
         let kind = |finding: Finding| match finding {
             Finding::Model(ModelFinding::Massless { .. }) => "massless",
             Finding::Model(ModelFinding::ImpossibleInertia { .. }) => "inertia",
-            Finding::Model(ModelFinding::Ignored { .. }) => "ignored",
+            Finding::Model(ModelFinding::PartIgnored { .. }) => "ignored",
             other => panic!("{other:?}"),
         };
         Ok::<_, IdentifyError>(

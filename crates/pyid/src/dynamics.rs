@@ -268,7 +268,7 @@ impl Manipulator {
         ))
     }
 
-    /// How a free-floating base accelerates when the joints move so and nothing acts from outside.
+    /// Returns the acceleration of a free-floating base for a given joint motion, without external forces.
     ///
     /// Returns:
     ///     (6,): classical acceleration of the base frame's origin, then angular acceleration, in world

@@ -188,14 +188,14 @@ pub(crate) fn data_finding(
             residual_ratio,
             method,
         } => gravity_contradicted(py, better, *residual_ratio, *method)?,
-        Found::NegativeMass { method, or_gravity } => (
-            "negative_mass",
-            data!(py, "method": method.name(), "or_gravity": or_gravity),
+        Found::NegativeMass { method, or_gravity } => negative_mass(py, *method, *or_gravity)?,
+        Found::KnownBodiesTooHeavy {
+            known_bodies_kg,
+            load_kg,
+        } => (
+            "known_bodies_too_heavy",
+            fields!(py, known_bodies_kg, load_kg),
         ),
-        Found::KnownBodiesTooHeavy { known_kg, load_kg } => {
-            let data = data!(py, "known_bodies_kg": known_kg, "load_kg": load_kg);
-            ("known_bodies_too_heavy", data)
-        }
         Found::OffsetSuspected { offset } => offset_suspected(py, offset)?,
         Found::LoadUnexplained {
             unit,
@@ -226,6 +226,12 @@ pub(crate) fn data_finding(
         Found::Model(finding) => return model_finding(py, finding),
         Found::Outliers { outliers, windows } => ("outliers", fields!(py, outliers, windows)),
     })
+}
+
+/// Returns the data of a negative mass.
+fn negative_mass(py: Python<'_>, method: Method, or_gravity: bool) -> PyResult<FindingData> {
+    let method = method.name();
+    Ok(("negative_mass", fields!(py, method, or_gravity)))
 }
 
 /// Returns the data of another gravity that explains the load far better.
@@ -280,10 +286,9 @@ pub(crate) fn model_finding(py: Python<'_>, finding: &ModelFinding) -> PyResult<
             attributes,
         } => ("unknown_numbers", fields!(py, link, element, attributes)),
         ModelFinding::Massless { links } => ("massless", fields!(py, links)),
-        ModelFinding::JointTakenAsFixed { joint, kind } => (
-            "joint_taken_as_fixed",
-            data!(py, "joint": joint, "joint_type": kind),
-        ),
+        ModelFinding::JointTakenAsFixed { joint, joint_type } => {
+            ("joint_taken_as_fixed", fields!(py, joint, joint_type))
+        }
         ModelFinding::MimicNotFollowed {
             joint,
             leader,
@@ -297,7 +302,7 @@ pub(crate) fn model_finding(py: Python<'_>, finding: &ModelFinding) -> PyResult<
             };
             ("mimic_not_followed", fields!(py, joint, leader, because))
         }
-        ModelFinding::Ignored {
+        ModelFinding::PartIgnored {
             part,
             name,
             inside,

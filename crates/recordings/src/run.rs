@@ -131,8 +131,8 @@ impl PaperRun {
 
     /// Returns what the filter noticed about the data.
     pub(crate) fn findings(&self) -> Vec<Finding> {
-        let known_kg = self.known_tool.map_or(0.0, |tool| tool.mass_kg);
-        let findings = self.filter.findings(known_kg).into_iter();
+        let known_bodies_kg = self.known_tool.map_or(0.0, |tool| tool.mass_kg);
+        let findings = self.filter.findings(known_bodies_kg).into_iter();
         findings.map(Finding::Data).collect()
     }
 

@@ -81,8 +81,13 @@ fn the_papers_filter_reports_a_negative_mass() {
     };
     let rest_kg = recording.identify(&heavy).unwrap().estimate.body.mass_kg;
     match findings(&recording, &heavy)[..] {
-        [Finding::Data(Data::KnownBodiesTooHeavy { known_kg, load_kg })] => {
-            assert_eq!(known_kg, 500.0);
+        [
+            Finding::Data(Data::KnownBodiesTooHeavy {
+                known_bodies_kg,
+                load_kg,
+            }),
+        ] => {
+            assert_eq!(known_bodies_kg, 500.0);
             assert!((load_kg - (rest_kg + 500.0)).abs() < 1e-9, "{load_kg}");
         }
         ref other => panic!("{other:?}"),

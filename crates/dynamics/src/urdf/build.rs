@@ -109,7 +109,10 @@ impl<'a> Builder<'a> {
             Motion::OneFreedom(kind) => kind,
             Motion::SeveralFreedoms(kind) => {
                 let joint = name();
-                let finding = ModelFinding::JointTakenAsFixed { joint, kind };
+                let finding = ModelFinding::JointTakenAsFixed {
+                    joint,
+                    joint_type: kind,
+                };
                 self.findings.push(finding);
                 return Ok(None);
             }

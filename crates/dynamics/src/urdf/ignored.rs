@@ -104,7 +104,7 @@ impl Ignored {
     /// Returns a finding for each part.
     pub(super) fn into_findings(self) -> impl Iterator<Item = ModelFinding> {
         let parts = self.0.into_iter();
-        parts.map(|((inside, part, name), owners)| ModelFinding::Ignored {
+        parts.map(|((inside, part, name), owners)| ModelFinding::PartIgnored {
             part,
             name,
             inside,

@@ -176,7 +176,7 @@ impl Urdf {
     }
 
     /// Returns the lower and upper limit of a joint's position, rad or m, or `None` for a joint that is unknown,
-    /// continuous or fixed, or whose lower limit is not below the upper one.
+    /// continuous or fixed, or whose limits are not two finite numbers of which the lower comes first.
     #[must_use]
     pub fn joint_limits(&self, joint: &str) -> Option<(f64, f64)> {
         let tree = self.tree().ok()?;

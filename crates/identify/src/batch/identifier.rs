@@ -83,10 +83,7 @@ impl BatchIdentifier {
     /// measured in the links `sensors`.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Model`] if the robot does not have one of the links, [`IdentifyError::Value`] or
-    /// [`IdentifyError::NoiseCount`] if a setting is out of range, [`IdentifyError::NoWrench`] if the method has
-    /// nothing to measure, and [`IdentifyError::FixedBase`] if it needs a free-floating base. It returns the
-    /// errors of [`BatchSettings::check`], too.
+    /// Returns the errors of [`EquationStream::new`] and of [`BatchSettings::check`].
     pub fn new(
         robot: &Manipulator,
         tool: &str,

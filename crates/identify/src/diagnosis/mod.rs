@@ -64,16 +64,16 @@ pub(crate) fn consistent_payload(
 }
 
 /// Returns findings about signs, offsets, errors of the model and outliers, and about the mass of the known bodies,
-/// `known_kg`.
+/// `known_bodies_kg`.
 pub(crate) fn data_findings(
     equations: &[Equation],
     fit_without_mass: &Fit,
     fit: &Fit,
     stream: &EquationStream,
-    known_kg: f64,
+    known_bodies_kg: f64,
 ) -> Vec<Finding> {
     // A known mass would hide a wrong sign, and a wrong one would look like an offset.
-    let mut findings = model_findings(equations, fit_without_mass, stream, known_kg);
+    let mut findings = model_findings(equations, fit_without_mass, stream, known_bodies_kg);
     let windows = equations.len();
     let outliers = (0..windows).filter(|&k| fit.is_outlier(k)).count();
     if outliers > 0 {
@@ -88,10 +88,17 @@ fn model_findings(
     equations: &[Equation],
     given: &Fit,
     stream: &EquationStream,
-    known_kg: f64,
+    known_bodies_kg: f64,
 ) -> Vec<Finding> {
     let (channels, gravity, method) = (stream.channels(), stream.gravity(), stream.method());
-    let mut findings = sign_findings(equations, given, &channels, &gravity, known_kg, method);
+    let mut findings = sign_findings(
+        equations,
+        given,
+        &channels,
+        &gravity,
+        known_bodies_kg,
+        method,
+    );
     let is_gravity = |finding: &Finding| matches!(finding, Finding::GravityContradicted { .. });
     if findings.iter().any(is_gravity) {
         return findings;

@@ -13,14 +13,14 @@ use crate::fit::{Fit, FitOptions, least_squares};
 /// with the configured one: the standard deviation shrinks to one half or less in one direction of the channels.
 const FAR_BETTER: f64 = 0.25;
 
-/// Returns findings about the signs of gravity and load, and about the mass of the known bodies, `known_kg`.
+/// Returns findings about the signs of gravity and load, and about the mass of the known bodies, `known_bodies_kg`.
 /// `gravity` is the configured one, m/s².
 pub(super) fn sign_findings(
     equations: &[Equation],
     given: &Fit,
     channels: &Channels,
     gravity: &Vector3<f64>,
-    known_kg: f64,
+    known_bodies_kg: f64,
     method: Method,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
@@ -42,17 +42,19 @@ pub(super) fn sign_findings(
             or_gravity: has_gravity && better.is_none(),
         });
     } else if better.is_none() {
-        findings.extend(too_heavy(given, known_kg));
+        findings.extend(too_heavy(given, known_bodies_kg));
     }
     findings
 }
 
 /// Reports known bodies that weigh more than the load by more than its uncertainty.
-fn too_heavy(given: &Fit, known_kg: f64) -> Option<Finding> {
+fn too_heavy(given: &Fit, known_bodies_kg: f64) -> Option<Finding> {
     let load_kg = given.parameters[0];
-    let is_significant = known_kg - load_kg > CONTRADICTION * given.mass_std_dev_kg();
-    (load_kg < known_kg && is_significant)
-        .then_some(Finding::KnownBodiesTooHeavy { known_kg, load_kg })
+    let is_significant = known_bodies_kg - load_kg > CONTRADICTION * given.mass_std_dev_kg();
+    (load_kg < known_bodies_kg && is_significant).then_some(Finding::KnownBodiesTooHeavy {
+        known_bodies_kg,
+        load_kg,
+    })
 }
 
 /// Returns the scale of gravity that explains the data far better than the configured one, with the ratio of the

@@ -164,9 +164,7 @@ impl Identifier {
     /// measured in the links `sensors`.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Model`] if the robot does not have one of the links, [`IdentifyError::Value`] or
-    /// [`IdentifyError::NoiseCount`] if a setting is out of range, [`IdentifyError::NoWrench`] if the method has
-    /// nothing to measure, and [`IdentifyError::FixedBase`] if it needs a free-floating base.
+    /// Returns the errors of [`EquationStream::new`](crate::EquationStream::new).
     pub fn new(
         robot: &Manipulator,
         tool: &str,

@@ -118,10 +118,7 @@ impl PaperFilter {
     /// measured in the links `sensors`.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Model`] if the robot does not have one of the links, [`IdentifyError::Value`] or
-    /// [`IdentifyError::NoiseCount`] if a setting is out of range, [`IdentifyError::NoWrench`] if the method has
-    /// nothing to measure, and [`IdentifyError::FixedBase`] if it needs a free-floating base, as
-    /// [`Identifier::new`](crate::Identifier::new) does. Returns [`IdentifyError::Setting`] or [`IdentifyError::Value`]
+    /// Returns the errors of [`EquationStream::new`], [`IdentifyError::Setting`] or [`IdentifyError::Value`]
     /// if a setting of the filter is out of range, [`IdentifyError::NeedsLeastSquares`] if the method does not compute
     /// the force and the moment on the end-effector, and [`IdentifyError::PriorNeedsLeastSquares`] if the settings
     /// contain what only least squares can use.
@@ -217,17 +214,20 @@ impl PaperFilter {
     }
 
     /// Returns what the filter noticed about the data: a mass that is negative, because of a wrong sign or of a known
-    /// body of `known_kg`, such as a tool changer, that is heavier than the load; a motion that does not determine the
+    /// body of `known_bodies_kg`, such as a tool changer, that is heavier than the load; a motion that does not determine the
     /// mass says nothing. Other findings about the data need least squares. What is wrong in the robot's description comes
     /// last, as far as the method uses it.
     #[must_use]
-    pub fn findings(&self, known_kg: f64) -> Vec<Finding> {
+    pub fn findings(&self, known_bodies_kg: f64) -> Vec<Finding> {
         let estimate = self.estimate();
         let gripper_kg = self
             .stream
             .gripper_to_subtract()
             .map_or(0.0, |gripper| gripper.mass());
-        let (load_kg, known_kg) = (estimate.body.mass_kg + gripper_kg, known_kg + gripper_kg);
+        let (load_kg, known_bodies_kg) = (
+            estimate.body.mass_kg + gripper_kg,
+            known_bodies_kg + gripper_kg,
+        );
         let finding = if !estimate.identifiable[0] {
             None
         } else if load_kg < 0.0 {
@@ -236,7 +236,10 @@ impl PaperFilter {
                 or_gravity: self.stream.gravity().norm() > 0.0,
             })
         } else {
-            (load_kg < known_kg).then_some(Finding::KnownBodiesTooHeavy { known_kg, load_kg })
+            (load_kg < known_bodies_kg).then_some(Finding::KnownBodiesTooHeavy {
+                known_bodies_kg,
+                load_kg,
+            })
         };
         let of_model = self.stream.model_findings();
         finding.into_iter().chain(of_model).collect()

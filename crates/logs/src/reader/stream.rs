@@ -23,7 +23,7 @@ pub struct RawMessage {
     pub topic: Arc<Topic>,
     /// Log time, ns.
     pub log_time_ns: u64,
-    /// Publish time, ns.
+    /// Publish time, ns; the log time where the file has no publish times, as SQLite bags.
     pub publish_time_ns: u64,
     /// Sequence number among its publisher's messages, or 0 if the writer has not counted them.
     pub sequence: u32,
@@ -97,8 +97,9 @@ impl fmt::Debug for RawMessage {
 /// Iterator over the messages of a log in the order of their log times. Messages with the same time
 /// keep the order of the log.
 ///
-/// Only parts of the log with overlapping times are in memory together, each of about a megabyte. The messages of a damaged file end at
-/// the damage, which [`damage`](Self::damage) reports; it is not an error of the iteration.
+/// Only segments of the log with overlapping times are in memory together: chunks of an MCAP file, or about a megabyte of a
+/// SQLite bag. The messages of a damaged file end at the damage, which [`damage`](Self::damage) reports; it is not an error
+/// of the iteration.
 #[derive(Debug)]
 pub struct Messages {
     files: Arc<[FileIndex]>,

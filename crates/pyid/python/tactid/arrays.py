@@ -7,7 +7,7 @@ from typing import Any, Literal, TypeVar
 
 from tactid.declaration import write_into_docstring
 
-Use = Literal["recording", "online"]
+Caller = Literal["recording", "online"]
 """Who takes an array: :func:`tactid.identify`, or ``push`` of the online solvers."""
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -33,20 +33,20 @@ class ArrayDeclaration:
     sample_field: str
     """Field of Rust's ``tactid_identify::Sample``, or of the ``BaseState`` in it."""
 
-    def shape(self, use: Use) -> str:
+    def shape(self, caller: Caller) -> str:
         """Returns the shapes in words; those of one sample only where samples are pushed."""
         shapes = []
         for one in self.shapes:
-            if use == "online":
+            if caller == "online":
                 shapes.append(_shape(one))
             shapes.append(_shape(("N", *one)))
         *others, last = shapes
         return f"{', '.join(others)} or {last}" if others else last
 
-    def documentation(self, use: Use) -> str:
+    def documentation(self, caller: Caller) -> str:
         """Returns the documentation for Python, with the shape and the unit."""
-        own = self.recording if use == "recording" else self.online
-        sentences = [self.text, own, f"Shape: {self.shape(use)}.", f"Unit: {self.unit}."]
+        own = self.recording if caller == "recording" else self.online
+        sentences = [self.text, own, f"Shape: {self.shape(caller)}.", f"Unit: {self.unit}."]
         return " ".join(each for each in sentences if each)
 
 
@@ -133,18 +133,18 @@ ARRAYS = (
 """All arrays, in the order in which they are documented."""
 
 
-def with_arrays(use: Use) -> Callable[[_Function], _Function]:
+def with_arrays(caller: Caller) -> Callable[[_Function], _Function]:
     """Returns a decorator that writes the arrays in place of ``<arrays>`` in a docstring."""
-    return lambda function: write_into_docstring(function, "<arrays>", describe(use))
+    return lambda function: write_into_docstring(function, "<arrays>", describe(caller))
 
 
-def describe(use: Use) -> str:
+def describe(caller: Caller) -> str:
     """Lists the arrays with their documentation, as a docstring has them.
 
     The times of a recording are its source, which :func:`tactid.identify` documents itself.
     """
-    listed = [array for array in ARRAYS if use == "online" or array.name != "time"]
-    texts = [f"{array.name}: {array.documentation(use)}" for array in listed]
+    listed = [array for array in ARRAYS if caller == "online" or array.name != "time"]
+    texts = [f"{array.name}: {array.documentation(caller)}" for array in listed]
     indent = " " * 4
     return "\n".join(
         textwrap.fill(text, 92, subsequent_indent=indent, break_on_hyphens=False) for text in texts

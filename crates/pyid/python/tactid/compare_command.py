@@ -47,6 +47,10 @@ def compare_recording(
         notes.print(f"Wrote {result_file}.")
 
 
+SCHEMA = "tactid.comparison/1"
+"""Name and version of the JSON of a comparison, whose results are those of ``result_schema``."""
+
+
 def comparison_table(attempts: list[Attempt], truth: Truth | None) -> Table:
     """Returns the table of a comparison: a block for each value, and a row for each result."""
     columns = [
@@ -86,6 +90,7 @@ def comparison_record(attempts: list[Attempt], truth: Truth | None) -> dict[str,
             record["error_percent"] = nested(list(errors)[: len(NAMES)])
         results.append(record)
     return {
+        "schema": SCHEMA,
         "truth": None if truth is None else nested(truth.actual),
         "results": results,
         "not_possible": impossible,

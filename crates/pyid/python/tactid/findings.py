@@ -23,8 +23,10 @@ CONTRADICTIONS = (
 DOUBTS = (
     "load_unexplained",
     "mass_contradicted",
+    "known_mass_not_kept",
     "inconsistent",
     "offset_suspected",
+    "constant_channels",
 )
 """Findings that show the values to be off by more than their intervals, the gravest first."""
 
@@ -53,7 +55,7 @@ class DataFault:
     """One kind of fault in the messages of one topic; ``print`` shows it as a sentence."""
 
     topic: str
-    """Topic of the messages, or ``samples`` for what could not be aligned."""
+    """Topic of the messages or name of the array, or ``samples`` for what could not be aligned."""
     kind: str
     """Kind of the fault, such as ``out_of_order``."""
     count: int

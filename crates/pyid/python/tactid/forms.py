@@ -134,7 +134,7 @@ def possible(values: Values, what: str) -> list[float]:
 
 
 def decimals(numbers: Sequence[float]) -> list[str]:
-    """Returns numbers with as many decimals each, and without exponents."""
+    """Returns numbers with the same number of decimals, and without exponents."""
     largest = max(map(abs, numbers))
     magnitude = math.floor(math.log10(largest)) if largest > 0 else 0
     places = min(max(FIGURES - 1 - magnitude, 0), MOST_DECIMALS)

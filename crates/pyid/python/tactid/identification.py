@@ -68,7 +68,7 @@ class PayloadEstimate:
     composite: MassProperties | None = None
     """Gripper and payload as one body, for the joint-sensing method; else None."""
     windows: int = 0
-    """Number of averaging windows that the estimate uses."""
+    """Number of averaging windows so far, also of those before a payload change online."""
     payload_changes: int = 0
     """Number of payload changes that online least squares detected."""
     since: float = -math.inf

@@ -1,4 +1,4 @@
-"""The spelling of an option: a keyword in Python, ``--option`` on the command line."""
+"""Wording that messages share: names of options, counts and lists."""
 
 from collections.abc import Sequence
 from typing import Literal

@@ -43,9 +43,9 @@ class _Online:
             <arrays>
 
         Returns:
-            How many samples were used: they gave rows once a window was full. Bad samples (not
-            finite, not later than the one before) are rejected and counted. The first sample of
-            all, or after a gap, only starts a window.
+            Number of samples that were used: they gave rows once a window was full. Bad samples
+            (not finite, not later than the one before) are rejected and counted. The first sample
+            of all, or after a gap, only starts a window.
 
         Raises:
             ArgumentError: A shape does not fit, or something is missing.

@@ -15,7 +15,7 @@ from tactid.naming import Style, option_name
 from tactid.outlook import WITHIN, outlook
 from tactid.remarks import gravity, knowledge, remarks, wrench_offset
 from tactid.table import NOT_IDENTIFIABLE
-from tactid.values import Z95, Values
+from tactid.values import Z95, Values, digits_of
 
 METHODS = {
     "tactile": "measured wrenches, and motion",
@@ -101,7 +101,7 @@ def with_interval(value: float, half_width: float | None) -> tuple[str, str, str
     """Formats value, half width and both ends of the interval to two figures of the half width."""
     if not half_width:
         return f"{value:.6g}", "–", "–", "–"
-    digits = min(max(1 - math.floor(math.log10(half_width)), 0), 15)
+    digits = digits_of(half_width, most=15)
     ends = (value, half_width, value - half_width, value + half_width)
     shown = [f"{round(end, digits) + 0.0:.{digits}f}" for end in ends]
     return shown[0], shown[1], shown[2], shown[3]

@@ -10,6 +10,7 @@ from tactid import _native, result_json, summary
 from tactid.field_docs import with_fields
 from tactid.files import atomic_path
 from tactid.identification import IdentificationData
+from tactid.naming import counted
 from tactid.outlook import WITHIN
 from tactid.output_files import check_outputs
 
@@ -170,8 +171,7 @@ class Identification(IdentificationData):
         return summary.html(self)
 
     def _noticed(self) -> str:
-        count = len(self.findings)
-        findings = f", {count} finding{'s' if count > 1 else ''}" if count else ""
+        findings = f", {counted(len(self.findings), 'finding')}" if self.findings else ""
         return findings + (", contradicted by the data" if self.is_contradicted else "")
 
     def _checked(self, path: str | os.PathLike[str]) -> Path:

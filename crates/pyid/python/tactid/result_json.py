@@ -145,6 +145,7 @@ def _fault(fault: DataFault) -> dict[str, Any]:
     return {
         "topic": fault.topic,
         "kind": fault.kind,
+        "joint": fault.joint,
         "text": str(fault),
         "count": fault.count,
         "first_s": finite(fault.first),

@@ -99,6 +99,6 @@ def all_finite(values: Iterable[float]) -> list[float | None]:
     return [finite(value) for value in values]
 
 
-def digits_of(half_width: float) -> int:
-    """Returns the number of decimals that show two figures of a half width, 9 at most."""
-    return min(max(1 - math.floor(math.log10(half_width)), 0), 9) if half_width > 0 else 9
+def digits_of(half_width: float, most: int = 9) -> int:
+    """Returns the number of decimals that show two figures of a half width, ``most`` at most."""
+    return min(max(1 - math.floor(math.log10(half_width)), 0), most) if half_width > 0 else most

@@ -21,7 +21,7 @@ use crate::{
 pub(super) struct SqliteStorage {
     pub(super) source: Source,
     pub(super) order: Order,
-    /// Last row of the index.
+    /// Largest `rowid` when the bag was opened. Rows that are added later are ignored.
     pub(super) last_row: i64,
     /// Rows of each segment.
     pub(super) ranges: Arc<[Rows]>,
