@@ -4,7 +4,6 @@ use thiserror::Error;
 
 /// Reason why a robot cannot be modelled. Each message names the link or joint at fault.
 #[derive(Debug, Error)]
-#[non_exhaustive]
 pub enum ModelError {
     /// The file cannot be read.
     #[error("cannot read the URDF `{path}`: {source}")]
@@ -125,7 +124,6 @@ impl ModelError {
 
 /// Reason why a state does not fit the robot, or why a result does not exist yet.
 #[derive(Debug, Error, PartialEq)]
-#[non_exhaustive]
 pub enum StateError {
     /// A slice does not have one entry for each independent joint.
     #[error("{what} has {given} entries, but the robot has {expected} joints: {joints}")]

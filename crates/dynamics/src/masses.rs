@@ -14,12 +14,20 @@ struct MovingBody<'a> {
 }
 
 impl MovingBody<'_> {
-    /// Returns the error for a body without mass that must have one, where `alone` is whether others have mass.
-    fn massless(&self, alone: bool) -> ModelError {
+    /// Returns the error for a body that must have mass and has none.
+    fn massless(&self) -> ModelError {
         let link = self.link.to_owned();
         match &self.body.joint {
             None => ModelError::MasslessBase(link),
-            Some(joint) if alone => ModelError::NoInertial(link, joint.name.clone()),
+            Some(joint) => ModelError::NoInertial(link, joint.name.clone()),
+        }
+    }
+
+    /// Returns the error for the first of the bodies where none of them has mass.
+    fn massless_chain(&self) -> ModelError {
+        let link = self.link.to_owned();
+        match &self.body.joint {
+            None => ModelError::MasslessBase(link),
             Some(joint) => ModelError::MasslessChain(link, joint.name.clone()),
         }
     }
@@ -55,7 +63,9 @@ impl Manipulator {
             bodies.retain(|body| on_path[body.index]);
         }
         match bodies.first() {
-            Some(first) if bodies.iter().all(|body| body.is_massless) => Err(first.massless(false)),
+            Some(first) if bodies.iter().all(|body| body.is_massless) => {
+                Err(first.massless_chain())
+            }
             _ => Ok(()),
         }
     }
@@ -67,7 +77,7 @@ impl Manipulator {
     pub fn check_base_mass(&self) -> Result<(), ModelError> {
         let bodies = self.moving_bodies();
         match bodies.first() {
-            Some(base) if base.index == 0 && base.is_massless => Err(base.massless(true)),
+            Some(base) if base.index == 0 && base.is_massless => Err(base.massless()),
             _ => Ok(()),
         }
     }
@@ -81,7 +91,7 @@ impl Manipulator {
     pub fn check_bodies(&self) -> Result<(), ModelError> {
         for moving in self.moving_bodies() {
             if moving.is_massless {
-                return Err(moving.massless(true));
+                return Err(moving.massless());
             }
             check_body(moving.link, &moving.body.parameters)?;
         }

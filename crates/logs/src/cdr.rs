@@ -21,7 +21,6 @@ const MAX_PADDING: usize = 3;
 
 /// Reason why bytes cannot be decoded or a message cannot be encoded.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum CdrError {
     /// The header is missing or is not that of plain CDR. The field contains the first bytes.
     #[error("does not start as CDR (00 01 00 00 or 00 00 00 00) but with {0:02x?}")]

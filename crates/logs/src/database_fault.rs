@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 /// Reason why a file cannot be read as an SQLite bag.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
 pub enum DatabaseFault {
     /// Another process writes to the database and lets nobody read meanwhile.
     #[error(

@@ -9,7 +9,6 @@ use crate::{cdr::CdrError, database_fault::DatabaseFault};
 
 /// Reason why a log cannot be read or written. Each message names the file or the topic.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum LogError {
     /// An operation on a file failed.
     #[error("cannot {action} {}: {source}", path.display())]
@@ -21,11 +20,11 @@ pub enum LogError {
         /// Error of the operating system.
         source: io::Error,
     },
-    /// A compressed file could not be unpacked to a temporary one.
+    /// A compressed file could not be decompressed to a temporary one.
     #[error(
-        "cannot unpack {} to {}: {source}; set TMPDIR to a folder with enough space", path.display(), folder.display()
+        "cannot decompress {} to {}: {source}; set TMPDIR to a folder with enough space", path.display(), folder.display()
     )]
-    Unpack {
+    Decompress {
         /// Path of the compressed file.
         path: PathBuf,
         /// Folder of temporary files.

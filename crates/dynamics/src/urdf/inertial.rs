@@ -5,7 +5,9 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use super::element::Element;
 use super::numbers::{number, rotation, translation};
 use crate::inertia::impossible_moments;
-use crate::{InertialParameters, MassProperties, ModelFinding, symmetric_matrix};
+use crate::{
+    InertialParameters, MassProperties, ModelFinding, symmetric_entries, symmetric_matrix,
+};
 
 /// Attributes of `<inertia>`.
 pub(super) const ENTRIES: [&str; 6] = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"];
@@ -53,6 +55,19 @@ pub(super) fn link_parameters(
         findings.push(ModelFinding::ImpossibleInertia { link, moments });
     }
     (body.expressed_in(&link_from_inertial), findings)
+}
+
+/// Returns the element `<inertial>` of a body.
+pub(super) fn to_xml(body: &MassProperties) -> String {
+    let [x, y, z]: [f64; 3] = body.center_of_mass.into();
+    let entries = ENTRIES.into_iter().zip(symmetric_entries(&body.inertia));
+    let entries: String = entries
+        .map(|(name, value)| format!(" {name}=\"{value}\""))
+        .collect();
+    format!(
+        "<inertial><origin xyz=\"{x} {y} {z}\"/><mass value=\"{}\"/><inertia{entries}/></inertial>",
+        body.mass_kg
+    )
 }
 
 /// Returns the numbers of attributes, zero for those that are missing or unreadable, and the names of these.

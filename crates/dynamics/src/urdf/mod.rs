@@ -13,7 +13,7 @@ use std::path::Path;
 use nalgebra::{Isometry3, Vector3};
 
 use crate::manipulator::{BaseKind, Manipulator, check_body};
-use crate::{MassProperties, ModelError, symmetric_entries};
+use crate::{MassProperties, ModelError};
 use build::build;
 use element::{Element, parse, syntax};
 use numbers::{number, numbers, origin};
@@ -139,7 +139,7 @@ impl Urdf {
                 text.replace_range(old.span.clone(), "");
             }
         }
-        let (inertial, end) = (inertial(body), element.tag.end);
+        let (inertial, end) = (inertial::to_xml(body), element.tag.end);
         if element.tag == element.span {
             // `<link .../>` becomes `<link ...>...</link>`.
             text.replace_range(end - 2..end, &format!(">{inertial}</link>"));
@@ -210,20 +210,6 @@ fn no_link(robot: &Element) -> ModelError {
         "there is no link"
     };
     ModelError::Syntax(message.to_owned())
-}
-
-/// Returns the element `<inertial>` of a body.
-fn inertial(body: &MassProperties) -> String {
-    let [x, y, z]: [f64; 3] = body.center_of_mass.into();
-    let names = inertial::ENTRIES.into_iter();
-    let entries = names.zip(symmetric_entries(&body.inertia));
-    let entries: String = entries
-        .map(|(name, value)| format!(" {name}=\"{value}\""))
-        .collect();
-    format!(
-        "<inertial><origin xyz=\"{x} {y} {z}\"/><mass value=\"{}\"/><inertia{entries}/></inertial>",
-        body.mass_kg
-    )
 }
 
 impl Manipulator {

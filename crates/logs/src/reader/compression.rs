@@ -14,30 +14,30 @@ use super::storage::{Block, Damage, MAX_RECORD, Selected};
 use crate::{cdr::ZSTD_MAGIC, error::LogError};
 
 /// Largest content of a compressed file, bytes.
-const MAX_UNPACKED: u64 = 1 << 40;
+const MAX_DECOMPRESSED: u64 = 1 << 40;
 
-/// Number of bytes that are unpacked at once.
+/// Number of bytes that are decompressed at once.
 const STEP: usize = 1 << 17;
 
 /// Content of a compressed file, in a temporary file that is deleted on drop.
 #[derive(Debug)]
-pub(super) struct Unpacked {
+pub(super) struct Decompressed {
     pub(super) path: TempPath,
-    /// Damage of the compressed file, behind which the content is missing.
+    /// Damage of the compressed file, after which the content is missing.
     pub(super) damage: Option<Damage>,
 }
 
-/// Unpacks a file to a temporary one, up to the damage if it is damaged.
-pub(super) fn unpack(path: &Path) -> Result<Unpacked, LogError> {
+/// Decompresses a file to a temporary one, up to the damage if it is damaged.
+pub(super) fn decompress(path: &Path) -> Result<Decompressed, LogError> {
     let unreadable = |source| LogError::io("read", path, source);
-    let not_unpacked = |source| LogError::Unpack {
+    let not_decompressed = |source| LogError::Decompress {
         path: path.to_owned(),
         folder: std::env::temp_dir(),
         source,
     };
     let file = File::open(path).map_err(|source| LogError::io("open", path, source))?;
     let mut decoder = zstd::Decoder::new(file).map_err(unreadable)?;
-    let mut unpacked = NamedTempFile::new().map_err(not_unpacked)?;
+    let mut decompressed = NamedTempFile::new().map_err(not_decompressed)?;
     let mut step = vec![0; STEP];
     let mut size = 0;
     let fault = loop {
@@ -45,11 +45,11 @@ pub(super) fn unpack(path: &Path) -> Result<Unpacked, LogError> {
             Ok(0) => break None,
             Ok(count) => {
                 size += count as u64;
-                if size > MAX_UNPACKED {
-                    return Err(not_unpacked(io::ErrorKind::FileTooLarge.into()));
+                if size > MAX_DECOMPRESSED {
+                    return Err(not_decompressed(io::ErrorKind::FileTooLarge.into()));
                 }
                 let bytes = step.get(..count).unwrap_or_default();
-                unpacked.write_all(bytes).map_err(not_unpacked)?;
+                decompressed.write_all(bytes).map_err(not_decompressed)?;
             }
             Err(error) => break Some(error.to_string()),
         }
@@ -66,8 +66,8 @@ pub(super) fn unpack(path: &Path) -> Result<Unpacked, LogError> {
             })
         }
     };
-    Ok(Unpacked {
-        path: unpacked.into_temp_path(),
+    Ok(Decompressed {
+        path: decompressed.into_temp_path(),
         damage,
     })
 }

@@ -58,7 +58,7 @@ impl Topic {
 /// A finished MCAP log is opened with its index, in a time that does not depend on its length. A log without index, whose
 /// writer was killed, is scanned once, and so are the headers of the messages of an SQLite bag. Of a bag that another
 /// process writes, the messages that are complete when it is opened are read. A file that is compressed as a whole is
-/// unpacked to a temporary file, which is deleted with the reader.
+/// decompressed to a temporary file, which is deleted with the reader.
 #[derive(Debug)]
 pub struct LogReader {
     path: PathBuf,
@@ -73,7 +73,7 @@ impl LogReader {
     ///
     /// # Errors
     /// Returns [`LogError::Io`], [`LogError::NotALog`], [`LogError::NotABag`], [`LogError::Database`] or
-    /// [`LogError::Unpack`] if there is no readable log at this path. A damaged MCAP log is not an error; see
+    /// [`LogError::Decompress`] if there is no readable log at this path. A damaged MCAP log is not an error; see
     /// [`damage`](Self::damage).
     pub fn open(path: impl AsRef<Path>) -> Result<Self, LogError> {
         let path = path.as_ref();
@@ -193,15 +193,6 @@ impl LogReader {
         };
         let selected = self.files.iter().map(by_channel).collect();
         Messages::new(self.files.clone(), selected, self.damage.clone())
-    }
-}
-
-impl Channel {
-    /// Returns whether the channel belongs to a topic, which may have several channels in one or more files.
-    fn is_part_of(&self, topic: &Topic) -> bool {
-        self.topic == topic.name
-            && self.type_name == topic.type_name
-            && self.encoding == topic.encoding
     }
 }
 

@@ -10,7 +10,7 @@ use std::{
 use ::mcap::MAGIC;
 
 use super::{
-    compression::{self, Unpacked},
+    compression::{self, Decompressed},
     storage::Damage,
 };
 use crate::{cdr::ZSTD_MAGIC, database_fault::DatabaseFault, error::LogError};
@@ -25,39 +25,39 @@ pub(super) enum Format {
     Sqlite,
 }
 
-/// A log file, unpacked if it is compressed as a whole.
+/// A log file, decompressed if it is compressed as a whole.
 #[derive(Clone, Debug)]
 pub(super) struct Source {
     /// Path of the file, by which errors name it.
     pub(super) path: PathBuf,
     /// Deleted with the last clone.
-    unpacked: Option<Arc<Unpacked>>,
+    decompressed: Option<Arc<Decompressed>>,
 }
 
 impl Source {
-    /// Opens a file, and unpacks it if it is compressed.
+    /// Opens a file, and decompresses it if it is compressed.
     pub(super) fn open(path: &Path) -> Result<Self, LogError> {
         let mut source = Self {
             path: path.to_owned(),
-            unpacked: None,
+            decompressed: None,
         };
         if source.start()?.starts_with(&ZSTD_MAGIC) {
-            source.unpacked = Some(Arc::new(compression::unpack(path)?));
+            source.decompressed = Some(Arc::new(compression::decompress(path)?));
         }
         Ok(source)
     }
 
     /// Returns the path of the content.
     pub(super) fn content(&self) -> &Path {
-        match &self.unpacked {
-            Some(unpacked) => &unpacked.path,
+        match &self.decompressed {
+            Some(decompressed) => &decompressed.path,
             None => &self.path,
         }
     }
 
-    /// Returns the damage of the compressed file, behind which the content is missing.
+    /// Returns the damage of the compressed file, after which the content is missing.
     pub(super) fn damage(&self) -> Option<&Damage> {
-        self.unpacked.as_ref()?.damage.as_ref()
+        self.decompressed.as_ref()?.damage.as_ref()
     }
 
     /// Returns the error of a database that is not a whole bag.
@@ -84,7 +84,7 @@ impl Source {
         } else if start.starts_with(b"#ROSBAG") {
             "it is a ROS 1 bag; `rosbags-convert` makes an MCAP bag of it"
         } else if start.starts_with(&ZSTD_MAGIC) {
-            "it is compressed twice; `zstd -d` unpacks it"
+            "it is compressed twice; `zstd -d` decompresses it"
         } else {
             "it does not start with the bytes of one"
         };

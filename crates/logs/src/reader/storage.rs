@@ -50,10 +50,19 @@ pub(super) struct Channel {
     pub(super) times_ns: Option<(u64, u64)>,
 }
 
+impl Channel {
+    /// Returns whether the channel belongs to a topic, which may have several channels in one or more files.
+    pub(super) fn is_part_of(&self, topic: &Topic) -> bool {
+        self.topic == topic.name
+            && self.type_name == topic.type_name
+            && self.encoding == topic.encoding
+    }
+}
+
 /// Topics that are read, by the channels of a file.
 pub(super) type Selected = BTreeMap<ChannelId, Arc<Topic>>;
 
-/// Way to the messages of an indexed file.
+/// An indexed file whose messages can be read.
 pub(super) trait Storage: fmt::Debug + Send + Sync {
     /// Opens the file for reading.
     fn open(&self) -> Result<Box<dyn SegmentReader>, LogError>;
@@ -71,7 +80,7 @@ pub(super) trait SegmentReader: fmt::Debug + Send {
 pub(super) struct Block {
     pub(super) bytes: Vec<u8>,
     pub(super) entries: Vec<Entry>,
-    /// Damage behind the last entry.
+    /// Damage after the last entry.
     pub(super) damage: Option<Damage>,
 }
 

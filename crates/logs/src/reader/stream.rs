@@ -199,7 +199,7 @@ impl Messages {
         }))
     }
 
-    /// Marks the rest of a file, behind a damaged segment, as read.
+    /// Marks the rest of a file, after a damaged segment, as read.
     fn stop_at(&mut self, f: usize, s: usize, damage: Damage) {
         self.due.retain(|&(file, segment)| file != f || segment < s);
         if !self.damage.iter().any(|known| known.path == damage.path) {

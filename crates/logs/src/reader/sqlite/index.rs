@@ -100,13 +100,9 @@ impl Bag {
     ) -> Result<Option<(Rows, Segment)>, Problem> {
         let mut part = Part::default();
         for condition in self.order.after(previous) {
-            // A plus sign keeps SQLite from choosing another index, in whose order the rows are not.
-            let mut query = connection.prepare(&format!(
-                "SELECT rowid, timestamp, topic_id, length(data) FROM messages \
-                 WHERE {condition} AND +rowid <= {} ORDER BY {}",
-                self.last_row,
-                self.order.columns()
-            ))?;
+            let columns = "rowid, timestamp, topic_id, length(data)";
+            let query = self.order.select(columns, &condition, self.last_row);
+            let mut query = connection.prepare(&query)?;
             let mut rows = query.query([])?;
             while !part.is_full()
                 && let Some(row) = rows.next()?

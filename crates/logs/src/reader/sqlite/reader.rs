@@ -61,14 +61,11 @@ impl SqliteReader {
     fn block(&self, range: Rows, selected: &Selected) -> Result<Block, Problem> {
         let mut block = Block::default();
         for condition in self.order.within(range) {
-            // A plus sign keeps SQLite from choosing another index, in whose order the rows are not.
-            let mut query = self.database.connection.prepare(&format!(
-                "SELECT rowid, timestamp, topic_id, data FROM messages \
-                 WHERE {condition} AND +rowid <= {} AND +topic_id IN ({}) ORDER BY {}",
-                self.last_row,
-                listed(selected),
-                self.order.columns(),
-            ))?;
+            // The plus sign as in `Order::select`.
+            let condition = format!("{condition} AND +topic_id IN ({})", listed(selected));
+            let columns = "rowid, timestamp, topic_id, data";
+            let query = self.order.select(columns, &condition, self.last_row);
+            let mut query = self.database.connection.prepare(&query)?;
             let mut rows = query.query([])?;
             while let Some(row) = rows.next()? {
                 add(&mut block, row)?;

@@ -45,12 +45,16 @@ impl Order {
         })
     }
 
-    /// Returns the columns by which rows are ordered.
-    pub(super) fn columns(self) -> &'static str {
-        match self {
+    /// Returns the query for columns of the messages that meet a condition, up to a row, in this order.
+    pub(super) fn select(self, columns: &str, condition: &str, last_row: i64) -> String {
+        let order = match self {
             Self::Time => "timestamp, rowid",
             Self::Row => "rowid",
-        }
+        };
+        // A plus sign keeps SQLite from choosing another index, in whose order the rows are not.
+        format!(
+            "SELECT {columns} FROM messages WHERE {condition} AND +rowid <= {last_row} ORDER BY {order}"
+        )
     }
 
     /// Returns the conditions of queries that give, one after the other, the rows after a key, or all rows. Each uses
