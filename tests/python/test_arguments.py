@@ -84,6 +84,8 @@ def test_the_base_is_fixed_unless_it_is_read_as_floating() -> None:
     one = {name: values[0] for name, values in WRENCHES.items()}
     with pytest.raises(tactid.ArgumentError, match=r"`twist` .*base=\"floating\""):
         identifier.push(0.0, **one, twist=rest)
+    with pytest.raises(tactid.ArgumentError, match=r"`pose` is missing: that of the floating base"):
+        tactid.Identifier(arm("floating")).push(0.0, **one)
     with pytest.raises(tactid.ArgumentError, match=r"`twist` is missing"):
         tactid.Identifier(arm("floating")).push(0.0, **one, pose=pose)
 

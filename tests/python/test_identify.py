@@ -113,6 +113,11 @@ def carried(
     return q, qd, tactid.wrench_regressor(*map(in_tool, vectors))
 
 
+def at_rest(count: int) -> dict[str, np.ndarray]:
+    """The motion of a floating base that does not move."""
+    return {"pose": np.tile([0.0, 0, 0, 0, 0, 0, 1], (count, 1)), "twist": np.zeros((count, 6))}
+
+
 def test_online_identifier_on_a_known_motion(
     robot: tactid.Manipulator, rng: np.random.Generator
 ) -> None:
@@ -123,15 +128,17 @@ def test_online_identifier_on_a_known_motion(
     wrench = regressor @ payload.parameters
     identifier = tactid.Identifier(robot, ["tool0"])
     assert identifier.estimate().not_identifiable == tactid.VALUE_NAMES
-    assert identifier.push(time[0], q[0], qd[0], wrench[0, None]) == 0
-    assert identifier.push(time[1:], q[1:], qd[1:], wrench[1:, None]) == len(time) - 1
+    rest = at_rest(len(time) - 1)
+    assert identifier.push(time[0], q[0], qd[0], wrench[0, None], **at_rest(1)) == 0
+    assert identifier.push(time[1:], q[1:], qd[1:], wrench[1:, None], **rest) == len(time) - 1
     estimate = identifier.estimate()
     np.testing.assert_allclose(estimate.body.parameters, payload.parameters, atol=1e-4)
-    assert identifier.push(time[-1], q[-1], qd[-1], wrench[-1, None]) == 0  # not later
-    assert identifier.push(9.0, q[-1] * np.nan, qd[-1], wrench[-1, None]) == 0
-    no_pose = np.full(7, np.nan)
-    rest = np.zeros(6)
-    assert identifier.push(9.0, q[-1], qd[-1], wrench[-1], pose=no_pose, twist=rest) == 0
+    assert (
+        identifier.push(time[-1], q[-1], qd[-1], wrench[-1, None], **at_rest(1)) == 0
+    )  # not later
+    assert identifier.push(9.0, q[-1] * np.nan, qd[-1], wrench[-1, None], **at_rest(1)) == 0
+    no_pose = at_rest(1) | {"pose": np.full((1, 7), np.nan)}
+    assert identifier.push(9.0, q[-1], qd[-1], wrench[-1, None], **no_pose) == 0
     assert identifier.estimate().rejected == 3
     assert identifier.estimate().frame == "tool0"
 
@@ -147,8 +154,8 @@ def test_the_papers_filter_sees_the_same_samples_again(
     filter_ = tactid.PaperFilter(robot, ["tool0"], average=0.0)
     errors = []
     for _ in range(2):
-        assert filter_.push(time, q, qd, wrench) == len(time) - 1
-        assert filter_.push(time[-1], q[-1], qd[-1], wrench[-1]) == 0  # not later
+        assert filter_.push(time, q, qd, wrench, **at_rest(len(time))) == len(time) - 1
+        assert filter_.push(time[-1], q[-1], qd[-1], wrench[-1], **at_rest(1)) == 0  # not later
         estimate = filter_.estimate()
         assert (estimate.rejected, estimate.not_identifiable) == (1, [])
         assert np.isnan(estimate.std_devs).all()
@@ -173,7 +180,8 @@ def test_online_estimates_know_their_uncertainty_and_detect_a_payload_change(
     wrench += np.repeat([0.01, 0.002], 3) * rng.standard_normal(wrench.shape)
     identifier = tactid.Identifier(robot, ["tool0"])
     for body, rows, changes in zip(bodies, np.split(np.arange(8000), 2), (0, 1), strict=True):
-        assert identifier.push(time[rows], q[rows], qd[rows], wrench[rows, None]) >= 3999
+        rest = at_rest(len(rows))
+        assert identifier.push(time[rows], q[rows], qd[rows], wrench[rows, None], **rest) >= 3999
         estimate = identifier.estimate()
         assert estimate.payload_changes == changes
         assert estimate.is_physical
@@ -204,7 +212,7 @@ def test_what_cannot_be_identified_is_refused(robot: tactid.Manipulator, urdf: s
         tactid.PaperFilter(robot, ["tool0"], wrench_offset=True)
     identifier = tactid.Identifier(robot, ["tool0"])
     with pytest.raises(tactid.ArgumentError, match=r"shape \(3,\): expected \(6,\) or \(N, 6\)"):
-        identifier.push(0, np.zeros(8), np.zeros(8), np.zeros(3))
+        identifier.push(0, np.zeros(8), np.zeros(8), np.zeros(3), **at_rest(1))
     with pytest.raises(tactid.ArgumentError, match="`wrench` is missing"):
         identifier.push(0, np.zeros(8), np.zeros(8))
 

@@ -350,10 +350,13 @@ fn check_base(expects: Expected, given: [Argument<'_, '_>; 3]) -> PyResult<()> {
     if let (BaseKind::Fixed, Some((name, _))) = (expects.base, first) {
         return Err(RecordingError::BaseIsFixed { name }.into_py_err());
     }
-    let whose = match (expects.dof, first) {
-        (Some(_), None) => return Ok(()), // the base is at rest
-        (Some(_), Some(_)) => "the base",
-        (None, _) => "the sensor",
+    if expects.base == BaseKind::Fixed {
+        return Ok(());
+    }
+    let whose = if expects.dof.is_some() {
+        "the floating base"
+    } else {
+        "the sensor"
     };
     let message = match given {
         [None, ..] => format!("`pose` is missing: that of {whose} in the world"),

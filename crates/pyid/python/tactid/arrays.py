@@ -105,7 +105,7 @@ ARRAYS = (
         unit="m",
         recording="A floating base needs it. A sample whose pose has NaN, or a quaternion with a"
         " norm outside 0.9 to 1.1, is left out and counted among the faults.",
-        online="Where it is left out, the base is at rest.",
+        online="A floating base needs it.",
         recording_field="Arrays::poses",
         sample_field="BaseState::pose",
     ),
