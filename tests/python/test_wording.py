@@ -85,6 +85,16 @@ FINDINGS = [
         {"joints": ["joint_1"], "relative_difference": 2.0, "cause": "degrees", "other": None},
     ),
     Finding(
+        "positions_beyond_limits",
+        {
+            "joints": ["joint_1", "joint_2"],
+            "position": -80.0,
+            "lower": -3.14,
+            "upper": 3.14,
+            "are_degrees": True,
+        },
+    ),
+    Finding(
         "twist_contradicted",
         {"source": "/odom", "relative_difference": 0.8, "better_axes": "world"},
     ),
@@ -184,6 +194,11 @@ SENTENCES = {
         "The velocities of joint_1 are not the derivatives of the positions (rms difference 200 %"
         " of the motion). They are in degrees per second, but must be in rad/s."
     ),
+    "positions_beyond_limits": (
+        "The positions of joint_1 and joint_2 are beyond the limits of the URDF: joint_1 reaches"
+        " -80, and its limits are -3.14 and 3.14. They are in degrees, but must be in rad (and the"
+        " velocities in rad/s)."
+    ),
     "twist_contradicted": (
         "/odom: the twist is not the derivative of the pose (rms difference 80 % of the motion)."
         " It is in the axes of the world, but the twist of an odometry message must be in those"
@@ -272,6 +287,7 @@ ONLINE_KINDS = (
     "inconsistent",
     "outliers",
     "velocities_contradicted",
+    "positions_beyond_limits",
     "twist_contradicted",
     "constant_channels",
     "no_equations",

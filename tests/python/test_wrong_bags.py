@@ -36,6 +36,7 @@ WRONG = (
     "gravity_contradicted",
     "velocities_contradicted",
     "twist_contradicted",
+    "positions_beyond_limits",
 )
 FIRST_OFFSET = np.array([2.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
@@ -87,6 +88,15 @@ def test_velocities_in_degrees(found: Any) -> None:
     messages = [description(), *joint_states(fast), *wrenches(s.time, s.wrench)]
     finding = found(messages, "velocities_contradicted")
     assert finding["cause"] == "degrees"
+
+
+def test_all_of_the_motion_in_degrees(found: Any) -> None:
+    """Velocities fit the positions then; only the limits of the URDF show it."""
+    s = state(FIXED, *SHORT)
+    turned = replace(s, q=np.rad2deg(s.q), v=np.rad2deg(s.v))
+    messages = [description(), *joint_states(turned), *wrenches(s.time, s.wrench)]
+    finding = found(messages, "positions_beyond_limits")
+    assert finding["are_degrees"] is True
 
 
 def test_a_channel_that_is_not_measured(found: Any) -> None:

@@ -110,6 +110,7 @@ impl Manipulator {
                 ratio: 1.0,
                 offset: 0.0,
                 is_mimic: false,
+                limits: None,
             };
             let body_from_frame = Isometry3::from_parts(
                 lift * Translation3::new(link.a, 0.0, 0.0),

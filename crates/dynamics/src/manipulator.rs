@@ -52,6 +52,8 @@ pub(crate) struct Joint {
     pub(crate) offset: f64,
     /// Whether the joint follows another joint.
     pub(crate) is_mimic: bool,
+    /// Lower and upper limit of the position, rad or m, where it is limited.
+    pub(crate) limits: Option<(f64, f64)>,
 }
 
 impl Joint {
@@ -271,9 +273,20 @@ impl Manipulator {
     /// Returns the kind of the joint with an index in `q`, or `None` for an index beyond it.
     #[must_use]
     pub fn joint_kind(&self, index: usize) -> Option<JointKind> {
+        self.joint(index).map(|joint| joint.kind)
+    }
+
+    /// Returns the lower and upper limit of the position of the joint with an index in `q`, rad or m, or `None` where the
+    /// description has no valid limits, as for a continuous joint.
+    #[must_use]
+    pub fn joint_limits(&self, index: usize) -> Option<(f64, f64)> {
+        self.joint(index)?.limits
+    }
+
+    /// Returns the joint with an index in `q`.
+    fn joint(&self, index: usize) -> Option<&Joint> {
         let mut joints = self.bodies.iter().filter_map(|body| body.joint.as_ref());
-        let found = joints.find(|joint| joint.coordinate == index && !joint.is_mimic);
-        found.map(|joint| joint.kind)
+        joints.find(|joint| joint.coordinate == index && !joint.is_mimic)
     }
 
     /// Returns the frame of the link with a name.

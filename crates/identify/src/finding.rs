@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use tactid_dynamics::ModelFinding;
 
 use crate::Method;
-use crate::checks::{TwistContradiction, VelocityContradiction};
+use crate::checks::{PositionsBeyondLimits, TwistContradiction, VelocityContradiction};
 use crate::result::WrenchOffset;
 use crate::solve::KnownMass;
 
@@ -33,6 +33,8 @@ pub struct NoEquations {
 pub enum Finding {
     /// The measured velocities of joints are not the derivatives of their positions.
     VelocitiesContradicted(VelocityContradiction),
+    /// Joint positions are beyond the limits of the robot's description.
+    PositionsBeyondLimits(PositionsBeyondLimits),
     /// The twist of the base, or of a sensor without a robot, is not the derivative of its pose.
     TwistContradicted(TwistContradiction),
     /// Some channels of a wrench sensor have the same value in all samples.

@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tactid_dynamics::{IgnoredPart, MimicFault, ModelFinding};
 use tactid_identify::checks::{
-    TwistAxes, TwistContradiction, VelocityCause, VelocityContradiction,
+    PositionsBeyondLimits, TwistAxes, TwistContradiction, VelocityCause, VelocityContradiction,
 };
 use tactid_identify::{Finding as Found, KnownMass, Method, NoEquations, WrenchOffset};
 use tactid_recordings::{Delay, Finding, NotUsedBecause};
@@ -130,6 +130,21 @@ fn velocities_contradicted(
     Ok(("velocities_contradicted", data))
 }
 
+/// Returns the data of joint positions beyond their limits.
+fn positions_beyond_limits(
+    py: Python<'_>,
+    beyond: &PositionsBeyondLimits,
+) -> PyResult<FindingData> {
+    let PositionsBeyondLimits {
+        joints,
+        position,
+        limits: (lower, upper),
+        are_degrees,
+    } = beyond;
+    let data = fields!(py, joints, position, lower, upper, are_degrees);
+    Ok(("positions_beyond_limits", data))
+}
+
 /// Returns the data of samples of which none is in a window.
 fn no_equations(py: Python<'_>, counts: &NoEquations) -> PyResult<FindingData> {
     let data = data!(py, "samples": counts.samples, "rejected": counts.rejected, "gaps": counts.gaps,
@@ -176,6 +191,7 @@ pub(crate) fn data_finding(
 ) -> PyResult<FindingData> {
     Ok(match finding {
         Found::VelocitiesContradicted(found) => velocities_contradicted(py, found)?,
+        Found::PositionsBeyondLimits(found) => positions_beyond_limits(py, found)?,
         Found::TwistContradicted(contradiction) => twist_contradicted(py, "twists", contradiction)?,
         Found::ConstantChannels {
             frame,

@@ -1,13 +1,16 @@
-//! Measured velocities of a recording against the positions that they belong to.
+//! Measured velocities of a recording against the positions that they belong to, and positions against their limits.
 
 use tactid_identify::Finding as DataFinding;
-use tactid_identify::checks::{JointRates, TwistRates, VelocityContradiction, grouped_by_cause};
+use tactid_identify::checks::{
+    JointRates, PositionMonitor, TwistRates, VelocityContradiction, grouped_by_cause,
+};
 
 use crate::Finding;
 use crate::alignment::{Event, JointValues, Measured};
 use crate::recording::Sources;
 
-/// Returns findings about measured velocities that are not the derivatives of the measured positions. Times between
+/// Returns findings about measured velocities that are not the derivatives of the measured positions, and about positions
+/// beyond the limits of the joints. Times between
 /// two events that are longer than `max_gap_s` are not bridged.
 pub(crate) fn contradicted_rates(
     sources: &Sources,
@@ -18,8 +21,31 @@ pub(crate) fn contradicted_rates(
     let joints = grouped_by_cause(contradictions).into_iter();
     let finding = |joints| Finding::Data(DataFinding::VelocitiesContradicted(joints));
     let mut findings: Vec<Finding> = joints.map(finding).collect();
+    findings.extend(beyond_limits(sources, events));
     findings.extend(contradicted_twist(sources, events, max_gap_s));
     findings
+}
+
+/// Compares the positions of all joints with the limits of the robot's description.
+fn beyond_limits(sources: &Sources, events: &[Event]) -> Option<Finding> {
+    let mut monitor = PositionMonitor::new(&sources.robot);
+    for event in events {
+        if let Measured::Joints(values) = &event.measured {
+            // A position of exactly zero may be that of a joint which the recording does not have.
+            let positions = values.position.iter().enumerate();
+            for (joint, &position) in positions.filter(|(_, position)| **position != 0.0) {
+                monitor.push(joint, event.time_s, position);
+            }
+        }
+        if let Measured::MoreJoints(publisher, values) = &event.measured {
+            let joints = &sources.streams.more_joints[*publisher];
+            for (&joint, &position) in joints.iter().zip(&values.position) {
+                monitor.push(joint, event.time_s, position);
+            }
+        }
+    }
+    let beyond = monitor.beyond_limits(f64::INFINITY);
+    beyond.map(|beyond| Finding::Data(DataFinding::PositionsBeyondLimits(beyond)))
 }
 
 /// Compares the velocities of each publisher of joint states with its positions.

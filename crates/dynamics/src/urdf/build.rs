@@ -128,6 +128,7 @@ impl<'a> Builder<'a> {
             ratio: 1.0,
             offset: 0.0,
             is_mimic: false,
+            limits: joint.position_limits(),
         }))
     }
 

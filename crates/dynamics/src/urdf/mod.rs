@@ -16,7 +16,7 @@ use crate::manipulator::{BaseKind, Manipulator, check_body};
 use crate::{MassProperties, ModelError};
 use build::build;
 use element::{Element, parse, syntax};
-use numbers::{number, numbers, origin};
+use numbers::{numbers, origin};
 use tree::Tree;
 
 /// A box that is fixed to a link, from a `<collision>` element.
@@ -179,14 +179,7 @@ impl Urdf {
     /// continuous or fixed, or whose limits are not two finite numbers of which the lower comes first.
     #[must_use]
     pub fn joint_limits(&self, joint: &str) -> Option<(f64, f64)> {
-        let tree = self.tree().ok()?;
-        let joint = tree.joints.get(joint)?.element;
-        let kind = joint.attribute("type")?.to_ascii_lowercase();
-        let limit = joint.child("limit")?;
-        let end = |name| Some(number(limit, name).ok()?.unwrap_or(0.0));
-        let (lower, upper) = (end("lower")?, end("upper")?);
-        let is_limited = ["revolute", "prismatic"].contains(&kind.as_str());
-        (is_limited && lower < upper).then_some((lower, upper))
+        self.tree().ok()?.joints.get(joint)?.position_limits()
     }
 
     /// Returns the names of the joints that mimic another joint, in the order of the file.

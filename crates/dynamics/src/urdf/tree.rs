@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::element::{Element, syntax};
+use super::numbers::number;
 use crate::{JointKind, ModelError};
 
 /// A joint of a URDF and the links that it connects.
@@ -45,6 +46,17 @@ impl JointElement<'_> {
                 });
             }
         })
+    }
+
+    /// Returns the lower and upper limit of the position, rad or m, or `None` for a joint that is continuous or fixed, or
+    /// whose limits are not two finite numbers of which the lower comes first.
+    pub(super) fn position_limits(&self) -> Option<(f64, f64)> {
+        let kind = self.element.attribute("type")?.to_ascii_lowercase();
+        let limit = self.element.child("limit")?;
+        let end = |name| Some(number(limit, name).ok()?.unwrap_or(0.0));
+        let (lower, upper) = (end("lower")?, end("upper")?);
+        let is_limited = ["revolute", "prismatic"].contains(&kind.as_str());
+        (is_limited && lower < upper).then_some((lower, upper))
     }
 }
 

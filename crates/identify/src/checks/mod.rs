@@ -1,5 +1,5 @@
-//! Checks of the samples themselves, before any equation: velocities against the positions that they belong to, and
-//! channels that never change.
+//! Checks of the samples themselves, before any equation: velocities against the positions that they belong to, positions
+//! against the limits of the joints, and channels that never change.
 //!
 //! A velocity that is not the derivative of its position is in other axes, in other units, of the opposite sign or of
 //! another joint. Velocities are integrated over short intervals and compared with the change of the position, because a
@@ -9,11 +9,13 @@ mod constant_channels;
 mod increments;
 mod joint_rates;
 mod online;
+mod position_limits;
 mod twist_rates;
 
 pub use constant_channels::{ChannelMonitor, ConstantChannels};
 pub use joint_rates::{JointRates, VelocityCause, VelocityContradiction, grouped_by_cause};
 pub(crate) use online::OnlineChecks;
+pub use position_limits::{PositionMonitor, PositionsBeyondLimits};
 pub use twist_rates::{TwistAxes, TwistContradiction, TwistRates};
 
 /// Relative rms difference between the change of a position and the integral of its velocity from which they

@@ -4,6 +4,7 @@ use tactid_dynamics::{BaseKind, Manipulator};
 
 use super::constant_channels::ChannelMonitor;
 use super::joint_rates::{JointRates, grouped_by_cause};
+use super::position_limits::PositionMonitor;
 use super::twist_rates::{TwistAxes, TwistRates};
 use crate::Finding;
 use crate::equations::Sample;
@@ -18,6 +19,7 @@ const INTERVALS: usize = 100;
 pub(crate) struct OnlineChecks {
     joint_names: Vec<String>,
     joints: JointRates,
+    positions: PositionMonitor,
     /// `None` for a fixed base.
     twist: Option<TwistRates>,
     sensors: Vec<String>,
@@ -31,6 +33,7 @@ impl OnlineChecks {
         Self {
             joint_names: robot.joint_names().to_vec(),
             joints: JointRates::new(robot.dof(), max_gap_s, Some(INTERVALS)),
+            positions: PositionMonitor::new(robot),
             twist: floats.then(|| TwistRates::new(TwistAxes::World, max_gap_s, Some(INTERVALS))),
             sensors: sensors.iter().map(|&name| name.to_owned()).collect(),
             channels: ChannelMonitor::new(sensors.len()),
@@ -41,6 +44,9 @@ impl OnlineChecks {
     pub(crate) fn push(&mut self, sample: &Sample<'_>) {
         let (position, velocity) = (sample.joint_position, sample.joint_velocity);
         self.joints.push(sample.time_s, position, velocity);
+        for (joint, &position) in position.iter().enumerate() {
+            self.positions.push(joint, sample.time_s, position);
+        }
         if let Some(twist) = &mut self.twist {
             twist.push(sample.time_s, &sample.base);
         }
@@ -54,6 +60,8 @@ impl OnlineChecks {
         let names: Vec<&str> = self.joint_names.iter().map(String::as_str).collect();
         let joints = grouped_by_cause(self.joints.contradictions(&names)).into_iter();
         let mut findings: Vec<Finding> = joints.map(Finding::VelocitiesContradicted).collect();
+        let beyond = self.positions.beyond_limits(SPAN_S);
+        findings.extend(beyond.map(Finding::PositionsBeyondLimits));
         let twist = self.twist.as_ref().and_then(TwistRates::contradiction);
         findings.extend(twist.map(Finding::TwistContradicted));
         let constant = self.channels.constant_channels(SPAN_S).into_iter();

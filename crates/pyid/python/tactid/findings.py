@@ -17,6 +17,7 @@ CONTRADICTIONS = (
     "known_bodies_too_heavy",
     "velocities_contradicted",
     "twist_contradicted",
+    "positions_beyond_limits",
 )
 """Findings that show the result, or the measurements behind it, to be wrong, the gravest first."""
 

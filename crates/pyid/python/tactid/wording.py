@@ -271,6 +271,19 @@ def _velocities_contradicted(data: Data, _: Style) -> str:
     )
 
 
+def _positions_beyond_limits(data: Data, _: Style) -> str:
+    first, lower, upper = data["joints"][0], data["lower"], data["upper"]
+    advice = (
+        "They are in degrees, but must be in rad (and the velocities in rad/s)."
+        if data["are_degrees"]
+        else "Check their units, the order of the joints, and that the URDF is that of this robot."
+    )
+    return (
+        f"The positions of {listed(data['joints'])} are beyond the limits of the URDF: {first}"
+        f" reaches {data['position']:.4g}, and its limits are {lower:.4g} and {upper:.4g}. {advice}"
+    )
+
+
 def _twist_contradicted(data: Data, _: Style) -> str:
     causes = {
         "body": " It is in the axes of the moving body, but must be in those of the world; or the"
@@ -357,6 +370,7 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "late_start": _late_start,
     "early_end": _early_end,
     "velocities_contradicted": _velocities_contradicted,
+    "positions_beyond_limits": _positions_beyond_limits,
     "twist_contradicted": _twist_contradicted,
     "constant_channels": _constant_channels,
     "no_equations": _no_equations,
