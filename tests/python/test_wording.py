@@ -25,6 +25,7 @@ FINDINGS = [
         "gravity_contradicted",
         {"better": [0.0, 0.0, 9.81], "residual_ratio": 1e-3, "method": "tactile"},
     ),
+    Finding("nothing_held", {"mass_kg": -0.0012, "std_dev_kg": 0.001}),
     Finding("negative_mass", {"method": "tactile", "or_gravity": True}),
     Finding("known_bodies_too_heavy", {"known_bodies_kg": 3.0, "load_kg": 2.0}),
     Finding(
@@ -135,6 +136,9 @@ SENTENCES = {
         " given one (its residuals are 0.10 % as large): check the sign of `gravity` and the axes"
         " of the world."
     ),
+    "nothing_held": (
+        "Nothing is held, or too little for this recording: the mass is -0.0012 ± 0.0020 kg."
+    ),
     "negative_mass": (
         "The identified mass is negative: the opposite sign of the wrench (`wrench_acts_on`), or"
         " of gravity (`gravity`), would explain the data."
@@ -181,7 +185,9 @@ SENTENCES = {
     ),
     "frame_assumed": ("/wrench names no frame: its wrenches are taken to be in `tool0`."),
     "wrenches_summed": ("The wrenches of /left and /right are summed."),
-    "unknown_joints": ("Joints that the URDF does not have were left out: finger."),
+    "unknown_joints": (
+        "Joints that the URDF does not have, or that do not move in it, were left out: finger."
+    ),
     "absent_joints": (
         "Joints that the log does not have, and that do not move the tool, were taken to be at"
         " zero: head."
@@ -280,6 +286,7 @@ ONLINE = {
 
 ONLINE_KINDS = (
     "gravity_contradicted",
+    "nothing_held",
     "negative_mass",
     "known_bodies_too_heavy",
     "offset_suspected",

@@ -27,6 +27,21 @@ pub struct NoEquations {
     pub min_samples: u32,
 }
 
+/// How much of the load the model leaves unexplained.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnexplainedLoad {
+    /// Unit of the channels with the largest unexplained fraction.
+    pub unit: &'static str,
+    /// Rms of measured less predicted load, in the unit.
+    pub residual_rms: f64,
+    /// Rms of the measured load, in the unit.
+    pub load_rms: f64,
+    /// Rms noise of the measurements, from the differences of neighbouring samples, in the unit.
+    pub noise_rms: f64,
+    /// The measurements that were used.
+    pub method: Method,
+}
+
 /// An observation about the data or the robot's description that concerns the assumptions of an identification. Nothing is
 /// corrected silently: each finding is for the user to decide on.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,6 +76,13 @@ pub enum Finding {
         /// The measurements that were used.
         method: Method,
     },
+    /// The mass of the payload is zero within its uncertainty.
+    NothingHeld {
+        /// Identified mass of the load beyond the known bodies, kg; it may be negative.
+        mass_kg: f64,
+        /// Its standard deviation, kg.
+        std_dev_kg: f64,
+    },
     /// The mass of the whole load comes out negative: the load has the opposite sign.
     NegativeMass {
         /// The measurements that were used.
@@ -84,18 +106,7 @@ pub enum Finding {
     /// The model leaves much of the load unexplained, far more than the noise of the measurements: its error is not in
     /// the standard deviations. Usual reasons are friction in the joints where efforts are used, and otherwise a frame,
     /// a pose or an order of joints that is not that of the data.
-    LoadUnexplained {
-        /// Unit of the channels with the largest unexplained fraction.
-        unit: &'static str,
-        /// Rms of measured less predicted load, in the unit.
-        residual_rms: f64,
-        /// Rms of the measured load, in the unit.
-        load_rms: f64,
-        /// Rms noise of the measurements, from the differences of neighbouring samples, in the unit.
-        noise_rms: f64,
-        /// The measurements that were used.
-        method: Method,
-    },
+    LoadUnexplained(UnexplainedLoad),
     /// The data contradict the known mass. It is not reported where a wrong sign, a wrong gravity or a known body that is
     /// too heavy is, because each of these contradicts the mass as well.
     MassContradicted {

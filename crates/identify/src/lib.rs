@@ -92,7 +92,7 @@ pub use equations::{
     states_of_poses,
 };
 pub use error::{IdentifyError, three_digits};
-pub use finding::{Finding, NoEquations};
+pub use finding::{Finding, NoEquations, UnexplainedLoad};
 pub use fit::Delay;
 pub use method::Method;
 pub use online::Identifier;

@@ -17,7 +17,7 @@ use tactid_dynamics::{
 };
 use tactid_identify::{
     BaseState, BatchIdentifier, BatchResult, BatchSettings, EquationSettings, Finding, Identifier,
-    Method, Sample, WrenchOffset,
+    Method, Sample, UnexplainedLoad, WrenchOffset,
 };
 
 /// Standard deviations of white noise on force, N, and moment, N m.
@@ -224,10 +224,10 @@ fn a_wrong_model_is_reported() {
         let is_reported = findings.iter().any(|finding| {
             matches!(
                 finding,
-                Finding::LoadUnexplained {
+                Finding::LoadUnexplained(UnexplainedLoad {
                     method: Method::Tactile,
                     ..
-                }
+                })
             )
         });
         assert!(is_reported, "{name}: {findings:?}");
@@ -307,7 +307,7 @@ fn friction_is_reported() {
     let is_unexplained = |finding: &Finding| {
         matches!(
             finding,
-            Finding::LoadUnexplained { unit: "N m", residual_rms, load_rms, .. }
+            Finding::LoadUnexplained(UnexplainedLoad { unit: "N m", residual_rms, load_rms, .. })
                 if *residual_rms > 1.0 && residual_rms < load_rms
         )
     };
@@ -316,5 +316,33 @@ fn friction_is_reported() {
     let online = rubbing.online_findings(&robot, TOOL, &settings);
     for findings in [batch, online] {
         assert!(findings.iter().any(is_unexplained), "{findings:?}");
+    }
+}
+
+/// A sensor that holds nothing but noise, and one whose load is all known, are reported; a wrong sign is not.
+#[test]
+fn nothing_held_is_no_wrong_sign() {
+    for (seed, sign) in [(3, 1.0), (4, -1.0)] {
+        let mut empty = recorded(seed);
+        let mut noise = SmallRng::seed_from_u64(seed);
+        for wrench in &mut empty.wrenches {
+            let mut draw = || sign * noise.random_range(-0.3..0.3);
+            wrench.force = Vector3::from_fn(|_, _| draw());
+            wrench.moment = Vector3::from_fn(|_, _| 0.1 * draw());
+        }
+        let findings = empty.findings(&EquationSettings::default());
+        let [
+            Finding::NothingHeld {
+                mass_kg,
+                std_dev_kg,
+            },
+        ] = findings[..]
+        else {
+            panic!("{findings:?}");
+        };
+        assert!(
+            mass_kg.abs() < 3.0 * std_dev_kg && std_dev_kg < 0.01,
+            "{mass_kg} {std_dev_kg}"
+        );
     }
 }

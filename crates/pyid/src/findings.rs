@@ -7,7 +7,9 @@ use tactid_dynamics::{IgnoredPart, MimicFault, ModelFinding};
 use tactid_identify::checks::{
     PositionsBeyondLimits, TwistAxes, TwistContradiction, VelocityCause, VelocityContradiction,
 };
-use tactid_identify::{Finding as Found, KnownMass, Method, NoEquations, WrenchOffset};
+use tactid_identify::{
+    Finding as Found, KnownMass, Method, NoEquations, UnexplainedLoad, WrenchOffset,
+};
 use tactid_recordings::{Delay, Finding, NotUsedBecause};
 
 use crate::keywords::keyword_of;
@@ -204,6 +206,10 @@ pub(crate) fn data_finding(
             residual_ratio,
             method,
         } => gravity_contradicted(py, better, *residual_ratio, *method)?,
+        Found::NothingHeld {
+            mass_kg,
+            std_dev_kg,
+        } => ("nothing_held", fields!(py, mass_kg, std_dev_kg)),
         Found::NegativeMass { method, or_gravity } => negative_mass(py, *method, *or_gravity)?,
         Found::KnownBodiesTooHeavy {
             known_bodies_kg,
@@ -213,17 +219,7 @@ pub(crate) fn data_finding(
             fields!(py, known_bodies_kg, load_kg),
         ),
         Found::OffsetSuspected { offset } => offset_suspected(py, offset)?,
-        Found::LoadUnexplained {
-            unit,
-            residual_rms,
-            load_rms,
-            noise_rms,
-            method,
-        } => (
-            "load_unexplained",
-            data!(py, "unit": unit, "residual_rms": residual_rms, "load_rms": load_rms,
-                "noise_rms": noise_rms, "method": method.name(), "has_unloaded": has_unloaded),
-        ),
+        Found::LoadUnexplained(load) => load_unexplained(py, load, has_unloaded)?,
         Found::MassContradicted {
             known,
             found_kg,
@@ -242,6 +238,18 @@ pub(crate) fn data_finding(
         Found::Model(finding) => return model_finding(py, finding),
         Found::Outliers { outliers, windows } => ("outliers", fields!(py, outliers, windows)),
     })
+}
+
+/// Returns the data of a load that the model does not explain.
+fn load_unexplained(
+    py: Python<'_>,
+    load: &UnexplainedLoad,
+    has_unloaded: bool,
+) -> PyResult<FindingData> {
+    let data = data!(py, "unit": load.unit, "residual_rms": load.residual_rms,
+        "load_rms": load.load_rms, "noise_rms": load.noise_rms, "method": load.method.name(),
+        "has_unloaded": has_unloaded);
+    Ok(("load_unexplained", data))
 }
 
 /// Returns the data of a negative mass.

@@ -56,11 +56,16 @@ pub(crate) fn name_arrays(
             rename(&mut found.faults);
             Ok(found)
         }
-        Err(RecordingError::NoOverlap { topics, mut faults }) => {
+        Err(RecordingError::NoOverlap {
+            topics,
+            delay_s,
+            mut faults,
+        }) => {
             rename(&mut faults);
             let topics = topics.iter().map(|name| keyword_of(name).to_owned());
             Err(RecordingError::NoOverlap {
                 topics: topics.collect(),
+                delay_s,
                 faults,
             })
         }

@@ -232,12 +232,15 @@ pub enum RecordingError {
     /// There is no time at which all streams have a value.
     #[error(
         "there is no stretch of time in which all of these have values: {}; check that they were recorded together, \
-         and that their stamps are those of one clock",
-        topics.join(", ")
+         {}that their stamps are those of one clock",
+        topics.join(", "),
+        given_delay(*delay_s)
     )]
     NoOverlap {
         /// Names of the topics, or of the arrays.
         topics: Vec<String>,
+        /// Delay of the wrenches that the request gives, s; zero without one.
+        delay_s: f64,
         /// Faults of their messages.
         faults: Vec<crate::DataFault>,
     },
@@ -361,6 +364,14 @@ fn list_sensors(sensors: &[(String, String)]) -> String {
         .iter()
         .map(|(topic, frame)| format!("{topic} in `{frame}`"));
     named.collect::<Vec<_>>().join(", ")
+}
+
+/// Returns what to check about a delay, s, that was given, and the conjunction before the last check.
+fn given_delay(delay_s: f64) -> String {
+    if delay_s == 0.0 {
+        return "and ".to_owned();
+    }
+    format!("that the given delay of {delay_s} s is in seconds, and ")
 }
 
 /// Says what to do where samples come too seldom.

@@ -215,6 +215,7 @@ fn nothing_found(plan: &Plan<'_>, run: &Run) -> RecordingError {
             .collect();
         return RecordingError::NoOverlap {
             topics: used,
+            delay_s: plan.request.delay_s.unwrap_or(0.0),
             faults: run.faults.to_vec(),
         };
     }

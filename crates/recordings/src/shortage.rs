@@ -10,8 +10,11 @@ use crate::plan::Plan;
 use crate::run::Run;
 
 /// Times between two samples of common recordings, s. Times whose samples would be as far apart in another unit are
-/// taken to be in this unit.
+/// taken to be in this unit, if they are longer than [`HONEST_PERIOD_S`].
 const COMMON_PERIODS_S: std::ops::RangeInclusive<f64> = 1e-4..=0.2;
+
+/// Longest time between two samples of a slow recording whose times are in seconds, s.
+const HONEST_PERIOD_S: f64 = 1.0;
 
 /// Returns the cause of an error that says that there are too few windows or samples; other errors as they are.
 pub(crate) fn explain(error: RecordingError, plan: &Plan<'_>, run: &Run) -> RecordingError {
@@ -89,7 +92,9 @@ fn rare_samples(plan: &Plan<'_>) -> Option<RecordingError> {
         period_s,
         window_s,
         min_samples: window::MIN_INSTANTS,
-        unit: units.find(is_common).map(|(unit, _)| unit),
+        unit: units
+            .find(|unit| period_s >= HONEST_PERIOD_S && is_common(unit))
+            .map(|(unit, _)| unit),
     })
 }
 

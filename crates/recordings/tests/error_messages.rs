@@ -42,6 +42,15 @@ fn errors_of_a_recording_say_what_to_do() {
         (
             RecordingError::NoOverlap {
                 topics: vec![named("/a"), named("/b")],
+                delay_s: 8.0,
+                faults: Vec::new(),
+            },
+            "recorded together, that the given delay of 8 s is in seconds, and that their stamps are those of one clock",
+        ),
+        (
+            RecordingError::NoOverlap {
+                topics: vec![named("/a"), named("/b")],
+                delay_s: 0.0,
                 faults: Vec::new(),
             },
             "/a, /b; check that they were recorded together, and that their stamps are those of one clock",

@@ -8,7 +8,7 @@ mod unexplained;
 use nalgebra::SVector;
 use tactid_dynamics::InertialParameters;
 
-use self::offset::better_with_offset;
+use self::offset::{better_with_offset, has_significant_component};
 use self::signs::sign_findings;
 use self::unexplained::unexplained_load;
 use crate::equations::{Equation, EquationStream};
@@ -113,7 +113,9 @@ fn model_findings(
     } else if let Some(fit) = with_offset
         && fit.parameters[0] >= 0.0
     {
-        let offset = fit.wrench_offset(stream.offset_frame());
+        let offset = fit
+            .wrench_offset(stream.offset_frame())
+            .filter(has_significant_component);
         findings.extend(offset.map(|offset| Finding::OffsetSuspected { offset }));
     }
     findings

@@ -3,6 +3,7 @@
 use super::residuals::determinant_ratio;
 use crate::equations::{Channels, Equation};
 use crate::fit::{Fit, FitOptions, least_squares};
+use crate::result::WrenchOffset;
 
 /// Squared Mahalanobis distance from zero from which a constant offset is reported. With six degrees of freedom, less
 /// than one in 1e10 exceeds it by chance.
@@ -11,6 +12,9 @@ const SIGNIFICANT_OFFSET: f64 = 60.0;
 /// An offset is reported where the determinant of the residuals' covariance is less than this fraction of that without
 /// the offset: the standard deviation shrinks to 0.8 or less in the direction of the offset.
 const CLEARLY_BETTER: f64 = 0.64;
+
+/// A component of an offset is significant where it is this many times its standard deviation.
+const SIGNIFICANT_COMPONENT: f64 = 3.0;
 
 /// Number of channels of the wrench, the first ones.
 const WRENCH: usize = 6;
@@ -32,4 +36,12 @@ pub(super) fn better_with_offset(
         .squared_distance(&other.covariance, &other.null_space);
     let is_better = determinant_ratio(equations, given, &other, WRENCH) < CLEARLY_BETTER;
     (squared_distance >= SIGNIFICANT_OFFSET && is_better).then_some(other)
+}
+
+/// Returns whether a component of an offset differs from zero significantly: an offset without one is no use to anybody who
+/// would subtract it, and short recordings have such offsets by chance.
+pub(super) fn has_significant_component(offset: &WrenchOffset) -> bool {
+    let std_devs = offset.std_devs.unwrap_or([0.0; 6]);
+    let mut components = offset.values().into_iter().zip(std_devs);
+    components.any(|(value, std_dev)| value.abs() > SIGNIFICANT_COMPONENT * std_dev)
 }

@@ -13,6 +13,9 @@ use crate::fit::{Fit, FitOptions, least_squares};
 /// with the configured one: the standard deviation shrinks to one half or less in one direction of the channels.
 const FAR_BETTER: f64 = 0.25;
 
+/// A mass within this many standard deviations of zero is that of nothing.
+const INSIGNIFICANT: f64 = 3.0;
+
 /// Returns findings about the signs of gravity and load, and about the mass of the known bodies, `known_bodies_kg`.
 /// `gravity` is the configured one, m/s².
 pub(super) fn sign_findings(
@@ -36,7 +39,11 @@ pub(super) fn sign_findings(
             method,
         });
     }
-    if best_mass < 0.0 {
+    if better.is_none()
+        && let Some(nothing) = nothing_held(given, known_bodies_kg)
+    {
+        findings.push(nothing);
+    } else if best_mass < 0.0 {
         findings.push(Finding::NegativeMass {
             method,
             or_gravity: has_gravity && better.is_none(),
@@ -45,6 +52,19 @@ pub(super) fn sign_findings(
         findings.extend(too_heavy(given, known_bodies_kg));
     }
     findings
+}
+
+/// Reports a mass beyond the known bodies that is zero within its uncertainty.
+fn nothing_held(given: &Fit, known_bodies_kg: f64) -> Option<Finding> {
+    let (mass_kg, std_dev_kg) = (
+        given.parameters[0] - known_bodies_kg,
+        given.mass_std_dev_kg(),
+    );
+    let is_zero = mass_kg.abs() <= INSIGNIFICANT * std_dev_kg && std_dev_kg.is_finite();
+    is_zero.then_some(Finding::NothingHeld {
+        mass_kg,
+        std_dev_kg,
+    })
 }
 
 /// Reports known bodies that weigh more than the load by more than its uncertainty.

@@ -2,7 +2,7 @@
 
 use crate::Method;
 use crate::equations::{Channels, Equation};
-use crate::finding::Finding;
+use crate::finding::{Finding, UnexplainedLoad};
 use crate::fit::Fit;
 
 /// Fraction of the load that a model must leave unexplained to be reported, rms over the channels of one unit. The gains
@@ -45,13 +45,13 @@ pub(crate) fn unexplained_load(
     let (unit, residual_rms, load_rms, noise_rms) = groups
         .filter(|group| fraction(group) > LARGE_RESIDUAL && group.1 > FAR_BEYOND_NOISE * group.3)
         .max_by(|a, b| fraction(a).total_cmp(&fraction(b)))?;
-    Some(Finding::LoadUnexplained {
+    Some(Finding::LoadUnexplained(UnexplainedLoad {
         unit,
         residual_rms,
         load_rms,
         noise_rms,
         method,
-    })
+    }))
 }
 
 /// Returns consecutive channels of one source and unit.

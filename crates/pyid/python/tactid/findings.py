@@ -22,6 +22,7 @@ CONTRADICTIONS = (
 """Findings that show the result, or the measurements behind it, to be wrong, the gravest first."""
 
 DOUBTS = (
+    "nothing_held",
     "load_unexplained",
     "mass_contradicted",
     "known_mass_not_kept",
@@ -29,7 +30,12 @@ DOUBTS = (
     "offset_suspected",
     "constant_channels",
 )
-"""Findings that show the values to be off by more than their intervals, the gravest first."""
+"""Findings for which no precision is promised, the gravest first: the values may be off by more
+than their intervals, or there is no payload to be known."""
+
+LARGEST_UNEXPLAINED = 0.3
+"""Fraction of the load from which what the model leaves unexplained shows the result to be wrong:
+friction of a geared arm rarely exceeds it."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +51,13 @@ class Finding:
 
     def __str__(self) -> str:
         return self.worded(self.style)
+
+    @property
+    def contradicts_result(self) -> bool:
+        """Whether the finding shows the result to be wrong."""
+        if self.kind != "load_unexplained":
+            return self.kind in CONTRADICTIONS
+        return bool(self.data["residual_rms"] > LARGEST_UNEXPLAINED * self.data["load_rms"])
 
     def worded(self, style: Style) -> str:
         """Returns the finding in sentences, with options as the reader would write them."""

@@ -18,7 +18,7 @@ from tactid._native import VALUE_NAMES, MassProperties
 from tactid.bodies import why_impossible
 from tactid.errors import ArgumentError
 from tactid.field_docs import with_fields
-from tactid.findings import CONTRADICTIONS, DataFault, Finding
+from tactid.findings import DataFault, Finding
 from tactid.values import Z95, where_known
 
 Array = NDArray[np.float64]
@@ -419,12 +419,12 @@ class IdentificationData:
     def is_contradicted(self) -> bool:
         """Whether the data show the result to be wrong.
 
-        No body can have the values, or a finding says that a sign, a velocity or a known body is
-        wrong: it stands first in ``print(result)``. The command ``tactid identify`` then ends with
-        exit code 1.
+        No body can have the values, though something is held, or a finding says so: it stands
+        first in ``print(result)``. The command ``tactid identify`` then ends with exit code 1.
         """
-        wrong = any(noticed.kind in CONTRADICTIONS for noticed in self.findings)
-        return wrong or self.estimate.why_impossible is not None
+        is_nothing = any(noticed.kind == "nothing_held" for noticed in self.findings)
+        is_impossible = self.estimate.why_impossible is not None and not is_nothing
+        return is_impossible or any(noticed.contradicts_result for noticed in self.findings)
 
     def remaining(self, within: float = 0.01) -> Array:
         """Returns how much longer the motion must go on until every value is known well enough.

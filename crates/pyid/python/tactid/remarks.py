@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from tactid._native import VALUE_NAMES
 from tactid.findings import CONTRADICTIONS, DOUBTS
-from tactid.identification import IdentificationData, PayloadEstimate
+from tactid.identification import IdentificationData
 from tactid.naming import Style, counted, listed
 from tactid.reported import offsets
 from tactid.values import Z95, digits_of
@@ -29,7 +29,7 @@ def remarks(result: IdentificationData, style: Style = "keyword") -> list[str]:
             [
                 *(noticed.worded(style) for noticed in grave),
                 *_of_the_body(result),
-                *_of_the_unknown(result.estimate, advised=not result.is_contradicted),
+                *_of_the_unknown(result),
                 *_of_the_samples(result),
                 *(noticed.worded(style) for noticed in others),
                 *map(str, result.faults),
@@ -40,20 +40,22 @@ def remarks(result: IdentificationData, style: Style = "keyword") -> list[str]:
 
 def _of_the_body(result: IdentificationData) -> list[str]:
     reason = result.estimate.why_impossible
-    explained = any(each.kind == "negative_mass" for each in result.findings)
+    explained = any(each.kind in ("negative_mass", "nothing_held") for each in result.findings)
     return [] if reason is None or explained else [f"No body can have these parameters: {reason}."]
 
 
-def _of_the_unknown(estimate: PayloadEstimate, *, advised: bool) -> list[str]:
-    unknown = estimate.not_identifiable
+def _of_the_unknown(result: IdentificationData) -> list[str]:
+    unknown = result.estimate.not_identifiable
     known = [name for name in VALUE_NAMES if name not in unknown]
-    if not unknown:
+    is_nothing = any(each.kind == "nothing_held" for each in result.findings)
+    if not unknown or is_nothing:
         return []
     if known:
         sentence = f"Not identifiable: {', '.join(unknown)}; known: {', '.join(known)}."
     else:
         sentence = "Nothing is identifiable: the motion determines none of the ten values."
-    return [" ".join([sentence, *(motion_advice(unknown) if advised else [])])]
+    advice = [] if result.is_contradicted else motion_advice(unknown)
+    return [" ".join([sentence, *advice])]
 
 
 def _of_the_samples(result: IdentificationData) -> list[str]:

@@ -39,6 +39,11 @@ def _gravity_contradicted(data: Data, style: Style) -> str:
     )
 
 
+def _nothing_held(data: Data, _: Style) -> str:
+    mass = _with_interval(data["mass_kg"], Z95 * data["std_dev_kg"])
+    return f"Nothing is held, or too little for this recording: the mass is {mass} kg."
+
+
 def _negative_mass(data: Data, style: Style) -> str:
     method = data["method"]
     hints = {
@@ -76,7 +81,9 @@ def _offset_suspected(data: Data, style: Style) -> str:
         f"The wrenches seem to have a constant offset: force ({', '.join(entries[:3])}) N, moment"
         f" ({', '.join(entries[3:])}) N m, in the frame {data['frame']} and with the sign of the"
         f" {whose} wrenches. Subtract it from the wrenches{place} (tare the sensor), or let"
-        f" {option_name('wrench_offset', style)} identify it together with the payload."
+        f" {option_name('wrench_offset', style)} identify it together with the payload. A frame of"
+        " the sensor that is turned or shifted, a joint's zero or a gain that is wrong can look the"
+        " same."
     )
 
 
@@ -232,7 +239,10 @@ def _wrenches_summed(data: Data, _: Style) -> str:
 
 
 def _unknown_joints(data: Data, _: Style) -> str:
-    return f"Joints that the URDF does not have were left out: {', '.join(data['joints'])}."
+    return (
+        "Joints that the URDF does not have, or that do not move in it, were left out:"
+        f" {', '.join(data['joints'])}."
+    )
 
 
 def _absent_joints(data: Data, _: Style) -> str:
@@ -353,6 +363,7 @@ def _percent(ratio: float) -> str:
 
 _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "gravity_contradicted": _gravity_contradicted,
+    "nothing_held": _nothing_held,
     "negative_mass": _negative_mass,
     "known_bodies_too_heavy": _known_bodies_too_heavy,
     "offset_suspected": _offset_suspected,
