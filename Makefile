@@ -51,8 +51,9 @@ study: $(VENV)/installed ## the estimators against noise, time and the Cramér-R
 study-logs: $(VENV)/installed ## from logs with 1 % noise on every channel that the simulator draws, 20 seeds
 	$(BIN)/python bench/logs.py
 
-coverage: $(VENV)/installed ## how often 95 % intervals hold the truth, 2000 runs of each method
+coverage: $(VENV)/installed ## how often 95 % intervals hold the truth, 2000 runs of each method, and 400 of each motion from efforts
 	$(BIN)/python bench/coverage.py
+	$(BIN)/python bench/coverage_efforts.py
 
 bench-hour: $(VENV)/installed ## seconds and memory for a log of one hour at 1 kHz, which is simulated first
 	$(BIN)/python bench/hour.py

@@ -9,21 +9,40 @@ pub(crate) const MIN_NODES: usize = 5;
 /// the noise.
 pub(crate) const MAX_NODES: usize = 11;
 
-/// Returns weights of values at `nodes` for the value, the first and the second derivative, at time `at`, of
-/// the polynomial that is fitted to them in least squares.
+/// Number of coefficients of a polynomial of degree four.
+const COEFFICIENTS: usize = MIN_NODES;
+
+/// Weights of the values at some nodes for quantities of the polynomial that is fitted to them. Weights beyond
+/// the number of nodes are zero.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Weights {
+    /// Weights for the value at the time of evaluation.
+    pub(crate) value: [f64; MAX_NODES],
+    /// Weights for the first derivative there.
+    pub(crate) first: [f64; MAX_NODES],
+    /// Weights for the second derivative there.
+    pub(crate) second: [f64; MAX_NODES],
+    /// Weights for the mean over the nodes of the integral from the time of evaluation to the node. Of a
+    /// velocity it is the mean position at the nodes less the position at the time of evaluation.
+    pub(crate) displacement: [f64; MAX_NODES],
+}
+
+/// Returns weights of values at `nodes` for quantities, at time `at`, of the polynomial that is fitted to them in
+/// least squares.
 ///
 /// The polynomial has degree four, or passes through all nodes where these are fewer than five. There are at
-/// most [`MAX_NODES`] nodes, all different; they need not be equidistant. Weights beyond the number of nodes
-/// are zero. The polynomials of the recurrence are orthogonal on the nodes (Forsythe 1957,
+/// most [`MAX_NODES`] nodes, all different; they need not be equidistant. The polynomials of the recurrence are orthogonal on the nodes (Forsythe 1957,
 /// doi 10.1137/0105007).
-pub(crate) fn weights(nodes: &[f64], at: f64) -> [[f64; MAX_NODES]; 3] {
+pub(crate) fn weights(nodes: &[f64], at: f64) -> Weights {
     let count = nodes.len();
-    let mut weights = [[0.0; MAX_NODES]; 3];
+    // Of the derivatives at `at`, from the value to the fourth.
+    let mut weights = [[0.0; MAX_NODES]; COEFFICIENTS];
     // The orthogonal polynomial of this degree and that of one less: at the nodes, and with derivatives at `at`.
     let (mut current, mut previous) = ([1.0; MAX_NODES], [0.0; MAX_NODES]);
-    let (mut current_at, mut previous_at) = ([1.0, 0.0, 0.0], [0.0; 3]);
+    let (mut current_at, mut previous_at) = ([0.0; COEFFICIENTS], [0.0; COEFFICIENTS]);
+    current_at[0] = 1.0;
     let mut previous_norm = f64::INFINITY;
-    for _ in 0..count.min(MIN_NODES) {
+    for _ in 0..count.min(COEFFICIENTS) {
         let (mut norm, mut moment) = (0.0, 0.0);
         for (p, t) in current[..count].iter().zip(nodes) {
             norm += p * p;
@@ -52,7 +71,37 @@ pub(crate) fn weights(nodes: &[f64], at: f64) -> [[f64; MAX_NODES]; 3] {
         (previous_at, current_at) = (current_at, next_at);
         previous_norm = norm;
     }
-    weights
+    let displacement = displacement(nodes, at, &weights);
+    let [value, first, second, ..] = weights;
+    Weights {
+        value,
+        first,
+        second,
+        displacement,
+    }
+}
+
+/// Returns the weights for the mean integral from `at` to the nodes, given those for the derivatives at `at`: the
+/// integral of the Taylor polynomial, term by term.
+fn displacement(
+    nodes: &[f64],
+    at: f64,
+    derivatives: &[[f64; MAX_NODES]; COEFFICIENTS],
+) -> [f64; MAX_NODES] {
+    let mut powers = [0.0; MAX_NODES];
+    powers[..nodes.len()].fill((nodes.len() as f64).recip());
+    let mut displacement = [0.0; MAX_NODES];
+    for (order, weights) in derivatives.iter().enumerate() {
+        let mut mean = 0.0; // of (t - at)^(order + 1) / (order + 1)!
+        for (power, t) in powers.iter_mut().zip(nodes) {
+            *power *= (t - at) / (order + 1) as f64;
+            mean += *power;
+        }
+        for (sum, weight) in displacement.iter_mut().zip(weights) {
+            *sum += mean * weight;
+        }
+    }
+    displacement
 }
 
 /// Nodes whose times, relative to their span, differ by less than this have the same weights.
@@ -65,7 +114,7 @@ pub(crate) struct CachedWeights {
     count: usize,
     /// Times of the nodes less that of the middle one.
     from_middle: [f64; MAX_NODES],
-    weights: [[f64; MAX_NODES]; 3],
+    weights: Weights,
 }
 
 impl CachedWeights {
@@ -74,15 +123,17 @@ impl CachedWeights {
         Self {
             count: 0,
             from_middle: [0.0; MAX_NODES],
-            weights: [[0.0; MAX_NODES]; 3],
+            weights: Weights {
+                value: [0.0; MAX_NODES],
+                first: [0.0; MAX_NODES],
+                second: [0.0; MAX_NODES],
+                displacement: [0.0; MAX_NODES],
+            },
         }
     }
 
     /// Returns the [`weights`] at the middle one of the nodes, to one part in ten million.
-    pub(crate) fn at_middle(
-        &mut self,
-        nodes: impl ExactSizeIterator<Item = f64>,
-    ) -> [[f64; MAX_NODES]; 3] {
+    pub(crate) fn at_middle(&mut self, nodes: impl ExactSizeIterator<Item = f64>) -> Weights {
         let count = nodes.len();
         let mut times = [0.0; MAX_NODES];
         for (time, node) in times.iter_mut().zip(nodes) {
@@ -139,10 +190,29 @@ mod tests {
                 -2.0 + 10.0 * at - 21.0 * at * at + 44.0 * at.powi(3),
                 10.0 - 42.0 * at + 132.0 * at * at,
             ];
-            for (order, weights) in weights(nodes, at).iter().enumerate() {
+            let found = weights(nodes, at);
+            for (order, weights) in [found.value, found.first, found.second].iter().enumerate() {
                 let found: f64 = nodes.iter().zip(weights).map(|(t, w)| w * value(*t)).sum();
                 assert!((found - target[order]).abs() < 1e-10, "{order}: {found}");
             }
+        }
+    }
+
+    /// The mean of the positions at the nodes less the displacement of the velocities is the position at the time of
+    /// evaluation, exactly for positions that are a polynomial of degree five.
+    #[test]
+    fn displacement_leads_from_the_mean_to_a_position() {
+        let position = |t: f64| 2.0 + t * (3.0 + t * (-1.0 + t * (5.0 + t * (-7.0 + 11.0 * t))));
+        let velocity = |t: f64| 3.0 + t * (-2.0 + t * (15.0 + t * (-28.0 + 55.0 * t)));
+        for (nodes, at) in [
+            (&UNEVEN[3..8], 0.013),
+            (&UNEVEN[3..8], -0.3),
+            (&UNEVEN[..], 0.013),
+        ] {
+            let mean = nodes.iter().map(|&t| position(t)).sum::<f64>() / nodes.len() as f64;
+            let pairs = nodes.iter().zip(weights(nodes, at).displacement);
+            let displacement: f64 = pairs.map(|(&t, weight)| weight * velocity(t)).sum();
+            assert!((mean - displacement - position(at)).abs() < 1e-12);
         }
     }
 
@@ -156,13 +226,13 @@ mod tests {
             [1.0 / 12.0, -2.0 / 3.0, 0.0, 2.0 / 3.0, -1.0 / 12.0],
             [-1.0 / 12.0, 4.0 / 3.0, -2.5, 4.0 / 3.0, -1.0 / 12.0],
         ];
-        for (found, target) in five.iter().zip(expected) {
+        for (found, target) in [five.value, five.first, five.second].iter().zip(expected) {
             for (found, target) in found.iter().zip(target) {
                 assert!((found - target).abs() < 1e-14);
             }
         }
         let steps: Vec<f64> = (0..11).map(|k| f64::from(k) - 5.0).collect();
-        let [value, ..] = weights(&steps, 0.0);
+        let value = weights(&steps, 0.0).value;
         let expected = [18.0, -45.0, -10.0, 60.0, 120.0, 143.0];
         for (k, target) in expected.iter().enumerate() {
             assert!((value[k] - target / 429.0).abs() < 1e-14, "{k}");
@@ -179,8 +249,15 @@ mod tests {
                 let shifted: Vec<f64> = nodes.iter().map(|t| t + shift).collect();
                 let found = cached.at_middle(shifted.iter().copied());
                 let target = weights(&shifted, shifted[nodes.len() / 2]);
-                for (found, target) in found.as_flattened().iter().zip(target.as_flattened()) {
-                    assert!((found - target).abs() < 1e-9 * (1.0 + target.abs()));
+                for (found, target) in [
+                    (found.value, target.value),
+                    (found.first, target.first),
+                    (found.second, target.second),
+                    (found.displacement, target.displacement),
+                ] {
+                    for (found, target) in found.iter().zip(target) {
+                        assert!((found - target).abs() < 1e-9 * (1.0 + target.abs()));
+                    }
                 }
             }
         }

@@ -54,7 +54,9 @@ impl StoredSample {
 /// State of the robot at the time of one sample. The motion is that of a polynomial fitted to the sample and
 /// some neighbours on each side, and so are the derivatives that were not measured.
 ///
-/// Angles and rates enter products, in which noise does not average out, so they are smoothed first. All of
+/// Angles and rates enter products, in which noise does not average out, so they are smoothed first. Where joint
+/// velocities are measured, they lead from the mean of the positions at all samples to the position at the middle one:
+/// a mean has less noise than the value of a polynomial, and an integral over so short a time has hardly any. All of
 /// it is linear in the measurements and local, so that a filter over many instants afterwards has the same
 /// effect on what is differentiated, smoothed or neither.
 #[derive(Clone, Debug)]
@@ -96,24 +98,32 @@ impl Instant {
     pub(crate) fn set(&mut self, samples: &[&StoredSample]) {
         let center = samples[samples.len() / 2];
         let times_s = samples.iter().map(|sample| sample.time_s);
-        let [value, first, second] = self.weights.at_middle(times_s);
+        let weights = self.weights.at_middle(times_s);
         self.time_s = center.time_s;
-        self.base = base_motion(samples, &value, &first);
+        self.base = base_motion(samples, &weights.value, &weights.first);
         self.joint_effort.copy_from_slice(&center.joint_effort);
         self.wrenches.copy_from_slice(&center.wrenches);
         let measured = samples.iter().all(|sample| sample.has_velocity);
         self.joint_position.fill(0.0);
         self.joint_velocity.fill(0.0);
         self.joint_acceleration.fill(0.0);
+        let mean = (samples.len() as f64).recip();
         for (k, sample) in samples.iter().enumerate() {
-            let (rates, velocity, acceleration) = if measured {
-                (&sample.joint_velocity, value[k], first[k])
+            let (position, velocity, acceleration) = (
+                &mut self.joint_position,
+                &mut self.joint_velocity,
+                &mut self.joint_acceleration,
+            );
+            if measured {
+                add_scaled(position, mean, &sample.joint_position);
+                add_scaled(position, -weights.displacement[k], &sample.joint_velocity);
+                add_scaled(velocity, weights.value[k], &sample.joint_velocity);
+                add_scaled(acceleration, weights.first[k], &sample.joint_velocity);
             } else {
-                (&sample.joint_position, first[k], second[k])
-            };
-            add_scaled(&mut self.joint_position, value[k], &sample.joint_position);
-            add_scaled(&mut self.joint_velocity, velocity, rates);
-            add_scaled(&mut self.joint_acceleration, acceleration, rates);
+                add_scaled(position, weights.value[k], &sample.joint_position);
+                add_scaled(velocity, weights.first[k], &sample.joint_position);
+                add_scaled(acceleration, weights.second[k], &sample.joint_position);
+            }
         }
     }
 }

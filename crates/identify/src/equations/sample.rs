@@ -68,7 +68,7 @@ pub fn states_of_poses(times_s: &[f64], poses: &[Isometry3<f64>]) -> Vec<BaseSta
         // The first and the last two poses use the five at the same end.
         let first = k.saturating_sub(MIN_NODES / 2).min(count - MIN_NODES);
         let near = first..first + MIN_NODES;
-        let [_, slope, _] = weights(&times_s[near.clone()], times_s[k]);
+        let slope = weights(&times_s[near.clone()], times_s[k]).first;
         let near = || poses[near.clone()].iter().zip(slope);
         let rotations = near().map(|(other, weight)| (&other.rotation, weight));
         let rate = Quaternion::from(weighted_rotation_sum(rotations, &pose.rotation));

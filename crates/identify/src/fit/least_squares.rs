@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector, Dyn};
 
-use super::sandwich::{self, Entries, ScoredRow};
+use super::sandwich::{self, Entries, NoiseMeat, ScoredRow};
 use super::{Delay, Fit, FitOptions};
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
 use crate::equations::{Channels, Equation, Row};
@@ -361,16 +361,28 @@ impl<'a> ReweightedLeastSquares<'a> {
         let freedom = (independent - unknowns as f64).max(1.0);
         let scores =
             sandwich::newey_west_meat(rows, channels, self.columns) * independent / freedom;
-        let stationary = sandwich::stationary_meat(rows, channels, &bread);
+        let of_noise = if sandwich::is_white(rows, &bread) {
+            sandwich::local_meat(rows, channels, &bread)
+        } else {
+            sandwich::stationary_meat(rows, channels, &bread)
+        };
         // Errors that last longer than the filter show in the scores, if there are enough of them.
         let size = |meat: &DMatrix<f64>| (&bread * meat).trace();
-        let (meat, t_factors) = if size(&scores) > size(&stationary.meat) {
-            (scores, DVector::repeat(self.columns, 1.0))
+        let NoiseMeat {
+            meat,
+            t_factors,
+            from_residuals,
+        } = if size(&scores) > size(&of_noise.meat) {
+            NoiseMeat {
+                meat: scores,
+                t_factors: DVector::repeat(self.columns, 1.0),
+                from_residuals: 1.0,
+            }
         } else {
-            (stationary.meat, stationary.t_factors)
+            of_noise
         };
-        let inflation = self.noise.inflation(count as f64 / PRODUCT_CORRELATION);
-        let mut meat = meat * inflation;
+        let independent = count as f64 / PRODUCT_CORRELATION;
+        let mut meat = meat * self.noise.inflation(independent, from_residuals);
         // Variance of the weighing: its information is enlarged for the correlation of neighbouring windows.
         meat[(0, 0)] += self.mass_information() * NOISE_CORRELATION;
         let scaled = &bread * meat * &bread;
@@ -400,6 +412,7 @@ impl<'a> ReweightedLeastSquares<'a> {
                 let mut scored_row = ScoredRow {
                     entries: [0.0; 11],
                     residual,
+                    difference,
                     score: [0.0; 11],
                     weight,
                 };

@@ -148,7 +148,8 @@ impl NoiseTracker {
 
     /// Returns the factor on variances for the uncertainty of the estimated correlations across channels.
     pub(crate) fn inflation(&self) -> f64 {
-        self.noise.inflation(self.windows / PRODUCT_CORRELATION)
+        self.noise
+            .inflation(self.windows / PRODUCT_CORRELATION, 1.0)
     }
 
     /// Returns the degrees of freedom of a channel's variance: the number of independent windows that it is

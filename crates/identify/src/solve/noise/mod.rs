@@ -141,12 +141,12 @@ impl Noise {
         })
     }
 
-    /// Returns the factor by which the covariance of the parameters is larger than the residuals show, given
-    /// the number of independent windows. Correlations that were estimated from the same residuals fit them
-    /// too well, and their errors add to those of the parameters.
-    pub(crate) fn inflation(&self, independent: f64) -> f64 {
+    /// Returns the factor by which the covariance of the parameters is larger than an estimate of the noise shows, given
+    /// the number of independent windows. Errors of the estimated correlations add to those of the parameters; and the
+    /// correlations fit the residuals, from which a fraction `from_residuals` of the estimate comes, too well.
+    pub(crate) fn inflation(&self, independent: f64, from_residuals: f64) -> f64 {
         let fraction = (self.estimated_correlations / independent).min(0.9);
-        (1.0 + fraction) / (1.0 - fraction)
+        (1.0 + fraction) * (1.0 + from_residuals * fraction / (1.0 - fraction))
     }
 
     /// Whitens rows, one for each channel: brings them to units of their noise and removes its correlation.
