@@ -54,7 +54,9 @@ const FEWEST_SAMPLES: u64 = 100;
 /// uncertainty of the estimate and a model error of 3 % of the load explain. All earlier windows are discarded, the
 /// noise is kept, and the values are unknown until the motion determines them anew. A change well above the noise is
 /// detected within 0.2 s at a cutoff of 10 Hz, a change below the noise of a window after seconds. A model that is
-/// wrong by far more than 3 %, or noise that grows suddenly, causes alarms, too. No change is detected within the first
+/// wrong by far more than 3 %, or noise that grows suddenly, causes alarms, too. A change by less than some 7 % of the load
+/// can pass unnoticed, because such an error of the model could explain it: create a new identifier where the payload is known
+/// to change. No change is detected within the first
 /// 32 windows after the first sample or after an alarm.
 ///
 /// # Cost

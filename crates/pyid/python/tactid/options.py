@@ -235,7 +235,8 @@ class Options:
     )
     wrench_noise: ArrayLike | None = option(
         "Standard deviations of the white noise of one wrench, (6,), or (S, 6) for S sensors; on"
-        " the command line, once for all sensors or once for each.",
+        " the command line, once for all sensors or once for each. Their ratios weight the"
+        " channels; the intervals follow from the residuals.",
         NOISE,
         _LEAST_SQUARES,
         rust_field="Request::wrench_noise",
