@@ -7,7 +7,7 @@ use tactid_identify::batch::preview::{
 use tactid_identify::equations::{Equation, window};
 use tactid_identify::{Channels, Delay, EquationSettings, EquationStream};
 
-use crate::alignment::{Aligner, Event, Streams};
+use crate::alignment::{Aligner, Event, Measured, Streams};
 use crate::defaults::Options;
 use crate::recording::Sources;
 use crate::{Finding, RecordingError};
@@ -20,6 +20,12 @@ const LONGEST_WINDOW_S: f64 = 1.0;
 const FEWEST_WINDOWS: usize = 4;
 /// Largest fraction of the motion's power that may be white noise.
 const QUIET: f64 = 1e-4;
+/// Number of samples in a window from which polynomials are fitted to every second sample. In shorter windows neighbouring
+/// instants share samples, and their differences do not show the noise.
+const FEWEST_INDEPENDENT: f64 = 36.0;
+/// Power of the cutoff with which the variance of white noise grows in the mean of a first derivative; of a second one it
+/// grows with two more.
+const FIRST_DERIVATIVE: i32 = 3;
 /// Smallest fraction of the motion's power that the filter keeps.
 const KEPT: f64 = 0.8;
 
@@ -80,6 +86,7 @@ impl DelayEstimate {
 }
 
 /// A cutoff with the power of the motion that it keeps, and the white noise in that power, 1/s⁴.
+#[derive(Clone, Copy)]
 struct Candidate {
     cutoff_hz: f64,
     power: f64,
@@ -131,7 +138,30 @@ impl Preview<'_> {
             });
             length_s *= 2.0;
         }
+        self.extrapolate_noise(&mut candidates);
         Ok(candidates)
+    }
+
+    /// Replaces the noise of windows that are too short to show it by that of the shortest window that shows it.
+    fn extrapolate_noise(&self, candidates: &mut [Candidate]) {
+        let shortest_s = FEWEST_INDEPENDENT * self.options.period_s;
+        let shows_noise =
+            |candidate: &&Candidate| window::length_s(candidate.cutoff_hz) >= shortest_s;
+        let Some(&shown) = candidates.iter().find(shows_noise) else {
+            return;
+        };
+        let has_no_velocity = |event: &Event| match &event.measured {
+            Measured::Joints(values) => values.velocity.is_empty(),
+            _ => false,
+        };
+        let is_second = self.events.iter().any(has_no_velocity);
+        let exponent = FIRST_DERIVATIVE + if is_second { 2 } else { 0 };
+        for candidate in candidates {
+            let growth = (candidate.cutoff_hz / shown.cutoff_hz).powi(exponent);
+            if growth > 1.0 {
+                candidate.noise = candidate.noise.max(growth * shown.noise);
+            }
+        }
     }
 
     /// Estimates the delay of the wrenches' stamps relative to the motion.
