@@ -151,7 +151,9 @@ SENTENCES = {
         "The wrenches seem to have a constant offset: force (1.50 ± 0.20, 0.00 ± 0.20, 0.20 ±"
         " 0.20) N, moment (0.000 ± 0.020, 0.010 ± 0.020, 0.000 ± 0.020) N m, in the frame tool0"
         " and with the sign of the recorded wrenches. Subtract it from the wrenches (tare the"
-        " sensor), or let `wrench_offset` identify it together with the payload."
+        " sensor), or let `wrench_offset` identify it together with the payload. A frame of the"
+        " sensor that is turned or shifted, a joint's zero or a gain that is wrong can look the"
+        " same."
     ),
     "load_unexplained": (
         "The model does not explain 30 % of the load (rms 3.0 of 10.0 N m, 43 times the noise),"
@@ -273,7 +275,9 @@ ONLINE = {
         "The wrenches seem to have a constant offset: force (1.50 ± 0.20, 0.00 ± 0.20, 0.20 ±"
         " 0.20) N, moment (0.000 ± 0.020, 0.010 ± 0.020, 0.000 ± 0.020) N m, in the frame tool0"
         " and with the sign of the pushed wrenches. Subtract it from the wrenches before `push`"
-        " (tare the sensor), or let `wrench_offset` identify it together with the payload."
+        " (tare the sensor), or let `wrench_offset` identify it together with the payload. A frame"
+        " of the sensor that is turned or shifted, a joint's zero or a gain that is wrong can look"
+        " the same."
     ),
     "load_unexplained": (
         "The model does not explain 30 % of the load (rms 3.0 of 10.0 N m, 43 times the noise),"
