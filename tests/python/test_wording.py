@@ -57,6 +57,21 @@ FINDINGS = [
         },
     ),
     Finding(
+        "runs_disagree",
+        {
+            "runs": 3,
+            "run": "bag2",
+            "others_agree": True,
+            "chi_square": 812.4,
+            "degrees_of_freedom": 20,
+            "p_value": 1e-30,
+            "value": "mass",
+            "difference": 0.23,
+            "of_others": 2.3,
+            "sigmas": 25.3,
+        },
+    ),
+    Finding(
         "known_mass_not_kept",
         {
             "known_mass_kg": 2.0,

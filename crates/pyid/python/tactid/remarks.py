@@ -29,7 +29,7 @@ def remarks(result: IdentificationData, style: Style = "keyword") -> list[str]:
             [
                 *(noticed.worded(style) for noticed in grave),
                 *_of_the_body(result),
-                *_of_the_unknown(result.estimate, advised=not result.is_contradicted),
+                *unknown_values(result.estimate, advised=not result.is_contradicted),
                 *_of_the_samples(result),
                 *(noticed.worded(style) for noticed in others),
                 *map(str, result.faults),
@@ -44,7 +44,8 @@ def _of_the_body(result: IdentificationData) -> list[str]:
     return [] if reason is None or explained else [f"No body can have these parameters: {reason}."]
 
 
-def _of_the_unknown(estimate: PayloadEstimate, *, advised: bool) -> list[str]:
+def unknown_values(estimate: PayloadEstimate, *, advised: bool) -> list[str]:
+    """Says which values are not identifiable, and with ``advised`` the motion that helps."""
     unknown = estimate.not_identifiable
     known = [name for name in VALUE_NAMES if name not in unknown]
     if not unknown:
