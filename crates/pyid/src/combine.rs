@@ -49,7 +49,7 @@ impl CombinationData {
         let findings = findings.map(|finding| data_finding(py, finding, false));
         Ok(Self {
             estimate: EstimateData::new(py, &found.estimate)?,
-            principal_moments: MomentsData::new(py, found.principal_moments.clone())?,
+            principal_moments: MomentsData::new(py, found.principal_moments)?,
             agreement: agreement_data(py, &found.agreement, found.between_runs)?,
             findings: findings.collect::<PyResult<_>>()?,
         })

@@ -212,7 +212,7 @@ impl IdentificationData {
             estimate: EstimateData::new(py, &found.estimate)?,
             method: found.method.name(),
             estimator,
-            principal_moments: MomentsData::new(py, found.principal_moments.clone())?,
+            principal_moments: MomentsData::new(py, found.principal_moments)?,
             linear: found
                 .linear
                 .as_ref()
