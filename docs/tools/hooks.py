@@ -15,7 +15,7 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
-from tactid import result_schema
+from tactid import combination_schema, result_schema
 from tactid.cli import app
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from array_table import with_array_tables
 from completeness import missing_names
 from figures import FIGURES, draw
-from schema_tables import finding_table, tables
+from schema_tables import combination_tables, finding_table, tables
 
 EXTERNAL = re.compile(
     r"<(?:script|img|iframe|source)\b[^>]*\bsrc=[\"']?(?:https?:)?//[^\s>]+"
@@ -48,6 +48,9 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
     for mark, made in {"<!-- schema -->": tables, "<!-- findings -->": finding_table}.items():
         if mark in markdown:
             markdown = markdown.replace(mark, made(result_schema()))
+    mark = "<!-- combination schema -->"
+    if mark in markdown:
+        markdown = markdown.replace(mark, combination_tables(combination_schema()))
     return with_array_tables(markdown)
 
 

@@ -21,6 +21,16 @@ def tables(schema: Schema) -> str:
     return "\n\n".join(sections)
 
 
+def combination_tables(schema: Schema) -> str:
+    """Returns tables of the keys that only the document of several recordings has."""
+    own = ("agreement", "recordings")
+    top, recording = schema["properties"], schema["$defs"]["recording"]
+    sections = [table((key, part) for key, part in top.items())]
+    sections += [f"#### `{key}`\n\n{table(inner(f'{key}.', top[key]))}" for key in own[:1]]
+    sections.append(f"#### `recording`\n\n{table(inner('', recording))}")
+    return "\n\n".join(sections)
+
+
 def finding_table(schema: Schema) -> str:
     """Returns a table of the kinds of findings, with the keys of their data."""
     lines = ["| kind | what it means | data |", "|---|---|---|"]

@@ -90,6 +90,17 @@ pub enum IdentifyError {
              not compute: use least squares"
     )]
     NeedsLeastSquares(&'static str),
+    /// There is no recording to combine.
+    #[error("there is no recording to combine")]
+    NoRuns,
+    /// The estimate of a recording to combine is not a point with an information.
+    #[error("the information of recording {run} {problem}")]
+    Information {
+        /// Index of the recording.
+        run: usize,
+        /// What is wrong with it, as a predicate.
+        problem: &'static str,
+    },
     /// The recording has too few windows without a gap: it is too short for the cutoff.
     #[error(
         "too few windows: {windows} of {} s without a gap were found; record longer, or raise the cutoff",

@@ -5,6 +5,7 @@ use tactid_dynamics::ModelFinding;
 
 use crate::Method;
 use crate::checks::{PositionsBeyondLimits, TwistContradiction, VelocityContradiction};
+use crate::combine::{Agreement, ValueDifference};
 use crate::result::WrenchOffset;
 use crate::solve::KnownMass;
 
@@ -40,6 +41,42 @@ pub struct UnexplainedLoad {
     pub noise_rms: f64,
     /// The measurements that were used.
     pub method: Method,
+}
+
+/// How several recordings of one payload differ by more than their noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disagreement {
+    /// Number of recordings.
+    pub runs: usize,
+    /// Sum over the recordings of the squared Mahalanobis distance of their parameters from the combined ones.
+    pub chi_square: f64,
+    /// Degrees of freedom of the chi-square.
+    pub degrees_of_freedom: u32,
+    /// Probability of at least this chi-square if noise were the only difference between the recordings.
+    pub p_value: f64,
+    /// Index of the recording that differs most from the others; `None` for two recordings.
+    pub run: Option<usize>,
+    /// Whether the other recordings agree among themselves; false for two recordings.
+    pub others_agree: bool,
+    /// The largest difference between this recording and the others, or of the second of two recordings from the first.
+    pub largest: Option<ValueDifference>,
+}
+
+impl Disagreement {
+    /// Returns the disagreement of recordings that do not agree.
+    pub(crate) fn of(agreement: &Agreement) -> Option<Self> {
+        let run = agreement.largest.map(|largest| largest.run);
+        let run = run.filter(|_| agreement.runs.len() > 2);
+        (!agreement.agree).then_some(Self {
+            runs: agreement.runs.len(),
+            chi_square: agreement.chi_square,
+            degrees_of_freedom: agreement.degrees_of_freedom,
+            p_value: agreement.p_value,
+            run,
+            others_agree: run.is_some_and(|run| agreement.runs[run].others_agree),
+            largest: agreement.largest,
+        })
+    }
 }
 
 /// An observation about the data or the robot's description that concerns the assumptions of an identification. Nothing is
@@ -137,6 +174,8 @@ pub enum Finding {
         /// Whether the body also had to fit into a bounding box.
         within_box: bool,
     },
+    /// Several recordings of one payload differ by more than their noise. The combined intervals include what varies.
+    RunsDisagree(Disagreement),
     /// Some windows are outliers, for example because of an impact, and have next to no weight.
     Outliers {
         /// Number of outliers.

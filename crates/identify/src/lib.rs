@@ -71,6 +71,7 @@
 
 pub mod batch;
 pub mod checks;
+mod combine;
 mod diagnosis;
 pub mod equations;
 mod error;
@@ -87,12 +88,15 @@ pub use tactid_dynamics as dynamics;
 pub use tactid_dynamics::{BaseKind, Manipulator, ModelError, Wrench};
 
 pub use batch::{BatchIdentifier, BatchResult, BatchSettings, FitReport, Forecast};
+pub use combine::{
+    Agreement, Combination, CombineSettings, LinearEstimate, RunDistance, ValueDifference, combine,
+};
 pub use equations::{
     BaseState, Channel, Channels, EquationSettings, EquationStream, PushOutcome, Sample,
     states_of_poses,
 };
 pub use error::{IdentifyError, three_digits};
-pub use finding::{Finding, NoEquations, UnexplainedLoad};
+pub use finding::{Disagreement, Finding, NoEquations, UnexplainedLoad};
 pub use fit::Delay;
 pub use method::Method;
 pub use online::Identifier;

@@ -104,7 +104,9 @@ impl IntoPyErr for IdentifyError {
                 let name = "estimator";
                 option_error(pointing_to(&message, name), name)
             }
-            Self::WrenchCount { .. } => ArgumentError::new_err(message),
+            Self::WrenchCount { .. } | Self::NoRuns | Self::Information { .. } => {
+                ArgumentError::new_err(message)
+            }
             Self::NoWrench | Self::FixedBase | Self::NoMasses { .. } => {
                 identification_error(&message, Some("method"))
             }
@@ -121,6 +123,8 @@ impl IntoPyErr for RecordingError {
         match self {
             Self::Identify(error) => error.into_py_err(),
             Self::Log(error) => error.into_py_err(),
+            Self::OfLog { path, source } => naming(&path, source.into_py_err()),
+            Self::SameLogTwice(_) | Self::NotTheSame { .. } => ArgumentError::new_err(message),
             Self::UnloadedLog(_) => LogError::new_err((message, "unloaded")),
             Self::NoSuchTopic { kind, .. } => option_error(message, topic_option(kind)),
             Self::EffortGains { .. } => option_error(message, "effort_gain"),
@@ -152,16 +156,7 @@ impl IntoPyErr for RecordingError {
             Self::MissingArray { name, reason } => {
                 ArgumentError::new_err(format!("`{}` is missing: {reason}", keyword_of(name)))
             }
-            Self::SensorFrameNorm(norm) => {
-                let name = "sensor_frame";
-                let norm = three_digits(norm);
-                option_error(
-                    format!(
-                        "the quaternion (qx, qy, qz, qw) of `{name}` has the norm {norm}, but must have the norm 1"
-                    ),
-                    name,
-                )
-            }
+            Self::SensorFrameNorm(norm) => sensor_frame_norm(norm),
             Self::SensorFrameForSeveral(_) => option_error(message, "sensor_frame"),
             // The recording or the topic that the option names is at fault.
             Self::OtherMotion { .. } | Self::NoSharedMotion | Self::SeveralUnloadedTopics(_) => {
@@ -175,6 +170,18 @@ impl IntoPyErr for RecordingError {
             other => identification_error(&message, remedy(&other)),
         }
     }
+}
+
+/// An error of a rotation of a sensor's frame that is none.
+fn sensor_frame_norm(norm: f64) -> PyErr {
+    let name = "sensor_frame";
+    let norm = three_digits(norm);
+    option_error(
+        format!(
+            "the quaternion (qx, qy, qz, qw) of `{name}` has the norm {norm}, but must have the norm 1"
+        ),
+        name,
+    )
 }
 
 /// The option that resolves an error of a recording; `None` where there is none.
@@ -198,6 +205,22 @@ fn identification_error(message: &str, option: Option<&'static str>) -> PyErr {
         Some(name) => IdentificationError::new_err((pointing_to(message, name), name)),
         None => IdentificationError::new_err(message.to_owned()),
     }
+}
+
+/// Adds the path of the log that an error is about to its message, unless that names it already.
+fn naming(path: &str, error: PyErr) -> PyErr {
+    Python::attach(|py| {
+        let value = error.value(py);
+        let message: PyResult<String> = value.getattr("message").and_then(|text| text.extract());
+        match message {
+            Ok(message) if !message.contains(path) => {
+                // An exception that takes no attribute is still raised, without the path.
+                let _ = value.setattr("message", format!("{path}: {message}"));
+            }
+            _ => {}
+        }
+        error
+    })
 }
 
 /// Adds to a message what the option does that resolves the error.

@@ -8,7 +8,8 @@ use tactid_identify::checks::{
     PositionsBeyondLimits, TwistAxes, TwistContradiction, VelocityCause, VelocityContradiction,
 };
 use tactid_identify::{
-    Finding as Found, KnownMass, Method, NoEquations, UnexplainedLoad, WrenchOffset,
+    Disagreement, Finding as Found, KnownMass, Method, NoEquations, UnexplainedLoad,
+    ValueDifference, WrenchOffset,
 };
 use tactid_recordings::{Delay, Finding, NotUsedBecause};
 
@@ -201,6 +202,7 @@ pub(crate) fn data_finding(
             is_zero,
         } => constant_channels(py, "wrenches", frame, channels, *is_zero)?,
         Found::NoEquations(counts) => no_equations(py, counts)?,
+        Found::RunsDisagree(found) => runs_disagree(py, found)?,
         Found::GravityContradicted {
             better,
             residual_ratio,
@@ -280,6 +282,18 @@ fn known_mass_not_kept(
     let data = data!(py, "known_mass_kg": known.mass_kg, "known_mass_std_dev_kg": known.std_dev_kg,
         "estimated_kg": estimated_kg, "within_box": within_box);
     Ok(("known_mass_not_kept", data))
+}
+
+/// Returns the data of recordings that disagree. They are named by their indices, and by their names in Python.
+fn runs_disagree(py: Python<'_>, found: &Disagreement) -> PyResult<FindingData> {
+    let largest = found.largest.as_ref();
+    let data = data!(py, "runs": found.runs, "run": found.run, "others_agree": found.others_agree,
+        "chi_square": found.chi_square, "degrees_of_freedom": found.degrees_of_freedom,
+        "p_value": found.p_value, "value": largest.map(|largest| largest.value),
+        "difference": largest.map(|largest| largest.difference),
+        "of_others": largest.map(|largest| largest.others),
+        "sigmas": largest.map(ValueDifference::sigmas));
+    Ok(("runs_disagree", data))
 }
 
 /// Returns the data of a known mass that the data contradict.

@@ -5,8 +5,8 @@ use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use tactid_identify::WrenchOffset;
 use tactid_recordings::{
-    Clock, Delay, Estimator, FitReport, HistoryPoint, Identification, KnownMass, PaperSettings,
-    PayloadEstimate, PrincipalMoments, SingularValues,
+    Clock, Delay, Estimator, FitReport, HistoryPoint, Identification, KnownMass, LinearEstimate,
+    PaperSettings, PayloadEstimate, PrincipalMoments, SingularValues,
 };
 
 use crate::arrays::output;
@@ -16,7 +16,7 @@ use crate::findings::{FindingData, finding_data};
 use crate::inertia::MassProperties;
 use crate::options::{LEAST_SQUARES, NLMS};
 
-type Array = Py<PyArrayDyn<f64>>;
+pub(crate) type Array = Py<PyArrayDyn<f64>>;
 
 /// `tactid.identification.PayloadEstimate`.
 #[derive(IntoPyObject)]
@@ -48,6 +48,25 @@ impl EstimateData {
             since: estimate.since_s,
             rejected: estimate.rejected,
             gaps: estimate.gaps,
+        })
+    }
+}
+
+/// `tactid.identification.LinearEstimate`.
+#[derive(IntoPyObject)]
+struct LinearData {
+    parameters: Array,
+    information: Array,
+    degrees_of_freedom: f64,
+}
+
+impl LinearData {
+    fn new(py: Python<'_>, linear: &LinearEstimate) -> PyResult<Self> {
+        Ok(Self {
+            parameters: array(py, linear.parameters.as_slice().to_vec(), &[10])?,
+            // Symmetric: the order of rows and columns does not matter.
+            information: array(py, linear.information.as_slice().to_vec(), &[10, 10])?,
+            degrees_of_freedom: linear.degrees_of_freedom,
         })
     }
 }
@@ -87,10 +106,24 @@ impl WrenchOffsetData {
     }
 }
 
+/// `tactid.identification.PrincipalMoments`.
 #[derive(IntoPyObject)]
-struct MomentsData {
+pub(crate) struct MomentsData {
     values: Array,
     std_devs: Array,
+}
+
+impl MomentsData {
+    pub(crate) fn new(py: Python<'_>, moments: Option<PrincipalMoments>) -> PyResult<Self> {
+        let values = moments
+            .as_ref()
+            .map_or([f64::NAN; 3], |found| found.moments);
+        let uncertain = std_devs(moments.and_then(|found| found.std_devs));
+        Ok(Self {
+            values: array(py, values.to_vec(), &[3])?,
+            std_devs: array(py, uncertain.to_vec(), &[3])?,
+        })
+    }
 }
 
 #[derive(IntoPyObject)]
@@ -139,6 +172,7 @@ pub(crate) struct IdentificationData {
     method: &'static str,
     estimator: &'static str,
     principal_moments: MomentsData,
+    linear: Option<LinearData>,
     history: HistoryData,
     gravity: Array,
     cutoff: f64,
@@ -178,7 +212,12 @@ impl IdentificationData {
             estimate: EstimateData::new(py, &found.estimate)?,
             method: found.method.name(),
             estimator,
-            principal_moments: moments_data(py, found.principal_moments)?,
+            principal_moments: MomentsData::new(py, found.principal_moments)?,
+            linear: found
+                .linear
+                .as_ref()
+                .map(|linear| LinearData::new(py, linear))
+                .transpose()?,
             history: history_data(py, &found.history)?,
             gravity: array(py, found.gravity.as_slice().to_vec(), &[3])?,
             cutoff: found.cutoff_hz,
@@ -258,24 +297,13 @@ impl Forecast {
     }
 }
 
-fn array(py: Python<'_>, values: Vec<f64>, shape: &[usize]) -> PyResult<Array> {
+pub(crate) fn array(py: Python<'_>, values: Vec<f64>, shape: &[usize]) -> PyResult<Array> {
     Ok(output(py, values, None, shape)?.unbind())
 }
 
 /// Standard deviations; NaN for the paper's filter, which estimates none.
 fn std_devs<const N: usize>(given: Option<[f64; N]>) -> [f64; N] {
     given.unwrap_or([f64::NAN; N])
-}
-
-fn moments_data(py: Python<'_>, moments: Option<PrincipalMoments>) -> PyResult<MomentsData> {
-    let values = moments
-        .as_ref()
-        .map_or([f64::NAN; 3], |found| found.moments);
-    let uncertain = std_devs(moments.and_then(|found| found.std_devs));
-    Ok(MomentsData {
-        values: array(py, values.to_vec(), &[3])?,
-        std_devs: array(py, uncertain.to_vec(), &[3])?,
-    })
 }
 
 fn history_data(py: Python<'_>, points: &[HistoryPoint]) -> PyResult<HistoryData> {

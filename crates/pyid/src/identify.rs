@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use tactid_dynamics::BaseKind;
-use tactid_recordings::{Arrays, HistoryPoint, Observer, Request, UnloadedArrays};
+use tactid_recordings::{Arrays, HistoryPoint, Observer, RecordingError, Request, UnloadedArrays};
 
 use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wrenches};
 use crate::arrays::{Poses, Sampled, Series, common_length};
@@ -30,6 +30,15 @@ pub(crate) fn identify_log(
     let result = run(py, progress, |observer| {
         tactid_recordings::identify_log(&log, &request, observer)
     });
+    IdentificationData::new(py, urdf_errors(py, &request, result)?)
+}
+
+/// Adds the option of the URDF to an error that is about the given one.
+pub(crate) fn urdf_errors<T>(
+    py: Python<'_>,
+    request: &Request,
+    result: PyResult<T>,
+) -> PyResult<T> {
     match result {
         Err(error) if request.urdf.is_some() && is_of_the_urdf(py, &error)? => {
             with_option(Err(error), "urdf")
@@ -101,10 +110,11 @@ pub(crate) fn identify_arrays(
         accelerations: &acceleration,
         unloaded: unloaded.as_ref().map(Unloaded::arrays),
     };
-    run(py, progress, |observer| {
+    let found = run(py, progress, |observer| {
         let result = tactid_recordings::identify_arrays(&arrays, &request, observer);
         keywords::name_arrays(result)
-    })
+    })?;
+    IdentificationData::new(py, found)
 }
 
 /// Returns the number of joints of the robot, which is given or read from the URDF; `None` where there is no robot.
@@ -162,19 +172,14 @@ impl Unloaded {
 }
 
 /// Runs an identification with the interpreter released.
-fn run(
+pub(crate) fn run<T: Send>(
     py: Python<'_>,
     progress: Option<Py<PyAny>>,
-    work: impl FnOnce(
-        &mut Observer<'_>,
-    )
-        -> Result<tactid_recordings::Identification, tactid_recordings::RecordingError>
-    + Send,
-) -> PyResult<IdentificationData> {
+    work: impl FnOnce(&mut Observer<'_>) -> Result<T, RecordingError> + Send,
+) -> PyResult<T> {
     let mut interruption = InterruptionCheck::new(progress);
     let result = py.detach(|| work(&mut |progress| interruption.check(progress.fraction)));
-    let found = interruption.finish(py, result.map_err(IntoPyErr::into_py_err))?;
-    IdentificationData::new(py, found)
+    interruption.finish(py, result.map_err(IntoPyErr::into_py_err))
 }
 
 /// Writes an estimate over time as a log: see :meth:`tactid.Identification.write_estimates`.

@@ -5,6 +5,7 @@
 
 mod arguments;
 mod arrays;
+mod combine;
 mod dynamics;
 mod errors;
 mod estimators;
@@ -33,6 +34,8 @@ mod urdf;
 mod _native {
     use pyo3::prelude::*;
 
+    #[pymodule_export]
+    use crate::combine::{combine, identify_logs};
     #[pymodule_export]
     use crate::dynamics::{FrameMotion, Manipulator, wrench_regressor};
     #[pymodule_export]

@@ -90,6 +90,33 @@ pub enum RecordingError {
         /// Frame of the base.
         base: String,
     },
+    /// One of several logs cannot be identified.
+    #[error("{path}: {source}")]
+    OfLog {
+        /// Path of the log.
+        path: String,
+        /// What is wrong with it.
+        source: Box<RecordingError>,
+    },
+    /// Two of several logs are the same.
+    #[error("{0} is given twice: its noise would count as agreement")]
+    SameLogTwice(String),
+    /// A result has nothing that could be combined with others.
+    #[error(
+        "the result of recording {run} has no information to combine: several recordings need least squares, and windows in each"
+    )]
+    NothingToCombine {
+        /// Index of the recording.
+        run: usize,
+    },
+    /// Results to combine do not have something in common.
+    #[error("recording {run} has another {what} than the first one")]
+    NotTheSame {
+        /// What must be the same for all.
+        what: &'static str,
+        /// Index of the recording that differs.
+        run: usize,
+    },
     /// The user interrupted the work before there was a result.
     #[error("interrupted before the recording was read")]
     Interrupted,

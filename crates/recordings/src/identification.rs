@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 use tactid_identify::{
     BatchIdentifier, BoundingBox, Delay, Finding as Data, FitReport, Forecast, HistoryPoint,
-    IdentifyError, KnownMass, Method, PayloadEstimate, PrincipalMoments, SingularValues,
+    IdentifyError, KnownMass, LinearEstimate, Method, PayloadEstimate, PrincipalMoments,
+    SingularValues,
 };
 
 use crate::plan::Plan;
@@ -18,6 +19,9 @@ pub struct Identification {
     pub estimate: PayloadEstimate,
     /// Principal moments of inertia of the payload; `None` where its mass is zero.
     pub principal_moments: Option<PrincipalMoments>,
+    /// What the recording says about the linear parameters, which [`combine`](crate::combine) takes of each of several
+    /// recordings; `None` for the paper's filter, and where the reading was interrupted before there was an estimate.
+    pub linear: Option<LinearEstimate>,
     /// Estimate over time. The paper's filter has a point at least every 0.1 s of each presentation.
     pub history: Vec<HistoryPoint>,
     /// How well the payload explains the measurements; `None` for the paper's filter. Its offset, as that of a finding,
@@ -68,6 +72,7 @@ pub struct Identification {
 struct Solution {
     estimate: PayloadEstimate,
     principal_moments: Option<PrincipalMoments>,
+    linear: Option<LinearEstimate>,
     history: Vec<HistoryPoint>,
     fit: Option<FitReport>,
     singular_values: Option<SingularValues>,
@@ -86,6 +91,7 @@ impl Solution {
             Ok(result) => Ok(Self {
                 estimate: result.estimate,
                 principal_moments: result.principal_moments,
+                linear: Some(result.linear),
                 history: result.history,
                 fit: Some(result.fit),
                 singular_values: None,
@@ -97,6 +103,7 @@ impl Solution {
             Err(error) if interrupted && is_too_little(&error) => Ok(Self {
                 estimate: batch.unknown(),
                 principal_moments: None,
+                linear: None,
                 history: Vec::new(),
                 fit: None,
                 singular_values: None,
@@ -129,6 +136,7 @@ impl Solution {
         Self {
             principal_moments: PrincipalMoments::of(&estimate.body.into()),
             estimate,
+            linear: None,
             history: run.history.clone(),
             fit: None,
             singular_values: Some(run.filter.singular_values()),
@@ -178,6 +186,7 @@ impl Identification {
         Ok(Self {
             estimate: solution.estimate,
             principal_moments: solution.principal_moments,
+            linear: solution.linear,
             history: solution.history,
             fit: solution.fit,
             singular_values: solution.singular_values,

@@ -1,5 +1,6 @@
 //! Identification from a log or from arrays.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use crate::arrays::ArrayRecording;
@@ -7,7 +8,7 @@ use crate::log::LogRecording;
 use crate::plan::Plan;
 use crate::recording::Recording;
 use crate::run::Run;
-use crate::{Arrays, Identification, Observer, RecordingError, Request};
+use crate::{Arrays, Identification, Observer, Progress, RecordingError, Request};
 
 /// Identifies the payload from a log: the folder of a rosbag2 bag, or an `.mcap` or `.db3` file.
 ///
@@ -43,6 +44,55 @@ pub fn identify_log(
     request.check()?;
     let recording = LogRecording::open(path, request, observer)?;
     identify(&recording, request, observer)
+}
+
+/// Identifies one payload from several logs, each on its own and with the same request, for [`combine`](crate::combine).
+///
+/// Each log has its own topics, cutoff, delay and findings, and the prior knowledge of the request. An unloaded reference is that of
+/// all logs, and must have the motion of each. One log is read at a time, so that memory is that of one log and of the results.
+/// The observer receives the fraction of all logs. Where it stops the reading, the logs that follow are left out.
+///
+/// # Errors
+/// Returns [`RecordingError::OfLog`] with the error of the first log that cannot be identified, as [`identify_log`] lists them,
+/// and [`RecordingError::SameLogTwice`] if two paths are the same log: its noise would count as agreement.
+pub fn identify_logs<P: AsRef<Path>>(
+    paths: &[P],
+    request: &Request,
+    observer: &mut Observer<'_>,
+) -> Result<Vec<Identification>, RecordingError> {
+    check_different(paths)?;
+    let mut runs: Vec<Identification> = Vec::with_capacity(paths.len());
+    for (index, path) in paths.iter().enumerate() {
+        let mut of_all = |progress: Progress| {
+            let fraction = (index as f64 + progress.fraction) / paths.len() as f64;
+            observer(Progress { fraction })
+        };
+        let run = identify_log(path.as_ref(), request, &mut of_all);
+        let run = run.map_err(|source| RecordingError::OfLog {
+            path: path.as_ref().display().to_string(),
+            source: Box::new(source),
+        })?;
+        let interrupted = run.interrupted;
+        runs.push(run);
+        if interrupted {
+            break;
+        }
+    }
+    Ok(runs)
+}
+
+/// Checks that no two paths are the same log. A path that does not exist is left for its own error.
+fn check_different<P: AsRef<Path>>(paths: &[P]) -> Result<(), RecordingError> {
+    let mut seen = HashSet::new();
+    for path in paths {
+        let same = path.as_ref().canonicalize();
+        if same.is_ok_and(|same| !seen.insert(same)) {
+            return Err(RecordingError::SameLogTwice(
+                path.as_ref().display().to_string(),
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Identifies the payload from arrays, with the checks and the defaults of [`identify_log`].

@@ -43,6 +43,9 @@
 //! # Ok::<(), tactid_recordings::RecordingError>(())
 //! ```
 //!
+//! Several recordings of one payload ([`identify_logs`]) become one estimate with a verdict on whether they agree
+//! ([`combine`]).
+//!
 //! From a recording to the result, each step is built once and whole: the request and the recording give its
 //! sources (topics or arrays, robot, frames); the beginning of the recording gives the plan (filter, delay,
 //! whether measured accelerations are used); a run aligns all streams and feeds the estimator; the estimator
@@ -53,6 +56,7 @@
 mod alignment;
 mod arrays;
 mod clock;
+mod combination;
 mod decode;
 mod defaults;
 mod error;
@@ -78,17 +82,19 @@ mod unloaded;
 
 pub use arrays::{Arrays, UnloadedArrays};
 pub use clock::Clock;
+pub use combination::combine;
 pub use error::{RecordingError, TimeUnit, TopicKind};
 pub use estimates::write_estimates;
 pub use fault::{DataFault, FaultKind};
 pub use finding::{Finding, NotUsedBecause};
 pub use identification::Identification;
-pub use identify::{identify_arrays, identify_log};
+pub use identify::{identify_arrays, identify_log, identify_logs};
 pub use online::OnlineSetup;
 pub use orientation::unit_quaternion;
 pub use progress::{Observer, Progress};
 pub use request::{ActsOn, Estimator, Request, SensorFrame, Topics};
 pub use tactid_identify::{
-    BoundingBox, Delay, FitReport, Forecast, HALF_WIDTH_95, HistoryPoint, KnownMass, Method,
-    PaperSettings, PayloadEstimate, PrincipalMoments, SingularValues, VALUE_NAMES,
+    Agreement, BoundingBox, Combination, Delay, FitReport, Forecast, HALF_WIDTH_95, HistoryPoint,
+    KnownMass, LinearEstimate, Method, PaperSettings, PayloadEstimate, PrincipalMoments,
+    SingularValues, VALUE_NAMES,
 };

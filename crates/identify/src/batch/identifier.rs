@@ -10,6 +10,7 @@ use super::forecast::Forecast;
 use super::history::history;
 use super::report::FitReport;
 use crate::IdentifyError;
+use crate::combine::LinearEstimate;
 use crate::diagnosis::{CONTRADICTION, consistent_payload, data_findings};
 use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::finding::Finding;
@@ -68,6 +69,9 @@ pub struct BatchResult {
     pub principal_moments: Option<PrincipalMoments>,
     /// The estimate over time, with at most 600 points.
     pub history: Vec<HistoryPoint>,
+    /// What the recording says about the linear parameters of the payload, without prior knowledge: what
+    /// [`combine`](crate::combine) takes of each of several recordings.
+    pub linear: LinearEstimate,
     /// How well the payload explains the measurements.
     pub fit: FitReport,
     /// Delay of the load relative to the motion in the given samples, where [`BatchSettings::delay`] is set.
@@ -170,6 +174,7 @@ impl BatchIdentifier {
         let report = FitReport::new(&self.batch, fit, &channels, cutoff_hz, frame);
         Ok(BatchResult {
             estimate: self.estimate(fit, &parameters, &known),
+            linear: LinearEstimate::of_fit(&fit_without_mass, &known),
             principal_moments: PrincipalMoments::with_std_devs(
                 &parameters,
                 &fit.covariance,

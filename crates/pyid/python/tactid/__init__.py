@@ -55,6 +55,9 @@ from tactid._native import (
     read,
     wrench_regressor,
 )
+from tactid.combination import Agreement, RunDistance
+from tactid.combination_json import combination_schema
+from tactid.combined import Combination, combine
 from tactid.comparison import Attempt, compare
 from tactid.errors import (
     ArgumentError,
@@ -66,18 +69,17 @@ from tactid.errors import (
     TactidError,
 )
 from tactid.findings import DataFault, Finding
+from tactid.fit import Channel, Fit, WrenchOffset
 from tactid.identification import (
-    Channel,
     Delay,
-    Fit,
     Forecast,
     History,
     KnownMass,
+    LinearEstimate,
     PaperSettings,
     PayloadEstimate,
     PrincipalMoments,
     SingularValues,
-    WrenchOffset,
 )
 from tactid.offline import identify
 from tactid.online import Identifier, PaperFilter
@@ -90,9 +92,11 @@ __version__ = VERSION
 
 __all__ = [
     "VALUE_NAMES",
+    "Agreement",
     "ArgumentError",
     "Attempt",
     "Channel",
+    "Combination",
     "DataFault",
     "Delay",
     "Estimator",
@@ -107,6 +111,7 @@ __all__ = [
     "IdentificationError",
     "Identifier",
     "KnownMass",
+    "LinearEstimate",
     "Lms",
     "LogError",
     "LogInfo",
@@ -120,6 +125,7 @@ __all__ = [
     "PayloadEstimate",
     "PrincipalMoments",
     "Rls",
+    "RunDistance",
     "RunReport",
     "Samples",
     "SimulationError",
@@ -128,6 +134,8 @@ __all__ = [
     "Topic",
     "WrenchOffset",
     "__version__",
+    "combination_schema",
+    "combine",
     "compare",
     "identify",
     "info",

@@ -34,8 +34,10 @@ __all__ = [
     "RunReport",
     "Samples",
     "Topic",
+    "combine",
     "identify_arrays",
     "identify_log",
+    "identify_logs",
     "info",
     "read",
     "simulate",
@@ -229,6 +231,16 @@ class Forecast:
     def remaining(self, within: float) -> _Array: ...
 
 def identify_log(log: _Path, options: object, progress: _Progress | None = None) -> _Data: ...
+def identify_logs(
+    logs: Sequence[_Path], options: object, progress: _Progress | None = None
+) -> list[_Data]: ...
+def combine(
+    frame: str,
+    parameters: ArrayLike,
+    information: ArrayLike,
+    degrees_of_freedom: ArrayLike,
+    options: object,
+) -> _Data: ...
 def identify_arrays(
     time: ArrayLike,
     options: object,

@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from tactid import bodies, drawing
 from tactid.drawing import STYLE
-from tactid.identification import Array
+from tactid.fit import Array
 from tactid.values import Values
 
 AXES = "xyz"

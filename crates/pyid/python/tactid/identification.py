@@ -19,9 +19,8 @@ from tactid.bodies import why_impossible
 from tactid.errors import ArgumentError
 from tactid.field_docs import with_fields
 from tactid.findings import DataFault, Finding
+from tactid.fit import Array, Fit
 from tactid.values import Z95, where_known
-
-Array = NDArray[np.float64]
 
 
 @with_fields
@@ -189,7 +188,7 @@ class PayloadEstimate:
         return f"<tactid.PayloadEstimate: {self.summary}>"
 
     def __str__(self) -> str:
-        return table.plain_text(self._column(), table.heading(self.frame))
+        return table.plain_text([self._column()], table.heading(self.frame))
 
     def _repr_html_(self) -> str:
         return table.html_table(self._column(), table.heading(self.frame))
@@ -237,63 +236,27 @@ class History:
     """
 
 
-@dataclass(frozen=True)
-class Channel:
-    """One measured quantity of a window: a component of a wrench, or the effort of a joint."""
-
-    name: str
-    """Name such as ``force x`` or ``effort elbow``."""
-    unit: str
-    """Unit such as ``N``."""
-
-
 @dataclass(frozen=True, eq=False)
-class WrenchOffset:
-    """A constant offset of the sum of the wrenches: a sensor zero that was not set."""
+class LinearEstimate:
+    """What one recording says about the linear parameters of the payload.
 
-    frame: str
-    """Name of the frame in which the offset is expressed, and about whose origin its moment is."""
-    values: Array
-    """Force, N, then moment, N m, (6,)."""
-    std_devs: Array
-    """Standard deviations of force and moment, N and N m, (6,); NaN where none are estimated."""
-
-
-@dataclass(frozen=True, eq=False)
-class Fit:
-    """How well least squares explains what was measured: W windows of C channels."""
-
-    channels: Sequence[Channel]
-    """Channels of the measured load: C of them."""
-    time: Array
-    """Time of the middle of each window on the recording's clock, s, (W,)."""
-    measured: Array
-    """The measured load after the low-pass, (W, C)."""
-    predicted: Array
-    """The load that the estimate predicts from the motion, (W, C)."""
-    weights: Array
-    """Robust weight of each measurement, (W, C): 1, or less for an outlier."""
-    held_out: NDArray[np.bool_]
-    """Whether each window was held out from the validation fit, (W,)."""
-    residual_rms: Array
-    """Weighted rms of measured less predicted, (C,)."""
-    held_out_rms: Array
-    """Weighted rms on the held-out windows, predicted by a fit to all others, (C,)."""
-    stride: float
-    """Time from one window to the next, s."""
-    excitation: Array
-    """Strength with which the motion excites ten directions of the parameters, (10,).
-
-    It is relative to the strongest direction, in descending order.
+    An information matrix describes directions of the parameters that the motion leaves
+    unobservable, too: it is zero along them. The information of independent recordings is additive.
+    A known mass and a bounding box are not in it: see :func:`tactid.combine`.
     """
-    excitation_directions: Array
-    """Directions of the parameters that ``excitation`` refers to, as rows, (10, 10).
 
-    They are unit vectors in mass, first moments and inertia about the frame's origin, each divided
-    by its scale.
+    parameters: Array
+    """Mass, kg; first moments, kg m; inertia about the frame's origin, kg m², (10,).
+
+    They need not be physically consistent, and are arbitrary in unobservable directions.
     """
-    wrench_offset: WrenchOffset | None = None
-    """The offset of the wrenches, where the option ``wrench_offset`` makes it an unknown."""
+    information: Array
+    """Inverse of the covariance of the parameters in the observable directions, (10, 10)."""
+    degrees_of_freedom: float = math.inf
+    """Number of independent windows from which the noise was estimated; infinite where it is known.
+
+    It is part of the test whether recordings agree.
+    """
 
 
 @dataclass(frozen=True, eq=False)
@@ -391,6 +354,8 @@ class IdentificationData:
     ``"given"`` for those of arrays."""
     start_ns: int = 0
     """Stamp of time zero, ns since the epoch."""
+    linear: LinearEstimate | None = None
+    """The information on the linear parameters; None for the paper's filter."""
     fit: Fit | None = None
     """How well least squares explains the measurements; None for the paper's filter."""
     forecast: Forecast | None = None

@@ -13,13 +13,24 @@ from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
 import typer
+from rich.table import Table
 
-from tactid import option_text, reported, result_json, summary, table
+from tactid import (
+    combination_json,
+    combination_text,
+    option_text,
+    reported,
+    result_json,
+    summary,
+    table,
+)
 from tactid._native import info
+from tactid.combined import Combination
 from tactid.console import FLAG, interruptible, notes, print_whole, progress
 from tactid.controllers import MAKERS
 from tactid.declaration import Declaration
-from tactid.errors import IdentificationError
+from tactid.errors import ArgumentError, IdentificationError
+from tactid.identification import PayloadEstimate
 from tactid.naming import command_line_flag
 from tactid.offline import identify
 from tactid.options import Options
@@ -62,7 +73,14 @@ class Output:
 
 
 def identify_recording(
-    log: Annotated[Path, typer.Argument(help="A rosbag2 folder, or an .mcap or .db3 file.")],
+    logs: Annotated[
+        list[Path],
+        typer.Argument(
+            help="A rosbag2 folder, or an .mcap or .db3 file. Several recordings of one payload"
+            " give one estimate, and a verdict on whether they agree.",
+            metavar="LOG...",
+        ),
+    ],
     form: Annotated[Form, _result("What to print.", "--format")] = Form.TABLE,
     as_json: Annotated[
         bool, _result("Prints JSON, as --format json does.", "--json", metavar=FLAG)
@@ -84,7 +102,7 @@ def identify_recording(
     ] = None,
     **options: Any,
 ) -> None:
-    """Identifies the payload from a recording.
+    """Identifies the payload from a recording, or from several.
 
     The numbers of one option are separated by commas or by spaces: --gravity 0 0 -9.81.
     """
@@ -92,13 +110,21 @@ def identify_recording(
     output = Output(Form.JSON if as_json else form, precision, result_file, report, estimates)
     check_outputs(
         {"--result": result_file, "--report": report, "--estimates": estimates},
-        {"the log": log, "--urdf": options["urdf"], "--unloaded": options["unloaded"]},
+        {
+            **{f"the log {log}" if len(logs) > 1 else "the log": log for log in logs},
+            "--urdf": options["urdf"],
+            "--unloaded": options["unloaded"],
+        },
     )
+    if estimates is not None and len(logs) > 1:
+        raise ArgumentError(
+            f"--estimates writes the estimate over time of one recording, but {len(logs)} are given"
+        )
     with interruptible("no result"), progress("identifying") as done:
-        result = identify(log, options=read_options(options), progress=done)
-    refusal = _print(log, result, output)
+        result = identify(tuple(logs), options=read_options(options), progress=done)
+    refusal = _print(logs[0], result, output)
     with interruptible("some of the files were not written"):
-        _write(log, result, output)
+        _write(logs[0], result, output)
     if refusal is not None:
         print(f"tactid: error: {refusal.worded('command-line')}", file=sys.stderr)
     if refusal is not None or result.is_contradicted:
@@ -162,35 +188,64 @@ def show_options(command: Callable[..., None], skip: Collection[str] = ()) -> No
 show_options(identify_recording)
 
 
-def _print(log: Path, result: Identification, output: Output) -> IdentificationError | None:
-    """Prints the result; returns why it cannot be given in the format that was asked for."""
-    for damage in result.damage:
+def _print(
+    log: Path, result: Identification | Combination, output: Output
+) -> IdentificationError | None:
+    """Prints the result; returns why it cannot be given in the format that was asked for.
+
+    Args:
+        log: The log, or the first of several.
+        result: The result of the log, or of several.
+        output: What to print.
+    """
+    runs = [result] if isinstance(result, Identification) else result.runs
+    for damage in (damage for run in runs for damage in run.damage):
         notes.print(f"tactid: note: {damage}; what stands before was used", style="yellow")
     if output.form is Form.JSON:
-        checks = read_checks(info(log))
-        record = result_json.record(result, output.within, "command-line", checks)
-        sys.stdout.write(result_json.to_json(record))
+        sys.stdout.write(result_json.to_json(_record(log, result, output)))
         return None
     refusal = None
     if output.form is Form.TABLE:
-        truth = truth_in_frame(log, result.estimate.frame)
         print(table.heading(result.estimate.frame))
-        print_whole(table.rich_table([reported.column(result, truth)], truth))
+        print_whole(_table(log, result))
     else:
-        forms: dict[Form, Callable[[], str]] = {
-            Form.URDF: result.to_urdf,
-            Form.MUJOCO: result.to_mujoco,
-            Form.ROS: result.to_ros,
-            Form.CONTROLLER: result.to_controller,
-            **{Form(maker): partial(result.to_controller, maker) for maker in MAKERS},
-        }
         try:
-            print(forms[output.form]())
+            print(_in_form(output.form, result.estimate))
         except IdentificationError as error:
             refusal = error
-    for line in summary.lines(result, output.within, "command-line"):
+    for line in _lines(result, output):
         notes.print(line, markup=False)
     return refusal
+
+
+def _record(log: Path, result: Identification | Combination, output: Output) -> dict[str, Any]:
+    if isinstance(result, Combination):
+        return combination_json.record(result, output.within, "command-line")
+    return result_json.record(result, output.within, "command-line", read_checks(info(log)))
+
+
+def _table(log: Path, result: Identification | Combination) -> Table:
+    if isinstance(result, Combination):
+        return table.rich_table(combination_text.columns(result))
+    truth = truth_in_frame(log, result.estimate.frame)
+    return table.rich_table([reported.column(result, truth)], truth)
+
+
+def _lines(result: Identification | Combination, output: Output) -> list[str]:
+    if isinstance(result, Combination):
+        return combination_text.lines(result, "command-line")
+    return summary.lines(result, output.within, "command-line")
+
+
+def _in_form(form: Form, payload: PayloadEstimate) -> str:
+    forms: dict[Form, Callable[[], str]] = {
+        Form.URDF: payload.to_urdf,
+        Form.MUJOCO: payload.to_mujoco,
+        Form.ROS: payload.to_ros,
+        Form.CONTROLLER: payload.to_controller,
+        **{Form(maker): partial(payload.to_controller, maker) for maker in MAKERS},
+    }
+    return forms[form]()
 
 
 def truth_in_frame(log: Path, frame: str) -> Truth | None:
@@ -206,18 +261,30 @@ def truth_in_frame(log: Path, frame: str) -> Truth | None:
     return None
 
 
-def _write(log: Path, result: Identification, output: Output) -> None:
+def _write(log: Path, result: Identification | Combination, output: Output) -> None:
+    within = output.within
     if output.result_file is not None:
-        checks = read_checks(info(log))
-        result_json.write(result, output.result_file, output.within, "command-line", checks)
+        if isinstance(result, Combination):
+            combination_json.write(result, output.result_file, within, "command-line")
+        else:
+            checks = read_checks(info(log))
+            result_json.write(result, output.result_file, within, "command-line", checks)
     if output.report is not None:
-        from tactid import recording_report  # imports matplotlib, which takes a while to load
-
         with notes.status("drawing"):
-            recording_report.write_report(result, output.report, output.within, "command-line")
-    if output.estimates is not None:
+            _write_report(result, output.report, within)
+    if output.estimates is not None and isinstance(result, Identification):
         result.write_estimates(output.estimates)
     files = (output.result_file, output.report, output.estimates)
     written = [str(path) for path in files if path is not None]
     if written:
         notes.print(f"Wrote {', '.join(written)}.")
+
+
+def _write_report(result: Identification | Combination, path: Path, within: float) -> None:
+    # matplotlib takes a while to load.
+    from tactid import combination_report, recording_report
+
+    if isinstance(result, Combination):
+        combination_report.write_report(result, path, "command-line")
+    else:
+        recording_report.write_report(result, path, within, "command-line")

@@ -3,27 +3,27 @@
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard, cast, overload
 
 from numpy.typing import ArrayLike
 
 from tactid import _native
 from tactid._native import Manipulator
 from tactid.arrays import with_arrays
+from tactid.combined import Combination, combine
 from tactid.declaration import with_options
 from tactid.errors import ArgumentError
 from tactid.findings import DataFault, Finding
+from tactid.fit import Channel, Fit, WrenchOffset
 from tactid.identification import (
-    Channel,
     Delay,
-    Fit,
     History,
     KnownMass,
+    LinearEstimate,
     PaperSettings,
     PayloadEstimate,
     PrincipalMoments,
     SingularValues,
-    WrenchOffset,
 )
 from tactid.options import Options, collect
 from tactid.result import Identification
@@ -32,10 +32,30 @@ FROM_ARRAYS = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceler
 """The keywords of :func:`identify` that belong to arrays."""
 
 
-@with_options(Options, "log")
-@with_arrays("recording")
-def identify(  # noqa: D417 - arrays and options are documented by their declarations
-    source: str | os.PathLike[str] | ArrayLike,
+LogPath = str | os.PathLike[str]
+
+
+@overload
+def identify(
+    source: LogPath,
+    /,
+    *,
+    options: Options | None = None,
+    progress: Callable[[float], object] | None = None,
+    **keywords: Any,
+) -> Identification: ...
+@overload
+def identify(
+    source: list[str] | list[Path] | tuple[LogPath, ...],
+    /,
+    *,
+    options: Options | None = None,
+    progress: Callable[[float], object] | None = None,
+    **keywords: Any,
+) -> Identification | Combination: ...
+@overload
+def identify(
+    source: ArrayLike,
     /,
     *,
     robot: Manipulator | None = None,
@@ -50,13 +70,37 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
     options: Options | None = None,
     progress: Callable[[float], object] | None = None,
     **keywords: Any,
-) -> Identification:
-    """Identifies the payload from a log, or from arrays.
+) -> Identification: ...
+@with_options(Options, "log")
+@with_arrays("recording")
+def identify(  # noqa: D417 - arrays and options are documented by their declarations
+    source: LogPath | Sequence[LogPath] | ArrayLike,
+    /,
+    *,
+    robot: Manipulator | None = None,
+    q: ArrayLike | None = None,
+    qd: ArrayLike | None = None,
+    effort: ArrayLike | None = None,
+    wrench: ArrayLike | None = None,
+    pose: ArrayLike | None = None,
+    twist: ArrayLike | None = None,
+    acceleration: ArrayLike | None = None,
+    sensors: str | Sequence[str] | None = None,
+    options: Options | None = None,
+    progress: Callable[[float], object] | None = None,
+    **keywords: Any,
+) -> Identification | Combination:
+    """Identifies the payload from a log, from several logs, or from arrays.
 
     A log is the folder of a rosbag2 bag or one of its files, ``.mcap`` or ``.db3``, compressed or
     not; its topics are found by their types.
     The motion is that of joints and a URDF, on a base that odometry moves if there is any; without
     joints, it is that of the sensor itself, by odometry or by an inertial unit. Memory is bounded.
+
+    A list of several logs of one payload gives one estimate from all, a :class:`Combination`, which
+    says whether they agree (see :func:`tactid.combine`); a list of one log gives the same as the
+    log. The options hold for each log, and an ``unloaded`` reference is that of all. For other
+    options or another reference for each, and for arrays, combine the results.
 
     Arrays have N samples of n joints and S sensors; an array without the axis of the samples holds
     for all of them. With a ``robot`` or a ``urdf``, ``pose``, ``twist`` and ``acceleration`` are
@@ -64,11 +108,13 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
     the sensor itself.
 
         tactid.identify("bag/", urdf="arm.urdf", tip="tool0")
+        tactid.identify(["bag1/", "bag2/", "bag3/"], urdf="arm.urdf", tip="tool0")
         tactid.identify(time, urdf="arm.urdf", q=q, qd=qd, wrench=wrench)
         tactid.identify(time, pose=pose, wrench=wrench, wrench_acts_on="sensor")
 
     Args:
-        source: The log's path, or the times of the samples, (N,), s, which messages call ``time``.
+        source: The log's path, a list of paths, or the times of the samples, (N,), s, which
+            messages call ``time``.
         robot: For arrays: the robot with its gripper and without the payload. The motion of its
             base is given only where the robot was read with ``base="floating"``.
         <arrays>
@@ -82,7 +128,7 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
             <options>
 
     Raises:
-        LogError: The log cannot be read.
+        LogError: The log cannot be read. Of several logs, each error names the one it is about.
         ModelError: The robot cannot be modelled, or has no such link.
         IdentificationError: Something that is needed is missing.
         ArgumentError: An option is unknown, does not apply or is out of range, or a shape is wrong.
@@ -92,13 +138,49 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
     own = (*FROM_ARRAYS, "options", "progress")
     if isinstance(source, str | os.PathLike):
         collected = collect(options, keywords, "log", own)
-        for name, value in arrays.items():
-            if value is not None:
-                raise ArgumentError(f"`{name}` belongs to arrays, but {source} is a log")
+        _check_no_arrays(arrays, f"{source} is a log")
         found = _native.identify_log(source, collected, progress)
         return _identification(found | {"inputs": _inputs(source, collected)})
+    if _are_logs(source):
+        collected = collect(options, keywords, "log", own)
+        _check_no_arrays(arrays, "the source is a list of logs")
+        return _from_logs(source, collected, progress)
     collected = collect(options, keywords, "arrays", own)
-    return _identification(_native.identify_arrays(source, collected, progress, **arrays))
+    times = cast(ArrayLike, source)
+    return _identification(_native.identify_arrays(times, collected, progress, **arrays))
+
+
+def _check_no_arrays(arrays: dict[str, Any], because: str) -> None:
+    for name, value in arrays.items():
+        if value is not None:
+            raise ArgumentError(f"`{name}` belongs to arrays, but {because}")
+
+
+def _are_logs(source: object) -> TypeGuard[Sequence[LogPath]]:
+    """Returns whether a source is a list of paths, which an array of times cannot be."""
+    if not isinstance(source, list | tuple) or not source:
+        return False
+    return all(isinstance(entry, str | os.PathLike) for entry in source)
+
+
+def _from_logs(
+    logs: Sequence[LogPath], options: Options, progress: Callable[[float], object] | None
+) -> Identification | Combination:
+    if len(logs) == 1:
+        return identify(logs[0], options=options, progress=progress)
+    if options.estimator == "nlms":
+        raise ArgumentError(
+            "several recordings need least squares, because the paper's filter estimates no"
+            " uncertainty by which they could be weighted: `estimator` chooses the estimator",
+            "estimator",
+        )
+    found = _native.identify_logs(logs, options, progress)
+    return combine(
+        [
+            _identification(run | {"inputs": _inputs(log, options)})
+            for log, run in zip(logs, found, strict=True)
+        ]
+    )
 
 
 def _inputs(source: str | os.PathLike[str], options: Options) -> dict[str, Path]:
@@ -117,6 +199,7 @@ def _identification(data: dict[str, Any]) -> Identification:
         "estimate": PayloadEstimate,
         "principal_moments": PrincipalMoments,
         "history": History,
+        "linear": LinearEstimate,
         "singular_values": SingularValues,
         "paper_settings": PaperSettings,
         "estimated_delay": Delay,

@@ -12,7 +12,8 @@ from tactid._native import Manipulator
 from tactid.arrays import with_arrays
 from tactid.declaration import documented
 from tactid.findings import Finding
-from tactid.identification import Array, PayloadEstimate, SingularValues, WrenchOffset
+from tactid.fit import Array, WrenchOffset
+from tactid.identification import PayloadEstimate, SingularValues
 from tactid.options import Options, collect
 
 

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from tactid._native import VALUE_NAMES
 from tactid.findings import DOUBTS
-from tactid.identification import Array, IdentificationData
+from tactid.fit import Array
+from tactid.identification import IdentificationData
 from tactid.remarks import motion_advice
 from tactid.values import KINDS
 

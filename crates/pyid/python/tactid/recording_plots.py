@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from tactid import drawing
 from tactid._native import PARAMETER_NAMES
 from tactid.drawing import EARLIER, ESTIMATE, TRUE, padded, remark
-from tactid.identification import Array, Fit, IdentificationData
+from tactid.fit import Array, Fit
+from tactid.identification import IdentificationData
 from tactid.reported import known_history
 from tactid.table import NOT_IDENTIFIABLE
 from tactid.values import NAMES, UNITS, Z95

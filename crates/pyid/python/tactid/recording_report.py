@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from tactid import body_plot, page, recording_plots, reported
 from tactid.errors import IdentificationError
 from tactid.files import write_atomically
-from tactid.identification import Fit, IdentificationData, PayloadEstimate
+from tactid.fit import Fit
+from tactid.identification import IdentificationData, PayloadEstimate
 from tactid.naming import Style, option_name
 from tactid.outlook import WITHIN, outlook
 from tactid.remarks import gravity, knowledge, remarks, wrench_offset
@@ -91,7 +92,7 @@ def render(result: IdentificationData, within: float = WITHIN, style: Style = "k
 {_advice(result, within)}
 {figure("excitation")}
 <h2>Formats for other programs</h2>
-{_forms(result.estimate)}
+{payload_forms(result.estimate)}
 <h2>The identification</h2>
 {page.facts(_facts(result))}""",
     )
@@ -207,7 +208,8 @@ def _percent(fraction: float | None) -> str:
     return "–" if fraction is None else f"{round(100 * fraction, 2) + 0.0:.2f} %"
 
 
-def _forms(estimate: PayloadEstimate) -> str:
+def payload_forms(estimate: PayloadEstimate) -> str:
+    """Returns the payload in the formats of other programs as HTML, each to unfold."""
     parts = []
     forms = {
         "For a robot controller": estimate.to_controller,

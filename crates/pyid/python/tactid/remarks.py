@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from tactid._native import VALUE_NAMES
 from tactid.findings import CONTRADICTIONS, DOUBTS
-from tactid.identification import IdentificationData
+from tactid.identification import IdentificationData, PayloadEstimate
 from tactid.naming import Style, counted, listed
 from tactid.reported import offsets
 from tactid.values import Z95, digits_of
@@ -45,17 +45,22 @@ def _of_the_body(result: IdentificationData) -> list[str]:
 
 
 def _of_the_unknown(result: IdentificationData) -> list[str]:
-    unknown = result.estimate.not_identifiable
+    if any(each.kind == "nothing_held" for each in result.findings):
+        return []
+    return unknown_values(result.estimate, advised=not result.is_contradicted)
+
+
+def unknown_values(estimate: PayloadEstimate, *, advised: bool) -> list[str]:
+    """Says which values are not identifiable, and with ``advised`` the motion that helps."""
+    unknown = estimate.not_identifiable
     known = [name for name in VALUE_NAMES if name not in unknown]
-    is_nothing = any(each.kind == "nothing_held" for each in result.findings)
-    if not unknown or is_nothing:
+    if not unknown:
         return []
     if known:
         sentence = f"Not identifiable: {', '.join(unknown)}; known: {', '.join(known)}."
     else:
         sentence = "Nothing is identifiable: the motion determines none of the ten values."
-    advice = [] if result.is_contradicted else motion_advice(unknown)
-    return [" ".join([sentence, *advice])]
+    return [" ".join([sentence, *(motion_advice(unknown) if advised else [])])]
 
 
 def _of_the_samples(result: IdentificationData) -> list[str]:

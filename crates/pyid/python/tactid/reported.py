@@ -1,21 +1,36 @@
 """The numbers of a result as they are reported: None where the motion did not determine a value."""
 
+from typing import Protocol
+
 import numpy as np
 
-from tactid.identification import Array, IdentificationData
+from tactid.fit import Array
+from tactid.identification import IdentificationData, PayloadEstimate, PrincipalMoments
 from tactid.table import Column
 from tactid.truth import Truth
 from tactid.values import KINDS, PATHS, Z95, where_known
 
 
-def moments(result: IdentificationData) -> list[float | None]:
+class Payload(Protocol):
+    """A result with a payload: that of one recording, or of several."""
+
+    @property
+    def estimate(self) -> PayloadEstimate:
+        """The payload."""
+
+    @property
+    def principal_moments(self) -> PrincipalMoments:
+        """Its principal moments of inertia."""
+
+
+def moments(result: Payload) -> list[float | None]:
     """Returns the principal moments, ascending: None unless the whole inertia is known."""
     known = all(result.estimate.identifiable[KINDS[2]])
     bounded = ~np.isinf(result.principal_moments.std_devs)
     return where_known(known & bounded, result.principal_moments.values)
 
 
-def moment_half_widths(result: IdentificationData) -> list[float | None]:
+def moment_half_widths(result: Payload) -> list[float | None]:
     """Returns half of the 95 % interval of each principal moment; None where it is unknown."""
     known = [value is not None for value in moments(result)]
     return where_known(known, Z95 * result.principal_moments.std_devs)

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from tactid import reported
 from tactid.files import write_atomically
-from tactid.findings import DataFault
-from tactid.identification import Fit, IdentificationData
+from tactid.findings import DataFault, Finding
+from tactid.fit import Fit
+from tactid.identification import IdentificationData
 from tactid.naming import Style
 from tactid.outlook import WITHIN
 from tactid.remarks import motion_advice, remarks
@@ -97,12 +98,16 @@ def record(
         "estimator": result.estimator,
         "is_contradicted": result.is_contradicted,
         "diagnostics": diagnostics(result) | dict(checks or {}),
-        "findings": [
-            {"kind": noticed.kind, **_plain(noticed.data), "text": noticed.worded(style)}
-            for noticed in result.findings
-        ],
+        "findings": findings(result.findings, style),
         "remarks": remarks(result, style),
     }
+
+
+def findings(noticed: Iterable[Finding], style: Style) -> list[dict[str, Any]]:
+    """Returns findings as JSON has them: the kind, its data, and the sentences."""
+    return [
+        {"kind": each.kind, **_plain(each.data), "text": each.worded(style)} for each in noticed
+    ]
 
 
 def diagnostics(result: IdentificationData) -> dict[str, Any]:

@@ -24,7 +24,7 @@ def lines(
 
 def text(result: IdentificationData) -> str:
     """Returns the whole as text, for a reader who writes Python."""
-    table = plain_text(column(result), heading(result.estimate.frame))
+    table = plain_text([column(result)], heading(result.estimate.frame))
     return "\n".join([table, "", *lines(result)])
 
 

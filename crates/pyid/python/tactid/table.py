@@ -153,9 +153,9 @@ def whole_width(table: Table, console: Console) -> int:
     return Measurement.get(console, console.options.update(max_width=1000), table).maximum
 
 
-def plain_text(column: Column, title: str) -> str:
-    """Returns the table of one result as text without colours, with a line above it."""
-    table = rich_table([column])
+def plain_text(columns: Sequence[Column], title: str) -> str:
+    """Returns the table of results as text without colours, with a line above it."""
+    table = rich_table(columns)
     page = io.StringIO()
     console = Console(file=page, color_system=None, force_terminal=False)
     console.width = whole_width(table, console)

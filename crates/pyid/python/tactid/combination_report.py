@@ -1,0 +1,94 @@
+"""The report of several recordings: one HTML file with each of them beside the whole."""
+
+import html
+from pathlib import Path
+
+from tactid import page
+from tactid.combination import CombinationData
+from tactid.combination_text import WHOLE, columns, lines
+from tactid.files import write_atomically
+from tactid.forest_plot import forest
+from tactid.naming import Style
+from tactid.recording_report import payload_forms
+from tactid.table import around, number
+
+CAPTION = """Each value with its 95 % interval: that of all recordings together, below it that of
+each recording alone. If noise is the only error, the interval contains the true value with 95 %
+probability. That of all also includes what varies from recording to recording, and neither
+includes an error that all recordings share."""
+
+FOREST = (
+    "Each value with its 95 % interval, from each recording alone and from all together (the band)."
+    " Recordings that agree have intervals that overlap."
+)
+
+DISTANCES = """Distance of each recording from all others together. Its probability is that of at
+least this distance if noise were the only difference. A recording that differs while the others
+agree is the one to look at."""
+
+
+def write_report(result: CombinationData, path: Path, style: Style = "keyword") -> None:
+    """Writes the report of several recordings."""
+    write_atomically(path, render(result, style))
+
+
+def render(result: CombinationData, style: Style = "keyword") -> str:
+    """Returns the report as HTML, figures included.
+
+    Args:
+        result: The combination.
+        style: Who reads the sentences: it decides how they spell options.
+    """
+    frame = html.escape(result.estimate.frame)
+    remarks = "".join(f"<li>{html.escape(line)}</li>" for line in lines(result, style))
+    return page.document(
+        f"tactid: the payload at {result.estimate.frame} from {len(result.runs)} recordings",
+        f"""<h1>The payload at <code>{frame}</code> from {len(result.runs)} recordings</h1>
+<p class="lead">Everything is in the frame <code>{frame}</code> and along its axes, the inertia
+about the centre of mass.</p>
+{_table(result)}
+<h2>Remarks</h2>
+<ul>{remarks}</ul>
+<h2>The recordings beside the whole</h2>
+{page.figure(forest(result), FOREST)}
+<h2>Agreement</h2>
+{_distances(result)}
+<h2>Formats for other programs</h2>
+{payload_forms(result.estimate)}""",
+    )
+
+
+def _table(result: CombinationData) -> str:
+    heads = [WHOLE, *result.names]
+    titles = "".join(f'<th colspan="2">{html.escape(head)}</th>' for head in heads)
+    below = "<th>value</th><th>±</th>" * len(heads)
+    rows = []
+    for row in zip(*(column.rows for column in columns(result)), strict=True):
+        cells = f'<td>{row[0].name}</td><td class="unit">{row[0].unit}</td>'
+        for place, entry in enumerate(row):
+            if entry.value is None:
+                cells += '<td class="none" colspan="2">–</td>'
+                continue
+            kind = ' class="value"' if place == 0 else ""
+            cells += f"<td{kind}>{number(entry.value, entry.half_width)}</td>"
+            cells += f"<td>{around(entry.half_width)}</td>"
+        rows.append(f"<tr{' class=last' if row[0].ends_kind else ''}>{cells}</tr>\n")
+    return f"""<div class="wide"><table>
+<caption>{CAPTION}</caption>
+<thead><tr><th></th><th></th>{titles}</tr>
+<tr><th>parameter</th><th></th>{below}</tr></thead>
+<tbody>{"".join(rows)}</tbody></table></div>"""
+
+
+def _distances(result: CombinationData) -> str:
+    rows = "".join(
+        f"<tr><td>{html.escape(name)}</td><td>{distance.chi_square:.4g}</td>"
+        f"<td>{distance.degrees_of_freedom}</td><td>{distance.p_value:.2g}</td>"
+        f"<td>{'yes' if distance.others_agree else 'no'}</td></tr>\n"
+        for name, distance in zip(result.names, result.agreement.runs, strict=True)
+    )
+    return f"""<div class="wide"><table>
+<caption>{DISTANCES}</caption>
+<thead><tr><th>recording</th><th>chi-square</th><th>degrees of freedom</th><th>probability</th>
+<th>others agree</th></tr></thead>
+<tbody>{rows}</tbody></table></div>"""

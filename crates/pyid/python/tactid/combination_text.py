@@ -1,0 +1,82 @@
+"""What several recordings say together, as a person reads it: the table, and lines below it."""
+
+from html import escape
+
+from tactid import reported
+from tactid.combination import CombinationData
+from tactid.naming import Style
+from tactid.remarks import assumptions, remarks, unknown_values
+from tactid.table import Column, heading, html_table, plain_text
+
+WHOLE = "all"
+"""Title of the column of all recordings together."""
+
+
+def columns(result: CombinationData) -> list[Column]:
+    """Returns the column of all recordings together, then one for each of them."""
+    values = result.estimate.known_values + reported.moments(result)
+    half_widths = result.estimate.half_widths + reported.moment_half_widths(result)
+    runs = (
+        Column(name, alone.values, None, alone.half_widths)
+        for name, run in zip(result.names, result.runs, strict=True)
+        for alone in [reported.column(run)]
+    )
+    return [Column(WHOLE, values, None, half_widths), *runs]
+
+
+def verdict(result: CombinationData) -> str | None:
+    """Says that the recordings agree, or have nothing in common; None where they disagree.
+
+    A disagreement is one of the findings.
+    """
+    found = result.agreement
+    if not found.agree:
+        return None
+    if found.degrees_of_freedom == 0:
+        return "The recordings determine nothing in common, so that they cannot be compared."
+    return (
+        f"The {len(result.runs)} recordings agree within their noise (chi-square"
+        f" {found.chi_square:.4g} for {found.degrees_of_freedom} degrees of freedom,"
+        f" p = {found.p_value:.2g})."
+    )
+
+
+def combined_remarks(result: CombinationData, style: Style = "keyword") -> list[str]:
+    """Says what a reader must know to trust the combined payload, what is wrong with it first."""
+    wrong = [run for run in result.runs if run.is_contradicted]
+    reason = result.estimate.why_impossible
+    agreed = verdict(result)
+    return [
+        *(
+            f"{name}: {remarks(run, style)[0]}"
+            for name, run in zip(result.names, result.runs, strict=True)
+            if run in wrong
+        ),
+        *([f"No body can have these parameters: {reason}."] if reason is not None else []),
+        *(noticed.worded(style) for noticed in result.findings),
+        *([agreed] if agreed is not None else []),
+        *unknown_values(result.estimate, advised=not wrong),
+    ]
+
+
+def lines(result: CombinationData, style: Style = "keyword") -> list[str]:
+    """Returns the remarks about all recordings, then those about each, a line each."""
+    of_runs = []
+    for name, run in zip(result.names, result.runs, strict=True):
+        own = remarks(run, style)
+        of_runs += [f"{name}: {line}" for line in (own[1:] if run.is_contradicted else own)]
+        of_runs += [f"{name}: {damage}; what stands before was used." for damage in run.damage]
+        of_runs.append(f"{name}: {assumptions(run)}")
+    return [*combined_remarks(result, style), *of_runs]
+
+
+def text(result: CombinationData) -> str:
+    """Returns the whole as text, for a reader who writes Python."""
+    table = plain_text(columns(result), heading(result.estimate.frame))
+    return "\n".join([table, "", *lines(result)])
+
+
+def html(result: CombinationData) -> str:
+    """Returns a small table of all recordings together for a notebook, and the verdict."""
+    shown = html_table(columns(result)[0], heading(result.estimate.frame))
+    return shown + "".join(f"<p>{escape(line)}</p>" for line in combined_remarks(result)[:1])

@@ -1,0 +1,220 @@
+"""One payload from several recordings, with the formats in which it can be given."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tactid import _native, combination_json, combination_text, result_json
+from tactid.combination import Agreement, CombinationData, RunDistance
+from tactid.errors import ArgumentError, IdentificationError
+from tactid.field_docs import with_fields
+from tactid.findings import Finding
+from tactid.identification import (
+    IdentificationData,
+    LinearEstimate,
+    PayloadEstimate,
+    PrincipalMoments,
+)
+from tactid.options import Options
+from tactid.outlook import WITHIN
+from tactid.output_files import check_outputs
+
+
+@with_fields
+@dataclass(frozen=True, eq=False, repr=False)
+class Combination(CombinationData):
+    """One payload identified from several recordings, and whether they agree.
+
+    ``print`` shows all recordings together and each alone. A format of another program is that of
+    :attr:`estimate`: ``result.estimate.to_urdf()``.
+
+    >>> experiment = tactid.Experiment.paper().replace(duration=2.0, frequency=0.5)
+    >>> _ = tactid.simulate(experiment, "one.mcap")
+    >>> _ = tactid.simulate(experiment.replace(seed=2), "two.mcap")
+    >>> both = tactid.identify(["one.mcap", "two.mcap"])
+    >>> both
+    <tactid.Combination: ... kg in tool0, 10 of 10 values known, 2 recordings that agree>
+    """
+
+    def to_json(self, within: float = WITHIN) -> str:
+        """Returns the combined result as a JSON document, without time series.
+
+        ``tactid.combination_schema()`` is its JSON schema, which describes every key.
+
+        >>> import json
+        >>> record = json.loads(both.to_json())
+        >>> record["schema"], [run["name"] for run in record["recordings"]]
+        ('tactid.combination/1', ['one.mcap', 'two.mcap'])
+
+        Args:
+            within: Target of ``remaining_s`` of each recording.
+        """
+        return result_json.to_json(combination_json.record(self, within))
+
+    def write_result(self, path: str | os.PathLike[str], within: float = WITHIN) -> None:
+        """Writes the JSON of :meth:`to_json` with the time series of each recording.
+
+        >>> both.write_result("both.json")
+
+        Args:
+            path: The file to write.
+            within: Target of ``remaining_s`` of each recording.
+
+        Raises:
+            ArgumentError: The folder does not exist, or the file is one that was read.
+        """
+        combination_json.write(self, self._checked(path), within)
+
+    def write_report(self, path: str | os.PathLike[str]) -> None:
+        """Writes the report: one HTML file with each recording beside the whole.
+
+        >>> both.write_report("both.html")
+
+        Args:
+            path: The file to write.
+
+        Raises:
+            ArgumentError: The folder does not exist, or the file is one that was read.
+        """
+        from tactid import combination_report  # imports matplotlib, which takes a while to load
+
+        combination_report.write_report(self, self._checked(path))
+
+    def __repr__(self) -> str:
+        verdict = "agree" if self.agreement.agree else "disagree"
+        contradicted = ", contradicted by the data" if self.is_contradicted else ""
+        runs = f"{len(self.runs)} recordings that {verdict}"
+        return f"<tactid.Combination: {self.estimate.summary}, {runs}{contradicted}>"
+
+    def __str__(self) -> str:
+        return combination_text.text(self)
+
+    def _repr_html_(self) -> str:
+        return combination_text.html(self)
+
+    def _checked(self, path: str | os.PathLike[str]) -> Path:
+        """Returns the path of an output once it is clear that it can be written."""
+        check_outputs({"`path`": Path(path)}, self.inputs)
+        return Path(path)
+
+
+def combine(results: Sequence[IdentificationData]) -> Combination:
+    """Combines the results of several recordings of one payload.
+
+    The results are those of :func:`tactid.identify`, of logs or of arrays, by least squares and in
+    the same frame. They are weighted by their information, so that motions which determine
+    different values complement each other. Where they differ by more than their noise, the
+    intervals grow to what varies from recording to recording, a finding names the recording that
+    differs most, and a long recording does not outvote the others. Of two recordings that disagree
+    none is known to be right: the intervals become very wide.
+
+    A known mass and a bounding box count once. An error that the recordings share (a known tool, a
+    gain, an unloaded reference) shows in no difference between them, and is in no interval.
+
+    >>> runs = [tactid.identify("one.mcap"), tactid.identify("two.mcap")]
+    >>> tactid.combine(runs).agreement.agree
+    True
+
+    Args:
+        results: The recordings' results, in any order. One alone is its own combination.
+
+    Returns:
+        The payload from all recordings, with the verdict on whether they agree.
+
+    Raises:
+        ArgumentError: There is no result, or the results have different frames, known masses or
+            bounding boxes.
+        IdentificationError: A result has no information, as that of the paper's filter.
+    """
+    if not results:
+        raise ArgumentError("`results` is empty: there is no recording to combine")
+    names = _names(results)
+    linear = [_linear(name, result) for name, result in zip(names, results, strict=True)]
+    for name, result in zip(names, results, strict=True):
+        _check_same(name, result, results[0])
+    frame = results[0].estimate.frame
+    data = _native.combine(
+        frame,
+        np.array([each.parameters for each in linear]),
+        np.array([each.information for each in linear]),
+        np.array([each.degrees_of_freedom for each in linear]),
+        _known(results[0]),
+    )
+    runs = [RunDistance(**distance) for distance in data["agreement"].pop("runs")]
+    return Combination(
+        estimate=_with_counts(PayloadEstimate(**data["estimate"]), results),
+        principal_moments=PrincipalMoments(**data["principal_moments"]),
+        agreement=Agreement(**data["agreement"], runs=runs),
+        runs=tuple(results),
+        names=names,
+        findings=[_named(kind, found, names) for kind, found in data["findings"]],
+    )
+
+
+def _names(results: Sequence[IdentificationData]) -> list[str]:
+    """Returns a different name for each recording: that of its log, or its path, or its number."""
+    logs = [result.inputs.get("the log") for result in results]
+    short = [None if log is None else log.name for log in logs]
+    names = []
+    for index, (log, name) in enumerate(zip(logs, short, strict=True)):
+        if log is None or name is None or logs.count(log) > 1:
+            names.append(f"recording {index + 1}")
+        else:
+            names.append(name if short.count(name) == 1 else f"{log.parent.name}/{name}")
+    if len(set(names)) < len(names):
+        return [f"recording {index + 1}" for index in range(len(names))]
+    return names
+
+
+def _linear(name: str, result: IdentificationData) -> LinearEstimate:
+    if result.linear is None:
+        raise IdentificationError(
+            f"{name} has no information to combine: several recordings need least squares, and"
+            " windows in each"
+        )
+    return result.linear
+
+
+def _check_same(name: str, result: IdentificationData, first: IdentificationData) -> None:
+    given, box = result.bounding_box, first.bounding_box
+    same = {
+        "frame": result.estimate.frame == first.estimate.frame,
+        "known mass": result.known_mass == first.known_mass,
+        "bounding box": np.array_equal([] if given is None else given, [] if box is None else box),
+    }
+    for what, is_same in same.items():
+        if not is_same:
+            raise ArgumentError(f"{name} has another {what} than the first recording")
+
+
+def _known(result: IdentificationData) -> Options:
+    """Returns the options that hold for all recordings: what is known of the payload."""
+    mass = result.known_mass
+    given: dict[str, Any] = {"bounding_box": result.bounding_box}
+    if mass is not None:
+        given |= {"known_mass": mass.value, "known_mass_std_dev": mass.std_dev}
+    return Options(**given)
+
+
+def _with_counts(
+    estimate: PayloadEstimate, results: Sequence[IdentificationData]
+) -> PayloadEstimate:
+    """Returns an estimate with the sums of what is counted in each recording."""
+    each = [result.estimate for result in results]
+    return replace(
+        estimate,
+        windows=sum(one.windows for one in each),
+        rejected=sum(one.rejected for one in each),
+        gaps=sum(one.gaps for one in each),
+    )
+
+
+def _named(kind: str, data: dict[str, Any], names: Sequence[str]) -> Finding:
+    """Returns a finding with the name of its recording in place of its index."""
+    if kind == "runs_disagree" and data["run"] is not None:
+        data = data | {"run": names[data["run"]]}
+    return Finding(kind, data)

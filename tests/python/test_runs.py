@@ -1,0 +1,208 @@
+"""Several recordings of one payload: one estimate, and whether they agree.
+
+The arm records three motions. In the bag ``warm`` its sensor has a gain that is 10 % off.
+"""
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+
+import tactid
+from conftest import TactidCommand
+from expectations import LAYOUT, assert_fits_schema, values_of
+from recorded_arm import PAYLOAD, TIP, Arm, State, ur5e
+from recordings import clock, description, joint_states, wrenches, write_bag
+
+NOISE = np.array([0.3] * 3 + [0.02] * 3)
+"""Standard deviation of a sample of the sensor, N and N m."""
+
+GAINS = {"cold": 1.0, "later": 1.0, "warm": 1.1}
+OPTIONS = ("--urdf", "arm.urdf", "--tip", TIP)
+
+
+@cache
+def recorded(name: str) -> tuple[State, np.ndarray]:
+    """How the arm moves in a recording, and its wrenches as they are measured."""
+    seed = list(GAINS).index(name)
+    state = Arm(seed=3 + seed).at(clock(12.0, 100.0))
+    noise = np.random.default_rng(seed).normal(size=state.wrench.shape) * NOISE
+    return state, GAINS[name] * state.wrench + noise
+
+
+@pytest.fixture(scope="module")
+def bags(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the bags and the URDF."""
+    folder = tmp_path_factory.mktemp("runs")
+    (folder / "arm.urdf").write_text(ur5e())
+    for name in GAINS:
+        state, wrench = recorded(name)
+        messages = [description(), *joint_states(state), *wrenches(state.time, wrench)]
+        write_bag(folder / name, messages)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def whole(bags: Path) -> tactid.Combination:
+    """All three recordings together."""
+    found = tactid.identify([bags / name for name in GAINS], urdf=bags / "arm.urdf", tip=TIP)
+    assert isinstance(found, tactid.Combination)
+    return found
+
+
+def assert_is_a_combination(record: dict[str, Any]) -> None:
+    validator = jsonschema.Draft202012Validator(tactid.combination_schema())
+    problems = [f"{error.json_path}: {error.message}" for error in validator.iter_errors(record)]
+    assert not problems, problems
+    for run in record["recordings"]:
+        assert_fits_schema(run["result"])
+
+
+def test_a_gain_that_is_off_is_named_and_covered(command: TactidCommand, bags: Path) -> None:
+    logs = [bags / name for name in GAINS]
+    done = command("identify", *logs, "--urdf", bags / "arm.urdf", "--tip", TIP, "--json")
+    assert done.returncode == 0, done.stderr
+    record = json.loads(done.stdout)
+    assert_is_a_combination(record)
+    (finding,) = record["findings"]
+    assert finding["kind"] == "runs_disagree"
+    assert (finding["run"], finding["others_agree"]) == ("warm", True)
+    assert finding["p_value"] < 1e-9
+    assert finding["sigmas"] > 10
+    assert finding["difference"] / finding["of_others"] == pytest.approx(0.1, abs=0.02)
+    assert not record["agreement"]["agree"]
+    truth = PAYLOAD.values
+    values, half_widths = (values_of(record[key]) for key in ("estimate", "half_width_95"))
+    assert np.all(np.abs(values - truth) < half_widths)
+    # Of each alone, the intervals do not contain a mass that is 10 % off.
+    warm = record["recordings"][2]["result"]
+    assert warm["estimate"]["mass"] - warm["half_width_95"]["mass"] > 1.05 * truth[0]
+    assert half_widths[0] == pytest.approx(4.303 * 0.1 * truth[0] / 3, rel=0.2)
+    # A gain does not move the centre of mass.
+    assert np.all(half_widths[1:4] < 0.01)
+
+
+def test_recordings_that_agree_narrow_the_intervals(bags: Path) -> None:
+    logs = (bags / "cold", bags / "later")
+    both = tactid.identify(logs, urdf=bags / "arm.urdf", tip=TIP)
+    assert isinstance(both, tactid.Combination)
+    assert both.agreement.agree
+    assert both.findings == []
+    assert "The 2 recordings agree within their noise (chi-square" in str(both)
+    assert both.agreement.degrees_of_freedom == 10
+    assert 0.5 < both.agreement.chi_square / 10 < 2.5
+    each = np.array([run.estimate.std_devs for run in both.runs])
+    # A value that differs by chance keeps its interval; the others narrow by the root of two.
+    assert np.median(both.estimate.std_devs / each.mean(axis=0)) < 0.8
+    assert np.all(np.abs(both.estimate.values - PAYLOAD.values) < 4 * both.estimate.std_devs)
+    assert both.estimate.windows == sum(run.estimate.windows for run in both.runs)
+    reverse = tactid.identify(logs[::-1], urdf=bags / "arm.urdf", tip=TIP)
+    np.testing.assert_allclose(reverse.estimate.values, both.estimate.values, rtol=1e-6, atol=1e-9)
+
+
+def test_a_list_of_one_log_is_the_log(bags: Path) -> None:
+    options = tactid.Options(urdf=bags / "arm.urdf", tip=TIP)
+    alone = tactid.identify(bags / "cold", options=options)
+    listed = tactid.identify([str(bags / "cold")], options=options)
+    assert isinstance(listed, tactid.Identification)
+    assert listed.to_json() == alone.to_json()
+    assert list(json.loads(alone.to_json())) == LAYOUT
+
+
+def test_results_of_arrays_combine_as_those_of_logs() -> None:
+    runs = []
+    for name in GAINS:
+        state, wrench = recorded(name)
+        motion = {"q": state.q, "qd": state.v}
+        runs.append(tactid.identify(state.time, urdf=ur5e(), tip=TIP, wrench=wrench, **motion))
+    found = tactid.combine(runs)
+    assert found.names == ["recording 1", "recording 2", "recording 3"]
+    assert found.findings[0].data["run"] == "recording 3"
+    assert "recording 3 differs most from the others, which agree" in str(found)
+    alone = tactid.combine(runs[:1])
+    np.testing.assert_allclose(alone.estimate.values, runs[0].estimate.values, rtol=1e-6)
+    np.testing.assert_allclose(alone.estimate.std_devs, runs[0].estimate.std_devs, rtol=1e-3)
+
+
+def test_the_files_have_each_recording_beside_the_whole(
+    command: TactidCommand, bags: Path, tmp_path: Path
+) -> None:
+    outputs = ("--report", "all.html", "--result", "all.json", "--format", "franka")
+    logs = [bags / name for name in GAINS]
+    done = command("identify", *logs, "--urdf", bags / "arm.urdf", "--tip", TIP, *outputs)
+    assert done.returncode == 0, done.stderr
+    assert "setLoad" in done.stdout
+    assert "The 3 recordings disagree by more than their noise" in done.stderr
+    report = (tmp_path / "all.html").read_text()
+    for part in (*GAINS, "warm differs most", "data:image/png", "others agree", "fullinertia"):
+        assert part in report
+    record = json.loads((tmp_path / "all.json").read_text())
+    assert_is_a_combination(record)
+    assert all("series" in run["result"] for run in record["recordings"])
+
+
+def test_the_table_has_a_column_for_each(whole: tactid.Combination) -> None:
+    lines = str(whole).splitlines()
+    (head,) = (line for line in lines if line.startswith(" parameter"))
+    assert head.split()[2:] == [word for name in ("all", *GAINS) for word in (name, "±", "95", "%")]
+    assert repr(whole).endswith("3 recordings that disagree>")
+    assert "disagree by more" in whole._repr_html_()
+    assert {name for name in whole.inputs if name.startswith("the log")} == {
+        f"the log of {name}" for name in GAINS
+    }
+
+
+def test_a_known_mass_counts_once(bags: Path) -> None:
+    found = tactid.identify(
+        [bags / "cold", bags / "later"],
+        urdf=bags / "arm.urdf",
+        tip=TIP,
+        known_mass=2.3,
+        known_mass_std_dev=1e-4,
+    )
+    assert found.estimate.std_devs[0] == pytest.approx(1e-4, rel=0.05)
+
+
+def test_what_is_wrong_with_one_of_several_logs_names_it(
+    command: TactidCommand, bags: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "broken.mcap").write_bytes(b"this is no log")
+    good, options = bags / "cold", ("--urdf", bags / "arm.urdf", "--tip", TIP)
+    for arguments, parts in {
+        (good, "broken.mcap", *options): ["broken.mcap"],
+        (good, "absent.mcap", *options): ["absent.mcap"],
+        (good, good, *options): [str(good), "twice"],
+        (good, bags / "warm", *options, "--estimates", "x.mcap"): ["--estimates", "2 are given"],
+        (good, bags / "warm", *options, "--estimator", "nlms"): ["--estimator", "least squares"],
+        (good, bags / "warm", *options, "--result", good / "cold.mcap"): ["--result", "the log"],
+    }.items():
+        done = command("identify", *arguments)
+        assert done.returncode == 2, done.stderr
+        assert done.stderr.startswith("tactid: error: ")
+        assert done.stderr.count("\n") == 1
+        for part in parts:
+            assert part in done.stderr
+
+
+def test_results_that_do_not_belong_together_are_refused(bags: Path) -> None:
+    urdf = bags / "arm.urdf"
+    first = tactid.identify(bags / "cold", urdf=urdf, tip=TIP)
+    for options, what in (
+        ({"tip": "wrist_3_link"}, "frame"),
+        ({"tip": TIP, "known_mass": 2.3}, "known mass"),
+        ({"tip": TIP, "bounding_box": [[-1, -1, -1], [1, 1, 1]]}, "bounding box"),
+    ):
+        other = tactid.identify(bags / "later", urdf=urdf, **options)
+        with pytest.raises(tactid.ArgumentError, match=f"later has another {what}"):
+            tactid.combine([first, other])
+    paper = tactid.identify(bags / "later", urdf=urdf, tip=TIP, estimator="nlms")
+    with pytest.raises(tactid.IdentificationError, match="later has no information"):
+        tactid.combine([paper, first])
+    with pytest.raises(tactid.ArgumentError, match="empty"):
+        tactid.combine([])
+    with pytest.raises(tactid.ArgumentError, match="`q` belongs to arrays"):
+        tactid.identify([bags / "cold", bags / "later"], q=np.zeros((2, 6)))
