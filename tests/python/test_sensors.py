@@ -66,7 +66,8 @@ def test_without_an_offset_nothing_is_suspected_and_asking_costs_little() -> Non
     plain, asked = identified(EARLY, 2), identified(EARLY, 2, wrench_offset=True)
     assert plain.findings == asked.findings == []
     assert doubles.fit_of(plain).wrench_offset is None
-    assert (asked.estimate.std_devs >= 0.9 * plain.estimate.std_devs).all()
+    # Variances that are estimated window by window scatter.
+    assert (asked.estimate.std_devs >= 0.8 * plain.estimate.std_devs).all()
     assert np.abs(normalised(asked)).max() < 3.5
 
 

@@ -18,10 +18,7 @@ use tactid_identify::{
     BaseState, BatchIdentifier, BatchSettings, EquationSettings, Method, Sample, VALUE_NAMES,
 };
 
-const RUNS: u64 = 400;
 const RATE_HZ: f64 = 100.0;
-/// What a recording of this motion at this rate with this noise chooses.
-const CUTOFF_HZ: f64 = 1.45;
 /// Standard deviation of the noise relative to the root mean square of each channel.
 const NOISE: f64 = 0.01;
 /// Positions, velocities and efforts of the joints.
@@ -54,7 +51,7 @@ fn measured(run: &Run) -> Vec<[f64; CHANNELS]> {
 }
 
 /// Returns the ten errors of a run with the noise of a seed, each in its reported standard deviations.
-fn errors(rows: &[[f64; CHANNELS]], truth: &[f64; 10], seed: u64) -> [f64; 10] {
+fn errors(rows: &[[f64; CHANNELS]], truth: &[f64; 10], cutoff_hz: f64, seed: u64) -> [f64; 10] {
     let size = |channel: usize| {
         let squares: f64 = rows.iter().map(|row| row[channel].powi(2)).sum();
         NOISE * (squares / rows.len() as f64).sqrt()
@@ -62,7 +59,7 @@ fn errors(rows: &[[f64; CHANNELS]], truth: &[f64; 10], seed: u64) -> [f64; 10] {
     let std_devs: [f64; CHANNELS] = std::array::from_fn(size);
     let settings = EquationSettings {
         method: Method::Effort,
-        cutoff_hz: CUTOFF_HZ,
+        cutoff_hz,
         ..EquationSettings::default()
     };
     let mut random = SmallRng::seed_from_u64(seed);
@@ -89,12 +86,8 @@ fn errors(rows: &[[f64; CHANNELS]], truth: &[f64; 10], seed: u64) -> [f64; 10] {
     std::array::from_fn(|k| (values[k] - truth[k]) / std_devs[k])
 }
 
-/// 25 windows with 1 % noise on positions, velocities and efforts: of 400 intervals of each value between 91.5 and
-/// 98.5 % hold the truth (95 % scatter by 1.1 %), on average 94 to 96.5 %, and the mean error is below a fifth of a
-/// standard deviation. Where the noise counts as the same in all windows and positions are smoothed without the
-/// velocities, 88 % hold the mass and 91 % the values on average, and the mean error of the mass is 0.27.
-#[test]
-fn intervals_of_efforts_hold_the_truth() {
+/// Fraction of the intervals of each value that hold the truth, and mean errors in standard deviations, over some runs.
+fn coverage(cutoff_hz: f64, runs: u64) -> ([f64; 10], [f64; 10]) {
     let payload = body(8.0, [0.06, -0.04, 0.15], [0.5, 0.4, 0.6]);
     let run = Run {
         base: BaseKind::Fixed,
@@ -106,20 +99,52 @@ fn intervals_of_efforts_hold_the_truth() {
     };
     let rows = measured(&run);
     let (a, i) = (payload.center_of_mass, payload.inertia);
-    let entries = [i.m11, i.m12, i.m13, i.m22, i.m23, i.m33];
-    let mut truth = [payload.mass_kg, a.x, a.y, a.z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-    truth[4..].copy_from_slice(&entries);
+    let truth = [
+        payload.mass_kg,
+        a.x,
+        a.y,
+        a.z,
+        i.m11,
+        i.m12,
+        i.m13,
+        i.m22,
+        i.m23,
+        i.m33,
+    ];
     let (mut inside, mut sums) = ([0.0; 10], [0.0; 10]);
-    for seed in 0..RUNS {
-        for (k, error) in errors(&rows, &truth, seed).into_iter().enumerate() {
-            inside[k] += f64::from(u8::from(error.abs() <= 1.96)) / RUNS as f64;
-            sums[k] += error / RUNS as f64;
+    for seed in 0..runs {
+        let errors = errors(&rows, &truth, cutoff_hz, seed);
+        for (k, error) in errors.into_iter().enumerate() {
+            inside[k] += f64::from(u8::from(error.abs() <= 1.96)) / runs as f64;
+            sums[k] += error / runs as f64;
         }
     }
+    (inside, sums)
+}
+
+/// 25 windows with 1 % noise on positions, velocities and efforts, at the cutoff that a recording of this noise chooses:
+/// of 400 intervals of each value between 91.5 and 98.5 % hold the truth (95 % scatter by 1.1 %), on average 94 to
+/// 96.5 %, and the mean error is below a fifth of a standard deviation. Where the noise counts as the same in all
+/// windows and positions are smoothed without the velocities, 88 % hold the mass and 91 % the values on average, and
+/// the mean error of the mass is 0.27.
+#[test]
+fn intervals_of_efforts_hold_the_truth() {
+    let (inside, mean_errors) = coverage(1.45, 400);
     for (k, name) in VALUE_NAMES.iter().enumerate() {
         assert!((0.915..0.985).contains(&inside[k]), "{name}: {inside:?}");
-        assert!(sums[k].abs() < 0.2, "{name}: {sums:?}");
+        assert!(mean_errors[k].abs() < 0.2, "{name}: {mean_errors:?}");
     }
     let mean = inside.iter().sum::<f64>() / 10.0;
     assert!((0.94..0.965).contains(&mean), "{inside:?}");
+}
+
+/// At twice the cutoff the samples are so sparse that polynomials are fitted to neighbours. If the position at an
+/// instant were their mean, half-differences between instants would lack most of its noise, and 85 % of the intervals of
+/// Ixy would hold the truth. A fraction of 200 runs scatters by 1.6 %, the average over ten values by 0.7 %.
+#[test]
+fn intervals_of_sparse_efforts_hold_the_truth() {
+    let (inside, _) = coverage(2.9, 200);
+    assert!(inside.iter().all(|&fraction| fraction > 0.88), "{inside:?}");
+    let mean = inside.iter().sum::<f64>() / 10.0;
+    assert!((0.93..0.97).contains(&mean), "{inside:?}");
 }

@@ -50,7 +50,7 @@ pub(crate) fn consistent_payload(
     bounding_box: Option<&BoundingBox>,
 ) -> (SVector<f64, 10>, Option<Finding>) {
     let parameters = fit.parameters - known;
-    match project(&parameters, &fit.covariance, fit.scales(), bounding_box) {
+    match project(&parameters, &fit.metric, fit.scales(), bounding_box) {
         None => (parameters, None),
         Some(projection) => {
             let finding = Finding::Inconsistent {

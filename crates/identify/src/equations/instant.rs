@@ -51,12 +51,29 @@ impl StoredSample {
     }
 }
 
+/// The samples that a polynomial is fitted to, in the order of time.
+pub(crate) struct Nodes<'a> {
+    pub(crate) samples: [&'a StoredSample; MAX_NODES],
+    /// Number of valid samples, which is odd.
+    pub(crate) count: usize,
+    /// Whether they are every second sample, so that neighbouring instants have none in common.
+    pub(crate) are_alternate: bool,
+}
+
+impl<'a> Nodes<'a> {
+    /// Returns the samples.
+    fn samples(&self) -> &[&'a StoredSample] {
+        &self.samples[..self.count]
+    }
+}
+
 /// State of the robot at the time of one sample. The motion is that of a polynomial fitted to the sample and
 /// some neighbours on each side, and so are the derivatives that were not measured.
 ///
 /// Angles and rates enter products, in which noise does not average out, so they are smoothed first. Where joint
 /// velocities are measured, they lead from the mean of the positions at all samples to the position at the middle one:
-/// a mean has less noise than the value of a polynomial, and an integral over so short a time has hardly any. All of
+/// a mean has less noise than the value of a polynomial, and an integral over so short a time has hardly any. A mean of
+/// neighbours would give all instants the same noise, which their differences must show, so it takes every second. All of
 /// it is linear in the measurements and local, so that a filter over many instants afterwards has the same
 /// effect on what is differentiated, smoothed or neither.
 #[derive(Clone, Debug)]
@@ -93,9 +110,9 @@ impl Instant {
         }
     }
 
-    /// Computes the instant of the middle one of an odd number of samples, at most [`MAX_NODES`], in the
-    /// order of time.
-    pub(crate) fn set(&mut self, samples: &[&StoredSample]) {
+    /// Computes the instant of the middle one of some samples.
+    pub(crate) fn set(&mut self, nodes: &Nodes<'_>) {
+        let samples = nodes.samples();
         let center = samples[samples.len() / 2];
         let times_s = samples.iter().map(|sample| sample.time_s);
         let weights = self.weights.at_middle(times_s);
@@ -114,13 +131,16 @@ impl Instant {
                 &mut self.joint_velocity,
                 &mut self.joint_acceleration,
             );
-            if measured {
+            if measured && nodes.are_alternate {
                 add_scaled(position, mean, &sample.joint_position);
                 add_scaled(position, -weights.displacement[k], &sample.joint_velocity);
+            } else {
+                add_scaled(position, weights.value[k], &sample.joint_position);
+            }
+            if measured {
                 add_scaled(velocity, weights.value[k], &sample.joint_velocity);
                 add_scaled(acceleration, weights.first[k], &sample.joint_velocity);
             } else {
-                add_scaled(position, weights.value[k], &sample.joint_position);
                 add_scaled(velocity, weights.first[k], &sample.joint_position);
                 add_scaled(acceleration, weights.second[k], &sample.joint_position);
             }

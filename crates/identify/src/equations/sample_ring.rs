@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::differentiation::{MAX_NODES, MIN_NODES};
-use super::instant::StoredSample;
+use super::instant::{Nodes, StoredSample};
 use super::sample::Sample;
 
 /// Number of stored samples: polynomials are fitted to every second one of them.
@@ -66,9 +66,8 @@ impl SampleRing {
         self.stored = CAPACITY.min(self.stored + 1);
     }
 
-    /// Returns the samples around the instant that the newest one completes, in the order of time, and their
-    /// number, which is odd. `None` where the stretch is still too short.
-    pub(crate) fn nodes(&mut self) -> Option<([&StoredSample; MAX_NODES], usize)> {
+    /// Returns the samples around the instant that the newest one completes. `None` where the stretch is still too short.
+    pub(crate) fn nodes(&mut self) -> Option<Nodes<'_>> {
         let lag = self.lag.or_else(|| self.initial_lag())?;
         self.lag = Some(lag);
         let is_wide = |side| self.span_s(lag + 2 * side, lag - 2 * side) > 2.0 * self.half_width_s;
@@ -83,7 +82,11 @@ impl SampleRing {
         for (k, node) in nodes[..count].iter_mut().enumerate() {
             *node = self.back(lag + step * side - step * k);
         }
-        Some((nodes, count))
+        Some(Nodes {
+            samples: nodes,
+            count,
+            are_alternate: step == 2,
+        })
     }
 
     /// Returns the lag of a stretch once it has enough samples: they fill the ring, or reach over the width

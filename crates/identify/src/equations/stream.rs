@@ -106,7 +106,7 @@ impl EquationStream {
         self.samples.push(sample);
         self.start_s.get_or_insert(sample.time_s);
         self.accepted += 1;
-        let Some((nodes, count)) = self.samples.nodes() else {
+        let Some(nodes) = self.samples.nodes() else {
             let outcome = if started {
                 PushOutcome::Started
             } else {
@@ -114,7 +114,7 @@ impl EquationStream {
             };
             return Ok((outcome, None));
         };
-        self.instant.set(&nodes[..count]);
+        self.instant.set(&nodes);
         let rows = self.model.rows(&self.instant)?;
         let equation = self.windows.push(self.instant.time_s, rows);
         Ok((PushOutcome::Used, equation))

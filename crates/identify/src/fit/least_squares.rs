@@ -325,10 +325,11 @@ impl<'a> ReweightedLeastSquares<'a> {
     /// Computes the uncertainty after the last pass, given the number of windows that are used.
     fn into_fit(self, count: usize) -> Fit {
         let rows = self.scored_rows();
-        let covariance = if self.options.covariance {
-            self.covariance(&rows, count)
+        let [covariance, metric] = if self.options.covariance {
+            [sandwich::noise_meat, sandwich::stationary_meat]
+                .map(|meat| self.covariance(&rows, count, meat))
         } else {
-            DMatrix::zeros(self.columns, self.columns)
+            [0, 1].map(|_| DMatrix::zeros(self.columns, self.columns))
         };
         let delay = self.options.delay.then(|| Delay {
             delay_s: self.solution[10],
@@ -338,6 +339,7 @@ impl<'a> ReweightedLeastSquares<'a> {
         Fit {
             parameters: self.solution.fixed_rows::<10>(0).into_owned(),
             covariance: covariance.fixed_view::<10, 10>(0, 0).into_owned(),
+            metric: metric.fixed_view::<10, 10>(0, 0).into_owned(),
             delay,
             excitation: self.spectrum.excitation(),
             null_space: self.spectrum.null_space(scales),
@@ -350,7 +352,12 @@ impl<'a> ReweightedLeastSquares<'a> {
     }
 
     /// Returns the sandwich covariance of the unknowns from so many windows (see [`sandwich`]).
-    fn covariance(&self, rows: &[ScoredRow], count: usize) -> DMatrix<f64> {
+    fn covariance(
+        &self,
+        rows: &[ScoredRow],
+        count: usize,
+        meat_of: impl Fn(&[ScoredRow], usize, &DMatrix<f64>) -> NoiseMeat,
+    ) -> DMatrix<f64> {
         let channels = self.noise.channels();
         let mut bread = DMatrix::<f64>::zeros(self.columns, self.columns);
         for (information, direction) in self.spectrum.observable() {
@@ -361,11 +368,7 @@ impl<'a> ReweightedLeastSquares<'a> {
         let freedom = (independent - unknowns as f64).max(1.0);
         let scores =
             sandwich::newey_west_meat(rows, channels, self.columns) * independent / freedom;
-        let of_noise = if sandwich::is_white(rows, &bread) {
-            sandwich::local_meat(rows, channels, &bread)
-        } else {
-            sandwich::stationary_meat(rows, channels, &bread)
-        };
+        let of_noise = meat_of(rows, channels, &bread);
         // Errors that last longer than the filter show in the scores, if there are enough of them.
         let size = |meat: &DMatrix<f64>| (&bread * meat).trace();
         let NoiseMeat {

@@ -67,6 +67,9 @@ pub(crate) struct Fit {
     pub(crate) parameters: SVector<f64, 10>,
     /// Covariance of the parameters, zero in unobservable directions.
     pub(crate) covariance: SMatrix<f64, 10, 10>,
+    /// Covariance in whose metric the parameters are projected onto consistent ones. It takes the noise to be the same
+    /// in all windows: variances that are too small by chance would distort a projection.
+    pub(crate) metric: SMatrix<f64, 10, 10>,
     /// Delay of the load that is left in the windows, where it was estimated.
     pub(crate) delay: Option<Delay>,
     /// Noise of the channels.

@@ -109,6 +109,15 @@ pub(crate) fn stationary_meat(
     }
 }
 
+/// Estimates the meat window by window where the noise [is white](is_white), and for stationary noise elsewhere.
+pub(crate) fn noise_meat(rows: &[ScoredRow], channels: usize, bread: &DMatrix<f64>) -> NoiseMeat {
+    if is_white(rows, bread) {
+        local_meat(rows, channels, bread)
+    } else {
+        stationary_meat(rows, channels, bread)
+    }
+}
+
 /// Estimates the meat window by window, for white noise of the sensors whose effect on the rows changes with the
 /// motion.
 ///
@@ -120,7 +129,7 @@ pub(crate) fn stationary_meat(
 ///
 /// It holds where [`is_white`] does: half-differences contain neither an error of the model nor noise that
 /// neighbouring samples share.
-pub(crate) fn local_meat(rows: &[ScoredRow], channels: usize, bread: &DMatrix<f64>) -> NoiseMeat {
+fn local_meat(rows: &[ScoredRow], channels: usize, bread: &DMatrix<f64>) -> NoiseMeat {
     let windows = windows_of(rows, channels, bread);
     NoiseMeat {
         meat: with_fitted_part(rows, bread, |parameters| {
@@ -134,7 +143,7 @@ pub(crate) fn local_meat(rows: &[ScoredRow], channels: usize, bread: &DMatrix<f6
 /// Returns whether the residuals are as large as the half-differences, within a factor of two in their variance: the
 /// noise is that of the sensors, and neighbouring samples do not share it. `bread` is the inverse of the rows'
 /// information.
-pub(crate) fn is_white(rows: &[ScoredRow], bread: &DMatrix<f64>) -> bool {
+fn is_white(rows: &[ScoredRow], bread: &DMatrix<f64>) -> bool {
     let sum = |of: fn(&ScoredRow) -> f64| rows.iter().map(|row| of(row).powi(2)).sum::<f64>();
     // The residuals lack the part that was fitted.
     let unfitted = (1.0 - fitted_fraction(rows, bread)).max(VARIANCE_FLOOR);
