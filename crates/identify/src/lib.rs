@@ -70,6 +70,7 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 pub mod batch;
+pub mod calibration;
 pub mod checks;
 mod diagnosis;
 pub mod equations;
