@@ -147,6 +147,9 @@ pub enum IdentifyError {
         /// Its value in the other recording.
         found: String,
     },
+    /// The equations of a calibration cannot be solved: numbers of the recordings are too large.
+    #[error("the equations cannot be solved: check the units of positions, velocities and efforts")]
+    CalibrationFailed,
     /// The data of a calibration do not fit together.
     #[error("`{field}` of the calibration is not valid: {reason}")]
     CalibrationData {

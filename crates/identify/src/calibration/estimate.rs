@@ -3,6 +3,14 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::batch::BatchResult;
+use crate::solve::HALF_WIDTH_95;
+
+/// Quantile of Student's distribution with [`CalibratedEstimate::DEGREES_OF_FREEDOM`] that 95 % of its absolute values are
+/// below.
+const STUDENT_95: f64 = 2.306_004;
+
+/// Ratio of the quantiles of Student's and of the normal distribution.
+pub(crate) const WIDENING: f64 = STUDENT_95 / HALF_WIDTH_95;
 
 /// A payload identified from joint efforts with a calibration.
 ///

@@ -24,23 +24,36 @@
 //! [equation stream](crate::EquationStream): friction at the mean velocity of a window is not the mean friction. Only the
 //! load-dependent friction is a product of means, because the torque changes little within a window.
 
+mod arm;
 mod calibrate;
+mod compare;
 mod estimate;
+mod fit;
+mod identify;
+mod layout;
 mod model;
+mod noise;
+mod noise_fit;
 mod payload;
+mod posterior;
 mod recorder;
 mod recording;
+mod reference;
 mod report;
+mod rows;
 mod settings;
+mod simplex;
+mod solver;
 
 pub use calibrate::calibrate;
+pub use compare::EffortComparison;
 pub use estimate::CalibratedEstimate;
-pub use model::{Calibration, EffortNoise};
+pub use model::Calibration;
+pub use noise::EffortNoise;
 pub use payload::KnownPayload;
 pub use recorder::EffortRecorder;
 pub use recording::EffortRecording;
 pub use report::{
-    CalibrationReport, CalibrationResult, EffortComparison, JointCalibration, LinkCalibration,
-    MotionShortage,
+    CalibrationReport, CalibrationResult, JointCalibration, LinkCalibration, MotionShortage,
 };
 pub use settings::CalibrationSettings;

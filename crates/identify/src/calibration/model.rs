@@ -1,26 +1,18 @@
 //! The calibrated model of an arm as plain data.
 
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, Vector3};
 use tactid_dynamics::{InertialParameters, Manipulator};
 
-use super::estimate::CalibratedEstimate;
-use super::recording::EffortRecording;
-use super::report::EffortComparison;
+use super::arm::{Arm, WIDTHS};
+use super::compare::{EffortComparison, compare};
+use super::layout::Layout;
+use super::noise::EffortNoise;
+use super::recording::{EffortRecording, check_names, check_settings};
+use super::rows::EffortModel;
+use super::settings::CalibrationSettings;
+use super::solver::Prior;
 use crate::IdentifyError;
-use crate::batch::BatchSettings;
-
-/// Noise of the window means of one joint's effort, which has three independent pieces.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EffortNoise {
-    /// Standard deviation of the white noise, N m or N.
-    pub white: f64,
-    /// Standard deviation of the slow noise, N m or N.
-    pub slow: f64,
-    /// Correlation time of the slow noise, s.
-    pub slow_time_s: f64,
-    /// Standard deviation of the friction at standstill, N m or N: nobody knows it between the two Coulomb values.
-    pub standstill: f64,
-}
+use crate::solve::subspace::Vector;
 
 /// What a calibration knows of an arm: the mean and the precision of all unknowns, and the noise of each joint.
 ///
@@ -65,41 +57,116 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Returns the name of each unknown, such as `forearm_link m*ax` or `elbow_joint viscous`.
-    #[must_use]
-    pub fn parameter_names(&self) -> Vec<String> {
-        Vec::new()
+    /// Returns the name of each unknown, such as `forearm_link m*ax` or `elbow_joint viscous friction`. Friction terms are
+    /// numbered by their velocity.
+    ///
+    /// # Errors
+    /// Returns [`IdentifyError::CalibrationData`] if a friction term has a velocity that the model does not have.
+    pub fn parameter_names(&self) -> Result<Vec<String>, IdentifyError> {
+        Ok(self.layout()?.names(&self.links, &self.joints))
     }
 
     /// Checks that the data fit together, and belong to a robot and the link `tool`.
     ///
     /// # Errors
     /// Returns [`IdentifyError::CalibrationData`] if a field has the wrong length or a number that is not valid,
-    /// [`IdentifyError::Model`] if the robot does not have the link, and [`IdentifyError::CalibrationRobot`] with the
-    /// first joint or link that differs.
+    /// [`IdentifyError::Model`] if the robot does not have the link, [`IdentifyError::CalibrationBase`] if the base floats
+    /// or no joint moves the link, and [`IdentifyError::CalibrationRobot`] with the first joint or link that differs.
     pub fn check(&self, robot: &Manipulator, tool: &str) -> Result<(), IdentifyError> {
-        let _ = (robot, tool);
-        Err(IdentifyError::NoEfforts)
+        self.check_data()?;
+        let arm = Arm::new(robot, tool, &CalibrationSettings::default())?;
+        self.check_arm(&arm)
     }
 
-    /// Identifies the payload that the arm holds in all of the `loaded` recordings, together with the arm. `unloaded` are
-    /// recordings of the same day without payload, which update the calibration first; there may be none.
-    ///
-    /// The field `delay` of the settings is ignored. Cost: four passes over all windows.
-    ///
-    /// # Errors
-    /// Returns [`IdentifyError::TooFewWindows`] if the loaded recordings have fewer than six windows,
-    /// [`IdentifyError::CalibrationRobot`] or [`IdentifyError::CalibrationMismatch`] if a recording is of another robot or
-    /// has another cutoff or gravity, [`IdentifyError::CalibrationData`] for data that do not fit together, and the errors
-    /// of [`BatchSettings::check`].
-    pub fn identify(
-        &self,
-        loaded: &[EffortRecording],
-        unloaded: &[EffortRecording],
-        settings: &BatchSettings,
-    ) -> Result<CalibratedEstimate, IdentifyError> {
-        let _ = (loaded, unloaded, settings);
-        Err(IdentifyError::NoEfforts)
+    /// Checks that a recording is of the calibrated robot with the same settings.
+    pub(crate) fn check_recording(&self, recording: &EffortRecording) -> Result<(), IdentifyError> {
+        let arm = &recording.arm;
+        self.check_arm(arm)?;
+        check_settings(
+            (self.cutoff_hz, arm.cutoff_hz),
+            (self.gravity.as_slice(), arm.gravity.as_slice()),
+        )
+    }
+
+    fn check_arm(&self, arm: &Arm) -> Result<(), IdentifyError> {
+        check_names("joint", &self.joints, &arm.joints)?;
+        check_names("link", &self.links, &arm.links)?;
+        check_names("tool", &[&self.tool], &[&arm.tool])
+    }
+
+    /// Checks that all fields have the right lengths and valid numbers.
+    pub(crate) fn check_data(&self) -> Result<(), IdentifyError> {
+        let layout = self.layout()?;
+        let (unknowns, joints, links) = (layout.len(), layout.joints, 10 * layout.links);
+        if joints == 0 || links == 0 {
+            return invalid(
+                "joints",
+                "a calibration has at least one joint and one link",
+            );
+        }
+        let fields: [(_, &[f64], _); 6] = [
+            ("parameters", &self.parameters, unknowns),
+            ("scales", &self.scales, unknowns),
+            ("precision", &self.precision, unknowns * (unknowns + 1) / 2),
+            ("reference_links", &self.reference_links, links),
+            ("reference_torques", &self.reference_torques, joints),
+            ("gravity", self.gravity.as_slice(), 3),
+        ];
+        for (field, values, expected) in fields {
+            if values.len() != expected {
+                let given = values.len();
+                return invalid(field, &format!("{given} numbers instead of {expected}"));
+            }
+            check_numbers(field, values.iter().copied(), f64::is_finite)?;
+        }
+        if self.noise.len() != joints {
+            let given = self.noise.len();
+            return invalid("noise", &format!("{given} entries instead of {joints}"));
+        }
+        let noise = self.noise.iter();
+        let noise = noise.flat_map(|n| [n.white, n.slow, n.slow_time_s, n.standstill]);
+        let is_positive = |value: f64| value > 0.0 && value.is_finite();
+        check_numbers("noise", noise, is_positive)?;
+        check_numbers("scales", self.scales.iter().copied(), |scale| scale >= 0.0)?;
+        let torques = self.reference_torques.iter().copied();
+        check_numbers("reference_torques", torques, is_positive)?;
+        check_numbers("cutoff_hz", [self.cutoff_hz].into_iter(), is_positive)
+    }
+
+    /// Returns the order of the unknowns.
+    pub(crate) fn layout(&self) -> Result<Layout, IdentifyError> {
+        let index = |width: &f64| WIDTHS.iter().position(|known| known == width);
+        let widths = self.friction_widths.iter().map(index);
+        match widths.collect::<Option<Vec<_>>>() {
+            Some(widths) => Ok(Layout {
+                links: self.links.len(),
+                joints: self.joints.len(),
+                widths,
+            }),
+            None => invalid(
+                "friction_widths",
+                &format!("each must be one of {WIDTHS:?}"),
+            ),
+        }
+    }
+
+    /// Returns the model and its prior for an identification.
+    pub(crate) fn model(&self) -> Result<(EffortModel, Prior), IdentifyError> {
+        let layout = self.layout()?;
+        let count = layout.len();
+        let triangle =
+            |i: usize, k: usize| self.precision[i.max(k) * (i.max(k) + 1) / 2 + i.min(k)];
+        let prior = Prior {
+            mean: self.parameters.clone(),
+            scales: self.scales.clone(),
+            precision: DMatrix::from_fn(count, count, triangle),
+        };
+        let model = EffortModel {
+            layout,
+            reference_links: self.reference_links.clone(),
+            reference_torques: self.reference_torques.clone(),
+        };
+        Ok((model, prior))
     }
 
     /// Returns measured and modelled efforts of a recording, for plots: those of the robot's description alone, and those
@@ -113,7 +180,30 @@ impl Calibration {
         recording: &EffortRecording,
         payload: Option<&InertialParameters>,
     ) -> Result<EffortComparison, IdentifyError> {
-        let _ = (recording, payload);
-        Err(IdentifyError::NoEfforts)
+        self.check_data()?;
+        self.check_recording(recording)?;
+        let (model, _) = self.model()?;
+        let payload = payload.map_or(Vector::zeros(), |payload| *payload.as_vector());
+        Ok(compare(&model, recording, &self.parameters, &payload))
+    }
+}
+
+/// Returns the error of a field.
+fn invalid<T>(field: &'static str, reason: &str) -> Result<T, IdentifyError> {
+    Err(IdentifyError::CalibrationData {
+        field,
+        reason: reason.to_owned(),
+    })
+}
+
+/// Checks each number of a field.
+fn check_numbers(
+    field: &'static str,
+    mut values: impl Iterator<Item = f64>,
+    is_valid: impl Fn(f64) -> bool,
+) -> Result<(), IdentifyError> {
+    match values.find(|value| !is_valid(*value)) {
+        Some(value) => invalid(field, &format!("{value} is out of range")),
+        None => Ok(()),
     }
 }

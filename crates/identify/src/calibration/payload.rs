@@ -1,6 +1,7 @@
 //! What is known of the payload of a recording that calibrates an arm.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, SVector, Vector3};
+use tactid_dynamics::{InertialParameters, MassProperties};
 
 use crate::IdentifyError;
 
@@ -68,4 +69,70 @@ impl KnownPayload {
         }
         Ok(())
     }
+
+    /// Returns the linear parameters that are most likely: those of a body at the tool frame's origin where the centre of
+    /// mass is unknown.
+    pub(crate) fn parameters(&self) -> InertialParameters {
+        InertialParameters::from(MassProperties {
+            mass_kg: self.mass_kg,
+            center_of_mass: self.center_of_mass.unwrap_or_default(),
+            inertia: self.inertia.unwrap_or_default(),
+        })
+    }
+
+    /// Returns what is known as rows for the ten linear parameters.
+    pub(crate) fn rows(&self) -> Vec<PayloadRow> {
+        let expected = self.parameters();
+        let expected = expected.as_vector();
+        let mass_std_dev = self.mass_std_dev_kg.max(EXACT * self.mass_kg);
+        let mass = PayloadRow {
+            gradient: SVector::ith(0, 1.0),
+            target: self.mass_kg,
+            std_dev: mass_std_dev,
+        };
+        let moment_std_dev = match self.center_of_mass {
+            Some(_) => self.mass_kg * CENTER_STD_DEV_M,
+            None => self.mass_kg * PAYLOAD_SIZE_M,
+        };
+        let inertia_std_dev = match (self.center_of_mass, self.inertia) {
+            (Some(_), Some(inertia)) => INERTIA_STD_DEV * inertia.trace().abs(),
+            _ => self.mass_kg * PAYLOAD_SIZE_M * PAYLOAD_SIZE_M,
+        };
+        // Moments and inertia about the tool frame's origin follow the mass, which may be uncertain.
+        let of_entry = |k: usize, std_dev: f64| {
+            let mut gradient = SVector::ith(k, 1.0);
+            gradient[0] = -expected[k] / self.mass_kg;
+            PayloadRow {
+                gradient,
+                target: 0.0,
+                std_dev: std_dev.max(EXACT * self.mass_kg),
+            }
+        };
+        let moments = (1..4).map(|k| of_entry(k, moment_std_dev));
+        let inertia = (4..10).map(|k| of_entry(k, inertia_std_dev));
+        std::iter::once(mass)
+            .chain(moments)
+            .chain(inertia)
+            .collect()
+    }
+}
+
+/// Relative standard deviation of a mass that is given as exact: better than any scale.
+const EXACT: f64 = 1e-6;
+
+/// Standard deviation of a known centre of mass, m.
+const CENTER_STD_DEV_M: f64 = 1e-3;
+
+/// Standard deviation of a known inertia, a fraction of its trace.
+const INERTIA_STD_DEV: f64 = 0.02;
+
+/// Distance from the tool frame within which a payload is expected of which only the mass is known, m.
+const PAYLOAD_SIZE_M: f64 = 0.3;
+
+/// A measurement of a linear combination of the ten parameters of a payload.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PayloadRow {
+    pub(crate) gradient: SVector<f64, 10>,
+    pub(crate) target: f64,
+    pub(crate) std_dev: f64,
 }

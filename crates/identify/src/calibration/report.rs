@@ -1,8 +1,20 @@
 //! What a calibration reports beside its data.
 
+use nalgebra::{DMatrix, SVector};
 use tactid_dynamics::InertialParameters;
 
-use super::model::{Calibration, EffortNoise};
+use super::arm::Arm;
+use super::compare::compare;
+use super::fit::{Fitted, MOVES, problem};
+use super::layout::Group;
+use super::model::Calibration;
+use super::noise::EffortNoise;
+use super::payload::KnownPayload;
+use super::recording::EffortRecording;
+use super::settings::CalibrationSettings;
+use super::solver::Problem;
+use crate::IdentifyError;
+use crate::solve::subspace::Vector;
 
 /// The result of a calibration.
 #[derive(Clone, Debug)]
@@ -106,21 +118,205 @@ pub enum MotionShortage {
     },
 }
 
-/// Measured and modelled efforts of W windows and n joints, each W x n, window by window, in N m or N.
-#[derive(Clone, Debug, PartialEq)]
-pub struct EffortComparison {
-    /// Names of the joints.
-    pub joints: Vec<String>,
-    /// Middle of each window, s.
-    pub times_s: Vec<f64>,
-    /// Joint velocities, rad/s or m/s.
-    pub velocities: Vec<f64>,
-    /// Measured efforts.
-    pub measured: Vec<f64>,
-    /// Efforts of the robot's description alone, with the payload and without friction.
-    pub described: Vec<f64>,
-    /// Efforts of the calibration with the payload.
-    pub calibrated: Vec<f64>,
-    /// Friction within `calibrated`: what it contains beside the torques of the links and the payload.
-    pub friction: Vec<f64>,
+/// Fraction of the prior standard deviation of a gain below which it counts as determined.
+const GAIN_DETERMINED: f64 = 0.5;
+
+/// Number of sections of each recording, of which one in so many is held out for validation.
+const SECTIONS: usize = 25;
+const HELD_OUT_EVERY: usize = 5;
+
+/// Number of passes of the fit to the other sections, which starts at that to all of them.
+const HELD_OUT_PASSES: usize = 2;
+
+/// Returns the report on a fit to recordings.
+pub(crate) fn report(
+    recordings: &[(&EffortRecording, Option<KnownPayload>)],
+    fitted: &Fitted,
+    settings: &CalibrationSettings,
+) -> Result<CalibrationReport, IdentifyError> {
+    let arm = &recordings[0].0.arm;
+    let factor = fitted.arm_precision()?.cholesky();
+    let covariance = factor.ok_or(IdentifyError::CalibrationFailed)?.inverse();
+    let std_dev = |k: usize| covariance[(k, k)].max(0.0).sqrt() * fitted.prior.scales[k];
+    let held_out = held_out_rms(recordings, fitted);
+    let (before, after) = residual_rms(recordings, fitted);
+    let of_joint = |joint: usize| {
+        let layout = &fitted.model.layout;
+        let index = |group| layout.index(group, joint);
+        let value = |group| fitted.unknowns.arm[index(group)];
+        let inverse_gain = value(Group::InverseGain);
+        JointCalibration {
+            name: arm.joints[joint].clone(),
+            unit: arm.units[joint],
+            gain: 1.0 / inverse_gain,
+            gain_std_dev: std_dev(index(Group::InverseGain)) / inverse_gain.powi(2),
+            offset: value(Group::Offset),
+            viscous: value(Group::Viscous),
+            friction: (0..layout.widths.len())
+                .map(|width| value(Group::Friction(width)))
+                .collect(),
+            load_friction: value(Group::Load),
+            payload_friction: value(Group::PayloadLoad),
+            rotor_inertia: value(Group::Rotor),
+            noise: fitted.noise[joint],
+            max_velocity: max_velocity(recordings, joint),
+            residual_before: before[joint],
+            residual_after: after[joint],
+            residual_held_out: held_out[joint],
+        }
+    };
+    let joints: Vec<JointCalibration> = (0..arm.joints.len()).map(of_joint).collect();
+    let payloads = fitted.unknowns.payloads.iter();
+    Ok(CalibrationReport {
+        windows: recordings
+            .iter()
+            .map(|(recording, _)| recording.windows())
+            .sum(),
+        window_s: recordings[0].0.window_s(),
+        shortages: joints
+            .iter()
+            .flat_map(|joint| shortages(joint, settings))
+            .collect(),
+        joints,
+        links: links(arm, &fitted.unknowns.arm, std_dev),
+        payloads: payloads
+            .map(|p| InertialParameters::from_vector(*p))
+            .collect(),
+    })
+}
+
+/// Returns the parameters of the links, as described and as calibrated.
+fn links(arm: &Arm, calibrated: &[f64], std_dev: impl Fn(usize) -> f64) -> Vec<LinkCalibration> {
+    let parameters = |all: &[f64], link: usize| {
+        InertialParameters::from_vector(SVector::from_column_slice(&all[10 * link..10 * link + 10]))
+    };
+    let of_link = |(link, name): (usize, &String)| LinkCalibration {
+        name: name.clone(),
+        described: parameters(&arm.described, link),
+        calibrated: parameters(calibrated, link),
+        std_devs: std::array::from_fn(|k| std_dev(10 * link + k)),
+    };
+    arm.links.iter().enumerate().map(of_link).collect()
+}
+
+/// Returns the largest velocity of a joint in both directions.
+fn max_velocity(recordings: &[(&EffortRecording, Option<KnownPayload>)], joint: usize) -> [f64; 2] {
+    let each = recordings
+        .iter()
+        .map(|(recording, _)| recording.max_velocities(joint));
+    each.fold([0.0; 2], |[a, b]: [f64; 2], [c, d]| [a.max(c), b.max(d)])
+}
+
+/// Returns what the motion of a joint does not determine.
+fn shortages(joint: &JointCalibration, settings: &CalibrationSettings) -> Vec<MotionShortage> {
+    let mut shortages = Vec::new();
+    let name = || joint.name.clone();
+    let [positive, negative] = joint.max_velocity;
+    if positive.max(negative) < MOVES {
+        shortages.push(MotionShortage::Still {
+            joint: name(),
+            max_velocity: positive.max(negative),
+        });
+    } else if positive.min(negative) < MOVES {
+        shortages.push(MotionShortage::OneDirection {
+            joint: name(),
+            is_positive: positive > negative,
+        });
+    }
+    // In terms of the inverse gain, about which something was known.
+    let std_dev = joint.gain_std_dev / joint.gain.powi(2);
+    if settings.gain_std_dev > 0.0 && std_dev > GAIN_DETERMINED * settings.gain_std_dev {
+        shortages.push(MotionShortage::Gain {
+            joint: name(),
+            std_dev: joint.gain_std_dev,
+        });
+    }
+    shortages
+}
+
+/// The payload of each recording, zero where there is none.
+fn payloads_of(
+    recordings: &[(&EffortRecording, Option<KnownPayload>)],
+    payloads: &[Vector],
+) -> Vec<Vector> {
+    let mut next = payloads.iter();
+    let of_recording = |held: &Option<KnownPayload>| match held {
+        Some(_) => next.next().copied().unwrap_or_default(),
+        None => Vector::zeros(),
+    };
+    recordings
+        .iter()
+        .map(|(_, held)| held)
+        .map(of_recording)
+        .collect()
+}
+
+/// Returns the rms residual of each joint with the description alone and with the calibration.
+fn residual_rms(
+    recordings: &[(&EffortRecording, Option<KnownPayload>)],
+    fitted: &Fitted,
+) -> (Vec<f64>, Vec<f64>) {
+    let joints = fitted.model.layout.joints;
+    let (mut before, mut after) = (vec![0.0; joints], vec![0.0; joints]);
+    let mut windows = 0.0;
+    let payloads = payloads_of(recordings, &fitted.unknowns.payloads);
+    for ((recording, _), payload) in recordings.iter().zip(&payloads) {
+        let comparison = compare(&fitted.model, recording, &fitted.unknowns.arm, payload);
+        let count = recording.windows() as f64;
+        windows += count;
+        let rms = [&comparison.described, &comparison.calibrated].map(|m| comparison.rms(m));
+        for joint in 0..joints {
+            before[joint] += count * rms[0][joint].powi(2);
+            after[joint] += count * rms[1][joint].powi(2);
+        }
+    }
+    let root = |sums: Vec<f64>| sums.into_iter().map(|sum| (sum / windows).sqrt()).collect();
+    (root(before), root(after))
+}
+
+/// Returns the rms residual of each joint on sections that a second fit, with the same noise, does not see; NaN where that
+/// fit fails.
+fn held_out_rms(
+    recordings: &[(&EffortRecording, Option<KnownPayload>)],
+    fitted: &Fitted,
+) -> Vec<f64> {
+    let joints = fitted.model.layout.joints;
+    let mut problem = problem(recordings, &fitted.model, fitted.prior.clone());
+    let mut hidden = problem.blocks.clone();
+    for (seen, hidden) in problem.blocks.iter_mut().zip(&mut hidden) {
+        let section = seen.windows.len().div_ceil(SECTIONS).max(1);
+        let is_held_out =
+            |window: &usize| (window / section) % HELD_OUT_EVERY == HELD_OUT_EVERY / 2;
+        seen.windows.retain(|window| !is_held_out(window));
+        hidden.windows.retain(is_held_out);
+    }
+    let mut at = fitted.unknowns.clone();
+    for _ in 0..HELD_OUT_PASSES {
+        let normal = problem.normal_equations(&at, &fitted.noise);
+        let Some(factor) = normal.matrix.cholesky() else {
+            return vec![f64::NAN; joints];
+        };
+        problem.add(&mut at, &factor.solve(&normal.rhs));
+    }
+    let of_joint = |joint: usize| {
+        let residuals = hidden
+            .iter()
+            .map(|block| last_column(&problem, block, joint, &at));
+        let (count, squares) = residuals.fold((0, 0.0), |(count, squares), column| {
+            (count + column.nrows(), squares + column.norm_squared())
+        });
+        (squares / count as f64).sqrt()
+    };
+    (0..joints).map(of_joint).collect()
+}
+
+/// Returns measured less modelled effort of a joint in the windows of a block.
+fn last_column(
+    problem: &Problem<'_>,
+    block: &super::solver::Block<'_>,
+    joint: usize,
+    at: &super::rows::Unknowns,
+) -> DMatrix<f64> {
+    let rows = problem.rows(block, joint, at);
+    rows.columns(rows.ncols() - 1, 1).into_owned()
 }
