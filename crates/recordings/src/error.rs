@@ -1,6 +1,7 @@
 //! Errors of an identification from a recording.
 
 use std::fmt;
+use std::path::{Path, PathBuf};
 
 use tactid_dynamics::ModelError;
 use tactid_identify::{IdentifyError, three_digits};
@@ -226,6 +227,58 @@ pub enum RecordingError {
         /// The allowed difference, rad or m.
         allowed: f64,
     },
+    /// A recording among several cannot be used.
+    #[error("{}: {source}", path.display())]
+    InRecording {
+        /// Path of the recording.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: Box<RecordingError>,
+    },
+    /// Neither an unloaded nor a loaded recording is given for a calibration.
+    #[error("a calibration needs at least one recording, without a payload or with a known one")]
+    NothingToCalibrate,
+    /// The file of a calibration cannot be read or written.
+    #[error("cannot {action} the calibration {}: {source}", path.display())]
+    CalibrationIo {
+        /// `read` or `write`.
+        action: &'static str,
+        /// Path of the file.
+        path: PathBuf,
+        /// What is wrong.
+        source: std::io::Error,
+    },
+    /// The file of a calibration is not what [`ArmCalibration::write`](crate::ArmCalibration::write) writes.
+    #[error("{}{}: {reason}", path.display(), at_line(*line))]
+    CalibrationFile {
+        /// Path of the file.
+        path: PathBuf,
+        /// Number of the line, from one, where it is known.
+        line: Option<usize>,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The request has an option that a calibration sets or excludes.
+    #[error(
+        "`{name}` cannot be given together with a calibration, which {}",
+        calibration_reason(name)
+    )]
+    NotWithCalibration {
+        /// Name of the field.
+        name: &'static str,
+    },
+    /// A joint is to be renamed that is not in the log, or to one that the robot does not have.
+    #[error("cannot rename the joint `{recorded}` to `{joint}`: {} has no such joint; its joints are: {joints}", if *.in_log { "the log" } else { "the robot" })]
+    RenamedJoint {
+        /// Name in the log.
+        recorded: String,
+        /// Name in the robot.
+        joint: String,
+        /// Whether it is missing in the log, and not in the robot.
+        in_log: bool,
+        /// The joints of the log or of the robot.
+        joints: String,
+    },
     /// A topic exists but has no message.
     #[error("{0} is in the log, but has no message: record it once more, or use another topic")]
     EmptyTopic(String),
@@ -352,6 +405,34 @@ pub enum RecordingError {
 impl From<ModelError> for RecordingError {
     fn from(error: ModelError) -> Self {
         Self::Identify(error.into())
+    }
+}
+
+impl RecordingError {
+    /// Names the recording, among several, that an error is about; an interruption is about none.
+    pub(crate) fn in_recording(self, path: &Path) -> Self {
+        match self {
+            Self::Interrupted => self,
+            other => Self::InRecording {
+                path: path.to_owned(),
+                source: Box::new(other),
+            },
+        }
+    }
+}
+
+/// Returns the place of a line behind the name of a file.
+fn at_line(line: Option<usize>) -> String {
+    line.map_or_else(String::new, |line| format!(":{line}"))
+}
+
+/// Says why an option cannot be combined with a calibration.
+fn calibration_reason(option: &str) -> &'static str {
+    match option {
+        "method" => "is for the effort method",
+        "estimator" => "needs least squares",
+        "effort_noise" => "has the noise of the joint efforts",
+        _ => "has its own",
     }
 }
 

@@ -52,6 +52,7 @@
 
 mod alignment;
 mod arrays;
+mod calibration;
 mod clock;
 mod decode;
 mod defaults;
@@ -77,12 +78,15 @@ mod sources;
 mod unloaded;
 
 pub use arrays::{Arrays, UnloadedArrays};
+pub use calibration::{
+    ArmCalibration, CalibratingLogs, CalibrationRun, LogRole, UsedLog, calibrate_logs,
+};
 pub use clock::Clock;
 pub use error::{RecordingError, TimeUnit, TopicKind};
 pub use estimates::write_estimates;
 pub use fault::{DataFault, FaultKind};
 pub use finding::{Finding, NotUsedBecause};
-pub use identification::Identification;
+pub use identification::{CalibratedFit, Identification};
 pub use identify::{identify_arrays, identify_log};
 pub use online::OnlineSetup;
 pub use orientation::unit_quaternion;
