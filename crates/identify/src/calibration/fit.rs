@@ -85,7 +85,6 @@ pub(crate) fn fit(
             joints: arm.joints.len(),
             widths,
         },
-        reference_links: reference.links.clone(),
         reference_torques: reference.torques.clone(),
     };
     let prior = prior(&model.layout, &arm.described, reference, settings);
@@ -241,7 +240,6 @@ impl Fitted {
             scales: self.prior.scales.clone(),
             precision: rows.map(|at| precision[at]).collect(),
             noise: self.noise.clone(),
-            reference_links: self.model.reference_links.clone(),
             reference_torques: self.model.reference_torques.clone(),
             log_evidence: self.log_evidence,
         })

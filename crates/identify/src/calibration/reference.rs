@@ -24,8 +24,6 @@ const LEAST_RANGE: f64 = 1e-4;
 /// Result of the first fit.
 #[derive(Clone, Debug)]
 pub(crate) struct Reference {
-    /// Link parameters.
-    pub(crate) links: Vec<f64>,
     /// Rms torque of each joint, N m or N; positive.
     pub(crate) torques: Vec<f64>,
     /// Friction of each joint at its largest velocity, N m or N; positive.
@@ -107,7 +105,6 @@ pub(crate) fn reference_fit(
     Ok(Reference {
         torques: rms_torques(recordings, &reference_links, &ranges),
         friction: friction.collect(),
-        links: reference_links,
     })
 }
 

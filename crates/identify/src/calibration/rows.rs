@@ -7,12 +7,10 @@ use super::layout::{Group, Layout};
 use super::recording::EffortRecording;
 use crate::solve::subspace::Vector;
 
-/// What the columns depend on beside the unknowns: the order of the unknowns, and the torques of the first fit.
+/// What the columns depend on beside the unknowns: their order, and the size of the torques.
 #[derive(Clone, Debug)]
 pub(crate) struct EffortModel {
     pub(crate) layout: Layout,
-    /// Link parameters of the first fit.
-    pub(crate) reference_links: Vec<f64>,
     /// Rms torque of each joint in the first fit, N m or N; positive.
     pub(crate) reference_torques: Vec<f64>,
 }
@@ -42,11 +40,12 @@ struct Terms {
     /// Torques of the arm and of the payload.
     arm: f64,
     payload: f64,
-    /// Columns of the load-dependent friction of the arm and of the payload.
+    /// Columns of the load-dependent friction of arm and payload together, and of what the payload's differs.
     load: f64,
     payload_load: f64,
-    /// Derivative of `payload_load` with respect to the effort of the payload.
-    slope: f64,
+    /// Derivatives of the effort with respect to the torques of arm and payload, times the gain.
+    arm_slope: f64,
+    payload_slope: f64,
 }
 
 impl EffortModel {
@@ -102,10 +101,9 @@ impl EffortModel {
             let columns = recording.columns(window, joint);
             let terms = self.terms(recording, joint, &columns, arm, &held);
             let modelled = self.effort(recording, (window, joint), arm, &held);
-            let load = arm[self.layout.index(Group::PayloadLoad, joint)];
             let links = columns.links.len();
             for (k, entry) in columns.links.iter().enumerate() {
-                rows[(row, k)] = terms.inverse_gain * entry;
+                rows[(row, k)] = terms.inverse_gain * terms.arm_slope * entry;
             }
             for (place, group) in self.layout.groups().enumerate() {
                 rows[(row, links + place)] = match group {
@@ -115,11 +113,13 @@ impl EffortModel {
                     Group::Load => terms.load,
                     Group::PayloadLoad => terms.payload_load,
                     Group::Rotor => columns.acceleration,
-                    Group::InverseGain => terms.arm + terms.payload * (1.0 + load * terms.slope),
+                    Group::InverseGain => {
+                        terms.arm * terms.arm_slope + terms.payload * terms.payload_slope
+                    }
                 };
             }
             if payload.is_some() {
-                let factor = terms.inverse_gain * (1.0 + load * terms.slope);
+                let factor = terms.inverse_gain * terms.payload_slope;
                 for (k, entry) in columns.payload.iter().enumerate() {
                     rows[(row, own + k)] = factor * entry;
                 }
@@ -139,19 +139,24 @@ impl EffortModel {
     ) -> Terms {
         let first = 10 * recording.arm.first_links[joint];
         let others = columns.described - dot(columns.links, &recording.arm.described[first..]);
-        let reference = others + dot(columns.links, &self.reference_links[first..]);
         let scale = self.reference_torques[joint];
-        let magnitude = |torque: f64| torque.hypot(SMOOTHING * scale);
-        let inverse_gain = arm[self.layout.index(Group::InverseGain, joint)];
+        let of = |group: Group| arm[self.layout.index(group, joint)];
+        let [inverse_gain, k, l] = [Group::InverseGain, Group::Load, Group::PayloadLoad].map(of);
+        let of_arm = others + dot(columns.links, &arm[first..self.layout.link_range().end]);
         let of_payload = columns.payload.dot(payload);
-        let loaded = reference + inverse_gain * of_payload;
+        // Magnitude of an effort, smoothed, and its derivative times the smoothed sign of the velocity.
+        let magnitude = |effort: f64| effort.hypot(SMOOTHING * scale);
+        let slope = |effort: f64| columns.sign * effort / magnitude(effort);
+        let (alone, loaded) = (inverse_gain * of_arm, inverse_gain * (of_arm + of_payload));
+        let payload_slope = 1.0 + (k + l) * slope(loaded);
         Terms {
             inverse_gain,
-            arm: others + dot(columns.links, &arm[first..self.layout.link_range().end]),
+            arm: of_arm,
             payload: of_payload,
-            load: columns.sign * (magnitude(reference) - scale),
-            payload_load: columns.sign * (magnitude(loaded) - magnitude(reference)),
-            slope: columns.sign * loaded / magnitude(loaded),
+            load: columns.sign * (magnitude(loaded) - scale),
+            payload_load: columns.sign * (magnitude(loaded) - magnitude(alone)),
+            arm_slope: payload_slope - l * slope(alone),
+            payload_slope,
         }
     }
 }
