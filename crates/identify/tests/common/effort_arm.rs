@@ -1,5 +1,7 @@
 //! A simulated arm of four joints whose efforts have gains, friction, load-dependent friction and noise.
 
+#![allow(dead_code, reason = "each test file uses its own part")]
+
 use std::f64::consts::TAU;
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Vector3};
@@ -53,11 +55,13 @@ pub(crate) struct World {
     robot: Manipulator,
     /// Torque over measured effort.
     pub(crate) gains: [f64; JOINTS],
-    pub(crate) efficiencies: [f64; JOINTS],
-    pub(crate) coulomb: [f64; JOINTS],
-    pub(crate) viscous: [f64; JOINTS],
+    efficiencies: [f64; JOINTS],
+    coulomb: [f64; JOINTS],
+    viscous: [f64; JOINTS],
     /// Scale of the motion of each joint; 0 for one that stands still.
     pub(crate) motion: [f64; JOINTS],
+    /// Velocity that is added to each joint, rad/s.
+    pub(crate) drift: [f64; JOINTS],
 }
 
 impl World {
@@ -81,7 +85,15 @@ impl World {
             coulomb: friction.map(|f| f * random.random_range(0.7..1.3)),
             viscous: friction.map(|f| f * random.random_range(0.7..1.3)),
             motion: [1.0; JOINTS],
+            drift: [0.0; JOINTS],
             random,
+        }
+    }
+
+    /// Doubles the friction of all joints.
+    pub(crate) fn double_friction(&mut self) {
+        for friction in self.coulomb.iter_mut().chain(&mut self.viscous) {
+            *friction *= 2.0;
         }
     }
 
@@ -115,7 +127,8 @@ impl World {
                     state[1][joint] += scale * amplitude * rate * cos;
                     state[2][joint] -= scale * amplitude * rate * rate * sin;
                 }
-                state[0][joint] += [0.0, -1.0, 1.0, 0.0][joint];
+                state[0][joint] += [0.0, -1.0, 1.0, 0.0][joint] + self.drift[joint] * t;
+                state[1][joint] += self.drift[joint];
             }
         }
         states
@@ -196,8 +209,16 @@ pub(crate) fn record(
     duration_s: f64,
 ) -> EffortRecording {
     let measured = world.measure(held, duration_s);
-    let settings = CalibrationSettings::default();
-    let mut recorder = EffortRecorder::new(&described(), TOOL, &settings).unwrap();
+    recorded(&described(), &measured, &CalibrationSettings::default())
+}
+
+/// Returns the recording of measured positions, velocities and efforts.
+pub(crate) fn recorded(
+    robot: &Manipulator,
+    measured: &[[[f64; JOINTS]; 3]],
+    settings: &CalibrationSettings,
+) -> EffortRecording {
+    let mut recorder = EffortRecorder::new(robot, TOOL, settings).unwrap();
     for (k, [position, velocity, effort]) in measured.iter().enumerate() {
         let sample = Sample {
             time_s: k as f64 / RATE_HZ,
