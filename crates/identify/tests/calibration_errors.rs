@@ -134,7 +134,7 @@ fn calibrated(world: &mut World) -> Calibration {
         .calibration
 }
 
-/// A calibration of another robot, tool, cutoff or gravity is refused by name; data that do not fit together, too.
+/// A calibration of another robot, tool, cutoff or gravity is refused by name.
 #[test]
 fn a_calibration_is_checked_against_robot_and_recordings() {
     let mut world = World::new(2);
@@ -180,8 +180,14 @@ fn a_calibration_is_checked_against_robot_and_recordings() {
     };
     let weightless = recorded(&robot, &measured, &weightless);
     assert_error(calibration.compare(&weightless, None), "gravity");
+}
 
-    let broken: [(&str, fn(&mut Calibration)); 6] = [
+/// Data that do not fit together are refused with the name of the field. Every unknown has a name.
+#[test]
+fn faulty_calibrations_are_refused() {
+    type Fault = fn(&mut Calibration);
+    let calibration = calibrated(&mut World::new(3));
+    let broken: [(&str, Fault); 6] = [
         ("`parameters`", |c| c.parameters.truncate(3)),
         ("`precision`", |c| c.precision[7] = f64::NAN),
         ("`scales`", |c| c.scales[0] = -1.0),
@@ -192,14 +198,12 @@ fn a_calibration_is_checked_against_robot_and_recordings() {
     for (field, fault) in broken {
         let mut faulty = calibration.clone();
         fault(&mut faulty);
-        assert_error(faulty.check(&robot, TOOL), field);
+        assert_error(faulty.check(&described(), TOOL), field);
     }
     let names = calibration.parameter_names().unwrap();
     assert_eq!(names.len(), calibration.parameters.len());
-    assert_eq!(
-        (&*names[0], &*names[names.len() - 1]),
-        ("link_1 m", "joint_4 inverse gain")
-    );
+    let last = &*names[names.len() - 1];
+    assert_eq!((&*names[0], last), ("link_1 m", "joint_4 inverse gain"));
 }
 
 /// Messages that repeat the one before are dropped, unless the robot rests for long; faulty ones are counted.
