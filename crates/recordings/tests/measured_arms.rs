@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Rotation3, SVector, Vector3
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use tactid_dynamics::{
     BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, MassProperties, Workspace,
-    motion,
+    motion, symmetric_entries,
 };
 use tactid_identify::calibration::{
     Calibration, CalibrationSettings, EffortRecorder, EffortRecording, calibrate,
@@ -202,17 +202,12 @@ fn exchange_halves(recorded: &Recorded) -> [[(f64, f64); 3]; 2] {
         let calibrating = recorded.windows(halves[half].clone(), &nothing);
         let settings = CalibrationSettings::default();
         let result = calibrate(&[(calibrating, None)], &settings).unwrap();
-        println!(
-            "{:?} {}",
-            result.calibration.friction_widths, result.calibration.log_evidence
-        );
         let mut errors = [(0.0, 0.0); 3];
         for (k, payload) in payloads.iter().enumerate() {
             let parameters = InertialParameters::from(*payload);
             let loaded = recorded.windows(halves[1 - half].clone(), &parameters);
             let error = identified_errors(&result.calibration, loaded, payload);
             if k < 3 {
-                println!("half {half} {} kg: {error:.4?}", payload.mass_kg);
                 let [mass, x, y, z, ..] = error.map(|(error, _)| error);
                 errors[k] = (mass, Vector3::new(x, y, z).norm());
             } else {
@@ -223,7 +218,6 @@ fn exchange_halves(recorded: &Recorded) -> [[(f64, f64); 3]; 2] {
         }
         errors
     });
-    println!("held of 80: {held:?}");
     assert!(held.iter().all(|held| *held >= 72), "{held:?}");
     errors
 }
@@ -237,22 +231,9 @@ fn identified_errors(
     let identified = calibration.identify(&[loaded], &[], &BatchSettings::default());
     let estimate = identified.unwrap().result.estimate;
     let (values, std_devs) = (estimate.values(), estimate.std_devs.unwrap());
-    let [i, c] = [
-        payload.inertia,
-        Matrix3::from_diagonal(&payload.center_of_mass),
-    ];
-    let truth = [
-        payload.mass_kg,
-        c[(0, 0)],
-        c[(1, 1)],
-        c[(2, 2)],
-        i[(0, 0)],
-        i[(0, 1)],
-        i[(0, 2)],
-        i[(1, 1)],
-        i[(1, 2)],
-        i[(2, 2)],
-    ];
+    let c = &payload.center_of_mass;
+    let [xx, xy, xz, yy, yz, zz] = symmetric_entries(&payload.inertia);
+    let truth = [payload.mass_kg, c.x, c.y, c.z, xx, xy, xz, yy, yz, zz];
     std::array::from_fn(|k| (values[k] - truth[k], HALF_WIDTH_95 * std_devs[k]))
 }
 
