@@ -206,6 +206,34 @@ fn faulty_calibrations_are_refused() {
     assert_eq!((&*names[0], last), ("link_1 m", "joint_4 inverse gain"));
 }
 
+/// A joint whose effort is always zero, as that of a gripper that reports none, leaves everything finite. Efforts that are
+/// all constant are an error.
+#[test]
+fn joints_without_effort_do_no_harm() {
+    let mut world = World::new(4);
+    let mut measured = world.measure(None, 8.0);
+    measured.iter_mut().for_each(|[.., effort]| effort[3] = 0.0);
+    let settings = CalibrationSettings::default();
+    let recording = recorded(&described(), &measured, &settings);
+    let loaded = [recording.clone()];
+    let result = calibrate(&[(recording, None)], &settings).unwrap();
+    let joints = result.report.joints;
+    assert!(joints.iter().all(|joint| joint.residual_after.is_finite()));
+    let found = result
+        .calibration
+        .identify(&loaded, &[], &BatchSettings::default())
+        .unwrap();
+    assert!(found.parameters.iter().all(|entry| entry.is_finite()));
+    measured
+        .iter_mut()
+        .for_each(|[.., effort]| *effort = [0.0; JOINTS]);
+    let recording = recorded(&described(), &measured, &settings);
+    assert_error(
+        calibrate(&[(recording, None)], &settings),
+        "no joint efforts",
+    );
+}
+
 /// Messages that repeat the one before are dropped, unless the robot rests for long; faulty ones are counted.
 #[test]
 fn repeated_and_rejected_samples_are_counted() {

@@ -106,15 +106,13 @@ fn smoothed(samples: &[(f64, [Vec<f64>; 3])], at: usize, half_width: usize) -> [
         let values = DVector::from_fn(near.len(), |k, _| near[k].1[kind][joint]);
         fit.solve(&powers.tr_mul(&values))
     };
-    let joints = samples[at].1[0].len();
-    let mut motion = [(); 3].map(|()| vec![0.0; joints]);
-    for joint in 0..joints {
-        let (position, velocity) = (of(0, joint), of(1, joint));
-        motion[0][joint] = position[0];
-        motion[1][joint] = velocity[0];
-        motion[2][joint] = velocity[1];
-    }
-    motion
+    let joints = 0..samples[at].1[0].len();
+    let fits: Vec<_> = joints.map(|joint| (of(0, joint), of(1, joint))).collect();
+    [
+        fits.iter().map(|(position, _)| position[0]).collect(),
+        fits.iter().map(|(_, velocity)| velocity[0]).collect(),
+        fits.iter().map(|(_, velocity)| velocity[1]).collect(),
+    ]
 }
 
 impl Recorded {
