@@ -128,11 +128,15 @@ pub enum IdentifyError {
         max_velocity: f64,
     },
     /// A calibration or a recording is of another robot.
-    #[error("the calibration is of the {what} `{expected}`, where the robot has `{found}`")]
+    #[error(
+        "the calibration is of {}, where the robot has {}",
+        named(what, expected),
+        if found.is_empty() { "none".to_owned() } else { format!("`{found}`") }
+    )]
     CalibrationRobot {
         /// What differs: `joint`, `link` or `tool`.
         what: &'static str,
-        /// Name in the calibration, or in the first recording.
+        /// Name in the calibration, or in the first recording; empty where there is none.
         expected: String,
         /// Name in the robot, or in the other recording; empty where there is none.
         found: String,
@@ -158,6 +162,15 @@ pub enum IdentifyError {
         /// What is wrong, as a phrase.
         reason: String,
     },
+}
+
+/// Returns what an object with a name is called in a message.
+fn named(what: &str, name: &str) -> String {
+    if name.is_empty() {
+        format!("no further {what}")
+    } else {
+        format!("the {what} `{name}`")
+    }
 }
 
 /// Returns a number rounded to three significant digits, for a message.

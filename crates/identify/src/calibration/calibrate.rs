@@ -3,7 +3,7 @@
 use super::arm::PLAIN;
 use super::fit::{MOVES, fit};
 use super::payload::KnownPayload;
-use super::recording::EffortRecording;
+use super::recording::{EffortRecording, check_settings};
 use super::reference::reference_fit;
 use super::report::{CalibrationResult, report};
 use super::settings::CalibrationSettings;
@@ -20,14 +20,14 @@ const MIN_WINDOWS: usize = 20;
 /// Returns [`IdentifyError::TooFewWindows`] if the recordings have fewer than twenty windows in all,
 /// [`IdentifyError::NoMotion`] if no joint moves, [`IdentifyError::NoEfforts`] if all efforts are constant,
 /// [`IdentifyError::CalibrationRobot`] or [`IdentifyError::CalibrationMismatch`] if the recordings are of different robots
-/// or have different cutoffs or gravity, [`IdentifyError::Value`] if a setting or a known payload is out of range, and
+/// or have other cutoffs or gravity than the settings, [`IdentifyError::Value`] if a setting or a known payload is out of range, and
 /// [`IdentifyError::CalibrationFailed`] if the numbers are too large to be solved for.
 pub fn calibrate(
     recordings: &[(EffortRecording, Option<KnownPayload>)],
     settings: &CalibrationSettings,
 ) -> Result<CalibrationResult, IdentifyError> {
     settings.check()?;
-    check_recordings(recordings)?;
+    check_recordings(recordings, settings)?;
     let given: Vec<_> = recordings.iter().map(|(r, held)| (r, *held)).collect();
     let reference = reference_fit(&given)?;
     let plain = fit(&given, &reference, vec![PLAIN], settings)?;
@@ -46,12 +46,20 @@ pub fn calibrate(
 /// Checks that recordings can be combined, are long enough, and show a motion.
 fn check_recordings(
     recordings: &[(EffortRecording, Option<KnownPayload>)],
+    settings: &CalibrationSettings,
 ) -> Result<(), IdentifyError> {
     let mut windows = 0;
     let mut max_velocity: f64 = 0.0;
     for (recording, payload) in recordings {
         payload.map_or(Ok(()), |payload| payload.check())?;
         recordings[0].0.check_same(recording)?;
+        check_settings(
+            (settings.cutoff_hz, recording.arm.cutoff_hz),
+            (
+                settings.gravity().as_slice(),
+                recording.arm.gravity.as_slice(),
+            ),
+        )?;
         windows += recording.windows();
         for joint in 0..recording.arm.joints.len() {
             let [positive, negative] = recording.max_velocities(joint);

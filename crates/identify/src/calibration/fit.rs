@@ -1,12 +1,12 @@
 //! Fit of an arm's model to recordings: unknowns, noise and scales of the prior, with one choice of friction terms.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::arm::{Arm, PLAIN, WIDTHS};
 use super::layout::{Group, Layout};
 use super::model::Calibration;
 use super::noise::EffortNoise;
-use super::noise_fit::{fit_noise, noise_windows, penalty};
+use super::noise_fit::{Residuals, noise_windows, penalty};
 use super::payload::KnownPayload;
 use super::recording::EffortRecording;
 use super::reference::{Reference, link_sizes};
@@ -71,6 +71,29 @@ pub(crate) fn problem<'a>(
     }
 }
 
+/// A solution of the equations that are linearised about some unknowns.
+struct Solved {
+    normal: NormalEquations,
+    step: DVector<f64>,
+    factor: Cholesky<f64, Dyn>,
+}
+
+/// Solves the linearised equations.
+fn solve(
+    problem: &Problem<'_>,
+    at: &Unknowns,
+    noise: &[EffortNoise],
+) -> Result<Solved, IdentifyError> {
+    let normal = problem.normal_equations(at, noise);
+    let factor = normal.matrix.clone().cholesky();
+    let factor = factor.ok_or(IdentifyError::CalibrationFailed)?;
+    Ok(Solved {
+        step: factor.solve(&normal.rhs),
+        normal,
+        factor,
+    })
+}
+
 /// Fits unknowns, noise and scales of the prior with these friction terms.
 pub(crate) fn fit(
     recordings: &[(&EffortRecording, Option<KnownPayload>)],
@@ -85,75 +108,51 @@ pub(crate) fn fit(
             joints: arm.joints.len(),
             widths,
         },
-        reference_links: reference.links.clone(),
         reference_torques: reference.torques.clone(),
     };
     let prior = prior(&model.layout, &arm.described, reference, settings);
     let first_scales = prior.scales.clone();
     let mut problem = problem(recordings, &model, prior);
     let noise_blocks = noise_windows(&problem.blocks);
-    let mut noise: Vec<_> = reference
-        .friction
-        .iter()
-        .map(|f| EffortNoise::typical(*f))
-        .collect();
+    let friction = &reference.friction;
+    let mut noise: Vec<_> = friction.iter().map(|f| EffortNoise::typical(*f)).collect();
     let mut at = problem.start();
-    for (payload, held) in recordings.iter().filter_map(|(_, held)| *held).enumerate() {
-        at.payloads[payload] = *held.parameters().as_vector();
+    let held = recordings.iter().filter_map(|(_, held)| *held);
+    for (payload, held) in at.payloads.iter_mut().zip(held) {
+        *payload = *held.parameters().as_vector();
     }
-    for pass in 0..PASSES {
-        let normal = problem.normal_equations(&at, &noise);
-        let factor = normal.matrix.clone().cholesky();
-        let factor = factor.ok_or(IdentifyError::CalibrationFailed)?;
-        let step = factor.solve(&normal.rhs);
-        if pass + 1 < PASSES {
-            let covariance = factor.inverse();
-            for (joint, noise) in noise.iter_mut().enumerate() {
-                let friction = reference.friction[joint];
-                let linear = (&at, &step, &covariance);
-                *noise = fit_noise(
-                    &problem,
-                    &noise_blocks,
-                    joint,
-                    linear,
-                    friction,
-                    noise,
-                    pass == 0,
-                );
-            }
-            problem.add(&mut at, &step);
-            rescale(&mut problem, &at, &covariance, &first_scales);
-            continue;
+    for pass in 0..PASSES - 1 {
+        let Solved { step, factor, .. } = solve(&problem, &at, &noise)?;
+        let covariance = factor.inverse();
+        for (joint, noise) in noise.iter_mut().enumerate() {
+            let residuals =
+                Residuals::new(&problem, &noise_blocks, joint, (&at, &step, &covariance));
+            *noise = residuals.fit_noise(friction[joint], noise, pass == 0);
         }
         problem.add(&mut at, &step);
-        let log_det = 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
-        let log_evidence = evidence(&normal, &step, log_det, &noise, &reference.friction);
-        let prior = problem.prior.clone();
-        drop(problem);
-        return Ok(Fitted {
-            model,
-            unknowns: at,
-            noise,
-            prior,
-            precision: normal.matrix,
-            log_evidence,
-        });
+        rescale(&mut problem, &at, &covariance, &first_scales);
     }
-    Err(IdentifyError::CalibrationFailed)
+    let last = solve(&problem, &at, &noise)?;
+    problem.add(&mut at, &last.step);
+    let log_evidence = evidence(&last, &noise, friction);
+    let prior = problem.prior;
+    Ok(Fitted {
+        precision: last.normal.matrix,
+        unknowns: at,
+        model,
+        noise,
+        prior,
+        log_evidence,
+    })
 }
 
 /// Returns the logarithm of the evidence of the last, linear fit.
-fn evidence(
-    normal: &NormalEquations,
-    step: &DVector<f64>,
-    log_det: f64,
-    noise: &[EffortNoise],
-    friction: &[f64],
-) -> f64 {
-    let least_squares = normal.squares - normal.rhs.dot(step);
+fn evidence(last: &Solved, noise: &[EffortNoise], friction: &[f64]) -> f64 {
+    let log_det = 2.0 * last.factor.l_dirty().diagonal().map(f64::ln).sum();
+    let least_squares = last.normal.squares - last.normal.rhs.dot(&last.step);
     let penalties = noise.iter().zip(friction);
     let penalties: f64 = penalties.map(|(noise, f)| penalty(&noise.logs(), *f)).sum();
-    -0.5 * (normal.log_det + least_squares + log_det) - penalties
+    -0.5 * (last.normal.log_det + least_squares + log_det) - penalties
 }
 
 /// Returns what is known before any recording: the robot's description, and friction of the size that the first fit has.
@@ -241,7 +240,6 @@ impl Fitted {
             scales: self.prior.scales.clone(),
             precision: rows.map(|at| precision[at]).collect(),
             noise: self.noise.clone(),
-            reference_links: self.model.reference_links.clone(),
             reference_torques: self.model.reference_torques.clone(),
             log_evidence: self.log_evidence,
         })

@@ -24,9 +24,11 @@ use crate::{IdentifyError, Method};
 /// Fewest windows of the loaded recordings: 1 s at 2 Hz.
 const MIN_WINDOWS: usize = 6;
 
-/// Mean square of the whitened residual of a joint from which the load counts as unexplained: five times the noise of the
-/// calibration.
-const UNEXPLAINED: f64 = 25.0;
+/// A load counts as unexplained where the residual of a joint is five times the noise of the calibration, and a tenth of its
+/// effort. Smaller residuals come from friction at a few reversals that the calibration did not see; intervals grow with
+/// them.
+const UNEXPLAINED: f64 = 5.0 * 5.0;
+const UNEXPLAINED_FRACTION: f64 = 0.1;
 
 impl Calibration {
     /// Identifies the payload that the arm holds in all of the `loaded` recordings, together with the arm. `unloaded` are
@@ -222,19 +224,26 @@ impl Solution<'_> {
         } else if load_kg - known_kg < least_kg {
             findings.push(Finding::KnownBodiesTooHeavy { known_kg, load_kg });
         }
-        let misfits = self.best.misfit.iter().copied().enumerate();
-        let worst = misfits.max_by(|a, b| a.1.total_cmp(&b.1));
-        if let Some((joint, misfit)) = worst.filter(|(_, misfit)| *misfit > UNEXPLAINED) {
+        let joints = self.best.misfit.iter().copied().enumerate();
+        let unexplained = joints.map(|(joint, misfit)| {
             let loads = fit.measured.iter().skip(joint).step_by(fit.channels.len());
-            let load_rms = (loads.map(|x| x * x).sum::<f64>() / fit.times_s.len() as f64).sqrt();
-            findings.push(Finding::LoadUnexplained {
+            let squares: f64 = loads.map(|x| x * x).sum();
+            (joint, misfit, (squares / fit.times_s.len() as f64).sqrt())
+        });
+        let unexplained = unexplained.filter(|(joint, misfit, load_rms)| {
+            let is_large = fit.residual_rms[*joint] > UNEXPLAINED_FRACTION * load_rms;
+            is_large && *misfit > UNEXPLAINED
+        });
+        let worst = unexplained.max_by(|a, b| a.1.total_cmp(&b.1));
+        findings.extend(
+            worst.map(|(joint, misfit, load_rms)| Finding::LoadUnexplained {
                 unit: fit.channels[joint].unit,
                 residual_rms: fit.residual_rms[joint],
                 load_rms,
                 noise_rms: fit.residual_rms[joint] / misfit.sqrt(),
                 method,
-            });
-        }
+            }),
+        );
         findings
     }
 }

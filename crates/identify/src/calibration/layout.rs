@@ -22,9 +22,9 @@ pub(crate) enum Group {
     Viscous,
     /// The friction term with this place in [`Layout::widths`].
     Friction(usize),
-    /// Load-dependent friction of the arm.
+    /// Load-dependent friction.
     Load,
-    /// Load-dependent friction of the payload.
+    /// What the load-dependent friction of a payload adds.
     PayloadLoad,
     Rotor,
     InverseGain,

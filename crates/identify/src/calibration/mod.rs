@@ -3,14 +3,15 @@
 //! The effort of joint `j` is
 //!
 //! ```text
-//! u = a (Y β + P π) + o + b q̇ + Σ c tanh(q̇ / v) + k s (|τ| - τ0) + l s (|τ + a P π| - |τ|) + I q̈ + e
+//! u = T + o + b q̇ + Σ c tanh(q̇ / v) + k s (|T| - T0) + l s (|T| - |a Y β|) + I q̈ + e,    T = a (Y β + P π)
 //! ```
 //!
 //! with the inverse gain `a` (efforts times the gain are torques), the inertial parameters `β` of the links and `π` of the
 //! payload with their regressors `Y` and `P`, offset `o`, viscous friction `b`, Coulomb friction and what replaces it
-//! near standstill `c`, load-dependent friction of the arm `k` and of the payload `l` (`s` is the smoothed sign of the
-//! velocity, `τ` the torque of the arm in a first fit, `τ0` its rms), rotor inertia `I`, and noise `e` of three kinds.
-//! The noisy efforts stand alone on the left, because the inverse gain is the unknown: nothing biases the gains.
+//! near standstill `c`, load-dependent friction `k` and what that of the payload differs `l` (`s` is the smoothed sign of
+//! the velocity, `T0` the rms torque in a first fit, which separates `k` from `c`), rotor inertia `I`, and noise `e` of
+//! three kinds. The noisy efforts stand alone on the left, because the inverse gain is the unknown: nothing biases the
+//! gains.
 //!
 //! 1. An [`EffortRecorder`] turns the samples of one recording into window means of all these columns, an
 //!    [`EffortRecording`]. One pass over the samples is enough, and an hour needs some 100 MB.

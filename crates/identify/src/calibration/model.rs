@@ -36,7 +36,7 @@ pub struct Calibration {
     pub friction_widths: Vec<f64>,
     /// The `K` unknowns, by groups: ten inertial parameters of each link (in the order of [`InertialParameters`], about
     /// the frame of the link, with all links fixed to it), then for each joint: offset (N m or N), viscous friction, one
-    /// friction for each of `friction_widths`, load-dependent friction of the arm, that of the payload (both fractions),
+    /// friction for each of `friction_widths`, load-dependent friction, what that of a payload adds (both fractions),
     /// rotor inertia (kg m² or kg), and inverse gain (1 where efforts are torques). Each group has all joints in order;
     /// [`Self::parameter_names`] names them.
     pub parameters: Vec<f64>,
@@ -48,8 +48,6 @@ pub struct Calibration {
     pub precision: Vec<f64>,
     /// Noise of each joint.
     pub noise: Vec<EffortNoise>,
-    /// Link parameters of the first fit, `10 B`, from which the load-dependent friction has its torques.
-    pub reference_links: Vec<f64>,
     /// Rms torque of each joint in the first fit, N m or N.
     pub reference_torques: Vec<f64>,
     /// Log evidence of the model on the calibrating recordings.
@@ -104,11 +102,10 @@ impl Calibration {
                 "a calibration has at least one joint and one link",
             );
         }
-        let fields: [(_, &[f64], _); 6] = [
+        let fields: [(_, &[f64], _); 5] = [
             ("parameters", &self.parameters, unknowns),
             ("scales", &self.scales, unknowns),
             ("precision", &self.precision, unknowns * (unknowns + 1) / 2),
-            ("reference_links", &self.reference_links, links),
             ("reference_torques", &self.reference_torques, joints),
             ("gravity", self.gravity.as_slice(), 3),
         ];
@@ -163,7 +160,6 @@ impl Calibration {
         };
         let model = EffortModel {
             layout,
-            reference_links: self.reference_links.clone(),
             reference_torques: self.reference_torques.clone(),
         };
         Ok((model, prior))

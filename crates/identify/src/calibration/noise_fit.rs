@@ -53,64 +53,72 @@ pub(crate) fn penalty(logs: &[f64; 4], friction: f64) -> f64 {
     0.5 * (0..4).map(|k| distance(k).powi(2)).sum::<f64>()
 }
 
-/// Residuals of one block and the columns of their uncertainty.
-struct Residuals<'a, 'b> {
+/// Residuals of one joint in one block, and the columns of their uncertainty.
+struct BlockResiduals<'a, 'b> {
     block: &'b Block<'a>,
     standstill: Vec<f64>,
     columns: DMatrix<f64>,
 }
 
-/// Returns the noise of a joint that minimises `log det R + rᵀ R⁻¹ r + tr(R⁻¹ X C Xᵀ)` and its penalty: an EM step for the
-/// restricted likelihood. `r` are the residuals of the linear equations at `at` after `step`, `C` is the covariance.
-pub(crate) fn fit_noise(
-    problem: &Problem<'_>,
-    windows: &NoiseWindows<'_>,
-    joint: usize,
-    (at, step, covariance): (&Unknowns, &DVector<f64>, &DMatrix<f64>),
-    friction: f64,
-    start: &EffortNoise,
-    is_first: bool,
-) -> EffortNoise {
-    let residuals: Vec<Residuals<'_, '_>> = windows
-        .blocks
-        .iter()
-        .map(|block| {
+/// Residuals of one joint in all blocks on which its noise is chosen.
+pub(crate) struct Residuals<'a, 'b>(Vec<BlockResiduals<'a, 'b>>);
+
+impl<'a, 'b> Residuals<'a, 'b> {
+    /// Computes the residuals of the linear equations at some unknowns after a step, with the covariance of the unknowns.
+    pub(crate) fn new(
+        problem: &Problem<'_>,
+        windows: &'b NoiseWindows<'a>,
+        joint: usize,
+        (at, step, covariance): (&Unknowns, &DVector<f64>, &DMatrix<f64>),
+    ) -> Self {
+        let of_block = |block: &'b Block<'a>| {
             let standstill = |&window: &usize| block.recording.columns(window, joint).standstill();
             let residual = problem.residual(block, joint, at, step);
-            let columns = if windows.are_all {
-                with_uncertainty(problem, block, joint, at, covariance, &residual)
-            } else {
-                residual
-            };
-            Residuals {
+            BlockResiduals {
                 standstill: block.windows.iter().map(standstill).collect(),
+                columns: if windows.are_all {
+                    with_uncertainty(problem, block, joint, at, covariance, &residual)
+                } else {
+                    residual
+                },
                 block,
-                columns,
             }
-        })
-        .collect();
-    let mut whitened: Vec<DMatrix<f64>> = residuals.iter().map(|r| r.columns.clone()).collect();
-    let (steps, size) = if is_first { FIRST_SEARCH } else { SEARCH };
-    let value = |logs: &[f64; 4]| {
-        let noise = EffortNoise::from_logs(logs);
-        let mut sum = 0.0;
-        for (residuals, whitened) in residuals.iter().zip(&mut whitened) {
-            let times_s = residuals.block.recording.times_s();
-            let times_s = residuals
-                .block
-                .windows
-                .iter()
-                .map(|&window| times_s[window]);
-            let pairs = times_s.zip(residuals.standstill.iter().copied());
-            let whitening = Whitening::new(&noise, pairs);
-            whitened.copy_from(&residuals.columns);
-            whitening.apply(whitened);
-            sum += whitening.log_det + whitened.norm_squared();
-        }
-        let value = 0.5 * sum + penalty(logs, friction);
-        if value.is_finite() { value } else { f64::MAX }
-    };
-    EffortNoise::from_logs(&minimise(value, &start.logs(), size, steps))
+        };
+        Self(windows.blocks.iter().map(of_block).collect())
+    }
+
+    /// Returns the noise that minimises `log det R + rᵀ R⁻¹ r + tr(R⁻¹ X C Xᵀ)` and its penalty: an EM step for the
+    /// restricted likelihood of the residuals `r` with rows `X`, whose unknowns have the covariance `C`. The joint has so
+    /// much friction, N m or N.
+    pub(crate) fn fit_noise(
+        &self,
+        friction: f64,
+        start: &EffortNoise,
+        is_first: bool,
+    ) -> EffortNoise {
+        let mut whitened: Vec<DMatrix<f64>> = self.0.iter().map(|r| r.columns.clone()).collect();
+        let (steps, size) = if is_first { FIRST_SEARCH } else { SEARCH };
+        let value = |logs: &[f64; 4]| {
+            let noise = EffortNoise::from_logs(logs);
+            let mut sum = 0.0;
+            for (residuals, whitened) in self.0.iter().zip(&mut whitened) {
+                let times_s = residuals.block.recording.times_s();
+                let times_s = residuals
+                    .block
+                    .windows
+                    .iter()
+                    .map(|&window| times_s[window]);
+                let pairs = times_s.zip(residuals.standstill.iter().copied());
+                let whitening = Whitening::new(&noise, pairs);
+                whitened.copy_from(&residuals.columns);
+                whitening.apply(whitened);
+                sum += whitening.log_det + whitened.norm_squared();
+            }
+            let value = 0.5 * sum + penalty(logs, friction);
+            if value.is_finite() { value } else { f64::MAX }
+        };
+        EffortNoise::from_logs(&minimise(value, &start.logs(), size, steps))
+    }
 }
 
 /// Returns the residual and, beside it, `X L` with the rows `X` and the covariance `C = L Lᵀ` of their unknowns.

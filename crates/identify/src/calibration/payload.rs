@@ -136,3 +136,75 @@ pub(crate) struct PayloadRow {
     pub(crate) target: f64,
     pub(crate) std_dev: f64,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The expected parameters satisfy all rows, also with another mass at the same place; a centre of mass that is off by
+    /// its standard deviation is off by one in its row.
+    #[test]
+    fn rows_follow_the_mass() {
+        let known = KnownPayload {
+            mass_kg: 2.0,
+            mass_std_dev_kg: 0.1,
+            center_of_mass: Some(Vector3::new(0.1, -0.2, 0.3)),
+            inertia: Some(Matrix3::from_diagonal(&Vector3::new(0.02, 0.03, 0.04))),
+        };
+        known.check().unwrap();
+        let expected = *known.parameters().as_vector();
+        let rows = known.rows();
+        assert_eq!(rows.len(), 10);
+        for row in &rows {
+            assert!((row.gradient.dot(&expected) - row.target).abs() < 1e-15);
+        }
+        for row in &rows[1..] {
+            assert!((row.gradient.dot(&(1.1 * expected)) - row.target).abs() < 1e-15);
+        }
+        let mut moved = expected;
+        moved[2] += 2.0 * 0.001;
+        assert!((rows[2].gradient.dot(&moved) / rows[2].std_dev - 1.0).abs() < 1e-9);
+        let exact = KnownPayload::of_mass(2.0, 0.0);
+        assert!(exact.rows().iter().all(|row| row.std_dev > 0.0));
+    }
+
+    /// Values that no body has are errors with their names.
+    #[test]
+    fn values_out_of_range_are_named() {
+        let good = KnownPayload::of_mass(1.0, 0.0);
+        let cases = [
+            (
+                "payload_mass_kg",
+                KnownPayload {
+                    mass_kg: -1.0,
+                    ..good
+                },
+            ),
+            (
+                "payload_mass_std_dev_kg",
+                KnownPayload {
+                    mass_std_dev_kg: f64::NAN,
+                    ..good
+                },
+            ),
+            (
+                "payload_center_of_mass",
+                KnownPayload {
+                    center_of_mass: Some(Vector3::repeat(f64::NAN)),
+                    ..good
+                },
+            ),
+            (
+                "payload_inertia",
+                KnownPayload {
+                    inertia: Some(Matrix3::repeat(f64::INFINITY)),
+                    ..good
+                },
+            ),
+        ];
+        for (name, payload) in cases {
+            let error = payload.check().unwrap_err().to_string();
+            assert!(error.starts_with(&format!("{name} is ")), "{error}");
+        }
+    }
+}

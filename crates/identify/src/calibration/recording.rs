@@ -79,16 +79,12 @@ impl EffortRecording {
         })
     }
 
-    /// Checks that another recording is of the same robot with the same settings.
+    /// Checks that another recording is of the same robot.
     pub(crate) fn check_same(&self, other: &Self) -> Result<(), IdentifyError> {
         let (arm, other) = (&self.arm, &other.arm);
         check_names("tool", &[arm.tool.as_str()], &[other.tool.as_str()])?;
         check_names("joint", &arm.joints, &other.joints)?;
-        check_names("link", &arm.links, &other.links)?;
-        check_settings(
-            (arm.cutoff_hz, other.cutoff_hz),
-            (arm.gravity.as_slice(), other.gravity.as_slice()),
-        )
+        check_names("link", &arm.links, &other.links)
     }
 }
 

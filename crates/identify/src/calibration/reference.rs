@@ -24,8 +24,6 @@ const LEAST_RANGE: f64 = 1e-4;
 /// Result of the first fit.
 #[derive(Clone, Debug)]
 pub(crate) struct Reference {
-    /// Link parameters.
-    pub(crate) links: Vec<f64>,
     /// Rms torque of each joint, N m or N; positive.
     pub(crate) torques: Vec<f64>,
     /// Friction of each joint at its largest velocity, N m or N; positive.
@@ -54,9 +52,8 @@ pub(crate) fn reference_fit(
     let ranges = effort_ranges(recordings)?;
     let (links, joints) = (arm.described.len(), arm.joints.len());
     let sizes = link_sizes(&arm.described);
-    let own = |joint: usize| ranges[joint];
     let size = |k: usize| match k.checked_sub(links) {
-        Some(place) => own(place / 4),
+        Some(place) => ranges[place / 4],
         None => sizes[k],
     };
     let count = links + 4 * joints;
@@ -98,17 +95,21 @@ pub(crate) fn reference_fit(
     let reference_links: Vec<f64> = (0..links).map(|k| arm.described[k] + fitted(k)).collect();
     let friction = (0..joints).map(|joint| {
         let [viscous, coulomb] = [1, 2].map(|k| fitted(links + 4 * joint + k).abs());
-        let fastest = rows_of(recordings)
-            .filter(|row| row.2 == joint)
-            .map(|(recording, window, ..)| recording.columns(window, joint).velocity.abs())
-            .fold(0.0, f64::max);
+        let fastest = fastest(recordings, joint);
         (coulomb + viscous * fastest).max(LEAST_FRICTION * ranges[joint])
     });
     Ok(Reference {
         torques: rms_torques(recordings, &reference_links, &ranges),
         friction: friction.collect(),
-        links: reference_links,
     })
+}
+
+/// Returns the largest velocity of a joint's window means, rad/s or m/s.
+fn fastest(recordings: &[(&EffortRecording, Option<KnownPayload>)], joint: usize) -> f64 {
+    let velocities = recordings
+        .iter()
+        .map(|(recording, _)| recording.max_velocities(joint));
+    velocities.flatten().fold(0.0, f64::max)
 }
 
 /// All windows of all joints, with what is held in them.

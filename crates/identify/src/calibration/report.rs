@@ -59,9 +59,10 @@ pub struct JointCalibration {
     pub viscous: f64,
     /// Friction at each of the widths, whose sum is the Coulomb friction far from standstill.
     pub friction: Vec<f64>,
-    /// Load-dependent friction of the arm, a fraction of its torque.
+    /// Load-dependent friction, a fraction of the torque of arm and payload.
     pub load_friction: f64,
-    /// Load-dependent friction of a payload, a fraction of its torque.
+    /// What load-dependent friction of a payload adds, a fraction of its torque; about zero where the friction does not
+    /// distinguish the arm from what it holds.
     pub payload_friction: f64,
     /// Inertia of the rotor as the joint moves it, kg m² or kg.
     pub rotor_inertia: f64,
