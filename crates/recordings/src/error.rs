@@ -8,6 +8,8 @@ use tactid_identify::{IdentifyError, three_digits};
 use tactid_logs::LogError;
 use thiserror::Error;
 
+use crate::phrases::{at_line, calibration_reason, list_sensors};
+
 /// Kind of a topic, as the fields of [`Topics`](crate::Topics) distinguish them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TopicKind {
@@ -419,29 +421,6 @@ impl RecordingError {
             },
         }
     }
-}
-
-/// Returns the place of a line behind the name of a file.
-fn at_line(line: Option<usize>) -> String {
-    line.map_or_else(String::new, |line| format!(":{line}"))
-}
-
-/// Says why an option cannot be combined with a calibration.
-fn calibration_reason(option: &str) -> &'static str {
-    match option {
-        "method" => "is for the effort method",
-        "estimator" => "needs least squares",
-        "effort_noise" => "has the noise of the joint efforts",
-        _ => "has its own",
-    }
-}
-
-/// Lists topics with their frames.
-fn list_sensors(sensors: &[(String, String)]) -> String {
-    let named = sensors
-        .iter()
-        .map(|(topic, frame)| format!("{topic} in `{frame}`"));
-    named.collect::<Vec<_>>().join(", ")
 }
 
 /// Says what to do where samples come too seldom.

@@ -66,6 +66,7 @@ mod identify;
 mod log;
 mod online;
 mod orientation;
+mod phrases;
 mod plan;
 mod preview;
 mod progress;

@@ -1,5 +1,7 @@
 //! The file of a calibration: the same numbers come back, and what is wrong is named with its line.
 
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 use std::fs;
 
 use nalgebra::{SVector, Vector3};
@@ -36,20 +38,61 @@ impl Numbers {
     }
 }
 
+const UNKNOWNS: usize = 2 * 10 + 2 * (6 + 3);
+const NAMES: [&str; 2] = ["turn \"1\"", "slide"];
+const LINKS: [&str; 2] = ["upper", "lower"];
+
 /// A calibration of two joints and links with three friction terms, of which each number is another.
 fn arm() -> ArmCalibration {
     let mut numbers = Numbers(7);
-    let unknowns = 2 * 10 + 2 * (6 + 3);
-    let parameters = numbers.some(unknowns);
-    let noise = EffortNoise {
-        white: numbers.one(),
-        slow: numbers.one(),
-        slow_time_s: numbers.one(),
-        standstill: numbers.one(),
+    let parameters = numbers.some(UNKNOWNS);
+    let noise = || EffortNoise {
+        white: 0.1,
+        slow: 1.0 / 3.0,
+        slow_time_s: 0.7,
+        standstill: 2e-17,
     };
-    let joint = |numbers: &mut Numbers, index: usize, name: &str| JointCalibration {
-        name: name.to_owned(),
-        unit: if index == 0 { "N m" } else { "N" },
+    let joints = (0..2).map(|index| joint(&mut numbers, &parameters, index, noise()));
+    let joints = joints.collect();
+    let links = (0..2).map(|index| link(&mut numbers, &parameters, index));
+    let links = links.collect();
+    let report = CalibrationReport {
+        windows: 123,
+        window_s: numbers.one(),
+        joints,
+        links,
+        payloads: vec![numbers.body()],
+        shortages: shortages(&mut numbers),
+    };
+    ArmCalibration {
+        model: Calibration {
+            tool: "tool0".to_owned(),
+            joints: NAMES.map(str::to_owned).to_vec(),
+            links: LINKS.map(str::to_owned).to_vec(),
+            gravity: Vector3::new(numbers.one(), 0.0, -9.81),
+            cutoff_hz: numbers.one(),
+            friction_widths: numbers.some(3),
+            scales: numbers.some(UNKNOWNS),
+            precision: numbers.some(UNKNOWNS * (UNKNOWNS + 1) / 2),
+            noise: vec![noise(), noise()],
+            reference_torques: numbers.some(2),
+            log_evidence: numbers.one(),
+            parameters,
+        },
+        report,
+        effort_gain: numbers.some(2),
+    }
+}
+
+fn joint(
+    numbers: &mut Numbers,
+    parameters: &[f64],
+    index: usize,
+    noise: EffortNoise,
+) -> JointCalibration {
+    JointCalibration {
+        name: NAMES[index].to_owned(),
+        unit: ["N m", "N"][index],
         gain: numbers.one(),
         gain_std_dev: numbers.one(),
         offset: parameters[20 + index],
@@ -63,61 +106,34 @@ fn arm() -> ArmCalibration {
         residual_before: numbers.one(),
         residual_after: numbers.one(),
         residual_held_out: numbers.one(),
-    };
-    let link = |numbers: &mut Numbers, index: usize, name: &str| LinkCalibration {
-        name: name.to_owned(),
-        described: numbers.body(),
-        calibrated: InertialParameters::from_vector(SVector::from_column_slice(
-            &parameters[10 * index..10 * index + 10],
-        )),
-        std_devs: numbers.ten(),
-    };
-    let report = CalibrationReport {
-        windows: 123,
-        window_s: numbers.one(),
-        joints: vec![
-            joint(&mut numbers, 0, "turn \"1\""),
-            joint(&mut numbers, 1, "slide"),
-        ],
-        links: vec![
-            link(&mut numbers, 0, "upper"),
-            link(&mut numbers, 1, "lower"),
-        ],
-        payloads: vec![numbers.body()],
-        shortages: vec![
-            MotionShortage::Still {
-                joint: "slide".to_owned(),
-                max_velocity: numbers.one(),
-            },
-            MotionShortage::OneDirection {
-                joint: "slide".to_owned(),
-                is_positive: false,
-            },
-            MotionShortage::Gain {
-                joint: "turn \"1\"".to_owned(),
-                std_dev: numbers.one(),
-            },
-        ],
-    };
-    ArmCalibration {
-        model: Calibration {
-            tool: "tool0".to_owned(),
-            joints: vec!["turn \"1\"".to_owned(), "slide".to_owned()],
-            links: vec!["upper".to_owned(), "lower".to_owned()],
-            gravity: Vector3::new(numbers.one(), 0.0, -9.81),
-            cutoff_hz: numbers.one(),
-            friction_widths: numbers.some(3),
-            scales: numbers.some(unknowns),
-            precision: numbers.some(unknowns * (unknowns + 1) / 2),
-            noise: vec![noise; 2],
-            reference_links: numbers.some(20),
-            reference_torques: numbers.some(2),
-            log_evidence: numbers.one(),
-            parameters,
-        },
-        report,
-        effort_gain: numbers.some(2),
     }
+}
+
+fn link(numbers: &mut Numbers, parameters: &[f64], index: usize) -> LinkCalibration {
+    let calibrated = &parameters[10 * index..10 * index + 10];
+    LinkCalibration {
+        name: LINKS[index].to_owned(),
+        described: numbers.body(),
+        calibrated: InertialParameters::from_vector(SVector::from_column_slice(calibrated)),
+        std_devs: numbers.ten(),
+    }
+}
+
+fn shortages(numbers: &mut Numbers) -> Vec<MotionShortage> {
+    vec![
+        MotionShortage::Still {
+            joint: NAMES[1].to_owned(),
+            max_velocity: numbers.one(),
+        },
+        MotionShortage::OneDirection {
+            joint: NAMES[1].to_owned(),
+            is_positive: false,
+        },
+        MotionShortage::Gain {
+            joint: NAMES[0].to_owned(),
+            std_dev: numbers.one(),
+        },
+    ]
 }
 
 fn written(arm: &ArmCalibration) -> String {

@@ -55,9 +55,14 @@ from tactid._native import (
     read,
     wrench_regressor,
 )
+from tactid.calibrated_fit import CalibratedFit
+from tactid.calibrating import calibrate
+from tactid.calibration import Calibration
+from tactid.calibration_data import CalibrationLog
 from tactid.comparison import Attempt, compare
 from tactid.errors import (
     ArgumentError,
+    CalibrationError,
     ExperimentError,
     IdentificationError,
     LogError,
@@ -92,6 +97,10 @@ __all__ = [
     "VALUE_NAMES",
     "ArgumentError",
     "Attempt",
+    "CalibratedFit",
+    "Calibration",
+    "CalibrationError",
+    "CalibrationLog",
     "Channel",
     "DataFault",
     "Delay",
@@ -128,6 +137,7 @@ __all__ = [
     "Topic",
     "WrenchOffset",
     "__version__",
+    "calibrate",
     "compare",
     "identify",
     "info",

@@ -92,7 +92,12 @@ def identify_recording(
     output = Output(Form.JSON if as_json else form, precision, result_file, report, estimates)
     check_outputs(
         {"--result": result_file, "--report": report, "--estimates": estimates},
-        {"the log": log, "--urdf": options["urdf"], "--unloaded": options["unloaded"]},
+        {
+            "the log": log,
+            "--urdf": options["urdf"],
+            "--unloaded": options["unloaded"],
+            "--calibration": options["calibration"],
+        },
     )
     with interruptible("no result"), progress("identifying") as done:
         result = identify(log, options=read_options(options), progress=done)

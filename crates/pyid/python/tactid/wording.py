@@ -26,7 +26,7 @@ LARGEST_FRICTION = 0.7
 
 def finding(kind: str, data: Data, style: Style) -> str:
     """Says what was noticed on the way from the recording to the payload, in sentences."""
-    return _FINDINGS[kind](data, style)
+    return (_FINDINGS | _SHORTAGES)[kind](data, style)
 
 
 def _gravity_contradicted(data: Data, style: Style) -> str:
@@ -231,6 +231,44 @@ def _wrenches_summed(data: Data, _: Style) -> str:
     return f"The wrenches of {' and '.join(data['topics'])} are summed."
 
 
+def _joints_renamed(data: Data, style: Style) -> str:
+    pairs = listed([f"{recorded} is {joint}" for recorded, joint in data["names"]])
+    return (
+        "No joint in the log has the name of one in the URDF, so joints were matched behind their"
+        f" prefixes: {pairs}; {option_name('rename_joints', style)} names them."
+    )
+
+
+def _effort_noisier(data: Data, _: Style) -> str:
+    return (
+        f"The effort of {data['joint']} is {data['noise_ratio']:.1f} times as noisy as at the"
+        " calibration, and counts less: check temperature, wear and what else has changed, and"
+        " calibrate anew."
+    )
+
+
+def _joint_still(data: Data, _: Style) -> str:
+    return (
+        f"{data['joint']} does not move (at most {data['max_velocity']:.2g} rad/s or m/s): its"
+        " friction is not known. Record a motion of this joint in both directions."
+    )
+
+
+def _joint_one_direction(data: Data, _: Style) -> str:
+    direction = "positive" if data["is_positive"] else "negative"
+    return (
+        f"{data['joint']} moves in the {direction} direction only: its offset and its Coulomb"
+        " friction cannot be distinguished. Record a motion in both directions."
+    )
+
+
+def _gain_uncertain(data: Data, _: Style) -> str:
+    return (
+        f"The gain of {data['joint']} stays uncertain, ± {100 * Z95 * data['std_dev']:.2g} %:"
+        " record a heavier payload of known mass, in postures in which this joint carries it."
+    )
+
+
 def _unknown_joints(data: Data, _: Style) -> str:
     return f"Joints that the URDF does not have were left out: {', '.join(data['joints'])}."
 
@@ -352,6 +390,8 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "option_not_used": _option_not_used,
     "frame_assumed": _frame_assumed,
     "wrenches_summed": _wrenches_summed,
+    "joints_renamed": _joints_renamed,
+    "effort_noisier": _effort_noisier,
     "unknown_joints": _unknown_joints,
     "absent_joints": _absent_joints,
     "late_start": _late_start,
@@ -366,5 +406,14 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     **MODEL_FINDINGS,
 }
 
+_SHORTAGES: dict[str, Callable[[Data, Style], str]] = {
+    "joint_still": _joint_still,
+    "joint_one_direction": _joint_one_direction,
+    "gain_uncertain": _gain_uncertain,
+}
+
 FINDING_KINDS = tuple(_FINDINGS)
-"""Every kind of finding."""
+"""Every kind of finding about the recording of an identification."""
+
+SHORTAGE_KINDS = tuple(_SHORTAGES)
+"""Every kind of finding about what the motion of a calibration does not determine."""

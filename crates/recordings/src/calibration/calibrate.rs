@@ -108,11 +108,11 @@ pub fn calibrate_logs(
     let (mut calibrating, mut held_out, mut used) = (Vec::new(), Vec::new(), Vec::new());
     let mut effort_gain = Vec::new();
     for (index, log) in all.iter().enumerate() {
-        let mut part = |progress: Progress| {
+        let mut of_log = |progress: Progress| {
             let fraction = (index as f64 + progress.fraction) / all.len() as f64;
             observer(Progress { fraction })
         };
-        let (windows, notes) = read(log.path, &efforts, &settings, &mut part)
+        let (windows, notes) = read(log.path, &efforts, &settings, &mut of_log)
             .map_err(|error| error.in_recording(log.path))?;
         effort_gain.clone_from(&notes.effort_gain);
         used.push((log, notes));

@@ -6,6 +6,8 @@ mod file;
 mod layout;
 mod payload;
 mod record;
+mod shortage;
+mod text;
 
 pub use arm::ArmCalibration;
 pub use calibrate::{CalibratingLogs, CalibrationRun, LogRole, UsedLog, calibrate_logs};
