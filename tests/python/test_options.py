@@ -29,6 +29,7 @@ def test_every_option_has_its_documentation_everywhere(help_text: str) -> None:
             "log": tactid.identify,
             "online": tactid.Identifier,
             "paper filter": tactid.PaperFilter,
+            "calibration": tactid.calibrate,
         }.items()
     }
     for option in fields(tactid.Options):
@@ -46,9 +47,9 @@ def test_every_option_has_its_documentation_everywhere(help_text: str) -> None:
 
 def test_the_help_groups_the_options_by_what_they_are_about(help_text: str) -> None:
     panels = {
-        "Robot": ["urdf", "tip", "sensor_frame"],
+        "Robot": ["urdf", "tip", "rename_joints", "sensor_frame"],
         "Topics": [name for name in option_names() if name.endswith("_topic")],
-        "Measurements": ["method", "unloaded", "delay", "max_gap", "wrench_offset"],
+        "Measurements": ["method", "unloaded", "calibration", "delay", "max_gap", "wrench_offset"],
         "Signs": ["gravity", "wrench_acts_on", "effort_gain"],
         "Prior knowledge": ["known_tool", "known_mass", "known_mass_std_dev", "bounding_box"],
         "Noise and filter": ["estimator", "cutoff", "wrench_noise", "effort_noise"],

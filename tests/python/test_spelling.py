@@ -16,6 +16,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "crates/pyid/python/tactid"
 COMMANDS = {
     "cli.py",
+    "calibrate_command.py",
     "compare_command.py",
     "identify_command.py",
     "number_lists.py",

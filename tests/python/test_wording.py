@@ -16,7 +16,7 @@ from tactid.findings import CONTRADICTIONS, DOUBTS
 from tactid.naming import command_line_flag
 from tactid.options import option_names
 from tactid.remarks import motion_advice
-from tactid.wording import FINDING_KINDS
+from tactid.wording import FINDING_KINDS, SHORTAGE_KINDS
 
 NATIVE = Path(__file__).parents[2] / "crates/pyid/src"
 
@@ -92,6 +92,8 @@ FINDINGS = [
     ),
     Finding("frame_assumed", {"topic": "/wrench", "frame": "tool0"}),
     Finding("wrenches_summed", {"topics": ["/left", "/right"]}),
+    Finding("joints_renamed", {"names": [("fer_1", "panda_1"), ("fer_2", "panda_2")]}),
+    Finding("effort_noisier", {"joint": "elbow", "noise_ratio": 3.26}),
     Finding("unknown_joints", {"joints": ["finger"]}),
     Finding("absent_joints", {"joints": ["head"]}),
     Finding("late_start", {"topic": "/wrench", "late_s": 1.5}),
@@ -206,6 +208,14 @@ SENTENCES = {
     ),
     "frame_assumed": ("/wrench names no frame: its wrenches are taken to be in `tool0`."),
     "wrenches_summed": ("The wrenches of /left and /right are summed."),
+    "joints_renamed": (
+        "No joint in the log has the name of one in the URDF, so joints were matched behind their"
+        " prefixes: fer_1 is panda_1 and fer_2 is panda_2; `rename_joints` names them."
+    ),
+    "effort_noisier": (
+        "The effort of elbow is 3.3 times as noisy as at the calibration, and counts less: check"
+        " temperature, wear and what else has changed, and calibrate anew."
+    ),
     "unknown_joints": (
         "Joints that the URDF does not have, or that do not move in it, were left out: finger."
     ),
@@ -329,7 +339,7 @@ def test_every_kind_of_the_native_part_has_its_words() -> None:
     findings = (NATIVE / "findings.rs").read_text()
     assert set(re.findall(r'^ *\(?"([a-z_]+)", *(?:data!|$)', findings, re.M)) | set(
         re.findall(r'\("([a-z_]+)", (?:data|fields)', findings)
-    ) == set(FINDING_KINDS)
+    ) == {*FINDING_KINDS, *SHORTAGE_KINDS}
     faults = (NATIVE / "faults.rs").read_text()
     kinds = re.findall(r'FaultKind::\w+(?:\(joint\))? => \("([a-z_]+)"', faults)
     assert set(kinds) == set(FAULT_KINDS)

@@ -1,10 +1,10 @@
 //! The state that computations over a manipulator share: motion and forces of every body.
 
-use nalgebra::{Isometry3, Vector3, Vector6};
+use nalgebra::{Isometry3, SVector, Vector3, Vector6};
 
 use crate::manipulator::{FrameId, JointKind, Manipulator};
 use crate::motion::{BodyState, JointMotion, move_bodies};
-use crate::{FrameMotion, InertialParameters, StateError, Wrench};
+use crate::{FrameMotion, InertialParameters, StateError, Wrench, wrench_regressor};
 
 /// State of a [`Manipulator`]: the motion of every body and, once computed, the forces between bodies.
 ///
@@ -140,24 +140,63 @@ impl Workspace {
     pub fn jacobian(&self, frame: FrameId, columns: &mut [Vector6<f64>]) -> Result<(), StateError> {
         self.robot.check_count("the Jacobian", columns.len())?;
         columns.fill(Vector6::zeros());
+        for (coordinate, column) in self.jacobian_columns(frame) {
+            columns[coordinate] += column;
+        }
+        Ok(())
+    }
+
+    /// Computes the regressor of the joint torques (forces of prismatic joints) for a body that is fixed to a frame: the
+    /// torque that joint `j` must add to move the body is `rows[j] · π`, N m or N, with `π` the
+    /// [`InertialParameters`] of the body in the frame. `gravity` is the gravitational acceleration in the inertial
+    /// frame, m/s², pointing down. The row of a joint that does not move the frame is zero.
+    ///
+    /// Over all bodies of a robot, each in the frame of its first link, the products sum to
+    /// [`joint_torques`](Self::joint_torques). The base moves no joint, so its parameters do not count; it may float.
+    ///
+    /// The cost is one pass over the bodies above the frame. Nothing is allocated, and [`forces`](crate::forces()) is not
+    /// needed.
+    ///
+    /// # Errors
+    /// Returns [`StateError::Length`] if `rows` does not have one entry for each independent joint.
+    pub fn torque_regressor(
+        &self,
+        frame: FrameId,
+        gravity: &Vector3<f64>,
+        rows: &mut [SVector<f64, 10>],
+    ) -> Result<(), StateError> {
+        self.robot.check_count("the regressor", rows.len())?;
+        rows.fill(SVector::zeros());
+        let wrench = wrench_regressor(&self.frame_motion(frame).in_frame(gravity));
+        for (coordinate, column) in self.jacobian_columns(frame) {
+            rows[coordinate] += wrench.tr_mul(&column); // principle of virtual work, not in the paper
+        }
+        Ok(())
+    }
+
+    /// Column of a frame's Jacobian for each joint above it, with the index of the joint's coordinate, which mimic joints
+    /// share.
+    fn jacobian_columns(&self, frame: FrameId) -> impl Iterator<Item = (usize, Vector6<f64>)> + '_ {
         let world_from_frame = self.pose(frame);
         let frame_from_world = world_from_frame.rotation.inverse();
-        let mut index = self.robot.link(frame).body;
-        while let Some(joint) = &self.robot.bodies[index].joint {
+        let bodies = &self.robot.bodies;
+        let upwards = std::iter::successors(Some(self.robot.link(frame).body), |&index| {
+            Some(bodies[index].parent)
+        });
+        let joints = upwards.map_while(|index| Some((index, bodies[index].joint.as_ref()?)));
+        joints.map(move |(index, joint)| {
             let state = &self.bodies[index];
             let arm = world_from_frame.translation.vector - state.origin.pose.translation.vector;
             let (linear, angular) = match joint.kind {
                 JointKind::Revolute => (state.axis.cross(&arm), state.axis),
                 JointKind::Prismatic => (state.axis, Vector3::zeros()),
             };
-            let column = &mut columns[joint.coordinate];
-            let mut upper = column.fixed_rows_mut::<3>(0);
-            upper += frame_from_world * linear * joint.ratio;
-            let mut lower = column.fixed_rows_mut::<3>(3);
-            lower += frame_from_world * angular * joint.ratio;
-            index = self.robot.bodies[index].parent;
-        }
-        Ok(())
+            let (linear, angular) = (frame_from_world * linear, frame_from_world * angular);
+            let column = Vector6::new(
+                linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
+            );
+            (joint.coordinate, column * joint.ratio)
+        })
     }
 
     /// Returns the links below `frame` as one rigid body, expressed in that frame, at the present posture. It depends

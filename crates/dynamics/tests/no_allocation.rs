@@ -6,7 +6,7 @@ mod common;
 
 use allocation_counter::measure;
 use common::{Cloud, State, rng, robots};
-use nalgebra::Vector3;
+use nalgebra::{SVector, Vector3};
 use std::hint::black_box;
 use tactid_dynamics::{
     Workspace, base_acceleration, forces, inertia_rows, momentum, motion, tactile_mass_rows,
@@ -23,6 +23,7 @@ fn the_loop_allocates_nothing() {
         let state = State::random(rng, robot.dof());
         let payload = Cloud::random(rng).mass_properties();
         let mut workspace = Workspace::new(&robot);
+        let mut rows = vec![SVector::zeros(); robot.dof()];
         let counted = measure(|| {
             motion(&mut workspace, &state.base, state.joints()).unwrap();
             forces(&mut workspace, &Vector3::new(0.0, 0.0, -9.81));
@@ -35,6 +36,10 @@ fn the_loop_allocates_nothing() {
             black_box(first.iter().map(|(_, target)| target).sum::<f64>());
             black_box(inertia_rows(&seen, &wrench, &payload.center_of_mass));
             black_box(wrench_regressor(&seen));
+            let gravity = Vector3::new(0.0, 0.0, -9.81);
+            workspace
+                .torque_regressor(tool, &gravity, &mut rows)
+                .unwrap();
         });
         assert_eq!(counted.count_total, 0, "{counted:?}");
     }

@@ -344,3 +344,48 @@ fn wrenches_change_frames() {
     broken.moment.y = f64::NAN;
     assert!(!broken.is_finite());
 }
+
+/// The regressor of each body, in the frame of its first link, times its parameters sums to the torques of all joints:
+/// of trees with branches, prismatic and mimic joints, links that are fixed to others, and a base that moves.
+#[test]
+fn torque_regressors_sum_to_the_joint_torques() {
+    let rng = &mut rng(21);
+    let mut mimics = 0;
+    for robot in robots() {
+        let state = State::random(rng, robot.dof());
+        let gravity = vector(rng, 10.0);
+        let mut workspace = state.moved(&robot);
+        let mut sum = vec![0.0; robot.dof()];
+        let mut rows = vec![SVector::zeros(); robot.dof()];
+        for (index, body) in robot.bodies().enumerate() {
+            let name = robot.links().find(|link| link.body == index).unwrap().name;
+            let frame = robot.frame(name).unwrap();
+            workspace
+                .torque_regressor(frame, &gravity, &mut rows)
+                .unwrap();
+            for (sum, row) in sum.iter_mut().zip(&rows) {
+                *sum += row.dot(body.parameters.as_vector());
+            }
+        }
+        mimics += robot.bodies().count() - 1 - robot.dof();
+        forces(&mut workspace, &gravity);
+        for (sum, torque) in sum.iter().zip(workspace.joint_torques().unwrap()) {
+            assert!(
+                (sum - torque).abs() < 1e-12 * (1.0 + torque.abs()),
+                "{sum} {torque}"
+            );
+        }
+    }
+    assert!(mimics > 5, "some joints must mimic others");
+    let error = Workspace::new(&tactid()).torque_regressor(
+        tactid().base_frame(),
+        &Vector3::zeros(),
+        &mut [],
+    );
+    assert!(
+        error
+            .unwrap_err()
+            .to_string()
+            .starts_with("the regressor has 0 entries")
+    );
+}

@@ -124,6 +124,65 @@ pub enum IdentifyError {
         /// Fewest samples of a window.
         min_samples: u32,
     },
+    /// A calibration needs efforts, and no sample has any.
+    #[error("the samples have no joint efforts, which a calibration needs")]
+    NoEfforts,
+    /// A calibration is asked of a robot that it does not exist for: its base floats, or no joint moves the tool.
+    #[error("a calibration of joint efforts needs a fixed base and joints that move the tool: {0}")]
+    CalibrationBase(&'static str),
+    /// No joint moves in the recordings for a calibration.
+    #[error(
+        "no joint moves in the recordings (the fastest reaches {} rad/s or m/s): record a motion of all joints in both directions",
+        three_digits(*max_velocity)
+    )]
+    NoMotion {
+        /// Largest velocity of any joint, rad/s or m/s.
+        max_velocity: f64,
+    },
+    /// A calibration or a recording is of another robot.
+    #[error(
+        "the calibration is of {}, where the robot has {}",
+        named(what, expected),
+        if found.is_empty() { "none".to_owned() } else { format!("`{found}`") }
+    )]
+    CalibrationRobot {
+        /// What differs: `joint`, `link` or `tool`.
+        what: &'static str,
+        /// Name in the calibration, or in the first recording; empty where there is none.
+        expected: String,
+        /// Name in the robot, or in the other recording; empty where there is none.
+        found: String,
+    },
+    /// Recordings have different settings.
+    #[error("recordings with different {what} cannot be combined: {expected} and {found}")]
+    CalibrationMismatch {
+        /// Name of the setting: `cutoff_hz` or `gravity`.
+        what: &'static str,
+        /// Its value in the calibration, or in the first recording.
+        expected: String,
+        /// Its value in the other recording.
+        found: String,
+    },
+    /// The equations of a calibration cannot be solved: numbers of the recordings are too large.
+    #[error("the equations cannot be solved: check the units of positions, velocities and efforts")]
+    CalibrationFailed,
+    /// The data of a calibration do not fit together.
+    #[error("`{field}` of the calibration is not valid: {reason}")]
+    CalibrationData {
+        /// Name of the field.
+        field: &'static str,
+        /// What is wrong, as a phrase.
+        reason: String,
+    },
+}
+
+/// Returns what an object with a name is called in a message.
+fn named(what: &str, name: &str) -> String {
+    if name.is_empty() {
+        format!("no further {what}")
+    } else {
+        format!("the {what} `{name}`")
+    }
 }
 
 /// Returns a number rounded to three significant digits, for a message.

@@ -63,6 +63,8 @@
 //! - [`BatchIdentifier`]: robust least squares over a whole recording;
 //! - [`PaperFilter`]: the paper's two-stage filter (49)-(54), for comparison with the paper.
 //!
+//! [`calibration`] models the efforts of an arm's joints with gains and friction, and identifies payloads from them.
+//!
 //! All of them return a [`PayloadEstimate`]. The [`Method`] in the settings chooses the measurements: wrenches, joint
 //! efforts, the momentum of a floating base, or all of them. Nothing in this crate reads or writes files but
 //! [`Manipulator::from_urdf_file`].
@@ -70,6 +72,7 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 pub mod batch;
+pub mod calibration;
 pub mod checks;
 mod combine;
 mod diagnosis;

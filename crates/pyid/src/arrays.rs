@@ -301,6 +301,14 @@ pub(crate) fn common_length(series: &[&dyn Sampled]) -> PyResult<Option<usize>> 
     Ok(longest.map(|(_, count)| count))
 }
 
+/// An array of Python.
+pub(crate) type Array = Py<PyArrayDyn<f64>>;
+
+/// Returns values as an array of a shape.
+pub(crate) fn array(py: Python<'_>, values: Vec<f64>, shape: &[usize]) -> PyResult<Array> {
+    Ok(output(py, values, None, shape)?.unbind())
+}
+
 /// Returns an array of the shape `(N, *item)`, or of the shape `item` for a single sample.
 pub(crate) fn output<'py>(
     py: Python<'py>,

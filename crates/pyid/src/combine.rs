@@ -6,10 +6,10 @@ use nalgebra::{SMatrix, SVector};
 use pyo3::prelude::*;
 use tactid_identify::{Agreement, Combination, CombineSettings, LinearEstimate};
 
-use crate::arrays::{Series, common_length};
+use crate::arrays::{Array, Series, array, common_length};
 use crate::errors::IntoPyErr;
 use crate::findings::{FindingData, data_finding};
-use crate::identification::{Array, EstimateData, IdentificationData, MomentsData, array};
+use crate::identification::{EstimateData, IdentificationData, MomentsData};
 use crate::identify::{run, urdf_errors};
 use crate::options;
 

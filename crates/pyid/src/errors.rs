@@ -1,5 +1,7 @@
 //! From each crate's error to the Python exception of its kind.
 
+use std::path::Path;
+
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use tactid_identify::{IdentifyError, three_digits};
@@ -16,6 +18,7 @@ pyo3::import_exception!(tactid.errors, LogError);
 pyo3::import_exception!(tactid.errors, ExperimentError);
 pyo3::import_exception!(tactid.errors, SimulationError);
 pyo3::import_exception!(tactid.errors, IdentificationError);
+pyo3::import_exception!(tactid.errors, CalibrationError);
 
 /// Converts an error of a crate into the Python exception of its kind.
 pub(crate) trait IntoPyErr {
@@ -38,6 +41,29 @@ pub(crate) fn with_option<T>(result: PyResult<T>, name: &'static str) -> PyResul
             }
         });
     })
+}
+
+/// Returns whether an error is that of a model, and of no other option than the URDF.
+pub(crate) fn urdf_is_at_fault(py: Python<'_>, error: &PyErr) -> PyResult<bool> {
+    Ok(error.is_instance_of::<ModelError>(py) && error.value(py).getattr("option")?.is_none())
+}
+
+/// Puts the path of a recording in front of the message of its error, unless the message has it.
+fn in_recording(path: &Path, error: PyErr) -> PyErr {
+    let path = path.display().to_string();
+    Python::attach(|py| {
+        let value = error.value(py);
+        let message = value
+            .getattr("message")
+            .and_then(|message| message.extract::<String>());
+        // An exception that is not ours stays as it is.
+        if let Ok(message) = message
+            && !message.contains(&path)
+        {
+            let _ = value.setattr("message", format!("{path}: {message}"));
+        }
+    });
+    error
 }
 
 impl IntoPyErr for tactid_dynamics::ModelError {
@@ -113,6 +139,13 @@ impl IntoPyErr for IdentifyError {
             Self::TooFewWindows { .. } | Self::TooFewSamples { .. } => {
                 identification_error(&message, Some("cutoff"))
             }
+            Self::NoEfforts | Self::CalibrationBase(_) | Self::NoMotion { .. } => {
+                CalibrationError::new_err(message)
+            }
+            Self::CalibrationRobot { .. }
+            | Self::CalibrationMismatch { .. }
+            | Self::CalibrationFailed
+            | Self::CalibrationData { .. } => CalibrationError::new_err(message),
         }
     }
 }
@@ -167,7 +200,7 @@ impl IntoPyErr for RecordingError {
                 let faults: Vec<FaultData> = faults.iter().map(FaultData::from).collect();
                 IdentificationError::new_err((message, None::<&str>, faults))
             }
-            other => identification_error(&message, remedy(&other)),
+            other => several_or_calibration_error(other, message),
         }
     }
 }
@@ -182,6 +215,23 @@ fn sensor_frame_norm(norm: f64) -> PyErr {
         ),
         name,
     )
+}
+
+/// An error of one of several recordings, of a calibration, or of an identification.
+fn several_or_calibration_error(error: RecordingError, message: String) -> PyErr {
+    match error {
+        RecordingError::InRecording { path, source } => in_recording(&path, source.into_py_err()),
+        RecordingError::NothingToCalibrate => option_error(message, "unloaded"),
+        RecordingError::RenamedJoint { .. } => option_error(message, "rename_joints"),
+        RecordingError::NotWithCalibration { name } => {
+            let keyword = keyword_of(name);
+            option_error(message.replacen(name, keyword, 1), keyword)
+        }
+        RecordingError::CalibrationIo { .. } | RecordingError::CalibrationFile { .. } => {
+            CalibrationError::new_err(message)
+        }
+        other => identification_error(&message, remedy(&other)),
+    }
 }
 
 /// The option that resolves an error of a recording; `None` where there is none.

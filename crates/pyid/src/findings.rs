@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tactid_dynamics::{IgnoredPart, MimicFault, ModelFinding};
+use tactid_identify::calibration::MotionShortage;
 use tactid_identify::checks::{
     PositionsBeyondLimits, TwistAxes, TwistContradiction, VelocityCause, VelocityContradiction,
 };
@@ -59,6 +60,10 @@ pub(crate) fn finding_data(
         }
         Finding::FrameAssumed { topic, frame } => ("frame_assumed", fields!(py, topic, frame)),
         Finding::WrenchesSummed { topics } => ("wrenches_summed", fields!(py, topics)),
+        Finding::JointsRenamed { names } => ("joints_renamed", fields!(py, names)),
+        Finding::EffortNoisier { joint, noise_ratio } => {
+            ("effort_noisier", fields!(py, joint, noise_ratio))
+        }
         Finding::UnknownJoints { joints } => ("unknown_joints", fields!(py, joints)),
         Finding::AbsentJoints { joints } => ("absent_joints", fields!(py, joints)),
         Finding::LateStart { topic, late_s } => ("late_start", fields!(py, topic, late_s)),
@@ -90,6 +95,20 @@ pub(crate) fn finding_data(
             applied_s,
             estimated,
         } => return delay_corrected(py, *applied_s, *estimated),
+    })
+}
+
+/// Returns what Python's `tactid.findings.Finding` is made from, for what the motion of a calibration does not determine.
+pub(crate) fn shortage_data(py: Python<'_>, shortage: &MotionShortage) -> PyResult<FindingData> {
+    Ok(match shortage {
+        MotionShortage::Still {
+            joint,
+            max_velocity,
+        } => ("joint_still", fields!(py, joint, max_velocity)),
+        MotionShortage::OneDirection { joint, is_positive } => {
+            ("joint_one_direction", fields!(py, joint, is_positive))
+        }
+        MotionShortage::Gain { joint, std_dev } => ("gain_uncertain", fields!(py, joint, std_dev)),
     })
 }
 

@@ -5,18 +5,16 @@ use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use tactid_identify::WrenchOffset;
 use tactid_recordings::{
-    Clock, Delay, Estimator, FitReport, HistoryPoint, Identification, KnownMass, LinearEstimate,
-    PaperSettings, PayloadEstimate, PrincipalMoments, SingularValues,
+    CalibratedFit, Clock, Delay, Estimator, FitReport, HistoryPoint, Identification, KnownMass,
+    LinearEstimate, PaperSettings, PayloadEstimate, PrincipalMoments, SingularValues,
 };
 
-use crate::arrays::output;
+use crate::arrays::{Array, array, output};
 use crate::errors::ArgumentError;
 use crate::faults::FaultData;
 use crate::findings::{FindingData, finding_data};
 use crate::inertia::MassProperties;
 use crate::options::{LEAST_SQUARES, NLMS};
-
-pub(crate) type Array = Py<PyArrayDyn<f64>>;
 
 /// `tactid.identification.PayloadEstimate`.
 #[derive(IntoPyObject)]
@@ -158,6 +156,15 @@ struct PaperData {
     epochs: u32,
 }
 
+/// `tactid.identification.CalibratedFit`.
+#[derive(IntoPyObject)]
+struct CalibratedData {
+    joints: Vec<String>,
+    misfit: Array,
+    noise_fraction: Array,
+    updated_by_unloaded: bool,
+}
+
 /// A number with its standard deviation.
 #[derive(IntoPyObject)]
 struct UncertainData {
@@ -181,6 +188,7 @@ pub(crate) struct IdentificationData {
     delay: f64,
     estimated_delay: Option<UncertainData>,
     subtracts_unloaded: bool,
+    calibrated: Option<CalibratedData>,
     known_mass: Option<UncertainData>,
     bounding_box: Option<Array>,
     clock: &'static str,
@@ -205,6 +213,7 @@ impl IdentificationData {
             Estimator::LeastSquares => (LEAST_SQUARES, None),
             Estimator::Paper(settings) => (NLMS, Some(paper_data(&settings))),
         };
+        let calibrated = found.calibrated.as_ref();
         let strengths = found.singular_values.as_ref();
         let corners = found.bounding_box.map(|given| [given.min, given.max]);
         let corners = corners.map(|both| both.iter().flatten().copied().collect());
@@ -226,6 +235,7 @@ impl IdentificationData {
             delay: found.delay_s,
             estimated_delay: found.estimated_delay.map(delay_data),
             subtracts_unloaded: found.subtracts_unloaded,
+            calibrated: calibrated.map(|fit| calibrated_data(py, fit)).transpose()?,
             known_mass: found.known_mass.map(mass_data),
             bounding_box: corners.map(|six| array(py, six, &[2, 3])).transpose()?,
             clock: match found.clock {
@@ -297,10 +307,6 @@ impl Forecast {
     }
 }
 
-pub(crate) fn array(py: Python<'_>, values: Vec<f64>, shape: &[usize]) -> PyResult<Array> {
-    Ok(output(py, values, None, shape)?.unbind())
-}
-
 /// Standard deviations; NaN for the paper's filter, which estimates none.
 fn std_devs<const N: usize>(given: Option<[f64; N]>) -> [f64; N] {
     given.unwrap_or([f64::NAN; N])
@@ -349,6 +355,15 @@ fn fit_data(py: Python<'_>, fit: &FitReport) -> PyResult<FitData> {
         excitation: array(py, fit.strengths.clone(), &[fit.strengths.len()])?,
         excitation_directions: array(py, directions, &[fit.directions.len(), 10])?,
         wrench_offset: offset.transpose()?,
+    })
+}
+
+fn calibrated_data(py: Python<'_>, fit: &CalibratedFit) -> PyResult<CalibratedData> {
+    Ok(CalibratedData {
+        joints: fit.joints.clone(),
+        misfit: array(py, fit.misfit.clone(), &[fit.misfit.len()])?,
+        noise_fraction: array(py, fit.noise_fraction.to_vec(), &[10])?,
+        updated_by_unloaded: fit.updated_by_unloaded,
     })
 }
 

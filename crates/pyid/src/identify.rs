@@ -9,7 +9,7 @@ use tactid_recordings::{Arrays, HistoryPoint, Observer, RecordingError, Request,
 use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wrenches};
 use crate::arrays::{Poses, Sampled, Series, common_length};
 use crate::dynamics::Manipulator;
-use crate::errors::{IntoPyErr, ModelError, option_error, with_option};
+use crate::errors::{IntoPyErr, option_error, urdf_is_at_fault, with_option};
 use crate::identification::IdentificationData;
 use crate::interruption::InterruptionCheck;
 use crate::keywords;
@@ -40,16 +40,11 @@ pub(crate) fn urdf_errors<T>(
     result: PyResult<T>,
 ) -> PyResult<T> {
     match result {
-        Err(error) if request.urdf.is_some() && is_of_the_urdf(py, &error)? => {
+        Err(error) if request.urdf.is_some() && urdf_is_at_fault(py, &error)? => {
             with_option(Err(error), "urdf")
         }
         result => result,
     }
-}
-
-/// Returns whether an error is that of a model, and of no other option than the URDF.
-fn is_of_the_urdf(py: Python<'_>, error: &PyErr) -> PyResult<bool> {
-    Ok(error.is_instance_of::<ModelError>(py) && error.value(py).getattr("option")?.is_none())
 }
 
 /// Identifies the payload from arrays: see :func:`tactid.identify`.

@@ -38,6 +38,10 @@ pub(crate) fn keyword_of(field: &str) -> &str {
         "average_s" => "average",
         "known_mass_kg" => "known_mass",
         "known_mass_std_dev_kg" => "known_mass_std_dev",
+        "joint_names" => "rename_joints",
+        "payload_mass_kg" => "payload_mass",
+        "payload_mass_std_dev_kg" => "payload_mass_std_dev",
+        "payload_center_of_mass" => "payload_com",
         other => other,
     }
 }

@@ -4,7 +4,9 @@
 //! and arrays go out.
 
 mod arguments;
+mod arm_model;
 mod arrays;
+mod calibration;
 mod combine;
 mod dynamics;
 mod errors;
@@ -34,6 +36,10 @@ mod urdf;
 mod _native {
     use pyo3::prelude::*;
 
+    #[pymodule_export]
+    use crate::arm_model::ArmModel;
+    #[pymodule_export]
+    use crate::calibration::calibrate_logs;
     #[pymodule_export]
     use crate::combine::{combine, identify_logs};
     #[pymodule_export]

@@ -1,14 +1,17 @@
 //! Reads the Python object `tactid.options.Options`, the one declaration of options in Python.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyString};
 use tactid_recordings::{
-    ActsOn, BoundingBox, Estimator, KnownMass, Method, PaperSettings, Request, SensorFrame, Topics,
+    ActsOn, ArmCalibration, BoundingBox, Estimator, KnownMass, Method, PaperSettings, Request,
+    SensorFrame, Topics,
 };
 
+use crate::arm_model::ArmModel;
 use crate::arrays::{Series, common_length};
 use crate::errors::{IntoPyErr, option_error, with_option};
 use crate::inertia::MassProperties;
@@ -81,6 +84,8 @@ fn without_estimator(options: &Options<'_, '_>) -> PyResult<Request> {
         effort_noise: options.each("effort_noise", &[], |one| one[0])?,
         effort_gain: options.each("effort_gain", &[], |one| one[0])?,
         unloaded: None,
+        calibration: options.calibration()?,
+        joint_names: options.renamed_joints()?,
         known_tool: options.known_tool()?,
         known_mass: options.known_mass()?,
         bounding_box: options.bounding_box()?,
@@ -168,6 +173,28 @@ impl<'py> Options<'_, 'py> {
         let given = self.attribute("urdf")?;
         let text = given.map(|given| with_option(urdf_text(&given), "urdf"));
         text.transpose()
+    }
+
+    /// Reads a calibration: a `tactid.Calibration`, or the path of its file.
+    fn calibration(&self) -> PyResult<Option<ArmCalibration>> {
+        let name = "calibration";
+        let Some(given) = self.attribute(name)? else {
+            return Ok(None);
+        };
+        if let Ok(model) = given.getattr("model")
+            && let Ok(model) = model.cast::<ArmModel>()
+        {
+            return Ok(Some(model.get().0.as_ref().clone()));
+        }
+        let path = self.get::<PathBuf>(name, "a tactid.Calibration, or the path of its file")?;
+        let read = |path: PathBuf| ArmCalibration::read(&path).map_err(IntoPyErr::into_py_err);
+        path.map(read).transpose()
+    }
+
+    fn renamed_joints(&self) -> PyResult<Vec<(String, String)>> {
+        let expected = "a dict of names in the log and names in the URDF";
+        let names = self.get::<BTreeMap<String, String>>("rename_joints", expected)?;
+        Ok(names.unwrap_or_default().into_iter().collect())
     }
 
     fn vector(&self, name: &'static str) -> PyResult<Option<Vector3<f64>>> {

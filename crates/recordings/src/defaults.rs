@@ -218,10 +218,15 @@ fn method(requested: Option<Method>, contents: &Contents) -> Method {
     }
 }
 
-/// Returns the effort of each joint for one unit of its recorded value, N m or N.
-pub(crate) fn effort_gains(request: &Request, joints: usize) -> Vec<f64> {
+/// Returns the effort of each joint for one unit of its recorded value, N m or N: that of the calibration, of the request,
+/// or one.
+pub(crate) fn effort_gains(request: &Request, joints: &[String]) -> Vec<f64> {
+    if let Some(calibration) = &request.calibration {
+        let gain = |joint: &String| calibration.effort_gain_of(joint).unwrap_or(1.0);
+        return joints.iter().map(gain).collect();
+    }
     let given = request.effort_gain.clone();
-    given.unwrap_or_else(|| vec![1.0; joints])
+    given.unwrap_or_else(|| vec![1.0; joints.len()])
 }
 
 #[cfg(test)]

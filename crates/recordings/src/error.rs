@@ -1,11 +1,14 @@
 //! Errors of an identification from a recording.
 
-use std::fmt;
+use std::path::{Path, PathBuf};
 
 use tactid_dynamics::ModelError;
 use tactid_identify::{IdentifyError, three_digits};
 use tactid_logs::LogError;
 use thiserror::Error;
+
+use crate::phrases::{at_line, calibration_reason, list_sensors};
+use crate::time_unit::{TimeUnit, rare_advice};
 
 /// Kind of a topic, as the fields of [`Topics`](crate::Topics) distinguish them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,36 +24,6 @@ pub enum TopicKind {
     /// Accelerations of the body that the odometry moves:
     /// [`Topics::acceleration`](crate::Topics::acceleration).
     Acceleration,
-}
-
-/// A unit of time that is taken for seconds by mistake.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TimeUnit {
-    /// Milliseconds.
-    Milliseconds,
-    /// Microseconds.
-    Microseconds,
-    /// Nanoseconds.
-    Nanoseconds,
-}
-
-impl TimeUnit {
-    /// The units with their lengths in s, from the longest to the shortest.
-    pub(crate) const ALL: [(Self, f64); 3] = [
-        (Self::Milliseconds, 1e-3),
-        (Self::Microseconds, 1e-6),
-        (Self::Nanoseconds, 1e-9),
-    ];
-}
-
-impl fmt::Display for TimeUnit {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::Milliseconds => "milliseconds",
-            Self::Microseconds => "microseconds",
-            Self::Nanoseconds => "nanoseconds",
-        })
-    }
 }
 
 /// Why a payload cannot be identified from a recording.
@@ -253,6 +226,58 @@ pub enum RecordingError {
         /// The allowed difference, rad or m.
         allowed: f64,
     },
+    /// A recording among several cannot be used.
+    #[error("{}: {source}", path.display())]
+    InRecording {
+        /// Path of the recording.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: Box<RecordingError>,
+    },
+    /// Neither an unloaded nor a loaded recording is given for a calibration.
+    #[error("a calibration needs at least one recording, without a payload or with a known one")]
+    NothingToCalibrate,
+    /// The file of a calibration cannot be read or written.
+    #[error("cannot {action} the calibration {}: {source}", path.display())]
+    CalibrationIo {
+        /// `read` or `write`.
+        action: &'static str,
+        /// Path of the file.
+        path: PathBuf,
+        /// What is wrong.
+        source: std::io::Error,
+    },
+    /// The file of a calibration is not what [`ArmCalibration::write`](crate::ArmCalibration::write) writes.
+    #[error("{}{}: {reason}", path.display(), at_line(*line))]
+    CalibrationFile {
+        /// Path of the file.
+        path: PathBuf,
+        /// Number of the line, from one, where it is known.
+        line: Option<usize>,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The request has an option that a calibration sets or excludes.
+    #[error(
+        "`{name}` cannot be given together with a calibration, which {}",
+        calibration_reason(name)
+    )]
+    NotWithCalibration {
+        /// Name of the field.
+        name: &'static str,
+    },
+    /// A joint is to be renamed that is not in the log, or to one that the robot does not have.
+    #[error("cannot rename the joint `{recorded}` to `{joint}`: {} has no such joint; its joints are: {joints}", if *.in_log { "the log" } else { "the robot" })]
+    RenamedJoint {
+        /// Name in the log.
+        recorded: String,
+        /// Name in the robot.
+        joint: String,
+        /// Whether it is missing in the log, and not in the robot.
+        in_log: bool,
+        /// The joints of the log or of the robot.
+        joints: String,
+    },
     /// A topic exists but has no message.
     #[error("{0} is in the log, but has no message: record it once more, or use another topic")]
     EmptyTopic(String),
@@ -385,12 +410,17 @@ impl From<ModelError> for RecordingError {
     }
 }
 
-/// Lists topics with their frames.
-fn list_sensors(sensors: &[(String, String)]) -> String {
-    let named = sensors
-        .iter()
-        .map(|(topic, frame)| format!("{topic} in `{frame}`"));
-    named.collect::<Vec<_>>().join(", ")
+impl RecordingError {
+    /// Names the recording, among several, that an error is about; an interruption is about none.
+    pub(crate) fn in_recording(self, path: &Path) -> Self {
+        match self {
+            Self::Interrupted => self,
+            other => Self::InRecording {
+                path: path.to_owned(),
+                source: Box::new(other),
+            },
+        }
+    }
 }
 
 /// Returns what to check about a delay, s, that was given, and the conjunction before the last check.
@@ -399,12 +429,4 @@ fn given_delay(delay_s: f64) -> String {
         return "and ".to_owned();
     }
     format!("that the given delay of {delay_s} s is in seconds, and ")
-}
-
-/// Says what to do where samples come too seldom.
-fn rare_advice(unit: Option<TimeUnit>) -> String {
-    unit.map_or_else(
-        || "lower the cutoff, or raise the sample rate".to_owned(),
-        |unit| format!("the times seem to be in {unit}, but must be in seconds"),
-    )
 }

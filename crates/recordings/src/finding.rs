@@ -38,6 +38,18 @@ pub enum Finding {
         /// The topics.
         topics: Vec<String>,
     },
+    /// No joint in the log has the name of one of the URDF, but their names are the same behind a prefix.
+    JointsRenamed {
+        /// For each of them the name in the log, and that in the URDF.
+        names: Vec<(String, String)>,
+    },
+    /// The effort of a joint is far noisier than in the calibration of the arm. Its noise is enlarged by so much.
+    EffortNoisier {
+        /// The joint.
+        joint: String,
+        /// Standard deviation of the noise, relative to that of the calibration.
+        noise_ratio: f64,
+    },
     /// Joints in the log that the URDF does not have. They are left out.
     UnknownJoints {
         /// Their names.

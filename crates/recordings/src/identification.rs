@@ -2,15 +2,19 @@
 
 use nalgebra::Vector3;
 use tactid_identify::{
-    BatchIdentifier, BoundingBox, Delay, Finding as Data, FitReport, Forecast, HistoryPoint,
-    IdentifyError, KnownMass, LinearEstimate, Method, PayloadEstimate, PrincipalMoments,
-    SingularValues,
+    BatchIdentifier, BatchResult, BoundingBox, Delay, Finding as Data, FitReport, Forecast,
+    HistoryPoint, IdentifyError, KnownMass, LinearEstimate, Method, PayloadEstimate,
+    PrincipalMoments, SingularValues,
 };
 
 use crate::plan::Plan;
 use crate::run::{PaperRun, Run, Solver};
 use crate::shortage::{explain, is_too_little};
 use crate::{ActsOn, Clock, DataFault, Estimator, Finding, RecordingError};
+
+/// A joint is reported as noisy above this misfit: three times the standard deviation of the calibration. A payload of 4 kg
+/// whose motion is noisy reaches a misfit of 7 at the wrist of a small arm.
+const NOISY_MISFIT: f64 = 9.0;
 
 /// The payload that was identified from a recording, with how it was found.
 #[derive(Clone, Debug)]
@@ -48,6 +52,8 @@ pub struct Identification {
     pub estimated_delay: Option<Delay>,
     /// Whether the efforts of an unloaded recording were subtracted.
     pub subtracts_unloaded: bool,
+    /// What the calibration of the arm contributed; `None` where the request has none.
+    pub calibrated: Option<CalibratedFit>,
     /// Mass of the payload as the request gave it.
     pub known_mass: Option<KnownMass>,
     /// Box around the payload as the request gave it.
@@ -68,6 +74,33 @@ pub struct Identification {
     pub damage: Vec<String>,
 }
 
+/// What a calibration of the arm contributed to an identification.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CalibratedFit {
+    /// Names of the joints between base and tool.
+    pub joints: Vec<String>,
+    /// Mean square of the whitened residual of each joint: about one where the effort is as noisy as in the calibration.
+    /// Where it is larger, the noise of the joint is enlarged by so much.
+    pub misfit: Vec<f64>,
+    /// Fraction of the variance of each of the [ten values](crate::VALUE_NAMES) that is noise of this recording. The rest
+    /// is what the calibration does not know of the arm, which no longer recording of the payload reduces.
+    pub noise_fraction: [f64; 10],
+    /// Whether an unloaded recording updated the calibration first.
+    pub updated_by_unloaded: bool,
+}
+
+impl CalibratedFit {
+    /// Reports joints whose efforts are far noisier than in the calibration.
+    fn noisy_joints(&self) -> impl Iterator<Item = Finding> {
+        let joints = self.joints.iter().zip(&self.misfit);
+        let noisy = joints.filter(|(_, misfit)| **misfit > NOISY_MISFIT);
+        noisy.map(|(joint, misfit)| Finding::EffortNoisier {
+            joint: joint.clone(),
+            noise_ratio: misfit.sqrt(),
+        })
+    }
+}
+
 /// What an estimator found.
 struct Solution {
     estimate: PayloadEstimate,
@@ -84,22 +117,26 @@ struct Solution {
 }
 
 impl Solution {
+    fn of_batch(result: BatchResult, gravity: Vector3<f64>) -> Self {
+        Self {
+            estimate: result.estimate,
+            principal_moments: result.principal_moments,
+            linear: Some(result.linear),
+            history: result.history,
+            fit: Some(result.fit),
+            singular_values: None,
+            forecast: result.forecast,
+            gravity,
+            remaining_delay: result.delay,
+            findings: result.findings.into_iter().map(Finding::Data).collect(),
+        }
+    }
+
     /// Solves for the payload; of too few windows nothing is known where the reading was interrupted.
     fn of_least_squares(batch: &BatchIdentifier, interrupted: bool) -> Result<Self, IdentifyError> {
         let gravity = batch.stream().gravity();
         match batch.solve() {
-            Ok(result) => Ok(Self {
-                estimate: result.estimate,
-                principal_moments: result.principal_moments,
-                linear: Some(result.linear),
-                history: result.history,
-                fit: Some(result.fit),
-                singular_values: None,
-                forecast: result.forecast,
-                gravity,
-                remaining_delay: result.delay,
-                findings: result.findings.into_iter().map(Finding::Data).collect(),
-            }),
+            Ok(result) => Ok(Self::of_batch(result, gravity)),
             Err(error) if interrupted && is_too_little(&error) => Ok(Self {
                 estimate: batch.unknown(),
                 principal_moments: None,
@@ -155,12 +192,13 @@ impl Identification {
     /// Returns [`RecordingError::NoOverlap`] if the streams share no time and, if the windows are too few and the reading
     /// was not interrupted, the variant that says why: [`RecordingError::TimesNotIncreasing`],
     /// [`RecordingError::TooManyGaps`], [`RecordingError::RareSamples`] or [`IdentifyError::TooFewWindows`].
-    pub(crate) fn new(plan: Plan<'_>, run: Run) -> Result<Self, RecordingError> {
-        let sources = plan.sources;
-        if run.solver.windows() == 0 && !run.interrupted {
-            return Err(explain(nothing_found(&plan, &run), &plan, &run));
+    pub(crate) fn new(plan: Plan<'_>, run: Run, solver: &Solver) -> Result<Self, RecordingError> {
+        if solver.windows() == 0 && !run.interrupted {
+            let nothing = no_overlap(&plan, &run)
+                .unwrap_or_else(|| RecordingError::Identify(solver.stream().too_few_windows(0)));
+            return Err(explain(nothing, &plan, &run));
         }
-        let mut solution = match &run.solver {
+        let mut solution = match solver {
             Solver::LeastSquares(batch) => Solution::of_least_squares(batch, run.interrupted)
                 .map_err(|error| explain(error.into(), &plan, &run))?,
             Solver::Paper(paper) => Solution::of_paper(paper),
@@ -168,6 +206,27 @@ impl Identification {
         if plan.request.wrench_acts_on == Some(ActsOn::Sensor) {
             solution.negate_offsets();
         }
+        Ok(Self::assemble(plan, run, solution))
+    }
+
+    /// Returns the result of a payload that was identified with a calibration of the arm.
+    pub(crate) fn of_calibrated(
+        plan: Plan<'_>,
+        run: Run,
+        result: BatchResult,
+        fit: CalibratedFit,
+    ) -> Self {
+        let gravity = plan.equations.gravity_for(plan.sources.robot.base_kind());
+        let mut solution = Solution::of_batch(result, gravity);
+        solution.findings.extend(fit.noisy_joints());
+        Self {
+            calibrated: Some(fit),
+            ..Self::assemble(plan, run, solution)
+        }
+    }
+
+    fn assemble(plan: Plan<'_>, run: Run, solution: Solution) -> Self {
+        let sources = plan.sources;
         let remaining_delay = solution.remaining_delay.map(|rest| Delay {
             delay_s: plan.delay_s + rest.delay_s,
             std_dev_s: rest.std_dev_s,
@@ -183,7 +242,7 @@ impl Identification {
             });
         }
         findings.extend(solution.findings);
-        Ok(Self {
+        Self {
             estimate: solution.estimate,
             principal_moments: solution.principal_moments,
             linear: solution.linear,
@@ -199,6 +258,7 @@ impl Identification {
             delay_s: plan.delay_s,
             estimated_delay,
             subtracts_unloaded: plan.streams.unloaded,
+            calibrated: None,
             known_mass: plan.request.known_mass,
             bounding_box: plan.request.bounding_box,
             clock: sources.clock,
@@ -208,25 +268,19 @@ impl Identification {
             findings,
             interrupted: run.interrupted,
             damage: run.damage,
-        })
+        }
     }
 }
 
-/// Returns why a recording has no window: its streams share no time, or no stretch is long enough.
-fn nothing_found(plan: &Plan<'_>, run: &Run) -> RecordingError {
-    if run.samples == 0 {
-        let unused = plan.sources.optional_acceleration.as_ref();
-        let unused = unused.filter(|_| !plan.streams.acceleration);
-        let names = plan.sources.names.iter();
-        let used = names
-            .filter(|name| Some(*name) != unused)
-            .cloned()
-            .collect();
-        return RecordingError::NoOverlap {
-            topics: used,
-            delay_s: plan.request.delay_s.unwrap_or(0.0),
-            faults: run.faults.to_vec(),
-        };
-    }
-    RecordingError::Identify(run.solver.stream().too_few_windows(0))
+/// Returns the error that the streams of a recording share no time; `None` where they do.
+pub(crate) fn no_overlap(plan: &Plan<'_>, run: &Run) -> Option<RecordingError> {
+    let unused = plan.sources.optional_acceleration.as_ref();
+    let unused = unused.filter(|_| !plan.streams.acceleration);
+    let names = plan.sources.names.iter();
+    let used = names.filter(|name| Some(*name) != unused);
+    (run.samples == 0).then(|| RecordingError::NoOverlap {
+        topics: used.cloned().collect(),
+        delay_s: plan.request.delay_s.unwrap_or(0.0),
+        faults: run.faults.to_vec(),
+    })
 }

@@ -4,10 +4,11 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use crate::arrays::ArrayRecording;
+use crate::calibration::{identify_calibrated_arrays, identify_calibrated_log};
 use crate::log::LogRecording;
 use crate::plan::Plan;
 use crate::recording::Recording;
-use crate::run::Run;
+use crate::run::{Run, Solver};
 use crate::{Arrays, Identification, Observer, Progress, RecordingError, Request};
 
 /// Identifies the payload from a log: the folder of a rosbag2 bag, or an `.mcap` or `.db3` file.
@@ -42,6 +43,9 @@ pub fn identify_log(
     observer: &mut Observer<'_>,
 ) -> Result<Identification, RecordingError> {
     request.check()?;
+    if let Some(calibration) = &request.calibration {
+        return identify_calibrated_log(path, request, calibration, observer);
+    }
     let recording = LogRecording::open(path, request, observer)?;
     identify(&recording, request, observer)
 }
@@ -117,6 +121,9 @@ pub fn identify_arrays(
     observer: &mut Observer<'_>,
 ) -> Result<Identification, RecordingError> {
     request.check()?;
+    if let Some(calibration) = &request.calibration {
+        return identify_calibrated_arrays(arrays, request, calibration, observer);
+    }
     let recording = ArrayRecording::new(arrays, request)?;
     identify(&recording, request, observer)
 }
@@ -127,6 +134,7 @@ fn identify(
     observer: &mut Observer<'_>,
 ) -> Result<Identification, RecordingError> {
     let plan = Plan::new(recording, request, observer)?;
-    let run = Run::new(recording, &plan, observer)?;
-    Identification::new(plan, run)
+    let mut solver = Solver::new(&plan)?;
+    let run = Run::new(recording, &plan, &mut solver, observer)?;
+    Identification::new(plan, run, &solver)
 }

@@ -55,6 +55,7 @@
 
 mod alignment;
 mod arrays;
+mod calibration;
 mod clock;
 mod combination;
 mod decode;
@@ -69,6 +70,7 @@ mod identify;
 mod log;
 mod online;
 mod orientation;
+mod phrases;
 mod plan;
 mod preview;
 mod progress;
@@ -78,16 +80,20 @@ mod request;
 mod run;
 mod shortage;
 mod sources;
+mod time_unit;
 mod unloaded;
 
 pub use arrays::{Arrays, UnloadedArrays};
+pub use calibration::{
+    ArmCalibration, CalibratingLogs, CalibrationRun, LogRole, UsedLog, calibrate_logs,
+};
 pub use clock::Clock;
 pub use combination::combine;
-pub use error::{RecordingError, TimeUnit, TopicKind};
+pub use error::{RecordingError, TopicKind};
 pub use estimates::write_estimates;
 pub use fault::{DataFault, FaultKind};
 pub use finding::{Finding, NotUsedBecause};
-pub use identification::Identification;
+pub use identification::{CalibratedFit, Identification};
 pub use identify::{identify_arrays, identify_log, identify_logs};
 pub use online::OnlineSetup;
 pub use orientation::unit_quaternion;
@@ -98,3 +104,4 @@ pub use tactid_identify::{
     KnownMass, LinearEstimate, Method, PaperSettings, PayloadEstimate, PrincipalMoments,
     SingularValues, VALUE_NAMES,
 };
+pub use time_unit::TimeUnit;

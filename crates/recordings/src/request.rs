@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, Vector3, Vector4};
 use tactid_dynamics::{Manipulator, MassProperties};
+use tactid_identify::calibration::CalibrationSettings;
 use tactid_identify::{
     BatchSettings, BoundingBox, EquationSettings, IdentifyError, KnownMass, Method, PaperSettings,
 };
 
+use crate::calibration::ArmCalibration;
 use crate::decode::LONGEST_DELAY_S;
 use crate::{RecordingError, unit_quaternion};
 
@@ -129,6 +131,12 @@ pub struct Request {
     /// Log of the same motion without the payload, whose efforts are subtracted by the effort method; for logs, as
     /// [`Arrays::unloaded`](crate::Arrays::unloaded) is for arrays.
     pub unloaded: Option<PathBuf>,
+    /// Calibration of the arm, for the effort method with least squares. It sets gravity, cutoff and effort gains, and
+    /// the unloaded recording then updates it: any motion of the same day, which is not subtracted.
+    pub calibration: Option<ArmCalibration>,
+    /// Names of joints in the log with those of the robot, where they differ, for logs. Default: none, or joints whose
+    /// names are the same behind a prefix if no name fits.
+    pub joint_names: Vec<(String, String)>,
     /// A known body that the measured load contains besides the payload, in the tool frame: it is
     /// subtracted.
     pub known_tool: Option<MassProperties>,
@@ -160,6 +168,40 @@ impl Request {
             wrench_noise: self.wrench_noise.clone().unwrap_or_default(),
             effort_noise: self.effort_noise.clone().unwrap_or_default(),
             ..defaults
+        }
+    }
+
+    /// Returns the request for window means of joint efforts, from a recording without a subtracted reference.
+    pub(crate) fn for_efforts(&self, settings: &CalibrationSettings) -> Self {
+        Self {
+            method: Some(Method::Effort),
+            gravity: settings.gravity,
+            cutoff_hz: Some(settings.cutoff_hz),
+            unloaded: None,
+            ..self.clone()
+        }
+    }
+
+    /// Checks that nothing is given that a calibration sets or excludes.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::NotWithCalibration`] with the first such field.
+    pub(crate) fn check_calibration(&self) -> Result<(), RecordingError> {
+        let is_other_method = self.method.is_some_and(|method| method != Method::Effort);
+        let given = [
+            ("method", is_other_method),
+            (
+                "estimator",
+                matches!(self.estimator, Some(Estimator::Paper(_))),
+            ),
+            ("effort_gain", self.effort_gain.is_some()),
+            ("effort_noise", self.effort_noise.is_some()),
+            ("gravity", self.gravity.is_some()),
+            ("cutoff_hz", self.cutoff_hz.is_some()),
+        ];
+        match given.into_iter().find(|(_, is_given)| *is_given) {
+            Some((name, _)) => Err(RecordingError::NotWithCalibration { name }),
+            None => Ok(()),
         }
     }
 

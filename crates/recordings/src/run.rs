@@ -1,6 +1,7 @@
 //! Runs through a recording: events in, an estimator fed.
 
 use tactid_dynamics::MassProperties;
+use tactid_identify::calibration::EffortRecorder;
 use tactid_identify::checks::{ChannelMonitor, ConstantChannels};
 use tactid_identify::{
     BatchIdentifier, EquationStream, HistoryPoint, PaperFilter, PaperSettings, PayloadEstimate,
@@ -24,6 +25,30 @@ const FINE_STEP_S: f64 = 0.01;
 /// Length of the fine part of the history, s.
 const FINE_SPAN_S: f64 = 10.0;
 
+/// What receives the samples of a run.
+pub(crate) trait Receiver {
+    /// Number of times that the recording is presented.
+    fn epochs(&self) -> u32 {
+        1
+    }
+
+    /// Receives the next sample.
+    fn push(&mut self, sample: &Sample<'_>) -> Result<(), RecordingError>;
+
+    /// Prepares for the same samples once more, of which the last was at `end_s`.
+    fn rewind(&mut self, end_s: f64);
+}
+
+/// Window means for a calibration need one presentation.
+impl Receiver for EffortRecorder {
+    fn push(&mut self, sample: &Sample<'_>) -> Result<(), RecordingError> {
+        self.push(sample)?;
+        Ok(())
+    }
+
+    fn rewind(&mut self, _: f64) {}
+}
+
 /// The estimator of a run.
 pub(crate) enum Solver {
     LeastSquares(Box<BatchIdentifier>),
@@ -43,8 +68,38 @@ pub(crate) struct PaperRun {
     end_s: f64,
 }
 
+impl Receiver for Solver {
+    /// Least squares keeps all equations of one presentation.
+    fn epochs(&self) -> u32 {
+        match self {
+            Self::LeastSquares(_) => 1,
+            Self::Paper(run) => run.settings.epochs,
+        }
+    }
+
+    fn push(&mut self, sample: &Sample<'_>) -> Result<(), RecordingError> {
+        match self {
+            Self::LeastSquares(batch) => {
+                batch.push(sample)?;
+            }
+            Self::Paper(run) => run.push(sample)?,
+        }
+        Ok(())
+    }
+
+    fn rewind(&mut self, end_s: f64) {
+        if let Self::Paper(run) = self {
+            run.rewind(end_s);
+        }
+    }
+}
+
 impl Solver {
-    fn new(plan: &Plan<'_>) -> Result<Self, RecordingError> {
+    /// Creates the estimator of a plan.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::Identify`] if a setting does not fit the robot.
+    pub(crate) fn new(plan: &Plan<'_>) -> Result<Self, RecordingError> {
         let (robot, tip) = (&plan.sources.robot, plan.tip.as_str());
         let sensors: Vec<&str> = plan.sources.sensors.iter().map(String::as_str).collect();
         Ok(match plan.estimator {
@@ -63,24 +118,6 @@ impl Solver {
                 end_s: plan.sources.end_s.unwrap_or(f64::INFINITY),
             })),
         })
-    }
-
-    /// Number of times that the recording is presented: least squares keeps all equations of one.
-    fn epochs(&self) -> u32 {
-        match self {
-            Self::LeastSquares(_) => 1,
-            Self::Paper(run) => run.settings.epochs,
-        }
-    }
-
-    fn push(&mut self, sample: &Sample<'_>) -> Result<(), RecordingError> {
-        match self {
-            Self::LeastSquares(batch) => {
-                batch.push(sample)?;
-            }
-            Self::Paper(run) => run.push(sample)?,
-        }
-        Ok(())
     }
 
     /// Number of averaging windows of the last presentation.
@@ -145,9 +182,8 @@ impl PaperRun {
     }
 }
 
-/// A recording that was run through.
+/// What was counted and noticed while a recording was run through.
 pub(crate) struct Run {
-    pub(crate) solver: Solver,
     /// Number of aligned samples of the last presentation.
     pub(crate) samples: u64,
     /// Time from the first aligned sample to the last, s.
@@ -161,7 +197,7 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    /// Presents a recording to the estimator of a plan, as often as that needs it.
+    /// Presents a recording to a receiver, as often as that needs it.
     ///
     /// # Errors
     /// Returns [`RecordingError::Log`] if the recording cannot be read, [`RecordingError::Identify`] if a setting or a
@@ -169,13 +205,13 @@ impl Run {
     pub(crate) fn new(
         recording: &impl Recording,
         plan: &Plan<'_>,
+        receiver: &mut impl Receiver,
         observer: &mut Observer<'_>,
     ) -> Result<Self, RecordingError> {
-        let mut solver = Solver::new(plan)?;
-        let epochs = solver.epochs();
+        let epochs = receiver.epochs();
         let mut epoch = 0;
         loop {
-            let mut pass = Pass::new(plan, &mut solver);
+            let mut pass = Pass::new(plan, receiver);
             let take = &mut |event| pass.take(event);
             let progress = &mut |fraction| {
                 let fraction = (f64::from(epoch) + fraction) / f64::from(epochs);
@@ -188,16 +224,14 @@ impl Run {
                     pass.unloaded.check_motion(&plan.sources.robot)?;
                 }
                 let totals = pass.totals(plan.sources);
-                return Ok(Self::of_pass(solver, totals, reading));
+                return Ok(Self::of_pass(totals, reading));
             }
             let end_s = pass.last_s;
-            if let Solver::Paper(run) = &mut solver {
-                run.rewind(end_s);
-            }
+            receiver.rewind(end_s);
         }
     }
 
-    fn of_pass(solver: Solver, totals: Totals, reading: Reading) -> Self {
+    fn of_pass(totals: Totals, reading: Reading) -> Self {
         let mut faults = reading.faults;
         if totals.incomplete > 0 {
             faults.add_many(SAMPLES, FaultKind::Incomplete, totals.incomplete, f64::NAN);
@@ -205,7 +239,6 @@ impl Run {
         let mut findings = reading.findings;
         findings.extend(totals.findings);
         Self {
-            solver,
             samples: totals.samples,
             duration_s: totals.duration_s,
             bridged_s: totals.bridged_s,
@@ -218,8 +251,8 @@ impl Run {
 }
 
 /// One presentation of a recording.
-struct Pass<'a> {
-    solver: &'a mut Solver,
+struct Pass<'a, R> {
+    receiver: &'a mut R,
     aligner: Aligner,
     channels: ChannelMonitor,
     unloaded: UnloadedSubtraction,
@@ -239,10 +272,10 @@ struct Totals {
     findings: Vec<Finding>,
 }
 
-impl<'a> Pass<'a> {
-    fn new(plan: &Plan<'_>, solver: &'a mut Solver) -> Self {
+impl<'a, R: Receiver> Pass<'a, R> {
+    fn new(plan: &Plan<'_>, receiver: &'a mut R) -> Self {
         Self {
-            solver,
+            receiver,
             aligner: Aligner::new(plan.streams.clone(), plan.delay_s, plan.equations.max_gap_s),
             channels: ChannelMonitor::new(plan.streams.wrenches),
             unloaded: UnloadedSubtraction::new(plan.sources.robot.dof()),
@@ -261,7 +294,7 @@ impl<'a> Pass<'a> {
         self.aligner.push(event);
         while let Some(mut aligned) = self.aligner.next() {
             self.unloaded.subtract(&mut aligned);
-            self.solver.push(&aligned.sample())?;
+            self.receiver.push(&aligned.sample())?;
             let passed_s = aligned.time_s - self.last_s;
             if self.samples == 0 {
                 self.first_s = aligned.time_s;

@@ -4,10 +4,11 @@
 use tactid_identify::IdentifyError;
 use tactid_identify::equations::window;
 
-use crate::error::{RecordingError, TimeUnit};
+use crate::error::RecordingError;
 use crate::fault::FaultKind;
 use crate::plan::Plan;
 use crate::run::Run;
+use crate::time_unit::TimeUnit;
 
 /// Times between two samples of common recordings, s. Times whose samples would be as far apart in another unit are
 /// taken to be in this unit, if they are longer than [`HONEST_PERIOD_S`].

@@ -11,7 +11,7 @@ use super::history::history;
 use super::report::FitReport;
 use crate::IdentifyError;
 use crate::combine::LinearEstimate;
-use crate::diagnosis::{CONTRADICTION, consistent_payload, data_findings};
+use crate::diagnosis::{consistent_payload, data_findings, mass_finding};
 use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::finding::Finding;
 use crate::fit::{Delay, Fit, FitOptions, least_squares};
@@ -162,7 +162,11 @@ impl BatchIdentifier {
         let bounding_box = self.settings.bounding_box.as_ref();
         let (parameters, inconsistent) = consistent_payload(fit, &known, bounding_box);
         let of_data = data_findings(equations, &fit_without_mass, fit, &self.stream, known[0]);
-        let of_mass = self.mass_finding(&fit_without_mass, known[0], parameters[0], &of_data);
+        let found_kg = fit_without_mass.parameters[0] - known[0];
+        let found = (found_kg, fit_without_mass.mass_std_dev_kg());
+        let of_mass = self.settings.known_mass.and_then(|mass| {
+            mass_finding(mass, found, parameters[0], bounding_box.is_some(), &of_data)
+        });
         let is_not_kept = matches!(of_mass, Some(Finding::KnownMassNotKept { .. }));
         // A mass that is not kept says that no consistent body is near, and why.
         let inconsistent = inconsistent.filter(|_| !is_not_kept);
@@ -220,42 +224,6 @@ impl BatchIdentifier {
         known
     }
 
-    /// Reports where the payload's mass from the data alone contradicts the known one and no other finding, in
-    /// `of_data`, explains why, or where the result, `estimated_kg`, is not the known one. `others_kg` is the mass of the
-    /// known bodies.
-    fn mass_finding(
-        &self,
-        fit_without_mass: &Fit,
-        others_kg: f64,
-        estimated_kg: f64,
-        of_data: &[Finding],
-    ) -> Option<Finding> {
-        let known = self.settings.known_mass?;
-        let std_dev_kg = fit_without_mass.mass_std_dev_kg();
-        let found_kg = fit_without_mass.parameters[0] - others_kg;
-        // At least the standard deviation of an exact mass in a fit: data without noise have none.
-        let of_difference_kg = std_dev_kg
-            .hypot(known.std_dev_kg)
-            .max(known.with(0.0).std_dev_kg);
-        let distance = (found_kg - known.mass_kg).abs() / of_difference_kg;
-        // A motion that does not determine the mass contradicts none.
-        if std_dev_kg.is_finite() && distance > CONTRADICTION {
-            return (!of_data.iter().any(contradicts_any_mass)).then_some(
-                Finding::MassContradicted {
-                    known,
-                    found_kg,
-                    std_dev_kg,
-                    distance,
-                },
-            );
-        }
-        (!known.agrees_with(estimated_kg, CONTRADICTION)).then_some(Finding::KnownMassNotKept {
-            known,
-            estimated_kg,
-            within_box: self.settings.bounding_box.is_some(),
-        })
-    }
-
     /// Returns the estimate with its uncertainty, given the payload's consistent parameters and those of the
     /// `known` bodies.
     fn estimate(
@@ -299,14 +267,4 @@ impl BatchIdentifier {
         let delay = least_squares::fit(self.batch.equations(), options)?.delay;
         delay.filter(|delay| delay.delay_s.is_finite())
     }
-}
-
-/// Returns whether a finding is the reason why the data contradict any known mass.
-fn contradicts_any_mass(finding: &Finding) -> bool {
-    matches!(
-        finding,
-        Finding::GravityContradicted { .. }
-            | Finding::NegativeMass { .. }
-            | Finding::KnownBodiesTooHeavy { .. }
-    )
 }

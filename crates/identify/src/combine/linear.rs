@@ -37,11 +37,27 @@ pub struct LinearEstimate {
 impl LinearEstimate {
     /// Returns what a fit says about the payload, given the parameters of the `known` bodies that the fit contains.
     pub(crate) fn of_fit(fit: &Fit, known: &Vector) -> Self {
-        let scales = fit.scales();
-        let scaled = fit.covariance.component_div(&(scales * scales.transpose()));
+        let windows = fit.weights.len() as f64 / NOISE_CORRELATION;
+        Self::new(
+            fit.parameters - known,
+            &fit.covariance,
+            &fit.null_space,
+            windows,
+        )
+    }
+
+    /// Returns the estimate with a covariance that is zero in the directions of a null space.
+    pub(crate) fn new(
+        parameters: Vector,
+        covariance: &Matrix,
+        null_space: &NullSpace,
+        degrees_of_freedom: f64,
+    ) -> Self {
+        let scales = null_space.scales();
+        let scaled = covariance.component_div(&(scales * scales.transpose()));
         let largest = scaled.diagonal().max().max(f64::MIN_POSITIVE);
         // With a variance of its own, an unobservable direction can be inverted, and is then removed again.
-        let directions = fit.null_space.directions().iter();
+        let directions = null_space.directions().iter();
         let unobservable: Matrix = directions.map(|n| n * n.transpose()).sum();
         let mut eigen = SymmetricEigen::new(scaled + unobservable * largest);
         eigen
@@ -49,9 +65,9 @@ impl LinearEstimate {
             .apply(|variance| *variance = 1.0 / variance.max(LEAST_VARIANCE * largest));
         let information = eigen.recompose() - unobservable / largest;
         Self {
-            parameters: fit.parameters - known,
+            parameters,
             information: information.component_div(&(scales * scales.transpose())),
-            degrees_of_freedom: fit.weights.len() as f64 / NOISE_CORRELATION,
+            degrees_of_freedom,
         }
     }
 

@@ -1,13 +1,15 @@
 //! What equations show about the assumptions of an identification.
 
+mod known_mass;
 mod offset;
 mod residuals;
 mod signs;
 mod unexplained;
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 use tactid_dynamics::InertialParameters;
 
+pub(crate) use self::known_mass::mass_finding;
 use self::offset::{better_with_offset, has_significant_component};
 use self::signs::sign_findings;
 use self::unexplained::unexplained_load;
@@ -50,7 +52,18 @@ pub(crate) fn consistent_payload(
     bounding_box: Option<&BoundingBox>,
 ) -> (SVector<f64, 10>, Option<Finding>) {
     let parameters = fit.parameters - known;
-    match project(&parameters, &fit.metric, fit.scales(), bounding_box) {
+    consistent_parameters(parameters, &fit.metric, fit.scales(), bounding_box)
+}
+
+/// Projects the parameters of a payload onto physically consistent ones, and reports where these are far away. `scales` are
+/// units in which their standard deviations are of similar size.
+pub(crate) fn consistent_parameters(
+    parameters: SVector<f64, 10>,
+    covariance: &SMatrix<f64, 10, 10>,
+    scales: &SVector<f64, 10>,
+    bounding_box: Option<&BoundingBox>,
+) -> (SVector<f64, 10>, Option<Finding>) {
+    match project(&parameters, covariance, scales, bounding_box) {
         None => (parameters, None),
         Some(projection) => {
             let finding = Finding::Inconsistent {

@@ -2,6 +2,8 @@
 
 use nalgebra::{SVector, Vector4};
 
+use super::window::WindowMean;
+
 /// One row equation `regressor · π = target`.
 ///
 /// The parameters `π` are in the order and the units of
@@ -151,5 +153,33 @@ impl Equation {
             // The weights of the derivative sum to zero but for rounding and uneven times.
             *rate = (*rate - self.slope_weight * row.target) * normalization;
         }
+    }
+}
+
+impl WindowMean for Equation {
+    type Entry = Row;
+
+    fn empty(channels: usize) -> Self {
+        Self::new(channels)
+    }
+
+    fn zero() -> Row {
+        Row::zero()
+    }
+
+    fn clear(&mut self, time_s: f64) {
+        self.clear(time_s);
+    }
+
+    fn add(&mut self, rows: &[Row], weight: f64, slope_weight: f64, half: f64) {
+        self.add(rows, weight, slope_weight, half);
+    }
+
+    fn finish(&mut self) {
+        self.finish();
+    }
+
+    fn instants(&self) -> u32 {
+        self.instants
     }
 }

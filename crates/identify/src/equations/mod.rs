@@ -11,6 +11,7 @@ mod differentiation;
 mod equation;
 mod instant;
 mod model;
+mod motion_stream;
 mod offset_frame;
 mod sample;
 mod sample_ring;
@@ -21,6 +22,8 @@ pub mod window;
 
 pub use channels::{Channel, Channels, KnownNoise};
 pub use equation::{Equation, Row};
+pub(crate) use instant::Instant;
+pub(crate) use motion_stream::{MotionStep, MotionStream};
 pub(crate) use offset_frame::OffsetFrame;
 pub use sample::{BaseState, Sample, states_of_poses};
 pub use settings::EquationSettings;

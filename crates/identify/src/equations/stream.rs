@@ -5,11 +5,10 @@ use tactid_dynamics::{InertialParameters, Manipulator};
 
 use super::channels::Channels;
 use super::equation::Equation;
-use super::instant::Instant;
 use super::model::Model;
+use super::motion_stream::{MotionStep, MotionStream};
 use super::offset_frame::OffsetFrame;
 use super::sample::Sample;
-use super::sample_ring::SampleRing;
 use super::settings::EquationSettings;
 use super::window::{MIN_INSTANTS, Windows};
 use crate::{Finding, IdentifyError, Method, NoEquations};
@@ -37,15 +36,8 @@ pub enum PushOutcome {
 pub struct EquationStream {
     model: Model,
     offset_frame: OffsetFrame,
-    max_gap_s: f64,
-    samples: SampleRing,
-    instant: Instant,
-    windows: Windows,
-    /// Time of the first accepted sample, s.
-    start_s: Option<f64>,
-    accepted: u64,
-    rejected: u64,
-    gaps: u64,
+    motion: MotionStream,
+    windows: Windows<Equation>,
 }
 
 impl EquationStream {
@@ -68,14 +60,8 @@ impl EquationStream {
         let (joints, wrenches) = (robot.dof(), sensors.len());
         Ok(Self {
             offset_frame: OffsetFrame::new(robot, tool, sensors)?,
-            max_gap_s: settings.max_gap_s,
-            samples: SampleRing::new(joints, wrenches, settings.cutoff_hz),
-            instant: Instant::new(joints, wrenches),
+            motion: MotionStream::new(joints, wrenches, settings.cutoff_hz, settings.max_gap_s),
             windows: Windows::new(settings.cutoff_hz, model.row_count()),
-            start_s: None,
-            accepted: 0,
-            rejected: 0,
-            gaps: 0,
             model,
         })
     }
@@ -92,31 +78,17 @@ impl EquationStream {
         sample: &Sample<'_>,
     ) -> Result<(PushOutcome, Option<&Equation>), IdentifyError> {
         self.check_lengths(sample)?;
-        let passed_s = sample.time_s - self.time_s();
-        if !sample.is_finite() || passed_s <= 0.0 {
-            self.rejected += 1;
-            return Ok((PushOutcome::Rejected, None));
-        }
-        let started = passed_s > self.max_gap_s;
-        if started {
-            self.gaps += u64::from(passed_s.is_finite());
-            self.samples.start_stretch();
-            self.windows.clear();
-        }
-        self.samples.push(sample);
-        self.start_s.get_or_insert(sample.time_s);
-        self.accepted += 1;
-        let Some(nodes) = self.samples.nodes() else {
-            let outcome = if started {
-                PushOutcome::Started
-            } else {
-                PushOutcome::Used
-            };
-            return Ok((outcome, None));
+        let instant = match self.motion.push(sample) {
+            MotionStep::Rejected => return Ok((PushOutcome::Rejected, None)),
+            MotionStep::Started => {
+                self.windows.clear();
+                return Ok((PushOutcome::Started, None));
+            }
+            MotionStep::Waiting => return Ok((PushOutcome::Used, None)),
+            MotionStep::Instant(instant) => instant,
         };
-        self.instant.set(&nodes);
-        let rows = self.model.rows(&self.instant)?;
-        let equation = self.windows.push(self.instant.time_s, rows);
+        let rows = self.model.rows(instant)?;
+        let equation = self.windows.push(instant.time_s, rows);
         Ok((PushOutcome::Used, equation))
     }
 
@@ -128,28 +100,26 @@ impl EquationStream {
 
     /// Discards all samples and resets the counts, so that the same samples can be presented again.
     pub fn rewind(&mut self) {
-        self.samples.clear();
+        self.motion.rewind();
         self.windows.rewind();
-        self.start_s = None;
-        (self.accepted, self.rejected, self.gaps) = (0, 0, 0);
     }
 
     /// Time of the last sample that was used, s; minus infinity before the first.
     #[must_use]
     pub fn time_s(&self) -> f64 {
-        self.samples.time_s()
+        self.motion.time_s()
     }
 
     /// Number of samples that were rejected: not finite, or not later than the one before.
     #[must_use]
     pub fn rejected(&self) -> u64 {
-        self.rejected
+        self.motion.rejected()
     }
 
     /// Number of gaps that were too long to be bridged.
     #[must_use]
     pub fn gaps(&self) -> u64 {
-        self.gaps
+        self.motion.gaps()
     }
 
     /// Gravitational acceleration in the inertial frame, m/s², as configured or by the kind of base.
@@ -183,13 +153,13 @@ impl EquationStream {
 
     /// Returns how the samples were taken.
     pub(crate) fn sampling(&self) -> NoEquations {
-        let duration_s = self.start_s.map_or(0.0, |start_s| self.time_s() - start_s);
+        let motion = &self.motion;
         NoEquations {
-            samples: self.accepted,
-            rejected: self.rejected,
-            gaps: self.gaps,
-            max_gap_s: self.max_gap_s,
-            period_s: duration_s / self.accepted.saturating_sub(1).max(1) as f64,
+            samples: motion.accepted(),
+            rejected: motion.rejected(),
+            gaps: motion.gaps(),
+            max_gap_s: motion.max_gap_s(),
+            period_s: motion.duration_s() / motion.accepted().saturating_sub(1).max(1) as f64,
             window_s: self.windows.length_s(),
             min_samples: MIN_INSTANTS,
         }
@@ -199,15 +169,7 @@ impl EquationStream {
     /// recording is too short.
     #[must_use]
     pub fn too_few_windows(&self, windows: usize) -> IdentifyError {
-        let window_s = self.windows.length_s();
-        if self.windows.sparse() > windows as u64 {
-            IdentifyError::TooFewSamples {
-                window_s,
-                min_samples: MIN_INSTANTS,
-            }
-        } else {
-            IdentifyError::TooFewWindows { windows, window_s }
-        }
+        self.windows.too_few(windows)
     }
 
     /// Inertial parameters of the known links below the tool that are part of the identified body, at the

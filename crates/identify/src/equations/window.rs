@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use super::equation::{Equation, Row};
+use crate::IdentifyError;
 
 /// Number of windows that overlap: one begins at each third of the length. The weights of overlapping windows
 /// then sum to a constant, so that every instant counts the same.
@@ -46,22 +46,47 @@ pub(crate) const NOISE_CORRELATION: f64 = 54.0 / 35.0;
 /// product of two channels' noise, and so of an estimated correlation, is larger by this factor.
 pub(crate) const PRODUCT_CORRELATION: f64 = 1.1453;
 
+/// Sums over the instants of one window, which become means.
+pub(crate) trait WindowMean {
+    /// One of the quantities of an instant that are averaged.
+    type Entry: Copy;
+
+    /// Creates the sums of so many entries, all zero.
+    fn empty(entries: usize) -> Self;
+
+    /// Returns an entry that is zero.
+    fn zero() -> Self::Entry;
+
+    /// Removes all instants and sets the middle of the window, s.
+    fn clear(&mut self, time_s: f64);
+
+    /// Adds an instant with its weight in the mean, its weight in the derivative of the mean, and its half of the
+    /// instants, 1 or -1.
+    fn add(&mut self, entries: &[Self::Entry], weight: f64, slope_weight: f64, half: f64);
+
+    /// Turns the sums into means.
+    fn finish(&mut self);
+
+    /// Number of instants that were added.
+    fn instants(&self) -> u32;
+}
+
 /// Causal means with weight cos⁴ over overlapping windows: a window is complete with the sample that ends it.
 ///
 /// Integrals use the trapezoidal rule. The weight vanishes with three derivatives at both ends, for which the
 /// rule is far more accurate than its order at equidistant times, and nearly so at others. Nothing is
 /// allocated after construction.
 #[derive(Clone, Debug)]
-pub(crate) struct Windows {
+pub(crate) struct Windows<M: WindowMean> {
     length_s: f64,
     /// Begin of the stretch without a gap; `None` before its first instant.
     begin_s: Option<f64>,
     /// Number of the oldest open window, counted from the begin of the stretch.
     oldest: u64,
-    open: Vec<Equation>,
-    finished: Equation,
+    open: Vec<M>,
+    finished: M,
     /// The last instant. Its weight depends on the time of the next one.
-    pending: Vec<Row>,
+    pending: Vec<M::Entry>,
     pending_s: f64,
     /// Time of the instant before the pending one.
     previous_s: f64,
@@ -71,16 +96,16 @@ pub(crate) struct Windows {
     half: f64,
 }
 
-impl Windows {
-    /// Creates windows of so many rows.
-    pub(crate) fn new(cutoff_hz: f64, rows: usize) -> Self {
+impl<M: WindowMean> Windows<M> {
+    /// Creates windows of so many entries.
+    pub(crate) fn new(cutoff_hz: f64, entries: usize) -> Self {
         Self {
             length_s: length_s(cutoff_hz),
             begin_s: None,
             oldest: 0,
-            open: vec![Equation::new(rows); OVERLAP],
-            finished: Equation::new(rows),
-            pending: vec![Row::zero(); rows],
+            open: (0..OVERLAP).map(|_| M::empty(entries)).collect(),
+            finished: M::empty(entries),
+            pending: vec![M::zero(); entries],
             pending_s: 0.0,
             previous_s: 0.0,
             sparse: 0,
@@ -104,18 +129,26 @@ impl Windows {
         self.length_s
     }
 
-    /// Number of windows that were dropped because of too few instants, without those that a gap ends.
-    pub(crate) fn sparse(&self) -> u64 {
-        self.sparse
+    /// Returns why there are so few windows: most have too few instants, or there are too few samples.
+    pub(crate) fn too_few(&self, windows: usize) -> IdentifyError {
+        let window_s = self.length_s;
+        if self.sparse > windows as u64 {
+            IdentifyError::TooFewSamples {
+                window_s,
+                min_samples: MIN_INSTANTS,
+            }
+        } else {
+            IdentifyError::TooFewWindows { windows, window_s }
+        }
     }
 
     /// Adds an instant, later than the one before, and returns the window that ended with it.
-    pub(crate) fn push(&mut self, time_s: f64, rows: &[Row]) -> Option<&Equation> {
+    pub(crate) fn push(&mut self, time_s: f64, entries: &[M::Entry]) -> Option<&M> {
         let stride_s = self.length_s / OVERLAP as f64;
         let begin_s = self.begin_s.filter(|_| time_s - self.pending_s <= stride_s);
         let Some(begin_s) = begin_s else {
             self.sparse += u64::from(self.begin_s.is_some());
-            self.begin(time_s, rows);
+            self.begin(time_s, entries);
             return None;
         };
         let trapezoid = 0.5 * (time_s - self.previous_s);
@@ -129,7 +162,7 @@ impl Windows {
             if number >= self.oldest + OVERLAP as u64 {
                 self.oldest += 1;
                 std::mem::swap(&mut self.finished, window);
-                ended = self.finished.instants >= MIN_INSTANTS;
+                ended = self.finished.instants() >= MIN_INSTANTS;
                 self.sparse += u64::from(!ended);
                 window.clear(middle_s);
             }
@@ -143,7 +176,7 @@ impl Windows {
                 self.half,
             );
         }
-        self.set_pending(time_s, rows);
+        self.set_pending(time_s, entries);
         if !ended {
             return None;
         }
@@ -152,33 +185,34 @@ impl Windows {
     }
 
     /// Opens the first windows of a stretch that begins with this instant.
-    fn begin(&mut self, time_s: f64, rows: &[Row]) {
+    fn begin(&mut self, time_s: f64, entries: &[M::Entry]) {
         self.begin_s = Some(time_s);
         self.oldest = 0;
         for (number, window) in self.open.iter_mut().enumerate() {
             window.clear(time_s + (number as f64 / OVERLAP as f64 + 0.5) * self.length_s);
         }
         self.pending_s = time_s;
-        self.set_pending(time_s, rows);
+        self.set_pending(time_s, entries);
     }
 
-    fn set_pending(&mut self, time_s: f64, rows: &[Row]) {
+    fn set_pending(&mut self, time_s: f64, entries: &[M::Entry]) {
         self.previous_s = self.pending_s;
         self.pending_s = time_s;
         self.half = -self.half;
-        self.pending.copy_from_slice(rows);
+        self.pending.copy_from_slice(entries);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::equations::{Equation, Row};
 
     const CUTOFF_HZ: f64 = 9.26; // a window of 0.1 s
 
     /// Returns time, mean, and mean of the derivative of one quantity, for each window.
     fn filter(times: &[f64], value: impl Fn(f64) -> f64) -> Vec<(f64, f64, f64)> {
-        let mut windows = Windows::new(CUTOFF_HZ, 1);
+        let mut windows = Windows::<Equation>::new(CUTOFF_HZ, 1);
         let mut found = Vec::new();
         for &time_s in times {
             let row = Row {

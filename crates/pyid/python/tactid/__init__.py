@@ -55,12 +55,17 @@ from tactid._native import (
     read,
     wrench_regressor,
 )
+from tactid.calibrated_fit import CalibratedFit
+from tactid.calibrating import calibrate
+from tactid.calibration import Calibration
+from tactid.calibration_data import CalibrationLog
 from tactid.combination import Agreement, RunDistance
 from tactid.combination_json import combination_schema
 from tactid.combined import Combination, combine
 from tactid.comparison import Attempt, compare
 from tactid.errors import (
     ArgumentError,
+    CalibrationError,
     ExperimentError,
     IdentificationError,
     LogError,
@@ -95,6 +100,10 @@ __all__ = [
     "Agreement",
     "ArgumentError",
     "Attempt",
+    "CalibratedFit",
+    "Calibration",
+    "CalibrationError",
+    "CalibrationLog",
     "Channel",
     "Combination",
     "DataFault",
@@ -134,6 +143,7 @@ __all__ = [
     "Topic",
     "WrenchOffset",
     "__version__",
+    "calibrate",
     "combination_schema",
     "combine",
     "compare",

@@ -18,6 +18,7 @@ __all__ = [
     "PARAMETER_NAMES",
     "VALUE_NAMES",
     "VERSION",
+    "ArmModel",
     "Estimator",
     "Experiment",
     "Forecast",
@@ -34,6 +35,7 @@ __all__ = [
     "RunReport",
     "Samples",
     "Topic",
+    "calibrate_logs",
     "combine",
     "identify_arrays",
     "identify_log",
@@ -230,6 +232,21 @@ class PaperFilter(OnlineSolver):
 class Forecast:
     def remaining(self, within: float) -> _Array: ...
 
+@final
+class ArmModel:
+    @staticmethod
+    def read(path: _Path) -> ArmModel: ...
+    def write(self, path: _Path) -> None: ...
+    def data(self) -> _Data: ...
+
+def calibrate_logs(
+    unloaded: Sequence[_Path],
+    loaded: Sequence[tuple[_Path, float, float, Sequence[float] | None, Any]],
+    hold_out: Sequence[_Path],
+    gain_std_dev: float | None,
+    options: object,
+    progress: _Progress | None = None,
+) -> _Data: ...
 def identify_log(log: _Path, options: object, progress: _Progress | None = None) -> _Data: ...
 def identify_logs(
     logs: Sequence[_Path], options: object, progress: _Progress | None = None

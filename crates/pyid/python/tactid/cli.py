@@ -11,6 +11,7 @@ from typer.exceptions import TyperException
 from tactid import log_contents, table
 from tactid._native import VERSION, Experiment
 from tactid._native import info as log_info
+from tactid.calibrate_command import calibrate_arm
 from tactid.compare_command import compare_recording
 from tactid.console import (
     FLAG,
@@ -177,6 +178,7 @@ def run_simulation(
 
 
 app.command("identify", cls=NumberListCommand, epilog=EXIT_CODES)(identify_recording)
+app.command("calibrate", cls=NumberListCommand)(calibrate_arm)
 app.command("compare", cls=NumberListCommand)(compare_recording)
 
 

@@ -29,7 +29,12 @@ def compare_recording(
     """Identifies the payload by every method and estimator that a recording permits."""
     check_outputs(
         {"--result": result_file},
-        {"the log": log, "--urdf": options["urdf"], "--unloaded": options["unloaded"]},
+        {
+            "the log": log,
+            "--urdf": options["urdf"],
+            "--unloaded": options["unloaded"],
+            "--calibration": options["calibration"],
+        },
     )
     given = read_options(options | dict.fromkeys(CHOSEN))
     with interruptible("no result"), progress("comparing") as done:

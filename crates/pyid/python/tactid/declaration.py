@@ -9,8 +9,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import Field, dataclass, field, fields
 from typing import Any, Literal, TypeVar
 
-Use = Literal["log", "arrays", "online", "paper filter"]
-"""Where an option can apply: to a log, to arrays, to ``Identifier`` or to ``PaperFilter``."""
+Use = Literal["log", "arrays", "online", "paper filter", "calibration"]
+"""Where an option can apply: to a log, to arrays, to ``Identifier``, to ``PaperFilter`` or to
+``calibrate``."""
 
 _KEY = "option"
 _Class = TypeVar("_Class", bound=Callable[..., Any])

@@ -58,6 +58,10 @@ class SimulationError(TactidError):
     """A simulation that was stopped because the payload slipped or a check exceeded its bound."""
 
 
+class CalibrationError(TactidError):
+    """A calibration that recordings do not allow, whose file is wrong, or of another robot."""
+
+
 class IdentificationError(TactidError):
     """A recording from which the payload cannot be identified.
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from tactid import controllers, forms, table
 from tactid._native import VALUE_NAMES, MassProperties
 from tactid.bodies import why_impossible
+from tactid.calibrated_fit import CalibratedFit
 from tactid.errors import ArgumentError
 from tactid.field_docs import with_fields
 from tactid.findings import DataFault, Finding
@@ -342,13 +343,12 @@ class IdentificationData:
     """Estimated delay of the wrenches' stamps, corrected or not; None where none was estimated."""
     subtracts_unloaded: bool = False
     """Whether the efforts of an unloaded recording were subtracted."""
+    calibrated: CalibratedFit | None = None
+    """What the calibration of the arm contributed; None where there is none."""
     known_mass: KnownMass | None = None
     """The payload's mass as it was given; None where it was not."""
     bounding_box: Array | None = None
-    """Least and largest corner of the box as it was given, m, in the estimate's frame, (2, 3).
-
-    None stands where no box was given.
-    """
+    """Least and largest corner of the box, m, in the estimate's frame, (2, 3); None without one."""
     clock: str = "stamps"
     """Clock of the times: ``"stamps"`` of the headers, ``"log times"`` where there are none, and
     ``"given"`` for those of arrays."""

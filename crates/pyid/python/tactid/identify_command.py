@@ -114,6 +114,7 @@ def identify_recording(
             **{f"the log {log}" if len(logs) > 1 else "the log": log for log in logs},
             "--urdf": options["urdf"],
             "--unloaded": options["unloaded"],
+            "--calibration": options["calibration"],
         },
     )
     if estimates is not None and len(logs) > 1:

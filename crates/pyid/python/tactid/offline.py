@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from tactid import _native
 from tactid._native import Manipulator
 from tactid.arrays import with_arrays
+from tactid.calibrated_fit import CalibratedFit
 from tactid.combined import Combination, combine
 from tactid.declaration import with_options
 from tactid.errors import ArgumentError
@@ -131,6 +132,7 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
         LogError: The log cannot be read. Of several logs, each error names the one it is about.
         ModelError: The robot cannot be modelled, or has no such link.
         IdentificationError: Something that is needed is missing.
+        CalibrationError: The calibration cannot be read, or is of another robot.
         ArgumentError: An option is unknown, does not apply or is out of range, or a shape is wrong.
     """
     given: tuple[Any, ...] = (robot, q, qd, effort, wrench, pose, twist, acceleration, sensors)
@@ -185,7 +187,12 @@ def _from_logs(
 
 def _inputs(source: str | os.PathLike[str], options: Options) -> dict[str, Path]:
     """Returns the files and folders that are read, by the words that name them."""
-    named = {"the log": source, "`urdf`": options.urdf, "`unloaded`": options.unloaded}
+    named = {
+        "the log": source,
+        "`urdf`": options.urdf,
+        "`unloaded`": options.unloaded,
+        "`calibration`": options.calibration,
+    }
     return {
         words: Path(path).absolute()
         for words, path in named.items()
@@ -204,6 +211,7 @@ def _identification(data: dict[str, Any]) -> Identification:
         "paper_settings": PaperSettings,
         "estimated_delay": Delay,
         "known_mass": KnownMass,
+        "calibrated": CalibratedFit,
     }
     built = {name: _built(kind, data[name]) for name, kind in parts.items()}
     faults = [DataFault(**fault) for fault in data["faults"]]

@@ -52,6 +52,17 @@ def frame(flag: str, text: str) -> tuple[str, list[float]]:
         ) from None
 
 
+def names(flag: str, text: str) -> dict[str, str]:
+    """Reads pairs of names, as in ``a=b,c=d``."""
+    pairs = [pair.split("=") for pair in text.replace(",", " ").split()]
+    if not pairs or any(len(pair) != 2 or not all(pair) for pair in pairs):
+        raise ArgumentError(
+            f"{flag} is {text!r}: expected pairs of a name in the log and one in the URDF, such as"
+            " fer_joint1=panda_joint1,fer_joint2=panda_joint2"
+        )
+    return dict(pairs)
+
+
 def fraction(flag: str, text: str) -> float:
     """Reads a positive percentage, with or without its sign, as a fraction of one."""
     try:

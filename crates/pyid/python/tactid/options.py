@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from tactid import option_text
 from tactid._native import MassProperties
+from tactid.calibration import Calibration
 from tactid.declaration import Declaration, Use, documented, option
 from tactid.errors import ArgumentError
 
@@ -32,7 +33,10 @@ ActsOn = Literal["payload", "sensor"]
 _LOG: tuple[Use, ...] = ("log",)
 _RECORDING: tuple[Use, ...] = ("log", "arrays")
 _LEAST_SQUARES: tuple[Use, ...] = ("log", "arrays", "online")
-_ALL: tuple[Use, ...] = ("log", "arrays", "online", "paper filter")
+_SAMPLES: tuple[Use, ...] = ("log", "arrays", "online", "paper filter")
+_ALL: tuple[Use, ...] = (*_SAMPLES, "calibration")
+_EFFORTS: tuple[Use, ...] = ("log", "arrays", "calibration")
+_LOGS: tuple[Use, ...] = ("log", "calibration")
 _PAPER: tuple[Use, ...] = ("log", "arrays", "paper filter")
 
 ROBOT, TOPICS, MEASUREMENTS, SIGNS = "Robot", "Topics", "Measurements", "Signs"
@@ -49,6 +53,7 @@ class Options:
     urdf: str | os.PathLike[str] | None = option(
         "The robot's URDF file. Its base is fixed, unless the motion of the base is measured.",
         ROBOT,
+        _EFFORTS,
         python="A text that begins with ``<`` is the URDF itself.",
         rust_field="Request::urdf",
         default="the robot description in the log",
@@ -61,6 +66,18 @@ class Options:
         rust_field="Request::tip",
         default="tool0, or the frame of the sensor where there is no robot",
         metavar="LINK",
+    )
+    rename_joints: Mapping[str, str] | None = option(
+        "Joints that have another name in the log than in the URDF: the name in the log, then that"
+        " in the URDF.",
+        ROBOT,
+        _LOGS,
+        rust_field="Request::joint_names",
+        default="none; where no name in the log fits, joints whose names are the same behind a"
+        " prefix",
+        metavar="RECORDED=JOINT,...",
+        argument=str,
+        parse=option_text.names,
     )
     sensor_frame: Sequence[Any] | None = option(
         "Frame of the only wrench sensor, where it is no link of the robot or to replace it: the"
@@ -77,7 +94,7 @@ class Options:
     joint_topic: str | Sequence[str] | None = option(
         "Topic of joint states; several where each has some of the joints.",
         TOPICS,
-        _LOG,
+        _LOGS,
         rust_field="Topics::joints",
         default="found by its type",
         argument=list[str],
@@ -119,18 +136,27 @@ class Options:
         " the known gripper is subtracted (joint-sensing); or all that is measured, each channel"
         " weighted by its own residuals (combined).",
         MEASUREMENTS,
-        _ALL,
+        _SAMPLES,
         rust_field="Request::method",
         default="tactile where there are wrenches, else effort",
         python="Online, the default is tactile.",
     )
     unloaded: str | os.PathLike[str] | Mapping[str, ArrayLike] | None = option(
         "An unloaded recording of the same motion, whose joint efforts are subtracted by the effort"
-        " method.",
+        " method. With a calibration: one of the same day and any motion, which updates it.",
         MEASUREMENTS,
         python="That of a log is a log; that of arrays is a dict of the arrays ``time``, (M,), and"
         " ``q`` and ``effort``, (M, n).",
         rust_field="Request::unloaded, Arrays::unloaded",
+        argument=Path,
+    )
+    calibration: str | os.PathLike[str] | Calibration | None = option(
+        "Calibration of the arm, which tactid calibrate wrote: the effort method then identifies"
+        " the payload together with what is known of the arm. It sets the tip, gravity, cutoff and"
+        " gains.",
+        MEASUREMENTS,
+        rust_field="Request::calibration",
+        python="The path of its file, or what ``tactid.calibrate`` returned.",
         argument=Path,
     )
     delay: float | None = option(
@@ -179,6 +205,7 @@ class Options:
     effort_gain: Sequence[float] | None = option(
         "Effort of each joint for one unit of the recorded value, in the robot's order.",
         SIGNS,
+        _EFFORTS,
         rust_field="Request::effort_gain",
         default="1",
         unit="N m (N) per unit",
@@ -230,7 +257,8 @@ class Options:
         NOISE,
         _ALL,
         rust_field="Request::cutoff_hz",
-        default="chosen from the data of a recording; 10 online and for the paper's filter",
+        default="chosen from the data of a recording; 10 online and for the paper's filter; 2 for a"
+        " calibration",
         unit="Hz",
     )
     wrench_noise: ArrayLike | None = option(
@@ -329,6 +357,7 @@ _NAMES: dict[Use, str] = {
     "arrays": "arrays",
     "online": "Identifier",
     "paper filter": "PaperFilter",
+    "calibration": "a calibration",
 }
 
 

@@ -41,8 +41,10 @@ SEGMENT = 256
 
 
 def figures(result: IdentificationData) -> dict[str, bytes]:
-    """Draws all figures, as PNG by name; without a fit, only the parameters over time."""
-    drawers: dict[str, Callable[[], Figure]] = {"parameters": lambda: parameters(result)}
+    """Draws all figures that there are data for, as PNG by name."""
+    drawers: dict[str, Callable[[], Figure]] = {}
+    if len(result.history.time):
+        drawers["parameters"] = lambda: parameters(result)
     least_squares = result.fit
     if least_squares is not None:
         drawers |= {

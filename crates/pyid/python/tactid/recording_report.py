@@ -14,7 +14,7 @@ from tactid.fit import Fit
 from tactid.identification import IdentificationData, PayloadEstimate
 from tactid.naming import Style, option_name
 from tactid.outlook import WITHIN, outlook
-from tactid.remarks import gravity, knowledge, remarks, wrench_offset
+from tactid.remarks import calibration, gravity, knowledge, remarks, wrench_offset
 from tactid.table import NOT_IDENTIFIABLE
 from tactid.values import Z95, Values, digits_of
 
@@ -75,6 +75,9 @@ def render(result: IdentificationData, within: float = WITHIN, style: Style = "k
 <h2>Residuals</h2>
 {_friction(result, style)}
 {figure("residuals")}"""
+    over_time = ""
+    if "parameters" in figures:
+        over_time = f"<h2>Over time</h2>\n{figure('parameters')}"
     return page.document(
         f"tactid: the payload at {result.estimate.frame}",
         f"""<h1>The payload at <code>{frame}</code></h1>
@@ -86,8 +89,7 @@ def render(result: IdentificationData, within: float = WITHIN, style: Style = "k
 <h2>Position and size</h2>
 {_body(result, values, half_widths)}
 {fit}
-<h2>Over time</h2>
-{figure("parameters")}
+{over_time}
 <h2>Excitation by the motion</h2>
 {_advice(result, within)}
 {figure("excitation")}
@@ -151,7 +153,8 @@ def _remarks(result: IdentificationData, style: Style) -> str:
 
 
 def _friction(result: IdentificationData, style: Style) -> str:
-    if result.method not in ("effort", "combined") or result.subtracts_unloaded:
+    is_corrected = result.subtracts_unloaded or result.calibrated is not None
+    if result.method not in ("effort", "combined") or is_corrected:
         return ""
     return f"<p>{html.escape(FRICTION.format(option=option_name('unloaded', style)))}</p>"
 
@@ -241,8 +244,20 @@ def _facts(result: IdentificationData) -> dict[str, str]:
         "cutoff": _quantity(result.cutoff, "Hz"),
         "delay of the wrenches": delay,
         "wrench offset": wrench_offset(result) or "assumed to be zero",
+        **_calibration(result),
         "given of the payload": ", ".join(knowledge(result)) or "nothing",
         "gravity": gravity(result),
+    }
+
+
+def _calibration(result: IdentificationData) -> dict[str, str]:
+    fit = result.calibrated
+    if fit is None:
+        return {}
+    misfits = zip(fit.joints, fit.misfit, strict=True)
+    return {
+        "calibration": calibration(result),
+        "misfit of each joint": ", ".join(f"{joint} {misfit:.2g}" for joint, misfit in misfits),
     }
 
 

@@ -132,6 +132,7 @@ def diagnostics(result: IdentificationData) -> dict[str, Any]:
         "estimated_delay_s": None if estimated is None else finite(estimated.value),
         "estimated_delay_std_dev_s": None if estimated is None else finite(estimated.std_dev),
         "subtracts_unloaded": result.subtracts_unloaded,
+        "calibration": _calibration(result),
         "known_mass_kg": None if mass is None else mass.value,
         "known_mass_std_dev_kg": None if mass is None else mass.std_dev,
         "bounding_box_m": None if box is None else box.tolist(),
@@ -144,6 +145,20 @@ def diagnostics(result: IdentificationData) -> dict[str, Any]:
     if result.fit is not None:
         record |= _of_the_fit(result.fit)
     return record | _of_the_filter(result)
+
+
+def _calibration(result: IdentificationData) -> dict[str, Any] | None:
+    fit = result.calibrated
+    if fit is None:
+        return None
+    path = result.inputs.get("`calibration`")
+    misfits = zip(fit.joints, fit.misfit.tolist(), strict=True)
+    return {
+        "file": None if path is None else path.name,
+        "noise_fraction": nested(fit.noise_fraction.tolist()),
+        "misfit": [{"joint": joint, "misfit": finite(misfit)} for joint, misfit in misfits],
+        "updated_by_unloaded": fit.updated_by_unloaded,
+    }
 
 
 def _fault(fault: DataFault) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from typing import Any
 
 from tactid.model_wording import MODEL_FINDINGS
 from tactid.naming import Style, counted, listed, option_name
+from tactid.sample_wording import SAMPLE_FINDINGS
 from tactid.values import Z95, digits_of
 
 Data = Mapping[str, Any]
@@ -33,7 +34,7 @@ P_SHOWN = 1e-6
 
 def finding(kind: str, data: Data, style: Style) -> str:
     """Says what was noticed on the way from the recording to the payload, in sentences."""
-    return _FINDINGS[kind](data, style)
+    return (_FINDINGS | _SHORTAGES)[kind](data, style)
 
 
 def _gravity_contradicted(data: Data, style: Style) -> str:
@@ -279,6 +280,44 @@ def _wrenches_summed(data: Data, _: Style) -> str:
     return f"The wrenches of {' and '.join(data['topics'])} are summed."
 
 
+def _joints_renamed(data: Data, style: Style) -> str:
+    pairs = listed([f"{recorded} is {joint}" for recorded, joint in data["names"]])
+    return (
+        "No joint in the log has the name of one in the URDF, so joints were matched behind their"
+        f" prefixes: {pairs}; {option_name('rename_joints', style)} names them."
+    )
+
+
+def _effort_noisier(data: Data, _: Style) -> str:
+    return (
+        f"The effort of {data['joint']} is {data['noise_ratio']:.1f} times as noisy as at the"
+        " calibration, and counts less: check temperature, wear and what else has changed, and"
+        " calibrate anew."
+    )
+
+
+def _joint_still(data: Data, _: Style) -> str:
+    return (
+        f"{data['joint']} does not move (at most {data['max_velocity']:.2g} rad/s or m/s): its"
+        " friction is not known. Record a motion of this joint in both directions."
+    )
+
+
+def _joint_one_direction(data: Data, _: Style) -> str:
+    direction = "positive" if data["is_positive"] else "negative"
+    return (
+        f"{data['joint']} moves in the {direction} direction only: its offset and its Coulomb"
+        " friction cannot be distinguished. Record a motion in both directions."
+    )
+
+
+def _gain_uncertain(data: Data, _: Style) -> str:
+    return (
+        f"The gain of {data['joint']} stays uncertain, ± {100 * Z95 * data['std_dev']:.2g} %:"
+        " record a heavier payload of known mass, in postures in which this joint carries it."
+    )
+
+
 def _unknown_joints(data: Data, _: Style) -> str:
     return (
         "Joints that the URDF does not have, or that do not move in it, were left out:"
@@ -304,60 +343,6 @@ def _early_end(data: Data, _: Style) -> str:
     return (
         f"{data['topic']} ends at {data['end_s']:.3f} s, {data['early_s']:.3f} s before the others:"
         " what came after was left out."
-    )
-
-
-def _velocities_contradicted(data: Data, _: Style) -> str:
-    causes = {
-        "opposite_sign": " They have the opposite sign.",
-        "degrees": " They are in degrees per second, but must be in rad/s.",
-        "positions_in_degrees": " The positions are in degrees, but must be in rad.",
-        "other_joint": f" They are those of {data['other']}: check the order of the joints.",
-        None: " Check their units and signs, and the order of the joints.",
-    }
-    return (
-        f"The velocities of {listed(data['joints'])} are not the derivatives of the positions (rms"
-        f" difference {_whole_percent(data['relative_difference'])} of the motion)."
-        f"{causes[data['cause']]}"
-    )
-
-
-def _positions_beyond_limits(data: Data, _: Style) -> str:
-    first, lower, upper = data["joints"][0], data["lower"], data["upper"]
-    advice = (
-        "They are in degrees, but must be in rad (and the velocities in rad/s)."
-        if data["are_degrees"]
-        else "Check their units, the order of the joints, and that the URDF is that of this robot."
-    )
-    return (
-        f"The positions of {listed(data['joints'])} are beyond the limits of the URDF: {first}"
-        f" reaches {data['position']:.4g}, and its limits are {lower:.4g} and {upper:.4g}. {advice}"
-    )
-
-
-def _twist_contradicted(data: Data, _: Style) -> str:
-    causes = {
-        "body": " It is in the axes of the moving body, but must be in those of the world; or the"
-        " quaternion of the pose is not in the order x, y, z, w.",
-        "world": " It is in the axes of the world, but the twist of an odometry message must be in"
-        " those of its child frame.",
-        None: " Check its units, signs and axes; it may also be zero because it is not measured.",
-    }
-    return (
-        f"{data['source']}: the twist is not the derivative of the pose (rms difference"
-        f" {_whole_percent(data['relative_difference'])} of the motion)."
-        f"{causes[data['better_axes']]}"
-    )
-
-
-def _constant_channels(data: Data, _: Style) -> str:
-    value = "zero" if data["is_zero"] else "constant"
-    several = len(data["channels"]) > 1
-    return (
-        f"{data['source']}: {listed(data['channels'])} in `{data['frame']}`"
-        f" {'are' if several else 'is'} exactly {value} in all samples, as of a sensor that does"
-        f" not measure {'them' if several else 'it'}. The estimate takes"
-        f" {'them' if several else 'it'} for measured."
     )
 
 
@@ -393,10 +378,6 @@ def _shift(delay_s: float, digits: int) -> str:
     return f"{1e3 * abs(delay_s):.{digits}f} ms {'later' if delay_s >= 0 else 'earlier'}"
 
 
-def _whole_percent(ratio: float) -> str:
-    return f"{100 * ratio:.0f} %"
-
-
 def _percent(ratio: float) -> str:
     percent = 100 * ratio
     return f"{percent:.{min(digits_of(percent), 3)}f} %" if percent >= 1e-3 else "under 0.001 %"
@@ -418,20 +399,28 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "option_not_used": _option_not_used,
     "frame_assumed": _frame_assumed,
     "wrenches_summed": _wrenches_summed,
+    "joints_renamed": _joints_renamed,
+    "effort_noisier": _effort_noisier,
     "unknown_joints": _unknown_joints,
     "absent_joints": _absent_joints,
     "late_start": _late_start,
     "early_end": _early_end,
-    "velocities_contradicted": _velocities_contradicted,
-    "positions_beyond_limits": _positions_beyond_limits,
-    "twist_contradicted": _twist_contradicted,
-    "constant_channels": _constant_channels,
     "no_equations": _no_equations,
     "no_stamps": _no_stamps,
     "delay_corrected": _delay_corrected,
     "delay_doubtful": _delay_doubtful,
+    **SAMPLE_FINDINGS,
     **MODEL_FINDINGS,
 }
 
+_SHORTAGES: dict[str, Callable[[Data, Style], str]] = {
+    "joint_still": _joint_still,
+    "joint_one_direction": _joint_one_direction,
+    "gain_uncertain": _gain_uncertain,
+}
+
 FINDING_KINDS = tuple(_FINDINGS)
-"""Every kind of finding."""
+"""Every kind of finding about the recording of an identification."""
+
+SHORTAGE_KINDS = tuple(_SHORTAGES)
+"""Every kind of finding about what the motion of a calibration does not determine."""

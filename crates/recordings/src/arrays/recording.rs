@@ -53,7 +53,7 @@ impl<'a> ArrayRecording<'a> {
             sensors: sensors.len(),
             wrench_sign: options.wrench_sign,
             joint_names: robot.joint_names().to_vec(),
-            effort_gains: effort_gains(request, robot.dof()),
+            effort_gains: effort_gains(request, robot.joint_names()),
             uses_effort: options.method().uses_effort(),
         };
         let method = options.method();
@@ -153,6 +153,7 @@ fn check_request(request: &Request) -> Result<(), RecordingError> {
         ("topics.acceleration", topics.acceleration.is_some()),
         ("topics.imu", topics.imu.is_some()),
         ("unloaded", request.unloaded.is_some()),
+        ("joint_names", !request.joint_names.is_empty()),
     ];
     match given.into_iter().find(|(_, given)| *given) {
         Some((name, _)) => Err(RecordingError::NotForArrays(name)),

@@ -6,6 +6,7 @@ use tactid_dynamics::Manipulator;
 use tactid_logs::LogReader;
 use tactid_logs::messages::JointState;
 
+use super::renaming::Renaming;
 use crate::error::{RecordingError, TopicKind};
 use crate::sources::{LogSources, MotionTopics};
 use crate::{Finding, Method};
@@ -18,6 +19,7 @@ const READ: usize = 600;
 pub(crate) struct JointGroups {
     /// Names of the robot's joints, in its order.
     names: Vec<String>,
+    renaming: Renaming,
     /// For each publisher the indices of its joints among the robot's, ascending. The one with most joints
     /// is first: all streams are aligned to its times.
     groups: Vec<Vec<usize>>,
@@ -39,42 +41,47 @@ pub(crate) struct Mapping {
 }
 
 impl JointGroups {
-    /// Reads the beginning of a log.
+    /// Reads the beginning of a log. `joint_names` are names of joints in the log with those of the robot.
     ///
     /// # Errors
-    /// Returns [`RecordingError::SeveralTopics`] if several topics have the same joints, and
-    /// [`RecordingError::MissingJoint`] if a joint that moves the tool is not in the log.
-    pub(crate) fn find(log: &LogReader, sources: &LogSources) -> Result<Self, RecordingError> {
+    /// Returns [`RecordingError::SeveralTopics`] if several topics have the same joints,
+    /// [`RecordingError::MissingJoint`] if a joint that moves the tool is not in the log, and
+    /// [`RecordingError::RenamedJoint`] if a name of `joint_names` is not there.
+    pub(crate) fn find(
+        log: &LogReader,
+        sources: &LogSources,
+        joint_names: &[(String, String)],
+    ) -> Result<Self, RecordingError> {
         let MotionTopics::Joints { joints, .. } = &sources.topics.motion else {
             return Ok(Self::default());
         };
         let robot = &sources.robot;
+        let published = published(log, joints)?;
+        let recorded: BTreeSet<&String> = published.keys().flatten().collect();
+        let renaming = Renaming::new(&recorded, robot.joint_names(), joint_names)?;
         let mut unknown = BTreeSet::new();
         let mut seen: BTreeMap<Vec<usize>, BTreeSet<String>> = BTreeMap::new();
-        for message in log.messages_on(joints)?.take(READ) {
-            let message = message?;
-            let Ok(state) = message.decode::<JointState>() else {
-                continue; // counted as a fault when the log is read
-            };
+        for (names, topics) in &published {
             let mut places = Vec::new();
-            for name in state.name {
-                match robot.joint_index(&name) {
+            for name in names {
+                match robot.joint_index(renaming.apply(name)) {
                     Some(place) => places.push(place),
                     None => {
-                        unknown.insert(name);
+                        unknown.insert(name.clone());
                     }
                 }
             }
             places.sort_unstable();
             if !places.is_empty() {
-                let topic = message.topic.name.clone();
-                seen.entry(places).or_default().insert(topic);
+                let known = seen.entry(places).or_default();
+                known.extend(topics.iter().cloned());
             }
         }
         let groups = sort(seen)?;
         let absent = absent(&groups, &unknown, sources)?;
         Ok(Self {
             names: robot.joint_names().to_vec(),
+            renaming,
             groups,
             unknown,
             absent,
@@ -104,7 +111,10 @@ impl JointGroups {
     /// Returns which group a message with these joints belongs to; `None` for one that has only some of a
     /// publisher's joints.
     pub(crate) fn mapping(&self, names: &[String]) -> Option<Mapping> {
-        let place = |name: &String| self.names.iter().position(|known| known == name);
+        let place = |name: &String| {
+            let name = self.renaming.apply(name);
+            self.names.iter().position(|known| known == name)
+        };
         let entries = names.iter().enumerate();
         let mut found: Vec<(usize, usize)> = entries
             .filter_map(|(entry, name)| Some((place(name)?, entry)))
@@ -119,9 +129,9 @@ impl JointGroups {
         })
     }
 
-    /// Reports joints of only one of log and robot.
+    /// Reports joints that were renamed, and those of only one of log and robot.
     pub(crate) fn findings(&self) -> Vec<Finding> {
-        let mut findings = Vec::new();
+        let mut findings: Vec<Finding> = self.renaming.finding().into_iter().collect();
         if !self.unknown.is_empty() {
             findings.push(Finding::UnknownJoints {
                 joints: self.unknown.iter().cloned().collect(),
@@ -134,6 +144,23 @@ impl JointGroups {
         }
         findings
     }
+}
+
+/// Returns the lists of joints that the messages at the beginning of a log have, with their topics.
+fn published(
+    log: &LogReader,
+    topics: &[String],
+) -> Result<BTreeMap<Vec<String>, BTreeSet<String>>, RecordingError> {
+    let mut published: BTreeMap<Vec<String>, BTreeSet<String>> = BTreeMap::new();
+    for message in log.messages_on(topics)?.take(READ) {
+        let message = message?;
+        let Ok(state) = message.decode::<JointState>() else {
+            continue; // counted as a fault when the log is read
+        };
+        let topic = message.topic.name.clone();
+        published.entry(state.name).or_default().insert(topic);
+    }
+    Ok(published)
 }
 
 /// Sorts the groups of joints, largest first, and leaves out those that repeat joints of a larger one.

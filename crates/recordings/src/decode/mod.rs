@@ -5,6 +5,7 @@ mod clock;
 mod joints;
 mod messages;
 mod publishers;
+mod renaming;
 
 use std::sync::Arc;
 
@@ -59,8 +60,8 @@ impl Decoding {
         let topics = &sources.topics;
         Ok(Self {
             routes: routes(sources),
-            effort_gains: effort_gains(request, sources.robot.dof()),
-            joints: JointGroups::find(log, sources)?,
+            effort_gains: effort_gains(request, sources.robot.joint_names()),
+            joints: JointGroups::find(log, sources, &request.joint_names)?,
             clock: LogClock::find(log, &topics.without_acceleration())?,
             wrench_sign: sources.options.wrench_sign,
             uses_effort: sources.options.method().uses_effort(),

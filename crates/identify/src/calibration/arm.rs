@@ -1,0 +1,260 @@
+//! The joints and links between base and tool, and the columns of their efforts at one instant.
+
+use nalgebra::{SVector, Vector3};
+use tactid_dynamics::{
+    BaseKind, FrameId, JointKind, JointMotion, Manipulator, StateError, Workspace, forces, motion,
+};
+
+use super::settings::CalibrationSettings;
+use crate::equations::Instant;
+use crate::{Finding, IdentifyError};
+
+/// Velocities of all friction terms, rad/s or m/s. A calibration uses the plain Coulomb term (the last), or a step, what
+/// presliding and the Stribeck effect leave, and the curvature of the viscous friction (the first three).
+pub(crate) const WIDTHS: [f64; 4] = [0.005, 0.05, 0.5, 0.02];
+
+/// Index in [`WIDTHS`] of the plain Coulomb term, which also shows whether a joint stands still.
+pub(crate) const PLAIN: usize = 3;
+
+/// Velocity at which the sign of the load-dependent friction is smoothed, rad/s or m/s.
+const SIGN_WIDTH: f64 = 0.01;
+
+/// Number of quantities of a joint beside the regressors.
+const SCALARS: usize = 5 + WIDTHS.len();
+
+/// The chain from base to tool that a recording is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Arm {
+    pub(crate) tool: String,
+    /// Names of the joints that move the tool, in the robot's order.
+    pub(crate) joints: Vec<String>,
+    /// Unit of the effort of each joint.
+    pub(crate) units: Vec<&'static str>,
+    /// Names of the first links of the bodies between base and tool, from the base outwards.
+    pub(crate) links: Vec<String>,
+    /// Ten parameters of each body, as described.
+    pub(crate) described: Vec<f64>,
+    /// For each joint the index of the first of the bodies that it moves.
+    pub(crate) first_links: Vec<usize>,
+    /// For each joint the place of its entries; then the number of all entries.
+    places: Vec<usize>,
+    pub(crate) gravity: Vector3<f64>,
+    pub(crate) cutoff_hz: f64,
+    /// What is wrong in the description of the robot.
+    pub(crate) findings: Vec<Finding>,
+}
+
+/// The quantities of one joint: those of one instant, or their means over one window.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JointColumns<'a> {
+    /// Regressor of the links from the joint's first one on.
+    pub(crate) links: &'a [f64],
+    /// Regressor of a payload in the tool frame.
+    pub(crate) payload: SVector<f64, 10>,
+    /// Measured effort.
+    pub(crate) effort: f64,
+    /// Torque of all links as described.
+    pub(crate) described: f64,
+    pub(crate) velocity: f64,
+    pub(crate) acceleration: f64,
+    /// Smoothed sign of the velocity.
+    pub(crate) sign: f64,
+    /// Smoothed signs of the velocity for [`WIDTHS`].
+    pub(crate) friction: &'a [f64],
+}
+
+impl JointColumns<'_> {
+    /// Returns 0 for a window in which the joint moves in one direction, and 1 for one at rest or with a reversal.
+    pub(crate) fn standstill(&self) -> f64 {
+        (1.0 - self.friction[PLAIN].powi(2)).max(0.0).sqrt()
+    }
+}
+
+impl Arm {
+    /// Describes the chain of a robot, whose columns [`ArmColumns`] computes.
+    pub(crate) fn new(
+        robot: &Manipulator,
+        tool: &str,
+        settings: &CalibrationSettings,
+    ) -> Result<Self, IdentifyError> {
+        let frame = robot.frame(tool)?;
+        if robot.base_kind() == BaseKind::Floating {
+            return Err(IdentifyError::CalibrationBase("the base floats"));
+        }
+        let bodies = bodies_between(robot, frame);
+        if bodies.is_empty() {
+            return Err(IdentifyError::CalibrationBase("no joint moves the tool"));
+        }
+        let joints = joints_of(robot, frame);
+        let first_link = |&joint: &usize| {
+            let name = &robot.joint_names()[joint];
+            let moved = |&body: &usize| drives(robot, body, name);
+            bodies.iter().position(moved).unwrap_or(0)
+        };
+        let first_links: Vec<usize> = joints.iter().map(first_link).collect();
+        let mut places = vec![0];
+        for first in &first_links {
+            let entries = 10 * (bodies.len() - first) + 10 + SCALARS;
+            places.push(places[places.len() - 1] + entries);
+        }
+        let unit = |&joint: &usize| match robot.joint_kind(joint) {
+            Some(JointKind::Prismatic) => "N",
+            Some(JointKind::Revolute) | None => "N m",
+        };
+        let parameters: Vec<_> = robot.bodies().map(|body| body.parameters).collect();
+        Ok(Self {
+            tool: tool.to_owned(),
+            units: joints.iter().map(unit).collect(),
+            joints: joints
+                .iter()
+                .map(|&joint| robot.joint_names()[joint].clone())
+                .collect(),
+            links: bodies.iter().map(|&body| link_name(robot, body)).collect(),
+            described: bodies
+                .iter()
+                .flat_map(|&body| parameters[body].as_vector().iter().copied())
+                .collect(),
+            first_links,
+            places,
+            gravity: settings.gravity(),
+            cutoff_hz: settings.cutoff_hz,
+            findings: robot.findings().into_iter().map(Finding::Model).collect(),
+        })
+    }
+
+    /// Number of entries of all joints.
+    pub(crate) fn entries(&self) -> usize {
+        self.places[self.joints.len()]
+    }
+
+    /// Returns the quantities of a joint among all entries.
+    pub(crate) fn columns<'a>(&self, entries: &'a [f64], joint: usize) -> JointColumns<'a> {
+        let (regressors, scalars) =
+            entries[self.places[joint]..self.places[joint + 1]].split_at(self.regressors(joint));
+        let (links, payload) = regressors.split_at(regressors.len() - 10);
+        JointColumns {
+            links,
+            payload: SVector::from_column_slice(payload),
+            effort: scalars[0],
+            described: scalars[1],
+            velocity: scalars[2],
+            acceleration: scalars[3],
+            sign: scalars[4],
+            friction: &scalars[5..],
+        }
+    }
+
+    /// Number of entries of the regressors of links and payload of a joint.
+    fn regressors(&self, joint: usize) -> usize {
+        self.places[joint + 1] - self.places[joint] - SCALARS
+    }
+}
+
+/// Computes the entries of an [`Arm`] at instants, without allocation.
+#[derive(Clone, Debug)]
+pub(crate) struct ArmColumns {
+    workspace: Workspace,
+    tool: FrameId,
+    /// Index in the robot of each joint of the arm.
+    joints: Vec<usize>,
+    /// Frame of each body of the arm.
+    frames: Vec<FrameId>,
+    /// Rows of one body for all joints of the robot.
+    rows: Vec<SVector<f64, 10>>,
+    entries: Vec<f64>,
+}
+
+impl ArmColumns {
+    /// Allocates the workspace for an arm of a robot.
+    pub(crate) fn new(robot: &Manipulator, arm: &Arm) -> Result<Self, IdentifyError> {
+        let tool = robot.frame(&arm.tool)?;
+        let frames = arm.links.iter().map(|link| robot.frame(link));
+        Ok(Self {
+            workspace: Workspace::new(robot),
+            tool,
+            joints: joints_of(robot, tool),
+            frames: frames.collect::<Result<_, _>>()?,
+            rows: vec![SVector::zeros(); robot.dof()],
+            entries: vec![0.0; arm.entries()],
+        })
+    }
+
+    /// Returns the robot.
+    pub(crate) fn robot(&self) -> &Manipulator {
+        self.workspace.robot()
+    }
+
+    /// Computes the entries of all joints at an instant. Cost: one pass over the bodies above each body of the arm.
+    pub(crate) fn at(&mut self, arm: &Arm, instant: &Instant) -> Result<&[f64], StateError> {
+        let joints = JointMotion {
+            position: &instant.joint_position,
+            velocity: &instant.joint_velocity,
+            acceleration: &instant.joint_acceleration,
+        };
+        motion(&mut self.workspace, &instant.base, joints)?;
+        forces(&mut self.workspace, &arm.gravity);
+        for (link, &frame) in self.frames.iter().enumerate() {
+            self.workspace
+                .torque_regressor(frame, &arm.gravity, &mut self.rows)?;
+            for (joint, &index) in self.joints.iter().enumerate() {
+                if let Some(place) = link.checked_sub(arm.first_links[joint]) {
+                    let place = arm.places[joint] + 10 * place;
+                    self.entries[place..place + 10].copy_from_slice(self.rows[index].as_slice());
+                }
+            }
+        }
+        self.workspace
+            .torque_regressor(self.tool, &arm.gravity, &mut self.rows)?;
+        let torques = self.workspace.joint_torques()?;
+        for (joint, &index) in self.joints.iter().enumerate() {
+            let velocity = instant.joint_velocity[index];
+            let scalars = arm.places[joint] + arm.regressors(joint);
+            let (regressors, scalars) = self.entries.split_at_mut(scalars);
+            let payload = regressors.len() - 10;
+            regressors[payload..].copy_from_slice(self.rows[index].as_slice());
+            scalars[0] = instant.joint_effort[index];
+            scalars[1] = torques[index];
+            scalars[2] = velocity;
+            scalars[3] = instant.joint_acceleration[index];
+            scalars[4] = (velocity / SIGN_WIDTH).tanh();
+            for (entry, width) in scalars[5..].iter_mut().zip(WIDTHS) {
+                *entry = (velocity / width).tanh();
+            }
+        }
+        Ok(&self.entries)
+    }
+}
+
+/// Indices of the joints that move a frame, in the robot's order.
+fn joints_of(robot: &Manipulator, frame: FrameId) -> Vec<usize> {
+    let joints = 0..robot.dof();
+    joints.filter(|&joint| robot.moves(joint, frame)).collect()
+}
+
+/// Indices of the moving bodies from the base to a frame.
+fn bodies_between(robot: &Manipulator, frame: FrameId) -> Vec<usize> {
+    let name = robot.frame_name(frame);
+    let parents: Vec<Option<usize>> = robot
+        .bodies()
+        .map(|body| body.joint.map(|joint| joint.parent))
+        .collect();
+    let last = robot.links().find(|link| link.name == name);
+    let mut bodies: Vec<usize> =
+        std::iter::successors(last.map(|link| link.body), |&body| parents[body])
+            .filter(|&body| parents[body].is_some())
+            .collect();
+    bodies.reverse();
+    bodies
+}
+
+/// Whether a body's joint follows the independent joint with a name.
+fn drives(robot: &Manipulator, body: usize, name: &str) -> bool {
+    let joint = robot.bodies().nth(body).and_then(|body| body.joint);
+    joint.is_some_and(|joint| joint.name == name)
+}
+
+/// Name of the first link of a body, whose frame is that of the body.
+fn link_name(robot: &Manipulator, body: usize) -> String {
+    let link = robot.links().find(|link| link.body == body);
+    link.map_or(String::new(), |link| link.name.to_owned())
+}

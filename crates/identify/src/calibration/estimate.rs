@@ -1,0 +1,41 @@
+//! A payload identified with a calibration.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::batch::BatchResult;
+use crate::solve::HALF_WIDTH_95;
+
+/// Quantile of Student's distribution with [`CalibratedEstimate::DEGREES_OF_FREEDOM`] that 95 % of its absolute values are
+/// below.
+const STUDENT_95: f64 = 2.306_004;
+
+/// Ratio of the quantiles of Student's and of the normal distribution.
+pub(crate) const WIDENING: f64 = STUDENT_95 / HALF_WIDTH_95;
+
+/// A payload identified from joint efforts with a calibration.
+///
+/// All standard deviations and the covariance are those of normal distributions with the same 95 % intervals: recordings
+/// determine their own noise with [`Self::DEGREES_OF_FREEDOM`] degrees of freedom only, and standard deviations are
+/// widened by the ratio of Student's quantile to the normal one, so that 1.96 of them contain 95 %.
+#[derive(Clone, Debug)]
+pub struct CalibratedEstimate {
+    /// The payload, its fit and the findings, in the form of every batch identification: channels are the joints between
+    /// base and tool, without history, delay and forecast.
+    pub result: BatchResult,
+    /// Linear parameters of the payload in the tool frame before their projection onto physically consistent ones.
+    pub parameters: SVector<f64, 10>,
+    /// Covariance of these parameters, widened, zero in unobservable directions.
+    pub covariance: SMatrix<f64, 10, 10>,
+    /// Fraction of the variance of each of the [ten values](crate::VALUE_NAMES) that is noise of the loaded recordings. The
+    /// rest is what the calibration does not know of the arm: no longer recording of the payload reduces it.
+    pub noise_fraction: [f64; 10],
+    /// Mean square of the whitened residual of each joint: about one where the joint is as noisy as in the calibration.
+    /// Where it is larger, the noise of the joint is enlarged by so much.
+    pub misfit: Vec<f64>,
+}
+
+impl CalibratedEstimate {
+    /// Degrees of freedom of Student's distribution for the intervals. Half a minute of motion contains some ten
+    /// correlation times of the noise.
+    pub const DEGREES_OF_FREEDOM: f64 = 8.0;
+}

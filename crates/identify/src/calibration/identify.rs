@@ -1,0 +1,289 @@
+//! Identification of a payload with a calibration.
+
+use std::sync::Arc;
+
+use nalgebra::SVector;
+use tactid_dynamics::InertialParameters;
+
+use super::compare::{EffortComparison, compare};
+use super::estimate::{CalibratedEstimate, WIDENING};
+use super::model::Calibration;
+use super::posterior::{Posterior, posterior};
+use super::recording::EffortRecording;
+use super::rows::EffortModel;
+use crate::batch::{BatchResult, BatchSettings, FitReport};
+use crate::combine::LinearEstimate;
+use crate::diagnosis::{CONTRADICTION, consistent_parameters, mass_finding};
+use crate::equations::{Channel, window};
+use crate::finding::{Finding, UnexplainedLoad};
+use crate::result::{self, PayloadEstimate, is_physical};
+use crate::solve::subspace::{Matrix, Vector};
+use crate::solve::uncertainty::{identifiable, jacobian, std_devs};
+use crate::solve::{KnownMass, PrincipalMoments};
+use crate::{IdentifyError, Method};
+
+/// Fewest windows of the loaded recordings: 1 s at 2 Hz.
+const MIN_WINDOWS: usize = 6;
+
+/// A load counts as unexplained where the residual of a joint is five times the noise of the calibration, and a tenth of its
+/// effort. Smaller residuals come from friction at a few reversals that the calibration did not see; intervals grow with
+/// them.
+const UNEXPLAINED: f64 = 5.0 * 5.0;
+const UNEXPLAINED_FRACTION: f64 = 0.1;
+
+impl Calibration {
+    /// Identifies the payload that the arm holds in all of the `loaded` recordings, together with the arm. `unloaded` are
+    /// recordings of the same day without payload, which update the calibration first; there may be none.
+    ///
+    /// The field `delay` of the settings is ignored. Cost: four passes over all windows.
+    ///
+    /// # Errors
+    /// Returns [`IdentifyError::TooFewWindows`] if the loaded recordings have fewer than six windows,
+    /// [`IdentifyError::CalibrationRobot`] or [`IdentifyError::CalibrationMismatch`] if a recording is of another robot or
+    /// has another cutoff or gravity, [`IdentifyError::CalibrationData`] for data that do not fit together, the errors of
+    /// [`BatchSettings::check`], and [`IdentifyError::CalibrationFailed`] if the numbers are too large to be solved for.
+    pub fn identify(
+        &self,
+        loaded: &[EffortRecording],
+        unloaded: &[EffortRecording],
+        settings: &BatchSettings,
+    ) -> Result<CalibratedEstimate, IdentifyError> {
+        settings.check()?;
+        self.check_data()?;
+        for recording in loaded.iter().chain(unloaded) {
+            self.check_recording(recording)?;
+        }
+        let windows = loaded.iter().map(EffortRecording::windows).sum();
+        if windows < MIN_WINDOWS {
+            let window_s = window::length_s(self.cutoff_hz);
+            return Err(IdentifyError::TooFewWindows { windows, window_s });
+        }
+        let (model, prior) = self.model()?;
+        let tool = settings.known_tool.map_or(Vector::zeros(), |tool| {
+            *InertialParameters::from(tool).as_vector()
+        });
+        let solve = |mass| posterior(&model, &prior, &self.noise, (loaded, unloaded), mass);
+        let free = solve(None)?;
+        let with_mass = match settings.known_mass {
+            Some(mass) => Some(solve(Some(mass.with(tool[0])))?),
+            None => None,
+        };
+        let solution = Solution {
+            model: &model,
+            loaded,
+            tool,
+            settings,
+            free: &free,
+            best: with_mass.as_ref().unwrap_or(&free),
+        };
+        Ok(solution.estimate())
+    }
+}
+
+/// A payload with and without its known mass, and what the result is made of.
+struct Solution<'a> {
+    model: &'a EffortModel,
+    loaded: &'a [EffortRecording],
+    /// Parameters of the known tool.
+    tool: Vector,
+    settings: &'a BatchSettings,
+    free: &'a Posterior,
+    best: &'a Posterior,
+}
+
+impl Solution<'_> {
+    fn estimate(&self) -> CalibratedEstimate {
+        let best = self.best;
+        let covariance = best.covariance * (WIDENING * WIDENING);
+        let bounding_box = self.settings.bounding_box.as_ref();
+        let scales = best.null_space.scales();
+        let parameters = best.parameters - self.tool;
+        let (consistent, inconsistent) =
+            consistent_parameters(parameters, &covariance, scales, bounding_box);
+        let fit = self.fit_report();
+        let of_data = self.data_findings(&fit);
+        let of_mass = self.settings.known_mass.and_then(|mass| {
+            let found = (
+                self.free.parameters[0] - self.tool[0],
+                mass_std_dev(self.free),
+            );
+            mass_finding(mass, found, consistent[0], bounding_box.is_some(), &of_data)
+        });
+        let is_not_kept = matches!(of_mass, Some(Finding::KnownMassNotKept { .. }));
+        let inconsistent = inconsistent.filter(|_| !is_not_kept);
+        let findings = of_mass.into_iter().chain(inconsistent).chain(of_data);
+        let of_model = self.loaded[0].arm.findings.iter().cloned();
+        CalibratedEstimate {
+            result: BatchResult {
+                linear: LinearEstimate::new(
+                    self.free.parameters - self.tool,
+                    &self.free.covariance,
+                    &self.free.null_space,
+                    CalibratedEstimate::DEGREES_OF_FREEDOM,
+                ),
+                estimate: self.payload(&consistent, &covariance),
+                principal_moments: PrincipalMoments::with_std_devs(
+                    &consistent,
+                    &covariance,
+                    &best.null_space,
+                ),
+                history: Vec::new(),
+                fit,
+                delay: None,
+                findings: findings.chain(of_model).collect(),
+                forecast: None,
+            },
+            parameters,
+            covariance,
+            noise_fraction: noise_fraction(best, &consistent),
+            misfit: best.misfit.clone(),
+        }
+    }
+
+    /// Returns the estimate with its uncertainty.
+    fn payload(&self, parameters: &Vector, covariance: &Matrix) -> PayloadEstimate {
+        let mut std_devs = std_devs(parameters, covariance, &self.best.null_space);
+        let is_exact =
+            |mass: KnownMass| mass.std_dev_kg == 0.0 && mass.agrees_with(parameters[0], 0.0);
+        if self.settings.known_mass.is_some_and(is_exact) {
+            std_devs[0] = 0.0;
+        }
+        let body = InertialParameters::from_vector(*parameters)
+            .mass_properties()
+            .unwrap_or(result::body(&[0.0; 10]));
+        let loaded = self.loaded.iter();
+        PayloadEstimate {
+            frame: Arc::from(self.loaded[0].arm.tool.as_str()),
+            body,
+            composite: None,
+            identifiable: identifiable(&result::values(&body), &std_devs),
+            std_devs: Some(std_devs),
+            is_physical: is_physical(&body),
+            windows: loaded
+                .clone()
+                .map(|recording| recording.windows() as u64)
+                .sum(),
+            payload_changes: 0,
+            since_s: f64::NEG_INFINITY,
+            rejected: loaded.clone().map(|recording| recording.rejected).sum(),
+            gaps: loaded.map(|recording| recording.gaps).sum(),
+        }
+    }
+
+    /// Returns how well arm and payload explain the loaded recordings.
+    fn fit_report(&self) -> FitReport {
+        let arm = &self.loaded[0].arm;
+        let names = arm.joints.iter().zip(&arm.units);
+        let channels: Vec<Channel> = names
+            .map(|(joint, &unit)| Channel {
+                name: format!("effort {joint}"),
+                unit,
+            })
+            .collect();
+        let compared = self
+            .loaded
+            .iter()
+            .map(|recording| compare(self.model, recording, &self.best.arm, &self.best.parameters));
+        let compared: Vec<EffortComparison> = compared.collect();
+        let all = |of: fn(&EffortComparison) -> &Vec<f64>| -> Vec<f64> {
+            compared
+                .iter()
+                .flat_map(|c| of(c).iter().copied())
+                .collect()
+        };
+        let (measured, predicted) = (all(|c| &c.measured), all(|c| &c.calibrated));
+        let times_s = all(|c| &c.times_s);
+        let count = times_s.len();
+        let rms = |joint: usize| {
+            let pairs = measured.iter().zip(&predicted).skip(joint);
+            let squares = pairs.step_by(channels.len()).map(|(a, b)| (a - b).powi(2));
+            (squares.sum::<f64>() / count as f64).sqrt()
+        };
+        let excitation = &self.best.excitation;
+        FitReport {
+            residual_rms: (0..channels.len()).map(rms).collect(),
+            held_out_rms: vec![f64::NAN; channels.len()],
+            weights: vec![1.0; count],
+            held_out: vec![false; count],
+            strengths: excitation.strengths.clone(),
+            directions: excitation.directions.iter().map(|v| (*v).into()).collect(),
+            offset: None,
+            stride_s: window::stride_s(arm.cutoff_hz),
+            cutoff_hz: arm.cutoff_hz,
+            channels,
+            times_s,
+            measured,
+            predicted,
+        }
+    }
+
+    /// Returns findings about the sign of the load and about joints that the model does not explain.
+    fn data_findings(&self, fit: &FitReport) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        let method = Method::Effort;
+        let (load_kg, known_kg) = (self.free.parameters[0], self.tool[0]);
+        let least_kg = -CONTRADICTION * mass_std_dev(self.free);
+        if load_kg < least_kg {
+            findings.push(Finding::NegativeMass {
+                method,
+                or_gravity: false,
+            });
+        } else if load_kg - known_kg < least_kg {
+            findings.push(Finding::KnownBodiesTooHeavy {
+                known_bodies_kg: known_kg,
+                load_kg,
+            });
+        }
+        let joints = self.best.misfit.iter().copied().enumerate();
+        let unexplained = joints.map(|(joint, misfit)| {
+            let loads = fit.measured.iter().skip(joint).step_by(fit.channels.len());
+            let squares: f64 = loads.map(|x| x * x).sum();
+            (joint, misfit, (squares / fit.times_s.len() as f64).sqrt())
+        });
+        let unexplained = unexplained.filter(|(joint, misfit, load_rms)| {
+            let is_large = fit.residual_rms[*joint] > UNEXPLAINED_FRACTION * load_rms;
+            is_large && *misfit > UNEXPLAINED
+        });
+        let worst = unexplained.max_by(|a, b| a.1.total_cmp(&b.1));
+        findings.extend(worst.map(|(joint, misfit, load_rms)| {
+            Finding::LoadUnexplained(UnexplainedLoad {
+                unit: fit.channels[joint].unit,
+                residual_rms: fit.residual_rms[joint],
+                load_rms,
+                noise_rms: fit.residual_rms[joint] / misfit.sqrt(),
+                method,
+            })
+        }));
+        findings
+    }
+}
+
+/// Returns the widened standard deviation of the mass of the whole load, kg; infinite where it is not determined.
+fn mass_std_dev(of: &Posterior) -> f64 {
+    let gradient = SVector::<f64, 10>::ith(0, 1.0).transpose();
+    if of.null_space.determines(&gradient) {
+        WIDENING * of.covariance[(0, 0)].max(0.0).sqrt()
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// Returns the fraction of the variance of each of the ten values that is noise; zero where the mass is zero or a value is
+/// not determined.
+fn noise_fraction(best: &Posterior, parameters: &Vector) -> [f64; 10] {
+    let Some(jacobian) = jacobian(parameters) else {
+        return [0.0; 10];
+    };
+    let variances = |covariance: &Matrix| (jacobian * covariance * jacobian.transpose()).diagonal();
+    let (all, noise) = (
+        variances(&best.covariance),
+        variances(&best.noise_covariance),
+    );
+    std::array::from_fn(|k| {
+        if all[k] > 0.0 {
+            (noise[k] / all[k]).clamp(0.0, 1.0)
+        } else {
+            0.0
+        }
+    })
+}

@@ -1,0 +1,153 @@
+//! The payload of recordings and its uncertainty, with a calibration as the prior of the arm.
+
+use nalgebra::{DMatrix, DVector, SMatrix};
+
+use super::fit::PAYLOAD_SCALES;
+use super::noise::EffortNoise;
+use super::payload::PayloadRow;
+use super::recording::EffortRecording;
+use super::rows::{EffortModel, Unknowns};
+use super::solver::{Block, NormalEquations, Prior, Problem};
+use crate::IdentifyError;
+use crate::solve::KnownMass;
+use crate::solve::spectrum::{Excitation, Spectrum};
+use crate::solve::subspace::{Matrix, NullSpace, Vector};
+
+/// Number of passes: the load-dependent friction and the gains are linearised about the last payload.
+const PASSES: usize = 4;
+
+/// A payload, given recordings and what is known of the arm.
+#[derive(Clone, Debug)]
+pub(crate) struct Posterior {
+    /// Parameters of the whole load.
+    pub(crate) parameters: Vector,
+    /// Covariance of the parameters, zero in unobservable directions.
+    pub(crate) covariance: Matrix,
+    /// Covariance that would remain if the arm were known exactly.
+    pub(crate) noise_covariance: Matrix,
+    pub(crate) null_space: NullSpace,
+    pub(crate) excitation: Excitation,
+    /// Mean square of the whitened residual of each joint, with the noise of the calibration.
+    pub(crate) misfit: Vec<f64>,
+    /// Unknowns of the arm.
+    pub(crate) arm: Vec<f64>,
+}
+
+/// One step of the unknowns, and the information on the payload.
+struct Step {
+    step: DVector<f64>,
+    spectrum: Spectrum<nalgebra::Const<10>>,
+    /// Information on the payload if the arm were known exactly.
+    alone: Matrix,
+}
+
+/// Estimates the payload of the loaded recordings together with the arm. `mass` is that of the whole load, where it is
+/// known.
+pub(crate) fn posterior(
+    model: &EffortModel,
+    prior: &Prior,
+    noise: &[EffortNoise],
+    (loaded, unloaded): (&[EffortRecording], &[EffortRecording]),
+    mass: Option<KnownMass>,
+) -> Result<Posterior, IdentifyError> {
+    let block = |recording, payload| Block {
+        recording,
+        payload,
+        windows: (0..EffortRecording::windows(recording)).collect(),
+    };
+    let loaded = loaded.iter().map(|recording| block(recording, Some(0)));
+    let unloaded = unloaded.iter().map(|recording| block(recording, None));
+    let mut scales = PAYLOAD_SCALES;
+    // An exact mass would otherwise have so much information that the rest would look unobservable.
+    scales[0] = mass.map_or(scales[0], |mass| mass.std_dev_kg.min(scales[0]));
+    let row = |mass: KnownMass| PayloadRow {
+        gradient: Vector::ith(0, 1.0),
+        target: mass.mass_kg,
+        std_dev: mass.std_dev_kg,
+    };
+    let problem = Problem {
+        model,
+        blocks: loaded.chain(unloaded).collect(),
+        prior: prior.clone(),
+        payload_scales: vec![scales],
+        payload_rows: vec![mass.map(row).into_iter().collect()],
+    };
+    solve(&problem, noise, scales)
+}
+
+fn solve(
+    problem: &Problem<'_>,
+    noise: &[EffortNoise],
+    scales: [f64; 10],
+) -> Result<Posterior, IdentifyError> {
+    let mut at = problem.start();
+    let mut misfit = vec![1.0; noise.len()];
+    let mut last = None;
+    for _ in 0..PASSES {
+        let factors: Vec<f64> = misfit.iter().map(|misfit: &f64| misfit.max(1.0)).collect();
+        let pairs = noise.iter().zip(&factors);
+        let enlarged: Vec<_> = pairs
+            .map(|(noise, factor)| noise.enlarged(*factor))
+            .collect();
+        let step = step(problem, &problem.normal_equations(&at, &enlarged))?;
+        misfit = problem.misfit(&at, &step.step, &enlarged);
+        misfit
+            .iter_mut()
+            .zip(factors)
+            .for_each(|(misfit, factor)| *misfit *= factor);
+        problem.add(&mut at, &step.step);
+        last = Some(step);
+    }
+    let last = last.ok_or(IdentifyError::CalibrationFailed)?;
+    let Unknowns { arm, payloads } = at;
+    if !payloads[0].iter().all(|entry| entry.is_finite()) {
+        return Err(IdentifyError::CalibrationFailed);
+    }
+    let scales = Vector::from(scales);
+    Ok(Posterior {
+        parameters: payloads[0],
+        covariance: covariance(&last.spectrum, &scales),
+        noise_covariance: covariance(&Spectrum::new(last.alone), &scales),
+        null_space: last.spectrum.null_space(scales),
+        excitation: last.spectrum.excitation(),
+        misfit,
+        arm,
+    })
+}
+
+/// Solves the normal equations: the arm, of which something is known, is eliminated, and the payload moves in observable
+/// directions.
+fn step(problem: &Problem<'_>, normal: &NormalEquations) -> Result<Step, IdentifyError> {
+    let count = problem.arm_len();
+    let of_arm = normal.matrix.view((0, 0), (count, count)).into_owned();
+    let factor = of_arm.cholesky().ok_or(IdentifyError::CalibrationFailed)?;
+    let coupling: DMatrix<f64> = normal.matrix.view((0, count), (count, 10)).into_owned();
+    let solved = factor.solve(&coupling);
+    let arm_alone = factor.solve(&normal.rhs.rows(0, count).into_owned());
+    let alone: Matrix = SMatrix::from_fn(|i, k| normal.matrix[(count + i, count + k)]);
+    let eliminated = coupling.tr_mul(&solved);
+    let information = alone - Matrix::from_fn(|i, k| eliminated[(i, k)]);
+    let target = coupling.tr_mul(&arm_alone);
+    let target = Vector::from_fn(|k, _| normal.rhs[count + k] - target[k]);
+    let spectrum = Spectrum::new(0.5 * (information + information.transpose()));
+    let payload: Vector = spectrum
+        .observable()
+        .map(|(information, direction)| direction * (direction.dot(&target) / information))
+        .sum();
+    let arm = arm_alone - solved * DVector::from_column_slice(payload.as_slice());
+    let step = arm.iter().chain(payload.iter()).copied();
+    Ok(Step {
+        step: DVector::from_iterator(count + 10, step),
+        spectrum,
+        alone,
+    })
+}
+
+/// Returns the covariance that belongs to an information of scaled parameters, zero in unobservable directions.
+fn covariance(spectrum: &Spectrum<nalgebra::Const<10>>, scales: &Vector) -> Matrix {
+    let terms = spectrum.observable().map(|(information, direction)| {
+        let direction = direction.component_mul(scales);
+        direction * direction.transpose() / information
+    });
+    terms.sum()
+}

@@ -1,0 +1,46 @@
+//! Whether the data and the result agree with a known mass.
+
+use super::CONTRADICTION;
+use crate::finding::Finding;
+use crate::solve::KnownMass;
+
+/// Reports where the payload's mass from the data alone, `found_kg` with its standard deviation, contradicts the known one
+/// and no other finding, in `of_data`, explains why, or where the result, `estimated_kg`, is not the known one.
+/// `within_box` is whether the result also had to fit into a bounding box.
+pub(crate) fn mass_finding(
+    known: KnownMass,
+    (found_kg, std_dev_kg): (f64, f64),
+    estimated_kg: f64,
+    within_box: bool,
+    of_data: &[Finding],
+) -> Option<Finding> {
+    // At least the standard deviation of an exact mass in a fit: data without noise have none.
+    let of_difference_kg = std_dev_kg
+        .hypot(known.std_dev_kg)
+        .max(known.with(0.0).std_dev_kg);
+    let distance = (found_kg - known.mass_kg).abs() / of_difference_kg;
+    // A motion that does not determine the mass contradicts none.
+    if std_dev_kg.is_finite() && distance > CONTRADICTION {
+        return (!of_data.iter().any(contradicts_any_mass)).then_some(Finding::MassContradicted {
+            known,
+            found_kg,
+            std_dev_kg,
+            distance,
+        });
+    }
+    (!known.agrees_with(estimated_kg, CONTRADICTION)).then_some(Finding::KnownMassNotKept {
+        known,
+        estimated_kg,
+        within_box,
+    })
+}
+
+/// Returns whether a finding is the reason why the data contradict any known mass.
+fn contradicts_any_mass(finding: &Finding) -> bool {
+    matches!(
+        finding,
+        Finding::GravityContradicted { .. }
+            | Finding::NegativeMass { .. }
+            | Finding::KnownBodiesTooHeavy { .. }
+    )
+}

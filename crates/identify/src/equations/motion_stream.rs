@@ -1,0 +1,108 @@
+//! The motion stream: from samples to the smoothed and differentiated motion at their times.
+
+use super::instant::Instant;
+use super::sample::Sample;
+use super::sample_ring::SampleRing;
+
+/// Keeps the last samples, and computes the motion at the time of each from its neighbours, without allocation.
+#[derive(Clone, Debug)]
+pub(crate) struct MotionStream {
+    max_gap_s: f64,
+    samples: SampleRing,
+    instant: Instant,
+    /// Time of the first accepted sample, s.
+    start_s: Option<f64>,
+    accepted: u64,
+    rejected: u64,
+    gaps: u64,
+}
+
+/// What a sample adds to a [`MotionStream`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum MotionStep<'a> {
+    /// The sample is not finite, or not later than the one before, and was ignored.
+    Rejected,
+    /// The sample starts a new stretch without gaps.
+    Started,
+    /// The stretch has too few samples yet for an instant.
+    Waiting,
+    /// The instant that the sample completes, some samples earlier.
+    Instant(&'a Instant),
+}
+
+impl MotionStream {
+    /// Creates a stream of samples of so many joints and wrenches, whose polynomials are accurate up to `cutoff_hz`.
+    pub(crate) fn new(joints: usize, wrenches: usize, cutoff_hz: f64, max_gap_s: f64) -> Self {
+        Self {
+            max_gap_s,
+            samples: SampleRing::new(joints, wrenches, cutoff_hz),
+            instant: Instant::new(joints, wrenches),
+            start_s: None,
+            accepted: 0,
+            rejected: 0,
+            gaps: 0,
+        }
+    }
+
+    /// Adds a sample whose slices have the right lengths.
+    pub(crate) fn push(&mut self, sample: &Sample<'_>) -> MotionStep<'_> {
+        let passed_s = sample.time_s - self.time_s();
+        if !sample.is_finite() || passed_s <= 0.0 {
+            self.rejected += 1;
+            return MotionStep::Rejected;
+        }
+        let started = passed_s > self.max_gap_s;
+        if started {
+            self.gaps += u64::from(passed_s.is_finite());
+            self.samples.start_stretch();
+        }
+        self.samples.push(sample);
+        self.start_s.get_or_insert(sample.time_s);
+        self.accepted += 1;
+        if started {
+            return MotionStep::Started;
+        }
+        let Some(nodes) = self.samples.nodes() else {
+            return MotionStep::Waiting;
+        };
+        self.instant.set(&nodes);
+        MotionStep::Instant(&self.instant)
+    }
+
+    /// Discards all samples and resets the counts, so that the same samples can be presented again.
+    pub(crate) fn rewind(&mut self) {
+        self.samples.clear();
+        self.start_s = None;
+        (self.accepted, self.rejected, self.gaps) = (0, 0, 0);
+    }
+
+    /// Time of the last accepted sample, s; minus infinity before the first.
+    pub(crate) fn time_s(&self) -> f64 {
+        self.samples.time_s()
+    }
+
+    /// Longest time between two samples that is not a gap, s.
+    pub(crate) fn max_gap_s(&self) -> f64 {
+        self.max_gap_s
+    }
+
+    /// Number of samples that were accepted.
+    pub(crate) fn accepted(&self) -> u64 {
+        self.accepted
+    }
+
+    /// Number of samples that were rejected: not finite, or not later than the one before.
+    pub(crate) fn rejected(&self) -> u64 {
+        self.rejected
+    }
+
+    /// Number of gaps that were too long to be bridged.
+    pub(crate) fn gaps(&self) -> u64 {
+        self.gaps
+    }
+
+    /// Time from the first accepted sample to the last, s.
+    pub(crate) fn duration_s(&self) -> f64 {
+        self.start_s.map_or(0.0, |start_s| self.time_s() - start_s)
+    }
+}

@@ -1,0 +1,159 @@
+"""The command ``tactid calibrate``: from recordings of an arm to the model of its joint efforts."""
+
+import inspect
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from tactid import calibration_text, option_text
+from tactid.calibrating import calibrate
+from tactid.calibration import Calibration
+from tactid.console import FLAG, interruptible, notes, print_whole, progress
+from tactid.errors import ArgumentError
+from tactid.identify_command import option_parameters, read_options
+from tactid.options import option_names
+from tactid.output_files import check_outputs
+
+RECORDINGS, RESULTS = "Recordings", "Results"
+
+
+def _recordings(text: str, *flags: str, metavar: str | None = None) -> Any:
+    return typer.Option(
+        *flags, help=text, metavar=metavar, rich_help_panel=RECORDINGS, show_default=False
+    )
+
+
+def _result(text: str, *flags: str, metavar: str | None = None) -> Any:
+    return typer.Option(
+        *flags, help=text, metavar=metavar, rich_help_panel=RESULTS, show_default=False
+    )
+
+
+def calibrate_arm(
+    out: Annotated[Path, _result("The TOML file to write, for tactid identify --calibration.")],
+    unloaded: Annotated[
+        list[Path] | None,
+        _recordings("A recording without a payload that moves all joints in both directions."),
+    ] = None,
+    loaded: Annotated[
+        list[Path] | None,
+        _recordings("A recording with a payload of known mass, which finds the gains."),
+    ] = None,
+    payload_mass: Annotated[
+        list[float] | None,
+        _recordings(
+            "Mass that the payload adds to the unloaded arm, once for each loaded recording. Unit:"
+            " kg."
+        ),
+    ] = None,
+    payload_mass_std_dev: Annotated[
+        float, _recordings("Standard deviation of these masses. Default: 0. Unit: kg.")
+    ] = 0.0,
+    payload_com: Annotated[
+        list[str] | None,
+        _recordings(
+            "Centre of mass in the tip's frame, once for each loaded recording. Default: not known."
+            " Unit: m.",
+            metavar="X,Y,Z",
+        ),
+    ] = None,
+    hold_out: Annotated[
+        list[Path] | None,
+        _recordings("A recording without a payload that is only compared with the model."),
+    ] = None,
+    gain_std_dev: Annotated[
+        str | None,
+        _recordings(
+            "Standard deviation of the gains before the calibration: 0% where efforts are torques."
+            " Default: 20% with loaded recordings; without any, 5% with --effort-gain, else 0%."
+        ),
+    ] = None,
+    report: Annotated[Path | None, _result("An HTML file to write, with plots.")] = None,
+    as_json: Annotated[bool, _result("Prints JSON.", "--json", metavar=FLAG)] = False,
+    **options: Any,
+) -> None:
+    """Calibrates the joint efforts of an arm from recordings.
+
+    The numbers of one option are separated by commas or by spaces: --gravity 0 0 -9.81.
+    """
+    _check_files(out, report, options["urdf"], unloaded or [], loaded or [], hold_out or [])
+    centers = [option_text.vector("--payload-com", text) for text in payload_com or ()]
+    with interruptible("no calibration"), progress("calibrating") as done:
+        arm = calibrate(
+            unloaded or [],
+            loaded=loaded or [],
+            payload_mass=payload_mass or None,
+            payload_mass_std_dev=payload_mass_std_dev,
+            payload_com=centers or None,
+            hold_out=hold_out or [],
+            gain_std_dev=_fraction(gain_std_dev),
+            options=read_options(dict.fromkeys(option_names()) | options),
+            progress=done,
+        )
+    _write(arm, out, report)
+    _print(arm, as_json=as_json)
+    notes.print(f"Wrote {', '.join(str(path) for path in (out, report) if path is not None)}.")
+
+
+def _check_files(
+    out: Path,
+    report: Path | None,
+    urdf: Path | None,
+    unloaded: list[Path],
+    loaded: list[Path],
+    hold_out: list[Path],
+) -> None:
+    """Checks that there is a recording, and that no output replaces one."""
+    flags = (("--unloaded", unloaded), ("--loaded", loaded), ("--hold-out", hold_out))
+    logs = {f"{flag} {path}": path for flag, paths in flags for path in paths}
+    check_outputs({"--out": out, "--report": report}, logs | {"--urdf": urdf})
+    if not unloaded and not loaded:
+        raise ArgumentError("--unloaded is missing: give a recording without a payload")
+
+
+def _write(arm: Calibration, out: Path, report: Path | None) -> None:
+    with interruptible("some of the files were not written"):
+        arm.write(out)
+        if report is not None:
+            from tactid import calibration_report  # imports matplotlib, which takes a while to load
+
+            with notes.status("drawing"):
+                calibration_report.write_report(arm, report, "command-line")
+
+
+def _print(arm: Calibration, *, as_json: bool) -> None:
+    if as_json:
+        sys.stdout.write(calibration_text.to_json(arm, "command-line"))
+        return
+    print(calibration_text.heading(arm))
+    print_whole(calibration_text.rich_table(arm))
+    for line in calibration_text.lines(arm, "command-line"):
+        notes.print(line, markup=False)
+
+
+def _fraction(text: str | None) -> float | None:
+    """Reads the standard deviation of the gains, which may be zero."""
+    if text is None:
+        return None
+    zero = text.strip().removesuffix("%").strip() in {"0", "0.0"}
+    return 0.0 if zero else option_text.fraction("--gain-std-dev", text)
+
+
+def _show_options() -> None:
+    """Gives the command the signature that typer reads: recordings, options, results."""
+    signature = inspect.signature(calibrate_arm)
+    own = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
+    own = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own]
+    options = [p for p in option_parameters() if p.name in option_names("calibration")]
+    recordings = [p for p in own if p.name not in {"out", "report", "as_json"}]
+    results = [p for p in own if p not in recordings]
+    parameters = [*recordings, *options, *results]
+    calibrate_arm.__signature__ = signature.replace(  # type: ignore[attr-defined]
+        parameters=parameters
+    )
+    calibrate_arm.__annotations__ = {p.name: p.annotation for p in parameters}
+
+
+_show_options()

@@ -1,0 +1,145 @@
+"""Calibration of an arm from logs."""
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tactid import _native
+from tactid.calibration import Calibration, from_model
+from tactid.calibration_data import CalibrationLog
+from tactid.declaration import with_options
+from tactid.errors import ArgumentError
+from tactid.findings import DataFault, Finding
+from tactid.options import Options, collect
+
+_Path: TypeAlias = str | os.PathLike[str]
+_Paths: TypeAlias = _Path | Sequence[_Path]
+
+OWN = (
+    "loaded",
+    "payload_mass",
+    "payload_mass_std_dev",
+    "payload_com",
+    "hold_out",
+    "gain_std_dev",
+    "options",
+    "progress",
+)
+"""The keywords of :func:`calibrate` that are no options."""
+
+
+@with_options(Options, "calibration")
+def calibrate(
+    unloaded: _Paths,
+    *,
+    loaded: _Paths = (),
+    payload_mass: float | Sequence[float] | None = None,
+    payload_mass_std_dev: float = 0.0,
+    payload_com: ArrayLike | None = None,
+    hold_out: _Paths = (),
+    gain_std_dev: float | None = None,
+    options: Options | None = None,
+    progress: Callable[[float], object] | None = None,
+    **keywords: Any,
+) -> Calibration:
+    """Calibrates the joint efforts of an arm from logs.
+
+    Friction, rotor inertias and corrections of the links are found from any motion without a
+    payload that moves all joints in both directions; gains of the efforts from logs with a payload
+    of known mass. The arm's base is fixed.
+
+        arm = tactid.calibrate("bag0/", urdf="arm.urdf", tip="tool0")
+        arm.write("arm.toml")
+        tactid.identify("bag1/", urdf="arm.urdf", calibration=arm)
+
+    Args:
+        unloaded: One log without a payload, or several. A log is the folder of a rosbag2 bag or one
+            of its files, ``.mcap`` or ``.db3``.
+        loaded: Logs with a payload of known mass.
+        payload_mass: Mass that the payload of each loaded log adds to the unloaded arm, kg.
+        payload_mass_std_dev: Standard deviation of these masses, kg.
+        payload_com: Centre of mass of the payload of each loaded log in the tip's frame, m, (3,) or
+            (L, 3), to a millimetre. Default: not known.
+        hold_out: Logs without a payload that are not used, but compared with the calibrated model.
+        gain_std_dev: Standard deviation of the gain of each joint before the calibration, as a
+            fraction; 0 where efforts are torques. Default: 0.2 with loaded logs; without any, 0.05
+            where ``effort_gain`` is given, else 0.
+        options: Options to start from; keywords replace them.
+        progress: Called with the fraction of the logs that is read, about twenty times a second. An
+            exception that it raises stops the work, as Ctrl-C does.
+        **keywords: Those fields of :class:`tactid.Options` that apply, as follows.
+
+            <options>
+
+    Raises:
+        LogError: A log cannot be read.
+        ModelError: The robot cannot be modelled, or has no such link.
+        IdentificationError: Something that is needed is missing in a log.
+        CalibrationError: No joint moves, or the logs are of different robots.
+        ArgumentError: An option is unknown, does not apply or is out of range.
+    """
+    collected = collect(options, keywords, "calibration", ("unloaded", *OWN))
+    without, held = _paths(unloaded), _paths(hold_out)
+    payloads = _payloads(_paths(loaded), payload_mass, payload_mass_std_dev, payload_com)
+    run = _native.calibrate_logs(without, payloads, held, gain_std_dev, collected, progress)
+    inputs = {
+        f"the log {path}": path for path in (*without, *(each[0] for each in payloads), *held)
+    }
+    if isinstance(collected.urdf, str | os.PathLike):
+        inputs |= {} if str(collected.urdf).lstrip().startswith("<") else {"`urdf`": collected.urdf}
+    return from_model(
+        run["model"],
+        gain_prior=run["gain_prior"],
+        logs=[_log(log) for log in run["logs"]],
+        inputs={words: Path(path).absolute() for words, path in inputs.items()},
+    )
+
+
+def _paths(given: _Paths) -> list[_Path]:
+    return [given] if isinstance(given, str | os.PathLike) else list(given)
+
+
+def _payloads(
+    logs: list[_Path],
+    masses: float | Sequence[float] | None,
+    std_dev: float,
+    coms: ArrayLike | None,
+) -> list[tuple[_Path, float, float, list[float] | None, None]]:
+    """Returns each loaded log with what is known of its payload."""
+    if not logs:
+        for name, given in (("payload_mass", masses), ("payload_com", coms)):
+            if given is not None:
+                raise ArgumentError(f"`{name}` is given, but no loaded log", option=name)
+        return []
+    if masses is None:
+        raise ArgumentError(
+            "`payload_mass` is missing: give the mass of each loaded log's payload",
+            option="payload_mass",
+        )
+    each = np.atleast_1d(np.asarray(masses, dtype=float)).tolist()
+    if len(each) != len(logs):
+        raise ArgumentError(
+            f"`payload_mass` has {len(each)} masses for {len(logs)} loaded logs: give one for each",
+            option="payload_mass",
+        )
+    if coms is None:
+        return [(log, mass, std_dev, None, None) for log, mass in zip(logs, each, strict=True)]
+    centers = np.asarray(coms, dtype=float)
+    if centers.shape not in {(3,), (len(logs), 3)}:
+        raise ArgumentError(
+            f"`payload_com` has the shape {centers.shape}: expected (3,) or ({len(logs)}, 3)",
+            option="payload_com",
+        )
+    centers = np.broadcast_to(centers, (len(logs), 3))
+    known = zip(logs, each, centers.tolist(), strict=True)
+    return [(log, mass, std_dev, center, None) for log, mass, center in known]
+
+
+def _log(data: dict[str, Any]) -> CalibrationLog:
+    faults = [DataFault(**fault) for fault in data["faults"]]
+    findings = [Finding(kind, found) for kind, found in data["findings"]]
+    return CalibrationLog(**data | {"faults": faults, "findings": findings})

@@ -1,0 +1,100 @@
+"""A calibrated arm: the model of its joint efforts, with the reasons to trust it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tactid import _native, calibration_text
+from tactid.calibration_data import CalibrationData, CalibrationLog
+from tactid.field_docs import with_fields
+from tactid.findings import Finding
+from tactid.output_files import check_outputs
+
+
+@with_fields
+@dataclass(frozen=True, eq=False, repr=False)
+class Calibration(CalibrationData):
+    """The calibrated model of an arm's joint efforts, as :func:`tactid.calibrate` returns it.
+
+    ``print`` shows a row for each joint. Give it to ``tactid.identify(..., calibration=...)``, or
+    write it to a file, from which :meth:`read` gets the same numbers.
+    """
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> Calibration:
+        """Reads the file of a calibration, which has all but the logs.
+
+        Args:
+            path: A file that :meth:`write` or ``tactid calibrate`` wrote.
+
+        Raises:
+            CalibrationError: The file cannot be read, or is not that of a calibration; the message
+                names the line.
+        """
+        model = _native.ArmModel.read(path)
+        return from_model(model, inputs={"the calibration": Path(path).absolute()})
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Writes the calibration as a TOML file that people can read.
+
+        Args:
+            path: The file to write.
+
+        Raises:
+            ArgumentError: The folder does not exist, or the file is one that was read.
+            CalibrationError: The file cannot be written.
+        """
+        self.model.write(self._checked(path))
+
+    def write_report(self, path: str | os.PathLike[str]) -> None:
+        """Writes the report: one HTML file with the table, the remarks and a figure of each joint.
+
+        Args:
+            path: The file to write.
+
+        Raises:
+            ArgumentError: The folder does not exist, or the file is one that was read.
+        """
+        from tactid import calibration_report  # imports matplotlib, which takes a while to load
+
+        calibration_report.write_report(self, self._checked(path))
+
+    def to_json(self) -> str:
+        """Returns the numbers of each joint and each log as a JSON document."""
+        return calibration_text.to_json(self)
+
+    def __repr__(self) -> str:
+        joints = f"{len(self.joints)} joints to {self.tip}"
+        return f"<tactid.Calibration: {joints}, {self.windows} windows>"
+
+    def __str__(self) -> str:
+        return calibration_text.text(self)
+
+    def _checked(self, path: str | os.PathLike[str]) -> Path:
+        """Returns the path of an output once it is clear that it can be written."""
+        inputs = {name: given for name, given in self.inputs.items() if name != "the calibration"}
+        check_outputs({"`path`": Path(path)}, inputs)
+        return Path(path)
+
+
+def from_model(
+    model: _native.ArmModel,
+    *,
+    gain_prior: float | None = None,
+    logs: Sequence[CalibrationLog] = (),
+    inputs: Mapping[str, Path] | None = None,
+) -> Calibration:
+    """Returns the calibration of a model, with the logs that it is from where they are known."""
+    data = model.data()
+    shortages = [Finding(kind, found) for kind, found in data.pop("shortages")]
+    return Calibration(
+        model=model,
+        shortages=shortages,
+        gain_prior=gain_prior,
+        logs=logs,
+        inputs=inputs or {},
+        **data,
+    )

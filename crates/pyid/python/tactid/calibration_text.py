@@ -1,0 +1,191 @@
+"""A calibration as people read it, and as JSON has it."""
+
+import io
+import json
+import math
+from typing import Any
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from tactid.calibration_data import CalibrationData, CalibrationLog
+from tactid.naming import Style, listed
+from tactid.table import whole_width
+from tactid.values import Z95, all_finite, digits_of, finite
+
+SCHEMA = "tactid.calibration/1"
+"""Name and version of the JSON layout: a change that breaks a reader increments the version."""
+
+
+def rich_table(arm: CalibrationData) -> Table:
+    """Returns the table of a calibration: a row for each joint."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("joint")
+    table.add_column("unit", style="dim")
+    for heading in (
+        "gain",
+        "Coulomb",
+        "viscous",
+        "load friction",
+        "rotor inertia",
+        "before",
+        "after",
+        "held out",
+    ):
+        table.add_column(heading, justify="right")
+    for row in rows(arm):
+        table.add_row(*row)
+    return table
+
+
+def rows(arm: CalibrationData) -> list[list[str]]:
+    """Returns the cells of the table of a calibration: a list for each joint."""
+    return [
+        [
+            name,
+            arm.units[j],
+            _gain(arm, j),
+            _number(arm.coulomb[j]),
+            _number(arm.viscous[j]),
+            f"{100 * arm.load_friction[j]:.1f} %",
+            _number(arm.rotor_inertia[j]),
+            _number(arm.residual_before[j]),
+            _number(arm.residual_after[j]),
+            _number(arm.residual_held_out[j]),
+        ]
+        for j, name in enumerate(arm.joints)
+    ]
+
+
+def heading(arm: CalibrationData) -> str:
+    """Says what the numbers of the table are."""
+    return (
+        f"Joint efforts of the arm to {arm.tip}: gain ± 95 %, friction, and rms residual before and"
+        " after the calibration"
+    )
+
+
+def lines(arm: CalibrationData, style: Style = "keyword") -> list[str]:
+    """Returns what a reader must know besides the table, a line each."""
+    return [
+        *(each.worded(style) for each in arm.shortages),
+        *(_hold_out(arm, log) for log in arm.logs if log.role == "hold_out"),
+        *(line for log in arm.logs for line in _of_log(log, style)),
+        gains(arm),
+        _data(arm),
+    ]
+
+
+def gains(arm: CalibrationData) -> str:
+    """Says where the gains come from."""
+    if not arm.gain_std_dev.any():
+        given = not np.all(arm.effort_gain == 1.0)
+        what = "Efforts times the given gains" if given else "Efforts"
+        return f"{what} count as torques: no gain was to be found."
+    prior = "" if arm.gain_prior is None else f", known to {100 * arm.gain_prior:g} % before"
+    source = "loaded recordings" if len(arm.payloads) else "unloaded recordings alone"
+    return f"Gains were found from {source}{prior}."
+
+
+def text(arm: CalibrationData) -> str:
+    """Returns the whole as text, for a reader who writes Python."""
+    table = rich_table(arm)
+    page = io.StringIO()
+    console = Console(file=page, color_system=None, force_terminal=False)
+    console.width = whole_width(table, console)
+    console.print(table)
+    shown = [line.rstrip() for line in page.getvalue().splitlines()]
+    return "\n".join([heading(arm), *shown, *lines(arm)])
+
+
+def to_json(arm: CalibrationData, style: Style = "keyword") -> str:
+    """Returns a calibration as JSON that people can read, too; it never contains NaN."""
+    return json.dumps(record(arm, style), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def record(arm: CalibrationData, style: Style = "keyword") -> dict[str, Any]:
+    """Returns a calibration as JSON has it."""
+    by_joint = {
+        "effort_gain": arm.effort_gain,
+        "gain": arm.gain,
+        "gain_std_dev": arm.gain_std_dev,
+        "offset": arm.offset,
+        "coulomb": arm.coulomb,
+        "viscous": arm.viscous,
+        "load_friction": arm.load_friction,
+        "payload_friction": arm.payload_friction,
+        "rotor_inertia": arm.rotor_inertia,
+        "residual_before": arm.residual_before,
+        "residual_after": arm.residual_after,
+        "residual_held_out": arm.residual_held_out,
+    }
+    joints = [
+        {"name": name, "unit": arm.units[j]}
+        | {key: finite(float(values[j])) for key, values in by_joint.items()}
+        for j, name in enumerate(arm.joints)
+    ]
+    return {
+        "schema": SCHEMA,
+        "tip": arm.tip,
+        "gravity_m_s2": all_finite(arm.gravity),
+        "cutoff_hz": finite(arm.cutoff),
+        "windows": arm.windows,
+        "window_s": finite(arm.window),
+        "gain_prior": arm.gain_prior,
+        "joints": joints,
+        "payloads": arm.payloads.tolist(),
+        "logs": [_log_record(log) for log in arm.logs],
+        "remarks": lines(arm, style),
+    }
+
+
+def _log_record(log: CalibrationLog) -> dict[str, Any]:
+    return {
+        "path": str(log.path),
+        "role": log.role,
+        "duration_s": finite(log.duration),
+        "windows": len(log.time),
+        "residual_before": [finite(value) for value in log.residual_before.tolist()],
+        "residual_after": [finite(value) for value in log.residual_after.tolist()],
+    }
+
+
+def _hold_out(arm: CalibrationData, log: CalibrationLog) -> str:
+    pairs = zip(arm.joints, log.residual_before, log.residual_after, arm.units, strict=True)
+    each = [
+        f"{name} {_number(before)} → {_number(after)} {unit}" for name, before, after, unit in pairs
+    ]
+    return f"Held out, {log.path.name}: rms residual {listed(each)}."
+
+
+def _of_log(log: CalibrationLog, style: Style) -> list[str]:
+    noticed = [
+        *(finding.worded(style) for finding in log.findings),
+        *map(str, log.faults),
+        *(f"{damage}; what stands before was used." for damage in log.damage),
+    ]
+    return [f"{log.path.name}: {sentence}" for sentence in noticed]
+
+
+def _data(arm: CalibrationData) -> str:
+    gravity = " ".join(f"{entry:g}" for entry in arm.gravity)
+    return (
+        f"{arm.windows} windows of {arm.window:.3g} s; cutoff {arm.cutoff:.3g} Hz; gravity"
+        f" {gravity} m/s²."
+    )
+
+
+def _gain(arm: CalibrationData, joint: int) -> str:
+    factor = float(arm.effort_gain[joint])
+    value, half_width = factor * arm.gain[joint], Z95 * abs(factor) * arm.gain_std_dev[joint]
+    if not half_width:
+        return f"{value:.4g}"
+    digits = digits_of(half_width)
+    return f"{value:.{digits}f} ± {half_width:.{digits}f}"
+
+
+def _number(value: float) -> str:
+    # Three digits, zeros at the end included.
+    return f"{value + 0.0:#.3g}".rstrip(".") if math.isfinite(value) else "–"

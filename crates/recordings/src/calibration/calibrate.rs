@@ -1,0 +1,248 @@
+//! Calibration of an arm from logs.
+
+use std::path::{Path, PathBuf};
+
+use tactid_identify::calibration::{
+    CalibrationResult, CalibrationSettings, EffortComparison, EffortRecording, KnownPayload,
+    calibrate,
+};
+
+use super::arm::ArmCalibration;
+use super::record::Recorded;
+use crate::defaults::effort_gains;
+use crate::log::LogRecording;
+use crate::run::Run;
+use crate::{DataFault, Finding, Observer, Progress, RecordingError, Request};
+
+/// What is known of gains that a request claims, as a fraction.
+const CLAIMED_GAIN_STD_DEV: f64 = 0.05;
+/// What is known of gains that a loaded recording is to find, as a fraction.
+const FOUND_GAIN_STD_DEV: f64 = 0.2;
+
+/// The logs of a calibration: folders of rosbag2 bags, or `.mcap` or `.db3` files, of any motion of one robot.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CalibratingLogs {
+    /// Logs without a payload.
+    pub unloaded: Vec<PathBuf>,
+    /// Logs with a payload of which something is known: they find the gains of the efforts.
+    pub loaded: Vec<(PathBuf, KnownPayload)>,
+    /// Logs without a payload that are not used, but compared with the calibrated model.
+    pub held_out: Vec<PathBuf>,
+    /// Standard deviation of the gain of each joint before the calibration, as a fraction; 0 where efforts are torques.
+    /// Default: 0.2 with loaded logs; without any, 0.05 if the request claims effort gains, else 0.
+    pub gain_std_dev: Option<f64>,
+}
+
+/// What a log is to a calibration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LogRole {
+    /// It has no payload.
+    Unloaded,
+    /// It has a payload of which something is known.
+    Loaded,
+    /// It has no payload and was not used.
+    HeldOut,
+}
+
+/// A log of a calibration, and how the calibrated model explains it.
+#[derive(Clone, Debug)]
+pub struct UsedLog {
+    /// Path of the log.
+    pub path: PathBuf,
+    /// What it is to the calibration.
+    pub role: LogRole,
+    /// Time from the first aligned sample to the last, s.
+    pub duration_s: f64,
+    /// Measured and modelled efforts. The payload is the identified one.
+    pub comparison: EffortComparison,
+    /// Messages and samples that could not be used, counted by topic and kind.
+    pub faults: Vec<DataFault>,
+    /// What a reader should know of the log.
+    pub findings: Vec<Finding>,
+    /// Where the log could not be read further, and why.
+    pub damage: Vec<String>,
+}
+
+/// A calibration with the logs that it is from.
+#[derive(Clone, Debug)]
+pub struct CalibrationRun {
+    /// The calibrated arm.
+    pub arm: ArmCalibration,
+    /// What was known of the gains before, see [`CalibratingLogs::gain_std_dev`].
+    pub gain_std_dev: f64,
+    /// The logs: unloaded, loaded and held out, each in the order in which they were given.
+    pub logs: Vec<UsedLog>,
+}
+
+/// Calibrates the joint efforts of an arm from logs.
+///
+/// Of the request, robot, tip, joints and their topics, gravity, the longest bridged gap and effort gains are used; its
+/// cutoff is that of the window means, 2 Hz by default. The arm's base is fixed.
+///
+/// Logs are read one after the other. Memory: some 110 MB for an hour of a seven-axis arm. The observer is called several
+/// times a second.
+///
+/// # Errors
+/// Returns [`RecordingError::NothingToCalibrate`] if no log is given, [`RecordingError::InRecording`] with the log and the
+/// reason if one cannot be used, [`RecordingError::Interrupted`] if the observer stops the work, and
+/// [`RecordingError::Identify`] if a value is out of range or the recordings do not suffice.
+pub fn calibrate_logs(
+    logs: &CalibratingLogs,
+    request: &Request,
+    observer: &mut Observer<'_>,
+) -> Result<CalibrationRun, RecordingError> {
+    request.check()?;
+    if logs.unloaded.is_empty() && logs.loaded.is_empty() {
+        return Err(RecordingError::NothingToCalibrate);
+    }
+    for (_, payload) in &logs.loaded {
+        payload.check()?;
+    }
+    let settings = logs.settings(request);
+    settings.check()?;
+    let efforts = Request {
+        calibration: None,
+        ..request.for_efforts(&settings)
+    };
+    let all = logs.by_role();
+    let (mut calibrating, mut held_out, mut used) = (Vec::new(), Vec::new(), Vec::new());
+    let mut effort_gain = Vec::new();
+    for (index, log) in all.iter().enumerate() {
+        let mut of_log = |progress: Progress| {
+            let fraction = (index as f64 + progress.fraction) / all.len() as f64;
+            observer(Progress { fraction })
+        };
+        let (windows, notes) = read(log.path, &efforts, &settings, &mut of_log)
+            .map_err(|error| error.in_recording(log.path))?;
+        effort_gain.clone_from(&notes.effort_gain);
+        used.push((log, notes));
+        match log.role {
+            LogRole::HeldOut => held_out.push(windows),
+            LogRole::Unloaded | LogRole::Loaded => calibrating.push((windows, log.payload)),
+        }
+    }
+    let result = calibrate(&calibrating, &settings)?;
+    let comparisons = compare(&result, &calibrating, &held_out)?;
+    let logs = used.into_iter().zip(comparisons);
+    Ok(CalibrationRun {
+        gain_std_dev: settings.gain_std_dev,
+        logs: logs
+            .map(|((log, notes), comparison)| notes.of(log, comparison))
+            .collect(),
+        arm: ArmCalibration {
+            model: result.calibration,
+            report: result.report,
+            effort_gain,
+        },
+    })
+}
+
+/// A log of a calibration with its role.
+struct Log<'a> {
+    path: &'a Path,
+    role: LogRole,
+    payload: Option<KnownPayload>,
+}
+
+impl CalibratingLogs {
+    fn settings(&self, request: &Request) -> CalibrationSettings {
+        let defaults = CalibrationSettings::default();
+        let gain_std_dev = if !self.loaded.is_empty() {
+            FOUND_GAIN_STD_DEV
+        } else if request.effort_gain.is_some() {
+            CLAIMED_GAIN_STD_DEV
+        } else {
+            defaults.gain_std_dev
+        };
+        CalibrationSettings {
+            gravity: request.gravity,
+            cutoff_hz: request.cutoff_hz.unwrap_or(defaults.cutoff_hz),
+            gain_std_dev: self.gain_std_dev.unwrap_or(gain_std_dev),
+            ..defaults
+        }
+    }
+
+    /// Returns all logs: those that calibrate, then those that are held out.
+    fn by_role(&self) -> Vec<Log<'_>> {
+        let log = |path, role, payload| Log {
+            path,
+            role,
+            payload,
+        };
+        let unloaded = self
+            .unloaded
+            .iter()
+            .map(|path| log(path, LogRole::Unloaded, None));
+        let loaded = self.loaded.iter();
+        let loaded = loaded.map(|(path, payload)| log(path, LogRole::Loaded, Some(*payload)));
+        let held_out = self
+            .held_out
+            .iter()
+            .map(|path| log(path, LogRole::HeldOut, None));
+        unloaded.chain(loaded).chain(held_out).collect()
+    }
+}
+
+/// What was counted and noticed while a log was read.
+struct Notes {
+    effort_gain: Vec<f64>,
+    run: Run,
+    findings: Vec<Finding>,
+}
+
+impl Notes {
+    fn of(self, log: &Log<'_>, comparison: EffortComparison) -> UsedLog {
+        UsedLog {
+            path: log.path.to_owned(),
+            role: log.role,
+            duration_s: self.run.duration_s,
+            comparison,
+            faults: self.run.faults.to_vec(),
+            findings: self.findings,
+            damage: self.run.damage,
+        }
+    }
+}
+
+/// Reads one log.
+fn read(
+    path: &Path,
+    request: &Request,
+    settings: &CalibrationSettings,
+    observer: &mut Observer<'_>,
+) -> Result<(EffortRecording, Notes), RecordingError> {
+    let log = LogRecording::open(path, request, observer)?;
+    let Recorded { plan, run, windows } = Recorded::new(&log, request, settings, observer)?;
+    if run.interrupted {
+        return Err(RecordingError::Interrupted);
+    }
+    let mut findings = plan.sources.findings.clone();
+    findings.extend(plan.findings);
+    findings.extend(run.findings.iter().cloned());
+    let robot = &plan.sources.robot;
+    let gains = effort_gains(request, robot.joint_names());
+    let gain = |joint: &String| robot.joint_index(joint).map_or(1.0, |index| gains[index]);
+    let notes = Notes {
+        effort_gain: windows.joint_names().iter().map(gain).collect(),
+        run,
+        findings,
+    };
+    Ok((windows, notes))
+}
+
+/// Compares all logs with the model, those that calibrated it with the payload that was found.
+fn compare(
+    result: &CalibrationResult,
+    calibrating: &[(EffortRecording, Option<KnownPayload>)],
+    held_out: &[EffortRecording],
+) -> Result<Vec<EffortComparison>, RecordingError> {
+    let mut payloads = result.report.payloads.iter();
+    let used = calibrating.iter().map(|(windows, known)| {
+        let payload = known.and_then(|_| payloads.next());
+        (windows, payload)
+    });
+    let all = used.chain(held_out.iter().map(|windows| (windows, None)));
+    let compared =
+        all.map(|(windows, payload)| Ok(result.calibration.compare(windows, payload)?));
+    compared.collect()
+}

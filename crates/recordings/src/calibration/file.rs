@@ -1,0 +1,57 @@
+//! The file of a calibration, read and written.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::arm::ArmCalibration;
+use super::text;
+use crate::RecordingError;
+
+impl ArmCalibration {
+    /// Reads the file of a calibration.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::CalibrationIo`] if the file cannot be read, and [`RecordingError::CalibrationFile`] with
+    /// the line, where it is known, if it is not what [`Self::write`] writes.
+    pub fn read(path: &Path) -> Result<Self, RecordingError> {
+        let failed = |source| io_error("read", path, source);
+        let text = fs::read_to_string(path).map_err(failed)?;
+        text::parse(&text).map_err(|fault| RecordingError::CalibrationFile {
+            path: path.to_owned(),
+            line: fault.line,
+            reason: fault.reason,
+        })
+    }
+
+    /// Writes the calibration as a TOML file, from which [`Self::read`] gets the same numbers, bit by bit. The file is
+    /// there whole or not at all.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::CalibrationIo`] if the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), RecordingError> {
+        let failed = |source| io_error("write", path, source);
+        let text = text::text(self).map_err(|error| failed(io::Error::other(error)))?;
+        let temporary = temporary_path(path);
+        let written = fs::write(&temporary, text).and_then(|()| fs::rename(&temporary, path));
+        written.map_err(|error| {
+            // What is left of the file is of no use; that it cannot be removed is not the error to report.
+            let _ = fs::remove_file(&temporary);
+            failed(error)
+        })
+    }
+}
+
+/// Returns a path in the same folder, for what is not complete yet.
+fn temporary_path(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}.{}", std::process::id()))
+}
+
+fn io_error(action: &'static str, path: &Path, source: io::Error) -> RecordingError {
+    RecordingError::CalibrationIo {
+        action,
+        path: path.to_owned(),
+        source,
+    }
+}

@@ -1,0 +1,146 @@
+//! Payloads identified from joint efforts with a calibration of the arm.
+
+use std::path::Path;
+
+use tactid_identify::calibration::EffortRecording;
+
+use super::arm::ArmCalibration;
+use super::record::Recorded;
+use crate::arrays::ArrayRecording;
+use crate::identification::CalibratedFit;
+use crate::log::LogRecording;
+use crate::recording::Recording;
+use crate::{Arrays, Identification, Observer, Progress, RecordingError, Request, UnloadedArrays};
+
+/// Identifies the payload from a log. The unloaded log of the request updates the calibration.
+///
+/// # Errors
+/// Returns [`RecordingError::InRecording`] if the unloaded log cannot be used, and the errors of an identification by the
+/// effort method, of [`Request::check_calibration`] and of the calibration.
+pub(crate) fn identify_calibrated_log(
+    path: &Path,
+    request: &Request,
+    calibration: &ArmCalibration,
+    observer: &mut Observer<'_>,
+) -> Result<Identification, RecordingError> {
+    let efforts = request_with(request, calibration)?;
+    let unloaded = match &request.unloaded {
+        Some(unloaded) => {
+            let read = LogRecording::open(unloaded, &efforts, observer);
+            let windows =
+                read.and_then(|log| unloaded_windows(&log, &efforts, calibration, observer));
+            Some(windows.map_err(|error| error.in_recording(unloaded))?)
+        }
+        None => None,
+    };
+    let log = LogRecording::open(path, &efforts, observer)?;
+    identify(&log, &efforts, calibration, unloaded, observer)
+}
+
+/// Identifies the payload from arrays. Their unloaded reference updates the calibration.
+///
+/// # Errors
+/// Returns the errors of an identification by the effort method, of [`Request::check_calibration`] and of the calibration.
+pub(crate) fn identify_calibrated_arrays(
+    arrays: &Arrays<'_>,
+    request: &Request,
+    calibration: &ArmCalibration,
+    observer: &mut Observer<'_>,
+) -> Result<Identification, RecordingError> {
+    if request.unloaded.is_some() {
+        return Err(RecordingError::NotForArrays("unloaded"));
+    }
+    let efforts = request_with(request, calibration)?;
+    let unloaded = match &arrays.unloaded {
+        Some(reference) => {
+            let samples = ArrayRecording::new(&alone(reference, arrays), &efforts)?;
+            Some(unloaded_windows(&samples, &efforts, calibration, observer)?)
+        }
+        None => None,
+    };
+    let loaded = Arrays {
+        unloaded: None,
+        ..*arrays
+    };
+    let samples = ArrayRecording::new(&loaded, &efforts)?;
+    identify(&samples, &efforts, calibration, unloaded, observer)
+}
+
+/// Returns the request of a recording for a calibration, whose tool is the tip unless the request names one.
+fn request_with(
+    request: &Request,
+    calibration: &ArmCalibration,
+) -> Result<Request, RecordingError> {
+    request.check_calibration()?;
+    let tool = calibration.model.tool.clone();
+    Ok(Request {
+        tip: Some(request.tip.clone().unwrap_or(tool)),
+        ..request.for_efforts(&calibration.settings())
+    })
+}
+
+/// Returns an unloaded reference as a recording of its own, of the robot of the loaded arrays.
+fn alone<'a>(reference: &UnloadedArrays<'a>, loaded: &Arrays<'a>) -> Arrays<'a> {
+    Arrays {
+        robot: loaded.robot,
+        times_s: reference.times_s,
+        joint_position: reference.joint_position,
+        joint_effort: reference.joint_effort,
+        ..Arrays::default()
+    }
+}
+
+/// Reads an unloaded recording, without progress.
+fn unloaded_windows(
+    recording: &impl Recording,
+    request: &Request,
+    calibration: &ArmCalibration,
+    observer: &mut Observer<'_>,
+) -> Result<EffortRecording, RecordingError> {
+    check(recording, request, calibration)?;
+    let mut interrupted = false;
+    let mut silent = |_| {
+        let flow = observer(Progress { fraction: 0.0 });
+        interrupted |= flow.is_break();
+        flow
+    };
+    let recorded = Recorded::new(recording, request, &calibration.settings(), &mut silent)?;
+    if interrupted {
+        return Err(RecordingError::Interrupted);
+    }
+    Ok(recorded.windows)
+}
+
+fn identify(
+    recording: &impl Recording,
+    request: &Request,
+    calibration: &ArmCalibration,
+    unloaded: Option<EffortRecording>,
+    observer: &mut Observer<'_>,
+) -> Result<Identification, RecordingError> {
+    check(recording, request, calibration)?;
+    let Recorded { plan, run, windows } =
+        Recorded::new(recording, request, &calibration.settings(), observer)?;
+    let joints = windows.joint_names().to_vec();
+    let settings = plan.batch_settings();
+    let found = calibration
+        .model
+        .identify(&[windows], unloaded.as_slice(), &settings)?;
+    let fit = CalibratedFit {
+        joints,
+        misfit: found.misfit,
+        noise_fraction: found.noise_fraction,
+        updated_by_unloaded: unloaded.is_some(),
+    };
+    Ok(Identification::of_calibrated(plan, run, found.result, fit))
+}
+
+/// Checks that the calibration is of the robot of a recording.
+fn check(
+    recording: &impl Recording,
+    request: &Request,
+    calibration: &ArmCalibration,
+) -> Result<(), RecordingError> {
+    let tip = request.tip.as_deref().unwrap_or(&calibration.model.tool);
+    Ok(calibration.model.check(&recording.sources().robot, tip)?)
+}

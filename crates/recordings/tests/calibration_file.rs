@@ -1,0 +1,255 @@
+//! The file of a calibration: the same numbers come back, and what is wrong is named with its line.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::fs;
+
+use nalgebra::{SVector, Vector3};
+use tactid_dynamics::InertialParameters;
+use tactid_identify::calibration::{
+    Calibration, CalibrationReport, EffortNoise, JointCalibration, LinkCalibration, MotionShortage,
+};
+use tactid_recordings::{ArmCalibration, RecordingError};
+
+/// Numbers without a pattern, whose digits fill a float.
+struct Numbers(u64);
+
+impl Numbers {
+    fn one(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        let mantissa = (self.0 >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
+        let exponent = ((self.0 >> 3) % 40) as i32 - 20;
+        mantissa * 10_f64.powi(exponent)
+    }
+
+    fn some(&mut self, count: usize) -> Vec<f64> {
+        (0..count).map(|_| self.one()).collect()
+    }
+
+    fn ten(&mut self) -> [f64; 10] {
+        std::array::from_fn(|_| self.one())
+    }
+
+    fn body(&mut self) -> InertialParameters {
+        InertialParameters::from_vector(SVector::from(self.ten()))
+    }
+}
+
+const UNKNOWNS: usize = 2 * 10 + 2 * (6 + 3);
+const NAMES: [&str; 2] = ["turn \"1\"", "slide"];
+const LINKS: [&str; 2] = ["upper", "lower"];
+
+/// A calibration of two joints and links with three friction terms, of which each number is another.
+fn arm() -> ArmCalibration {
+    let mut numbers = Numbers(7);
+    let parameters = numbers.some(UNKNOWNS);
+    let noise = || EffortNoise {
+        white: 0.1,
+        slow: 1.0 / 3.0,
+        slow_time_s: 0.7,
+        standstill: 2e-17,
+    };
+    let joints = (0..2).map(|index| joint(&mut numbers, &parameters, index, noise()));
+    let joints = joints.collect();
+    let links = (0..2).map(|index| link(&mut numbers, &parameters, index));
+    let links = links.collect();
+    let report = CalibrationReport {
+        windows: 123,
+        window_s: numbers.one(),
+        joints,
+        links,
+        payloads: vec![numbers.body()],
+        shortages: shortages(&mut numbers),
+    };
+    ArmCalibration {
+        model: Calibration {
+            tool: "tool0".to_owned(),
+            joints: NAMES.map(str::to_owned).to_vec(),
+            links: LINKS.map(str::to_owned).to_vec(),
+            gravity: Vector3::new(numbers.one(), 0.0, -9.81),
+            cutoff_hz: numbers.one(),
+            friction_widths: numbers.some(3),
+            scales: numbers.some(UNKNOWNS),
+            precision: numbers.some(UNKNOWNS * (UNKNOWNS + 1) / 2),
+            noise: vec![noise(), noise()],
+            reference_torques: numbers.some(2),
+            log_evidence: numbers.one(),
+            parameters,
+        },
+        report,
+        effort_gain: numbers.some(2),
+    }
+}
+
+fn joint(
+    numbers: &mut Numbers,
+    parameters: &[f64],
+    index: usize,
+    noise: EffortNoise,
+) -> JointCalibration {
+    JointCalibration {
+        name: NAMES[index].to_owned(),
+        unit: ["N m", "N"][index],
+        gain: numbers.one(),
+        gain_std_dev: numbers.one(),
+        offset: parameters[20 + index],
+        viscous: parameters[22 + index],
+        friction: (0..3).map(|k| parameters[24 + 2 * k + index]).collect(),
+        load_friction: parameters[30 + index],
+        payload_friction: parameters[32 + index],
+        rotor_inertia: parameters[34 + index],
+        noise,
+        max_velocity: [numbers.one(), numbers.one()],
+        residual_before: numbers.one(),
+        residual_after: numbers.one(),
+        residual_held_out: numbers.one(),
+    }
+}
+
+fn link(numbers: &mut Numbers, parameters: &[f64], index: usize) -> LinkCalibration {
+    let calibrated = &parameters[10 * index..10 * index + 10];
+    LinkCalibration {
+        name: LINKS[index].to_owned(),
+        described: numbers.body(),
+        calibrated: InertialParameters::from_vector(SVector::from_column_slice(calibrated)),
+        std_devs: numbers.ten(),
+    }
+}
+
+fn shortages(numbers: &mut Numbers) -> Vec<MotionShortage> {
+    vec![
+        MotionShortage::Still {
+            joint: NAMES[1].to_owned(),
+            max_velocity: numbers.one(),
+        },
+        MotionShortage::OneDirection {
+            joint: NAMES[1].to_owned(),
+            is_positive: false,
+        },
+        MotionShortage::Gain {
+            joint: NAMES[0].to_owned(),
+            std_dev: numbers.one(),
+        },
+    ]
+}
+
+fn written(arm: &ArmCalibration) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arm.toml");
+    arm.write(&path).unwrap();
+    assert_eq!(
+        fs::read_dir(folder.path()).unwrap().count(),
+        1,
+        "a temporary file is left"
+    );
+    fs::read_to_string(&path).unwrap()
+}
+
+fn read(text: &str) -> Result<ArmCalibration, RecordingError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arm.toml");
+    fs::write(&path, text).unwrap();
+    ArmCalibration::read(&path)
+}
+
+/// Equality of floats is that of their bits here: no number is zero or NaN but two zeros of gravity.
+#[test]
+fn the_same_numbers_come_back() {
+    let arm = arm();
+    assert_eq!(read(&written(&arm)).unwrap(), arm);
+}
+
+/// A residual that is not known is the only number that may be none.
+#[test]
+fn an_unknown_residual_comes_back() {
+    let mut arm = arm();
+    arm.report.joints[1].residual_held_out = f64::NAN;
+    let back = read(&written(&arm)).unwrap();
+    assert!(back.report.joints[1].residual_held_out.is_nan());
+    assert_eq!(back.model, arm.model);
+}
+
+/// The reason of a bad file, and its line where there is one.
+#[test]
+fn what_is_wrong_is_named_with_its_line() {
+    let text = written(&arm());
+    let line_of = |part: &str| {
+        1 + text
+            .lines()
+            .position(|line| line.starts_with(part))
+            .unwrap_or_else(|| panic!("{part}"))
+    };
+    let without = |part: &str| -> String {
+        let lines = text.lines().filter(|line| !line.starts_with(part));
+        lines.collect::<Vec<_>>().join("\n")
+    };
+    let first_row = line_of("rows") + 1;
+    let longer = text.replacen("rows = [\n  \"", "rows = [\n  \"1.0 ", 1);
+    let cases = [
+        (
+            text.replace("version = 1", "version = 9"),
+            None,
+            "version 9",
+        ),
+        (
+            text.replacen("viscous =", "viskous =", 1),
+            Some(line_of("viscous")),
+            "viskous",
+        ),
+        (without("cutoff_hz"), Some(1), "cutoff_hz"),
+        (
+            text.replacen("unit = \"N\"", "unit = \"kN\"", 1),
+            None,
+            "`slide` is `kN`",
+        ),
+        (
+            text.replacen("friction = [", "friction = [1.0, ", 1),
+            None,
+            "has 4 numbers",
+        ),
+        (
+            text.replacen("scales = [", "scales = [1.0, ", 1),
+            None,
+            "has 10 numbers",
+        ),
+        (longer, Some(first_row), "must have 1 numbers"),
+        (
+            text.replacen("rows = [\n", "rows = [\n  \"nan\",\n", 1),
+            Some(first_row),
+            "39 rows",
+        ),
+        ("tool = ".to_owned(), Some(1), ""),
+    ];
+    for (text, expected, part) in cases {
+        match read(&text).unwrap_err() {
+            RecordingError::CalibrationFile { line, reason, .. } => {
+                assert!(reason.contains(part), "{reason}");
+                assert_eq!(line, expected, "{reason}");
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+/// A file that is not there, and a folder that is not, are errors that name the file.
+#[test]
+fn files_that_cannot_be_used_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("none").join("arm.toml");
+    let read = ArmCalibration::read(&path).unwrap_err().to_string();
+    let write = arm().write(&path).unwrap_err().to_string();
+    assert!(
+        read.starts_with(&format!("cannot read the calibration {}: ", path.display())),
+        "{read}"
+    );
+    assert!(
+        write.starts_with(&format!(
+            "cannot write the calibration {}: ",
+            path.display()
+        )),
+        "{write}"
+    );
+}

@@ -1,0 +1,294 @@
+"""An arm is calibrated, and payloads are identified with it: the command, Python, and the file."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tactid
+from calibrated_arms import (
+    COULOMB,
+    FRANKA,
+    GAINS,
+    LOAD_FRICTION,
+    UR10,
+    VISCOUS,
+    Measured,
+    halves,
+    simulated,
+    write,
+)
+from conftest import TactidCommand
+from expectations import Identify, values_of
+from recorded_arm import Arm, body, ur5e
+from recordings import clock
+from tactid import cli
+from tactid.wording import SHORTAGE_KINDS
+from test_cli import assert_refused
+
+KNOWN = body(2.805, [0.02, -0.01, 0.06], [0.008, 0.011, 0.009], [0.2, 0.1, -0.3])
+OTHER = body(4.2, [-0.04, 0.05, 0.12], [0.021, 0.03, 0.026], [0.5, -0.2, 0.4])
+ARMS = {"ur10": UR10, "panda": FRANKA}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Recordings of a simulated arm, its URDF and its calibration."""
+    folder = tmp_path_factory.mktemp("simulated")
+    (folder / "arm.urdf").write_text(ur5e(), encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def arm(folder: Path) -> tactid.Calibration:
+    """The simulated arm, calibrated with one payload of which the mass is known."""
+    found = tactid.calibrate(
+        simulated(folder, None, 11),
+        loaded=simulated(folder, KNOWN, 12),
+        payload_mass=KNOWN.mass,
+        urdf=folder / "arm.urdf",
+        cutoff=6.0,
+    )
+    found.write(folder / "arm.toml")
+    return found
+
+
+def test_gains_and_friction_of_a_simulated_arm_are_found(arm: tactid.Calibration) -> None:
+    assert np.abs(arm.gain / GAINS - 1).max() < 0.02
+    assert (np.abs(arm.gain - GAINS) < 3 * arm.gain_std_dev).all()
+    # The Coulomb friction is that at the rms torque, which the load friction is relative to.
+    torque = Arm(seed=11).at(clock(30.0, 25.0)).unloaded_effort
+    at_load = COULOMB + LOAD_FRICTION * np.sqrt(np.mean(torque**2, axis=0))
+    np.testing.assert_allclose(arm.coulomb * arm.gain, at_load, rtol=0.15)
+    np.testing.assert_allclose(arm.viscous * arm.gain, VISCOUS, rtol=0.15)
+    assert (arm.residual_after < 0.2 * arm.residual_before).all()
+
+
+def test_another_payload_of_the_simulated_arm_is_identified(
+    identify: Identify, folder: Path, arm: tactid.Calibration
+) -> None:
+    loaded = simulated(folder, OTHER, 13)
+    record = identify(loaded, "--urdf", folder / "arm.urdf", "--calibration", folder / "arm.toml")
+    error = values_of(record["estimate"]) - OTHER.values
+    half_width = values_of(record["half_width_95"])
+    assert abs(error[0]) < 0.01 * OTHER.mass
+    assert (np.abs(error) < 1.5 * half_width).all(), error / half_width
+    found = record["diagnostics"]["calibration"]
+    assert found["file"] == "arm.toml"
+    assert not found["updated_by_unloaded"]
+    shares = values_of(found["noise_fraction"])
+    assert ((shares > 0) & (shares < 1)).all()
+    misfits = {each["joint"]: each["misfit"] for each in found["misfit"]}
+    assert len(misfits) == 6
+    assert not [each for each in record["findings"] if each["kind"] == "effort_noisier"]
+    assert all(0.2 < misfit < 9 for misfit in misfits.values()), misfits
+    again = tactid.identify(loaded, urdf=folder / "arm.urdf", calibration=arm)
+    np.testing.assert_array_equal(again.estimate.values, values_of(record["estimate"]))
+
+
+@pytest.mark.parametrize(("name", "within"), [("ur10", 0.037), ("panda", 0.006 * 3.0)])
+def test_a_payload_on_a_measured_arm_is_identified(
+    command: TactidCommand, identify: Identify, tmp_path: Path, name: str, within: float
+) -> None:
+    robot: Measured = ARMS[name]
+    payload = body(3.0, [0.1, -0.08, 0.12], [0.02, 0.03, 0.025], [0.3, 0.2, 0.1])
+    pairs = halves(robot, tmp_path, payload)
+    arm = ("--urdf", robot.urdf, "--tip", robot.tip)
+    for calibrating, identified in ((0, 1), (1, 0)):
+        out = tmp_path / f"arm{calibrating}.toml"
+        unloaded = ("--unloaded", pairs[calibrating][0])
+        done = command("calibrate", *arm, *unloaded, "--out", out)
+        assert done.returncode == 0, done.stderr
+        record = identify(pairs[identified][1], *arm, "--calibration", out)
+        error = values_of(record["estimate"]) - payload.values
+        assert abs(error[0]) < within
+        assert np.linalg.norm(error[1:4]) < (0.0075 if name == "ur10" else 0.0035)
+        half_width = values_of(record["half_width_95"])
+        known = np.isfinite(error)
+        assert known[:4].all()
+        assert (np.abs(error) < half_width)[known].all()
+        renamed = [each for each in record["findings"] if each["kind"] == "joints_renamed"]
+        assert bool(renamed) == (name == "panda")
+
+
+def test_the_file_comes_back_bit_by_bit(
+    folder: Path, arm: tactid.Calibration, tmp_path: Path
+) -> None:
+    text = (folder / "arm.toml").read_text(encoding="utf-8")
+    back = tactid.Calibration.read(folder / "arm.toml")
+    back.write(tmp_path / "again.toml")
+    assert (tmp_path / "again.toml").read_text(encoding="utf-8") == text
+    assert str(back).splitlines()[:11] == str(arm).splitlines()[:11]
+    loaded, urdf = simulated(folder, OTHER, 13), folder / "arm.urdf"
+    first, second = (
+        tactid.identify(loaded, urdf=urdf, calibration=each).estimate for each in (arm, back)
+    )
+    np.testing.assert_array_equal(first.values, second.values)
+    np.testing.assert_array_equal(first.std_devs, second.std_devs)
+
+
+def test_the_unloaded_recording_of_the_day_updates_the_calibration(
+    folder: Path, arm: tactid.Calibration
+) -> None:
+    loaded, urdf = simulated(folder, OTHER, 13), folder / "arm.urdf"
+    unloaded = simulated(folder, None, 14)  # another motion
+    without = tactid.identify(loaded, urdf=urdf, calibration=arm)
+    updated = tactid.identify(loaded, urdf=urdf, calibration=arm, unloaded=unloaded)
+    assert updated.calibrated is not None
+    assert updated.calibrated.updated_by_unloaded
+    assert not updated.subtracts_unloaded
+    assert (updated.estimate.std_devs < without.estimate.std_devs).all()
+    assert "updated by the unloaded recording" in str(updated)
+
+
+def test_the_command_prints_what_was_found(
+    command: TactidCommand, folder: Path, tmp_path: Path
+) -> None:
+    out, report = tmp_path / "out.toml", tmp_path / "report.html"
+    unloaded, held = simulated(folder, None, 11), simulated(folder, None, 14)
+    arguments = ("calibrate", "--urdf", folder / "arm.urdf", "--unloaded", unloaded)
+    done = command(*arguments, "--hold-out", held, "--cutoff", 6, "--out", out, "--report", report)
+    assert done.returncode == 0, done.stderr
+    assert "elbow_joint" in done.stdout
+    assert "Efforts count as torques" in done.stderr
+    assert re.search(
+        r"Held out, simulated14: rms residual shoulder_pan_joint [\d.]+ → ", done.stderr
+    )
+    assert report.read_text(encoding="utf-8").count("<img") == 6
+    done = command(*arguments, "--effort-gain", *GAINS, "--cutoff", 6, "--out", out, "--json")
+    record = json.loads(done.stdout)
+    assert "known to 5 % before" in " ".join(record["remarks"])
+    shown = np.array([joint["effort_gain"] for joint in record["joints"]])
+    np.testing.assert_array_equal(shown, GAINS)
+
+
+def test_shortages_are_sentences() -> None:
+    cases = {
+        "joint_still": ({"joint": "elbow", "max_velocity": 0.001}, "elbow does not move"),
+        "joint_one_direction": (
+            {"joint": "elbow", "is_positive": False},
+            "negative direction only",
+        ),
+        "gain_uncertain": ({"joint": "elbow", "std_dev": 0.1}, "± 20 %"),
+    }
+    assert set(cases) == set(SHORTAGE_KINDS)
+    for kind, (data, part) in cases.items():
+        assert part in str(tactid.Finding(kind, data))
+
+
+@pytest.mark.usefixtures("arm")
+def test_a_calibration_of_another_robot_is_refused(
+    command: TactidCommand, folder: Path, tmp_path: Path
+) -> None:
+    text = (folder / "arm.toml").read_text(encoding="utf-8")
+    other = tmp_path / "other.toml"
+    other.write_text(text.replace('name = "elbow_joint"', 'name = "knee_joint"'), encoding="utf-8")
+    loaded = simulated(folder, OTHER, 13)
+    done = command("identify", loaded, "--urdf", folder / "arm.urdf", "--calibration", other)
+    assert_refused(done, "`knee_joint`", "`elbow_joint`")
+
+
+@pytest.mark.usefixtures("arm")
+@pytest.mark.parametrize(
+    ("options", "parts"),
+    [
+        (["--method", "tactile"], ["--method", "calibration"]),
+        (["--estimator", "nlms"], ["--estimator", "least squares"]),
+        (["--effort-gain", "1,1,1,1,1,1"], ["--effort-gain", "has its own"]),
+        (["--cutoff", "3"], ["--cutoff", "has its own"]),
+        (["--tip", "wrist_3_link"], ["tool0", "wrist_3_link"]),
+    ],
+)
+def test_what_a_calibration_excludes_is_refused(
+    command: TactidCommand,
+    folder: Path,
+    options: list[str],
+    parts: list[str],
+) -> None:
+    loaded = simulated(folder, OTHER, 13)
+    calibrated = ("--urdf", folder / "arm.urdf", "--calibration", folder / "arm.toml")
+    assert_refused(command("identify", loaded, *calibrated, *options), *parts)
+
+
+def test_bad_input_of_the_command_is_refused(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    unloaded, urdf = simulated(folder, None, 11), folder / "arm.urdf"
+    broken = folder / "broken.toml"
+    broken.write_text("version = 1\ntool = 3\n", encoding="utf-8")
+    run = ("calibrate", "--urdf", urdf, "--out", folder / "unused.toml")
+    short = simulated(folder, None, 15, 0.2)
+    cases: list[tuple[tuple[object, ...], list[str]]] = [
+        (run, ["--unloaded is missing"]),
+        ((*run, "--unloaded", unloaded, "--loaded", unloaded), ["--payload-mass"]),
+        ((*run, "--unloaded", unloaded, "--payload-mass", 1), ["--payload-mass", "no loaded log"]),
+        ((*run, "--unloaded", unloaded, "--gain-std-dev", "-3%"), ["--gain-std-dev"]),
+        ((*run, "--unloaded", folder / "none"), ["none"]),
+        ((*run, "--unloaded", short), ["simulated15", "too few windows", "--cutoff"]),
+        ((*run, "--unloaded", unloaded, "--rename-joints", "a=b"), ["`a`", "elbow_joint"]),
+        ((*run, "--unloaded", unloaded, "--rename-joints", "a"), ["--rename-joints", "pairs"]),
+        (("calibrate", "--urdf", urdf, "--unloaded", unloaded, "--out", urdf), ["same file"]),
+        (("calibrate", "--unloaded", unloaded, "--out", unloaded / "x.toml"), ["in the folder"]),
+        (("identify", unloaded, "--urdf", urdf, "--calibration", broken), ["broken.toml:2"]),
+        (("identify", unloaded, "--urdf", urdf, "--calibration", folder / "no"), ["cannot read"]),
+    ]
+    for arguments, parts in cases:
+        monkeypatch.setattr(sys, "argv", ["tactid", *map(str, arguments)])
+        assert cli.run() == 2, arguments
+        (line,) = capsys.readouterr().err.splitlines()
+        assert all(part in line for part in parts), (parts, line)
+    assert not (folder / "unused.toml").exists()
+
+
+def test_an_error_names_the_recording(folder: Path) -> None:
+    unloaded = simulated(folder, None, 11)
+    short = simulated(folder, None, 15, 0.2)
+    with pytest.raises(tactid.IdentificationError, match=re.escape(str(short))):
+        tactid.calibrate([unloaded, short], urdf=folder / "arm.urdf", cutoff=6.0)
+
+
+def test_ctrl_c_leaves_no_file(folder: Path) -> None:
+    unloaded, out = simulated(folder, None, 11), folder / "interrupted.toml"
+    options = [word for _ in range(40) for word in ("--unloaded", str(unloaded))]
+    arguments = ["calibrate", "--urdf", str(folder / "arm.urdf"), *options, "--out", str(out)]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tactid", *arguments], stderr=subprocess.PIPE, text=True
+    )
+    time.sleep(2.0)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130, errors
+    assert "interrupted: no calibration" in errors
+    assert not out.exists()
+
+
+def test_names_of_joints_are_given(folder: Path) -> None:
+    urdf = folder / "renamed.urdf"
+    urdf.write_text(ur5e().replace("elbow_joint", "knee_joint"), encoding="utf-8")
+    unloaded = simulated(folder, None, 11)
+    with pytest.raises(tactid.IdentificationError, match="knee_joint"):
+        tactid.calibrate(unloaded, urdf=urdf, cutoff=6.0)
+    found = tactid.calibrate(
+        unloaded, urdf=urdf, cutoff=6.0, rename_joints={"elbow_joint": "knee_joint"}
+    )
+    assert found.joints[2] == "knee_joint"
+
+
+def test_a_noisier_effort_is_reported(
+    folder: Path, arm: tactid.Calibration, tmp_path: Path
+) -> None:
+    joints = tactid.read(simulated(folder, OTHER, 13), "/joint_states")
+    effort = np.array(joints["effort"])
+    effort[:, 1] += 8.0 * np.sin(4.0 * np.array(joints.time))
+    names = list(joints.names)
+    arrays = (np.array(joints.time), joints["position"], joints["velocity"], effort)
+    noisy = write(tmp_path / "noisy", names, *map(np.asarray, arrays))
+    found = tactid.identify(noisy, urdf=folder / "arm.urdf", calibration=arm)
+    kinds = [(each.kind, each.data.get("joint")) for each in found.findings]
+    assert ("effort_noisier", "shoulder_lift_joint") in kinds
