@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -type f \
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.json' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
-.PHONY: help demo test test-rust test-python lint docs pictures bench study study-logs coverage bench-hour bench-swap bench-update clean tools
+.PHONY: help demo test test-rust test-python lint lint-rust lint-python docs pictures bench study study-logs coverage bench-hour bench-swap bench-update clean tools
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -23,10 +23,14 @@ test-rust: tools
 test-python: $(VENV)/tested
 	$(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist worksteal
 
-lint: tools $(VENV)/linters ## formatting, clippy, ruff, mypy, the structure and the glossary, with warnings as errors
+lint: lint-rust lint-python ## formatting, clippy, ruff, mypy, the structure and the glossary, with warnings as errors
+
+lint-rust: tools
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps --locked --quiet
+
+lint-python: $(VENV)/linters
 	$(BIN)/python tests/lint/structure.py
 	$(BIN)/python tests/lint/language.py
 	$(BIN)/python tests/lint/equations.py
