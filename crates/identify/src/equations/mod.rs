@@ -23,5 +23,5 @@ pub use channels::{Channel, Channels, KnownNoise};
 pub use equation::{Equation, Row};
 pub(crate) use offset_frame::OffsetFrame;
 pub use sample::{BaseState, Sample, states_of_poses};
-pub use settings::EquationSettings;
+pub use settings::{EquationSettings, GAIN_STD_DEV, is_gain_std_dev};
 pub use stream::{EquationStream, PushOutcome};

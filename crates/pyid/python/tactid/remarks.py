@@ -6,12 +6,14 @@ A sentence that names an option spells it as its reader would write it: see :mod
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from tactid._native import VALUE_NAMES
 from tactid.findings import CONTRADICTIONS, DOUBTS
 from tactid.identification import IdentificationData, PayloadEstimate
 from tactid.naming import Style, counted, listed
 from tactid.reported import offsets
-from tactid.values import Z95, digits_of
+from tactid.values import KINDS, Z95, digits_of
 
 
 def remarks(result: IdentificationData, style: Style = "keyword") -> list[str]:
@@ -125,9 +127,23 @@ def assumptions(result: IdentificationData) -> str:
     parts += knowledge(result)
     parts += [f"wrench offset {offset}"] if (offset := wrench_offset(result)) else []
     parts += ["efforts of the unloaded recording subtracted"] if result.subtracts_unloaded else []
+    parts += [uncertain] if (uncertain := gains(result)) else []
     clocks = {"stamps": ["times from header stamps"], "log times": ["times from the log"]}
     parts += clocks.get(result.clock, [])
     return "; ".join(parts) + "."
+
+
+def gains(result: IdentificationData) -> str:
+    """Says how much of the intervals is noise; empty where the gains of the efforts are exact."""
+    if result.fit is None or (result.fit.noise_fraction == 1).all():
+        return ""
+    fractions = (np.median(result.fit.noise_fraction[kind]) for kind in KINDS)
+    kinds = zip(("mass", "centre of mass", "inertia"), fractions, strict=True)
+    shares = listed([f"{100 * part:.0f} % of the {kind}" for kind, part in kinds])
+    return (
+        f"the uncertainty of the effort gains is in the intervals (of their squares {shares} is"
+        " noise of this recording)"
+    )
 
 
 def gravity(result: IdentificationData) -> str:
