@@ -43,6 +43,7 @@ A recording is identified by `identify_log` or `identify_arrays` of the crate `t
 whose `Request` contains the other types of the second column. Online, `Identifier::new` of
 `tactid-identify` takes the `EquationSettings`, and `PaperFilter::new` the `PaperSettings`, too.
 `EquationSettings::effort_is_net` has no option: an unloaded recording sets it.
+`Identifier` does not use `EquationSettings::effort_gain_std_dev`.
 """
 
 TIP_ONLINE = "`tool` of `Identifier::new`"

@@ -50,7 +50,7 @@ def test_the_help_groups_the_options_by_what_they_are_about(help_text: str) -> N
         "Robot": ["urdf", "tip", "rename_joints", "sensor_frame"],
         "Topics": [name for name in option_names() if name.endswith("_topic")],
         "Measurements": ["method", "unloaded", "calibration", "delay", "max_gap", "wrench_offset"],
-        "Signs": ["gravity", "wrench_acts_on", "effort_gain"],
+        "Signs": ["gravity", "wrench_acts_on", "effort_gain", "effort_gain_std_dev"],
         "Prior knowledge": ["known_tool", "known_mass", "known_mass_std_dev", "bounding_box"],
         "Noise and filter": ["estimator", "cutoff", "wrench_noise", "effort_noise"],
         "Paper's filter": ["alpha", "beta", "average", "epochs"],
@@ -108,6 +108,8 @@ def test_options_and_keywords_are_the_same(log: Path) -> None:
         ("unloaded", "none.mcap"),
         ("alpha", 1.0),
         ("effort_gain", [1.0]),
+        ("effort_gain_std_dev", -0.1),
+        ("effort_gain_std_dev", 1.0),
     ],
 )
 def test_an_error_carries_the_option_that_causes_it(log: Path, option: str, value: object) -> None:

@@ -263,9 +263,39 @@ def test_motor_currents_with_known_gains(
     gains = np.array([13.7, 13.2, 11.9, 9.1, 8.4, 8.0])
     current = joint_states(s, effort=s.effort / gains)
     bag = write_bag(tmp_path / "bag", [description(), *current])
-    option = ",".join(map(str, gains))
-    assert_within(identify(bag, "--effort-gain", option), TRUTH, EXACT)
+    given = ["--effort-gain", ",".join(map(str, gains))]
+    exact = identify(bag, *given, "--effort-gain-std-dev", "0%")
+    assert_within(exact, TRUTH, EXACT)
+    assert exact["diagnostics"]["noise_fraction"]["mass"] == 1
     assert_refused(command("identify", bag, "--effort-gain", "1,2"), "6")
+    # Gains without a standard deviation have one of 5 %. There is no noise: the interval is theirs.
+    claimed, doubled = identify(bag, *given), identify(bag, *given, "--effort-gain-std-dev", "10%")
+    widths = [found["half_width_95"]["mass"] for found in (exact, claimed, doubled)]
+    assert widths[0] < 1e-3 * widths[1]
+    assert widths[2] == pytest.approx(2 * widths[1], rel=1e-3)
+    assert claimed["diagnostics"]["noise_fraction"]["mass"] < 1e-3
+    assert claimed["remaining_s"]["each"]["mass"] is None
+    text = " ".join(command("identify", bag, *given).stderr.split())
+    assert "the uncertainty of the effort gains is in the intervals (of their squares 0 %" in text
+    assert "The uncertainty of the effort gains alone keeps mass" in text
+    each = identify(bag, *given, "--effort-gain-std-dev", "5%,5%,5%,5%,5%,5%")
+    assert each["half_width_95"] == claimed["half_width_95"]
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ("0.05", "--effort-gain-std-dev is '0.05': expected percentages with their sign"),
+        ("5%,x", "--effort-gain-std-dev is '5%,x': expected percentages with their sign"),
+        ("5%,5%", "--effort-gain-std-dev has 2 entries"),
+        ("100%", "--effort-gain-std-dev is 1, but must be a fraction from 0 to below 1"),
+    ],
+)
+def test_wrong_uncertainties_of_gains_are_named(
+    fixed_bag: Path, command: TactidCommand, given: str, sentence: str
+) -> None:
+    options = ["--method", "effort", "--effort-gain-std-dev", given]
+    assert_refused(command("identify", fixed_bag, *options), sentence)
 
 
 # The motion of the sensor itself

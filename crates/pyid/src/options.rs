@@ -83,6 +83,7 @@ fn without_estimator(options: &Options<'_, '_>) -> PyResult<Request> {
         wrench_noise: options.each("wrench_noise", &[6], |six| std::array::from_fn(|k| six[k]))?,
         effort_noise: options.each("effort_noise", &[], |one| one[0])?,
         effort_gain: options.each("effort_gain", &[], |one| one[0])?,
+        effort_gain_std_dev: options.each("effort_gain_std_dev", &[], |one| one[0])?,
         unloaded: None,
         calibration: options.calibration()?,
         joint_names: options.renamed_joints()?,

@@ -12,6 +12,9 @@ pub(crate) const DEFAULT_TIP: &str = "tool0";
 const GAP_PERIODS: f64 = 5.0;
 /// Period that is assumed where no stream has two messages, s.
 const UNKNOWN_PERIOD_S: f64 = 0.01;
+/// Standard deviation of the relative error of a given gain: motor catalogues state tolerances of the torque constant of
+/// some 10 %, which counts as two standard deviations.
+const CLAIMED_GAIN_STD_DEV: f64 = 0.05;
 /// Shortest default of the longest bridged gap, s: arrays may have a single sample.
 const SHORTEST_GAP_S: f64 = 1e-9;
 
@@ -96,6 +99,7 @@ impl Options {
         if !method.uses_wrench() {
             equations.wrench_noise.clear();
         }
+        equations.effort_gain_std_dev = effort_gain_std_devs(request);
         if !is_paper {
             let gap_s = (GAP_PERIODS * period_s).max(SHORTEST_GAP_S);
             equations.max_gap_s = request.max_gap_s.unwrap_or(gap_s);
@@ -139,6 +143,7 @@ impl Options {
         let delays = request.delay_s.is_some_and(|delay_s| delay_s != 0.0);
         let has_offset = self.equations.wrench_offset;
         let has_wrench_noise = request.wrench_noise.is_some();
+        let has_gain_std_dev = request.effort_gain_std_dev.is_some();
         let names_wrenches = !request.topics.wrenches.is_empty();
         let options = [
             ("wrench_acts_on", acts_on_sensor, uses_wrench),
@@ -148,6 +153,7 @@ impl Options {
             ("sensor_frame", request.sensor_frame.is_some(), uses_wrench),
             ("effort_noise", request.effort_noise.is_some(), uses_effort),
             ("effort_gain", request.effort_gain.is_some(), uses_effort),
+            ("effort_gain_std_dev", has_gain_std_dev, uses_effort),
             ("topics.wrenches", names_wrenches, method.uses_wrench()),
         ];
         let because = NotUsedBecause::Method(method);
@@ -227,6 +233,17 @@ pub(crate) fn effort_gains(request: &Request, joints: &[String]) -> Vec<f64> {
     }
     let given = request.effort_gain.clone();
     given.unwrap_or_else(|| vec![1.0; joints.len()])
+}
+
+/// Returns the standard deviations of the relative errors of the gains, one for all joints or one each; none where the
+/// gains are exact.
+fn effort_gain_std_devs(request: &Request) -> Vec<f64> {
+    let of_claim = request
+        .effort_gain
+        .is_some()
+        .then(|| vec![CLAIMED_GAIN_STD_DEV]);
+    let given = request.effort_gain_std_dev.clone();
+    given.or(of_claim).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -316,6 +333,7 @@ mod tests {
                 wrench_noise: Some(vec![[1.0; 6]]),
                 effort_noise: Some(vec![1.0]),
                 effort_gain: Some(vec![1.0]),
+                effort_gain_std_dev: Some(vec![0.1]),
                 ..Request::default()
             };
             let findings = Options::resolve(&request, contents).not_used(&request, contents);
@@ -329,7 +347,7 @@ mod tests {
             findings.iter().map(name).collect()
         };
         let of_wrench = ["wrench_acts_on", "delay_s", "wrench_offset", "wrench_noise"];
-        let of_effort = ["effort_noise", "effort_gain"];
+        let of_effort = ["effort_noise", "effort_gain", "effort_gain_std_dev"];
         assert_eq!(not_used(Method::Tactile, &contents), of_effort);
         assert_eq!(not_used(Method::Effort, &contents), of_wrench);
         let all = [&of_wrench[..], &of_effort[..]].concat();

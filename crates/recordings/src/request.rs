@@ -7,6 +7,7 @@ use tactid_dynamics::{Manipulator, MassProperties};
 use tactid_identify::calibration::CalibrationSettings;
 use tactid_identify::{
     BatchSettings, BoundingBox, EquationSettings, IdentifyError, KnownMass, Method, PaperSettings,
+    equations::{GAIN_STD_DEV, is_gain_std_dev},
 };
 
 use crate::calibration::ArmCalibration;
@@ -128,6 +129,10 @@ pub struct Request {
     /// Effort of a joint in N m (N) for one unit of the recorded value, one entry for each joint in the
     /// robot's order. Default: 1.
     pub effort_gain: Option<Vec<f64>>,
+    /// Standard deviation of the relative error of each gain of [`effort_gain`](Self::effort_gain), 0.05 for 5 %: one
+    /// entry for all joints, or one each. It widens the intervals of the methods that use efforts, and the paper's filter
+    /// has none. Default: 0.05 where gains are given, else 0.
+    pub effort_gain_std_dev: Option<Vec<f64>>,
     /// Log of the same motion without the payload, whose efforts are subtracted by the effort method; for logs, as
     /// [`Arrays::unloaded`](crate::Arrays::unloaded) is for arrays.
     pub unloaded: Option<PathBuf>,
@@ -195,6 +200,7 @@ impl Request {
                 matches!(self.estimator, Some(Estimator::Paper(_))),
             ),
             ("effort_gain", self.effort_gain.is_some()),
+            ("effort_gain_std_dev", self.effort_gain_std_dev.is_some()),
             ("effort_noise", self.effort_noise.is_some()),
             ("gravity", self.gravity.is_some()),
             ("cutoff_hz", self.cutoff_hz.is_some()),
@@ -251,6 +257,7 @@ impl Request {
             });
         }
         let (wrench, effort) = (&self.wrench_noise, &self.effort_noise);
+        let of_gain = &self.effort_gain_std_dev;
         let counts = [
             (
                 "wrench_noise",
@@ -261,6 +268,12 @@ impl Request {
             (
                 "effort_noise",
                 effort.as_ref().map(Vec::len),
+                "joints",
+                joints.len(),
+            ),
+            (
+                "effort_gain_std_dev",
+                of_gain.as_ref().map(Vec::len),
                 "joints",
                 joints.len(),
             ),
@@ -296,9 +309,16 @@ impl Request {
             ("delay_s", one(self.delay_s), is_delay, "between -60 and 60"),
         ];
         let noise = wrench_noise.copied().collect();
-        let of_noise: [Field; 2] = [
+        let of_gain = flat(&self.effort_gain_std_dev);
+        let of_noise: [Field; 3] = [
             ("wrench_noise", noise, is_positive, std_dev),
             ("effort_noise", effort_noise, is_positive, std_dev),
+            (
+                "effort_gain_std_dev",
+                of_gain,
+                is_gain_std_dev,
+                GAIN_STD_DEV,
+            ),
         ];
         let finite = [
             ("gravity", flat(&self.gravity)),

@@ -180,6 +180,21 @@ fn an_unloaded_reference_is_subtracted() {
     let halved = loaded.identify(&unloaded, &gains).unwrap();
     let mass_kg = halved.estimate.body.mass_kg;
     assert!((mass_kg - 50.0).abs() < 0.2, "{mass_kg}");
+    // Given gains have a standard deviation of 5 %; with 10 % they cause twice as much. The effects of the eight gains sum
+    // to the mass, so the root of the sum of their squares is at least the mass divided by √8: 0.88 kg with 5 %.
+    let of_gains_kg = |std_dev: Option<f64>| {
+        let request = Request {
+            effort_gain_std_dev: std_dev.map(|std_dev| vec![std_dev]),
+            ..gains.clone()
+        };
+        let found = loaded.identify(&unloaded, &request).unwrap();
+        let noise_fraction = found.fit.unwrap().noise_fraction[0];
+        found.estimate.std_devs.unwrap()[0] * (1.0 - noise_fraction).sqrt()
+    };
+    let claimed_kg = of_gains_kg(None);
+    assert!((0.88..5.0).contains(&claimed_kg), "{claimed_kg}");
+    assert!((of_gains_kg(Some(0.1)) / claimed_kg - 2.0).abs() < 1e-6);
+    assert!(of_gains_kg(Some(0.0)) == 0.0);
 }
 
 /// An unloaded reference of another method, of another length or of another motion is an error.

@@ -153,7 +153,7 @@ fn a_value_out_of_range_is_named() {
         inertia: Matrix3::zeros(),
     };
     type Change = fn(&mut Request, f64);
-    let fields: [(&str, Change); 7] = [
+    let fields: [(&str, Change); 8] = [
         ("gravity", |r, bad| {
             r.gravity = Some(Vector3::new(0.0, 0.0, bad))
         }),
@@ -165,6 +165,9 @@ fn a_value_out_of_range_is_named() {
         }),
         ("effort_noise", |r, bad| r.effort_noise = Some(vec![bad])),
         ("effort_gain", |r, bad| r.effort_gain = Some(vec![1.0, bad])),
+        ("effort_gain_std_dev", |r, bad| {
+            r.effort_gain_std_dev = Some(vec![0.05, bad])
+        }),
     ];
     let empty = Recording::of(&[]);
     let assert_names = |request: &Request, expected: &str| match empty.identify(request) {
@@ -222,6 +225,11 @@ fn counts_of_noise_are_checked() {
             ..quick()
         };
         assert_eq!(count(&effort), ("effort_noise", given));
+        let of_gain = Request {
+            effort_gain_std_dev: Some(vec![0.05; given]),
+            ..quick()
+        };
+        assert_eq!(count(&of_gain), ("effort_gain_std_dev", given));
     }
     let momentum = Request {
         method: Some(Method::JointSensing),

@@ -23,6 +23,8 @@ pub struct Forecast {
     growth: SVector<f64, 10>,
     /// Fraction of each value's variance, a row, that is due to each direction, a column.
     fractions: SMatrix<f64, 10, 10>,
+    /// Fraction of each value's present variance that is noise, which more motion reduces.
+    noise_fraction: [f64; 10],
     /// Length of the recording, s.
     length_s: f64,
 }
@@ -67,6 +69,7 @@ impl Forecast {
             // The bias correction may leave a direction a negative information.
             growth: growth.eigenvalues.map(|rate| rate.max(0.0)),
             fractions,
+            noise_fraction: fit.noise_fraction(parameters),
             length_s: equations.len() as f64 * stride_s,
         })
     }
@@ -77,7 +80,8 @@ impl Forecast {
     /// determine the value. `values` and `std_devs` are those of the estimate at the end of the recording.
     ///
     /// The information is extrapolated at the rate of the second half of the windows. An error of the model (a
-    /// sign, a frame, friction) is a bias, which no time removes.
+    /// sign, a frame, friction) is a bias, which no time removes. The uncertainty of the gains stays, too: where it alone is
+    /// larger than the target, the time is infinite.
     #[must_use]
     pub fn remaining_s(&self, values: &[f64; 10], std_devs: &[f64; 10], within: f64) -> [f64; 10] {
         let largest = largest_of_kind(values);
@@ -87,14 +91,20 @@ impl Forecast {
             if half_width <= target {
                 0.0
             } else if half_width.is_finite() {
-                self.time_to_s(value, (target / half_width).powi(2))
+                let of_noise = self.noise_fraction[value];
+                let left = (target / half_width).powi(2) - (1.0 - of_noise);
+                if left > 0.0 {
+                    self.time_to_s(value, left / of_noise)
+                } else {
+                    f64::INFINITY
+                }
             } else {
                 f64::INFINITY
             }
         })
     }
 
-    /// Returns the time until a value's variance has fallen to a fraction of its present value, s.
+    /// Returns the time until the variance of a value's noise has fallen to a fraction of its present value, s.
     fn time_to_s(&self, value: usize, fraction: f64) -> f64 {
         let variance = |after_s: f64| -> f64 {
             let fractions = self.fractions.row(value).transpose();

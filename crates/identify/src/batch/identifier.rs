@@ -175,7 +175,7 @@ impl BatchIdentifier {
         let findings = findings.chain(of_model);
         let cutoff_hz = self.equations.cutoff_hz;
         let frame = self.stream.offset_frame();
-        let report = FitReport::new(&self.batch, fit, &channels, cutoff_hz, frame);
+        let report = FitReport::new(&self.batch, fit, &parameters, &channels, cutoff_hz, frame);
         Ok(BatchResult {
             estimate: self.estimate(fit, &parameters, &known),
             linear: LinearEstimate::of_fit(&fit_without_mass, &known),

@@ -1,5 +1,7 @@
 //! How well a fit explains what was measured.
 
+use nalgebra::SVector;
+
 use super::equation_batch::EquationBatch;
 use crate::equations::{Channel, Channels, Equation, OffsetFrame, window};
 use crate::fit::{Fit, FitOptions, least_squares};
@@ -31,6 +33,11 @@ pub struct FitReport {
     /// Weighted rms of measured less predicted on the held-out windows, for each channel, in its unit. A fit to
     /// all other windows predicts them. NaN where these are too few.
     pub held_out_rms: Vec<f64>,
+    /// Fraction of the variance of each of the [ten values](crate::VALUE_NAMES) that is noise of the recording: 1 where
+    /// the gains are exact. The rest is the uncertainty of the gains of the joint efforts
+    /// ([`effort_gain_std_dev`](crate::EquationSettings::effort_gain_std_dev)), or of a calibration: no longer recording
+    /// reduces it.
+    pub noise_fraction: [f64; 10],
     /// Strength with which the motion excites ten directions of the scaled parameters, relative to the
     /// strongest, descending.
     pub strengths: Vec<f64>,
@@ -45,11 +52,12 @@ pub struct FitReport {
 }
 
 impl FitReport {
-    /// Reports on a fit to all equations of a batch, whose filter has the cutoff `cutoff_hz`. `frame` is that of a
-    /// wrench offset.
+    /// Reports on a fit to all equations of a batch, whose filter has the cutoff `cutoff_hz`, with the `parameters` of the
+    /// payload. `frame` is that of a wrench offset.
     pub(crate) fn new(
         batch: &EquationBatch,
         fit: &Fit,
+        parameters: &SVector<f64, 10>,
         channels: &Channels,
         cutoff_hz: f64,
         frame: &OffsetFrame,
@@ -68,6 +76,7 @@ impl FitReport {
             residual_rms: rms(&measured, &predicted, &fit.weights, channels.count()),
             held_out_rms: validate(equations, fit, channels, &held_out, &measured),
             weights: fit.weights.clone(),
+            noise_fraction: fit.noise_fraction(parameters),
             strengths: fit.excitation.strengths.clone(),
             directions: fit
                 .excitation

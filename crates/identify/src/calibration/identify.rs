@@ -100,7 +100,8 @@ impl Solution<'_> {
         let parameters = best.parameters - self.tool;
         let (consistent, inconsistent) =
             consistent_parameters(parameters, &covariance, scales, bounding_box);
-        let fit = self.fit_report();
+        let noise_fraction = noise_fraction(best, &consistent);
+        let fit = self.fit_report(noise_fraction);
         let of_data = self.data_findings(&fit);
         let of_mass = self.settings.known_mass.and_then(|mass| {
             let found = (
@@ -135,7 +136,7 @@ impl Solution<'_> {
             },
             parameters,
             covariance,
-            noise_fraction: noise_fraction(best, &consistent),
+            noise_fraction,
             misfit: best.misfit.clone(),
         }
     }
@@ -171,7 +172,7 @@ impl Solution<'_> {
     }
 
     /// Returns how well arm and payload explain the loaded recordings.
-    fn fit_report(&self) -> FitReport {
+    fn fit_report(&self, noise_fraction: [f64; 10]) -> FitReport {
         let arm = &self.loaded[0].arm;
         let names = arm.joints.iter().zip(&arm.units);
         let channels: Vec<Channel> = names
@@ -203,6 +204,7 @@ impl Solution<'_> {
         FitReport {
             residual_rms: (0..channels.len()).map(rms).collect(),
             held_out_rms: vec![f64::NAN; channels.len()],
+            noise_fraction,
             weights: vec![1.0; count],
             held_out: vec![false; count],
             strengths: excitation.strengths.clone(),

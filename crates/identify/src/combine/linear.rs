@@ -27,7 +27,8 @@ pub struct LinearEstimate {
     /// frame's origin, kg m². They need not be physically consistent, and are arbitrary in unobservable directions.
     pub parameters: SVector<f64, 10>,
     /// Information of the parameters, the inverse of their covariance in the observable directions: symmetric, positive
-    /// semidefinite, in the inverse units of the parameters' products.
+    /// semidefinite, in the inverse units of the parameters' products. It accounts for the uncertainty of the gains, but
+    /// recordings of one robot share the errors of its gains: combined, they count as independent.
     pub information: SMatrix<f64, 10, 10>,
     /// Number of independent windows from which the noise, and with it the information, was estimated; infinite where it is
     /// known. It is part of the test whether recordings agree.

@@ -20,6 +20,10 @@ pub struct Row {
     /// first moments. The entries of the inertia do not depend on gravity. Scaled, it shows what another
     /// gravity would have explained.
     pub gravity: Vector4<f64>,
+    /// What an error of the channel's gain of one standard deviation adds to the target, in the channel's unit. It is
+    /// zero where the gain is exact. Gains of different channels have independent errors, and that of one channel is the
+    /// same at all times.
+    pub gain_error: f64,
 }
 
 impl Row {
@@ -29,6 +33,7 @@ impl Row {
             regressor: SVector::zeros(),
             target: 0.0,
             gravity: Vector4::zeros(),
+            gain_error: 0.0,
         }
     }
 
@@ -37,6 +42,7 @@ impl Row {
         self.regressor += row.regressor * weight;
         self.target += row.target * weight;
         self.gravity += row.gravity * weight;
+        self.gain_error += row.gain_error * weight;
     }
 
     /// Multiplies both sides by a factor.
@@ -44,6 +50,7 @@ impl Row {
         self.regressor *= factor;
         self.target *= factor;
         self.gravity *= factor;
+        self.gain_error *= factor;
     }
 }
 

@@ -26,5 +26,5 @@ pub(crate) use instant::Instant;
 pub(crate) use motion_stream::{MotionStep, MotionStream};
 pub(crate) use offset_frame::OffsetFrame;
 pub use sample::{BaseState, Sample, states_of_poses};
-pub use settings::EquationSettings;
+pub use settings::{EquationSettings, GAIN_STD_DEV, is_gain_std_dev};
 pub use stream::{EquationStream, PushOutcome};

@@ -39,6 +39,12 @@ pub struct EquationSettings {
     /// all joints, or one each in the robot's order. Empty (the default): the noise is estimated from the
     /// residuals.
     pub effort_noise: Vec<f64>,
+    /// Standard deviation of the relative error of the gain of each joint effort, 0.05 for 5 %: one entry for all
+    /// joints, or one each in the robot's order. The errors of different joints are independent. Empty (the default):
+    /// the gains are exact. A gain is wrong at all times alike, so its error never averages out;
+    /// [`BatchIdentifier`](crate::BatchIdentifier) adds it to the intervals, and
+    /// [`Identifier`](crate::Identifier) does not use it.
+    pub effort_gain_std_dev: Vec<f64>,
 }
 
 impl Default for EquationSettings {
@@ -52,6 +58,7 @@ impl Default for EquationSettings {
             wrench_offset: false,
             wrench_noise: Vec::new(),
             effort_noise: Vec::new(),
+            effort_gain_std_dev: Vec::new(),
         }
     }
 }
@@ -101,11 +108,22 @@ impl EquationSettings {
     }
 
     fn check_noise(&self, robot: &Manipulator, sensors: &[&str]) -> Result<(), IdentifyError> {
-        let wrench = self.wrench_noise.as_flattened();
-        let (wrenches, efforts) = (self.wrench_noise.len(), self.effort_noise.len());
-        check_each("wrench_noise", wrenches, "sensors", sensors.len(), wrench)?;
-        let effort = &self.effort_noise;
-        check_each("effort_noise", efforts, "joints", robot.dof(), effort)
+        let (wrench, effort) = (self.wrench_noise.as_flattened(), &self.effort_noise);
+        let of_gain = &self.effort_gain_std_dev;
+        check_count(
+            "wrench_noise",
+            self.wrench_noise.len(),
+            "sensors",
+            sensors.len(),
+        )?;
+        check_count("effort_noise", effort.len(), "joints", robot.dof())?;
+        check_count("effort_gain_std_dev", of_gain.len(), "joints", robot.dof())?;
+        let is_positive = |value: f64| value > 0.0 && value.is_finite();
+        let positive = "a positive standard deviation";
+        check_range("wrench_noise", wrench, is_positive, positive)?;
+        check_range("effort_noise", effort, is_positive, positive)?;
+        let name = "effort_gain_std_dev";
+        check_range(name, of_gain, is_gain_std_dev, GAIN_STD_DEV)
     }
 }
 
@@ -116,25 +134,43 @@ pub(crate) fn expand<T: Clone>(given: &[T], count: usize) -> Vec<T> {
     given.iter().cloned().cycle().take(count).collect()
 }
 
-/// Checks standard deviations that are given once for all, once for each, or not at all.
-fn check_each(
+/// What [`is_gain_std_dev`] checks, in words.
+pub const GAIN_STD_DEV: &str = "a fraction from 0 to below 1, such as 0.05 for 5 %";
+
+/// Returns whether a number can be the standard deviation of the relative error of a gain. With 1 or more, not even the
+/// sign of the measurement would be known.
+#[must_use]
+pub fn is_gain_std_dev(value: f64) -> bool {
+    (0.0..1.0).contains(&value)
+}
+
+/// Checks that standard deviations are given once for all, once for each, or not at all.
+fn check_count(
     name: &'static str,
     given: usize,
     of: &'static str,
     expected: usize,
-    values: &[f64],
 ) -> Result<(), IdentifyError> {
-    if ![0, 1, expected].contains(&given) {
-        return Err(IdentifyError::NoiseCount {
-            name,
-            given,
-            of,
-            expected,
-        });
+    if [0, 1, expected].contains(&given) {
+        return Ok(());
     }
-    let is_invalid = |value: &&f64| !(**value > 0.0 && value.is_finite());
-    match values.iter().find(is_invalid) {
-        Some(&value) => out_of_range(name, value, "a positive standard deviation"),
+    Err(IdentifyError::NoiseCount {
+        name,
+        given,
+        of,
+        expected,
+    })
+}
+
+/// Checks that each value is in a range.
+fn check_range(
+    name: &'static str,
+    values: &[f64],
+    is_valid: impl Fn(f64) -> bool,
+    expected: &'static str,
+) -> Result<(), IdentifyError> {
+    match values.iter().find(|value| !is_valid(**value)) {
+        Some(&value) => out_of_range(name, value, expected),
         None => Ok(()),
     }
 }

@@ -1,7 +1,7 @@
 //! Iteratively reweighted least squares over all windows of a recording, without the bias of noise in the
 //! motion.
 
-use nalgebra::{DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector, Dyn, SMatrix};
 
 use super::sandwich::{self, Entries, NoiseMeat, ScoredRow};
 use super::{Delay, Fit, FitOptions};
@@ -32,7 +32,7 @@ const MIN_SQUARE: f64 = 1e-16;
 
 /// Fits the parameters to equations; `None` where there are fewer than 20 rows.
 ///
-/// Cost: up to 20 passes over all equations, and one more for the covariance.
+/// Cost: up to 20 passes over all equations, and one or two more for the covariance.
 pub(crate) fn fit(equations: &[Equation], options: FitOptions<'_>) -> Option<Fit> {
     let channels = equations.first()?.rows.len();
     let is_used = |k: usize| options.used.is_none_or(|used| used[k]);
@@ -58,7 +58,11 @@ pub(crate) fn fit(equations: &[Equation], options: FitOptions<'_>) -> Option<Fit
             break;
         }
     }
-    Some(state.into_fit(count))
+    let mut fit = state.into_fit(count);
+    if options.covariance {
+        fit.add_gain_errors(equations, options.used);
+    }
+    Some(fit)
 }
 
 /// Returns noise as large as the measurements. Sensors that measure nothing at all determine nothing.
@@ -340,6 +344,7 @@ impl<'a> ReweightedLeastSquares<'a> {
             parameters: self.solution.fixed_rows::<10>(0).into_owned(),
             covariance: covariance.fixed_view::<10, 10>(0, 0).into_owned(),
             metric: metric.fixed_view::<10, 10>(0, 0).into_owned(),
+            gain_covariance: SMatrix::zeros(),
             delay,
             excitation: self.spectrum.excitation(),
             null_space: self.spectrum.null_space(scales),

@@ -6,14 +6,16 @@ mod sandwich;
 
 use nalgebra::{RowSVector, SMatrix, SVector};
 
+use self::normal_equations::NormalEquations;
+
 use crate::equations::{Channels, Equation, OffsetFrame, Row};
 use crate::result::WrenchOffset;
 use crate::solve::noise::Noise;
 use crate::solve::offsets::Offsets;
 use crate::solve::prior::KnownMass;
-use crate::solve::spectrum::Excitation;
+use crate::solve::spectrum::{Excitation, Spectrum};
 use crate::solve::subspace::NullSpace;
-use crate::solve::uncertainty::{std_dev, std_devs};
+use crate::solve::uncertainty::{jacobian, std_dev, std_devs};
 use crate::solve::weights::OUTLIER;
 
 /// What a fit may use, and what it estimates besides the parameters.
@@ -70,6 +72,8 @@ pub(crate) struct Fit {
     /// Covariance in whose metric the parameters are projected onto consistent ones. It takes the noise to be the same
     /// in all windows: variances that are too small by chance would distort a projection.
     pub(crate) metric: SMatrix<f64, 10, 10>,
+    /// The part of the covariance that errors of the gains cause; the rest is noise.
+    pub(crate) gain_covariance: SMatrix<f64, 10, 10>,
     /// Delay of the load that is left in the windows, where it was estimated.
     pub(crate) delay: Option<Delay>,
     /// Noise of the channels.
@@ -97,6 +101,44 @@ impl Fit {
     /// Returns the standard deviations of the ten values at parameters near those of the fit.
     pub(crate) fn std_devs(&self, parameters: &SVector<f64, 10>) -> [f64; 10] {
         std_devs(parameters, &self.covariance, &self.null_space)
+    }
+
+    /// Adds what the errors of the gains cause to the covariance, given the equations of the fit and which of them it uses.
+    fn add_gain_errors(&mut self, equations: &[Equation], used: Option<&[bool]>) {
+        let of_rows = |equation: &Equation| equation.rows.iter().any(|row| row.gain_error != 0.0);
+        if !equations.iter().any(of_rows) {
+            return;
+        }
+        let mut sums = NormalEquations::with_known_mass(self);
+        for (window, equation) in equations.iter().enumerate() {
+            if used.is_none_or(|used| used[window]) {
+                sums.add(equation, window);
+            }
+        }
+        let scaled = sums.gain_covariance(&Spectrum::new(sums.information));
+        let scales = self.scales();
+        self.gain_covariance = scaled.component_mul(&(scales * scales.transpose()));
+        self.covariance += self.gain_covariance;
+    }
+
+    /// Returns the fraction of the variance of each of the ten values that is noise, at parameters near those of the fit:
+    /// 1 where the gains are exact. The rest is caused by errors of the gains.
+    pub(crate) fn noise_fraction(&self, parameters: &SVector<f64, 10>) -> [f64; 10] {
+        let Some(slopes) = jacobian(parameters) else {
+            return [1.0; 10];
+        };
+        let variances = |of: &SMatrix<f64, 10, 10>| (slopes * of * slopes.transpose()).diagonal();
+        let (of_gains, all) = (
+            variances(&self.gain_covariance),
+            variances(&self.covariance),
+        );
+        std::array::from_fn(|k| {
+            if all[k] > 0.0 {
+                (1.0 - of_gains[k] / all[k]).clamp(0.0, 1.0)
+            } else {
+                1.0
+            }
+        })
     }
 
     /// Returns the standard deviation of the mass of the whole load, kg; infinite where the motion does not

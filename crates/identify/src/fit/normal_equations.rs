@@ -1,10 +1,11 @@
 //! Normal equations that grow window by window, with the weights and the noise of a fit.
 
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{DMatrix, SMatrix, SVector, U10};
 
 use super::Fit;
 use crate::equations::{Equation, Row};
 use crate::solve::offsets::Centering;
+use crate::solve::spectrum::Spectrum;
 
 /// Normal equations in scaled parameters, with errors-in-variables bias correction.
 pub(crate) struct NormalEquations<'a> {
@@ -13,9 +14,13 @@ pub(crate) struct NormalEquations<'a> {
     pub(crate) information: SMatrix<f64, 10, 10>,
     /// Right-hand side.
     pub(crate) target: SVector<f64, 10>,
+    /// What an error of each channel's gain of one standard deviation adds to the right-hand side, a column for each
+    /// channel.
+    gain_errors: DMatrix<f64>,
     centering: Centering,
     rows: Vec<Row>,
-    /// Whitened rows with scaled columns, a row for each channel; the last column is the target.
+    /// Whitened rows with scaled columns, a row for each channel; column 10 is the target, and those after it
+    /// are the gain errors, one for each channel.
     block: DMatrix<f64>,
 }
 
@@ -39,7 +44,8 @@ impl<'a> NormalEquations<'a> {
             target: SVector::zeros(),
             centering: Centering::new(if fit.offsets.is_some() { 6 } else { 0 }),
             rows: Vec::new(),
-            block: DMatrix::zeros(fit.noise.channels(), 11),
+            gain_errors: DMatrix::zeros(10, fit.noise.channels()),
+            block: DMatrix::zeros(fit.noise.channels(), 11 + fit.noise.channels()),
         }
     }
 
@@ -56,16 +62,145 @@ impl<'a> NormalEquations<'a> {
             }
         }
         for (rows, sign) in [(&self.rows, 1.0), (&equation.differences, -1.0)] {
+            self.block.columns_range_mut(11..).fill(0.0);
             for (channel, row) in rows.iter().enumerate() {
                 let scaled = row.regressor.component_mul(self.fit.scales());
                 let mut entries = self.block.view_mut((channel, 0), (1, 10));
                 entries.copy_from(&scaled.transpose());
                 self.block[(channel, 10)] = row.target;
+                self.block[(channel, 11 + channel)] = row.gain_error;
             }
             self.fit.noise.whiten(&mut self.block);
             let (rows, target) = (self.block.fixed_columns::<10>(0), self.block.column(10));
             self.information.gemm_tr(sign * weight, &rows, &rows, 1.0);
             self.target.gemv_tr(sign * weight, &rows, &target, 1.0);
+            let of_gains = self.block.columns_range(11..);
+            self.gain_errors
+                .gemm_tr(sign * weight, &rows, &of_gains, 1.0);
+        }
+    }
+
+    /// Returns the covariance of the scaled parameters that the errors of the gains cause, zero in unobservable
+    /// directions, given the spectrum of the information.
+    ///
+    /// An error of a gain moves the parameters as the same change of its channel's targets moves them, with the weights and
+    /// the noise of the fit.
+    pub(crate) fn gain_covariance(&self, spectrum: &Spectrum<U10>) -> SMatrix<f64, 10, 10> {
+        let mut covariance = SMatrix::zeros();
+        for error in self.gain_errors.column_iter() {
+            let mut step = SVector::<f64, 10>::zeros();
+            for (information, direction) in spectrum.observable() {
+                step += direction * (direction.dot(&error) / information);
+            }
+            covariance += step * step.transpose();
+        }
+        covariance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector4;
+    use rand::{RngExt, SeedableRng, rngs::SmallRng};
+
+    use super::*;
+    use crate::equations::{Channel, Channels};
+    use crate::fit::{FitOptions, least_squares};
+    use crate::solve::prior::KnownMass;
+
+    /// Returns equations of three joints with random rows and half-differences, whose gains have different errors.
+    fn equations(random: &mut SmallRng) -> Vec<Equation> {
+        let mut row = |size: f64, gain: f64| {
+            let regressor = SVector::<f64, 10>::from_fn(|_, _| random.random_range(-size..size));
+            let effort = regressor.sum() + random.random_range(-size..size);
+            Row {
+                regressor,
+                target: effort - 0.3 * size,
+                gravity: Vector4::zeros(),
+                gain_error: gain * effort,
+            }
+        };
+        let gains = [0.02, 0.05, 0.0];
+        let mut of_window = |_| {
+            let mut equation = Equation::new(3);
+            equation.rows = gains.map(|gain| row(1.0, gain)).to_vec();
+            equation.differences = gains.map(|gain| row(0.1, gain)).to_vec();
+            equation
+        };
+        (0..60).map(&mut of_window).collect()
+    }
+
+    fn channels() -> Channels {
+        let named = |name: &str| Channel {
+            name: name.to_owned(),
+            unit: "N m",
+        };
+        Channels {
+            channels: ["a", "b", "c"].map(named).to_vec(),
+            kinds: vec![3],
+            sources: vec![3],
+            offsets: 0,
+            known_noise: Vec::new(),
+        }
+    }
+
+    /// Returns equations with every row changed, which may depend on its channel.
+    fn changed(equations: &[Equation], change: impl Fn(usize, &mut Row)) -> Vec<Equation> {
+        let mut changed = equations.to_vec();
+        for equation in &mut changed {
+            for rows in [&mut equation.rows, &mut equation.differences] {
+                for (channel, row) in rows.iter_mut().enumerate() {
+                    change(channel, row);
+                }
+            }
+        }
+        changed
+    }
+
+    /// The covariance of the gains is that of the changes of a fit with the same weights when the targets of one channel
+    /// after another change by an error of its gain of one standard deviation; also where the mass is known. The whole
+    /// covariance is larger than that of exact gains by as much.
+    #[test]
+    fn covariance_of_gains_is_that_of_refits() {
+        let equations = equations(&mut SmallRng::seed_from_u64(5));
+        let channels = channels();
+        let weighed = KnownMass {
+            mass_kg: 0.9,
+            std_dev_kg: 0.05,
+        };
+        for known_mass in [None, Some(weighed)] {
+            let options = FitOptions {
+                known_mass,
+                ..FitOptions::new(&channels)
+            };
+            let found = least_squares::fit(&equations, options).unwrap();
+            let refit = |equations: &[Equation]| {
+                let options = FitOptions {
+                    weights_of: Some(&found),
+                    ..options
+                };
+                least_squares::fit(equations, options).unwrap().parameters
+            };
+            let mut expected = SMatrix::<f64, 10, 10>::zeros();
+            for wrong in 0..3 {
+                let moved = changed(&equations, |channel, row| {
+                    row.target += if channel == wrong {
+                        row.gain_error
+                    } else {
+                        0.0
+                    };
+                });
+                let step = refit(&moved) - refit(&equations);
+                expected += step * step.transpose();
+            }
+            assert!(expected.amax() > 1e-6, "{expected}");
+            let difference = (found.gain_covariance - expected).amax();
+            assert!(difference < 1e-6 * expected.amax(), "{difference}");
+            let exact = changed(&equations, |_, row| row.gain_error = 0.0);
+            let exact = least_squares::fit(&exact, options).unwrap();
+            assert_eq!(exact.noise_fraction(&exact.parameters), [1.0; 10]);
+            let added = (found.covariance - exact.covariance - expected).amax();
+            assert!(added < 1e-6 * expected.amax(), "{added}");
         }
     }
 }

@@ -1,7 +1,7 @@
 """How well least squares explains a recording: the channels of its windows, as plain data."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,3 +66,9 @@ class Fit:
     """
     wrench_offset: WrenchOffset | None = None
     """The offset of the wrenches, where the option ``wrench_offset`` makes it an unknown."""
+    noise_fraction: Array = field(default_factory=lambda: np.ones(10))
+    """Fraction of the variance of each of the ten values that is noise of the recording, (10,).
+
+    It is 1 where the gains of the efforts are exact. The rest is their uncertainty, the option
+    ``effort_gain_std_dev``, which no longer recording reduces.
+    """

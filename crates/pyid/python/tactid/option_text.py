@@ -63,6 +63,24 @@ def names(flag: str, text: str) -> dict[str, str]:
     return dict(pairs)
 
 
+def fractions(flag: str, text: str) -> list[float]:
+    """Reads percentages, each with its sign, as fractions of one.
+
+    The sign is required: 0.05 may mean a fraction or a percentage.
+    """
+    words = text.replace(",", " ").split()
+    try:
+        found = [float(word.removesuffix("%")) / 100 for word in words if word.endswith("%")]
+    except ValueError:
+        found = []
+    if not found or len(found) != len(words):
+        raise ArgumentError(
+            f"{flag} is {text!r}: expected percentages with their sign, such as 5%, separated by"
+            " commas"
+        )
+    return found
+
+
 def fraction(flag: str, text: str) -> float:
     """Reads a positive percentage, with or without its sign, as a fraction of one."""
     try:

@@ -213,6 +213,17 @@ class Options:
         argument=str,
         parse=option_text.numbers,
     )
+    effort_gain_std_dev: ArrayLike | None = option(
+        "Standard deviation of the relative error of each gain, for all joints or for each: a"
+        " fraction in Python, 0.05, and a percentage on the command line, 5%. The intervals contain"
+        " it for the methods that use efforts; the paper's filter has none.",
+        SIGNS,
+        rust_field="Request::effort_gain_std_dev",
+        default="5 % where gains are given, else 0",
+        metavar="P%,P%,...",
+        argument=str,
+        parse=option_text.fractions,
+    )
     known_tool: MassProperties | None = option(
         "A known body that the measured load contains besides the payload, in the tip's frame: it"
         " is subtracted. On the command line: mass, centre of mass, and inertia about it.",

@@ -9,8 +9,9 @@ from tactid._native import VALUE_NAMES
 from tactid.findings import DOUBTS
 from tactid.fit import Array
 from tactid.identification import IdentificationData
+from tactid.naming import listed
 from tactid.remarks import motion_advice
-from tactid.values import KINDS
+from tactid.values import KINDS, Z95
 
 WITHIN = 0.01
 """Target for half of each 95 % interval, as a fraction of the largest value of its kind."""
@@ -43,6 +44,10 @@ def outlook(result: IdentificationData, within: float = WITHIN) -> str | None:
     target = f"within {100 * within:g} %"
     if not remaining.any():
         return f"{every} is known {target}."
+    limited = np.isinf(remaining) & _limited_by_gains(result, within)
+    if limited.any():
+        listed_names = listed(np.array(VALUE_NAMES)[limited].tolist())
+        return f"The uncertainty of the effort gains alone keeps {listed_names} from {target}."
     hopeless = remaining > TOO_LONG * result.duration
     if hopeless.any():
         names = np.array(VALUE_NAMES)[hopeless].tolist()
@@ -50,6 +55,17 @@ def outlook(result: IdentificationData, within: float = WITHIN) -> str | None:
     last = VALUE_NAMES[int(remaining.argmax())]
     more = _duration(float(remaining.max()))
     return f"{every} is known {target} after another {more} of this motion, {last} last."
+
+
+def _limited_by_gains(result: IdentificationData, within: float) -> NDArray[np.bool_]:
+    """Returns the values that the uncertainty of the gains alone keeps from the target."""
+    limited = np.zeros(len(VALUE_NAMES), bool)
+    if result.fit is not None:
+        of_gains = Z95 * result.estimate.std_devs * np.sqrt(1 - result.fit.noise_fraction)
+        for kind in KINDS:
+            largest = np.abs(result.estimate.values[kind]).max()
+            limited[kind] = of_gains[kind] >= within * largest
+    return limited
 
 
 def _undetermined(remaining: Array, hopeless: NDArray[np.bool_], target: str) -> list[str]:

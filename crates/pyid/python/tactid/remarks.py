@@ -128,6 +128,7 @@ def assumptions(result: IdentificationData) -> str:
     parts += [f"wrench offset {offset}"] if (offset := wrench_offset(result)) else []
     parts += ["efforts of the unloaded recording subtracted"] if result.subtracts_unloaded else []
     parts += [given] if (given := calibration(result)) else []
+    parts += [uncertain] if (uncertain := gains(result)) else []
     clocks = {"stamps": ["times from header stamps"], "log times": ["times from the log"]}
     parts += clocks.get(result.clock, [])
     return "; ".join(parts) + "."
@@ -149,6 +150,21 @@ def calibration(result: IdentificationData) -> str:
     return (
         f"{name}{updated}, whose uncertainty is in the intervals (of their squares {listed(shares)}"
         " is noise of this recording)"
+    )
+
+
+def gains(result: IdentificationData) -> str:
+    """Says how much of the intervals is noise; empty where the gains of the efforts are exact."""
+    if result.calibrated is not None or result.fit is None:
+        return ""
+    if (result.fit.noise_fraction == 1).all():
+        return ""
+    fractions = (np.median(result.fit.noise_fraction[kind]) for kind in KINDS)
+    kinds = zip(("mass", "centre of mass", "inertia"), fractions, strict=True)
+    shares = listed([f"{100 * part:.0f} % of the {kind}" for kind, part in kinds])
+    return (
+        f"the uncertainty of the effort gains is in the intervals (of their squares {shares} is"
+        " noise of this recording)"
     )
 
 

@@ -214,6 +214,7 @@ def _of_the_fit(fit: Fit) -> dict[str, Any]:
         "residual_rms": dict(zip(names, all_finite(fit.residual_rms), strict=True)),
         "held_out_rms": dict(zip(names, all_finite(fit.held_out_rms), strict=True)),
         "excitation": all_finite(fit.excitation),
+        "noise_fraction": nested(fit.noise_fraction.tolist()),
     }
 
 

@@ -21,6 +21,8 @@ pub(crate) struct EffortSource {
     /// Standard deviation of one sample of the effort of each joint of the robot, N m or N. Empty where
     /// they are unknown.
     noise: Vec<f64>,
+    /// Standard deviation of the relative error of the gain of each joint of the robot; empty where the gains are exact.
+    gain_std_devs: Vec<f64>,
     /// Whether the measured efforts are those of the payload alone.
     is_net: bool,
     /// Columns of the tool's Jacobian, one for each joint of the robot.
@@ -43,6 +45,7 @@ impl EffortSource {
             channels: loaded_joints.iter().map(channel).collect(),
             loaded_joints,
             noise: expand(&settings.effort_noise, robot.dof()),
+            gain_std_devs: expand(&settings.effort_gain_std_dev, robot.dof()),
             is_net: settings.effort_is_net,
             jacobian: vec![Vector6::zeros(); robot.dof()],
         }
@@ -73,6 +76,8 @@ impl MeasurementSource for EffortSource {
             row.regressor = regressor.parameters.tr_mul(column);
             row.gravity = regressor.gravity.tr_mul(column);
             row.target = instant.joint_effort[joint];
+            let of_gain = self.gain_std_devs.get(joint).copied();
+            row.gain_error = of_gain.unwrap_or(0.0) * row.target;
             if !self.is_net {
                 row.target -= workspace.joint_torques()?[joint];
             }

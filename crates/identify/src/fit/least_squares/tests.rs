@@ -46,6 +46,7 @@ fn equations(count: usize, seed: u64, noise: f64, delay_s: f64) -> Vec<Equation>
                 regressor: row_at(channel, time_s),
                 target: target(time_s - delay_s) + noise * size * draw,
                 gravity: nalgebra::Vector4::zeros(),
+                gain_error: 0.0,
             };
             let step_s = 1e-4;
             equation.rates[channel] = (target(time_s - delay_s + step_s)
