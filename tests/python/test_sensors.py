@@ -32,7 +32,7 @@ def test_an_offset_is_suspected_and_found() -> None:
     (finding,) = (each for each in taken_for_none.findings if each.kind == "offset_suspected")
     remark = finding.worded("command-line")
     assert "constant offset" in remark
-    assert remark.endswith("or let --wrench-offset identify it together with the payload.")
+    assert "or let --wrench-offset identify it together with the payload." in remark
     assert "`wrench_offset` identify it" in str(finding)
     np.testing.assert_allclose(finding.data["values"], offset.values)
     assert found.findings == []

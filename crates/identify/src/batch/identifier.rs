@@ -170,6 +170,11 @@ impl BatchIdentifier {
         let is_not_kept = matches!(of_mass, Some(Finding::KnownMassNotKept { .. }));
         // A mass that is not kept says that no consistent body is near, and why.
         let inconsistent = inconsistent.filter(|_| !is_not_kept);
+        // That nothing is held is why a known mass is contradicted, and no second finding.
+        let is_contradicted = matches!(of_mass, Some(Finding::MassContradicted { .. }));
+        let of_data = of_data
+            .into_iter()
+            .filter(|finding| !(is_contradicted && matches!(finding, Finding::NothingHeld { .. })));
         let of_model = self.stream.model_findings();
         let findings = of_mass.into_iter().chain(inconsistent).chain(of_data);
         let findings = findings.chain(of_model);

@@ -61,10 +61,11 @@ def _limited_by_gains(result: IdentificationData, within: float) -> NDArray[np.b
     """Returns the values that the uncertainty of the gains alone keeps from the target."""
     limited = np.zeros(len(VALUE_NAMES), bool)
     if result.fit is not None:
-        of_gains = Z95 * result.estimate.std_devs * np.sqrt(1 - result.fit.noise_fraction)
+        known = np.where(result.estimate.identifiable, result.estimate.std_devs, 0.0)
+        of_gains = Z95 * known * np.sqrt(1 - result.fit.noise_fraction)
         for kind in KINDS:
             largest = np.abs(result.estimate.values[kind]).max()
-            limited[kind] = of_gains[kind] >= within * largest
+            limited[kind] = of_gains[kind] > within * largest
     return limited
 
 
