@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 import tactid
 from doubles import fit_of
+from recorded_arm import FIXED, PAYLOAD, TIP, ur5e
+from recordings import state
 
 FINGERS = ["finger_left_link", "finger_right_link"]
 Arrays = dict[str, NDArray[np.float64]]
@@ -113,3 +115,20 @@ def test_what_does_not_fit_is_refused(
     few = {name: values[:100] for name, values in given.items()}
     with pytest.raises(tactid.IdentificationError, match=r"too few windows"):
         tactid.identify(time[:100], robot=robot, sensors=FINGERS, cutoff=2.0, **few)
+
+
+def test_stamps_that_jitter_do_not_bias(rng: np.random.Generator) -> None:
+    """Their noise shows in long windows alone: those that are chosen are long enough."""
+    s = state(FIXED, 20.0, 250.0)
+    time = np.sort(s.time + 3e-4 * rng.normal(size=len(s.time)))
+    wrench = s.wrench + np.repeat([0.3, 0.02], 3) * rng.normal(size=s.wrench.shape)
+    inertia = PAYLOAD.inertia[np.triu_indices(3)]
+    truth = np.concatenate([[PAYLOAD.mass], PAYLOAD.com, inertia])
+
+    def worst(**options: float) -> float:
+        given = {"urdf": ur5e(), "tip": TIP, "sensors": TIP, **options}
+        found = tactid.identify(time, q=s.q, qd=s.v, wrench=wrench, **given)
+        return float(np.abs((found.estimate.values - truth) / found.estimate.std_devs).max())
+
+    assert worst() < 3.5
+    assert worst(cutoff=7.2) > 5
