@@ -163,8 +163,11 @@ pub enum IdentifyError {
         /// Its value in the other recording.
         found: String,
     },
-    /// The equations of a calibration cannot be solved: numbers of the recordings are too large.
-    #[error("the equations cannot be solved: check the units of positions, velocities and efforts")]
+    /// The equations of a calibration cannot be solved: numbers of the recordings are too large, or the gain of a joint is
+    /// not positive, as that of an effort with the opposite sign.
+    #[error(
+        "the arm cannot be calibrated: check the units of positions, velocities and efforts, and the signs of the efforts"
+    )]
     CalibrationFailed,
     /// The data of a calibration do not fit together.
     #[error("`{field}` of the calibration is not valid: {reason}")]

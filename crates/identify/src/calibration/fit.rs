@@ -94,6 +94,16 @@ fn solve(
     })
 }
 
+/// Checks that the gains are positive: an effort of the opposite sign would have a negative one.
+fn check_gains(layout: &Layout, at: &Unknowns) -> Result<(), IdentifyError> {
+    let mut joints = 0..layout.joints;
+    let is_wrong = |joint| at.arm[layout.index(Group::InverseGain, joint)] <= 0.0;
+    if joints.any(is_wrong) {
+        return Err(IdentifyError::CalibrationFailed);
+    }
+    Ok(())
+}
+
 /// Fits unknowns, noise and scales of the prior with these friction terms.
 pub(crate) fn fit(
     recordings: &[(&EffortRecording, Option<KnownPayload>)],
@@ -134,6 +144,7 @@ pub(crate) fn fit(
     }
     let last = solve(&problem, &at, &noise)?;
     problem.add(&mut at, &last.step);
+    check_gains(&model.layout, &at)?;
     let log_evidence = evidence(&last, &noise, friction);
     let prior = problem.prior;
     Ok(Fitted {

@@ -118,9 +118,9 @@ impl Solution<'_> {
             result: BatchResult {
                 linear: LinearEstimate::new(
                     self.free.parameters - self.tool,
-                    &self.free.covariance,
+                    &(self.free.covariance * (WIDENING * WIDENING)),
                     &self.free.null_space,
-                    CalibratedEstimate::DEGREES_OF_FREEDOM,
+                    f64::INFINITY, // the covariance is widened already
                 ),
                 estimate: self.payload(&consistent, &covariance),
                 principal_moments: PrincipalMoments::with_std_devs(

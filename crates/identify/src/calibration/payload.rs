@@ -76,7 +76,7 @@ impl KnownPayload {
         InertialParameters::from(MassProperties {
             mass_kg: self.mass_kg,
             center_of_mass: self.center_of_mass.unwrap_or_default(),
-            inertia: self.inertia.unwrap_or_default(),
+            inertia: self.center_of_mass.and(self.inertia).unwrap_or_default(),
         })
     }
 

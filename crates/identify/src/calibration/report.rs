@@ -5,6 +5,7 @@ use tactid_dynamics::InertialParameters;
 
 use super::arm::Arm;
 use super::compare::compare;
+use super::estimate::WIDENING;
 use super::fit::{Fitted, MOVES, problem};
 use super::layout::Group;
 use super::model::Calibration;
@@ -51,7 +52,7 @@ pub struct JointCalibration {
     pub unit: &'static str,
     /// Factor from measured efforts to torques; 1 where efforts are torques.
     pub gain: f64,
-    /// Standard deviation of the gain; 0 where it is known.
+    /// Standard deviation of the gain, widened as in [`CalibratedEstimate`](super::CalibratedEstimate); 0 where it is known.
     pub gain_std_dev: f64,
     /// Offset of the effort.
     pub offset: f64,
@@ -150,7 +151,7 @@ pub(crate) fn report(
             name: arm.joints[joint].clone(),
             unit: arm.units[joint],
             gain: 1.0 / inverse_gain,
-            gain_std_dev: std_dev(index(Group::InverseGain)) / inverse_gain.powi(2),
+            gain_std_dev: WIDENING * std_dev(index(Group::InverseGain)) / inverse_gain.powi(2),
             offset: value(Group::Offset),
             viscous: value(Group::Viscous),
             friction: (0..layout.widths.len())
@@ -225,7 +226,7 @@ fn shortages(joint: &JointCalibration, settings: &CalibrationSettings) -> Vec<Mo
         });
     }
     // In terms of the inverse gain, about which something was known.
-    let std_dev = joint.gain_std_dev / joint.gain.powi(2);
+    let std_dev = joint.gain_std_dev / WIDENING / joint.gain.powi(2);
     if settings.gain_std_dev > 0.0 && std_dev > GAIN_DETERMINED * settings.gain_std_dev {
         shortages.push(MotionShortage::Gain {
             joint: name(),

@@ -104,7 +104,9 @@ impl Comparison<'_> {
         let distance = |run: usize| {
             let others = self.test(&without(&all, run));
             let chi_square = (test.chi_square - others.chi_square).max(0.0);
-            let degrees_of_freedom = test.degrees_of_freedom - others.degrees_of_freedom;
+            let degrees_of_freedom = test
+                .degrees_of_freedom
+                .saturating_sub(others.degrees_of_freedom);
             RunDistance {
                 chi_square,
                 degrees_of_freedom,
@@ -139,7 +141,7 @@ impl Comparison<'_> {
         let terms: Vec<_> = which.iter().map(|run| self.terms[*run]).collect();
         let together = Solved::new(&terms);
         let ranks: u32 = which.iter().map(|run| self.runs[*run].rank()).sum();
-        let degrees_of_freedom = ranks - together.rank();
+        let degrees_of_freedom = ranks.saturating_sub(together.rank());
         let chi_square = together.chi_square(&terms);
         let value_p_values = self.variations(which).map(|variation| {
             let degrees_of_freedom = variation.runs.saturating_sub(1);

@@ -31,8 +31,9 @@ pub(crate) fn hotelling_p(
     let remaining = (of_noise - f64::from(parameters) + 1.0).max(3.0);
     let fisher = FisherSnedecor::new(freedom, remaining);
     match fisher {
-        Ok(fisher) if chi_square > 0.0 && of_noise.is_finite() => {
-            fisher.sf(chi_square * remaining / (of_noise.max(remaining) * freedom))
+        // Beyond, the distribution is that of the chi-square, and the gamma function loses its digits.
+        Ok(fisher) if chi_square > 0.0 && of_noise < 1e9 => {
+            fisher.sf(chi_square.min(1e300) * remaining / (of_noise.max(remaining) * freedom))
         }
         _ => chi_square_p(chi_square, degrees_of_freedom),
     }

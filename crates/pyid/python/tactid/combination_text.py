@@ -25,12 +25,12 @@ def columns(result: CombinationData) -> list[Column]:
 
 
 def verdict(result: CombinationData) -> str | None:
-    """Says that the recordings agree, or have nothing in common; None where they disagree.
+    """Says that the recordings agree, or have nothing in common.
 
-    A disagreement is one of the findings.
+    None where they disagree, which is one of the findings, or where there is only one.
     """
     found = result.agreement
-    if not found.agree:
+    if not found.agree or len(result.runs) < 2:
         return None
     if found.degrees_of_freedom == 0:
         return "The recordings determine nothing in common, so that they cannot be compared."

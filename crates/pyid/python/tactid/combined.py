@@ -113,7 +113,9 @@ def combine(results: Sequence[IdentificationData]) -> Combination:
     none is known to be right: the intervals become very wide.
 
     A known mass and a bounding box count once. An error that the recordings share (a known tool, a
-    gain, an unloaded reference) shows in no difference between them, and is in no interval.
+    gain, an unloaded reference) shows in no difference between them, and no number of recordings
+    reduces it. The uncertainty of a calibration or of gains counts as independent between
+    recordings, which makes the combined interval too narrow.
 
     >>> runs = [tactid.identify("one.mcap"), tactid.identify("two.mcap")]
     >>> tactid.combine(runs).agreement.agree
