@@ -156,7 +156,6 @@ impl IntoPyErr for RecordingError {
         match self {
             Self::Identify(error) => error.into_py_err(),
             Self::Log(error) => error.into_py_err(),
-            Self::OfLog { path, source } => naming(&path, source.into_py_err()),
             Self::SameLogTwice(_) | Self::NotTheSame { .. } => ArgumentError::new_err(message),
             Self::UnloadedLog(_) => LogError::new_err((message, "unloaded")),
             Self::NoSuchTopic { kind, .. } => option_error(message, topic_option(kind)),
@@ -255,22 +254,6 @@ fn identification_error(message: &str, option: Option<&'static str>) -> PyErr {
         Some(name) => IdentificationError::new_err((pointing_to(message, name), name)),
         None => IdentificationError::new_err(message.to_owned()),
     }
-}
-
-/// Adds the path of the log that an error is about to its message, unless that names it already.
-fn naming(path: &str, error: PyErr) -> PyErr {
-    Python::attach(|py| {
-        let value = error.value(py);
-        let message: PyResult<String> = value.getattr("message").and_then(|text| text.extract());
-        match message {
-            Ok(message) if !message.contains(path) => {
-                // An exception that takes no attribute is still raised, without the path.
-                let _ = value.setattr("message", format!("{path}: {message}"));
-            }
-            _ => {}
-        }
-        error
-    })
 }
 
 /// Adds to a message what the option does that resolves the error.

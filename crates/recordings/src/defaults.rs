@@ -14,7 +14,7 @@ const GAP_PERIODS: f64 = 5.0;
 const UNKNOWN_PERIOD_S: f64 = 0.01;
 /// Standard deviation of the relative error of a given gain: motor catalogues state tolerances of the torque constant of
 /// some 10 %, which counts as two standard deviations.
-const CLAIMED_GAIN_STD_DEV: f64 = 0.05;
+pub(crate) const CLAIMED_GAIN_STD_DEV: f64 = 0.05;
 /// Shortest default of the longest bridged gap, s: arrays may have a single sample.
 const SHORTEST_GAP_S: f64 = 1e-9;
 

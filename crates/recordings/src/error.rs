@@ -63,14 +63,6 @@ pub enum RecordingError {
         /// Frame of the base.
         base: String,
     },
-    /// One of several logs cannot be identified.
-    #[error("{path}: {source}")]
-    OfLog {
-        /// Path of the log.
-        path: String,
-        /// What is wrong with it.
-        source: Box<RecordingError>,
-    },
     /// Two of several logs are the same.
     #[error("{0} is given twice: its noise would count as agreement")]
     SameLogTwice(String),

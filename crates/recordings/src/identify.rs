@@ -7,9 +7,10 @@ use crate::arrays::ArrayRecording;
 use crate::calibration::{identify_calibrated_arrays, identify_calibrated_log};
 use crate::log::LogRecording;
 use crate::plan::Plan;
+use crate::progress::part_of;
 use crate::recording::Recording;
 use crate::run::{Run, Solver};
-use crate::{Arrays, Identification, Observer, Progress, RecordingError, Request};
+use crate::{Arrays, Identification, Observer, RecordingError, Request};
 
 /// Identifies the payload from a log: the folder of a rosbag2 bag, or an `.mcap` or `.db3` file.
 ///
@@ -57,7 +58,7 @@ pub fn identify_log(
 /// The observer receives the fraction of all logs. Where it stops the reading, the logs that follow are left out.
 ///
 /// # Errors
-/// Returns [`RecordingError::OfLog`] with the error of the first log that cannot be identified, as [`identify_log`] lists them,
+/// Returns [`RecordingError::InRecording`] with the error of the first log that cannot be identified, as [`identify_log`] lists them,
 /// and [`RecordingError::SameLogTwice`] if two paths are the same log: its noise would count as agreement.
 pub fn identify_logs<P: AsRef<Path>>(
     paths: &[P],
@@ -67,15 +68,9 @@ pub fn identify_logs<P: AsRef<Path>>(
     check_different(paths)?;
     let mut runs: Vec<Identification> = Vec::with_capacity(paths.len());
     for (index, path) in paths.iter().enumerate() {
-        let mut of_all = |progress: Progress| {
-            let fraction = (index as f64 + progress.fraction) / paths.len() as f64;
-            observer(Progress { fraction })
-        };
+        let mut of_all = part_of(observer, index, paths.len());
         let run = identify_log(path.as_ref(), request, &mut of_all);
-        let run = run.map_err(|source| RecordingError::OfLog {
-            path: path.as_ref().display().to_string(),
-            source: Box::new(source),
-        })?;
+        let run = run.map_err(|error| error.in_recording(path.as_ref()))?;
         let interrupted = run.interrupted;
         runs.push(run);
         if interrupted {

@@ -22,3 +22,15 @@ pub(crate) fn check_interruption(observer: &mut Observer<'_>) -> Result<(), Reco
         ControlFlow::Break(()) => Err(RecordingError::Interrupted),
     }
 }
+
+/// Returns an observer of one of several recordings, by its index, which reports the fraction of all of them.
+pub(crate) fn part_of<'a>(
+    observer: &'a mut Observer<'_>,
+    index: usize,
+    count: usize,
+) -> impl FnMut(Progress) -> ControlFlow<()> + 'a {
+    move |progress| {
+        let fraction = (index as f64 + progress.fraction) / count as f64;
+        observer(Progress { fraction })
+    }
+}

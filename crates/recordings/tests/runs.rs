@@ -89,10 +89,11 @@ fn an_error_names_its_log() {
     std::fs::write(&broken, b"this is no log").unwrap();
     paths.push(broken.clone());
     let error = identified(&paths, &request()).unwrap_err();
-    let RecordingError::OfLog { path, .. } = &error else {
+    let RecordingError::InRecording { path, .. } = &error else {
         panic!("{error}");
     };
-    assert!(path.ends_with("broken.mcap") && error.to_string().contains(path));
+    let named = path.display().to_string();
+    assert!(path.ends_with("broken.mcap") && error.to_string().contains(&named));
     paths[1] = folder.path().join(".").join("run0.mcap");
     let error = identified(&paths, &request()).unwrap_err();
     assert!(matches!(error, RecordingError::SameLogTwice(_)), "{error}");

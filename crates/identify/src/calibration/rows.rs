@@ -67,6 +67,17 @@ impl EffortModel {
     ) -> Modelled {
         let columns = recording.columns(window, joint);
         let terms = self.terms(recording, joint, &columns, arm, payload);
+        self.modelled(joint, &columns, &terms, arm)
+    }
+
+    /// Returns the modelled effort of a joint from its columns in a window and their terms.
+    fn modelled(
+        &self,
+        joint: usize,
+        columns: &JointColumns<'_>,
+        terms: &Terms,
+        arm: &[f64],
+    ) -> Modelled {
         let of = |group: Group| arm[self.layout.index(group, joint)];
         let widths = self.layout.widths.iter().enumerate();
         let coulomb: f64 = widths
@@ -100,7 +111,7 @@ impl EffortModel {
         for (row, &window) in windows.iter().enumerate() {
             let columns = recording.columns(window, joint);
             let terms = self.terms(recording, joint, &columns, arm, &held);
-            let modelled = self.effort(recording, (window, joint), arm, &held);
+            let modelled = self.modelled(joint, &columns, &terms, arm);
             let links = columns.links.len();
             for (k, entry) in columns.links.iter().enumerate() {
                 rows[(row, k)] = terms.inverse_gain * terms.arm_slope * entry;

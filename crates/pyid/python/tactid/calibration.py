@@ -11,7 +11,7 @@ from tactid import _native, calibration_text
 from tactid.calibration_data import CalibrationData, CalibrationLog
 from tactid.field_docs import with_fields
 from tactid.findings import Finding
-from tactid.output_files import check_outputs
+from tactid.output_files import checked_output
 
 
 @with_fields
@@ -76,8 +76,7 @@ class Calibration(CalibrationData):
     def _checked(self, path: str | os.PathLike[str]) -> Path:
         """Returns the path of an output once it is clear that it can be written."""
         inputs = {name: given for name, given in self.inputs.items() if name != "the calibration"}
-        check_outputs({"`path`": Path(path)}, inputs)
-        return Path(path)
+        return checked_output(path, inputs)
 
 
 def from_model(

@@ -129,21 +129,9 @@ def _sources(arm: CalibrationData) -> str:
 
 
 def _table(arm: CalibrationData) -> str:
-    heads = "".join(
-        f"<th>{head}</th>"
-        for head in (
-            "joint",
-            "",
-            "gain ± 95 %",
-            "Coulomb",
-            "viscous",
-            "load friction",
-            "rotor inertia",
-            "before",
-            "after",
-            "held out",
-        )
-    )
+    _, *others = calibration_text.HEADINGS
+    titles = ("joint", "", "gain ± 95 %", *others)
+    heads = "".join(f"<th>{head}</th>" for head in titles)
     body = ""
     for name, unit, *cells in calibration_text.rows(arm):
         numbers = "".join(f"<td>{cell}</td>" for cell in cells)

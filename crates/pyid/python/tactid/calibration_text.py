@@ -19,21 +19,25 @@ SCHEMA = "tactid.calibration/1"
 """Name and version of the JSON layout: a change that breaks a reader increments the version."""
 
 
+HEADINGS = (
+    "gain",
+    "Coulomb",
+    "viscous",
+    "load friction",
+    "rotor inertia",
+    "before",
+    "after",
+    "held out",
+)
+"""Headings of the columns of :func:`rows` after those of the joint and its unit."""
+
+
 def rich_table(arm: CalibrationData) -> Table:
     """Returns the table of a calibration: a row for each joint."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("joint")
     table.add_column("unit", style="dim")
-    for heading in (
-        "gain",
-        "Coulomb",
-        "viscous",
-        "load friction",
-        "rotor inertia",
-        "before",
-        "after",
-        "held out",
-    ):
+    for heading in HEADINGS:
         table.add_column(heading, justify="right")
     for row in rows(arm):
         table.add_row(*row)

@@ -3,7 +3,6 @@
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,7 @@ from tactid.identification import (
 )
 from tactid.options import Options
 from tactid.outlook import WITHIN
-from tactid.output_files import check_outputs
+from tactid.output_files import checked_output
 
 
 @with_fields
@@ -67,7 +66,7 @@ class Combination(CombinationData):
         Raises:
             ArgumentError: The folder does not exist, or the file is one that was read.
         """
-        combination_json.write(self, self._checked(path), within)
+        combination_json.write(self, checked_output(path, self.inputs), within)
 
     def write_report(self, path: str | os.PathLike[str]) -> None:
         """Writes the report: one HTML file with each recording beside the whole.
@@ -82,7 +81,7 @@ class Combination(CombinationData):
         """
         from tactid import combination_report  # imports matplotlib, which takes a while to load
 
-        combination_report.write_report(self, self._checked(path))
+        combination_report.write_report(self, checked_output(path, self.inputs))
 
     def __repr__(self) -> str:
         verdict = "agree" if self.agreement.agree else "disagree"
@@ -95,11 +94,6 @@ class Combination(CombinationData):
 
     def _repr_html_(self) -> str:
         return combination_text.html(self)
-
-    def _checked(self, path: str | os.PathLike[str]) -> Path:
-        """Returns the path of an output once it is clear that it can be written."""
-        check_outputs({"`path`": Path(path)}, self.inputs)
-        return Path(path)
 
 
 def combine(results: Sequence[IdentificationData]) -> Combination:

@@ -11,7 +11,7 @@ from tactid.fit import Array
 from tactid.identification import IdentificationData
 from tactid.naming import listed
 from tactid.remarks import motion_advice
-from tactid.values import KINDS, Z95
+from tactid.values import KIND_NAMES, KINDS, Z95
 
 WITHIN = 0.01
 """Target for half of each 95 % interval, as a fraction of the largest value of its kind."""
@@ -20,7 +20,6 @@ TOO_LONG = 10.0
 """A motion that would have to go on for more than this many times the recording's length does not
 determine a value: what information there is comes from noise and from the filter's transients."""
 
-KIND_NAMES = ("mass", "centre of mass", "inertia")
 
 STEPS = ((36_000.0, "10 h"), (3_600.0, "1 h"), (600.0, "10 min"), (60.0, "1 min"), (10.0, "10 s"))
 """Lower bounds that stand for a longer time, s, with their names."""

@@ -30,6 +30,12 @@ def check_outputs(outputs: Mapping[str, Path | None], inputs: Mapping[str, Path 
             raise ArgumentError(f"{option} and {other} are the same file, {path}")
 
 
+def checked_output(path: str | os.PathLike[str], inputs: Mapping[str, Path | None]) -> Path:
+    """Returns the path of one output of a method once :func:`check_outputs` has passed it."""
+    check_outputs({"`path`": Path(path)}, inputs)
+    return Path(path)
+
+
 def _check_place(option: str, path: Path) -> None:
     folder = path.parent
     if not folder.is_dir():

@@ -7,13 +7,14 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tactid._native import VALUE_NAMES
 from tactid.findings import CONTRADICTIONS, DOUBTS
 from tactid.identification import IdentificationData, PayloadEstimate
 from tactid.naming import Style, counted, listed
 from tactid.reported import offsets
-from tactid.values import KINDS, Z95, digits_of
+from tactid.values import KIND_NAMES, KINDS, Z95, digits_of
 
 
 def remarks(result: IdentificationData, style: Style = "keyword") -> list[str]:
@@ -142,15 +143,10 @@ def calibration(result: IdentificationData) -> str:
     path = result.inputs.get("`calibration`")
     name = "calibration" if path is None else f"calibration {path.name}"
     updated = ", updated by the unloaded recording" if fit.updated_by_unloaded else ""
-    fractions = (np.nanmedian(fit.noise_fraction[kind]) for kind in KINDS)
-    kinds = zip(("mass", "centre of mass", "inertia"), fractions, strict=True)
-    shares = [f"{100 * part:.0f} % of the {kind}" for kind, part in kinds if math.isfinite(part)]
+    shares = _noise_shares(fit.noise_fraction)
     if not shares:
         return name + updated
-    return (
-        f"{name}{updated}, whose uncertainty is in the intervals (of their squares {listed(shares)}"
-        " is noise of this recording)"
-    )
+    return f"{name}{updated}, whose uncertainty is in the intervals {shares}"
 
 
 def gains(result: IdentificationData) -> str:
@@ -159,13 +155,18 @@ def gains(result: IdentificationData) -> str:
         return ""
     if (result.fit.noise_fraction == 1).all():
         return ""
-    fractions = (np.median(result.fit.noise_fraction[kind]) for kind in KINDS)
-    kinds = zip(("mass", "centre of mass", "inertia"), fractions, strict=True)
-    shares = listed([f"{100 * part:.0f} % of the {kind}" for kind, part in kinds])
-    return (
-        f"the uncertainty of the effort gains is in the intervals (of their squares {shares} is"
-        " noise of this recording)"
-    )
+    shares = _noise_shares(result.fit.noise_fraction)
+    return f"the uncertainty of the effort gains is in the intervals {shares}"
+
+
+def _noise_shares(noise_fraction: NDArray[np.float64]) -> str:
+    """Says how much of the intervals of each kind is noise; empty where it is not known."""
+    fractions = (np.nanmedian(noise_fraction[kind]) for kind in KINDS)
+    kinds = zip(KIND_NAMES, fractions, strict=True)
+    shares = [f"{100 * part:.0f} % of the {kind}" for kind, part in kinds if math.isfinite(part)]
+    if not shares:
+        return ""
+    return f"(of their squares {listed(shares)} is noise of this recording)"
 
 
 def gravity(result: IdentificationData) -> str:

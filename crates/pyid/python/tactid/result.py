@@ -2,7 +2,6 @@
 
 import os
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from tactid.files import atomic_path
 from tactid.identification import IdentificationData
 from tactid.naming import counted
 from tactid.outlook import WITHIN
-from tactid.output_files import check_outputs
+from tactid.output_files import checked_output
 
 
 @with_fields
@@ -111,7 +110,7 @@ class Identification(IdentificationData):
         Raises:
             ArgumentError: The folder does not exist, or the file is one that was read.
         """
-        result_json.write(self, self._checked(path), within)
+        result_json.write(self, checked_output(path, self.inputs), within)
 
     def write_report(self, path: str | os.PathLike[str], within: float = WITHIN) -> None:
         """Writes the report: one HTML file with the table, the remarks and figures.
@@ -127,7 +126,7 @@ class Identification(IdentificationData):
         """
         from tactid import recording_report  # imports matplotlib, which takes a while to load
 
-        recording_report.write_report(self, self._checked(path), within)
+        recording_report.write_report(self, checked_output(path, self.inputs), within)
 
     def write_estimates(self, path: str | os.PathLike[str]) -> None:
         """Writes the estimate over time as a log.
@@ -150,7 +149,7 @@ class Identification(IdentificationData):
         times, values, std_devs = history.time[last], history.values[last], history.std_devs[last]
         # The final estimate takes the place of the last point.
         end = times[-1:] if len(times) else np.zeros(1)
-        with atomic_path(self._checked(path)) as temporary:
+        with atomic_path(checked_output(path, self.inputs)) as temporary:
             _native.write_estimates(
                 temporary,
                 frame=self.estimate.frame,
@@ -173,8 +172,3 @@ class Identification(IdentificationData):
     def _noticed(self) -> str:
         findings = f", {counted(len(self.findings), 'finding')}" if self.findings else ""
         return findings + (", contradicted by the data" if self.is_contradicted else "")
-
-    def _checked(self, path: str | os.PathLike[str]) -> Path:
-        """Returns the path of an output once it is clear that it can be written."""
-        check_outputs({"`path`": Path(path)}, self.inputs)
-        return Path(path)

@@ -43,6 +43,9 @@ MOMENT_UNIT = "kg m²"
 KINDS = (slice(0, 1), slice(1, 4), slice(4, 10))
 """Mass, centre of mass and inertia among the ten values."""
 
+KIND_NAMES = ("mass", "centre of mass", "inertia")
+"""Names of the kinds, in the order of :data:`KINDS`."""
+
 Z95 = 1.96
 """Half the width of a 95 % interval, in standard deviations."""
 

@@ -9,13 +9,12 @@ use tactid_identify::calibration::{
 
 use super::arm::ArmCalibration;
 use super::record::Recorded;
-use crate::defaults::effort_gains;
+use crate::defaults::{CLAIMED_GAIN_STD_DEV, effort_gains};
 use crate::log::LogRecording;
+use crate::progress::part_of;
 use crate::run::Run;
-use crate::{DataFault, Finding, Observer, Progress, RecordingError, Request};
+use crate::{DataFault, Finding, Observer, RecordingError, Request};
 
-/// What is known of gains that a request claims, as a fraction.
-const CLAIMED_GAIN_STD_DEV: f64 = 0.05;
 /// What is known of gains that a loaded recording is to find, as a fraction.
 const FOUND_GAIN_STD_DEV: f64 = 0.2;
 
@@ -108,10 +107,7 @@ pub fn calibrate_logs(
     let (mut calibrating, mut held_out, mut used) = (Vec::new(), Vec::new(), Vec::new());
     let mut effort_gain = Vec::new();
     for (index, log) in all.iter().enumerate() {
-        let mut of_log = |progress: Progress| {
-            let fraction = (index as f64 + progress.fraction) / all.len() as f64;
-            observer(Progress { fraction })
-        };
+        let mut of_log = part_of(observer, index, all.len());
         let (windows, notes) = read(log.path, &efforts, &settings, &mut of_log)
             .map_err(|error| error.in_recording(log.path))?;
         effort_gain.clone_from(&notes.effort_gain);
