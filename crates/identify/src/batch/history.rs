@@ -9,7 +9,6 @@ use crate::fit::normal_equations::NormalEquations;
 use crate::result::HistoryPoint;
 use crate::solve::BoundingBox;
 use crate::solve::consistency::project;
-use crate::solve::spectrum::Spectrum;
 use crate::solve::uncertainty::{std_devs, values_of};
 
 /// Most points of a history.
@@ -52,7 +51,7 @@ fn solve(
     bounding_box: Option<&BoundingBox>,
 ) -> Option<([f64; 10], [f64; 10])> {
     let scales = fit.scales();
-    let spectrum = Spectrum::new(normal_equations.information);
+    let spectrum = normal_equations.spectrum();
     let mut parameters = SVector::<f64, 10>::zeros();
     let mut covariance = SMatrix::<f64, 10, 10>::zeros();
     for (information, direction) in spectrum.observable() {
@@ -65,6 +64,6 @@ fn solve(
     let projection = project(&parameters, &covariance, scales, bounding_box);
     let parameters = projection.map_or(parameters, |projection| projection.parameters);
     let values = values_of(&parameters)?;
-    let std_devs = std_devs(&parameters, &covariance, &spectrum.null_space(*scales));
-    Some((values, std_devs))
+    let of_values = std_devs(&parameters, &covariance, &spectrum.null_space(*scales));
+    Some((values, of_values.std_devs))
 }

@@ -250,7 +250,7 @@ impl<'a> ReweightedLeastSquares<'a> {
     /// starts at the present solution, which removes the rounding errors of previous normal equations.
     fn solve(&mut self) -> f64 {
         let columns = self.columns;
-        let mut gram = self.corrected_gram();
+        let (mut gram, noise) = self.corrected_gram();
         if let Some(mass) = self.options.known_mass {
             let information = self.mass_information();
             gram[(0, 0)] += information;
@@ -259,7 +259,7 @@ impl<'a> ReweightedLeastSquares<'a> {
         gram.fill_upper_triangle_with_lower_triangle();
         let target = gram.view((0, columns), (columns, 1)).column(0).into_owned();
         let information = gram.view((0, 0), (columns, columns)).into_owned();
-        self.spectrum = Spectrum::new(information);
+        self.spectrum = Spectrum::with_noise(information, &noise, self.windows().count());
         let mut step = DVector::<f64>::zeros(columns);
         for (information, direction) in self.spectrum.observable() {
             step += &direction * (direction.dot(&target) / information);
@@ -271,10 +271,11 @@ impl<'a> ReweightedLeastSquares<'a> {
     }
 
     /// Returns the lower triangle of the products of all whitened columns, less those of the noise of the
-    /// motion. The last row belongs to the residuals.
-    fn corrected_gram(&self) -> DMatrix<f64> {
+    /// motion, whose last row belongs to the residuals; and the products of the unknowns' noise.
+    fn corrected_gram(&self) -> (DMatrix<f64>, DMatrix<f64>) {
         let columns = self.columns;
         let mut gram = DMatrix::<f64>::zeros(columns + 1, columns + 1);
+        let mut of_noise = gram.clone();
         let (mut rows, mut differences) = (self.block(), self.block());
         for window in self.windows() {
             let weight = self.weights[window];
@@ -288,10 +289,12 @@ impl<'a> ReweightedLeastSquares<'a> {
                     let product = rows.column(i).dot(&rows.column(j));
                     let noise = differences.column(i).dot(&differences.column(j));
                     gram[(i, j)] += weight * (product - noise);
+                    of_noise[(i, j)] += weight * noise;
                 }
             }
         }
-        gram
+        of_noise.fill_upper_triangle_with_lower_triangle();
+        (gram, of_noise.view((0, 0), (columns, columns)).into_owned())
     }
 
     /// Information of a known mass, in scaled parameters.

@@ -13,9 +13,9 @@ use crate::result::WrenchOffset;
 use crate::solve::noise::Noise;
 use crate::solve::offsets::Offsets;
 use crate::solve::prior::KnownMass;
-use crate::solve::spectrum::{Excitation, Spectrum};
+use crate::solve::spectrum::Excitation;
 use crate::solve::subspace::NullSpace;
-use crate::solve::uncertainty::{jacobian, std_dev, std_devs};
+use crate::solve::uncertainty::{ValueStdDevs, jacobian, std_dev, std_devs};
 use crate::solve::weights::OUTLIER;
 
 /// What a fit may use, and what it estimates besides the parameters.
@@ -99,7 +99,7 @@ impl Fit {
     }
 
     /// Returns the standard deviations of the ten values at parameters near those of the fit.
-    pub(crate) fn std_devs(&self, parameters: &SVector<f64, 10>) -> [f64; 10] {
+    pub(crate) fn std_devs(&self, parameters: &SVector<f64, 10>) -> ValueStdDevs {
         std_devs(parameters, &self.covariance, &self.null_space)
     }
 
@@ -115,7 +115,7 @@ impl Fit {
                 sums.add(equation, window);
             }
         }
-        let scaled = sums.gain_covariance(&Spectrum::new(sums.information));
+        let scaled = sums.gain_covariance(&sums.spectrum());
         let scales = self.scales();
         self.gain_covariance = scaled.component_mul(&(scales * scales.transpose()));
         self.covariance += self.gain_covariance;

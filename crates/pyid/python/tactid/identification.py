@@ -21,7 +21,15 @@ from tactid.errors import ArgumentError
 from tactid.field_docs import with_fields
 from tactid.findings import DataFault, Finding
 from tactid.fit import Array, Fit
-from tactid.values import Z95, where_known
+from tactid.values import (
+    NAMES,
+    Interval,
+    Observability,
+    half_widths,
+    known_intervals,
+    noise_intervals,
+    where_known,
+)
 
 
 @with_fields
@@ -37,7 +45,7 @@ class PayloadEstimate:
     ...     "tool0",
     ...     values=np.array([1.5, 0, 0, 0.1, 0.02, 0, 0, 0.03, 0, 0.04]),
     ...     std_devs=np.full(10, 1e-3),
-    ...     identifiable=[True] * 10,
+    ...     observability=["identifiable"] * 10,
     ...     is_physical=True,
     ... )
     >>> estimate
@@ -49,17 +57,22 @@ class PayloadEstimate:
     values: Array
     """Mass, kg; centre of mass, m; inertia about it, kg m²; in the order of ``VALUE_NAMES``, (10,).
 
-    All are along the axes of the frame. Where the motion did not determine a value, the number is
-    meaningless.
+    All are along the axes of the frame. The number of an unobservable value is meaningless.
     """
     std_devs: Array
     """Standard deviation of each of the ten values, (10,).
 
-    It is infinite where the motion did not determine the value, and NaN for the paper's filter,
-    which estimates none.
+    It is infinite for an unobservable value and for one that is divided by a mass which is not
+    known to a quarter, and NaN for the paper's filter, which estimates none.
     """
-    identifiable: Sequence[bool]
-    """Whether the motion determined each of the ten values."""
+    observability: Sequence[Observability]
+    """Whether the motion excites each of the ten values, and the noise leaves enough of it, (10,).
+
+    - ``"identifiable"``: half of its 95 % interval is less than the largest value of its kind
+      (mass, centre of mass, inertia).
+    - ``"uncertain"``: the motion excites it, but noise leaves it a wider interval.
+    - ``"unobservable"``: the motion does not excite it, or only as noise does.
+    """
     is_physical: bool
     """Whether a body with these parameters can exist, within 1 % of its largest principal moment.
 
@@ -77,42 +90,88 @@ class PayloadEstimate:
     """Number of rejected samples: not finite, or not later than the one before."""
     gaps: int = 0
     """Number of gaps that were too long to be bridged."""
+    intervals: Array = field(default_factory=lambda: np.empty((0, 2)))
+    """Lower and upper limit of the 95 % interval of each of the ten values, (10, 2).
+
+    Each is 1.96 standard deviations to both sides, but no further than a body can reach that fits
+    into the bounding box, if one was given. A limit is infinite where nothing bounds the value. By
+    default they are 1.96 standard deviations to both sides.
+    """
+
+    def __post_init__(self) -> None:
+        if len(self.intervals) == 0:
+            found = noise_intervals(self.values, self.std_devs)
+            object.__setattr__(self, "intervals", found)
 
     @property
     def body(self) -> MassProperties:
         """The payload alone as a body in :attr:`frame`.
 
-        A value that the motion did not determine is meaningless: see :attr:`known_values`.
+        An unobservable value is meaningless: see :attr:`known_values`.
         """
         return MassProperties.from_values(self.values)
 
     @property
+    def identifiable(self) -> list[bool]:
+        """Whether each of the ten values is identifiable: see :attr:`observability`."""
+        return [each == "identifiable" for each in self.observability]
+
+    @property
     def not_identifiable(self) -> list[str]:
-        """The names of the values that the motion did not determine."""
-        pairs = zip(VALUE_NAMES, self.identifiable, strict=True)
-        return [name for name, known in pairs if not known]
+        """The names of the values that are uncertain or unobservable."""
+        return self._named("uncertain", "unobservable")
+
+    @property
+    def uncertain(self) -> list[str]:
+        """The names of the values that the motion excites, but that have wide intervals."""
+        return self._named("uncertain")
+
+    @property
+    def unobservable(self) -> list[str]:
+        """The names of the values that the motion does not excite."""
+        return self._named("unobservable")
+
+    @property
+    def is_given(self) -> list[bool]:
+        """Whether each of the ten values is a number that a reader can use with its interval.
+
+        An uncertain value is where both limits of its interval are finite.
+        """
+        bounded = np.isfinite(self.intervals).all(axis=1).tolist()
+        pairs = zip(self.observability, bounded, strict=True)
+        return [
+            each == "identifiable" or (each == "uncertain" and bool(both)) for each, both in pairs
+        ]
 
     @property
     def known_values(self) -> list[float | None]:
-        """The ten values; None for each that the motion did not determine."""
-        return where_known(self.identifiable, self.values)
+        """The ten values; None for each that is unobservable, or uncertain without limits."""
+        return where_known(self.is_given, self.values)
+
+    @property
+    def known_intervals(self) -> list[Interval | None]:
+        """The 95 % interval of each of the ten values; None where there is none."""
+        return known_intervals(self.is_given, self.intervals)
 
     @property
     def half_widths(self) -> list[float | None]:
-        """Half of each value's 95 % interval; None where there is none."""
-        return where_known(self.identifiable, Z95 * self.std_devs)
+        """Distance from each value to the farther limit of its 95 % interval; None without one.
+
+        It is half of the interval, unless the interval is cut at what a body can have.
+        """
+        return half_widths(self.known_values, self.known_intervals)
 
     @property
     def why_impossible(self) -> str | None:
         """Why no body can have these values; None where one can, or where too few are known."""
-        if self.is_physical or not self.identifiable[0]:
+        if self.is_physical or not self.is_given[0]:
             return None
-        if self.values[0] <= 0 or all(self.identifiable):
+        if self.values[0] <= 0 or all(self.is_given):
             return why_impossible(self.values.tolist()) or "the estimate has not converged"
         return None
 
     def to_urdf(self) -> str:
-        """Returns the payload as the ``<inertial>`` of a URDF's link.
+        """Returns the payload as the ``<inertial>`` of a URDF's link; a comment names what is uncertain.
 
         The link is one of its own, fixed to the link :attr:`frame` without a rotation or an offset.
         The ``<inertial>`` that the link :attr:`frame` already has is that of the tool and stays as
@@ -129,7 +188,7 @@ class PayloadEstimate:
         Raises:
             IdentificationError: A value is unknown, or no body can have these values.
         """
-        return forms.urdf(self.known_values, self.frame)
+        return forms.urdf(self.known_values, self.frame, self._uncertain_names)
 
     def to_mujoco(self) -> str:
         """Returns the payload as the ``<inertial>`` of a body in MuJoCo's MJCF.
@@ -144,7 +203,7 @@ class PayloadEstimate:
         Raises:
             IdentificationError: A value is unknown, or no body can have these values.
         """
-        return forms.mujoco(self.known_values, self.frame)
+        return forms.mujoco(self.known_values, self.frame, self._uncertain_names)
 
     def to_ros(self) -> str:
         """Returns the payload as a ``geometry_msgs/msg/InertiaStamped`` in YAML.
@@ -157,7 +216,7 @@ class PayloadEstimate:
         Raises:
             IdentificationError: A value is unknown, or no body can have these values.
         """
-        return forms.ros(self.known_values, self.frame)
+        return forms.ros(self.known_values, self.frame, self._uncertain_names)
 
     def to_controller(self, maker: str | None = None) -> str:
         """Returns what a robot controller asks for, as text with units.
@@ -181,9 +240,10 @@ class PayloadEstimate:
             ArgumentError: The maker is not known.
             IdentificationError: A value that is needed is unknown, or no body can have the values.
         """
+        payload = (self.known_values, self.frame, self._uncertain_names)
         if maker is None:
-            return forms.controller(self.known_values, self.frame)
-        return controllers.controller(maker, self.known_values, self.frame)
+            return forms.controller(*payload)
+        return controllers.controller(maker, *payload)
 
     def __repr__(self) -> str:
         return f"<tactid.PayloadEstimate: {self.summary}>"
@@ -197,12 +257,26 @@ class PayloadEstimate:
     @property
     def summary(self) -> str:
         """Mass, frame and number of known values, on one line."""
-        mass = f"{table.number(self.values[0])} kg" if self.identifiable[0] else "unknown mass"
+        mass = f"{table.number(self.values[0])} kg" if self.is_given[0] else "unknown mass"
         known = f"{sum(self.identifiable)} of {len(VALUE_NAMES)} values known"
         return f"{mass} in {self.frame}, {known}"
 
+    def _named(self, *wanted: Observability, names: Sequence[str] = VALUE_NAMES) -> list[str]:
+        pairs = zip(names, self.observability, strict=True)
+        return [name for name, each in pairs if each in wanted]
+
+    @property
+    def _uncertain_names(self) -> list[str]:
+        """The names for people of the values that are uncertain."""
+        return self._named("uncertain", names=NAMES)
+
     def _column(self) -> table.Column:
-        return table.Column("value", self.known_values, half_widths=self.half_widths)
+        return table.Column(
+            "value",
+            self.known_values,
+            intervals=self.known_intervals,
+            observability=self.observability,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,6 +292,17 @@ class PrincipalMoments:
     filter. Moments that are closer to each other than their noise share a standard deviation that
     covers the noise of all their axes, since noise drives equal moments apart.
     """
+    intervals: Array = field(default_factory=lambda: np.empty((0, 2)))
+    """Lower and upper limit of the 95 % interval of each moment, kg m², (3, 2).
+
+    Each is 1.96 standard deviations to both sides, but not below zero. By default they are 1.96
+    standard deviations to both sides.
+    """
+
+    def __post_init__(self) -> None:
+        if len(self.intervals) == 0:
+            found = noise_intervals(self.values, self.std_devs)
+            object.__setattr__(self, "intervals", found)
 
 
 @dataclass(frozen=True, eq=False)
