@@ -78,8 +78,8 @@ def test_the_representation_is_one_short_line() -> None:
 def test_an_unknown_mass_is_no_number() -> None:
     found = doubles.nothing_known()
     for shown in (str(found), str(found.estimate), found.estimate._repr_html_()):
-        (line,) = re.findall(r".*\bmass\b[ <].*not identifiable.*", shown)
-        assert "0.0" not in line.split("mass")[1].split("identifiable")[0]
+        (line,) = re.findall(r".*\bmass\b[ <].*unobservable.*", shown)
+        assert "0.0" not in line.split("mass")[1].split("unobservable")[0]
     assert "unknown mass in tool0, 0 of 10 values known" in repr(found)
     assert "Nothing is identifiable: the motion determines none of the ten values." in str(found)
     assert "its mass is" not in str(found)
@@ -176,7 +176,7 @@ def test_the_examples_of_the_methods_run(tmp_path: Path, monkeypatch: pytest.Mon
         "tool0",
         values=np.array([1.5, 0, 0, 0.1, 0.02, 0, 0, 0.03, 0, 0.04]),
         std_devs=np.full(10, 1e-3),
-        identifiable=[True] * 10,
+        observability=["identifiable"] * 10,
         is_physical=True,
     )
     names = {"tactid": tactid, "result": found, "estimate": estimate}

@@ -137,10 +137,10 @@ class PayloadEstimate:
 
         An uncertain value is where both limits of its interval are finite.
         """
-        bounded = np.isfinite(self.intervals).all(axis=1).tolist()
-        pairs = zip(self.observability, bounded, strict=True)
+        pairs = zip(self.observability, self.intervals.tolist(), strict=True)
         return [
-            each == "identifiable" or (each == "uncertain" and bool(both)) for each, both in pairs
+            each == "identifiable" or (each == "uncertain" and all(map(math.isfinite, limits)))
+            for each, limits in pairs
         ]
 
     @property
@@ -171,11 +171,12 @@ class PayloadEstimate:
         return None
 
     def to_urdf(self) -> str:
-        """Returns the payload as the ``<inertial>`` of a URDF's link; a comment names what is uncertain.
+        """Returns the payload as the ``<inertial>`` of a URDF's link.
 
         The link is one of its own, fixed to the link :attr:`frame` without a rotation or an offset.
         The ``<inertial>`` that the link :attr:`frame` already has is that of the tool and stays as
         it is: the payload is added to the robot and replaces nothing. See the README for the whole.
+        As in every format, a comment names the values that are uncertain.
 
         >>> print(estimate.to_urdf())
         <!-- payload in the frame tool0: for a link of its own, fixed to tool0 without an offset -->

@@ -80,8 +80,8 @@ def uncertain_values(estimate: PayloadEstimate, *, advised: bool) -> list[str]:
     if not uncertain:
         return []
     sentences = [
-        f"Uncertain: {', '.join(uncertain)}. The motion excites more than noise does, but half of"
-        " the 95 % interval is larger than the largest value of the kind."
+        f"Uncertain: {', '.join(uncertain)}. The motion excites them, but noise leaves wide"
+        " intervals: half of each is more than the largest value of its kind."
     ]
     given = estimate.known_values
     open_ended = [
