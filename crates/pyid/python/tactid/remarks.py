@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from tactid._native import VALUE_NAMES
 from tactid.findings import CONTRADICTIONS, DOUBTS
-from tactid.identification import IdentificationData, PayloadEstimate
+from tactid.identification import IdentificationData
 from tactid.naming import Style, counted, duration, listed, option_name
+from tactid.payload import PayloadEstimate
 from tactid.reported import offsets
 from tactid.values import KIND_NAMES, KINDS, Z95, digits_of
 
