@@ -14,7 +14,16 @@ import pytest
 import doubles
 import tactid
 from expectations import assert_fits_schema
-from tactid import Finding, Identification, identification, outlook, remarks, result, result_json
+from tactid import (
+    Finding,
+    Identification,
+    identification,
+    outlook,
+    payload,
+    remarks,
+    result,
+    result_json,
+)
 
 GRAVITY = Finding(
     "gravity_contradicted",
@@ -160,7 +169,7 @@ def test_a_notebook_shows_a_small_table() -> None:
 @pytest.mark.parametrize("thing", [tactid.Identification, tactid.PayloadEstimate])
 def test_the_help_lists_every_field_with_its_text(thing: type) -> None:
     text = " ".join(pydoc.plain(pydoc.render_doc(thing)).replace("|", " ").split())
-    source = inspect.getsource(identification)
+    source = inspect.getsource(payload) + inspect.getsource(identification)
     for field in fields(thing):
         below = re.search(rf'\n    {field.name}: [^\n]*\n    """(.+?)"""', source, re.DOTALL)
         assert below is not None
@@ -180,7 +189,7 @@ def test_the_examples_of_the_methods_run(tmp_path: Path, monkeypatch: pytest.Mon
         is_physical=True,
     )
     names = {"tactid": tactid, "result": found, "estimate": estimate}
-    for module in (identification, result, result_json):
+    for module in (payload, result, result_json):
         outcome = doctest.testmod(module, extraglobs=names, optionflags=doctest.ELLIPSIS)
         assert outcome.failed == 0, module.__name__
         assert outcome.attempted
