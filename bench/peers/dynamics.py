@@ -216,5 +216,5 @@ def their_result(task: Task, out: Array) -> Array:
         return out.reshape(-1, 10, 6)[:, PARAMETERS].reshape(-1, 60)
     if task.theirs == "torque_regressor":  # Six columns a link; ours are rows of joints.
         columns = out.reshape(-1, 6, 10, 6)[:, :, PARAMETERS]
-        return np.swapaxes(columns, 2, 3).reshape(-1, 360)
+        return columns.transpose(0, 3, 1, 2).reshape(-1, 360)
     return out.copy()

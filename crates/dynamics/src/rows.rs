@@ -3,6 +3,8 @@
 
 use nalgebra::{Matrix3, Matrix3x4, Matrix3x6, SMatrix, Vector3};
 
+use crate::real::Real;
+use crate::vector::{Mat3, Vec3};
 use crate::{ToolMotion, Wrench, cross, inertia_product};
 
 /// A linear equation `A x = b` of three rows for `N` unknowns.
@@ -86,18 +88,37 @@ pub fn inertia_rows(
 /// origin of `Σ_U`.
 #[must_use]
 pub fn wrench_regressor(motion: &ToolMotion) -> SMatrix<f64, 6, 10> {
-    let mut regressor = SMatrix::<f64, 6, 10>::zeros();
-    regressor
-        .fixed_view_mut::<3, 1>(0, 0)
-        .copy_from(&motion.acceleration);
-    regressor
-        .fixed_view_mut::<3, 3>(0, 1)
-        .copy_from(&omega_matrix(motion));
-    regressor
-        .fixed_view_mut::<3, 3>(3, 1)
-        .copy_from(&-cross(&motion.acceleration));
-    regressor
-        .fixed_view_mut::<3, 6>(3, 4)
-        .copy_from(&inertia_regressor(motion));
-    regressor
+    let entries = regressor_entries(
+        Vec3::from(&motion.acceleration),
+        Vec3::from(&motion.angular_velocity),
+        Vec3::from(&motion.angular_acceleration),
+    );
+    SMatrix::from_data(nalgebra::ArrayStorage(entries))
+}
+
+/// Returns the columns of [`wrench_regressor`]: `p̈_U - g`, `Ω̇_U` of (31) above, and `-[p̈_U - g]×` and `Q̇_U` of (45) below.
+/// Tests hold the products of `Q̇_U` against [`inertia_regressor`].
+#[inline(always)]
+pub(crate) fn regressor_entries<T: Real>(a: Vec3<T>, w: Vec3<T>, dw: Vec3<T>) -> [[T; 6]; 10] {
+    let ([ax, ay, az], [x, y, z], [dx, dy, dz]) = (a.0, w.0, dw.0);
+    let (xx, yy, zz, xy, xz, yz) = (x * x, y * y, z * z, x * y, x * z, y * z);
+    let o = Mat3::of_rotation(w, dw);
+    let zero = ax.like(0.0);
+    let force = |k: usize, moment: [T; 3]| {
+        let [fx, fy, fz] = o.column(k).0;
+        [fx, fy, fz, moment[0], moment[1], moment[2]]
+    };
+    let moment = |mx: T, my: T, mz: T| [zero, zero, zero, mx, my, mz];
+    [
+        [ax, ay, az, zero, zero, zero],
+        force(0, [zero, -az, ay]),
+        force(1, [az, zero, -ax]),
+        force(2, [-ay, ax, zero]),
+        moment(dx, xz, -xy),
+        moment(dy - xz, dx + yz, xx - yy),
+        moment(dz + xy, zz - xx, dx - yz),
+        moment(-yz, dy, xy),
+        moment(yy - zz, dz - xy, dy + xz),
+        moment(yz, -xz, dz),
+    ]
 }
