@@ -1,9 +1,9 @@
 //! Kernels of the dynamics: each computes all states, one by one unless its name says otherwise.
 
-use nalgebra::{Isometry3, Quaternion, SVector, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Quaternion, SMatrix, SVector, Translation3, UnitQuaternion, Vector3};
 use tactid_dynamics::{
-    BaseKind, FrameId, FrameMotion, JointMotion, Manipulator, Workspace, inverse_dynamics, motion,
-    motion_under_gravity, wrench_regressor,
+    BaseKind, FrameId, FrameMotion, JointMotion, Manipulator, SeriesWorkspace, StateSeries,
+    VectorUnit, Workspace, inverse_dynamics, motion, motion_under_gravity, wrench_regressor,
 };
 
 /// Gravitational acceleration of all comparisons, m/s².
@@ -21,6 +21,9 @@ pub struct Dynamics {
     velocity: Vec<f64>,
     acceleration: Vec<f64>,
     rows: Vec<SVector<f64, 10>>,
+    series: SeriesWorkspace,
+    baseline_series: SeriesWorkspace,
+    base_wrenches: Vec<[f64; 6]>,
 }
 
 /// Computes all states and writes their results one after another.
@@ -34,6 +37,10 @@ pub fn kernel(name: &str) -> Option<Kernel> {
         "tool_kinematics" => tool_kinematics,
         "payload_rows" => payload_rows,
         "torque_regressor" => torque_regressor,
+        "series_inverse_dynamics" => series_inverse_dynamics,
+        "baseline_series_inverse_dynamics" => baseline_series_inverse_dynamics,
+        "series_payload_rows" => series_payload_rows,
+        "baseline_series_payload_rows" => baseline_series_payload_rows,
         _ => return None,
     })
 }
@@ -55,6 +62,9 @@ impl Dynamics {
             velocity: Vec::new(),
             acceleration: Vec::new(),
             rows: vec![SVector::zeros(); moving * robot.dof()],
+            base_wrenches: Vec::new(),
+            series: SeriesWorkspace::new(&robot),
+            baseline_series: SeriesWorkspace::new(&robot).with_unit(VectorUnit::Baseline),
             workspace: Workspace::new(&robot),
         })
     }
@@ -90,6 +100,7 @@ impl Dynamics {
             self.velocity.extend_from_slice(&joints[dof..2 * dof]);
             self.acceleration.extend_from_slice(&joints[2 * dof..]);
         }
+        self.base_wrenches = vec![[0.0; 6]; self.count()];
     }
 
     fn dof(&self) -> usize {
@@ -177,4 +188,49 @@ fn torque_regressor(dynamics: &mut Dynamics, out: &mut [f64]) {
         }
     });
     dynamics.rows = rows;
+}
+
+/// The states of all joints on one base.
+fn series(dynamics: &Dynamics) -> StateSeries<'_> {
+    StateSeries {
+        base: &dynamics.bases[..1],
+        joints: JointMotion {
+            position: &dynamics.position,
+            velocity: &dynamics.velocity,
+            acceleration: &dynamics.acceleration,
+        },
+    }
+}
+
+fn series_inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) {
+    let mut wrenches = std::mem::take(&mut dynamics.base_wrenches);
+    let series = series(dynamics);
+    let _ = dynamics
+        .series
+        .inverse_dynamics(&series, &GRAVITY, out, &mut wrenches);
+    dynamics.base_wrenches = wrenches;
+}
+
+fn baseline_series_inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) {
+    let mut wrenches = std::mem::take(&mut dynamics.base_wrenches);
+    let series = series(dynamics);
+    let _ = dynamics
+        .baseline_series
+        .inverse_dynamics(&series, &GRAVITY, out, &mut wrenches);
+    dynamics.base_wrenches = wrenches;
+}
+
+fn series_payload_rows(dynamics: &mut Dynamics, out: &mut [f64]) {
+    payload_rows_by(dynamics, &dynamics.series, out);
+}
+
+fn baseline_series_payload_rows(dynamics: &mut Dynamics, out: &mut [f64]) {
+    payload_rows_by(dynamics, &dynamics.baseline_series, out);
+}
+
+fn payload_rows_by(dynamics: &Dynamics, workspace: &SeriesWorkspace, out: &mut [f64]) {
+    let regressors = out.as_mut_ptr().cast::<SMatrix<f64, 6, 10>>();
+    // SAFETY: a matrix of fixed size is its entries, column by column, and nothing else.
+    let regressors = unsafe { std::slice::from_raw_parts_mut(regressors, out.len() / 60) };
+    let _ = workspace.wrench_regressors(dynamics.tool, &series(dynamics), &GRAVITY, regressors);
 }

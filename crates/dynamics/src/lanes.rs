@@ -177,12 +177,13 @@ impl<S: pulp::Simd> Lanes for Register<S> {
 
     #[inline(always)]
     fn read(self, numbers: &[f64; MOST_LANES]) -> Self {
-        self.with(self.simd.partial_load_f64s(&numbers[..Self::COUNT]))
+        let bytes = pulp::bytemuck::cast_slice(&numbers[..Self::COUNT]);
+        self.with(pulp::bytemuck::pod_read_unaligned(bytes))
     }
 
     #[inline(always)]
     fn write(self, numbers: &mut [f64; MOST_LANES]) {
-        self.simd
-            .partial_store_f64s(&mut numbers[..Self::COUNT], self.lanes);
+        let bytes = pulp::bytemuck::cast_slice_mut(&mut numbers[..Self::COUNT]);
+        bytes.copy_from_slice(pulp::bytemuck::bytes_of(&self.lanes));
     }
 }

@@ -91,17 +91,19 @@ const COSINE: [f64; 6] = [
 /// the same way.
 #[inline(always)]
 pub(crate) fn sin_cos<T: Real>(angle: T) -> (T, T) {
-    let c = |number: f64| angle.like(number);
-    let quarters = (angle.mul_add(c(FRAC_2_PI), c(ROUNDING))) - c(ROUNDING);
-    let rest = HALF_PI
-        .iter()
-        .fold(angle, |rest, &part| (-quarters).mul_add(c(part), rest));
+    let rounding = angle.like(ROUNDING);
+    let quarters = angle.mul_add(angle.like(FRAC_2_PI), rounding) - rounding;
+    let [first, second, third] = HALF_PI;
+    let rest = (-quarters).mul_add(angle.like(first), angle);
+    let rest = (-quarters).mul_add(angle.like(second), rest);
+    let rest = (-quarters).mul_add(angle.like(third), rest);
     // The number of quarter turns modulo four, from -2 to 2.
-    let fours = quarters.mul_add(c(0.25), c(ROUNDING)) - c(ROUNDING);
-    let quarter = fours.mul_add(c(-4.0), quarters);
+    let fours = quarters.mul_add(angle.like(0.25), rounding) - rounding;
+    let quarter = fours.mul_add(angle.like(-4.0), quarters);
     let (sin, cos) = sin_cos_of_rest(rest);
     // Sine and cosine of the quarter turns are -1, 0 and 1, exactly.
-    let (quarter_sin, quarter_cos) = (quarter * (c(2.0) - quarter.abs()), c(1.0) - quarter.abs());
+    let quarter_sin = quarter * (angle.like(2.0) - quarter.abs());
+    let quarter_cos = angle.like(1.0) - quarter.abs();
     (
         quarter_sin.mul_add(cos, quarter_cos * sin),
         quarter_cos.mul_add(cos, -(quarter_sin * sin)),
@@ -111,21 +113,23 @@ pub(crate) fn sin_cos<T: Real>(angle: T) -> (T, T) {
 /// Returns sine and cosine within an eighth of a turn, by fdlibm's polynomials.
 #[inline(always)]
 fn sin_cos_of_rest<T: Real>(x: T) -> (T, T) {
-    let c = |number: f64| x.like(number);
     let z = x * x;
-    let polynomial = |coefficients: &[f64; 6]| {
-        let [first, rest @ .., last] = coefficients;
-        let sum = rest
-            .iter()
-            .rev()
-            .fold(c(*last), |sum, &next| sum.mul_add(z, c(next)));
-        sum.mul_add(z, c(*first))
-    };
-    let sin = (z * x).mul_add(polynomial(&SINE), x);
+    let sin = (z * x).mul_add(polynomial(z, &SINE), x);
     let half = z * 0.5;
-    let near_one = c(1.0) - half;
-    let cos = near_one + (z * z).mul_add(polynomial(&COSINE), c(1.0) - near_one - half);
-    (sin, cos)
+    let near_one = x.like(1.0) - half;
+    let correction = (z * z).mul_add(polynomial(z, &COSINE), x.like(1.0) - near_one - half);
+    (sin, near_one + correction)
+}
+
+/// Returns the polynomial of coefficients in ascending order.
+#[inline(always)]
+fn polynomial<T: Real>(z: T, coefficients: &[f64; 6]) -> T {
+    let [c0, c1, c2, c3, c4, c5] = *coefficients;
+    let sum = z.mul_add(z.like(c5), z.like(c4));
+    let sum = sum.mul_add(z, z.like(c3));
+    let sum = sum.mul_add(z, z.like(c2));
+    let sum = sum.mul_add(z, z.like(c1));
+    sum.mul_add(z, z.like(c0))
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::manipulator::{Body, JointKind};
-use crate::real::{Real, sin_cos};
+use crate::real::{Real, bounded_angle, sin_cos};
 use crate::vector::{Mat3, Vec3};
 
 /// The constants of one body in its joint frame.
@@ -41,6 +41,18 @@ pub(crate) struct JointModel {
     /// `position = ratio · q + offset`.
     pub(crate) ratio: f64,
     pub(crate) offset: f64,
+}
+
+impl JointModel {
+    /// Returns the joint's position at a coordinate, as a [`bounded_angle`] for a revolute joint.
+    #[inline(always)]
+    pub(crate) fn position(&self, coordinate: f64) -> f64 {
+        let position = self.ratio * coordinate + self.offset;
+        match self.kind {
+            JointKind::Revolute => bounded_angle(position),
+            JointKind::Prismatic => position,
+        }
+    }
 }
 
 /// Position, velocity and acceleration of one joint, in rad or m.
@@ -166,13 +178,12 @@ impl<T: Real> BaseState<T> {
     /// Returns the motion of a base that is the same in all lanes of `like`.
     #[inline(always)]
     pub(crate) fn splat(like: T, base: &BaseState<f64>) -> Self {
-        let vector = |vector| Vec3::splat(like, vector);
         Self {
             rotation: Mat3::splat(like, &base.rotation),
-            position: vector(&base.position),
-            angular_velocity: vector(&base.angular_velocity),
-            angular_acceleration: vector(&base.angular_acceleration),
-            acceleration: vector(&base.acceleration),
+            position: Vec3::splat(like, &base.position),
+            angular_velocity: Vec3::splat(like, &base.angular_velocity),
+            angular_acceleration: Vec3::splat(like, &base.angular_acceleration),
+            acceleration: Vec3::splat(like, &base.acceleration),
         }
     }
 }
@@ -220,11 +231,12 @@ impl<T: Real> BodyState<T> {
         match kind {
             JointKind::Revolute => {
                 let (sin, cos) = sin_cos(joint.position);
-                self.rotation = Mat3(
-                    at_zero
-                        .0
-                        .map(|[x, y, z]| [x.mul_add(cos, y * sin), y.mul_add(cos, -(x * sin)), z]),
-                );
+                let [x, y, z] = at_zero.0;
+                self.rotation = Mat3([
+                    turned(x, sin, cos),
+                    turned(y, sin, cos),
+                    turned(z, sin, cos),
+                ]);
                 self.translation = origin;
                 self.sliding_velocity = zero;
             }
@@ -268,19 +280,42 @@ impl<T: Real> BodyState<T> {
         self.force = a * zero.like(body.mass_kg) + o * h; // (24)-(27)
         // (37)-(41): the integral of x × Ω̇ x, by the second moments about the origin.
         let second = Mat3::splat(zero, &body.second_moments);
-        let s = |k: usize, l: usize| Vec3(o.0[k]).dot(Vec3(second.0[l]));
-        let turning = Vec3([s(2, 1) - s(1, 2), s(0, 2) - s(2, 0), s(1, 0) - s(0, 1)]);
+        let [ox, oy, oz] = [Vec3(o.0[0]), Vec3(o.0[1]), Vec3(o.0[2])];
+        let [sx, sy, sz] = [Vec3(second.0[0]), Vec3(second.0[1]), Vec3(second.0[2])];
+        let turning = Vec3([
+            oz.dot(sy) - oy.dot(sz),
+            ox.dot(sz) - oz.dot(sx),
+            oy.dot(sx) - ox.dot(sy),
+        ]);
         self.moment = turning + h.cross(a);
     }
 }
 
-/// Moves all bodies, parents first: (1)-(20). `joint_state` returns the state of a joint at its position.
+/// Returns a row of a matrix that a rotation about z follows.
+#[inline(always)]
+fn turned<T: Real>([x, y, z]: [T; 3], sin: T, cos: T) -> [T; 3] {
+    [x.mul_add(cos, y * sin), y.mul_add(cos, -(x * sin)), z]
+}
+
+/// Where the states of the joints come from.
+pub(crate) trait JointStates<T> {
+    /// Returns the state of a joint; the angle of a revolute one is a [`bounded_angle`].
+    fn state(&self, joint: &JointModel) -> JointState<T>;
+}
+
+/// Where the torques of the joints go.
+pub(crate) trait JointTorques<T> {
+    /// Adds the torque of a joint (the force of a prismatic one).
+    fn add(&mut self, joint: &JointModel, torque: T);
+}
+
+/// Moves all bodies, parents first: (1)-(20).
 #[inline(always)]
 pub(crate) fn outward<T: Real>(
     bodies: &[BodyModel],
     states: &mut [BodyState<T>],
     base: &BaseState<T>,
-    joint_state: impl Fn(&JointModel) -> JointState<T>,
+    joints: &impl JointStates<T>,
 ) {
     for (index, body) in bodies.iter().enumerate() {
         let (before, after) = states.split_at_mut(index);
@@ -291,19 +326,18 @@ pub(crate) fn outward<T: Real>(
             None => state.move_base(base),
             Some(joint) => {
                 let parent = &before[body.parent];
-                state.move_body(body, joint.kind, joint_state(joint), parent);
+                state.move_body(body, joint.kind, joints.state(joint), parent);
             }
         }
     }
 }
 
-/// Computes the wrench on every body from its parent, (21)-(41), children first. `add_torque` receives the torque (the
-/// force of a prismatic joint) of each joint.
+/// Computes the wrench on every body from its parent, (21)-(41), children first.
 #[inline(always)]
 pub(crate) fn inward<T: Real>(
     bodies: &[BodyModel],
     states: &mut [BodyState<T>],
-    mut add_torque: impl FnMut(&JointModel, T),
+    torques: &mut impl JointTorques<T>,
 ) {
     for (body, state) in bodies.iter().zip(states.iter_mut()) {
         state.set_inertial_wrench(body);
@@ -318,7 +352,7 @@ pub(crate) fn inward<T: Real>(
         let moment = &state.rotation * state.moment + state.translation.cross(force);
         parent.moment = parent.moment + moment; // (33), (34)
         // τ_i = z_i · n_i
-        add_torque(
+        torques.add(
             joint,
             match joint.kind {
                 JointKind::Revolute => state.moment.0[2],

@@ -104,21 +104,17 @@ pub(crate) fn regressor_entries<T: Real>(a: Vec3<T>, w: Vec3<T>, dw: Vec3<T>) ->
     let (xx, yy, zz, xy, xz, yz) = (x * x, y * y, z * z, x * y, x * z, y * z);
     let o = Mat3::of_rotation(w, dw);
     let zero = ax.like(0.0);
-    let force = |k: usize, moment: [T; 3]| {
-        let [fx, fy, fz] = o.column(k).0;
-        [fx, fy, fz, moment[0], moment[1], moment[2]]
-    };
-    let moment = |mx: T, my: T, mz: T| [zero, zero, zero, mx, my, mz];
+    let [ox, oy, oz] = o.0;
     [
         [ax, ay, az, zero, zero, zero],
-        force(0, [zero, -az, ay]),
-        force(1, [az, zero, -ax]),
-        force(2, [-ay, ax, zero]),
-        moment(dx, xz, -xy),
-        moment(dy - xz, dx + yz, xx - yy),
-        moment(dz + xy, zz - xx, dx - yz),
-        moment(-yz, dy, xy),
-        moment(yy - zz, dz - xy, dy + xz),
-        moment(yz, -xz, dz),
+        [ox[0], oy[0], oz[0], zero, -az, ay],
+        [ox[1], oy[1], oz[1], az, zero, -ax],
+        [ox[2], oy[2], oz[2], -ay, ax, zero],
+        [zero, zero, zero, dx, xz, -xy],
+        [zero, zero, zero, dy - xz, dx + yz, xx - yy],
+        [zero, zero, zero, dz + xy, zz - xx, dx - yz],
+        [zero, zero, zero, -yz, dy, xy],
+        [zero, zero, zero, yy - zz, dz - xy, dy + xz],
+        [zero, zero, zero, yz, -xz, dz],
     ]
 }

@@ -4,11 +4,13 @@ use nalgebra::{SMatrix, Vector3};
 
 use crate::lanes::{FourLanes, Lanes, MOST_LANES, Register};
 use crate::placement::FixedFrame;
-use crate::real::bounded_angle;
-use crate::recursion::{BaseState, BodyModel, BodyState, JointModel, JointState, inward, outward};
+use crate::recursion::{
+    BaseState, BodyModel, BodyState, JointModel, JointState, JointStates, JointTorques, inward,
+    outward,
+};
 use crate::rows::regressor_entries;
 use crate::vector::{Mat3, Vec3};
-use crate::{FrameId, FrameMotion, JointKind, JointMotion, Manipulator, StateError};
+use crate::{FrameId, FrameMotion, JointMotion, Manipulator, StateError};
 
 /// States of a robot, one after another.
 ///
@@ -253,30 +255,6 @@ impl Source<'_> {
         zero.read(&numbers)
     }
 
-    /// Returns the state of a joint in the lanes from `first` on.
-    #[inline(always)]
-    fn joint<T: Lanes>(&self, zero: T, first: usize, joint: &JointModel) -> JointState<T> {
-        let (values, strides) = (&self.states.joints, &self.strides);
-        let lanes = |numbers: &[f64], stride: usize| {
-            self.lanes(zero, first, |state| {
-                numbers[state * stride + joint.coordinate]
-            })
-        };
-        let position = |state: usize| {
-            let coordinate = values.position[state * strides.position + joint.coordinate];
-            let position = joint.ratio * coordinate + joint.offset;
-            match joint.kind {
-                JointKind::Revolute => bounded_angle(position),
-                JointKind::Prismatic => position,
-            }
-        };
-        JointState {
-            position: self.lanes(zero, first, position),
-            velocity: lanes(values.velocity, strides.velocity) * joint.ratio,
-            acceleration: lanes(values.acceleration, strides.acceleration) * joint.ratio,
-        }
-    }
-
     /// Returns the motion of the base in the lanes from `first` on.
     #[inline(always)]
     fn base<T: Lanes>(&self, zero: T, first: usize) -> BaseState<T> {
@@ -288,18 +266,31 @@ impl Source<'_> {
             let state = (first + lane).min(self.count - 1);
             *base = BaseState::new(&self.states.base[state], self.gravity);
         }
-        let vector = |of: fn(&BaseState<f64>) -> Vec3<f64>| {
-            Vec3([0, 1, 2].map(|k| zero.read(&all.each_ref().map(|base| of(base).0[k]))))
-        };
-        let row = |k: usize| {
-            [0, 1, 2].map(|l| zero.read(&all.each_ref().map(|base| base.rotation.0[k][l])))
-        };
+        let mut numbers = [[0.0; MOST_LANES]; 21];
+        for (lane, base) in all.iter().enumerate() {
+            let vectors = [
+                &base.rotation.0[0],
+                &base.rotation.0[1],
+                &base.rotation.0[2],
+                &base.position.0,
+                &base.angular_velocity.0,
+                &base.angular_acceleration.0,
+                &base.acceleration.0,
+            ];
+            for (numbers, entry) in numbers.iter_mut().zip(vectors.into_iter().flatten()) {
+                numbers[lane] = *entry;
+            }
+        }
         BaseState {
-            rotation: Mat3([row(0), row(1), row(2)]),
-            position: vector(|base| base.position),
-            angular_velocity: vector(|base| base.angular_velocity),
-            angular_acceleration: vector(|base| base.angular_acceleration),
-            acceleration: vector(|base| base.acceleration),
+            rotation: Mat3([
+                read_vector(zero, &numbers, 0).0,
+                read_vector(zero, &numbers, 3).0,
+                read_vector(zero, &numbers, 6).0,
+            ]),
+            position: read_vector(zero, &numbers, 9),
+            angular_velocity: read_vector(zero, &numbers, 12),
+            angular_acceleration: read_vector(zero, &numbers, 15),
+            acceleration: read_vector(zero, &numbers, 18),
         }
     }
 
@@ -313,9 +304,61 @@ impl Source<'_> {
         first: usize,
     ) {
         let base = self.base(zero, first);
-        outward(bodies, states, &base, |joint| {
-            self.joint(zero, first, joint)
-        });
+        let joints = JointLanes {
+            source: self,
+            zero,
+            first,
+        };
+        outward(bodies, states, &base, &joints);
+    }
+}
+
+/// Returns the lanes of three successive entries.
+#[inline(always)]
+fn read_vector<T: Lanes>(zero: T, numbers: &[[f64; MOST_LANES]; 21], at: usize) -> Vec3<T> {
+    Vec3([
+        zero.read(&numbers[at]),
+        zero.read(&numbers[at + 1]),
+        zero.read(&numbers[at + 2]),
+    ])
+}
+
+/// The states of the joints in the lanes from `first` on.
+struct JointLanes<'a, T> {
+    source: &'a Source<'a>,
+    zero: T,
+    first: usize,
+}
+
+impl<T: Lanes> JointStates<T> for JointLanes<'_, T> {
+    #[inline(always)]
+    fn state(&self, joint: &JointModel) -> JointState<T> {
+        let (source, zero, first) = (self.source, self.zero, self.first);
+        let (values, strides) = (&source.states.joints, &source.strides);
+        let at = joint.coordinate;
+        let position =
+            |state: usize| joint.position(values.position[state * strides.position + at]);
+        let velocity = |state: usize| values.velocity[state * strides.velocity + at];
+        let acceleration = |state: usize| values.acceleration[state * strides.acceleration + at];
+        JointState {
+            position: source.lanes(zero, first, position),
+            velocity: source.lanes(zero, first, velocity) * joint.ratio,
+            acceleration: source.lanes(zero, first, acceleration) * joint.ratio,
+        }
+    }
+}
+
+/// The torques of the joints, a register for each.
+struct TorqueLanes<T> {
+    zero: T,
+    numbers: Vec<[f64; MOST_LANES]>,
+}
+
+impl<T: Lanes> JointTorques<T> for TorqueLanes<T> {
+    #[inline(always)]
+    fn add(&mut self, joint: &JointModel, torque: T) {
+        let sum = &mut self.numbers[joint.coordinate];
+        (self.zero.read(sum) + torque * joint.ratio).write(sum);
     }
 }
 
@@ -340,24 +383,23 @@ impl Computation for InverseDynamics<'_> {
         let count = self.source.count;
         let mut states = vec![BodyState::at_rest(zero); self.bodies.len()];
         let dof = self.torques.len().checked_div(count).unwrap_or(0);
-        let mut torques = vec![[0.0; MOST_LANES]; dof];
+        let numbers = vec![[0.0; MOST_LANES]; dof];
+        let mut torques = TorqueLanes { zero, numbers };
         for first in (0..count).step_by(T::COUNT) {
             self.source
                 .move_bodies(self.bodies, &mut states, zero, first);
-            torques.fill([0.0; MOST_LANES]);
-            inward(self.bodies, &mut states, |joint, torque| {
-                let sum = &mut torques[joint.coordinate];
-                (zero.read(sum) + torque * joint.ratio).write(sum);
-            });
+            torques.numbers.fill([0.0; MOST_LANES]);
+            inward(self.bodies, &mut states, &mut torques);
             let base = &states[0];
             let (force, moment) = (&base.rotation * base.force, &base.rotation * base.moment);
             let mut wrench = [[0.0; MOST_LANES]; 6];
-            for (numbers, entry) in wrench.iter_mut().zip(force.0.into_iter().chain(moment.0)) {
-                entry.write(numbers);
+            for k in 0..3 {
+                force.0[k].write(&mut wrench[k]);
+                moment.0[k].write(&mut wrench[3 + k]);
             }
             each_lane::<T>(first, count, |lane, state| {
                 let of_state = &mut self.torques[state * dof..(state + 1) * dof];
-                for (torque, lanes) in of_state.iter_mut().zip(&torques) {
+                for (torque, lanes) in of_state.iter_mut().zip(&torques.numbers) {
                     *torque = lanes[lane];
                 }
                 self.base_wrenches[state] = wrench.each_ref().map(|lanes| lanes[lane]);

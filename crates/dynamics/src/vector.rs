@@ -1,5 +1,8 @@
 //! Vectors and matrices of three dimensions for every [`Real`]. nalgebra's need numbers that exist without a proof of the
 //! processor, which lanes of a register are not.
+//!
+//! No closure handles a number here or in the recursion: a closure is compiled for the baseline of the processor, so that
+//! one which is not inlined is many times slower.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -19,7 +22,8 @@ impl<T: Real> Vec3<T> {
     /// Returns a vector that is the same in all lanes of `like`.
     #[inline(always)]
     pub(crate) fn splat(like: T, vector: &Vec3<f64>) -> Self {
-        Self(vector.0.map(|entry| like.like(entry)))
+        let [x, y, z] = vector.0;
+        Self([like.like(x), like.like(y), like.like(z)])
     }
 
     /// Returns the dot product.
@@ -45,7 +49,12 @@ impl<T: Real> Mat3<T> {
     /// Returns a matrix that is the same in all lanes of `like`.
     #[inline(always)]
     pub(crate) fn splat(like: T, matrix: &Mat3<f64>) -> Self {
-        Self(matrix.0.map(|row| row.map(|entry| like.like(entry))))
+        let [x, y, z] = matrix.0;
+        Self([
+            Vec3::splat(like, &Vec3(x)).0,
+            Vec3::splat(like, &Vec3(y)).0,
+            Vec3::splat(like, &Vec3(z)).0,
+        ])
     }
 
     /// Returns a column.
@@ -57,7 +66,11 @@ impl<T: Real> Mat3<T> {
     /// Returns the product of the transposed matrix with a vector.
     #[inline(always)]
     pub(crate) fn tr_mul(&self, vector: Vec3<T>) -> Vec3<T> {
-        Vec3([0, 1, 2].map(|k| self.column(k).dot(vector)))
+        Vec3([
+            self.column(0).dot(vector),
+            self.column(1).dot(vector),
+            self.column(2).dot(vector),
+        ])
     }
 
     /// Returns `[dω]× + [ω]×²` for an angular velocity and acceleration: the matrix that maps a vector fixed to a body to the
@@ -79,7 +92,12 @@ impl<T: Real> Mul<Vec3<T>> for &Mat3<T> {
     type Output = Vec3<T>;
     #[inline(always)]
     fn mul(self, vector: Vec3<T>) -> Vec3<T> {
-        Vec3(self.0.map(|row| Vec3(row).dot(vector)))
+        let [x, y, z] = self.0;
+        Vec3([
+            Vec3(x).dot(vector),
+            Vec3(y).dot(vector),
+            Vec3(z).dot(vector),
+        ])
     }
 }
 
@@ -87,7 +105,12 @@ impl<T: Real> Mul for &Mat3<T> {
     type Output = Mat3<T>;
     #[inline(always)]
     fn mul(self, other: Self) -> Mat3<T> {
-        Mat3(self.0.map(|row| other.tr_mul(Vec3(row)).0))
+        let [x, y, z] = self.0;
+        Mat3([
+            other.tr_mul(Vec3(x)).0,
+            other.tr_mul(Vec3(y)).0,
+            other.tr_mul(Vec3(z)).0,
+        ])
     }
 }
 
@@ -95,7 +118,8 @@ impl<T: Real> Add for Vec3<T> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self([0, 1, 2].map(|k| self.0[k] + other.0[k]))
+        let ([x, y, z], [a, b, c]) = (self.0, other.0);
+        Self([x + a, y + b, z + c])
     }
 }
 
@@ -103,7 +127,8 @@ impl<T: Real> Sub for Vec3<T> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self([0, 1, 2].map(|k| self.0[k] - other.0[k]))
+        let ([x, y, z], [a, b, c]) = (self.0, other.0);
+        Self([x - a, y - b, z - c])
     }
 }
 
@@ -111,7 +136,8 @@ impl<T: Real> Mul<T> for Vec3<T> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: T) -> Self {
-        Self(self.0.map(|entry| entry * factor))
+        let [x, y, z] = self.0;
+        Self([x * factor, y * factor, z * factor])
     }
 }
 

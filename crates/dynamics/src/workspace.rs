@@ -4,12 +4,12 @@ use nalgebra::{Isometry3, Vector3};
 
 use crate::manipulator::Manipulator;
 use crate::placement::FixedFrame;
-use crate::real::bounded_angle;
 use crate::recursion::{
-    BaseState, BodyModel, BodyState, JointModel, JointState, inward, matrix, outward,
+    BaseState, BodyModel, BodyState, JointModel, JointState, JointStates, JointTorques, inward,
+    matrix, outward,
 };
 use crate::virtual_work::RegressorState;
-use crate::{FrameMotion, JointKind, StateError, Wrench};
+use crate::{FrameMotion, StateError, Wrench};
 
 /// Position, velocity and acceleration of the independent joints, each in the order of
 /// [`Manipulator::joint_names`](crate::Manipulator::joint_names).
@@ -144,9 +144,7 @@ impl Workspace {
     /// joint.
     fn move_bodies(&mut self, base: &FrameMotion, joints: JointMotion<'_>, gravity: &Vector3<f64>) {
         let base_state = BaseState::new(base, gravity);
-        let joint_state =
-            |joint: &JointModel| joint.state(joints, |values| values[joint.coordinate]);
-        outward(&self.bodies, &mut self.states, &base_state, joint_state);
+        outward(&self.bodies, &mut self.states, &base_state, &joints);
         self.base_velocity = base.velocity;
         self.gravity = *gravity;
         self.has_forces = false;
@@ -154,11 +152,8 @@ impl Workspace {
 
     /// Computes the forces of the present motion.
     fn load_bodies(&mut self) {
-        let torques = &mut self.joint_torques;
-        torques.fill(0.0);
-        inward(&self.bodies, &mut self.states, |joint, torque| {
-            torques[joint.coordinate] += joint.ratio * torque;
-        });
+        self.joint_torques.fill(0.0);
+        inward(&self.bodies, &mut self.states, &mut self.joint_torques);
         self.has_forces = true;
     }
 
@@ -176,23 +171,21 @@ impl Workspace {
     }
 }
 
-impl JointModel {
-    /// Returns the state of the joint, where `at` finds the value of its coordinate.
+impl JointStates<f64> for JointMotion<'_> {
     #[inline(always)]
-    pub(crate) fn state(
-        &self,
-        joints: JointMotion<'_>,
-        at: impl Fn(&[f64]) -> f64,
-    ) -> JointState<f64> {
-        let position = self.ratio * at(joints.position) + self.offset;
+    fn state(&self, joint: &JointModel) -> JointState<f64> {
         JointState {
-            position: match self.kind {
-                JointKind::Revolute => bounded_angle(position),
-                JointKind::Prismatic => position,
-            },
-            velocity: self.ratio * at(joints.velocity),
-            acceleration: self.ratio * at(joints.acceleration),
+            position: joint.position(self.position[joint.coordinate]),
+            velocity: joint.ratio * self.velocity[joint.coordinate],
+            acceleration: joint.ratio * self.acceleration[joint.coordinate],
         }
+    }
+}
+
+impl JointTorques<f64> for Vec<f64> {
+    #[inline(always)]
+    fn add(&mut self, joint: &JointModel, torque: f64) {
+        self[joint.coordinate] += joint.ratio * torque;
     }
 }
 
