@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -type f \
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.json' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
-.PHONY: help demo test test-rust test-python lint lint-rust lint-python docs pictures bench bench-peers bench-seeds bench-study \
+.PHONY: help demo test instructions test-rust test-python lint lint-rust lint-python docs pictures bench bench-peers bench-seeds bench-study \
     bench-study-logs bench-coverage bench-hour bench-swap bench-update clean tools
 
 help: ## list the targets
@@ -23,6 +23,9 @@ test-rust: tools
 
 test-python: $(VENV)/tested
 	$(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist worksteal
+
+instructions: tools ## count the instructions of the main kernels and compare them with those that are stored
+	$(PYTHON) bench/instructions.py
 
 lint: lint-rust lint-python ## formatting, clippy, ruff, mypy, the structure and the glossary, with warnings as errors
 
