@@ -69,9 +69,7 @@ fn main() {
             "four_inverse_dynamics" => {
                 series.inverse_dynamics(&four, &gravity, &mut torques, &mut wrenches)
             }
-            "four_payload_rows" => {
-                series.wrench_regressors(tool, &four, &gravity, &mut regressors)
-            }
+            "four_payload_rows" => series.wrench_regressors(tool, &four, &gravity, &mut regressors),
             _ => return println!("no kernel {name}"),
         };
         done.unwrap();
