@@ -127,6 +127,11 @@ impl Series {
         &self.values[start..start + self.width]
     }
 
+    /// Returns all items one after the other, or the single one that holds for all samples.
+    pub(crate) fn as_slice(&self) -> &[f64] {
+        &self.values
+    }
+
     /// Returns all items one after the other; a single item is repeated `count` times.
     pub(crate) fn repeated(self, count: usize) -> Vec<f64> {
         match self.samples {

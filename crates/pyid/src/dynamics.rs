@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use tactid_dynamics::{BaseKind, ToolMotion, Workspace};
+use tactid_dynamics::{BaseKind, SeriesWorkspace, ToolMotion, Workspace};
 
 use crate::arrays::{Series, common_length, extend_with, homogeneous, output};
 use crate::errors::{ArgumentError, IntoPyErr};
@@ -252,19 +252,21 @@ impl Manipulator {
             base_acceleration,
         )?;
         let samples = states.samples()?;
-        let (mut torques, mut wrenches) = (Vec::new(), Vec::new());
-        py.detach(|| {
-            states.each(samples, |workspace| {
-                tactid_dynamics::forces(workspace, &gravity);
-                torques.extend_from_slice(workspace.joint_torques()?);
-                let wrench = workspace.base_wrench()?;
-                extend_with(&mut wrenches, &wrench.force, &wrench.moment);
-                Ok(())
-            })
-        })?;
+        let (count, bases) = (samples.unwrap_or(1), states.bases(samples)?);
+        let (mut torques, mut wrenches) = (vec![0.0; count * self.0.dof()], vec![[0.0; 6]; count]);
+        let computed = py.detach(|| {
+            let series = states.series(&bases);
+            SeriesWorkspace::new(&self.0).inverse_dynamics(
+                &series,
+                &gravity,
+                &mut torques,
+                &mut wrenches,
+            )
+        });
+        computed.map_err(IntoPyErr::into_py_err)?;
         Ok((
             output(py, torques, samples, &[self.0.dof()])?,
-            output(py, wrenches, samples, &[6])?,
+            output(py, wrenches.into_flattened(), samples, &[6])?,
         ))
     }
 

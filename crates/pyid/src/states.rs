@@ -1,7 +1,7 @@
 //! States of a robot, as arrays.
 
 use pyo3::prelude::*;
-use tactid_dynamics::{JointMotion, StateError, Workspace};
+use tactid_dynamics::{FrameMotion, JointMotion, StateError, StateSeries, Workspace};
 
 use crate::arrays::{Poses, Sampled, Series, common_length};
 use crate::errors::IntoPyErr;
@@ -68,20 +68,43 @@ impl<'a> States<'a> {
     }
 
     /// Motion of base and joints at a sample.
-    pub(crate) fn at(&self, sample: usize) -> (tactid_dynamics::FrameMotion, JointMotion<'_>) {
-        let base = tactid_dynamics::FrameMotion {
-            pose: *self.pose.at(sample),
-            velocity: self.twist.vector(sample, 0),
-            angular_velocity: self.twist.vector(sample, 3),
-            acceleration: self.acceleration.vector(sample, 0),
-            angular_acceleration: self.acceleration.vector(sample, 3),
-        };
+    pub(crate) fn at(&self, sample: usize) -> (FrameMotion, JointMotion<'_>) {
         let joints = JointMotion {
             position: self.q.at(sample),
             velocity: self.qd.at(sample),
             acceleration: self.qdd.at(sample),
         };
-        (base, joints)
+        (self.base(sample), joints)
+    }
+
+    /// Motion of the base at each sample, or one that holds for all of them.
+    pub(crate) fn bases(&self, samples: Option<usize>) -> PyResult<Vec<FrameMotion>> {
+        let parts: [&dyn Sampled; 3] = [&self.pose, &self.twist, &self.acceleration];
+        let count = common_length(&parts)?.and(samples).unwrap_or(1);
+        Ok((0..count).map(|sample| self.base(sample)).collect())
+    }
+
+    /// All samples, with the motion of the base as [`bases`](Self::bases) returns it.
+    pub(crate) fn series<'b>(&'b self, bases: &'b [FrameMotion]) -> StateSeries<'b> {
+        StateSeries {
+            base: bases,
+            joints: JointMotion {
+                position: self.q.as_slice(),
+                velocity: self.qd.as_slice(),
+                acceleration: self.qdd.as_slice(),
+            },
+        }
+    }
+
+    /// Motion of the base at a sample.
+    fn base(&self, sample: usize) -> FrameMotion {
+        FrameMotion {
+            pose: *self.pose.at(sample),
+            velocity: self.twist.vector(sample, 0),
+            angular_velocity: self.twist.vector(sample, 3),
+            acceleration: self.acceleration.vector(sample, 0),
+            angular_acceleration: self.acceleration.vector(sample, 3),
+        }
     }
 
     /// Moves the robot to each sample in turn, and calls `look` there.
