@@ -91,6 +91,8 @@ struct ReweightedLeastSquares<'a> {
     weights: Vec<f64>,
     /// Information of the last pass, in scaled unknowns.
     spectrum: Spectrum<Dyn>,
+    /// What the noise of the motion has added to the products of the unknowns, which is subtracted from the information.
+    noise_products: DMatrix<f64>,
 }
 
 impl<'a> ReweightedLeastSquares<'a> {
@@ -114,6 +116,7 @@ impl<'a> ReweightedLeastSquares<'a> {
             noise,
             weights,
             spectrum: Spectrum::new(DMatrix::zeros(columns, columns)),
+            noise_products: DMatrix::zeros(columns, columns),
         };
         state.compute_means();
         state.update_scales();
@@ -250,7 +253,8 @@ impl<'a> ReweightedLeastSquares<'a> {
     /// starts at the present solution, which removes the rounding errors of previous normal equations.
     fn solve(&mut self) -> f64 {
         let columns = self.columns;
-        let mut gram = self.corrected_gram();
+        let (mut gram, noise) = self.corrected_gram();
+        self.noise_products = noise;
         if let Some(mass) = self.options.known_mass {
             let information = self.mass_information();
             gram[(0, 0)] += information;
@@ -271,10 +275,11 @@ impl<'a> ReweightedLeastSquares<'a> {
     }
 
     /// Returns the lower triangle of the products of all whitened columns, less those of the noise of the
-    /// motion. The last row belongs to the residuals.
-    fn corrected_gram(&self) -> DMatrix<f64> {
+    /// motion, whose last row belongs to the residuals; and the products of the unknowns' noise.
+    fn corrected_gram(&self) -> (DMatrix<f64>, DMatrix<f64>) {
         let columns = self.columns;
         let mut gram = DMatrix::<f64>::zeros(columns + 1, columns + 1);
+        let mut of_noise = gram.clone();
         let (mut rows, mut differences) = (self.block(), self.block());
         for window in self.windows() {
             let weight = self.weights[window];
@@ -288,10 +293,12 @@ impl<'a> ReweightedLeastSquares<'a> {
                     let product = rows.column(i).dot(&rows.column(j));
                     let noise = differences.column(i).dot(&differences.column(j));
                     gram[(i, j)] += weight * (product - noise);
+                    of_noise[(i, j)] += weight * noise;
                 }
             }
         }
-        gram
+        of_noise.fill_upper_triangle_with_lower_triangle();
+        (gram, of_noise.view((0, 0), (columns, columns)).into_owned())
     }
 
     /// Information of a known mass, in scaled parameters.
@@ -348,6 +355,9 @@ impl<'a> ReweightedLeastSquares<'a> {
             delay,
             excitation: self.spectrum.excitation(),
             null_space: self.spectrum.null_space(scales),
+            not_excited: self
+                .spectrum
+                .not_excited(scales, &self.noise_products, count),
             offsets: Offsets::new(&self.means, self.solution.as_slice(), &self.noise, count),
             noise: self.noise,
             weights: self.weights,
