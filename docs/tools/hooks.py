@@ -15,7 +15,7 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
-from tactid import combination_schema, result_schema
+from tactid import calibration_schema, combination_schema, result_schema
 from tactid.cli import app
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -51,6 +51,9 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
     mark = "<!-- combination schema -->"
     if mark in markdown:
         markdown = markdown.replace(mark, combination_tables(combination_schema()))
+    mark = "<!-- calibration schema -->"
+    if mark in markdown:
+        markdown = markdown.replace(mark, tables(calibration_schema()))
     return with_array_tables(markdown)
 
 

@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+import jsonschema
 import numpy as np
 import pytest
 
@@ -164,6 +165,9 @@ def test_the_command_prints_what_was_found(
     done = command(*arguments, "--effort-gain", *GAINS, "--cutoff", 6, "--out", out, "--json")
     record = json.loads(done.stdout)
     assert "known to 5 % before" in " ".join(record["remarks"])
+    jsonschema.validate(record, tactid.calibration_schema())
+    lag = next(line for line in record["remarks"] if line.startswith("Efforts "))
+    assert re.fullmatch(r"Efforts (show no delay:|lag the motion by) [\d.]+ ± [\d.]+ ms\.", lag)
     shown = np.array([joint["effort_gain"] for joint in record["joints"]])
     np.testing.assert_array_equal(shown, GAINS)
 
@@ -221,13 +225,20 @@ def test_bad_input_of_the_command_is_refused(
 ) -> None:
     unloaded, urdf = simulated(folder, None, 11), folder / "arm.urdf"
     broken = folder / "broken.toml"
-    broken.write_text("version = 1\ntool = 3\n", encoding="utf-8")
+    broken.write_text("version = 2\ntool = 3\n", encoding="utf-8")
     run = ("calibrate", "--urdf", urdf, "--out", folder / "unused.toml")
     short = simulated(folder, None, 15, 0.2)
+    loaded = (*run, "--loaded", unloaded, "--payload-mass", 1)
     cases: list[tuple[tuple[object, ...], list[str]]] = [
         (run, ["--unloaded is missing"]),
         ((*run, "--unloaded", unloaded, "--loaded", unloaded), ["--payload-mass"]),
         ((*run, "--unloaded", unloaded, "--payload-mass", 1), ["--payload-mass", "no loaded log"]),
+        ((*run, "--unloaded", unloaded, "--payload-mass-std-dev", 0), ["no loaded log"]),
+        ((*loaded, "--payload-inertia", "1,0,0,1,0,1"), ["--payload-inertia", "centre of mass"]),
+        (
+            (*loaded, "--payload-com", "0,0,0.1", "--payload-inertia", "1,0,0,1,0,3"),
+            ["--payload-inertia", "no body"],
+        ),
         ((*run, "--unloaded", unloaded, "--gain-std-dev", "-3%"), ["--gain-std-dev"]),
         ((*run, "--unloaded", folder / "none"), ["none"]),
         ((*run, "--unloaded", short), ["simulated15", "too few windows", "--cutoff"]),
@@ -292,3 +303,39 @@ def test_a_noisier_effort_is_reported(
     found = tactid.identify(noisy, urdf=folder / "arm.urdf", calibration=arm)
     kinds = [(each.kind, each.data.get("joint")) for each in found.findings]
     assert ("effort_noisier", "shoulder_lift_joint") in kinds
+
+
+def test_a_known_inertia_is_kept(folder: Path) -> None:
+    com, inertia = KNOWN.values[1:4], KNOWN.values[4:]
+    corners = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+    found = tactid.calibrate(
+        simulated(folder, None, 11),
+        loaded=simulated(folder, KNOWN, 12),
+        payload_mass=KNOWN.mass,
+        payload_com=com,
+        payload_inertia=inertia[corners],
+        urdf=folder / "arm.urdf",
+        cutoff=6.0,
+    )
+    payload = tactid.MassProperties.from_parameters(found.payloads[0])
+    np.testing.assert_allclose(payload.com, com, atol=0.003)
+    np.testing.assert_allclose(payload.inertia, inertia[corners], atol=0.002)
+
+
+@pytest.mark.usefixtures("arm")
+def test_a_reversed_effort_is_named(folder: Path, tmp_path: Path) -> None:
+    joints = tactid.read(simulated(folder, OTHER, 13), "/joint_states")
+    effort = np.array(joints["effort"])
+    effort[:, 2] *= -1.0
+    arrays = (np.array(joints.time), joints["position"], joints["velocity"], effort)
+    reversed_ = write(tmp_path / "reversed", list(joints.names), *map(np.asarray, arrays))
+    urdf = folder / "arm.urdf"
+    with pytest.raises(tactid.CalibrationError, match="`elbow_joint` has the opposite sign"):
+        tactid.identify(
+            reversed_, urdf=urdf, calibration=tactid.Calibration.read(folder / "arm.toml")
+        )
+    with pytest.raises(tactid.TactidError, match=r"reversed.*`elbow_joint`.*negative effort gain"):
+        tactid.calibrate(reversed_, urdf=urdf, cutoff=6.0)
+    signs = [1.0, 1.0, -1.0, 1.0, 1.0, 1.0]
+    found = tactid.calibrate(reversed_, urdf=urdf, cutoff=6.0, effort_gain=signs)
+    assert (found.residual_after < found.residual_before).all()

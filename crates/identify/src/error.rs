@@ -127,6 +127,48 @@ pub enum IdentifyError {
     /// A calibration needs efforts, and no sample has any.
     #[error("the samples have no joint efforts, which a calibration needs")]
     NoEfforts,
+    /// The caller stopped the work.
+    #[error("the calibration was interrupted")]
+    Interrupted,
+    /// The effort of a joint is constant while the joint moves.
+    #[error(
+        "the effort of the joint `{joint}` never changes, although it moves: record its effort, too"
+    )]
+    EffortConstant {
+        /// Name of the joint.
+        joint: String,
+    },
+    /// The efforts of a joint have the opposite sign of those that the robot's description and friction need.
+    #[error(
+        "the effort of the joint `{joint}` has the opposite sign of the torque that moves it: give it a negative effort gain"
+    )]
+    EffortReversed {
+        /// Name of the joint.
+        joint: String,
+    },
+    /// The efforts of a joint have the opposite sign of those that calibrated the arm.
+    #[error(
+        "the effort of the joint `{joint}` has the opposite sign of that in the calibration: negate it, or calibrate anew"
+    )]
+    EffortSignChanged {
+        /// Name of the joint.
+        joint: String,
+    },
+    /// Efforts lag or lead the motion by more than a calibration can correct.
+    #[error(
+        "the efforts lag the motion by {} ms, and windows of {} s correct {} ms: correct their stamps",
+        three_digits(1e3 * delay_s),
+        three_digits(*window_s),
+        three_digits(1e3 * longest_s)
+    )]
+    EffortDelay {
+        /// Delay of the efforts, s; negative where they lead.
+        delay_s: f64,
+        /// Longest delay that can be corrected, s.
+        longest_s: f64,
+        /// Length of a window, s.
+        window_s: f64,
+    },
     /// A calibration is asked of a robot that it does not exist for: its base floats, or no joint moves the tool.
     #[error("a calibration of joint efforts needs a fixed base and joints that move the tool: {0}")]
     CalibrationBase(&'static str),

@@ -5,14 +5,16 @@
 #[path = "common/effort_arm.rs"]
 mod effort_arm;
 
-use effort_arm::{JOINTS, World, payload, record, values};
+use std::ops::ControlFlow;
+
+use effort_arm::{JOINTS, World, described, payload, record, recorded, values};
 use nalgebra::{Matrix3, Vector3};
 use tactid_dynamics::{InertialParameters, MassProperties};
 use tactid_identify::calibration::{
     Calibration, CalibrationResult, CalibrationSettings, EffortRecording, KnownPayload,
-    MotionShortage, calibrate,
+    MotionShortage, calibrate, calibrate_interruptibly,
 };
-use tactid_identify::{BatchSettings, Finding, HALF_WIDTH_95, KnownMass};
+use tactid_identify::{BatchSettings, Finding, HALF_WIDTH_95, IdentifyError, KnownMass};
 
 /// Calibrates an arm with unknown gains by a recording without payload, and one with a payload of known mass.
 fn calibrated(world: &mut World) -> CalibrationResult {
@@ -269,4 +271,105 @@ fn compared_efforts_are_those_of_the_report() {
         assert!((rms(&compared.calibrated, k) - joint.residual_after).abs() < 1e-9);
         assert!(joint.residual_after < 0.1 * joint.residual_before);
     }
+}
+
+/// Efforts that lag the motion by one or several samples, or lead it, are found out, and a payload is as good as without.
+#[test]
+fn the_delay_of_the_efforts_is_found() {
+    for (seed, delay_s) in [(20, 0.02), (22, -0.012)] {
+        let mut world = World::new(seed);
+        world.delay_s = delay_s;
+        let CalibrationResult {
+            calibration,
+            report,
+        } = calibrated(&mut world);
+        let error = report.delay.delay_s - delay_s;
+        assert!(report.delay.std_dev_s < 1e-3, "{:?}", report.delay);
+        assert!(
+            error.abs() < 3.0 * report.delay.std_dev_s,
+            "{:?}",
+            report.delay
+        );
+        for (joint, gain) in report.joints.iter().zip(world.gains) {
+            assert!(
+                (joint.gain / gain - 1.0).abs() < 0.015,
+                "{} {gain}",
+                joint.gain
+            );
+        }
+        let body = payload(3.0, &mut world);
+        let loaded = record(&mut world, Some(&body), 20.0);
+        let found = identify(&calibration, &[loaded], &[], &BatchSettings::default());
+        assert!((found[0].0 - 3.0).abs() < 0.02, "{:?}", found[0]);
+    }
+    let mut world = World::new(23);
+    world.delay_s = 0.12;
+    let unloaded = record(&mut world, None, 30.0);
+    let refused = calibrate(&[(unloaded, None)], &CalibrationSettings::default()).unwrap_err();
+    assert!(
+        matches!(refused, IdentifyError::EffortDelay { .. }),
+        "{refused}"
+    );
+}
+
+/// Efforts of the opposite sign, or that are not measured, are errors that name the joint.
+#[test]
+fn efforts_that_cannot_be_those_of_a_joint_are_named() {
+    let mut world = World::new(24);
+    let body = payload(3.0, &mut world);
+    let calibration = calibrated(&mut world).calibration;
+    let settings = CalibrationSettings::default();
+    let measured = [None, Some(&body)].map(|held| (held, world.measure(held, 15.0)));
+    for (held, measured) in measured {
+        for joint in 0..JOINTS {
+            let changed = |effort: &dyn Fn(f64) -> f64| {
+                let mut changed = measured.clone();
+                changed
+                    .iter_mut()
+                    .for_each(|state| state[2][joint] = effort(state[2][joint]));
+                recorded(&described(), &changed, &settings)
+            };
+            let [reversed, constant] = [changed(&|effort| -effort), changed(&|_| 0.3)];
+            let name = format!("joint_{}", joint + 1);
+            let known = held.map(|body| KnownPayload::of_mass(body.mass_kg, 0.01));
+            let calibrated = |recording: &EffortRecording| {
+                calibrate(&[(recording.clone(), known)], &settings).unwrap_err()
+            };
+            let identified = |recording: &EffortRecording| {
+                let recording = std::slice::from_ref(recording);
+                calibration
+                    .identify(recording, &[], &BatchSettings::default())
+                    .unwrap_err()
+            };
+            let expected = IdentifyError::EffortReversed {
+                joint: name.clone(),
+            };
+            assert_eq!(calibrated(&reversed).to_string(), expected.to_string());
+            let expected = IdentifyError::EffortSignChanged {
+                joint: name.clone(),
+            };
+            assert_eq!(identified(&reversed).to_string(), expected.to_string());
+            let expected = IdentifyError::EffortConstant { joint: name };
+            assert_eq!(calibrated(&constant).to_string(), expected.to_string());
+            assert_eq!(identified(&constant).to_string(), expected.to_string());
+        }
+    }
+}
+
+/// A caller may stop the fit at any time.
+#[test]
+fn a_calibration_is_interrupted() {
+    let mut world = claimed(25);
+    let given = [(record(&mut world, None, 6.0), None)];
+    let mut left = 9;
+    let stopped = calibrate_interruptibly(&given, &CalibrationSettings::default(), &mut || {
+        left -= 1;
+        if left == 0 {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    });
+    assert!(matches!(stopped.unwrap_err(), IdentifyError::Interrupted));
+    assert_eq!(left, 0);
 }

@@ -203,17 +203,28 @@ fn faulty_calibrations_are_refused() {
     let names = calibration.parameter_names().unwrap();
     assert_eq!(names.len(), calibration.parameters.len());
     let last = &*names[names.len() - 1];
-    assert_eq!((&*names[0], last), ("link_1 m", "joint_4 inverse gain"));
+    assert_eq!((&*names[0], last), ("link_1 m", "delay"));
+    assert_eq!(names[names.len() - 2], "joint_4 inverse gain");
 }
 
-/// A joint whose effort is always zero, as that of a gripper that reports none, leaves everything finite. Efforts that are
-/// all constant are an error.
+/// A joint at rest whose effort is always zero leaves everything finite; one that moves without is an error, as are
+/// efforts that are all constant.
 #[test]
 fn joints_without_effort_do_no_harm() {
-    let mut world = World::new(4);
-    let mut measured = world.measure(None, 8.0);
-    measured.iter_mut().for_each(|[.., effort]| effort[3] = 0.0);
     let settings = CalibrationSettings::default();
+    let mut world = World::new(4);
+    let mut without_effort = |scale: f64| {
+        world.motion[3] = scale;
+        let mut measured = world.measure(None, 8.0);
+        measured.iter_mut().for_each(|[.., effort]| effort[3] = 0.0);
+        measured
+    };
+    let moving = recorded(&described(), &without_effort(1.0), &settings);
+    assert_error(
+        calibrate(&[(moving, None)], &settings),
+        "`joint_4` never changes",
+    );
+    let mut measured = without_effort(0.0);
     let recording = recorded(&described(), &measured, &settings);
     let loaded = [recording.clone()];
     let result = calibrate(&[(recording, None)], &settings).unwrap();

@@ -90,23 +90,28 @@ impl IntoPyErr for tactid_logs::LogError {
     }
 }
 
+/// Returns the error of a setting of an estimator.
+fn setting_error(error: SettingError) -> PyErr {
+    match error {
+        SettingError::Alpha(_) => option_error(setting_message(&error), "alpha"),
+        SettingError::Beta(_) => option_error(setting_message(&error), "beta"),
+        // No option sets these: the identification does not use LMS, and detects changes by constants.
+        SettingError::Step(_)
+        | SettingError::RowsBetweenFalseAlarms(_)
+        | SettingError::CorrelationRows(_)
+        | SettingError::Shift(_)
+        | SettingError::Growth(_)
+        | SettingError::Clip(_) => error.into_py_err(),
+    }
+}
+
 impl IntoPyErr for IdentifyError {
     fn into_py_err(self) -> PyErr {
         let message = self.to_string();
         match self {
             Self::Model(error) => error.into_py_err(),
             Self::State(error) => error.into_py_err(),
-            Self::Setting(error) => match error {
-                SettingError::Alpha(_) => option_error(setting_message(&error), "alpha"),
-                SettingError::Beta(_) => option_error(setting_message(&error), "beta"),
-                // No option sets these: the identification does not use LMS, and detects changes by constants.
-                SettingError::Step(_)
-                | SettingError::RowsBetweenFalseAlarms(_)
-                | SettingError::CorrelationRows(_)
-                | SettingError::Shift(_)
-                | SettingError::Growth(_)
-                | SettingError::Clip(_) => error.into_py_err(),
-            },
+            Self::Setting(error) => setting_error(error),
             Self::Value {
                 name,
                 given,
@@ -139,10 +144,15 @@ impl IntoPyErr for IdentifyError {
             Self::TooFewWindows { .. } | Self::TooFewSamples { .. } => {
                 identification_error(&message, Some("cutoff"))
             }
-            Self::NoEfforts | Self::CalibrationBase(_) | Self::NoMotion { .. } => {
-                CalibrationError::new_err(message)
-            }
-            Self::CalibrationRobot { .. }
+            Self::NoEfforts
+            | Self::Interrupted
+            | Self::EffortReversed { .. }
+            | Self::EffortConstant { .. }
+            | Self::EffortSignChanged { .. }
+            | Self::EffortDelay { .. }
+            | Self::CalibrationBase(_)
+            | Self::NoMotion { .. }
+            | Self::CalibrationRobot { .. }
             | Self::CalibrationMismatch { .. }
             | Self::CalibrationFailed
             | Self::CalibrationData { .. } => CalibrationError::new_err(message),

@@ -6,6 +6,7 @@ use std::fs;
 
 use nalgebra::{SVector, Vector3};
 use tactid_dynamics::InertialParameters;
+use tactid_identify::Delay;
 use tactid_identify::calibration::{
     Calibration, CalibrationReport, EffortNoise, JointCalibration, LinkCalibration, MotionShortage,
 };
@@ -38,7 +39,7 @@ impl Numbers {
     }
 }
 
-const UNKNOWNS: usize = 2 * 10 + 2 * (6 + 3);
+const UNKNOWNS: usize = 2 * 10 + 2 * (6 + 3) + 1;
 const NAMES: [&str; 2] = ["turn \"1\"", "slide"];
 const LINKS: [&str; 2] = ["upper", "lower"];
 
@@ -59,6 +60,10 @@ fn arm() -> ArmCalibration {
     let report = CalibrationReport {
         windows: 123,
         window_s: numbers.one(),
+        delay: Delay {
+            delay_s: parameters[UNKNOWNS - 1],
+            std_dev_s: numbers.one(),
+        },
         joints,
         links,
         payloads: vec![numbers.body()],
@@ -190,7 +195,7 @@ fn what_is_wrong_is_named_with_its_line() {
     let longer = text.replacen("rows = [\n  \"", "rows = [\n  \"1.0 ", 1);
     let cases = [
         (
-            text.replace("version = 1", "version = 9"),
+            text.replace("version = 2", "version = 9"),
             None,
             "version 9",
         ),
@@ -219,7 +224,7 @@ fn what_is_wrong_is_named_with_its_line() {
         (
             text.replacen("rows = [\n", "rows = [\n  \"nan\",\n", 1),
             Some(first_row),
-            "39 rows",
+            "40 rows",
         ),
         ("tool = ".to_owned(), Some(1), ""),
     ];

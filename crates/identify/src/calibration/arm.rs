@@ -20,7 +20,7 @@ pub(crate) const PLAIN: usize = 3;
 const SIGN_WIDTH: f64 = 0.01;
 
 /// Number of quantities of a joint beside the regressors.
-const SCALARS: usize = 5 + WIDTHS.len();
+const SCALARS: usize = 4 + WIDTHS.len();
 
 /// The chain from base to tool that a recording is made of.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,8 +51,6 @@ pub(crate) struct JointColumns<'a> {
     pub(crate) links: &'a [f64],
     /// Regressor of a payload in the tool frame.
     pub(crate) payload: SVector<f64, 10>,
-    /// Measured effort.
-    pub(crate) effort: f64,
     /// Torque of all links as described.
     pub(crate) described: f64,
     pub(crate) velocity: f64,
@@ -135,12 +133,11 @@ impl Arm {
         JointColumns {
             links,
             payload: SVector::from_column_slice(payload),
-            effort: scalars[0],
-            described: scalars[1],
-            velocity: scalars[2],
-            acceleration: scalars[3],
-            sign: scalars[4],
-            friction: &scalars[5..],
+            described: scalars[0],
+            velocity: scalars[1],
+            acceleration: scalars[2],
+            sign: scalars[3],
+            friction: &scalars[4..],
         }
     }
 
@@ -164,6 +161,7 @@ pub(crate) struct ArmColumns {
     /// Rows of the payload for all joints of the robot.
     rows: Vec<SVector<f64, 10>>,
     entries: Vec<f64>,
+    efforts: Vec<f64>,
 }
 
 impl ArmColumns {
@@ -179,6 +177,7 @@ impl ArmColumns {
             link_rows: vec![SVector::zeros(); robot.dof() * moving],
             rows: vec![SVector::zeros(); robot.dof()],
             entries: vec![0.0; arm.entries()],
+            efforts: vec![0.0; arm.joints.len()],
         })
     }
 
@@ -187,8 +186,12 @@ impl ArmColumns {
         self.workspace.robot()
     }
 
-    /// Computes the entries of all joints at an instant. Cost: a product for each joint and each body below it.
-    pub(crate) fn at(&mut self, arm: &Arm, instant: &Instant) -> Result<&[f64], StateError> {
+    /// Computes the entries of all joints and their efforts at an instant. Cost: a product for each joint and each body below it.
+    pub(crate) fn at(
+        &mut self,
+        arm: &Arm,
+        instant: &Instant,
+    ) -> Result<(&[f64], &[f64]), StateError> {
         let joints = JointMotion {
             position: &instant.joint_position,
             velocity: &instant.joint_velocity,
@@ -216,16 +219,16 @@ impl ArmColumns {
             let (regressors, scalars) = self.entries.split_at_mut(scalars);
             let payload = regressors.len() - 10;
             regressors[payload..].copy_from_slice(self.rows[index].as_slice());
-            scalars[0] = instant.joint_effort[index];
-            scalars[1] = torques[index];
-            scalars[2] = velocity;
-            scalars[3] = instant.joint_acceleration[index];
-            scalars[4] = (velocity / SIGN_WIDTH).tanh();
-            for (entry, width) in scalars[5..].iter_mut().zip(WIDTHS) {
+            self.efforts[joint] = instant.joint_effort[index];
+            scalars[0] = torques[index];
+            scalars[1] = velocity;
+            scalars[2] = instant.joint_acceleration[index];
+            scalars[3] = (velocity / SIGN_WIDTH).tanh();
+            for (entry, width) in scalars[4..].iter_mut().zip(WIDTHS) {
                 *entry = (velocity / width).tanh();
             }
         }
-        Ok(&self.entries)
+        Ok((&self.entries, &self.efforts))
     }
 }
 

@@ -1,7 +1,10 @@
 //! Calibration of an arm from recordings.
 
+use std::ops::ControlFlow;
+
 use super::arm::PLAIN;
 use super::fit::{MOVES, fit};
+use super::interruption::InterruptionCheck;
 use super::payload::KnownPayload;
 use super::recording::{EffortRecording, check_settings};
 use super::reference::reference_fit;
@@ -19,6 +22,8 @@ const MIN_WINDOWS: usize = 20;
 /// # Errors
 /// Returns [`IdentifyError::TooFewWindows`] if the recordings have fewer than twenty windows in all,
 /// [`IdentifyError::NoMotion`] if no joint moves, [`IdentifyError::NoEfforts`] if all efforts are constant,
+/// [`IdentifyError::EffortConstant`] or [`IdentifyError::EffortReversed`] if those of one joint are constant while it moves
+/// or have the opposite sign, [`IdentifyError::EffortDelay`] if they lag or lead by more than an eighth of a window,
 /// [`IdentifyError::CalibrationRobot`] or [`IdentifyError::CalibrationMismatch`] if the recordings are of different robots
 /// or have other cutoffs or gravity than the settings, [`IdentifyError::Value`] if a setting or a known payload is out of range, and
 /// [`IdentifyError::CalibrationFailed`] if the numbers are too large to be solved for.
@@ -26,12 +31,27 @@ pub fn calibrate(
     recordings: &[(EffortRecording, Option<KnownPayload>)],
     settings: &CalibrationSettings,
 ) -> Result<CalibrationResult, IdentifyError> {
+    calibrate_interruptibly(recordings, settings, &mut || ControlFlow::Continue(()))
+}
+
+/// Calibrates an arm as [`calibrate()`] does, and calls `check` several times a second, which may stop the work.
+///
+/// # Errors
+/// Returns [`IdentifyError::Interrupted`] where `check` returns [`ControlFlow::Break`], and the errors of [`calibrate()`].
+pub fn calibrate_interruptibly(
+    recordings: &[(EffortRecording, Option<KnownPayload>)],
+    settings: &CalibrationSettings,
+    check: &mut InterruptionCheck<'_>,
+) -> Result<CalibrationResult, IdentifyError> {
     settings.check()?;
     check_recordings(recordings, settings)?;
+    for (recording, payload) in recordings {
+        recording.check_efforts(payload.as_ref())?;
+    }
     let given: Vec<_> = recordings.iter().map(|(r, held)| (r, *held)).collect();
     let reference = reference_fit(&given)?;
-    let plain = fit(&given, &reference, vec![PLAIN], settings)?;
-    let curved = fit(&given, &reference, vec![0, 1, 2], settings)?;
+    let plain = fit(&given, &reference, vec![PLAIN], settings, check)?;
+    let curved = fit(&given, &reference, vec![0, 1, 2], settings, check)?;
     let best = if curved.log_evidence > plain.log_evidence {
         curved
     } else {

@@ -13,7 +13,7 @@ pub struct EffortComparison {
     pub times_s: Vec<f64>,
     /// Joint velocities, rad/s or m/s.
     pub velocities: Vec<f64>,
-    /// Measured efforts.
+    /// Measured efforts that belong to the motion: without the delay of the calibration.
     pub measured: Vec<f64>,
     /// Efforts of the robot's description alone, with the payload and without friction.
     pub described: Vec<f64>,
@@ -45,7 +45,8 @@ pub(crate) fn compare(
             let modelled = model.effort(recording, (window, joint), arm, payload);
             let of_payload = columns.payload.dot(payload);
             comparison.velocities.push(columns.velocity);
-            comparison.measured.push(columns.effort);
+            let (measured, _) = model.measured(recording, (window, joint), arm);
+            comparison.measured.push(measured);
             comparison.described.push(columns.described + of_payload);
             comparison
                 .calibrated

@@ -41,7 +41,9 @@ impl Calibration {
     /// # Errors
     /// Returns [`IdentifyError::TooFewWindows`] if the loaded recordings have fewer than six windows,
     /// [`IdentifyError::CalibrationRobot`] or [`IdentifyError::CalibrationMismatch`] if a recording is of another robot or
-    /// has another cutoff or gravity, [`IdentifyError::CalibrationData`] for data that do not fit together, the errors of
+    /// has another cutoff or gravity, [`IdentifyError::EffortConstant`] or [`IdentifyError::EffortSignChanged`] if the efforts
+    /// of a joint are constant while it moves or have the opposite sign of those that calibrated the arm,
+    /// [`IdentifyError::CalibrationData`] for data that do not fit together, the errors of
     /// [`BatchSettings::check`], and [`IdentifyError::CalibrationFailed`] if the numbers are too large to be solved for.
     pub fn identify(
         &self,
@@ -60,6 +62,11 @@ impl Calibration {
             return Err(IdentifyError::TooFewWindows { windows, window_s });
         }
         let (model, prior) = self.model()?;
+        for (recordings, may_hold) in [(loaded, true), (unloaded, false)] {
+            for recording in recordings {
+                recording.check_signs(&model, &self.parameters, may_hold)?;
+            }
+        }
         let tool = settings.known_tool.map_or(Vector::zeros(), |tool| {
             *InertialParameters::from(tool).as_vector()
         });

@@ -6,7 +6,7 @@ use tactid_dynamics::PARAMETER_NAMES;
 
 use super::arm::WIDTHS;
 
-/// The order of the unknowns: ten parameters of each link, then groups with one unknown for each joint.
+/// The order of the unknowns: ten parameters of each link, then groups with one unknown for each joint, and the delay.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Layout {
     pub(crate) links: usize,
@@ -15,7 +15,7 @@ pub(crate) struct Layout {
     pub(crate) widths: Vec<usize>,
 }
 
-/// A group with one unknown for each joint.
+/// A group with one unknown for each joint, or with one that all joints share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Group {
     Offset,
@@ -28,6 +28,8 @@ pub(crate) enum Group {
     PayloadLoad,
     Rotor,
     InverseGain,
+    /// Delay of the efforts, which all joints share.
+    Delay,
 }
 
 impl Layout {
@@ -39,6 +41,7 @@ impl Layout {
             Group::PayloadLoad,
             Group::Rotor,
             Group::InverseGain,
+            Group::Delay,
         ];
         [Group::Offset, Group::Viscous]
             .into_iter()
@@ -48,7 +51,7 @@ impl Layout {
 
     /// Number of unknowns.
     pub(crate) fn len(&self) -> usize {
-        self.link_range().end + self.joints * (6 + self.widths.len())
+        self.link_range().end + self.joints * (6 + self.widths.len()) + 1
     }
 
     /// Range of the parameters of all links.
@@ -67,21 +70,24 @@ impl Layout {
             Group::PayloadLoad => 3 + widths,
             Group::Rotor => 4 + widths,
             Group::InverseGain => 5 + widths,
+            Group::Delay => 6 + widths,
         };
         let start = self.link_range().end + place * self.joints;
-        start..start + self.joints
+        let is_shared = group == Group::Delay;
+        start..start + if is_shared { 1 } else { self.joints }
     }
 
     /// Index of the unknown of a joint in a group.
     pub(crate) fn index(&self, group: Group, joint: usize) -> usize {
-        self.range(group).start + joint
+        let range = self.range(group);
+        range.start + joint.min(range.len() - 1)
     }
 
     /// Returns the name of each unknown.
     pub(crate) fn names(&self, links: &[String], joints: &[String]) -> Vec<String> {
         let of_link = |link: &String| PARAMETER_NAMES.map(|name| format!("{link} {name}"));
         let of_links = links.iter().flat_map(of_link);
-        let of_joints = self.groups().flat_map(|group| {
+        let of_groups = self.groups().flat_map(|group| -> Vec<String> {
             let name = match group {
                 Group::Offset => "offset".into(),
                 Group::Viscous => "viscous friction".into(),
@@ -90,9 +96,13 @@ impl Layout {
                 Group::PayloadLoad => "payload friction".into(),
                 Group::Rotor => "rotor inertia".into(),
                 Group::InverseGain => "inverse gain".to_owned(),
+                Group::Delay => return vec!["delay".to_owned()],
             };
-            joints.iter().map(move |joint| format!("{joint} {name}"))
+            joints
+                .iter()
+                .map(|joint| format!("{joint} {name}"))
+                .collect()
         });
-        of_links.chain(of_joints).collect()
+        of_links.chain(of_groups).collect()
     }
 }

@@ -10,7 +10,7 @@
 //! payload with their regressors `Y` and `P`, offset `o`, viscous friction `b`, Coulomb friction and what replaces it
 //! near standstill `c`, load-dependent friction `k` and what that of the payload differs `l` (`s` is the smoothed sign of
 //! the velocity, `T0` the rms torque in a first fit, which separates `k` from `c`), rotor inertia `I`, and noise `e` of
-//! three kinds. The noisy efforts stand alone on the left, because the inverse gain is the unknown: nothing biases the
+//! three kinds. All of it belongs to the motion of a time before, by a delay that all joints share. The noisy efforts stand alone on the left, because the inverse gain is the unknown: nothing biases the
 //! gains.
 //!
 //! 1. An [`EffortRecorder`] turns the samples of one recording into window means of all these columns, an
@@ -27,10 +27,13 @@
 
 mod arm;
 mod calibrate;
+mod checks;
 mod compare;
+mod delay;
 mod estimate;
 mod fit;
 mod identify;
+mod interruption;
 mod layout;
 mod model;
 mod noise;
@@ -46,9 +49,10 @@ mod settings;
 mod simplex;
 mod solver;
 
-pub use calibrate::calibrate;
+pub use calibrate::{calibrate, calibrate_interruptibly};
 pub use compare::EffortComparison;
 pub use estimate::CalibratedEstimate;
+pub use interruption::InterruptionCheck;
 pub use model::Calibration;
 pub use noise::EffortNoise;
 pub use payload::KnownPayload;

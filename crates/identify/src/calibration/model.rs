@@ -18,7 +18,7 @@ use crate::solve::subspace::Vector;
 ///
 /// All fields are plain data, so that a program can write them to a file and read them back; [`Self::check`] refuses data
 /// that do not fit together or belong to another robot. `n` is the number of joints between base and tool, `B` that of the
-/// bodies that they move (`n`, but for mimic joints), `T` that of `friction_widths`, and `K = 10 B + (6 + T) n` that of the
+/// bodies that they move (`n`, but for mimic joints), `T` that of `friction_widths`, and `K = 10 B + (6 + T) n + 1` that of the
 /// unknowns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
@@ -37,8 +37,8 @@ pub struct Calibration {
     /// The `K` unknowns, by groups: ten inertial parameters of each link (in the order of [`InertialParameters`], about
     /// the frame of the link, with all links fixed to it), then for each joint: offset (N m or N), viscous friction, one
     /// friction for each of `friction_widths`, load-dependent friction, what that of a payload adds (both fractions),
-    /// rotor inertia (kg m² or kg), and inverse gain (1 where efforts are torques). Each group has all joints in order;
-    /// [`Self::parameter_names`] names them.
+    /// rotor inertia (kg m² or kg), and inverse gain (1 where efforts are torques), and last the delay of the efforts (s).
+    /// Each group has all joints in order; [`Self::parameter_names`] names them.
     pub parameters: Vec<f64>,
     /// Prior standard deviation of each unknown, which is the unit of its column in `precision`; 0 for a gain that is
     /// known.

@@ -28,22 +28,33 @@ pub(crate) struct NoiseWindows<'a> {
     are_all: bool,
 }
 
-/// Chooses stretches of at most 2000 windows in all.
+/// Chooses stretches of some 2000 windows in all.
 pub(crate) fn noise_windows<'a>(blocks: &[Block<'a>]) -> NoiseWindows<'a> {
-    let all: usize = blocks.iter().map(|block| block.windows.len()).sum();
-    let every = all.div_ceil(MOST_WINDOWS).max(1);
-    let thinned = |block: &Block<'a>| {
-        let windows = block.windows.iter().copied();
-        let kept = windows.filter(|window| (window / STRETCH).is_multiple_of(every));
-        Block {
-            windows: kept.collect(),
-            ..block.clone()
-        }
-    };
+    let counts: Vec<usize> = blocks.iter().map(|block| block.windows.len()).collect();
+    let kept = blocks.iter().zip(chosen(&counts));
+    let thinned = kept.map(|(block, kept)| Block {
+        windows: kept.into_iter().map(|k| block.windows[k]).collect(),
+        ..block.clone()
+    });
     NoiseWindows {
-        blocks: blocks.iter().map(thinned).collect(),
-        are_all: every == 1,
+        blocks: thinned.collect(),
+        are_all: counts.iter().sum::<usize>() <= MOST_WINDOWS,
     }
+}
+
+/// Returns the places of the chosen windows in each of several recordings. Stretches are counted across recordings, as
+/// many short ones have no more windows than one that is long.
+fn chosen(counts: &[usize]) -> Vec<Vec<usize>> {
+    let all: usize = counts.iter().sum();
+    let every = all.div_ceil(MOST_WINDOWS).max(1);
+    let mut stretches = 0;
+    let of_recording = |count: &usize| {
+        let first = stretches;
+        stretches += count.div_ceil(STRETCH);
+        let is_kept = |place: &usize| (first + place / STRETCH).is_multiple_of(every);
+        (0..*count).filter(is_kept).collect()
+    };
+    counts.iter().map(of_recording).collect()
 }
 
 /// Returns how improbable the logarithms of a noise are for a joint with so much friction, N m or N.
@@ -142,4 +153,23 @@ fn with_uncertainty(
     columns.columns_mut(0, 1).copy_from(residual);
     columns.columns_mut(1, count).copy_from(&uncertain);
     columns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One long recording and many short ones keep some 2000 windows, spread over all; few windows are all kept.
+    #[test]
+    fn many_short_recordings_keep_no_more_windows_than_a_long_one() {
+        for counts in [vec![20_000], vec![40; 500], vec![150; 200]] {
+            let kept = chosen(&counts);
+            let windows: usize = kept.iter().map(Vec::len).sum();
+            assert!((1500..=2600).contains(&windows), "{windows}");
+            let last = kept.iter().rposition(|kept| !kept.is_empty());
+            assert!(last.is_some_and(|last| 10 * last >= 9 * (counts.len() - 1)));
+        }
+        let kept = chosen(&[40, 3, 300]);
+        assert_eq!(kept.iter().map(Vec::len).collect::<Vec<_>>(), [40, 3, 300]);
+    }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use tactid_dynamics::Manipulator;
 
 use super::arm::{Arm, ArmColumns};
+use super::delay::DelayWindow;
 use super::recording::{EffortRecording, EffortWindow};
 use super::settings::CalibrationSettings;
 use crate::IdentifyError;
@@ -24,6 +25,8 @@ pub struct EffortRecorder {
     columns: ArmColumns,
     motion: MotionStream,
     windows: Windows<EffortWindow>,
+    /// Windows at the same times, for the delay of the efforts.
+    delays: Windows<DelayWindow>,
     recording: EffortRecording,
     /// Positions and efforts of the last sample that was used.
     last: Vec<f64>,
@@ -49,6 +52,7 @@ impl EffortRecorder {
             columns: ArmColumns::new(robot, &arm)?,
             motion: MotionStream::new(robot.dof(), 0, settings.cutoff_hz, settings.max_gap_s),
             windows: Windows::new(settings.cutoff_hz, arm.entries()),
+            delays: Windows::new(settings.cutoff_hz, arm.joints.len()),
             recording: EffortRecording::new(arm),
             last: Vec::with_capacity(2 * robot.dof()),
             repeated: 0,
@@ -89,6 +93,7 @@ impl EffortRecorder {
             MotionStep::Rejected => return Ok(PushOutcome::Rejected),
             MotionStep::Started => {
                 self.windows.clear();
+                self.delays.clear();
                 self.keep(&sample);
                 return Ok(PushOutcome::Started);
             }
@@ -96,9 +101,11 @@ impl EffortRecorder {
             MotionStep::Instant(instant) => Some(instant),
         };
         if let Some(instant) = instant {
-            let entries = self.columns.at(&self.recording.arm, instant)?;
-            if let Some(window) = self.windows.push(instant.time_s, entries) {
-                self.recording.push(window);
+            let (entries, efforts) = self.columns.at(&self.recording.arm, instant)?;
+            let window = self.windows.push(instant.time_s, entries);
+            let delays = self.delays.push(instant.time_s, efforts);
+            if let (Some(window), Some(delays)) = (window, delays) {
+                self.recording.push(window, delays);
             }
         }
         self.keep(&sample);

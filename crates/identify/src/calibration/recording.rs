@@ -3,21 +3,24 @@
 use std::sync::Arc;
 
 use super::arm::{Arm, JointColumns};
+use super::delay::{DelayWindow, EffortMoments};
 use crate::IdentifyError;
-use crate::equations::window::{self, WindowMean};
+use crate::equations::window::{self, Place, WindowMean};
 
 /// Window means of one recording of joint efforts: measured efforts and the columns of their model.
 ///
 /// It is made by an [`EffortRecorder`](super::EffortRecorder) and does not change. Joints are those between the base and
 /// the tool, in the robot's order.
 ///
-/// Memory: 3.3 kB for each window of a seven-axis arm, so 80 MB for an hour at a cutoff of 2 Hz.
+/// Memory: 3.6 kB for each window of a seven-axis arm, so 85 MB for an hour at a cutoff of 2 Hz.
 #[derive(Clone, Debug)]
 pub struct EffortRecording {
     pub(crate) arm: Arc<Arm>,
     times_s: Vec<f64>,
     /// Entries of each window.
     means: Vec<Box<[f64]>>,
+    /// Efforts of each joint in each window, for every delay.
+    efforts: Vec<Box<[EffortMoments]>>,
     /// Numbers of samples that were rejected, and of gaps.
     pub(crate) rejected: u64,
     pub(crate) gaps: u64,
@@ -30,20 +33,33 @@ impl EffortRecording {
             arm,
             times_s: Vec::new(),
             means: Vec::new(),
+            efforts: Vec::new(),
             rejected: 0,
             gaps: 0,
         }
     }
 
     /// Adds a window.
-    pub(crate) fn push(&mut self, window: &EffortWindow) {
+    pub(crate) fn push(&mut self, window: &EffortWindow, efforts: &DelayWindow) {
         self.times_s.push(window.time_s);
         self.means.push(window.sums.clone());
+        self.efforts.push(efforts.moments.clone());
     }
 
     /// Returns the means of one joint over one window.
     pub(crate) fn columns(&self, window: usize, joint: usize) -> JointColumns<'_> {
         self.arm.columns(&self.means[window], joint)
+    }
+
+    /// Returns the mean effort of a joint that belongs to the motion in a window, and its derivative with respect to the
+    /// delay, where efforts lag by a delay, s.
+    pub(crate) fn effort(&self, window: usize, joint: usize, delay_s: f64) -> (f64, f64) {
+        let moments = &self.efforts[window][joint];
+        let window_s = self.window_s();
+        (
+            moments.effort(delay_s, window_s),
+            moments.slope(delay_s, window_s),
+        )
     }
 
     /// Names of the joints between the base and the tool, n of them, in the robot's order.
@@ -163,7 +179,8 @@ impl WindowMean for EffortWindow {
         (self.weight, self.instants) = (0.0, 0);
     }
 
-    fn add(&mut self, entries: &[f64], weight: f64, _slope_weight: f64, _half: f64) {
+    fn add(&mut self, entries: &[f64], place: &Place) {
+        let weight = place.weight();
         for (sum, entry) in self.sums.iter_mut().zip(entries) {
             *sum += weight * entry;
         }

@@ -15,6 +15,7 @@ use super::recording::EffortRecording;
 use super::settings::CalibrationSettings;
 use super::solver::Problem;
 use crate::IdentifyError;
+use crate::fit::Delay;
 use crate::solve::subspace::Vector;
 
 /// The result of a calibration.
@@ -33,6 +34,8 @@ pub struct CalibrationReport {
     pub windows: usize,
     /// Length of a window, s.
     pub window_s: f64,
+    /// Delay of the efforts relative to the motion.
+    pub delay: Delay,
     /// The joints between base and tool.
     pub joints: Vec<JointCalibration>,
     /// The links that they move.
@@ -167,6 +170,7 @@ pub(crate) fn report(
             residual_held_out: held_out[joint],
         }
     };
+    let delay = fitted.model.layout.index(Group::Delay, 0);
     let joints: Vec<JointCalibration> = (0..arm.joints.len()).map(of_joint).collect();
     let payloads = fitted.unknowns.payloads.iter();
     Ok(CalibrationReport {
@@ -175,6 +179,10 @@ pub(crate) fn report(
             .map(|(recording, _)| recording.windows())
             .sum(),
         window_s: recordings[0].0.window_s(),
+        delay: Delay {
+            delay_s: fitted.unknowns.arm[delay],
+            std_dev_s: WIDENING * std_dev(delay),
+        },
         shortages: joints
             .iter()
             .flat_map(|joint| shortages(joint, settings))

@@ -70,6 +70,17 @@ impl EffortModel {
         self.modelled(joint, &columns, &terms, arm)
     }
 
+    /// Returns the measured effort of a joint that belongs to the motion in a window, and its derivative with respect to the
+    /// delay.
+    pub(crate) fn measured(
+        &self,
+        recording: &EffortRecording,
+        (window, joint): (usize, usize),
+        arm: &[f64],
+    ) -> (f64, f64) {
+        recording.effort(window, joint, arm[self.layout.index(Group::Delay, joint)])
+    }
+
     /// Returns the modelled effort of a joint from its columns in a window and their terms.
     fn modelled(
         &self,
@@ -94,8 +105,8 @@ impl EffortModel {
         }
     }
 
-    /// Returns a row for each of the windows: the derivatives of the modelled effort in the order of [`Self::indices`]
-    /// and, where there is a payload, of its ten parameters; then measured less modelled effort.
+    /// Returns a row for each of the windows: the derivatives of modelled less measured effort in the order of
+    /// [`Self::indices`] and, where there is a payload, of its ten parameters; then measured less modelled effort.
     pub(crate) fn rows(
         &self,
         recording: &EffortRecording,
@@ -112,6 +123,7 @@ impl EffortModel {
             let columns = recording.columns(window, joint);
             let terms = self.terms(recording, joint, &columns, arm, &held);
             let modelled = self.modelled(joint, &columns, &terms, arm);
+            let (effort, slope) = self.measured(recording, (window, joint), arm);
             let links = columns.links.len();
             for (k, entry) in columns.links.iter().enumerate() {
                 rows[(row, k)] = terms.inverse_gain * terms.arm_slope * entry;
@@ -124,6 +136,7 @@ impl EffortModel {
                     Group::Load => terms.load,
                     Group::PayloadLoad => terms.payload_load,
                     Group::Rotor => columns.acceleration,
+                    Group::Delay => -slope,
                     Group::InverseGain => {
                         terms.arm * terms.arm_slope + terms.payload * terms.payload_slope
                     }
@@ -135,7 +148,7 @@ impl EffortModel {
                     rows[(row, own + k)] = factor * entry;
                 }
             }
-            rows[(row, width - 1)] = columns.effort - modelled.torque - modelled.friction;
+            rows[(row, width - 1)] = effort - modelled.torque - modelled.friction;
         }
         rows
     }
@@ -263,8 +276,8 @@ mod tests {
         assert!(others > 0.1, "{others}");
     }
 
-    /// Rows are the derivatives of the modelled effort with respect to every unknown, at gains and friction far from their
-    /// prior, and the last column is measured less modelled effort.
+    /// Rows are the derivatives of modelled less measured effort with respect to every unknown, at gains and friction far
+    /// from their prior, and the last column is measured less modelled effort.
     #[test]
     fn rows_are_derivatives() {
         let (recording, model) = (recording(), model());
@@ -274,9 +287,10 @@ mod tests {
         let payload =
             InertialParameters::from_vector(Vector::from_fn(|k, _| 1.0 - 0.08 * k as f64));
         let payload = payload.as_vector();
-        let effort = |at: (usize, usize), arm: &[f64], payload: &Vector| {
+        let difference = |at: (usize, usize), arm: &[f64], payload: &Vector| {
             let modelled = model.effort(&recording, at, arm, payload);
-            modelled.torque + modelled.friction
+            let (measured, _) = model.measured(&recording, at, arm);
+            modelled.torque + modelled.friction - measured
         };
         let windows = [0, 3];
         for joint in 0..2 {
@@ -291,7 +305,7 @@ mod tests {
                             Some(&index) => arm[index] += step,
                             None => payload[column - indices.len()] += step,
                         }
-                        effort(at, &arm, &payload)
+                        difference(at, &arm, &payload)
                     };
                     let slope = (moved(1e-5) - moved(-1e-5)) / 2e-5;
                     let error = (rows[(row, column)] - slope).abs();
@@ -300,7 +314,7 @@ mod tests {
                         "{joint} {column} {slope}"
                     );
                 }
-                let residual = recording.columns(window, joint).effort - effort(at, &arm, payload);
+                let residual = -difference(at, &arm, payload);
                 assert!((rows[(row, rows.ncols() - 1)] - residual).abs() < 1e-12);
             }
         }

@@ -2,7 +2,7 @@
 
 use nalgebra::{SVector, Vector4};
 
-use super::window::WindowMean;
+use super::window::{Place, WindowMean};
 
 /// One row equation `regressor · π = target`.
 ///
@@ -178,8 +178,8 @@ impl WindowMean for Equation {
         self.clear(time_s);
     }
 
-    fn add(&mut self, rows: &[Row], weight: f64, slope_weight: f64, half: f64) {
-        self.add(rows, weight, slope_weight, half);
+    fn add(&mut self, rows: &[Row], place: &Place) {
+        self.add(rows, place.weight(), place.slope_weight(), place.half);
     }
 
     fn finish(&mut self) {

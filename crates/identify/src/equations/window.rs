@@ -46,6 +46,32 @@ pub(crate) const NOISE_CORRELATION: f64 = 54.0 / 35.0;
 /// product of two channels' noise, and so of an estimated correlation, is larger by this factor.
 pub(crate) const PRODUCT_CORRELATION: f64 = 1.1453;
 
+/// Place of an instant in a window.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    /// Sine and cosine of the time since the middle of the window, in units of the window's length over π.
+    pub(crate) sin: f64,
+    pub(crate) cos: f64,
+    /// Time that the instant stands for, s.
+    pub(crate) step_s: f64,
+    /// Length of the window, s.
+    length_s: f64,
+    /// Half of the instants to which this one belongs, 1 or -1.
+    pub(crate) half: f64,
+}
+
+impl Place {
+    /// Weight in the mean, s.
+    pub(crate) fn weight(&self) -> f64 {
+        self.cos.powi(4) * self.step_s
+    }
+
+    /// Weight in the derivative of the mean: minus the derivative of the weight.
+    pub(crate) fn slope_weight(&self) -> f64 {
+        4.0 * PI / self.length_s * self.cos.powi(3) * self.sin * self.step_s
+    }
+}
+
 /// Sums over the instants of one window, which become means.
 pub(crate) trait WindowMean {
     /// One of the quantities of an instant that are averaged.
@@ -60,9 +86,8 @@ pub(crate) trait WindowMean {
     /// Removes all instants and sets the middle of the window, s.
     fn clear(&mut self, time_s: f64);
 
-    /// Adds an instant with its weight in the mean, its weight in the derivative of the mean, and its half of the
-    /// instants, 1 or -1.
-    fn add(&mut self, entries: &[Self::Entry], weight: f64, slope_weight: f64, half: f64);
+    /// Adds an instant at its place in the window.
+    fn add(&mut self, entries: &[Self::Entry], place: &Place);
 
     /// Turns the sums into means.
     fn finish(&mut self);
@@ -167,14 +192,14 @@ impl<M: WindowMean> Windows<M> {
                 window.clear(middle_s);
             }
             let (sin, cos) = phase.sin_cos();
-            let weight = cos.powi(4);
-            let slope = 4.0 * PI / self.length_s * cos.powi(3) * sin; // minus the weight's derivative
-            window.add(
-                &self.pending,
-                weight * trapezoid,
-                slope * trapezoid,
-                self.half,
-            );
+            let place = Place {
+                sin,
+                cos,
+                step_s: trapezoid,
+                length_s: self.length_s,
+                half: self.half,
+            };
+            window.add(&self.pending, &place);
         }
         self.set_pending(time_s, entries);
         if !ended {

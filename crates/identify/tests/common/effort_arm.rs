@@ -62,6 +62,8 @@ pub(crate) struct World {
     pub(crate) motion: [f64; JOINTS],
     /// Velocity that is added to each joint, rad/s.
     pub(crate) drift: [f64; JOINTS],
+    /// Time by which efforts lag the motion, s.
+    pub(crate) delay_s: f64,
 }
 
 impl World {
@@ -86,6 +88,7 @@ impl World {
             viscous: friction.map(|f| f * random.random_range(0.7..1.3)),
             motion: [1.0; JOINTS],
             drift: [0.0; JOINTS],
+            delay_s: 0.0,
             random,
         }
     }
@@ -97,10 +100,12 @@ impl World {
         }
     }
 
-    /// Returns the exact motion of a random Fourier series at 125 Hz, up to 0.5 Hz.
-    fn trajectory(&mut self, duration_s: f64) -> Vec<[[f64; JOINTS]; 3]> {
+    /// Returns the exact motion of a random Fourier series at 125 Hz, up to 0.5 Hz, and that at times which are earlier by
+    /// the delay.
+    fn trajectory(&mut self, duration_s: f64) -> [Vec<[[f64; JOINTS]; 3]>; 2] {
         let count = (duration_s * RATE_HZ) as usize;
-        let mut states = vec![[[0.0; JOINTS]; 3]; count];
+        let mut both =
+            [0.0, self.delay_s].map(|delay_s| (delay_s, vec![[[0.0; JOINTS]; 3]; count]));
         for joint in 0..JOINTS {
             let mut waves: [(f64, f64); 5] = [(0.0, 0.0); 5];
             for (k, wave) in waves.iter_mut().enumerate() {
@@ -118,8 +123,11 @@ impl World {
             let times = (0..count).map(|k| k as f64 / RATE_HZ);
             let fastest = times.map(|t| velocity(t).abs()).fold(0.0, f64::max);
             let scale = self.motion[joint] * self.random.random_range(0.7..1.2) / fastest;
-            for (k, state) in states.iter_mut().enumerate() {
-                let t = k as f64 / RATE_HZ;
+            let all = both.iter_mut().flat_map(|(delay_s, states)| {
+                let states = states.iter_mut().enumerate();
+                states.map(|(k, state)| (k as f64 / RATE_HZ - *delay_s, state))
+            });
+            for (t, state) in all {
                 for (k, (amplitude, phase)) in waves.iter().enumerate() {
                     let rate = TAU * 0.1 * (k + 1) as f64;
                     let (sin, cos) = (rate * t + phase).sin_cos();
@@ -131,7 +139,7 @@ impl World {
                 state[1][joint] += self.drift[joint];
             }
         }
-        states
+        both.map(|(_, states)| states)
     }
 
     /// Returns measured efforts of a motion: torques of arm and payload, friction, and gains.
@@ -188,8 +196,8 @@ impl World {
         held: Option<&MassProperties>,
         duration_s: f64,
     ) -> Vec<[[f64; JOINTS]; 3]> {
-        let mut states = self.trajectory(duration_s);
-        let efforts = self.efforts(&states, held);
+        let [mut states, earlier] = self.trajectory(duration_s);
+        let efforts = self.efforts(&earlier, held);
         for (state, effort) in states.iter_mut().zip(efforts) {
             state[2] = effort;
         }

@@ -59,6 +59,7 @@ from tactid.calibrated_fit import CalibratedFit
 from tactid.calibrating import calibrate
 from tactid.calibration import Calibration
 from tactid.calibration_data import CalibrationLog
+from tactid.calibration_text import calibration_schema
 from tactid.combination import Agreement, RunDistance
 from tactid.combination_json import combination_schema
 from tactid.combined import Combination, combine
@@ -144,6 +145,7 @@ __all__ = [
     "WrenchOffset",
     "__version__",
     "calibrate",
+    "calibration_schema",
     "combination_schema",
     "combine",
     "compare",

@@ -3,7 +3,7 @@
 import inspect
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeAlias
 
 import typer
 
@@ -31,6 +31,24 @@ def _result(text: str, *flags: str, metavar: str | None = None) -> Any:
     )
 
 
+_Centers: TypeAlias = Annotated[
+    list[str] | None,
+    _recordings(
+        "Centre of mass in the tip's frame, once for each loaded recording. Default: not known."
+        " Unit: m.",
+        metavar="X,Y,Z",
+    ),
+]
+_Inertias: TypeAlias = Annotated[
+    list[str] | None,
+    _recordings(
+        "Inertia about the centre of mass along the tip's axes, once for each loaded recording;"
+        " needs --payload-com. Default: not known. Unit: kg m².",
+        metavar="XX,XY,XZ,YY,YZ,ZZ",
+    ),
+]
+
+
 def calibrate_arm(
     out: Annotated[Path, _result("The TOML file to write, for tactid identify --calibration.")],
     unloaded: Annotated[
@@ -49,16 +67,10 @@ def calibrate_arm(
         ),
     ] = None,
     payload_mass_std_dev: Annotated[
-        float, _recordings("Standard deviation of these masses. Default: 0. Unit: kg.")
-    ] = 0.0,
-    payload_com: Annotated[
-        list[str] | None,
-        _recordings(
-            "Centre of mass in the tip's frame, once for each loaded recording. Default: not known."
-            " Unit: m.",
-            metavar="X,Y,Z",
-        ),
+        float | None, _recordings("Standard deviation of these masses. Default: 0. Unit: kg.")
     ] = None,
+    payload_com: _Centers = None,
+    payload_inertia: _Inertias = None,
     hold_out: Annotated[
         list[Path] | None,
         _recordings("A recording without a payload that is only compared with the model."),
@@ -80,6 +92,7 @@ def calibrate_arm(
     """
     _check_files(out, report, options["urdf"], unloaded or [], loaded or [], hold_out or [])
     centers = [option_text.vector("--payload-com", text) for text in payload_com or ()]
+    inertias = [option_text.inertia("--payload-inertia", text) for text in payload_inertia or ()]
     with interruptible("no calibration"), progress("calibrating") as done:
         arm = calibrate(
             unloaded or [],
@@ -87,6 +100,7 @@ def calibrate_arm(
             payload_mass=payload_mass or None,
             payload_mass_std_dev=payload_mass_std_dev,
             payload_com=centers or None,
+            payload_inertia=inertias or None,
             hold_out=hold_out or [],
             gain_std_dev=_fraction(gain_std_dev),
             options=read_options(dict.fromkeys(option_names()) | options),
@@ -137,8 +151,11 @@ def _fraction(text: str | None) -> float | None:
     """Reads the standard deviation of the gains, which may be zero."""
     if text is None:
         return None
-    zero = text.strip().removesuffix("%").strip() in {"0", "0.0"}
-    return 0.0 if zero else option_text.fraction("--gain-std-dev", text)
+    try:
+        is_zero = float(text.strip().removesuffix("%")) == 0.0
+    except ValueError:
+        is_zero = False
+    return 0.0 if is_zero else option_text.fraction("--gain-std-dev", text)
 
 
 def _show_options() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tactid import _native
+from tactid._native import MassProperties
 from tactid.calibration import Calibration, from_model
 from tactid.calibration_data import CalibrationLog
 from tactid.declaration import with_options
@@ -18,12 +19,14 @@ from tactid.options import Options, collect
 
 _Path: TypeAlias = str | os.PathLike[str]
 _Paths: TypeAlias = _Path | Sequence[_Path]
+_Payload: TypeAlias = tuple[_Path, float, float, list[float] | None, list[list[float]] | None]
 
 OWN = (
     "loaded",
     "payload_mass",
     "payload_mass_std_dev",
     "payload_com",
+    "payload_inertia",
     "hold_out",
     "gain_std_dev",
     "options",
@@ -38,8 +41,9 @@ def calibrate(
     *,
     loaded: _Paths = (),
     payload_mass: float | Sequence[float] | None = None,
-    payload_mass_std_dev: float = 0.0,
+    payload_mass_std_dev: float | None = None,
     payload_com: ArrayLike | None = None,
+    payload_inertia: ArrayLike | None = None,
     hold_out: _Paths = (),
     gain_std_dev: float | None = None,
     options: Options | None = None,
@@ -61,9 +65,12 @@ def calibrate(
             of its files, ``.mcap`` or ``.db3``.
         loaded: Logs with a payload of known mass.
         payload_mass: Mass that the payload of each loaded log adds to the unloaded arm, kg.
-        payload_mass_std_dev: Standard deviation of these masses, kg.
+        payload_mass_std_dev: Standard deviation of these masses, kg. Default: 0.
         payload_com: Centre of mass of the payload of each loaded log in the tip's frame, m, (3,) or
             (L, 3), to a millimetre. Default: not known.
+        payload_inertia: Inertia of the payload of each loaded log about its centre of mass, along
+            the axes of the tip's frame, kg m², (3, 3) or (L, 3, 3), to some percent. It needs
+            ``payload_com``. Default: not known.
         hold_out: Logs without a payload that are not used, but compared with the calibrated model.
         gain_std_dev: Standard deviation of the gain of each joint before the calibration, as a
             fraction; 0 where efforts are torques. Default: 0.2 with loaded logs; without any, 0.05
@@ -84,7 +91,8 @@ def calibrate(
     """
     collected = collect(options, keywords, "calibration", ("unloaded", *OWN))
     without, held = _paths(unloaded), _paths(hold_out)
-    payloads = _payloads(_paths(loaded), payload_mass, payload_mass_std_dev, payload_com)
+    known = (payload_mass, payload_mass_std_dev, payload_com, payload_inertia)
+    payloads = _payloads(_paths(loaded), *known)
     run = _native.calibrate_logs(without, payloads, held, gain_std_dev, collected, progress)
     inputs = {
         f"the log {path}": path for path in (*without, *(each[0] for each in payloads), *held)
@@ -106,14 +114,20 @@ def _paths(given: _Paths) -> list[_Path]:
 def _payloads(
     logs: list[_Path],
     masses: float | Sequence[float] | None,
-    std_dev: float,
+    std_dev: float | None,
     coms: ArrayLike | None,
-) -> list[tuple[_Path, float, float, list[float] | None, None]]:
+    inertias: ArrayLike | None,
+) -> list[_Payload]:
     """Returns each loaded log with what is known of its payload."""
     if not logs:
-        for name, given in (("payload_mass", masses), ("payload_com", coms)):
-            if given is not None:
-                raise ArgumentError(f"`{name}` is given, but no loaded log", option=name)
+        given = {
+            "payload_mass": masses,
+            "payload_mass_std_dev": std_dev,
+            "payload_com": coms,
+            "payload_inertia": inertias,
+        }
+        for name in (name for name, value in given.items() if value is not None):
+            raise ArgumentError(f"`{name}` is given, but no loaded log", option=name)
         return []
     if masses is None:
         raise ArgumentError(
@@ -126,17 +140,39 @@ def _payloads(
             f"`payload_mass` has {len(each)} masses for {len(logs)} loaded logs: give one for each",
             option="payload_mass",
         )
-    if coms is None:
-        return [(log, mass, std_dev, None, None) for log, mass in zip(logs, each, strict=True)]
-    centers = np.asarray(coms, dtype=float)
-    if centers.shape not in {(3,), (len(logs), 3)}:
+    if inertias is not None and coms is None:
         raise ArgumentError(
-            f"`payload_com` has the shape {centers.shape}: expected (3,) or ({len(logs)}, 3)",
-            option="payload_com",
+            "`payload_inertia` is about the centre of mass, which is not given",
+            option="payload_inertia",
         )
-    centers = np.broadcast_to(centers, (len(logs), 3))
-    known = zip(logs, each, centers.tolist(), strict=True)
-    return [(log, mass, std_dev, center, None) for log, mass, center in known]
+    centers = _for_each(len(logs), "payload_com", coms, (3,))
+    about = _for_each(len(logs), "payload_inertia", inertias, (3, 3))
+    for mass, center, inertia in zip(each, centers, about, strict=True):
+        if inertia is not None and not _is_possible(mass, center, inertia):
+            raise ArgumentError("`payload_inertia` is that of no body", option="payload_inertia")
+    std_devs = [0.0 if std_dev is None else std_dev] * len(logs)
+    return list(zip(logs, each, std_devs, centers, about, strict=True))
+
+
+def _for_each(count: int, name: str, given: ArrayLike | None, shape: tuple[int, ...]) -> list[Any]:
+    """Returns what is given once for all loaded logs, or once for each, as a list for each."""
+    if given is None:
+        return [None] * count
+    values = np.asarray(given, dtype=float)
+    if values.shape not in {shape, (count, *shape)}:
+        raise ArgumentError(
+            f"`{name}` has the shape {values.shape}: expected {shape} or {(count, *shape)}",
+            option=name,
+        )
+    found: list[Any] = np.broadcast_to(values, (count, *shape)).tolist()
+    return found
+
+
+def _is_possible(mass: float, center: list[float], inertia: list[list[float]]) -> bool:
+    values = np.asarray(inertia)
+    if not np.isfinite(values).all() or not np.allclose(values, values.T, rtol=1e-6, atol=1e-12):
+        return False
+    return bool(MassProperties(mass, center, values).is_physical_within(0.01))
 
 
 def _log(data: dict[str, Any]) -> CalibrationLog:

@@ -35,7 +35,7 @@ class CalibrationLog:
     velocity: Array
     """Joint velocities, rad/s or m/s, (W, n)."""
     measured: Array
-    """Measured efforts, N m or N, (W, n)."""
+    """Measured efforts without their delay, N m or N, (W, n)."""
     described: Array
     """Efforts of the URDF alone, with the payload and without friction, (W, n)."""
     calibrated: Array
@@ -79,6 +79,10 @@ class CalibrationData:
     """Gravitational acceleration in world axes, m/s², (3,)."""
     cutoff: float
     """Cutoff of the window means, Hz."""
+    delay: float
+    """Time by which efforts lag the motion, s; negative where they lead."""
+    delay_std_dev: float
+    """Standard deviation of the delay, s."""
     effort_gain: Array
     """Effort for one unit of the recorded value as it was given, N m or N, (n,)."""
     gain: Array

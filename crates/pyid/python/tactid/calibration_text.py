@@ -1,8 +1,12 @@
-"""A calibration as people read it, and as JSON has it."""
+"""A calibration as people read it, and as JSON has it.
+
+The file ``calibration.schema.json`` in this package describes every key of the JSON.
+"""
 
 import io
 import json
 import math
+from importlib import resources
 from typing import Any
 
 import numpy as np
@@ -30,6 +34,19 @@ HEADINGS = (
     "held out",
 )
 """Headings of the columns of :func:`rows` after those of the joint and its unit."""
+
+
+def calibration_schema() -> dict[str, Any]:
+    """Returns the JSON schema of calibrations, which describes every key with its unit.
+
+    :meth:`Calibration.to_json` returns such a document.
+
+    >>> tactid.calibration_schema()["properties"]["schema"]["const"]
+    'tactid.calibration/1'
+    """
+    text = resources.files("tactid").joinpath("calibration.schema.json").read_text("utf-8")
+    found: dict[str, Any] = json.loads(text)
+    return found
 
 
 def rich_table(arm: CalibrationData) -> Table:
@@ -78,6 +95,7 @@ def lines(arm: CalibrationData, style: Style = "keyword") -> list[str]:
         *(_hold_out(arm, log) for log in arm.logs if log.role == "hold_out"),
         *(line for log in arm.logs for line in _of_log(log, style)),
         gains(arm),
+        _delay(arm),
         _data(arm),
     ]
 
@@ -91,6 +109,15 @@ def gains(arm: CalibrationData) -> str:
     prior = "" if arm.gain_prior is None else f", known to {100 * arm.gain_prior:g} % before"
     source = "loaded recordings" if len(arm.payloads) else "unloaded recordings alone"
     return f"Gains were found from {source}{prior}."
+
+
+def _delay(arm: CalibrationData) -> str:
+    half_width = Z95 * 1e3 * arm.delay_std_dev
+    digits = digits_of(half_width)
+    size = f"{abs(1e3 * arm.delay):.{digits}f} ± {half_width:.{digits}f} ms"
+    if abs(1e3 * arm.delay) < half_width:
+        return f"Efforts show no delay: {size}."
+    return f"Efforts {'lag' if arm.delay >= 0.0 else 'lead'} the motion by {size}."
 
 
 def text(arm: CalibrationData) -> str:
@@ -138,6 +165,8 @@ def record(arm: CalibrationData, style: Style = "keyword") -> dict[str, Any]:
         "windows": arm.windows,
         "window_s": finite(arm.window),
         "gain_prior": arm.gain_prior,
+        "delay_s": finite(arm.delay),
+        "delay_std_dev_s": finite(arm.delay_std_dev),
         "joints": joints,
         "payloads": arm.payloads.tolist(),
         "logs": [_log_record(log) for log in arm.logs],

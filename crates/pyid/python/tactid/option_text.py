@@ -40,6 +40,12 @@ def body(flag: str, text: str) -> MassProperties:
     return MassProperties(mass, [x, y, z], [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
+def inertia(flag: str, text: str) -> list[list[float]]:
+    """Reads the six numbers of an inertia, (3, 3)."""
+    xx, xy, xz, yy, yz, zz = numbers(flag, text, 6)
+    return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+
+
 def frame(flag: str, text: str) -> tuple[str, list[float]]:
     """Reads the name of a link, then the origin and the quaternion of a frame on it."""
     link, _, pose = text.partition(",")

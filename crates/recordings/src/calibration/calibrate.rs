@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use tactid_identify::IdentifyError;
 use tactid_identify::calibration::{
     CalibrationResult, CalibrationSettings, EffortComparison, EffortRecording, KnownPayload,
-    calibrate,
+    calibrate_interruptibly,
 };
 
 use super::arm::ArmCalibration;
@@ -13,7 +14,7 @@ use crate::defaults::{CLAIMED_GAIN_STD_DEV, effort_gains};
 use crate::log::LogRecording;
 use crate::progress::part_of;
 use crate::run::Run;
-use crate::{DataFault, Finding, Observer, RecordingError, Request};
+use crate::{DataFault, Finding, Observer, Progress, RecordingError, Request};
 
 /// What is known of gains that a loaded recording is to find, as a fraction.
 const FOUND_GAIN_STD_DEV: f64 = 0.2;
@@ -108,8 +109,8 @@ pub fn calibrate_logs(
     let mut effort_gain = Vec::new();
     for (index, log) in all.iter().enumerate() {
         let mut of_log = part_of(observer, index, all.len());
-        let (windows, notes) = read(log.path, &efforts, &settings, &mut of_log)
-            .map_err(|error| error.in_recording(log.path))?;
+        let read = read(log, &efforts, &settings, &mut of_log);
+        let (windows, notes) = read.map_err(|error| error.in_recording(log.path))?;
         effort_gain.clone_from(&notes.effort_gain);
         used.push((log, notes));
         match log.role {
@@ -117,7 +118,13 @@ pub fn calibrate_logs(
             LogRole::Unloaded | LogRole::Loaded => calibrating.push((windows, log.payload)),
         }
     }
-    let result = calibrate(&calibrating, &settings)?;
+    let result = calibrate_interruptibly(&calibrating, &settings, &mut || {
+        observer(Progress { fraction: 1.0 })
+    });
+    let result = result.map_err(|error| match error {
+        IdentifyError::Interrupted => RecordingError::Interrupted,
+        error => error.into(),
+    })?;
     let comparisons = compare(&result, &calibrating, &held_out)?;
     let logs = used.into_iter().zip(comparisons);
     Ok(CalibrationRun {
@@ -200,18 +207,19 @@ impl Notes {
     }
 }
 
-/// Reads one log.
+/// Reads one log, and checks its efforts.
 fn read(
-    path: &Path,
+    log: &Log<'_>,
     request: &Request,
     settings: &CalibrationSettings,
     observer: &mut Observer<'_>,
 ) -> Result<(EffortRecording, Notes), RecordingError> {
-    let log = LogRecording::open(path, request, observer)?;
-    let Recorded { plan, run, windows } = Recorded::new(&log, request, settings, observer)?;
+    let recording = LogRecording::open(log.path, request, observer)?;
+    let Recorded { plan, run, windows } = Recorded::new(&recording, request, settings, observer)?;
     if run.interrupted {
         return Err(RecordingError::Interrupted);
     }
+    windows.check_efforts(log.payload.as_ref())?;
     let mut findings = plan.sources.findings.clone();
     findings.extend(plan.findings);
     findings.extend(run.findings.iter().cloned());

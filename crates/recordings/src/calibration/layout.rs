@@ -1,4 +1,4 @@
-//! The unknowns of a calibration by link and joint, as its file has them, and in the one vector of the model.
+//! The unknowns of a calibration by link and joint, and the delay, as its file has them, and in the one vector of the model.
 
 /// Number of inertial parameters of a link.
 pub(super) const OF_LINK: usize = 10;
@@ -16,7 +16,7 @@ pub(super) struct Layout {
 impl Layout {
     /// Number of the unknowns.
     pub(super) fn unknowns(self) -> usize {
-        OF_LINK * self.links + self.of_joint() * self.joints
+        OF_LINK * self.links + self.of_joint() * self.joints + 1
     }
 
     /// Number of unknowns of one joint: offset, viscous friction, the friction terms, both load-dependent frictions, rotor
@@ -39,17 +39,24 @@ impl Layout {
             .collect()
     }
 
-    /// Returns the vector of all unknowns, from those of the links and of the joints.
+    /// Returns the delay, the last of the unknowns.
+    pub(super) fn delay(self, unknowns: &[f64]) -> f64 {
+        unknowns[self.unknowns() - 1]
+    }
+
+    /// Returns the vector of all unknowns, from those of the links and of the joints, and the delay.
     pub(super) fn vector<'a>(
         self,
         links: impl Iterator<Item = &'a [f64; OF_LINK]>,
         joints: impl Iterator<Item = Vec<f64>>,
+        delay: f64,
     ) -> Vec<f64> {
         let mut all: Vec<f64> = links.flatten().copied().collect();
         let joints: Vec<Vec<f64>> = joints.collect();
         for group in 0..self.of_joint() {
             all.extend(joints.iter().map(|of_joint| of_joint[group]));
         }
+        all.push(delay);
         all
     }
 }

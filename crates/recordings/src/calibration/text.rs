@@ -5,6 +5,7 @@ use std::fmt::Write;
 use nalgebra::{SVector, Vector3};
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::InertialParameters;
+use tactid_identify::Delay;
 use tactid_identify::calibration::{
     Calibration, CalibrationReport, EffortNoise, JointCalibration, LinkCalibration,
 };
@@ -15,7 +16,7 @@ use super::layout::{Layout, OF_LINK};
 use super::shortage::Shortage;
 
 /// Version of the layout: a change that breaks a reader increments it.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 const HEADER: &str = "\
 # Calibrated joint efforts of a robot arm. `tactid calibrate` wrote this file, and `tactid identify --calibration` reads it.
@@ -27,10 +28,11 @@ const HEADER: &str = "\
 #   inverse_gain is the unknown behind `gain`; scales are the standard deviations of these unknowns before the calibration,
 #   in the order offset, viscous, friction, load_friction, payload_friction, rotor_inertia, inverse_gain;
 #   noise_* is that of window means; residuals are rms.
+# Efforts lag the motion by delay_s; delay_scale_s is the standard deviation of this unknown before the calibration.
 # The ten parameters of a link are the mass, kg, the first moments x, y, z, kg m, and the inertia xx, xy, xz, yy, yz, zz about
 # the origin of the link's frame, kg m2, with all links fixed to it.
 # The rows of [precision] are the lower triangle of the inverse covariance of all unknowns, each divided by its scale: links,
-# then every kind of unknown for all joints.
+# then every kind of unknown for all joints, then the delay.
 
 ";
 
@@ -58,6 +60,9 @@ struct File {
     windows: usize,
     window_s: f64,
     log_evidence: f64,
+    delay_s: f64,
+    delay_std_dev_s: f64,
+    delay_scale_s: f64,
     #[serde(rename = "joint")]
     joints: Vec<Joint>,
     #[serde(rename = "link")]
@@ -180,6 +185,9 @@ impl File {
             windows: report.windows,
             window_s: report.window_s,
             log_evidence: model.log_evidence,
+            delay_s: layout.delay(&model.parameters),
+            delay_std_dev_s: report.delay.std_dev_s,
+            delay_scale_s: layout.delay(&model.scales),
             joints: joints.collect(),
             links: links
                 .map(|(index, link)| Link {
@@ -223,8 +231,12 @@ impl File {
             gravity: Vector3::from(self.gravity_m_s2),
             cutoff_hz: self.cutoff_hz,
             friction_widths: self.friction_velocities.clone(),
-            parameters: layout.vector(links().map(|link| &link.calibrated), parameters),
-            scales: layout.vector(links().map(|link| &link.scales), scales),
+            parameters: layout.vector(
+                links().map(|link| &link.calibrated),
+                parameters,
+                self.delay_s,
+            ),
+            scales: layout.vector(links().map(|link| &link.scales), scales, self.delay_scale_s),
             precision,
             noise: joints().map(Joint::noise).collect(),
             reference_torques: joints().map(|joint| joint.reference_torque).collect(),
@@ -234,6 +246,10 @@ impl File {
         let report = CalibrationReport {
             windows: self.windows,
             window_s: self.window_s,
+            delay: Delay {
+                delay_s: self.delay_s,
+                std_dev_s: self.delay_std_dev_s,
+            },
             links: links().map(Link::report).collect(),
             payloads: self
                 .payloads

@@ -1,0 +1,16 @@
+//! Interruption of a calibration by its caller.
+
+use std::ops::ControlFlow;
+
+use crate::IdentifyError;
+
+/// Callback that stops a calibration by returning [`ControlFlow::Break`].
+pub type InterruptionCheck<'a> = dyn FnMut() -> ControlFlow<()> + 'a;
+
+/// Lets the caller stop the work.
+pub(crate) fn go_on(check: &mut InterruptionCheck<'_>) -> Result<(), IdentifyError> {
+    match check() {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(IdentifyError::Interrupted),
+    }
+}
