@@ -5,7 +5,7 @@ use std::sync::Arc;
 use tactid_dynamics::Manipulator;
 
 use super::arm::{Arm, ArmColumns};
-use super::recording::{EffortRecording, EffortWindow};
+use super::recording::EffortRecording;
 use super::settings::CalibrationSettings;
 use crate::IdentifyError;
 use crate::equations::window::Windows;
@@ -23,7 +23,7 @@ const LONGEST_REPEAT: f64 = 0.5;
 pub struct EffortRecorder {
     columns: ArmColumns,
     motion: MotionStream,
-    windows: Windows<EffortWindow>,
+    windows: Windows,
     recording: EffortRecording,
     /// Positions and efforts of the last sample that was used.
     last: Vec<f64>,
@@ -48,7 +48,7 @@ impl EffortRecorder {
         Ok(Self {
             columns: ArmColumns::new(robot, &arm)?,
             motion: MotionStream::new(robot.dof(), 0, settings.cutoff_hz, settings.max_gap_s),
-            windows: Windows::new(settings.cutoff_hz, arm.entries()),
+            windows: Windows::new(settings.cutoff_hz, arm.entries(), 0),
             recording: EffortRecording::new(arm),
             last: Vec::with_capacity(2 * robot.dof()),
             repeated: 0,

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Isometry3};
 use tactid_dynamics::{FrameId, StateError, Workspace};
 
-use super::regressor::WrenchRegressor;
+use super::regressor::MotionTerms;
 use crate::equations::channels::Channel;
 use crate::equations::equation::Row;
 use crate::equations::instant::Instant;
@@ -19,7 +19,11 @@ pub(crate) trait MeasurementSource {
         vec![3, 3]
     }
 
-    /// Fills the rows of an instant, one for each channel. Allocates nothing.
+    /// Number of entries of an instant beside the targets, of which [`set_rows`](Self::set_rows) makes the regressors.
+    fn entries(&self) -> usize;
+
+    /// Computes the targets of an instant, one for each channel, and the other entries. Both enter means over windows.
+    /// Allocates nothing.
     ///
     /// # Errors
     /// Returns [`StateError::NoForces`] if the source uses forces and [`needs_forces`](Self::needs_forces) is false.
@@ -27,9 +31,13 @@ pub(crate) trait MeasurementSource {
         &mut self,
         instant: &Instant,
         robot: &RobotState<'_>,
-        regressor: &WrenchRegressor,
-        rows: &mut [Row],
+        targets: &mut [f64],
+        entries: &mut [f64],
     ) -> Result<(), StateError>;
+
+    /// Sets everything but the targets of the rows, one for each channel, from the means of the other entries over a
+    /// window, or from half-differences of such means: the rows are linear in the entries.
+    fn set_rows(&self, entries: &[f64], rows: &mut [Row]);
 
     /// Covariance of the noise of one sample across the channels, where it is known, at the robot's
     /// posture.
@@ -72,11 +80,8 @@ pub(crate) struct RobotState<'a> {
     pub(crate) workspace: &'a Workspace,
     /// The end-effector frame `Σ_U`.
     pub(crate) tool: FrameId,
-}
-
-impl RobotState<'_> {
     /// Pose of the tool frame in the inertial frame.
-    pub(crate) fn world_from_tool(&self) -> Isometry3<f64> {
-        self.workspace.pose(self.tool)
-    }
+    pub(crate) world_from_tool: Isometry3<f64>,
+    /// Terms of the motion of the tool frame.
+    pub(crate) terms: MotionTerms,
 }

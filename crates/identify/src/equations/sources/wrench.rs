@@ -3,7 +3,9 @@
 use nalgebra::{DMatrix, SMatrix, SVector};
 use tactid_dynamics::{FrameId, Manipulator, StateError, Wrench};
 
-use super::regressor::{WrenchRegressor, columns_expressed_in};
+use super::regressor::{
+    MOTION_TERMS, MotionTerms, WrenchRegressor, columns_expressed_in, set_wrench,
+};
 use super::source::{MeasurementSource, RobotState};
 use crate::IdentifyError;
 use crate::equations::channels::{Channel, wrench_channels};
@@ -47,22 +49,31 @@ impl MeasurementSource for WrenchSource {
         wrench_channels("")
     }
 
+    fn entries(&self) -> usize {
+        MOTION_TERMS
+    }
+
     fn fill(
         &mut self,
         instant: &Instant,
         robot: &RobotState<'_>,
-        regressor: &WrenchRegressor,
-        rows: &mut [Row],
+        targets: &mut [f64],
+        entries: &mut [f64],
     ) -> Result<(), StateError> {
-        let tool_from_world = robot.world_from_tool().inverse();
+        let tool_from_world = robot.world_from_tool.inverse();
         let wrenches = self.sensors.iter().zip(&instant.wrenches);
         // (47): f_U and n_U are the sums over all fingers.
         let sum = wrenches.fold(Wrench::zero(), |sum, (&sensor, wrench)| {
             let world_from_sensor = robot.workspace.pose(sensor);
             sum + wrench.expressed_in(&(tool_from_world * world_from_sensor))
         });
-        regressor.fill_rows(&sum, rows);
+        set_wrench(targets, &sum);
+        entries.copy_from_slice(robot.terms.as_slice());
         Ok(())
+    }
+
+    fn set_rows(&self, entries: &[f64], rows: &mut [Row]) {
+        WrenchRegressor::new(&MotionTerms::from_column_slice(entries)).set_rows(rows);
     }
 
     /// The covariance of the sum of independent sensors, in `Σ_U` and about its origin.
@@ -70,7 +81,7 @@ impl MeasurementSource for WrenchSource {
         if self.noise.is_empty() {
             return None;
         }
-        let tool_from_world = robot.world_from_tool().inverse();
+        let tool_from_world = robot.world_from_tool.inverse();
         let mut covariance = SMatrix::<f64, 6, 6>::zeros();
         for (&sensor, std_devs) in self.sensors.iter().zip(&self.noise) {
             let tool_from_sensor = tool_from_world * robot.workspace.pose(sensor);
