@@ -1,7 +1,7 @@
 //! Time of one update, from the measurements of a sample to the estimate with its uncertainty.
 //!
 //! The same samples are presented several times, each time to a new identifier. The time of a sample is the shortest of
-//! them, so that interruptions by other processes do not count.
+//! them, so that interruptions by other processes do not count. The name of a method as argument selects it alone.
 
 #![allow(clippy::unwrap_used)]
 #![expect(clippy::print_stdout, reason = "the benchmark prints a table")]
@@ -31,11 +31,15 @@ fn main() {
     let noise = Noise::fraction(0.01);
     let exact = experiment.run();
     let instants: Vec<_> = exact.iter().map(|i| noise.on(i, &mut random)).collect();
-    let methods = [
+    let mut methods = vec![
         ("tactile", Method::Tactile),
         ("joint-sensing", Method::JointSensing),
         ("combined", Method::Combined { effort: false }),
     ];
+    let wanted: Vec<String> = std::env::args().skip(1).collect();
+    if wanted.iter().any(|name| !name.starts_with('-')) {
+        methods.retain(|(method, _)| wanted.iter().any(|name| name == method));
+    }
     let mut times_us = vec![vec![f64::INFINITY; instants.len()]; methods.len()];
     for _ in 0..ROUNDS {
         for ((_, method), times_us) in methods.iter().zip(&mut times_us) {
@@ -55,7 +59,7 @@ fn main() {
     }
     println!("one update at 1 kHz of a 6-joint arm, sample to estimate with uncertainty, µs");
     println!(
-        "{:<16}{:>8}{:>10}{:>10}{:>10}{:>24}",
+        "{:<16}{:>8}{:>10}{:>10}{:>10}{:>26}",
         "method", "mean", "median", "worst", "of mean", "worst of the first 1.1 s"
     );
     for ((name, _), times_us) in methods.iter().zip(&mut times_us) {
@@ -65,7 +69,7 @@ fn main() {
         let mean = later.iter().sum::<f64>() / later.len() as f64;
         let worst = later[later.len() - 1];
         println!(
-            "{name:<16}{mean:8.2}{:10.2}{worst:10.2}{:10.1}{:24.1}",
+            "{name:<16}{mean:8.2}{:10.2}{worst:10.2}{:10.1}{:26.1}",
             later[later.len() / 2],
             worst / mean,
             first[first.len() - 1]
