@@ -7,10 +7,11 @@ BIN := $(VENV)/bin
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -type f \
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.json' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
-.PHONY: help demo test test-rust test-python lint lint-rust lint-python docs pictures bench study study-logs coverage bench-hour bench-swap bench-update clean tools
+.PHONY: help demo test test-rust test-python lint lint-rust lint-python docs pictures bench bench-peers bench-seeds bench-study \
+    bench-study-logs bench-coverage bench-hour bench-swap bench-update clean tools
 
 help: ## list the targets
-	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | grep -v '^bench-' | sed -E 's/:.*## /\t/' | expand -t 14
 
 demo: $(VENV)/installed ## run the paper's experiment, 300 s: the log, Table 2 and the report land in demo/
 	$(BIN)/tactid paper --out demo
@@ -46,16 +47,22 @@ pictures: demo ## make the README's pictures anew, docs/images/; the viewer must
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[view]'
 	$(BIN)/python docs/tools/screenshot.py docs/images/view.png
 
-bench: $(VENV)/installed ## measure the README's figures: five seeds of the paper's experiment
+bench: ## list the measurements, none of which a test needs
+	@grep -E '^bench-[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
+
+bench-peers: $(VENV)/peers ## tactid beside Pinocchio and others, on one core: the table lands in target/bench/
+	cd bench && ../$(BIN)/python -m peers
+
+bench-seeds: $(VENV)/installed ## the README's figures: five seeds of the paper's experiment
 	$(BIN)/python bench/seeds.py
 
-study: $(VENV)/installed ## the estimators against noise, time and the Cramér-Rao bound; draws study.png
+bench-study: $(VENV)/installed ## the estimators against noise, time and the Cramér-Rao bound; draws study.png
 	$(BIN)/python bench/study.py
 
-study-logs: $(VENV)/installed ## from logs with 1 % noise on every channel that the simulator draws, 20 seeds
+bench-study-logs: $(VENV)/installed ## from logs with 1 % noise on every channel that the simulator draws, 20 seeds
 	$(BIN)/python bench/logs.py
 
-coverage: $(VENV)/installed ## how often 95 % intervals hold the truth, 2000 runs of each method, and 400 of each motion from efforts
+bench-coverage: $(VENV)/installed ## how often 95 % intervals hold the truth, 2000 runs of each method, and 400 of each motion from efforts
 	$(BIN)/python bench/coverage.py
 	$(BIN)/python bench/coverage_efforts.py
 
@@ -88,6 +95,11 @@ $(VENV)/installed: $(SOURCES) | $(BIN)/python
 $(VENV)/tested: $(SOURCES) | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[test]'
 	@touch $(VENV)/installed $@
+
+# Peers that only a comparison needs: Eigen's headers for Pinocchio in C++, and a library of adaptive filters.
+$(VENV)/peers: $(VENV)/tested
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'cmeel-eigen' 'padasip>=1.2'
+	@touch $@
 
 $(VENV)/linters: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'mypy>=1.13' 'ruff>=0.8' 'numpy>=1.26' 'typer>=0.12' 'rich>=13.7' 'matplotlib>=3.9' 'rerun-sdk>=0.41'

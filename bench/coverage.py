@@ -1,7 +1,7 @@
 """How often the 95 % intervals hold the truth: 2000 runs of one motion with its noise drawn anew.
 
-Run by `make coverage`. The payload of the paper is a plate, on the border of possible bodies, where
-half of all estimates are brought back onto it; a second one lies well inside.
+Run by `make bench-coverage`. The payload of the paper is a plate, on the border of possible bodies,
+where half of all estimates are brought back onto it; a second one lies well inside.
 """
 
 from multiprocessing import Pool

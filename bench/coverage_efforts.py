@@ -1,8 +1,8 @@
 """How often the 95 % intervals of the effort method hold the truth on a fixed arm under gravity.
 
-Run by `make coverage`. The noise of positions and velocities enters the torques of the arm itself,
-which are subtracted from the measured ones, by amounts that depend on the posture. The motion is
-analytic and the torques are exact; the noise is drawn anew for each of 400 runs.
+Run by `make bench-coverage`. The noise of positions and velocities enters the torques of the arm
+itself, which are subtracted from the measured ones, by amounts that depend on the posture. The
+motion is analytic and the torques are exact; the noise is drawn anew for each of 400 runs.
 """
 
 from dataclasses import dataclass

@@ -1,8 +1,8 @@
 """From logs whose noise the simulator draws: 1 % of each channel's peak on every channel, 20 seeds.
 
-Run by `make study-logs`. All six joints move at once; a first run without noise tells the peaks, of
-each joint, of each axis of the base, of its IMU and of each finger. A seed draws anew the noise of
-the sensors and of the command. The controllers do not feel it: it is in the logs alone.
+Run by `make bench-study-logs`. All six joints move at once; a first run without noise tells the
+peaks, of each joint, of each axis of the base, of its IMU and of each finger. A seed draws anew the
+noise of the sensors and of the command. The controllers do not feel it: it is in the logs alone.
 """
 
 import tempfile

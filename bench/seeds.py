@@ -1,8 +1,8 @@
 """Five seeds of the paper's experiment: the worst error of the ten parameters, and the time taken.
 
-Run by `make bench`. Each run is 300 s at 1 kHz with 1 % noise on the command, identified from its
-log. An error is in percent of the nominal value, or for a zero entry of the
-largest nominal entry of its kind.
+Run by `make bench-seeds`. Each run is 300 s at 1 kHz with 1 % noise on the command, identified from
+its log. An error is in percent of the nominal value, or for a zero entry of the largest nominal
+entry of its kind.
 """
 
 import tempfile

@@ -1,7 +1,7 @@
 """The estimators against noise, over time, and against the Cramér-Rao bound.
 
-Run by `make study`. One motion of all six joints is simulated without noise and the noise drawn
-anew for each run: a table for each level and method, the bound beside it, and the picture
+Run by `make bench-study`. One motion of all six joints is simulated without noise and the noise
+drawn anew for each run: a table for each level and method, the bound beside it, and the picture
 study.png. The recursive filters LMS, NLMS and RLS are compared on the same rows of that motion.
 Then the same with the paper's experiment, which moves one joint at a time, and with its filter.
 """

@@ -36,7 +36,7 @@
 //! [`Lms`] and [`Nlms`] follow parameters that change, but noise on the targets never averages out. [`Rls`]
 //! weights all rows equally and never forgets: after a change of the parameters, start a new one with
 //! [`Rls::starting_at`]. To weight rows whose noise differs, divide each row and its target by the
-//! standard deviation of the noise. `make study` compares the three on the same rows.
+//! standard deviation of the noise. `make bench-study` compares the three on the same rows.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 

@@ -1,0 +1,1 @@
+"""Comparisons of tactid with other libraries; `make bench-peers` runs them."""

@@ -1,0 +1,220 @@
+"""Kernels of the dynamics beside Pinocchio's in C++, on a UR5e."""
+
+import ctypes
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from peers.harness import Array, Comparison, Contender
+from peers.native import MissingPeerError, pinocchio_library, tactid_library
+
+try:
+    import pinocchio as pin
+except ImportError:
+    pin = None
+from pathlib import Path
+
+import airo_models
+
+TOOL = "tool0"
+SECONDS = 0.02
+"""Time of one measurement."""
+
+SINGLE = 64
+"""States that single calls go through in turn."""
+
+BATCH = 4096
+
+# Pinocchio has Iyy before Ixz.
+PARAMETERS = [0, 1, 2, 3, 4, 5, 7, 6, 8, 9]
+
+
+@dataclass
+class States:
+    """Random states: bases in world axes, and joints."""
+
+    pose: Array
+    twist: Array
+    acceleration: Array
+    joints: Array
+
+    @classmethod
+    def random(cls, count: int, dof: int, *, floating: bool) -> "States":
+        """Draws states, the same in every run."""
+        rng = np.random.default_rng(14)
+        pose = np.tile([0.0, 0, 0, 0, 0, 0, 1], (count, 1))
+        twist, acceleration = np.zeros((2, count, 6))
+        if floating:
+            pose = rng.normal(size=(count, 7))
+            pose[:, 3:] /= np.linalg.norm(pose[:, 3:], axis=1, keepdims=True)
+            twist, acceleration = rng.normal(size=(2, count, 6))
+        return cls(pose, twist, acceleration, rng.normal(size=(count, 3, dof)) * 1.5)
+
+    def rotations(self) -> Array:
+        """world_from_base of each state."""
+        return np.array([pin.Quaternion(*q[[3, 0, 1, 2]]).matrix() for q in self.pose[:, 3:]])
+
+    def ours(self) -> Array:
+        """A row of each state in tactid's terms."""
+        flat = self.joints.reshape(len(self.joints), -1)
+        return np.hstack([self.pose, self.twist, self.acceleration, flat])
+
+    def pinocchio(self, *, floating: bool) -> Array:
+        """A row of each state in Pinocchio's terms: the base in its own axes, spatially."""
+        q, v, a = (self.joints[:, k] for k in range(3))
+        if floating:
+            back = np.swapaxes(self.rotations(), 1, 2)
+            turn = lambda vectors: np.einsum("kij,kj->ki", back, vectors)  # noqa: E731
+            linear, angular = turn(self.twist[:, :3]), turn(self.twist[:, 3:])
+            spatial = turn(self.acceleration[:, :3]) - np.cross(angular, linear)
+            q = np.hstack([self.pose, q])
+            v = np.hstack([linear, angular, v])
+            a = np.hstack([spatial, turn(self.acceleration[:, 3:]), a])
+        return np.ascontiguousarray(np.hstack([q, v, a]))
+
+
+class Kernel:
+    """A kernel of one library on a set of states: its results, and the time of one."""
+
+    def __init__(self, time, handle: int, name: str, count: int, width: int) -> None:
+        self.time, self.handle, self.name = time, ctypes.c_void_p(handle), name.encode()
+        self.out = np.zeros((count, width))
+        self.repetitions = 1
+        first = self()
+        if first < 0:
+            raise MissingPeerError(f"no kernel {name}")
+        self.repetitions = max(1, round(SECONDS / (first * count)))
+
+    def __call__(self) -> float:
+        """Seconds of one state."""
+        out = self.out.ctypes.data_as(ctypes.c_void_p)
+        repetitions = ctypes.c_size_t(self.repetitions)
+        return self.time(self.handle, self.name, repetitions, out, ctypes.c_size_t(self.out.size))
+
+
+class Robot:
+    """The UR5e and random states of it, for all libraries."""
+
+    def __init__(self, count: int, *, floating: bool) -> None:
+        self.urdf = Path(airo_models.get_urdf_path("ur5e")).read_text()
+        self.floating, self.count, self.dof = floating, count, 6
+        self.states = States.random(count, self.dof, floating=floating)
+
+    def tactid(self, name: str, width: int) -> Kernel:
+        """A kernel of tactid."""
+        library = tactid_library()
+        states = self.states.ours()
+        handle = library.tactid_dynamics_new(
+            self.urdf.encode(),
+            ctypes.c_bool(self.floating),
+            TOOL.encode(),
+            states.ctypes.data_as(ctypes.c_void_p),
+            ctypes.c_size_t(self.count),
+        )
+        return Kernel(library.tactid_dynamics_time, handle, name, self.count, width)
+
+    def pinocchio(self, name: str, width: int, *flags: str) -> Kernel:
+        """A kernel of Pinocchio in C++, compiled with further flags."""
+        library = pinocchio_library(*flags)
+        root = (pin.JointModelFreeFlyer(),) if self.floating else ()
+        model = pin.buildModelFromXML(self.urdf, *root)
+        kinds, parents, numbers = [], [], []
+        for joint in range(1, model.njoints):
+            kinds.append(model.joints[joint].shortname().encode())
+            parents.append(model.parents[joint])
+            axis = getattr(model.joints[joint].extract(), "axis", np.zeros(3))
+            inertia = model.inertias[joint].toDynamicParameters()
+            numbers.append(np.hstack([placement(model.jointPlacements[joint]), axis, inertia]))
+        frame = model.frames[model.getFrameId(TOOL)]
+        tool, states = placement(frame.placement), self.states.pinocchio(floating=self.floating)
+        joints = np.array(numbers)
+        handle = library.pinocchio_new(
+            ctypes.c_size_t(len(kinds)),
+            (ctypes.c_char_p * len(kinds))(*kinds),
+            (ctypes.c_size_t * len(parents))(*parents),
+            joints.ctypes.data_as(ctypes.c_void_p),
+            ctypes.c_size_t(frame.parentJoint),
+            tool.ctypes.data_as(ctypes.c_void_p),
+            states.ctypes.data_as(ctypes.c_void_p),
+            ctypes.c_size_t(self.count),
+        )
+        return Kernel(library.pinocchio_time, handle, name, self.count, width)
+
+
+def placement(pose: "pin.SE3") -> Array:
+    """Rotation row by row, then translation."""
+    return np.hstack([pose.rotation.ravel(), pose.translation])
+
+
+@dataclass
+class Task:
+    """A task: its kernels in both libraries, and what makes their results comparable."""
+
+    name: str
+    ours: str
+    theirs: str
+    widths: tuple[int, int]
+    bar: float
+    floating: bool = False
+    count: int = SINGLE
+
+
+TASKS = [
+    Task("inverse dynamics, fixed base", "inverse_dynamics", "inverse_dynamics", (6, 6), 2.2),
+    Task(
+        "inverse dynamics, floating base",
+        "floating_inverse_dynamics",
+        "inverse_dynamics",
+        (12, 12),
+        2.2,
+        floating=True,
+    ),
+    Task("tool kinematics", "tool_kinematics", "tool_kinematics", (19, 24), 2.5),
+    Task("payload rows", "payload_rows", "payload_rows", (60, 60), 2.5),
+    Task("torque regressor of the arm", "torque_regressor", "torque_regressor", (360, 360), 2.0),
+]
+
+
+def comparisons() -> Iterator[Comparison]:
+    """All tasks of the dynamics."""
+    for task in TASKS:
+        robot = Robot(task.count, floating=task.floating)
+        ours = robot.tactid(task.ours, task.widths[0])
+        contenders = [Contender("tactid", ours, our_result(task, robot, ours.out))]
+        for label, flags in (("-O3", ()), ("-O3 -march=native", ("-march=native",))):
+            name = f"Pinocchio C++ {label}"
+            try:
+                if pin is None:
+                    raise MissingPeerError("pip install pin")
+                theirs = robot.pinocchio(task.theirs, task.widths[1], *flags)
+            except MissingPeerError as missing:
+                contenders.append(Contender(name, missing=str(missing)))
+            else:
+                contenders.append(Contender(name, theirs, their_result(task, theirs.out)))
+        yield Comparison(task.name, "ns", contenders, bar=task.bar)
+
+
+def our_result(task: Task, robot: Robot, out: Array) -> Array:
+    """Results of tactid in terms that both can have."""
+    if task.ours == "tool_kinematics":
+        rotations = np.array([pin.Quaternion(*q[[3, 0, 1, 2]]).matrix() for q in out[:, 3:7]])
+        return np.hstack([out[:, :3], rotations.reshape(-1, 9), out[:, 7:]])
+    if task.floating:
+        back = np.swapaxes(robot.states.rotations(), 1, 2)
+        force, moment = (np.einsum("kij,kj->ki", back, out[:, s]) for s in (slice(3), slice(3, 6)))
+        return np.hstack([force, moment, out[:, 6:]])
+    return out.copy()
+
+
+def their_result(task: Task, out: Array) -> Array:
+    """Results of Pinocchio in the same terms."""
+    if task.theirs == "tool_kinematics":
+        rotations = np.swapaxes(out[:, 3:12].reshape(-1, 3, 3), 1, 2)  # It was column by column.
+        return np.hstack([out[:, :3], rotations.reshape(-1, 9), out[:, 12:]])
+    if task.theirs == "payload_rows":
+        return out.reshape(-1, 10, 6)[:, PARAMETERS].reshape(-1, 60)
+    if task.theirs == "torque_regressor":  # Six columns a link; ours are rows of joints.
+        columns = out.reshape(-1, 6, 10, 6)[:, :, PARAMETERS]
+        return np.swapaxes(columns, 2, 3).reshape(-1, 360)
+    return out.copy()

@@ -1,0 +1,63 @@
+"""Builds the native halves of comparisons with Cargo and a C++ compiler."""
+
+import ctypes
+import hashlib
+import importlib.metadata
+import os
+import shutil
+import subprocess
+import sysconfig
+from functools import cache
+from pathlib import Path
+
+BENCH = Path(__file__).parents[1]
+BUILD = BENCH.parent / "target" / "bench"
+
+CXX_FLAGS = ["-std=c++17", "-O3", "-DNDEBUG", "-shared", "-fPIC"]
+# As in an executable: calls within the library are inlined.
+CXX_FLAGS += ["-fvisibility=hidden", "-fno-semantic-interposition", "-fno-gnu-unique", "-w"]
+# What Pinocchio's own build defines: its list of joints is longer than Boost's headers expect.
+CXX_FLAGS += ["-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30"]
+CXX_FLAGS += ["-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS", "-DBOOST_FUSION_INVOKE_MAX_ARITY=10"]
+
+
+class MissingPeerError(Exception):
+    """A peer cannot be built here; the message says what is not installed."""
+
+
+@cache
+def tactid_library() -> ctypes.CDLL:
+    """The kernels of tactid, with the flags of the product."""
+    command = ["cargo", "build", "--release", "--quiet", "--locked"]
+    subprocess.run([*command, "--target-dir", BUILD], cwd=BENCH, check=True)
+    library = ctypes.CDLL(str(BUILD / "release" / "libtactid_bench.so"))
+    library.tactid_dynamics_new.restype = ctypes.c_void_p
+    library.tactid_dynamics_time.restype = ctypes.c_double
+    return library
+
+
+@cache
+def pinocchio_library(*flags: str) -> ctypes.CDLL:
+    """The kernels of Pinocchio in C++, against the headers of the wheel.
+
+    Raises:
+        MissingPeerError: There is no compiler, or no headers.
+    """
+    compiler = os.environ.get("CXX", "g++")
+    if shutil.which(compiler) is None:
+        raise MissingPeerError(f"no C++ compiler {compiler}")
+    include = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix" / "include"
+    for header in ("pinocchio/algorithm/rnea.hpp", "eigen3/Eigen/Core"):
+        if not (include / header).exists():
+            raise MissingPeerError(f"no {header}: pip install pin cmeel-eigen")
+    source = BENCH / "peers" / "pinocchio.cpp"
+    command = [compiler, *CXX_FLAGS, *flags, f"-I{include}", f"-I{include / 'eigen3'}", str(source)]
+    key = "\n".join([*command, source.read_text(), importlib.metadata.version("pin")])
+    library = BUILD / f"pinocchio-{hashlib.sha256(key.encode()).hexdigest()[:16]}.so"
+    if not library.exists():
+        BUILD.mkdir(parents=True, exist_ok=True)
+        subprocess.run([*command, "-o", library], check=True)
+    loaded = ctypes.CDLL(str(library))
+    loaded.pinocchio_new.restype = ctypes.c_void_p
+    loaded.pinocchio_time.restype = ctypes.c_double
+    return loaded
