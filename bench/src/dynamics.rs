@@ -1,9 +1,9 @@
 //! Kernels of the dynamics: each computes all states, one by one unless its name says otherwise.
 
-use nalgebra::{Isometry3, Quaternion, SVector, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Quaternion, SMatrix, SVector, Translation3, UnitQuaternion, Vector3};
 use tactid_dynamics::{
-    BaseKind, FrameId, FrameMotion, JointMotion, Manipulator, Workspace, forces, motion,
-    wrench_regressor,
+    BaseKind, FrameId, FrameMotion, JointMotion, Manipulator, SeriesWorkspace, StateSeries,
+    VectorUnit, Workspace, inverse_dynamics, motion, motion_under_gravity, wrench_regressor,
 };
 
 /// Gravitational acceleration of all comparisons, m/s².
@@ -21,7 +21,9 @@ pub struct Dynamics {
     velocity: Vec<f64>,
     acceleration: Vec<f64>,
     rows: Vec<SVector<f64, 10>>,
-    links: Vec<FrameId>,
+    series: SeriesWorkspace,
+    baseline_series: SeriesWorkspace,
+    base_wrenches: Vec<[f64; 6]>,
 }
 
 /// Computes all states and writes their results one after another.
@@ -30,11 +32,15 @@ pub type Kernel = fn(&mut Dynamics, &mut [f64]);
 /// Returns the kernel of a name.
 pub fn kernel(name: &str) -> Option<Kernel> {
     Some(match name {
-        "inverse_dynamics" => inverse_dynamics,
+        "inverse_dynamics" => fixed_inverse_dynamics,
         "floating_inverse_dynamics" => floating_inverse_dynamics,
         "tool_kinematics" => tool_kinematics,
         "payload_rows" => payload_rows,
         "torque_regressor" => torque_regressor,
+        "series_inverse_dynamics" => series_inverse_dynamics,
+        "baseline_series_inverse_dynamics" => baseline_series_inverse_dynamics,
+        "series_payload_rows" => series_payload_rows,
+        "baseline_series_payload_rows" => baseline_series_payload_rows,
         _ => return None,
     })
 }
@@ -48,19 +54,17 @@ impl Dynamics {
             BaseKind::Fixed
         };
         let robot = Manipulator::from_urdf(urdf, kind).ok()?;
-        let moving = 1..robot.bodies().len();
-        let first_link = |body: usize| robot.links().find(|link| link.body == body);
-        let names = moving.filter_map(|body| Some(first_link(body)?.name.to_owned()));
-        let names: Vec<String> = names.collect();
-        let links = names.iter().filter_map(|name| robot.frame(name).ok());
+        let moving = robot.bodies().len() - 1;
         Some(Self {
             tool: robot.frame(tool).ok()?,
             bases: Vec::new(),
             position: Vec::new(),
             velocity: Vec::new(),
             acceleration: Vec::new(),
-            rows: vec![SVector::zeros(); robot.dof()],
-            links: links.collect(),
+            rows: vec![SVector::zeros(); moving * robot.dof()],
+            base_wrenches: Vec::new(),
+            series: SeriesWorkspace::new(&robot),
+            baseline_series: SeriesWorkspace::new(&robot).with_unit(VectorUnit::Baseline),
             workspace: Workspace::new(&robot),
         })
     }
@@ -96,17 +100,18 @@ impl Dynamics {
             self.velocity.extend_from_slice(&joints[dof..2 * dof]);
             self.acceleration.extend_from_slice(&joints[2 * dof..]);
         }
+        self.base_wrenches = vec![[0.0; 6]; self.count()];
     }
 
     fn dof(&self) -> usize {
-        self.rows.len()
+        self.workspace.robot().dof()
     }
 
-    /// Moves the robot to each state in turn and calls `look` with the part of `out` that belongs to it.
+    /// Computes each state in turn, with the part of `out` that belongs to it.
     fn each(
         &mut self,
         out: &mut [f64],
-        mut look: impl FnMut(&mut Workspace, &mut [SVector<f64, 10>], &mut [f64]),
+        mut compute: impl FnMut(&mut Workspace, &FrameMotion, JointMotion<'_>, &mut [f64]),
     ) {
         let dof = self.dof();
         let each = out.len() / self.count();
@@ -122,29 +127,27 @@ impl Dynamics {
                 velocity: &self.velocity[joints.clone()],
                 acceleration: &self.acceleration[joints],
             };
-            // The lengths are right, so it cannot fail.
-            let _ = motion(&mut self.workspace, base, joints);
-            look(&mut self.workspace, &mut self.rows, out);
+            compute(&mut self.workspace, base, joints, out);
         }
     }
 }
 
-fn inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) {
-    dynamics.each(out, |workspace, _, out| {
-        forces(workspace, &GRAVITY);
+fn fixed_inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) {
+    dynamics.each(out, |workspace, base, joints, out| {
+        let _ = inverse_dynamics(workspace, base, joints, &GRAVITY);
         out.copy_from_slice(workspace.joint_torques().unwrap_or(&[]));
     });
 }
 
 /// The wrench on the base, in world axes, then the torques.
 fn floating_inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) {
-    dynamics.each(out, |workspace, _, out| {
-        forces(workspace, &GRAVITY);
-        let (base, joints) = out.split_at_mut(6);
+    dynamics.each(out, |workspace, base, joints, out| {
+        let _ = inverse_dynamics(workspace, base, joints, &GRAVITY);
+        let (on_base, on_joints) = out.split_at_mut(6);
         if let (Ok(wrench), Ok(torques)) = (workspace.base_wrench(), workspace.joint_torques()) {
-            base[..3].copy_from_slice(wrench.force.as_slice());
-            base[3..].copy_from_slice(wrench.moment.as_slice());
-            joints.copy_from_slice(torques);
+            on_base[..3].copy_from_slice(wrench.force.as_slice());
+            on_base[3..].copy_from_slice(wrench.moment.as_slice());
+            on_joints.copy_from_slice(torques);
         }
     });
 }
@@ -152,7 +155,8 @@ fn floating_inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) {
 /// Position and quaternion (x, y, z, w), velocity, angular velocity, acceleration, angular acceleration in world axes.
 fn tool_kinematics(dynamics: &mut Dynamics, out: &mut [f64]) {
     let tool = dynamics.tool;
-    dynamics.each(out, |workspace, _, out| {
+    dynamics.each(out, |workspace, base, joints, out| {
+        let _ = motion(workspace, base, joints);
         let seen = workspace.frame_motion(tool);
         out[..3].copy_from_slice(seen.pose.translation.vector.as_slice());
         out[3..7].copy_from_slice(seen.pose.rotation.coords.as_slice());
@@ -166,22 +170,67 @@ fn tool_kinematics(dynamics: &mut Dynamics, out: &mut [f64]) {
 /// The 6x10 regressor of a payload at the tool, column by column.
 fn payload_rows(dynamics: &mut Dynamics, out: &mut [f64]) {
     let tool = dynamics.tool;
-    dynamics.each(out, |workspace, _, out| {
-        let seen = workspace.frame_motion(tool).in_frame(&GRAVITY);
+    dynamics.each(out, |workspace, base, joints, out| {
+        let _ = motion_under_gravity(workspace, base, joints, &GRAVITY);
+        let seen = workspace.tool_motion(tool, &GRAVITY);
         out.copy_from_slice(wrench_regressor(&seen).as_slice());
     });
 }
 
-/// The regressor of all joint torques for the parameters of all moving links: a row of each joint for each link.
+/// The regressor of all joint torques for the parameters of all moving links: for each joint a row for each link.
 fn torque_regressor(dynamics: &mut Dynamics, out: &mut [f64]) {
-    let links = dynamics.links.clone();
-    dynamics.each(out, |workspace, rows, out| {
-        let of_link = out.len() / links.len();
-        for (&link, out) in links.iter().zip(out.chunks_exact_mut(of_link)) {
-            let _ = workspace.torque_regressor(link, &GRAVITY, rows);
-            for (row, out) in rows.iter().zip(out.chunks_exact_mut(10)) {
-                out.copy_from_slice(row.as_slice());
-            }
+    let mut rows = std::mem::take(&mut dynamics.rows);
+    dynamics.each(out, |workspace, base, joints, out| {
+        let _ = motion_under_gravity(workspace, base, joints, &GRAVITY);
+        let _ = workspace.joint_torque_regressor(&GRAVITY, &mut rows);
+        for (row, out) in rows.iter().zip(out.chunks_exact_mut(10)) {
+            out.copy_from_slice(row.as_slice());
         }
     });
+    dynamics.rows = rows;
+}
+
+/// The states of all joints on one base.
+fn series(dynamics: &Dynamics) -> StateSeries<'_> {
+    StateSeries {
+        base: &dynamics.bases[..1],
+        joints: JointMotion {
+            position: &dynamics.position,
+            velocity: &dynamics.velocity,
+            acceleration: &dynamics.acceleration,
+        },
+    }
+}
+
+fn series_inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) {
+    let mut wrenches = std::mem::take(&mut dynamics.base_wrenches);
+    let series = series(dynamics);
+    let _ = dynamics
+        .series
+        .inverse_dynamics(&series, &GRAVITY, out, &mut wrenches);
+    dynamics.base_wrenches = wrenches;
+}
+
+fn baseline_series_inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) {
+    let mut wrenches = std::mem::take(&mut dynamics.base_wrenches);
+    let series = series(dynamics);
+    let _ = dynamics
+        .baseline_series
+        .inverse_dynamics(&series, &GRAVITY, out, &mut wrenches);
+    dynamics.base_wrenches = wrenches;
+}
+
+fn series_payload_rows(dynamics: &mut Dynamics, out: &mut [f64]) {
+    payload_rows_by(dynamics, &dynamics.series, out);
+}
+
+fn baseline_series_payload_rows(dynamics: &mut Dynamics, out: &mut [f64]) {
+    payload_rows_by(dynamics, &dynamics.baseline_series, out);
+}
+
+fn payload_rows_by(dynamics: &Dynamics, workspace: &SeriesWorkspace, out: &mut [f64]) {
+    let regressors = out.as_mut_ptr().cast::<SMatrix<f64, 6, 10>>();
+    // SAFETY: a matrix of fixed size is its entries, column by column, and nothing else.
+    let regressors = unsafe { std::slice::from_raw_parts_mut(regressors, out.len() / 60) };
+    let _ = workspace.wrench_regressors(dynamics.tool, &series(dynamics), &GRAVITY, regressors);
 }

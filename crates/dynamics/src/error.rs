@@ -137,6 +137,28 @@ pub enum StateError {
         /// Names of the joints in their order.
         joints: String,
     },
+    /// A part of a series of states does not have the entries of all states, nor those of one state that hold for all.
+    #[error("{what} has {given} entries, but {count} states of {each} need {}", each * count)]
+    Series {
+        /// The quantity at fault, for instance `position`.
+        what: &'static str,
+        /// Number of entries given.
+        given: usize,
+        /// Number of entries of one state.
+        each: usize,
+        /// Number of states.
+        count: usize,
+    },
+    /// The rows of a regressor are not one for each independent joint and each body that a joint moves.
+    #[error(
+        "the regressor has {given} rows, but the joints and the bodies that they move need {expected}"
+    )]
+    Rows {
+        /// Number of rows given.
+        given: usize,
+        /// Number of rows required.
+        expected: usize,
+    },
     /// The forces of the workspace's motion have not been computed.
     #[error("the forces of this motion have not been computed: call `forces` after `motion`")]
     NoForces,

@@ -27,7 +27,7 @@
 //! `<inertial>` are massless; [`Manipulator::findings`] names bodies of unknown mass, which matter for forces only, and
 //! what else is wrong in a description.
 //! [`Workspace`] is the state of one manipulator, allocated once: [`motion()`] computes the motion of every body and
-//! [`forces()`] the forces between them. [`tactile_mass_rows`], [`inertia_rows`] and [`wrench_regressor`] form equations
+//! [`forces()`] the forces between them; [`inverse_dynamics`] computes both in less time. [`SeriesWorkspace`] computes many states at once. [`tactile_mass_rows`], [`inertia_rows`] and [`wrench_regressor`] form equations
 //! that are linear in the payload's ten [`InertialParameters`].
 //!
 //! # Conventions
@@ -47,32 +47,42 @@ mod dh;
 mod error;
 mod finding;
 mod forces;
+mod frames;
 mod inertia;
+mod lanes;
 mod manipulator;
 mod masses;
 mod momentum;
-mod motion;
+mod placement;
+mod real;
+mod recursion;
+mod regressors;
 mod rows;
+mod series;
 mod spatial;
 mod structure;
 mod urdf;
+mod vector;
+mod virtual_work;
 mod workspace;
 
 pub use dh::{DhLink, DhRobot};
 pub use error::{ModelError, StateError};
 pub use finding::{IgnoredPart, MimicFault, ModelFinding};
-pub use forces::{forces, wrench_on_end_effector};
+pub use forces::wrench_on_end_effector;
 pub use inertia::{
     InertialParameters, MassProperties, PARAMETER_NAMES, symmetric_entries, symmetric_matrix,
 };
 pub use manipulator::{BaseKind, FrameId, JointKind, Manipulator};
 pub use momentum::{BaseAcceleration, Momentum, base_acceleration, momentum};
-pub use motion::JointMotion;
 pub use rows::{
     Rows, inertia_regressor, inertia_rows, mass_rows, omega_matrix, tactile_mass_rows,
     wrench_regressor,
 };
+pub use series::{SeriesWorkspace, StateSeries, VectorUnit};
 pub use spatial::{FrameMotion, ToolMotion, Wrench, cross, inertia_product};
 pub use structure::{BodyView, JointView, LinkView};
 pub use urdf::{CollisionBox, Urdf};
-pub use workspace::{Workspace, motion};
+pub use workspace::{
+    JointMotion, Workspace, forces, inverse_dynamics, motion, motion_under_gravity,
+};

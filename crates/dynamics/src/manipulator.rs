@@ -1,6 +1,6 @@
 //! The immutable model of a robot: a base and a tree of moving bodies.
 
-use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Unit, Vector3};
 
 use crate::inertia::impossible_moments;
 use crate::{InertialParameters, ModelError, ModelFinding, StateError};
@@ -56,23 +56,6 @@ pub(crate) struct Joint {
     pub(crate) limits: Option<(f64, f64)>,
 }
 
-impl Joint {
-    /// Returns `parent_from_body` at a joint position in rad or m.
-    pub(crate) fn transform(&self, position: f64) -> Isometry3<f64> {
-        let moved = match self.kind {
-            JointKind::Revolute => Isometry3::from_parts(
-                Translation3::identity(),
-                UnitQuaternion::from_axis_angle(&self.axis, position),
-            ),
-            JointKind::Prismatic => Isometry3::from_parts(
-                Translation3::from(self.axis.into_inner() * position),
-                UnitQuaternion::identity(),
-            ),
-        };
-        self.parent_from_zero * moved
-    }
-}
-
 /// A rigid body: a link and all links that fixed joints attach to it. Its frame is the frame of that first link.
 #[derive(Clone, Debug)]
 pub(crate) struct Body {
@@ -84,10 +67,6 @@ pub(crate) struct Body {
     pub(crate) parameters: InertialParameters,
     /// Mass, kg.
     pub(crate) mass_kg: f64,
-    /// `a`: vector from the frame's origin to the centre of mass, m, in the body's frame. It is zero for zero mass.
-    pub(crate) center_of_mass: Vector3<f64>,
-    /// `I`: inertia about the centre of mass, kg m², in the body's frame.
-    pub(crate) inertia: Matrix3<f64>,
 }
 
 impl Body {
@@ -97,22 +76,12 @@ impl Body {
             joint,
             parameters: InertialParameters::zero(),
             mass_kg: 0.0,
-            center_of_mass: Vector3::zeros(),
-            inertia: Matrix3::zeros(),
         }
     }
 
     pub(crate) fn set_parameters(&mut self, parameters: InertialParameters) {
         self.parameters = parameters;
-        if let Some(properties) = parameters.mass_properties() {
-            self.mass_kg = properties.mass_kg;
-            self.center_of_mass = properties.center_of_mass;
-            self.inertia = properties.inertia;
-        } else {
-            self.mass_kg = 0.0;
-            self.center_of_mass = Vector3::zeros();
-            self.inertia = parameters.inertia_about_origin();
-        }
+        self.mass_kg = parameters.mass();
     }
 }
 

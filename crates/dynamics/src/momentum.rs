@@ -2,10 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::motion::JointMotion;
-use crate::workspace::Workspace;
-use crate::workspace::motion;
-use crate::{FrameMotion, StateError, Wrench, cross, forces};
+use crate::vector::Vec3;
+use crate::workspace::{JointMotion, Workspace, inverse_dynamics};
+use crate::{FrameMotion, InertialParameters, StateError, Wrench};
 
 /// Momentum of a robot, expressed in the inertial frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,18 +20,22 @@ pub struct Momentum {
 /// The cost is one pass over the bodies. Nothing is allocated.
 #[must_use]
 pub fn momentum(workspace: &Workspace) -> Momentum {
-    let mut total = Momentum {
-        linear: Vector3::zeros(),
-        angular: Vector3::zeros(),
-    };
-    for (body, state) in workspace.robot.bodies.iter().zip(&workspace.bodies) {
-        let rotation = &state.origin.pose.rotation;
-        let spin = rotation.inverse() * state.origin.angular_velocity;
-        let linear = state.center_velocity * body.mass_kg;
-        total.linear += linear;
-        total.angular += state.center.cross(&linear) + rotation * (body.inertia * spin);
+    let base = &workspace.states[0];
+    let base_velocity = base.rotation.tr_mul((&workspace.base_velocity).into());
+    let of_bodies = workspace.placed_bodies().map(|(body, state, placement)| {
+        let velocity = placement
+            .rotation
+            .tr_mul(base_velocity + placement.velocity);
+        let (linear, angular) = body.momentum(velocity, state.angular_velocity);
+        placement.of_wrench(linear, angular)
+    });
+    let on_base = of_bodies.fold(Wrench::zero(), |sum, one| sum + one);
+    let linear = Vector3::from(&base.rotation * Vec3::from(&on_base.force));
+    let angular = Vector3::from(&base.rotation * Vec3::from(&on_base.moment));
+    Momentum {
+        linear,
+        angular: angular + Vector3::from(base.translation).cross(&linear),
     }
-    total
 }
 
 /// Acceleration of the base, expressed in the inertial frame.
@@ -62,41 +65,34 @@ pub fn base_acceleration(
         angular_acceleration: Vector3::zeros(),
         ..*base
     };
-    motion(workspace, &base, joints)?;
-    forces(workspace, &Vector3::zeros());
-    let needed = workspace.base_wrench()?;
-    let acceleration = acceleration_that_cancels(workspace, &needed);
+    let zero_gravity = Vector3::zeros();
+    inverse_dynamics(workspace, &base, joints, &zero_gravity)?;
+    let acceleration = acceleration_that_cancels(workspace);
     (base.acceleration, base.angular_acceleration) = (acceleration.linear, acceleration.angular);
-    motion(workspace, &base, joints)?;
-    forces(workspace, &Vector3::zeros());
+    inverse_dynamics(workspace, &base, joints, &zero_gravity)?;
     Ok(acceleration)
 }
 
 /// Solves the Newton-Euler equations of the robot with locked joints about its centre of mass, for the base
-/// acceleration that makes the wrench `needed` on the base, in the inertial frame and about the base's origin, zero.
-fn acceleration_that_cancels(workspace: &Workspace, needed: &Wrench) -> BaseAcceleration {
-    let robot = &workspace.robot;
-    let p_b = workspace.bodies[0].origin.pose.translation.vector;
-    let states = || robot.bodies.iter().zip(&workspace.bodies);
-    let mass: f64 = robot.mass();
-    let first_moment: Vector3<f64> = states()
-        .map(|(body, state)| (state.center - p_b) * body.mass_kg)
-        .sum();
-    let c = first_moment / mass;
-    let inertia: Matrix3<f64> = states()
-        .map(|(body, state)| {
-            let rotation = state.origin.pose.rotation.to_rotation_matrix().into_inner();
-            let arm = cross(&(state.center - p_b - c));
-            rotation * body.inertia * rotation.transpose() - arm * arm * body.mass_kg
-        })
-        .sum();
-    let about_center = needed.moment - c.cross(&needed.force);
+/// acceleration that makes the present wrench on the base zero.
+fn acceleration_that_cancels(workspace: &Workspace) -> BaseAcceleration {
+    let base = &workspace.states[0];
+    let (force, moment) = (Vector3::from(base.force), Vector3::from(base.moment));
+    let bodies = workspace.placed_bodies();
+    let whole: InertialParameters = bodies.map(|(body, _, at)| at.parameters_of(body)).sum();
+    let mass = whole.mass();
+    let c = whole.first_moment() / mass;
+    let inertia = whole
+        .mass_properties()
+        .map_or_else(Matrix3::zeros, |body| body.inertia);
     // The inertia of a robot with mass is invertible, except that of a point mass, which no moment can turn.
-    let angular = inertia
-        .cholesky()
-        .map_or_else(Vector3::zeros, |factor| -factor.solve(&about_center));
+    let angular = inertia.cholesky().map_or_else(Vector3::zeros, |factor| {
+        -factor.solve(&(moment - c.cross(&force)))
+    });
+    let linear = -force / mass - angular.cross(&c);
+    let in_world = |vector: Vector3<f64>| Vector3::from(&base.rotation * Vec3::from(&vector));
     BaseAcceleration {
-        linear: -needed.force / mass - angular.cross(&c),
-        angular,
+        linear: in_world(linear),
+        angular: in_world(angular),
     }
 }

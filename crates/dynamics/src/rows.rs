@@ -3,6 +3,8 @@
 
 use nalgebra::{Matrix3, Matrix3x4, Matrix3x6, SMatrix, Vector3};
 
+use crate::real::Real;
+use crate::vector::{Mat3, Vec3};
 use crate::{ToolMotion, Wrench, cross, inertia_product};
 
 /// A linear equation `A x = b` of three rows for `N` unknowns.
@@ -86,18 +88,33 @@ pub fn inertia_rows(
 /// origin of `Σ_U`.
 #[must_use]
 pub fn wrench_regressor(motion: &ToolMotion) -> SMatrix<f64, 6, 10> {
-    let mut regressor = SMatrix::<f64, 6, 10>::zeros();
-    regressor
-        .fixed_view_mut::<3, 1>(0, 0)
-        .copy_from(&motion.acceleration);
-    regressor
-        .fixed_view_mut::<3, 3>(0, 1)
-        .copy_from(&omega_matrix(motion));
-    regressor
-        .fixed_view_mut::<3, 3>(3, 1)
-        .copy_from(&-cross(&motion.acceleration));
-    regressor
-        .fixed_view_mut::<3, 6>(3, 4)
-        .copy_from(&inertia_regressor(motion));
-    regressor
+    let entries = regressor_entries(
+        Vec3::from(&motion.acceleration),
+        Vec3::from(&motion.angular_velocity),
+        Vec3::from(&motion.angular_acceleration),
+    );
+    SMatrix::from_data(nalgebra::ArrayStorage(entries))
+}
+
+/// Returns the columns of [`wrench_regressor`]: `p̈_U - g`, `Ω̇_U` of (31) above, and `-[p̈_U - g]×` and `Q̇_U` of (45) below.
+/// Tests hold the products of `Q̇_U` against [`inertia_regressor`].
+#[inline(always)]
+pub(crate) fn regressor_entries<T: Real>(a: Vec3<T>, w: Vec3<T>, dw: Vec3<T>) -> [[T; 6]; 10] {
+    let ([ax, ay, az], [x, y, z], [dx, dy, dz]) = (a.0, w.0, dw.0);
+    let (xx, yy, zz, xy, xz, yz) = (x * x, y * y, z * z, x * y, x * z, y * z);
+    let o = Mat3::of_rotation(w, dw);
+    let zero = ax.like(0.0);
+    let [ox, oy, oz] = o.0;
+    [
+        [ax, ay, az, zero, zero, zero],
+        [ox[0], oy[0], oz[0], zero, -az, ay],
+        [ox[1], oy[1], oz[1], az, zero, -ax],
+        [ox[2], oy[2], oz[2], -ay, ax, zero],
+        [zero, zero, zero, dx, xz, -xy],
+        [zero, zero, zero, dy - xz, dx + yz, xx - yy],
+        [zero, zero, zero, dz + xy, zz - xx, dx - yz],
+        [zero, zero, zero, -yz, dy, xy],
+        [zero, zero, zero, yy - zz, dz - xy, dy + xz],
+        [zero, zero, zero, yz, -xz, dz],
+    ]
 }

@@ -1,10 +1,27 @@
 //! The state that computations over a manipulator share: motion and forces of every body.
 
-use nalgebra::{Isometry3, SVector, Vector3, Vector6};
+use nalgebra::{Isometry3, Vector3};
 
-use crate::manipulator::{FrameId, JointKind, Manipulator};
-use crate::motion::{BodyState, JointMotion, move_bodies};
-use crate::{FrameMotion, InertialParameters, StateError, Wrench, wrench_regressor};
+use crate::manipulator::Manipulator;
+use crate::placement::FixedFrame;
+use crate::recursion::{
+    BaseState, BodyModel, BodyState, JointModel, JointState, JointStates, JointTorques, inward,
+    matrix, outward,
+};
+use crate::virtual_work::RegressorState;
+use crate::{FrameMotion, StateError, Wrench};
+
+/// Position, velocity and acceleration of the independent joints, each in the order of
+/// [`Manipulator::joint_names`](crate::Manipulator::joint_names).
+#[derive(Clone, Copy, Debug)]
+pub struct JointMotion<'a> {
+    /// `θ`: positions, rad (m for a prismatic joint).
+    pub position: &'a [f64],
+    /// `θ̇`: velocities, rad/s (m/s for a prismatic joint).
+    pub velocity: &'a [f64],
+    /// `θ̈`: accelerations, rad/s² (m/s² for a prismatic joint).
+    pub acceleration: &'a [f64],
+}
 
 /// State of a [`Manipulator`]: the motion of every body and, once computed, the forces between bodies.
 ///
@@ -40,62 +57,58 @@ use crate::{FrameMotion, InertialParameters, StateError, Wrench, wrench_regresso
 #[derive(Clone, Debug)]
 pub struct Workspace {
     pub(crate) robot: Manipulator,
-    pub(crate) bodies: Vec<BodyState>,
-    pub(crate) joint_torques: Vec<f64>,
+    /// Constants of each body.
+    pub(crate) bodies: Vec<BodyModel>,
+    /// The frame of each link, in the order of the robot's links.
+    pub(crate) frames: Vec<FixedFrame>,
+    pub(crate) states: Vec<BodyState<f64>>,
+    /// Velocity of the base frame's origin in the inertial frame, m/s. No force depends on it.
+    pub(crate) base_velocity: Vector3<f64>,
+    /// Gravitational acceleration in the inertial frame that the accelerations of the states are less, m/s².
+    pub(crate) gravity: Vector3<f64>,
+    joint_torques: Vec<f64>,
     /// Whether the forces belong to the motion.
-    pub(crate) has_forces: bool,
+    has_forces: bool,
+    pub(crate) regressors: Vec<RegressorState>,
 }
 
 impl Workspace {
     /// Allocates the state of a robot: at rest at joint positions zero, its base frame at the inertial frame.
     #[must_use]
     pub fn new(robot: &Manipulator) -> Self {
-        let base = FrameMotion::at_rest(Isometry3::identity());
-        let still = BodyState {
-            origin: base,
-            from_parent: Vector3::zeros(),
-            a: Vector3::zeros(),
-            center: Vector3::zeros(),
-            center_velocity: Vector3::zeros(),
-            center_acceleration: Vector3::zeros(),
-            axis: Vector3::zeros(),
-            force: Vector3::zeros(),
-            moment: Vector3::zeros(),
+        let bodies = BodyModel::of_bodies(&robot.bodies);
+        let frames = robot.links.iter();
+        let mut workspace = Self {
+            frames: frames
+                .map(|link| FixedFrame::new(link, &bodies[link.body]))
+                .collect(),
+            states: vec![BodyState::at_rest(0.0); bodies.len()],
+            regressors: vec![RegressorState::default(); bodies.len()],
+            bodies,
+            base_velocity: Vector3::zeros(),
+            gravity: Vector3::zeros(),
+            joint_torques: vec![0.0; robot.dof()],
+            has_forces: false,
+            robot: robot.clone(),
         };
-        let mut bodies = vec![still; robot.bodies.len()];
         let zeros = vec![0.0; robot.dof()];
         let at_rest = JointMotion {
             position: &zeros,
             velocity: &zeros,
             acceleration: &zeros,
         };
-        move_bodies(&robot.bodies, &mut bodies, &base, at_rest);
-        Self {
-            robot: robot.clone(),
-            bodies,
-            joint_torques: zeros,
-            has_forces: false,
-        }
+        workspace.move_bodies(
+            &FrameMotion::at_rest(Isometry3::identity()),
+            at_rest,
+            &Vector3::zeros(),
+        );
+        workspace
     }
 
     /// Returns the robot whose state this is.
     #[must_use]
     pub fn robot(&self) -> &Manipulator {
         &self.robot
-    }
-
-    /// Returns the motion of a frame, expressed in the inertial frame.
-    #[must_use]
-    pub fn frame_motion(&self, frame: FrameId) -> FrameMotion {
-        let link = self.robot.link(frame);
-        self.bodies[link.body].origin.of_fixed(&link.body_from_link)
-    }
-
-    /// Returns `world_from_frame`, the pose of a frame in the inertial frame.
-    #[must_use]
-    pub fn pose(&self, frame: FrameId) -> Isometry3<f64> {
-        let link = self.robot.link(frame);
-        self.bodies[link.body].origin.pose * link.body_from_link
     }
 
     /// Returns the joint torques (forces of prismatic joints) that [`forces`](crate::forces()) computed, N m or N, in the
@@ -116,9 +129,10 @@ impl Workspace {
     /// Returns [`StateError::NoForces`] if the forces of the present motion have not been computed.
     pub fn base_wrench(&self) -> Result<Wrench, StateError> {
         self.check_forces()?;
+        let base = &self.states[0];
         Ok(Wrench {
-            force: self.bodies[0].force,
-            moment: self.bodies[0].moment,
+            force: (&base.rotation * base.force).into(),
+            moment: (&base.rotation * base.moment).into(),
         })
     }
 
@@ -126,91 +140,65 @@ impl Workspace {
         self.has_forces.then_some(()).ok_or(StateError::NoForces)
     }
 
-    /// Computes the geometric Jacobian of a frame, one column for each independent joint: velocity of the frame's
-    /// origin (m/s), then angular velocity (rad/s), both expressed in the frame itself, for a unit velocity of the joint.
-    /// The column of a joint that does not move the frame is zero.
-    ///
-    /// Its transpose maps wrenches to joint torques: `τ_j = J_jᵀ [f; n]` is what joint `j` must add for the wrench
-    /// `[f; n]`, expressed in the frame and about its origin, to act **on** a body held there.
-    ///
-    /// The cost is one pass over the bodies above the frame. Nothing is allocated.
-    ///
-    /// # Errors
-    /// Returns [`StateError::Length`] if `columns` does not have one entry for each independent joint.
-    pub fn jacobian(&self, frame: FrameId, columns: &mut [Vector6<f64>]) -> Result<(), StateError> {
-        self.robot.check_count("the Jacobian", columns.len())?;
-        columns.fill(Vector6::zeros());
-        for (coordinate, column) in self.jacobian_columns(frame) {
-            columns[coordinate] += column;
+    /// Moves the bodies; their accelerations are less `gravity`. Each slice of `joints` has one entry for each independent
+    /// joint.
+    fn move_bodies(&mut self, base: &FrameMotion, joints: JointMotion<'_>, gravity: &Vector3<f64>) {
+        let base_state = BaseState::new(base, gravity);
+        outward(&self.bodies, &mut self.states, &base_state, &joints);
+        self.base_velocity = base.velocity;
+        self.gravity = *gravity;
+        self.has_forces = false;
+    }
+
+    /// Computes the forces of the present motion.
+    fn load_bodies(&mut self) {
+        self.joint_torques.fill(0.0);
+        inward(&self.bodies, &mut self.states, &mut self.joint_torques);
+        self.has_forces = true;
+    }
+
+    /// Lets the accelerations of the bodies be less `gravity`.
+    pub(crate) fn set_gravity(&mut self, gravity: &Vector3<f64>) {
+        if *gravity == self.gravity {
+            return;
         }
-        Ok(())
-    }
-
-    /// Computes the regressor of the joint torques (forces of prismatic joints) for a body that is fixed to a frame: the
-    /// torque that joint `j` must add to move the body is `rows[j] · π`, N m or N, with `π` the
-    /// [`InertialParameters`] of the body in the frame. `gravity` is the gravitational acceleration in the inertial
-    /// frame, m/s², pointing down. The row of a joint that does not move the frame is zero.
-    ///
-    /// Over all bodies of a robot, each in the frame of its first link, the products sum to
-    /// [`joint_torques`](Self::joint_torques). The base moves no joint, so its parameters do not count; it may float.
-    ///
-    /// The cost is one pass over the bodies above the frame. Nothing is allocated, and [`forces`](crate::forces()) is not
-    /// needed.
-    ///
-    /// # Errors
-    /// Returns [`StateError::Length`] if `rows` does not have one entry for each independent joint.
-    pub fn torque_regressor(
-        &self,
-        frame: FrameId,
-        gravity: &Vector3<f64>,
-        rows: &mut [SVector<f64, 10>],
-    ) -> Result<(), StateError> {
-        self.robot.check_count("the regressor", rows.len())?;
-        rows.fill(SVector::zeros());
-        let wrench = wrench_regressor(&self.frame_motion(frame).in_frame(gravity));
-        for (coordinate, column) in self.jacobian_columns(frame) {
-            rows[coordinate] += wrench.tr_mul(&column); // principle of virtual work, not in the paper
+        let less = self.gravity - gravity;
+        for index in 0..self.states.len() {
+            let less = self.in_body(index, &less);
+            self.states[index].acceleration = self.states[index].acceleration + less;
         }
-        Ok(())
+        self.gravity = *gravity;
     }
+}
 
-    /// Column of a frame's Jacobian for each joint above it, with the index of the joint's coordinate, which mimic joints
-    /// share.
-    fn jacobian_columns(&self, frame: FrameId) -> impl Iterator<Item = (usize, Vector6<f64>)> + '_ {
-        let world_from_frame = self.pose(frame);
-        let frame_from_world = world_from_frame.rotation.inverse();
-        let bodies = &self.robot.bodies;
-        let upwards = std::iter::successors(Some(self.robot.link(frame).body), |&index| {
-            Some(bodies[index].parent)
-        });
-        let joints = upwards.map_while(|index| Some((index, bodies[index].joint.as_ref()?)));
-        joints.map(move |(index, joint)| {
-            let state = &self.bodies[index];
-            let arm = world_from_frame.translation.vector - state.origin.pose.translation.vector;
-            let (linear, angular) = match joint.kind {
-                JointKind::Revolute => (state.axis.cross(&arm), state.axis),
-                JointKind::Prismatic => (state.axis, Vector3::zeros()),
-            };
-            let (linear, angular) = (frame_from_world * linear, frame_from_world * angular);
-            let column = Vector6::new(
-                linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
-            );
-            (joint.coordinate, column * joint.ratio)
-        })
+impl JointStates<f64> for JointMotion<'_> {
+    #[inline(always)]
+    fn state(&self, joint: &JointModel) -> JointState<f64> {
+        JointState {
+            position: joint.position(self.position[joint.coordinate]),
+            velocity: joint.ratio * self.velocity[joint.coordinate],
+            acceleration: joint.ratio * self.acceleration[joint.coordinate],
+        }
     }
+}
 
-    /// Returns the links below `frame` as one rigid body, expressed in that frame, at the present posture. It depends
-    /// on the joints below the frame. Links that [`Manipulator::without_subtree`] has removed are included, so that the
-    /// robot with and without its end-effector give the same.
-    #[must_use]
-    pub fn subtree_parameters(&self, frame: FrameId) -> InertialParameters {
-        let frame_from_world = self.pose(frame).inverse();
-        let below = &self.robot.links[self.robot.links_below(frame)];
-        let in_frame = below.iter().map(|link| {
-            let world_from_link = self.bodies[link.body].origin.pose * link.body_from_link;
-            (link.parameters + link.removed).expressed_in(&(frame_from_world * world_from_link))
-        });
-        in_frame.sum()
+impl JointTorques<f64> for Vec<f64> {
+    #[inline(always)]
+    fn add(&mut self, joint: &JointModel, torque: f64) {
+        self[joint.coordinate] += joint.ratio * torque;
+    }
+}
+
+impl BaseState<f64> {
+    /// Returns the motion of a base, with accelerations less `gravity`.
+    pub(crate) fn new(base: &FrameMotion, gravity: &Vector3<f64>) -> Self {
+        Self {
+            rotation: matrix(&base.pose.rotation),
+            position: (&base.pose.translation.vector).into(),
+            angular_velocity: (&base.angular_velocity).into(),
+            angular_acceleration: (&base.angular_acceleration).into(),
+            acceleration: (&(base.acceleration - gravity)).into(),
+        }
     }
 }
 
@@ -227,11 +215,57 @@ pub fn motion(
     base: &FrameMotion,
     joints: JointMotion<'_>,
 ) -> Result<(), StateError> {
-    let Workspace { robot, bodies, .. } = workspace;
+    motion_under_gravity(workspace, base, joints, &Vector3::zeros())
+}
+
+/// Computes the motion of every body as [`motion`] does. Where `gravity` is that of the computations that follow (forces, a
+/// [`tool_motion`](Workspace::tool_motion), a regressor), these need no pass of their own for it, because it acts as an
+/// upward acceleration of the base. What they return is the same.
+///
+/// # Errors
+/// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint. The workspace is then
+/// unchanged.
+pub fn motion_under_gravity(
+    workspace: &mut Workspace,
+    base: &FrameMotion,
+    joints: JointMotion<'_>,
+    gravity: &Vector3<f64>,
+) -> Result<(), StateError> {
+    let robot = &workspace.robot;
     robot.check_length("position", joints.position)?;
     robot.check_length("velocity", joints.velocity)?;
     robot.check_length("acceleration", joints.acceleration)?;
-    move_bodies(&robot.bodies, bodies, base, joints);
-    workspace.has_forces = false;
+    workspace.move_bodies(base, joints, gravity);
+    Ok(())
+}
+
+/// Computes the force and the moment on every body from its parent, (21)-(41) of Hou et al. 2016, for the motion that
+/// the workspace holds, and stores them there. `gravity` is the gravitational acceleration in the inertial frame, m/s²,
+/// pointing down; it is zero in orbit.
+///
+/// A body without mass counts as massless: [`Manipulator::check_masses`](crate::Manipulator::check_masses) reports whether the
+/// description of the robot lacks a mass.
+///
+/// Read the result with [`Workspace::joint_torques`] and [`Workspace::base_wrench`]. The cost is one pass over the
+/// bodies outwards and one inwards. Nothing is allocated. [`inverse_dynamics`] does the same together with the motion, in
+/// less time.
+pub fn forces(workspace: &mut Workspace, gravity: &Vector3<f64>) {
+    workspace.set_gravity(gravity);
+    workspace.load_bodies();
+}
+
+/// Computes motion and forces of every body: [`motion_under_gravity`] and then [`forces`].
+///
+/// # Errors
+/// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint. The workspace is then
+/// unchanged.
+pub fn inverse_dynamics(
+    workspace: &mut Workspace,
+    base: &FrameMotion,
+    joints: JointMotion<'_>,
+    gravity: &Vector3<f64>,
+) -> Result<(), StateError> {
+    motion_under_gravity(workspace, base, joints, gravity)?;
+    workspace.load_bodies();
     Ok(())
 }

@@ -9,8 +9,8 @@ use common::{Cloud, State, rng, robots};
 use nalgebra::{SVector, Vector3};
 use std::hint::black_box;
 use tactid_dynamics::{
-    Workspace, base_acceleration, forces, inertia_rows, momentum, motion, tactile_mass_rows,
-    wrench_on_end_effector, wrench_regressor,
+    Workspace, base_acceleration, forces, inertia_rows, inverse_dynamics, momentum, motion,
+    tactile_mass_rows, wrench_on_end_effector, wrench_regressor,
 };
 
 /// With an existing workspace, motion, forces, acceleration of the base, momentum, wrench on the end-effector and all
@@ -24,6 +24,7 @@ fn the_loop_allocates_nothing() {
         let payload = Cloud::random(rng).mass_properties();
         let mut workspace = Workspace::new(&robot);
         let mut rows = vec![SVector::zeros(); robot.dof()];
+        let mut all_rows = vec![SVector::zeros(); robot.dof() * (robot.bodies().len() - 1)];
         let counted = measure(|| {
             motion(&mut workspace, &state.base, state.joints()).unwrap();
             forces(&mut workspace, &Vector3::new(0.0, 0.0, -9.81));
@@ -39,6 +40,11 @@ fn the_loop_allocates_nothing() {
             let gravity = Vector3::new(0.0, 0.0, -9.81);
             workspace
                 .torque_regressor(tool, &gravity, &mut rows)
+                .unwrap();
+            inverse_dynamics(&mut workspace, &state.base, state.joints(), &gravity).unwrap();
+            black_box(workspace.tool_motion(tool, &gravity));
+            workspace
+                .joint_torque_regressor(&gravity, &mut all_rows)
                 .unwrap();
         });
         assert_eq!(counted.count_total, 0, "{counted:?}");

@@ -2,7 +2,7 @@
 
 use nalgebra::{SVector, Vector3};
 use tactid_dynamics::{
-    BaseKind, FrameId, JointKind, JointMotion, Manipulator, StateError, Workspace, forces, motion,
+    BaseKind, FrameId, JointKind, JointMotion, Manipulator, StateError, Workspace, inverse_dynamics,
 };
 
 use super::settings::CalibrationSettings;
@@ -157,9 +157,11 @@ pub(crate) struct ArmColumns {
     tool: FrameId,
     /// Index in the robot of each joint of the arm.
     joints: Vec<usize>,
-    /// Frame of each body of the arm.
-    frames: Vec<FrameId>,
-    /// Rows of one body for all joints of the robot.
+    /// Index in the robot of each body of the arm.
+    bodies: Vec<usize>,
+    /// Rows of all moving bodies for all joints of the robot.
+    link_rows: Vec<SVector<f64, 10>>,
+    /// Rows of the payload for all joints of the robot.
     rows: Vec<SVector<f64, 10>>,
     entries: Vec<f64>,
 }
@@ -168,12 +170,13 @@ impl ArmColumns {
     /// Allocates the workspace for an arm of a robot.
     pub(crate) fn new(robot: &Manipulator, arm: &Arm) -> Result<Self, IdentifyError> {
         let tool = robot.frame(&arm.tool)?;
-        let frames = arm.links.iter().map(|link| robot.frame(link));
+        let moving = robot.bodies().len() - 1;
         Ok(Self {
             workspace: Workspace::new(robot),
             tool,
             joints: joints_of(robot, tool),
-            frames: frames.collect::<Result<_, _>>()?,
+            bodies: bodies_between(robot, tool),
+            link_rows: vec![SVector::zeros(); robot.dof() * moving],
             rows: vec![SVector::zeros(); robot.dof()],
             entries: vec![0.0; arm.entries()],
         })
@@ -184,22 +187,23 @@ impl ArmColumns {
         self.workspace.robot()
     }
 
-    /// Computes the entries of all joints at an instant. Cost: one pass over the bodies above each body of the arm.
+    /// Computes the entries of all joints at an instant. Cost: a product for each joint and each body below it.
     pub(crate) fn at(&mut self, arm: &Arm, instant: &Instant) -> Result<&[f64], StateError> {
         let joints = JointMotion {
             position: &instant.joint_position,
             velocity: &instant.joint_velocity,
             acceleration: &instant.joint_acceleration,
         };
-        motion(&mut self.workspace, &instant.base, joints)?;
-        forces(&mut self.workspace, &arm.gravity);
-        for (link, &frame) in self.frames.iter().enumerate() {
-            self.workspace
-                .torque_regressor(frame, &arm.gravity, &mut self.rows)?;
+        inverse_dynamics(&mut self.workspace, &instant.base, joints, &arm.gravity)?;
+        self.workspace
+            .joint_torque_regressor(&arm.gravity, &mut self.link_rows)?;
+        let moving = self.workspace.robot().bodies().len() - 1;
+        for (link, &body) in self.bodies.iter().enumerate() {
             for (joint, &index) in self.joints.iter().enumerate() {
                 if let Some(place) = link.checked_sub(arm.first_links[joint]) {
                     let place = arm.places[joint] + 10 * place;
-                    self.entries[place..place + 10].copy_from_slice(self.rows[index].as_slice());
+                    let row = &self.link_rows[index * moving + body - 1];
+                    self.entries[place..place + 10].copy_from_slice(row.as_slice());
                 }
             }
         }

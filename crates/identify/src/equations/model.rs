@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use tactid_dynamics::{
     FrameId, InertialParameters, JointMotion, Manipulator, ModelError, StateError, Workspace,
-    forces, motion,
+    inverse_dynamics, motion,
 };
 
 use super::channels::{Channels, KnownNoise};
@@ -150,9 +150,10 @@ impl Model {
             velocity: &instant.joint_velocity,
             acceleration: &instant.joint_acceleration,
         };
-        motion(&mut self.workspace, &instant.base, joints)?; // (1)-(20)
         if self.sources.iter().any(|source| source.needs_forces()) {
-            forces(&mut self.workspace, &self.gravity); // (21)-(41)
+            inverse_dynamics(&mut self.workspace, &instant.base, joints, &self.gravity)?; // (1)-(41)
+        } else {
+            motion(&mut self.workspace, &instant.base, joints)?; // (1)-(20)
         }
         let state = robot_state(&self.workspace, self.tool, &self.gravity);
         let (mut targets, mut entries) = self.entries.split_at_mut(self.row_count);

@@ -1,0 +1,115 @@
+//! Placement of the frames of bodies and links relative to others.
+
+use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
+
+use crate::manipulator::Link;
+use crate::recursion::{BodyModel, BodyState, matrix};
+use crate::vector::{Mat3, Vec3};
+use crate::{InertialParameters, Wrench};
+
+/// A link's frame in the joint frame of the body that the link is fixed to.
+#[derive(Clone, Debug)]
+pub(crate) struct FixedFrame {
+    pub(crate) body: usize,
+    pub(crate) joint_from_frame: Isometry3<f64>,
+    pub(crate) rotation: Mat3<f64>,
+    pub(crate) translation: Vec3<f64>,
+}
+
+/// Position and rotation of a frame relative to another, and the velocity of its origin there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placement {
+    pub(crate) rotation: Mat3<f64>,
+    pub(crate) position: Vec3<f64>,
+    /// Velocity of the frame's origin relative to the other frame's origin.
+    pub(crate) velocity: Vec3<f64>,
+}
+
+impl FixedFrame {
+    pub(crate) fn new(link: &Link, body: &BodyModel) -> Self {
+        let joint_from_frame = body.joint_from_fixed(&link.body_from_link);
+        Self {
+            body: link.body,
+            rotation: matrix(&joint_from_frame.rotation),
+            translation: (&joint_from_frame.translation.vector).into(),
+            joint_from_frame,
+        }
+    }
+}
+
+impl Placement {
+    /// Returns the placement of a body in itself.
+    pub(crate) fn identity() -> Self {
+        Self {
+            rotation: Matrix3::identity().into(),
+            position: Vec3([0.0; 3]),
+            velocity: Vec3([0.0; 3]),
+        }
+    }
+
+    /// Returns the placement of a body in the frame of its parent; `parent_velocity` is the parent's angular velocity in
+    /// its own frame.
+    #[inline(always)]
+    pub(crate) fn in_parent(body: &BodyState<f64>, parent_velocity: Vec3<f64>) -> Self {
+        let sliding = body.rotation.column(2) * body.sliding_velocity;
+        Self {
+            rotation: body.rotation,
+            position: body.translation,
+            velocity: parent_velocity.cross(body.translation) + sliding,
+        }
+    }
+
+    /// Returns the placement of a third frame, where `next` is its placement in this one.
+    #[inline(always)]
+    pub(crate) fn followed_by(&self, next: &Self) -> Self {
+        Self {
+            rotation: &self.rotation * &next.rotation,
+            position: &self.rotation * next.position + self.position,
+            velocity: &self.rotation * next.velocity + self.velocity,
+        }
+    }
+
+    /// Returns a wrench in the frame in which this one is placed, about its origin.
+    pub(crate) fn of_wrench(&self, force: Vec3<f64>, moment: Vec3<f64>) -> Wrench {
+        let force = &self.rotation * force;
+        Wrench {
+            force: force.into(),
+            moment: (&self.rotation * moment + self.position.cross(force)).into(),
+        }
+    }
+
+    /// Returns the opposite of a wrench in the placed frame, about its origin, where `wrench` is in the frame in which it is
+    /// placed.
+    pub(crate) fn opposite_of(&self, wrench: &Wrench) -> Wrench {
+        let arm = Vector3::from(self.position);
+        let moment = wrench.moment - arm.cross(&wrench.force);
+        Wrench {
+            force: self.rotation.tr_mul((&-wrench.force).into()).into(),
+            moment: self.rotation.tr_mul((&-moment).into()).into(),
+        }
+    }
+
+    /// Returns the parameters of a body in the frame in which its joint frame is placed.
+    pub(crate) fn parameters_of(&self, body: &BodyModel) -> InertialParameters {
+        let rotation = Matrix3::from(&self.rotation);
+        let arm = Vector3::from(self.position);
+        let second = Matrix3::from(&body.second_moments);
+        let turned = rotation * Vector3::from(body.first_moment);
+        let mixed = arm * turned.transpose();
+        let second = rotation * second * rotation.transpose()
+            + mixed
+            + mixed.transpose()
+            + arm * arm.transpose() * body.mass_kg;
+        let inertia = Matrix3::identity() * second.trace() - second;
+        InertialParameters::from_moments(body.mass_kg, &(turned + arm * body.mass_kg), &inertia)
+    }
+
+    /// Returns the pose.
+    pub(crate) fn pose(&self) -> Isometry3<f64> {
+        let rotation = Rotation3::from_matrix_unchecked(Matrix3::from(&self.rotation));
+        Isometry3::from_parts(
+            Translation3::from(Vector3::from(self.position)),
+            UnitQuaternion::from_rotation_matrix(&rotation),
+        )
+    }
+}
