@@ -3,14 +3,14 @@
 use nalgebra::Vector3;
 use tactid_dynamics::{
     FrameId, InertialParameters, JointMotion, Manipulator, ModelError, StateError, Workspace,
-    inverse_dynamics, motion,
+    inverse_dynamics, motion_under_gravity,
 };
 
 use super::channels::{Channels, KnownNoise};
 use super::equation::{Equation, Row};
 use super::instant::Instant;
 use super::settings::EquationSettings;
-use super::sources::{RobotState, Source, motion_terms, sources_of};
+use super::sources::{RobotState, Source, sources_of};
 use super::window::WindowMean;
 use crate::{Finding, IdentifyError, Method};
 
@@ -153,9 +153,9 @@ impl Model {
         if self.sources.iter().any(|source| source.needs_forces()) {
             inverse_dynamics(&mut self.workspace, &instant.base, joints, &self.gravity)?; // (1)-(41)
         } else {
-            motion(&mut self.workspace, &instant.base, joints)?; // (1)-(20)
+            motion_under_gravity(&mut self.workspace, &instant.base, joints, &self.gravity)?; // (1)-(20)
         }
-        let state = robot_state(&self.workspace, self.tool, &self.gravity);
+        let state = RobotState::new(&self.workspace, self.tool, &self.gravity);
         let (mut targets, mut entries) = self.entries.split_at_mut(self.row_count);
         for (source, &count) in self.sources.iter_mut().zip(&self.row_counts) {
             let (own_targets, other_targets) = targets.split_at_mut(count);
@@ -196,22 +196,7 @@ impl Model {
     }
 
     fn state(&self) -> RobotState<'_> {
-        robot_state(&self.workspace, self.tool, &self.gravity)
-    }
-}
-
-/// Returns what the sources compute their entries from.
-fn robot_state<'a>(
-    workspace: &'a Workspace,
-    tool: FrameId,
-    gravity: &Vector3<f64>,
-) -> RobotState<'a> {
-    let tool_motion = workspace.frame_motion(tool);
-    RobotState {
-        workspace,
-        tool,
-        world_from_tool: tool_motion.pose,
-        terms: motion_terms(&tool_motion, gravity),
+        RobotState::new(&self.workspace, self.tool, &self.gravity)
     }
 }
 

@@ -45,7 +45,7 @@ impl MeasurementSource for BaseSource {
             force: base_from_world * -on_known.force,
             moment: base_from_world * -on_known.moment,
         };
-        let base_from_tool = world_from_base.inv_mul(&robot.world_from_tool);
+        let base_from_tool = world_from_base.inv_mul(robot.world_from_tool());
         let in_base = WrenchRegressor::new(&robot.terms).expressed_in(&base_from_tool);
         set_wrench(targets, &target);
         let (parameters, gravity) = entries.split_at_mut(PARAMETER_ENTRIES);

@@ -1,7 +1,7 @@
 //! The regressor of the wrench on the payload, which every source has in common.
 
 use nalgebra::{Isometry3, Matrix3, Matrix3x6, SMatrix, SVector, Vector3};
-use tactid_dynamics::{FrameMotion, Wrench, cross, inertia_product};
+use tactid_dynamics::{ToolMotion, Wrench, cross, inertia_product};
 
 use crate::equations::equation::Row;
 
@@ -13,15 +13,13 @@ pub(crate) const MOTION_TERMS: usize = 15;
 /// `ωxωx, ωxωy, ωxωz, ωyωy, ωyωz, ωzωz` of the angular velocity.
 pub(crate) type MotionTerms = SVector<f64, MOTION_TERMS>;
 
-/// Returns the terms of a motion of the tool frame. `gravity` is the gravitational acceleration in the inertial frame, m/s².
-pub(crate) fn motion_terms(motion: &FrameMotion, gravity: &Vector3<f64>) -> MotionTerms {
-    let tool = motion.in_frame(gravity);
+/// Returns the terms of a motion of the tool frame. `g` is the gravitational acceleration in the tool frame, m/s².
+pub(crate) fn motion_terms(motion: &ToolMotion, g: &Vector3<f64>) -> MotionTerms {
     let (a, dw, w) = (
-        tool.acceleration,
-        tool.angular_acceleration,
-        tool.angular_velocity,
+        &motion.acceleration,
+        &motion.angular_acceleration,
+        &motion.angular_velocity,
     );
-    let g = motion.pose.rotation.inverse_transform_vector(gravity);
     let [xx, xy, xz] = [w.x * w.x, w.x * w.y, w.x * w.z];
     let [yy, yz, zz] = [w.y * w.y, w.y * w.z, w.z * w.z];
     MotionTerms::from([
@@ -126,9 +124,8 @@ pub(crate) fn columns_expressed_in<const N: usize>(
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::UnitQuaternion;
     use rand::{RngExt, SeedableRng, rngs::SmallRng};
-    use tactid_dynamics::{ToolMotion, wrench_regressor};
+    use tactid_dynamics::wrench_regressor;
 
     use super::*;
 
@@ -138,30 +135,23 @@ mod tests {
     fn mean_terms_give_the_mean_regressor_of_the_dynamics() {
         let mut random = SmallRng::seed_from_u64(2);
         let mut vector = || Vector3::from_fn(|_, _| random.random_range(-2.0..2.0));
-        let gravity = vector();
-        let mut motion = || FrameMotion {
-            pose: Isometry3::from_parts(
-                vector().into(),
-                UnitQuaternion::from_scaled_axis(vector()),
-            ),
-            velocity: vector(),
-            angular_velocity: vector(),
-            acceleration: vector(),
-            angular_acceleration: vector(),
+        let mut motion = || {
+            let motion = ToolMotion {
+                acceleration: vector(),
+                angular_velocity: vector(),
+                angular_acceleration: vector(),
+            };
+            (motion, vector())
         };
         let motions = [motion(), motion()];
-        let mean_terms = motions
-            .map(|m| motion_terms(&m, &gravity))
-            .iter()
-            .sum::<MotionTerms>()
-            / 2.0;
-        let found = WrenchRegressor::new(&mean_terms);
-        let regressors = motions.map(|m| wrench_regressor(&m.in_frame(&gravity)));
+        let terms = motions.map(|(motion, gravity)| motion_terms(&motion, &gravity));
+        let found = WrenchRegressor::new(&((terms[0] + terms[1]) / 2.0));
+        let regressors = motions.map(|(motion, _)| wrench_regressor(&motion));
         let expected = (regressors[0] + regressors[1]) / 2.0;
         assert!((found.parameters - expected).amax() < 1e-14);
-        let of_gravity = motions.map(|m| {
+        let of_gravity = motions.map(|(_, gravity)| {
             wrench_regressor(&ToolMotion {
-                acceleration: m.pose.rotation.inverse() * gravity,
+                acceleration: gravity,
                 angular_velocity: Vector3::zeros(),
                 angular_acceleration: Vector3::zeros(),
             })
