@@ -10,11 +10,11 @@ import sys
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from peers import dynamics
+from peers import dynamics, estimators
 from peers.harness import report, run
 from peers.native import BUILD
 
-COMPARISONS = [dynamics.comparisons]
+COMPARISONS = [dynamics.comparisons, estimators.comparisons]
 PACKAGES = ("tactid", "pin", "cmeel-eigen", "mujoco", "padasip", "rosbags", "numpy")
 
 

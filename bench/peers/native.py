@@ -43,21 +43,32 @@ def pinocchio_library(*flags: str) -> ctypes.CDLL:
     Raises:
         MissingPeerError: There is no compiler, or no headers.
     """
+    needs = ("pinocchio/algorithm/rnea.hpp", "eigen3/Eigen/Core")
+    loaded = cxx_library("pinocchio.cpp", *flags, needs=needs)
+    loaded.pinocchio_new.restype = ctypes.c_void_p
+    loaded.pinocchio_time.restype = ctypes.c_double
+    return loaded
+
+
+@cache
+def cxx_library(name: str, *flags: str, needs: tuple[str, ...]) -> ctypes.CDLL:
+    """A source file of this folder, compiled with further flags against the headers of the wheels.
+
+    Raises:
+        MissingPeerError: There is no compiler, or not all headers that it needs.
+    """
     compiler = os.environ.get("CXX", "g++")
     if shutil.which(compiler) is None:
         raise MissingPeerError(f"no C++ compiler {compiler}")
     include = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix" / "include"
-    for header in ("pinocchio/algorithm/rnea.hpp", "eigen3/Eigen/Core"):
+    for header in needs:
         if not (include / header).exists():
             raise MissingPeerError(f"no {header}: pip install pin cmeel-eigen")
-    source = BENCH / "peers" / "pinocchio.cpp"
+    source = BENCH / "peers" / name
     command = [compiler, *CXX_FLAGS, *flags, f"-I{include}", f"-I{include / 'eigen3'}", str(source)]
     key = "\n".join([*command, source.read_text(), importlib.metadata.version("pin")])
-    library = BUILD / f"pinocchio-{hashlib.sha256(key.encode()).hexdigest()[:16]}.so"
+    library = BUILD / f"{source.stem}-{hashlib.sha256(key.encode()).hexdigest()[:16]}.so"
     if not library.exists():
         BUILD.mkdir(parents=True, exist_ok=True)
         subprocess.run([*command, "-o", library], check=True)
-    loaded = ctypes.CDLL(str(library))
-    loaded.pinocchio_new.restype = ctypes.c_void_p
-    loaded.pinocchio_time.restype = ctypes.c_double
-    return loaded
+    return ctypes.CDLL(str(library))

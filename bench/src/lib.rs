@@ -4,6 +4,7 @@
 //! that no call from Python is timed.
 
 mod dynamics;
+mod estimators;
 
 use std::ffi::{CStr, c_char};
 use std::time::Instant;
@@ -81,4 +82,37 @@ pub unsafe extern "C" fn tactid_dynamics_time(
         kernel(dynamics, std::hint::black_box(&mut *out));
     }
     start.elapsed().as_secs_f64() / (repetitions * dynamics.count()) as f64
+}
+
+/// Presents rows, each of ten entries and a target, `repetitions` times to a new estimator of a name, and returns the
+/// seconds of one row, or -1 for an unknown name. The ten parameters after the last row lie in `out`.
+///
+/// # Safety
+/// `rows` has eleven numbers for each of `count` rows, and `out` has ten.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tactid_estimator_time(
+    name: *const c_char,
+    rows: *const f64,
+    count: usize,
+    repetitions: usize,
+    out: *mut f64,
+) -> f64 {
+    // SAFETY: the caller's promise.
+    let (name, numbers, out) = unsafe {
+        (
+            CStr::from_ptr(name),
+            std::slice::from_raw_parts(rows, 11 * count),
+            std::slice::from_raw_parts_mut(out, 10),
+        )
+    };
+    let Some(kernel) = estimators::kernel(&name.to_string_lossy()) else {
+        return -1.0;
+    };
+    let rows = estimators::rows(numbers);
+    let start = Instant::now();
+    for _ in 0..repetitions {
+        let parameters = kernel(std::hint::black_box(&rows));
+        out.copy_from_slice(parameters.as_slice());
+    }
+    start.elapsed().as_secs_f64() / (repetitions * count) as f64
 }

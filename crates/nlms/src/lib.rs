@@ -27,8 +27,8 @@
 //!
 //! | type | choose it | it assumes | multiplications per row |
 //! |---|---|---|---|
-//! | [`Rls`] | in general: it returns the least-squares solution of all rows, and its covariance | exact rows; white noise of one standard deviation on the targets | `2 N²` |
-//! | [`Rls::update_all`] | when several rows arrive together: they share `N` square roots | as [`Rls`] | `2 N²` |
+//! | [`Rls`] | in general: it returns the least-squares solution of all rows, and its covariance | exact rows; white noise of one standard deviation on the targets | `N²` |
+//! | [`Rls::update_all`] | when several rows arrive together: they share `N` square roots | as [`Rls`] | `N²` |
 //! | [`Nlms`] | to reproduce the paper's filter | exact rows and targets; columns of similar scale | `3 N` |
 //! | [`Lms`] | to reproduce section 3.1 of the paper | as [`Nlms`], and a known bound on the norm of the rows | `2 N` |
 //! | [`ChangeDetector`] | beside an estimator, to detect that the parameters have changed | Gaussian innovations, normalised to variance one | about 12 |
@@ -96,7 +96,9 @@ pub struct Counts {
 impl Counts {
     /// Counts a row and returns whether it may be used.
     fn admit<const N: usize>(&mut self, row: &SVector<f64, N>, target: f64) -> Outcome {
-        if has_finite_square(target) && row.iter().all(|&entry| has_finite_square(entry)) {
+        // Without a branch for each entry, which takes less time than to stop at the first that is refused.
+        let entries = row.iter().map(|&entry| has_finite_square(entry));
+        if entries.fold(has_finite_square(target), |all, one| all & one) {
             self.used += 1;
             Outcome::Used
         } else {

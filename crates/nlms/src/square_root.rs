@@ -11,28 +11,27 @@ const INITIAL_DIAGONAL: f64 = 1e-6;
 
 /// Squared lengths for which the sums of squares in a Householder reflection neither overflow nor
 /// lose digits to underflow.
-const SAFE_SQUARES: Range<f64> = 1e-250..1e250;
+const SAFE_SQUARES: Range<f64> = 1e-150..1e150;
 
 /// Upper triangular `R`, vector `z` and scalar `s` with `|A x - b|² = |R x - z|² + s` for every `x`,
 /// where `A x = b` are all rows so far.
 #[derive(Clone, Debug)]
 pub(crate) struct SquareRootInformation<const N: usize> {
-    /// `R`, with a positive diagonal: `RᵀR` is the information matrix.
-    root: SMatrix<f64, N, N>,
+    /// `Rᵀ`, so that a row of `R` is contiguous. Its diagonal is positive, and `RᵀR` is the information matrix.
+    lower: SMatrix<f64, N, N>,
     /// `z`, the targets transformed like the rows.
     transformed_target: SVector<f64, N>,
     /// `s`, the sum of squared residuals at the least-squares solution.
-    residual_squares: f64,
+    pub(crate) residual_squares: f64,
 }
 
 impl<const N: usize> SquareRootInformation<N> {
     /// Returns the form without rows, with a weight on `parameters` that shows only in directions
     /// that no row excites. `R` is regular, and stays so because updates never shrink its diagonal.
     pub(crate) fn starting_at(parameters: &SVector<f64, N>) -> Self {
-        let root = SMatrix::identity() * INITIAL_DIAGONAL;
         Self {
-            root,
-            transformed_target: root * parameters,
+            lower: SMatrix::identity() * INITIAL_DIAGONAL,
+            transformed_target: parameters * INITIAL_DIAGONAL,
             residual_squares: 0.0,
         }
     }
@@ -46,12 +45,12 @@ impl<const N: usize> SquareRootInformation<N> {
                 continue;
             }
             // Rotates row k of R and the new row such that entry k of the new row vanishes.
-            let diagonal = self.root[(k, k)];
+            let diagonal = self.lower[(k, k)];
             let length = diagonal.hypot(row[k]);
             let (cosine, sine) = (diagonal / length, row[k] / length);
             for column in k..N {
-                let (above, below) = (self.root[(k, column)], row[column]);
-                self.root[(k, column)] = cosine * above + sine * below;
+                let (above, below) = (self.lower[(column, k)], row[column]);
+                self.lower[(column, k)] = cosine * above + sine * below;
                 row[column] = cosine * below - sine * above;
             }
             let above = self.transformed_target[k];
@@ -62,80 +61,128 @@ impl<const N: usize> SquareRootInformation<N> {
     }
 
     /// Updates with several rows by Householder reflections, each of which eliminates one entry of
-    /// all rows (Golub and Van Loan, *Matrix Computations*, algorithm 5.1.1): `2 N²`
+    /// all rows (Golub and Van Loan, *Matrix Computations*, algorithm 5.1.1): `N²`
     /// multiplications per row and `N` square roots in total. The rows serve as scratch memory.
     pub(crate) fn update_all(&mut self, rows: &mut [(SVector<f64, N>, f64)]) {
+        if rows.is_empty() {
+            return;
+        }
         for k in 0..N {
-            let diagonal = self.root[(k, k)];
-            let row_squares: f64 = rows.iter().map(|(row, _)| row[k] * row[k]).sum();
-            let square = diagonal * diagonal + row_squares;
-            if !SAFE_SQUARES.contains(&square) {
+            // The entries before `k` are zero. Where their number is a constant, the compiler unrolls the
+            // sums over the others.
+            let is_eliminated = match k / 2 {
+                0 => self.eliminate(k, 0, rows),
+                1 => self.eliminate(k, 2, rows),
+                2 => self.eliminate(k, 4, rows),
+                3 => self.eliminate(k, 6, rows),
+                4 => self.eliminate(k, 8, rows),
+                pairs => self.eliminate(k, 2 * pairs, rows),
+            };
+            if !is_eliminated {
                 // Givens rotations form no squares of entries.
                 rows.iter()
                     .for_each(|(row, target)| self.update(row, *target));
                 return;
             }
-            if row_squares > f64::EPSILON.powi(2) * square {
-                self.reflect(k, rows, row_squares, square.sqrt());
-            }
-            rows.iter_mut().for_each(|(row, _)| row[k] = 0.0);
         }
         self.residual_squares += rows.iter().map(|(_, target)| target * target).sum::<f64>();
     }
 
-    /// Reflects row `k` of `R` and the rows such that entry `k` of the rows vanishes and the diagonal
-    /// becomes `length`. `row_squares` is the sum of the squared entries `k` of the rows.
-    fn reflect(
-        &mut self,
-        k: usize,
-        rows: &mut [(SVector<f64, N>, f64)],
-        row_squares: f64,
-        length: f64,
-    ) {
-        // First entry of the Householder vector, diagonal - length, written without cancellation.
-        // Its other entries are column k of the rows.
-        let first = -row_squares / (self.root[(k, k)] + length);
-        let scale = -(first * length).recip();
-        let mut above = self.root.row(k).transpose();
-        let (mut projection, mut target_projection) =
-            (above * first, self.transformed_target[k] * first);
-        for (row, target) in &*rows {
-            projection.axpy(row[k], row, 1.0);
-            target_projection += target * row[k];
+    /// Reflects row `k` of `R` and the rows such that entry `k` of the rows vanishes. The rows' entries
+    /// before `first`, at most `k`, are zero. Returns `false`, and changes nothing, where the squares of
+    /// the entries are out of range.
+    #[inline(always)]
+    fn eliminate(&mut self, k: usize, first: usize, rows: &mut [(SVector<f64, N>, f64)]) -> bool {
+        // Products of entry k of the rows with all others: nothing here waits for the length below.
+        let (products, target_product) = products(rows, k, first);
+        let (diagonal, row_squares) = (self.lower[(k, k)], products[k]);
+        let square = diagonal * diagonal + row_squares;
+        if !SAFE_SQUARES.contains(&square) {
+            return false;
         }
-        projection *= scale;
-        target_projection *= scale;
-        above.axpy(-first, &projection, 1.0);
-        above[k] = length;
-        self.root.set_row(k, &above.transpose());
-        self.transformed_target[k] -= target_projection * first;
-        for (row, target) in rows {
-            let entry = row[k];
-            row.axpy(-entry, &projection, 1.0);
-            *target -= target_projection * entry;
+        if row_squares <= f64::EPSILON.powi(2) * square {
+            rows.iter_mut().for_each(|(row, _)| row[k] = 0.0);
+        } else {
+            let length = square.sqrt();
+            // First entry of the Householder vector, diagonal - length, written without cancellation. Its
+            // other entries are column k of the rows. The scale is two over its squared length.
+            let leading = -row_squares / (diagonal + length);
+            let scale = (diagonal + length) / (row_squares * length);
+            let mut projection = products;
+            let above = &mut self.lower.as_mut_slice()[k * N + first..(k + 1) * N];
+            let projection = &mut projection.as_mut_slice()[first..];
+            for (projection, above) in projection.iter_mut().zip(above) {
+                *projection = scale * (*projection + leading * *above);
+                *above -= leading * *projection;
+            }
+            self.lower[(k, k)] = length;
+            projection[k - first] = 1.0; // But for rounding it is one: entry k of the rows vanishes exactly.
+            let target_above = &mut self.transformed_target[k];
+            let target_projection = scale * (target_product + leading * *target_above);
+            *target_above -= leading * target_projection;
+            for (row, target) in &mut *rows {
+                let entry = row[k];
+                add_scaled(&mut row.as_mut_slice()[first..], -entry, projection);
+                *target -= target_projection * entry;
+            }
         }
+        true
     }
 
     /// Returns the least-squares solution `R⁻¹ z` in `N²/2` multiplications.
     pub(crate) fn solve(&self) -> SVector<f64, N> {
         let mut parameters = self.transformed_target;
-        self.root.solve_upper_triangular_mut(&mut parameters);
+        self.lower.tr_solve_lower_triangular_mut(&mut parameters);
         parameters
     }
 
     /// Returns the inverse of the information matrix, `R⁻¹ R⁻ᵀ`, in about `N³` multiplications.
     pub(crate) fn inverse_information(&self) -> SMatrix<f64, N, N> {
         let mut inverse = SMatrix::<f64, N, N>::identity();
-        self.root.solve_upper_triangular_mut(&mut inverse);
+        self.lower.tr_solve_lower_triangular_mut(&mut inverse);
         inverse * inverse.transpose()
     }
 
-    pub(crate) fn root(&self) -> &SMatrix<f64, N, N> {
-        &self.root
+    /// Returns `R`.
+    pub(crate) fn root(&self) -> SMatrix<f64, N, N> {
+        self.lower.transpose()
     }
+}
 
-    pub(crate) fn residual_squares(&self) -> f64 {
-        self.residual_squares
+/// Returns the sums over the rows of entry `k` times the entries from `first` on, and times the target. Rows are summed
+/// in pairs, since an addition has to wait for the one before it.
+#[inline(always)]
+fn products<const N: usize>(
+    rows: &[(SVector<f64, N>, f64)],
+    k: usize,
+    first: usize,
+) -> (SVector<f64, N>, f64) {
+    let (mut sums, mut target_sum) = (SVector::<f64, N>::zeros(), 0.0);
+    let (pairs, single) = rows.as_chunks::<2>();
+    for [(a, target_a), (b, target_b)] in pairs {
+        let (entry_a, entry_b) = (a[k], b[k]);
+        let both = a.as_slice()[first..].iter().zip(&b.as_slice()[first..]);
+        for (sum, (a, b)) in sums.as_mut_slice()[first..].iter_mut().zip(both) {
+            *sum += entry_a * a + entry_b * b;
+        }
+        target_sum += entry_a * target_a + entry_b * target_b;
+    }
+    for (row, target) in single {
+        add_scaled(
+            &mut sums.as_mut_slice()[first..],
+            row[k],
+            &row.as_slice()[first..],
+        );
+        target_sum += row[k] * target;
+    }
+    (sums, target_sum)
+}
+
+/// Adds `factor` times some values.
+#[inline(always)]
+fn add_scaled(sums: &mut [f64], factor: f64, values: &[f64]) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += factor * value;
     }
 }
 
@@ -163,7 +210,7 @@ mod tests {
             size in proptest::sample::select(vec![1.0, 1e-160, 1e-120, 1e120]),
         ) {
             let mut start = filled(&entries[..4 * 8]);
-            start.root *= size;
+            start.lower *= size;
             start.transformed_target *= size;
             let (mut one, mut all) = (start.clone(), start);
             let mut rows: Vec<_> = entries[4 * 8..]
@@ -172,7 +219,7 @@ mod tests {
                 .collect();
             rows.iter().for_each(|(row, target)| one.update(row, *target));
             all.update_all(&mut rows);
-            let difference = (one.root - all.root).abs().max() / one.root.abs().max()
+            let difference = (one.lower - all.lower).abs().max() / one.lower.abs().max()
                 + (one.transformed_target - all.transformed_target).abs().max()
                     / one.transformed_target.abs().max();
             prop_assert!(difference < 1e-12, "{difference:e}");
@@ -193,7 +240,7 @@ mod tests {
                 vector += entries * row[3];
                 scalar += row[3] * row[3];
             }
-            let (root, target) = (filled.root, filled.transformed_target);
+            let (root, target) = (filled.root(), filled.transformed_target);
             prop_assert!((root.transpose() * root - matrix).norm() < 1e-9 * matrix.norm());
             prop_assert!((root.transpose() * target - vector).norm() < 1e-9 * matrix.norm());
             let squares = target.norm_squared() + filled.residual_squares;

@@ -58,7 +58,7 @@ fn merge(equations: &[Equation]) -> Option<Equation> {
         .map(|equation| equation.time_s)
         .sum::<f64>()
         * weight;
-    mean.clear(middle_s);
+    mean.time_s = middle_s;
     for equation in equations {
         mean.add_mean(equation, weight);
     }
@@ -68,7 +68,6 @@ fn merge(equations: &[Equation]) -> Option<Equation> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::equations::Row;
 
     /// The number of equations is bounded for a recording of any length, and merging changes no mean.
     #[test]
@@ -77,13 +76,8 @@ mod tests {
         let count = 4 * CAPACITY;
         for k in 0..count {
             let mut equation = Equation::new(1);
-            equation.clear(k as f64);
-            let row = Row {
-                target: k as f64,
-                ..Row::zero()
-            };
-            equation.add(&[row], 1.0, 0.0, 1.0);
-            equation.finish();
+            equation.time_s = k as f64;
+            equation.rows[0].target = k as f64;
             equation.rates[0] = -(k as f64);
             batch.push(&equation);
         }

@@ -201,7 +201,7 @@ mod tests {
     fn six_rows() -> Vec<Equation> {
         let equation = |k: i32| {
             let mut equation = Equation::new(6);
-            equation.clear(0.03 * f64::from(k));
+            equation.time_s = 0.03 * f64::from(k);
             for (entry, row) in equation.rows.iter_mut().enumerate() {
                 row.regressor[entry] = 1.0;
                 row.target = 1.0;

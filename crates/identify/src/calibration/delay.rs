@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use crate::equations::window::{Place, WindowMean};
+use crate::equations::window::{Place, WindowSums};
 
 /// Longest delay in either direction, as a fraction of the length of a window.
 pub(crate) const LONGEST: f64 = 0.125;
@@ -64,21 +64,18 @@ pub(crate) struct DelayWindow {
     instants: u32,
 }
 
-impl WindowMean for DelayWindow {
-    type Entry = f64;
-
-    fn empty(joints: usize) -> Self {
+impl DelayWindow {
+    /// Creates the window of so many joints, without any instant.
+    pub(crate) fn new(joints: usize) -> Self {
         Self {
             moments: vec![EffortMoments::default(); joints].into(),
             weight: 0.0,
             instants: 0,
         }
     }
+}
 
-    fn zero() -> f64 {
-        0.0
-    }
-
+impl WindowSums for DelayWindow {
     fn clear(&mut self, _time_s: f64) {
         self.moments.fill(EffortMoments::default());
         (self.weight, self.instants) = (0.0, 0);
@@ -120,7 +117,7 @@ mod tests {
 
     /// Returns the moments of each window of an effort that is sampled at 125 Hz.
     fn windows(effort: impl Fn(f64) -> f64) -> Vec<EffortMoments> {
-        let mut windows = Windows::<DelayWindow>::new(CUTOFF_HZ, 1);
+        let mut windows = Windows::new(CUTOFF_HZ, 1, &DelayWindow::new(1));
         let times = (0..500).map(|k| 0.008 * f64::from(k));
         times
             .filter_map(|t| windows.push(t, &[effort(t)]).map(|w| w.moments[0]))

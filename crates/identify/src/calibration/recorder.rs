@@ -6,10 +6,10 @@ use tactid_dynamics::Manipulator;
 
 use super::arm::{Arm, ArmColumns};
 use super::delay::DelayWindow;
-use super::recording::{EffortRecording, EffortWindow};
+use super::recording::EffortRecording;
 use super::settings::CalibrationSettings;
 use crate::IdentifyError;
-use crate::equations::window::Windows;
+use crate::equations::window::{WindowMean, Windows};
 use crate::equations::{BaseState, MotionStep, MotionStream, PushOutcome, Sample};
 
 /// Longest time, as a fraction of the longest time without a gap, after which a sample counts even where it repeats the
@@ -24,7 +24,7 @@ const LONGEST_REPEAT: f64 = 0.5;
 pub struct EffortRecorder {
     columns: ArmColumns,
     motion: MotionStream,
-    windows: Windows<EffortWindow>,
+    windows: Windows<WindowMean>,
     /// Windows at the same times, for the delay of the efforts.
     delays: Windows<DelayWindow>,
     recording: EffortRecording,
@@ -51,8 +51,16 @@ impl EffortRecorder {
         Ok(Self {
             columns: ArmColumns::new(robot, &arm)?,
             motion: MotionStream::new(robot.dof(), 0, settings.cutoff_hz, settings.max_gap_s),
-            windows: Windows::new(settings.cutoff_hz, arm.entries()),
-            delays: Windows::new(settings.cutoff_hz, arm.joints.len()),
+            windows: Windows::new(
+                settings.cutoff_hz,
+                arm.entries(),
+                &WindowMean::new(arm.entries(), 0),
+            ),
+            delays: Windows::new(
+                settings.cutoff_hz,
+                arm.joints.len(),
+                &DelayWindow::new(arm.joints.len()),
+            ),
             recording: EffortRecording::new(arm),
             last: Vec::with_capacity(2 * robot.dof()),
             repeated: 0,

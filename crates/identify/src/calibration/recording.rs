@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::arm::{Arm, JointColumns};
 use super::delay::{DelayWindow, EffortMoments};
 use crate::IdentifyError;
-use crate::equations::window::{self, Place, WindowMean};
+use crate::equations::window::{self, WindowMean};
 
 /// Window means of one recording of joint efforts: measured efforts and the columns of their model.
 ///
@@ -40,9 +40,9 @@ impl EffortRecording {
     }
 
     /// Adds a window.
-    pub(crate) fn push(&mut self, window: &EffortWindow, efforts: &DelayWindow) {
+    pub(crate) fn push(&mut self, window: &WindowMean, efforts: &DelayWindow) {
         self.times_s.push(window.time_s);
-        self.means.push(window.sums.clone());
+        self.means.push(window.means.clone());
         self.efforts.push(efforts.moments.clone());
     }
 
@@ -146,55 +146,4 @@ pub(crate) fn check_settings(
         return mismatch("gravity", expected, found);
     }
     Ok(())
-}
-
-/// Entries of all joints, averaged over one window.
-#[derive(Clone, Debug)]
-pub(crate) struct EffortWindow {
-    pub(crate) time_s: f64,
-    sums: Box<[f64]>,
-    weight: f64,
-    instants: u32,
-}
-
-impl WindowMean for EffortWindow {
-    type Entry = f64;
-
-    fn empty(entries: usize) -> Self {
-        Self {
-            time_s: 0.0,
-            sums: vec![0.0; entries].into(),
-            weight: 0.0,
-            instants: 0,
-        }
-    }
-
-    fn zero() -> f64 {
-        0.0
-    }
-
-    fn clear(&mut self, time_s: f64) {
-        self.time_s = time_s;
-        self.sums.fill(0.0);
-        (self.weight, self.instants) = (0.0, 0);
-    }
-
-    fn add(&mut self, entries: &[f64], place: &Place) {
-        let weight = place.weight();
-        for (sum, entry) in self.sums.iter_mut().zip(entries) {
-            *sum += weight * entry;
-        }
-        self.weight += weight;
-        self.instants += 1;
-    }
-
-    fn finish(&mut self) {
-        for sum in &mut self.sums {
-            *sum /= self.weight;
-        }
-    }
-
-    fn instants(&self) -> u32 {
-        self.instants
-    }
 }

@@ -106,9 +106,13 @@ impl Increments {
         for (sum, value) in open.increments.iter_mut().zip(increment) {
             *sum += value;
         }
-        if let Some(differences) = self.third_differences.push(increment) {
-            for (sum, difference) in open.roughness.iter_mut().zip(differences) {
-                *sum += difference.powi(2);
+        if self.third_differences.push(increment) {
+            for (sum, column) in open
+                .roughness
+                .iter_mut()
+                .zip(&self.third_differences.columns)
+            {
+                *sum += column.third.powi(2);
             }
             open.differences += 1;
         }
@@ -177,31 +181,45 @@ fn roughness(intervals: &[Interval], columns: Range<usize>) -> f64 {
 /// Third differences of neighbouring increments.
 #[derive(Clone, Debug)]
 struct ThirdDifferences {
-    /// The last increments, the newest last.
-    last: [Vec<f64>; NEIGHBOURS],
-    /// Number of valid ones among them.
-    stored: usize,
+    columns: Vec<Differences>,
+    /// Number of neighbouring increments so far, at most [`NEIGHBOURS`].
+    count: usize,
+}
+
+/// The last increment of one column, and its differences from those before.
+#[derive(Clone, Copy, Debug, Default)]
+struct Differences {
+    increment: f64,
+    first: f64,
+    second: f64,
+    third: f64,
 }
 
 impl ThirdDifferences {
     fn new(columns: usize) -> Self {
         Self {
-            last: std::array::from_fn(|_| vec![0.0; columns]),
-            stored: 0,
+            columns: vec![Differences::default(); columns],
+            count: 0,
         }
     }
 
-    /// Adds an increment and returns the third difference of each column, once there are four increments.
-    fn push(&mut self, increment: &[f64]) -> Option<impl Iterator<Item = f64> + '_> {
-        self.last.rotate_left(1);
-        self.last[NEIGHBOURS - 1].copy_from_slice(increment);
-        self.stored = NEIGHBOURS.min(self.stored + 1);
-        let [a, b, c, d] = &self.last;
-        let differences = (0..d.len()).map(|k| d[k] - a[k] + 3.0 * (b[k] - c[k]));
-        (self.stored == NEIGHBOURS).then_some(differences)
+    /// Adds an increment, and returns whether there are as many as the third differences need.
+    fn push(&mut self, increment: &[f64]) -> bool {
+        for (last, &increment) in self.columns.iter_mut().zip(increment) {
+            let first = increment - last.increment;
+            let second = first - last.first;
+            *last = Differences {
+                increment,
+                first,
+                second,
+                third: second - last.second,
+            };
+        }
+        self.count = NEIGHBOURS.min(self.count + 1);
+        self.count == NEIGHBOURS
     }
 
     fn interrupt(&mut self) {
-        self.stored = 0;
+        self.count = 0;
     }
 }

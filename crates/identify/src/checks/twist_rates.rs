@@ -1,6 +1,6 @@
 //! The twist of a base, or of a sensor that is carried about, against its pose.
 
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::increments::Increments;
 use super::judge;
@@ -33,7 +33,7 @@ pub struct TwistContradiction {
 pub struct TwistRates {
     axes: TwistAxes,
     increments: Increments,
-    last: Option<(f64, BaseState)>,
+    last: Option<(f64, Twist)>,
 }
 
 impl TwistRates {
@@ -51,16 +51,17 @@ impl TwistRates {
 
     /// Adds a sample at a time, s. Its velocities are in world axes, into which those along other axes were turned.
     pub fn push(&mut self, time_s: f64, base: &BaseState) {
+        let present = Twist::new(self.axes, base);
         if let Some((before_s, before)) = &self.last {
             let duration_s = time_s - before_s;
             if self.increments.is_bridged(duration_s) {
-                let increment = self.increment(before, base, duration_s);
+                let increment = increment(before, &present, duration_s);
                 self.increments.push(&increment, duration_s);
             } else {
                 self.increments.interrupt();
             }
         }
-        self.last = Some((time_s, *base));
+        self.last = Some((time_s, present));
     }
 
     /// Returns a contradiction, if the twist is not the derivative of the pose.
@@ -86,23 +87,78 @@ impl TwistRates {
         });
         contradictions.max_by(|a, b| a.relative_difference.total_cmp(&b.relative_difference))
     }
+}
 
-    /// Returns the changes of position and rotation, then the integrals of the velocities, then what these would be if
-    /// they had been measured along the other axes.
-    fn increment(&self, a: &BaseState, b: &BaseState, duration_s: f64) -> [f64; 6 * AXES] {
-        let turned = |base: &BaseState, rate: Vector3<f64>| match self.axes {
-            TwistAxes::World => base.pose.rotation * rate,
-            TwistAxes::Body => base.pose.rotation.inverse() * rate,
+/// Pose and twist at one time.
+#[derive(Clone, Copy, Debug)]
+struct Twist {
+    pose: Isometry3<f64>,
+    /// Velocity and angular velocity in world axes, then what they would be if they had been measured along the other
+    /// axes.
+    rates: [Vector3<f64>; 4],
+}
+
+impl Twist {
+    fn new(axes: TwistAxes, base: &BaseState) -> Self {
+        let rotation = &base.pose.rotation;
+        let (velocity, angular_velocity) = (base.velocity, base.angular_velocity);
+        let turned = match axes {
+            TwistAxes::World => [rotation * velocity, rotation * angular_velocity],
+            TwistAxes::Body => [velocity, angular_velocity].map(|v| rotation.inverse() * v),
         };
-        let mean = |of: &dyn Fn(&BaseState) -> Vector3<f64>| 0.5 * duration_s * (of(a) + of(b));
-        let vectors = [
-            b.pose.translation.vector - a.pose.translation.vector,
-            (b.pose.rotation * a.pose.rotation.inverse()).scaled_axis(),
-            mean(&|base| base.velocity),
-            mean(&|base| base.angular_velocity),
-            mean(&|base| turned(base, base.velocity)),
-            mean(&|base| turned(base, base.angular_velocity)),
-        ];
-        std::array::from_fn(|k| vectors[k / AXES][k % AXES])
+        Self {
+            pose: base.pose,
+            rates: [velocity, angular_velocity, turned[0], turned[1]],
+        }
+    }
+}
+
+/// Returns the changes of position and rotation, then the integrals of the [rates](Twist::rates).
+fn increment(before: &Twist, present: &Twist, duration_s: f64) -> [f64; 6 * AXES] {
+    let mut increment = [0.0; 6 * AXES];
+    let (changes, integrals) = increment.split_at_mut(2 * AXES);
+    let moved = present.pose.translation.vector - before.pose.translation.vector;
+    let rotation = present.pose.rotation * before.pose.rotation.inverse();
+    changes[..AXES].copy_from_slice(moved.as_slice());
+    changes[AXES..].copy_from_slice(rotation_vector(&rotation).as_slice());
+    let rates = before.rates.iter().zip(&present.rates);
+    for (integral, (before, present)) in integrals.chunks_exact_mut(AXES).zip(rates) {
+        integral.copy_from_slice((0.5 * duration_s * (before + present)).as_slice());
+    }
+    increment
+}
+
+/// Squared sine of half an angle below which the first two terms of the arcsine's series are exact to rounding.
+const SMALL_SQUARE: f64 = 1e-8;
+
+/// Returns axis times angle of a rotation, rad, without a trigonometric function for a small angle, as between two samples.
+fn rotation_vector(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
+    let half_sine = rotation.imag() * rotation.w.signum();
+    let square = half_sine.norm_squared();
+    if square < SMALL_SQUARE {
+        half_sine * (2.0 + square / 3.0)
+    } else {
+        rotation.scaled_axis()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The vector of a small rotation, of either quaternion, is that of the arcsine.
+    #[test]
+    fn small_rotations_have_their_vector() {
+        for angle in [0.0, 1e-9, 1e-4, 1.9e-4, 2.1e-4, 0.3] {
+            let vector = Vector3::new(0.6, 0.0, -0.8) * angle;
+            let rotation = UnitQuaternion::from_scaled_axis(vector);
+            for quaternion in [
+                rotation,
+                UnitQuaternion::new_unchecked(-rotation.into_inner()),
+            ] {
+                let found = rotation_vector(&quaternion);
+                assert!((found - vector).norm() <= 1e-15 * (1e-2 + angle), "{angle}");
+            }
+        }
     }
 }

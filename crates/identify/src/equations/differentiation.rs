@@ -133,7 +133,7 @@ impl CachedWeights {
     }
 
     /// Returns the [`weights`] at the middle one of the nodes, to one part in ten million.
-    pub(crate) fn at_middle(&mut self, nodes: impl ExactSizeIterator<Item = f64>) -> Weights {
+    pub(crate) fn at_middle(&mut self, nodes: impl ExactSizeIterator<Item = f64>) -> &Weights {
         let count = nodes.len();
         let mut times = [0.0; MAX_NODES];
         for (time, node) in times.iter_mut().zip(nodes) {
@@ -150,7 +150,7 @@ impl CachedWeights {
             self.from_middle = times.map(|time| time - middle);
             self.weights = weights(&self.from_middle[..count], 0.0);
         }
-        self.weights
+        &self.weights
     }
 }
 

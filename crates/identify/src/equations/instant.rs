@@ -1,10 +1,13 @@
 //! Stored samples, and the smoothed and differentiated instant in the middle of a few of them.
 
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3, Vector4};
 use tactid_dynamics::{FrameMotion, Wrench};
 
-use super::differentiation::{CachedWeights, MAX_NODES, weighted_rotation_sum};
+use super::differentiation::{CachedWeights, MAX_NODES, Weights, weighted_rotation_sum};
 use super::sample::{BaseState, Sample};
+
+/// Number of joints whose values are summed together.
+const LANES: usize = 4;
 
 /// A copy of a sample, which a polynomial is fitted to.
 #[derive(Clone, Debug)]
@@ -12,8 +15,9 @@ pub(crate) struct StoredSample {
     /// Time, s; minus infinity before a sample is stored.
     pub(crate) time_s: f64,
     base: BaseState,
-    joint_position: Vec<f64>,
-    joint_velocity: Vec<f64>,
+    /// Joint values, padded with zeros to whole vectors.
+    joint_position: Vec<Vector4<f64>>,
+    joint_velocity: Vec<Vector4<f64>>,
     /// Whether `joint_velocity` was measured.
     has_velocity: bool,
     joint_effort: Vec<f64>,
@@ -26,8 +30,8 @@ impl StoredSample {
         Self {
             time_s: f64::NEG_INFINITY,
             base: BaseState::fixed(),
-            joint_position: vec![0.0; joints],
-            joint_velocity: vec![0.0; joints],
+            joint_position: vec![Vector4::zeros(); joints.div_ceil(LANES)],
+            joint_velocity: vec![Vector4::zeros(); joints.div_ceil(LANES)],
             has_velocity: false,
             joint_effort: vec![0.0; joints],
             wrenches: vec![Wrench::zero(); wrenches],
@@ -39,15 +43,22 @@ impl StoredSample {
     pub(crate) fn set(&mut self, sample: &Sample<'_>) {
         self.time_s = sample.time_s;
         self.base = sample.base;
-        self.joint_position.copy_from_slice(sample.joint_position);
-        self.has_velocity = sample.joint_velocity.len() == self.joint_velocity.len();
+        copy_padded(&mut self.joint_position, sample.joint_position);
+        self.has_velocity = sample.joint_velocity.len() == sample.joint_position.len();
         if self.has_velocity {
-            self.joint_velocity.copy_from_slice(sample.joint_velocity);
+            copy_padded(&mut self.joint_velocity, sample.joint_velocity);
         }
         if sample.joint_effort.len() == self.joint_effort.len() {
             self.joint_effort.copy_from_slice(sample.joint_effort);
         }
         self.wrenches.copy_from_slice(sample.wrenches);
+    }
+}
+
+/// Copies values to vectors that have room for them.
+fn copy_padded(vectors: &mut [Vector4<f64>], values: &[f64]) {
+    for (vector, values) in vectors.iter_mut().zip(values.chunks(LANES)) {
+        vector.as_mut_slice()[..values.len()].copy_from_slice(values);
     }
 }
 
@@ -117,59 +128,78 @@ impl Instant {
         let times_s = samples.iter().map(|sample| sample.time_s);
         let weights = self.weights.at_middle(times_s);
         self.time_s = center.time_s;
-        self.base = base_motion(samples, &weights.value, &weights.first);
+        self.base = base_motion(samples, weights);
         self.joint_effort.copy_from_slice(&center.joint_effort);
         self.wrenches.copy_from_slice(&center.wrenches);
-        let measured = samples.iter().all(|sample| sample.has_velocity);
-        self.joint_position.fill(0.0);
-        self.joint_velocity.fill(0.0);
-        self.joint_acceleration.fill(0.0);
-        let mean = (samples.len() as f64).recip();
-        for (k, sample) in samples.iter().enumerate() {
-            let (position, velocity, acceleration) = (
-                &mut self.joint_position,
-                &mut self.joint_velocity,
-                &mut self.joint_acceleration,
-            );
-            if measured && nodes.are_alternate {
-                add_scaled(position, mean, &sample.joint_position);
-                add_scaled(position, -weights.displacement[k], &sample.joint_velocity);
+        let is_measured = samples.iter().all(|sample| sample.has_velocity);
+        let joints = self.joint_position.chunks_mut(LANES);
+        let joints = joints.zip(self.joint_velocity.chunks_mut(LANES));
+        let joints = joints.zip(self.joint_acceleration.chunks_mut(LANES));
+        for (index, ((position, velocity), acceleration)) in joints.enumerate() {
+            let motion = if is_measured {
+                motion_of_rates(samples, index, weights, nodes.are_alternate)
             } else {
-                add_scaled(position, weights.value[k], &sample.joint_position);
-            }
-            if measured {
-                add_scaled(velocity, weights.value[k], &sample.joint_velocity);
-                add_scaled(acceleration, weights.first[k], &sample.joint_velocity);
-            } else {
-                add_scaled(velocity, weights.first[k], &sample.joint_position);
-                add_scaled(acceleration, weights.second[k], &sample.joint_position);
-            }
+                motion_of_positions(samples, index, weights)
+            };
+            let count = position.len();
+            position.copy_from_slice(&motion[0].as_slice()[..count]);
+            velocity.copy_from_slice(&motion[1].as_slice()[..count]);
+            acceleration.copy_from_slice(&motion[2].as_slice()[..count]);
         }
     }
 }
 
-/// Adds `weight` times each value.
-fn add_scaled(sums: &mut [f64], weight: f64, values: &[f64]) {
-    for (sum, value) in sums.iter_mut().zip(values) {
-        *sum += weight * value;
+/// Returns position, velocity and acceleration of some joints, by their index among the vectors, at the middle sample,
+/// from measured positions and velocities.
+fn motion_of_rates(
+    samples: &[&StoredSample],
+    index: usize,
+    weights: &Weights,
+    are_alternate: bool,
+) -> [Vector4<f64>; 3] {
+    let mean = (samples.len() as f64).recip();
+    let [mut position, mut velocity, mut acceleration] = [Vector4::zeros(); 3];
+    for (k, sample) in samples.iter().enumerate() {
+        let (at, rate) = (&sample.joint_position[index], &sample.joint_velocity[index]);
+        if are_alternate {
+            position += at * mean - rate * weights.displacement[k];
+        } else {
+            position += at * weights.value[k];
+        }
+        velocity += rate * weights.value[k];
+        acceleration += rate * weights.first[k];
     }
+    [position, velocity, acceleration]
 }
 
-/// Returns the base's motion at the middle sample, given the weights of values and of first derivatives.
-/// Position and velocity enter no product and are those of the middle sample.
-fn base_motion(
+/// Returns what [`motion_of_rates`] does, from measured positions alone.
+fn motion_of_positions(
     samples: &[&StoredSample],
-    value: &[f64; MAX_NODES],
-    first: &[f64; MAX_NODES],
-) -> FrameMotion {
+    index: usize,
+    weights: &Weights,
+) -> [Vector4<f64>; 3] {
+    let [mut position, mut velocity, mut acceleration] = [Vector4::zeros(); 3];
+    for (k, sample) in samples.iter().enumerate() {
+        let at = &sample.joint_position[index];
+        position += at * weights.value[k];
+        velocity += at * weights.first[k];
+        acceleration += at * weights.second[k];
+    }
+    [position, velocity, acceleration]
+}
+
+/// Returns the base's motion at the middle sample. Position and velocity enter no product and are those of the middle
+/// sample.
+fn base_motion(samples: &[&StoredSample], weights: &Weights) -> FrameMotion {
     let center = &samples[samples.len() / 2].base;
-    let sum = |weights: &[f64; MAX_NODES], of: fn(&BaseState) -> Vector3<f64>| -> Vector3<f64> {
-        let pairs = samples.iter().zip(weights);
-        pairs
-            .map(|(sample, weight)| of(&sample.base) * *weight)
-            .sum()
-    };
-    let rotations = samples.iter().zip(value);
+    let [mut rate, mut acceleration, mut angular_acceleration] = [Vector3::zeros(); 3];
+    for (k, sample) in samples.iter().enumerate() {
+        let base = &sample.base;
+        rate += base.angular_velocity * weights.value[k];
+        acceleration += base.velocity * weights.first[k];
+        angular_acceleration += base.angular_velocity * weights.first[k];
+    }
+    let rotations = samples.iter().zip(&weights.value);
     let rotations = rotations.map(|(sample, weight)| (&sample.base.pose.rotation, *weight));
     let rotation = weighted_rotation_sum(rotations, &center.pose.rotation);
     FrameMotion {
@@ -178,12 +208,8 @@ fn base_motion(
             UnitQuaternion::new_normalize(rotation.into()),
         ),
         velocity: center.velocity,
-        angular_velocity: sum(value, |base| base.angular_velocity),
-        acceleration: center
-            .acceleration
-            .unwrap_or_else(|| sum(first, |base| base.velocity)),
-        angular_acceleration: center
-            .angular_acceleration
-            .unwrap_or_else(|| sum(first, |base| base.angular_velocity)),
+        angular_velocity: rate,
+        acceleration: center.acceleration.unwrap_or(acceleration),
+        angular_acceleration: center.angular_acceleration.unwrap_or(angular_acceleration),
     }
 }

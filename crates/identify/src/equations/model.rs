@@ -3,14 +3,15 @@
 use nalgebra::Vector3;
 use tactid_dynamics::{
     FrameId, InertialParameters, JointMotion, Manipulator, ModelError, StateError, Workspace,
-    inverse_dynamics, motion,
+    inverse_dynamics, motion_under_gravity,
 };
 
 use super::channels::{Channels, KnownNoise};
-use super::equation::Row;
+use super::equation::{Equation, Row};
 use super::instant::Instant;
 use super::settings::EquationSettings;
-use super::sources::{RobotState, Source, WrenchRegressor, sources_of};
+use super::sources::{RobotState, Source, sources_of};
+use super::window::WindowMean;
 use crate::{Finding, IdentifyError, Method};
 
 /// A robot and the sources of its measurements.
@@ -28,7 +29,10 @@ pub(crate) struct Model {
     tool: FrameId,
     /// State of the bodies whose parameters are known.
     workspace: Workspace,
-    rows: Vec<Row>,
+    /// Entries of an instant: the targets of all rows, then the other entries of each source.
+    entries: Vec<f64>,
+    /// Number of rows of all sources.
+    row_count: usize,
 }
 
 impl Model {
@@ -50,12 +54,15 @@ impl Model {
             source,
         })?;
         let row_counts: Vec<usize> = sources.iter().map(|s| s.channels().len()).collect();
+        let row_count = row_counts.iter().sum();
+        let others = sources.iter().map(|source| source.entries());
         let includes_gripper = sources.iter().any(|source| source.includes_gripper());
         let mut model = Self {
             gravity: settings.gravity_for(robot.base_kind()),
             method: settings.method,
             sensor_count: sensors.len(),
-            rows: vec![Row::zero(); row_counts.iter().sum()],
+            entries: vec![0.0; row_count + others.sum::<usize>()],
+            row_count,
             sources,
             row_counts,
             includes_gripper,
@@ -68,7 +75,7 @@ impl Model {
             },
         };
         // The poses of the sensors must be valid before the first sample: the known noise needs them.
-        model.rows(&Instant::new(robot.dof(), sensors.len()))?;
+        model.entries(&Instant::new(robot.dof(), sensors.len()))?;
         Ok(model)
     }
 
@@ -90,9 +97,14 @@ impl Model {
         used.map(Finding::Model)
     }
 
-    /// Number of rows of an instant.
+    /// Number of rows.
     pub(crate) fn row_count(&self) -> usize {
-        self.rows.len()
+        self.row_count
+    }
+
+    /// Number of entries of an instant, of which the targets of the rows are the first.
+    pub(crate) fn entry_count(&self) -> usize {
+        self.entries.len()
     }
 
     /// Number of wrench sensors.
@@ -130,8 +142,9 @@ impl Model {
         channels.with_offsets(first.is_some_and(|source| source.has_offsets()))
     }
 
-    /// Computes the rows of an instant. Cost: one pass over the known bodies; no allocation.
-    pub(crate) fn rows(&mut self, instant: &Instant) -> Result<&[Row], StateError> {
+    /// Computes the entries of an instant, which enter means over windows: the targets of all rows, then what their
+    /// regressors are linear in. Cost: one pass over the known bodies; no allocation.
+    pub(crate) fn entries(&mut self, instant: &Instant) -> Result<&[f64], StateError> {
         let joints = JointMotion {
             position: &instant.joint_position,
             velocity: &instant.joint_velocity,
@@ -140,21 +153,39 @@ impl Model {
         if self.sources.iter().any(|source| source.needs_forces()) {
             inverse_dynamics(&mut self.workspace, &instant.base, joints, &self.gravity)?; // (1)-(41)
         } else {
-            motion(&mut self.workspace, &instant.base, joints)?; // (1)-(20)
+            motion_under_gravity(&mut self.workspace, &instant.base, joints, &self.gravity)?; // (1)-(20)
         }
-        let state = RobotState {
-            workspace: &self.workspace,
-            tool: self.tool,
-        };
-        let tool_motion = self.workspace.frame_motion(self.tool);
-        let regressor = WrenchRegressor::new(&tool_motion, &self.gravity);
-        let mut rest = &mut self.rows[..];
+        let state = RobotState::new(&self.workspace, self.tool, &self.gravity);
+        let (mut targets, mut entries) = self.entries.split_at_mut(self.row_count);
         for (source, &count) in self.sources.iter_mut().zip(&self.row_counts) {
-            let (rows, others) = rest.split_at_mut(count);
-            source.fill(instant, &state, &regressor, rows)?;
-            rest = others;
+            let (own_targets, other_targets) = targets.split_at_mut(count);
+            let (own_entries, other_entries) = entries.split_at_mut(source.entries());
+            source.fill(instant, &state, own_targets, own_entries)?;
+            (targets, entries) = (other_targets, other_entries);
         }
-        Ok(&self.rows)
+        Ok(&self.entries)
+    }
+
+    /// Sets an equation to the rows whose mean [entries](Self::entries) a window has. Allocates nothing.
+    pub(crate) fn set_equation(&self, equation: &mut Equation, window: &WindowMean) {
+        self.set_rows(&mut equation.rows, &window.means);
+        self.set_rows(&mut equation.differences, &window.differences);
+        equation.rates.copy_from_slice(&window.rates);
+        (equation.time_s, equation.instants) = (window.time_s, window.instants);
+    }
+
+    /// Sets rows from their entries.
+    fn set_rows(&self, mut rows: &mut [Row], entries: &[f64]) {
+        let (targets, mut entries) = entries.split_at(self.row_count);
+        for (row, target) in rows.iter_mut().zip(targets) {
+            row.target = *target;
+        }
+        for (source, &count) in self.sources.iter().zip(&self.row_counts) {
+            let (own_rows, other_rows) = rows.split_at_mut(count);
+            let (own_entries, other_entries) = entries.split_at(source.entries());
+            source.set_rows(own_entries, own_rows);
+            (rows, entries) = (other_rows, other_entries);
+        }
     }
 
     /// Inertial parameters of the known links below the tool, at the posture of the last instant and in the
@@ -165,10 +196,7 @@ impl Model {
     }
 
     fn state(&self) -> RobotState<'_> {
-        RobotState {
-            workspace: &self.workspace,
-            tool: self.tool,
-        }
+        RobotState::new(&self.workspace, self.tool, &self.gravity)
     }
 }
 

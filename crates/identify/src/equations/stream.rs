@@ -10,7 +10,7 @@ use super::motion_stream::{MotionStep, MotionStream};
 use super::offset_frame::OffsetFrame;
 use super::sample::Sample;
 use super::settings::EquationSettings;
-use super::window::{MIN_INSTANTS, Windows};
+use super::window::{MIN_INSTANTS, WindowMean, Windows};
 use crate::{Finding, IdentifyError, Method, NoEquations};
 
 /// What became of a sample.
@@ -37,7 +37,8 @@ pub struct EquationStream {
     model: Model,
     offset_frame: OffsetFrame,
     motion: MotionStream,
-    windows: Windows<Equation>,
+    windows: Windows<WindowMean>,
+    equation: Equation,
 }
 
 impl EquationStream {
@@ -61,7 +62,12 @@ impl EquationStream {
         Ok(Self {
             offset_frame: OffsetFrame::new(robot, tool, sensors)?,
             motion: MotionStream::new(joints, wrenches, settings.cutoff_hz, settings.max_gap_s),
-            windows: Windows::new(settings.cutoff_hz, model.row_count()),
+            windows: Windows::new(
+                settings.cutoff_hz,
+                model.entry_count(),
+                &WindowMean::new(model.entry_count(), model.row_count()),
+            ),
+            equation: Equation::new(model.row_count()),
             model,
         })
     }
@@ -87,9 +93,12 @@ impl EquationStream {
             MotionStep::Waiting => return Ok((PushOutcome::Used, None)),
             MotionStep::Instant(instant) => instant,
         };
-        let rows = self.model.rows(instant)?;
-        let equation = self.windows.push(instant.time_s, rows);
-        Ok((PushOutcome::Used, equation))
+        let entries = self.model.entries(instant)?;
+        let Some(window) = self.windows.push(instant.time_s, entries) else {
+            return Ok((PushOutcome::Used, None));
+        };
+        self.model.set_equation(&mut self.equation, window);
+        Ok((PushOutcome::Used, Some(&self.equation)))
     }
 
     /// Returns what is wrong in the description of the robot, as far as the method uses it: each is a [`Finding::Model`].

@@ -11,6 +11,10 @@ use crate::IdentifyError;
 /// then sum to a constant, so that every instant counts the same.
 const OVERLAP: usize = 3;
 
+/// Cosine and sine of the phase of the weight, π over the length, from the middle of a window to that of the next: π/3.
+const STRIDE_COS: f64 = 0.5;
+const STRIDE_SIN: f64 = 0.866_025_403_784_438_6;
+
 /// Fewest instants of a window; a window with fewer is dropped.
 pub const MIN_INSTANTS: u32 = 6;
 
@@ -57,37 +61,30 @@ pub(crate) struct Place {
     /// Length of the window, s.
     length_s: f64,
     /// Half of the instants to which this one belongs, 1 or -1.
-    pub(crate) half: f64,
+    half: f64,
 }
 
 impl Place {
     /// Weight in the mean, s.
     pub(crate) fn weight(&self) -> f64 {
-        self.cos.powi(4) * self.step_s
+        let cube = self.cos * self.cos * self.cos;
+        cube * self.cos * self.step_s
     }
 
     /// Weight in the derivative of the mean: minus the derivative of the weight.
-    pub(crate) fn slope_weight(&self) -> f64 {
-        4.0 * PI / self.length_s * self.cos.powi(3) * self.sin * self.step_s
+    fn slope_weight(&self) -> f64 {
+        let cube = self.cos * self.cos * self.cos;
+        4.0 * PI / self.length_s * cube * self.sin * self.step_s
     }
 }
 
 /// Sums over the instants of one window, which become means.
-pub(crate) trait WindowMean {
-    /// One of the quantities of an instant that are averaged.
-    type Entry: Copy;
-
-    /// Creates the sums of so many entries, all zero.
-    fn empty(entries: usize) -> Self;
-
-    /// Returns an entry that is zero.
-    fn zero() -> Self::Entry;
-
+pub(crate) trait WindowSums: Clone {
     /// Removes all instants and sets the middle of the window, s.
     fn clear(&mut self, time_s: f64);
 
-    /// Adds an instant at its place in the window.
-    fn add(&mut self, entries: &[Self::Entry], place: &Place);
+    /// Adds the entries of an instant at its place in the window.
+    fn add(&mut self, entries: &[f64], place: &Place);
 
     /// Turns the sums into means.
     fn finish(&mut self);
@@ -96,22 +93,106 @@ pub(crate) trait WindowMean {
     fn instants(&self) -> u32;
 }
 
+/// Entries of the instants, averaged over one window.
+#[derive(Clone, Debug)]
+pub(crate) struct WindowMean {
+    /// Middle of the window, on the clock of the instants, s.
+    pub(crate) time_s: f64,
+    /// Number of instants in the window.
+    pub(crate) instants: u32,
+    /// Mean of each entry.
+    pub(crate) means: Box<[f64]>,
+    /// Half the difference between the means of each entry over every second instant and over the others.
+    pub(crate) differences: Box<[f64]>,
+    /// Time derivative of the first entries through the same filter, per second.
+    pub(crate) rates: Box<[f64]>,
+    /// Sum of the instants' weights in the mean, in the derivative, and in the half-difference.
+    weight: f64,
+    slope_weight: f64,
+    difference_weight: f64,
+}
+
+impl WindowMean {
+    /// Creates a window of so many entries, the first of which have a derivative, without any instant.
+    pub(crate) fn new(entries: usize, rates: usize) -> Self {
+        Self {
+            time_s: 0.0,
+            instants: 0,
+            means: vec![0.0; entries].into(),
+            differences: vec![0.0; entries].into(),
+            rates: vec![0.0; rates].into(),
+            weight: 0.0,
+            slope_weight: 0.0,
+            difference_weight: 0.0,
+        }
+    }
+}
+
+impl WindowSums for WindowMean {
+    fn clear(&mut self, time_s: f64) {
+        self.time_s = time_s;
+        self.instants = 0;
+        self.means.fill(0.0);
+        self.differences.fill(0.0);
+        self.rates.fill(0.0);
+        (self.weight, self.slope_weight, self.difference_weight) = (0.0, 0.0, 0.0);
+    }
+
+    /// Until the end, `means` has the sums of one half of the instants and `differences` those of the other.
+    fn add(&mut self, entries: &[f64], place: &Place) {
+        let (weight, slope_weight) = (place.weight(), place.slope_weight());
+        let sums = if place.half > 0.0 {
+            &mut self.means
+        } else {
+            &mut self.differences
+        };
+        for (sum, entry) in sums.iter_mut().zip(entries) {
+            *sum += weight * entry;
+        }
+        for (rate, entry) in self.rates.iter_mut().zip(entries) {
+            *rate += slope_weight * entry;
+        }
+        self.weight += weight;
+        self.slope_weight += slope_weight;
+        self.difference_weight += place.half * weight;
+        self.instants += 1;
+    }
+
+    fn finish(&mut self) {
+        let normalization = 1.0 / self.weight;
+        for (mean, difference) in self.means.iter_mut().zip(&mut self.differences) {
+            let [half, other_half] = [*mean, *difference];
+            *mean = (half + other_half) * normalization;
+            // Both halves have the same weight but for the ends of the window and uneven times.
+            *difference = (half - other_half - self.difference_weight * *mean) * normalization;
+        }
+        for (rate, mean) in self.rates.iter_mut().zip(&self.means) {
+            // The weights of the derivative sum to zero but for rounding and uneven times.
+            *rate = (*rate - self.slope_weight * mean) * normalization;
+        }
+    }
+
+    fn instants(&self) -> u32 {
+        self.instants
+    }
+}
+
 /// Causal means with weight cos⁴ over overlapping windows: a window is complete with the sample that ends it.
 ///
 /// Integrals use the trapezoidal rule. The weight vanishes with three derivatives at both ends, for which the
 /// rule is far more accurate than its order at equidistant times, and nearly so at others. Nothing is
 /// allocated after construction.
 #[derive(Clone, Debug)]
-pub(crate) struct Windows<M: WindowMean> {
+pub(crate) struct Windows<W> {
     length_s: f64,
     /// Begin of the stretch without a gap; `None` before its first instant.
     begin_s: Option<f64>,
     /// Number of the oldest open window, counted from the begin of the stretch.
     oldest: u64,
-    open: Vec<M>,
-    finished: M,
+    open: [W; OVERLAP],
+    finished: W,
     /// The last instant. Its weight depends on the time of the next one.
-    pending: Vec<M::Entry>,
+    pending: Box<[f64]>,
     pending_s: f64,
     /// Time of the instant before the pending one.
     previous_s: f64,
@@ -121,16 +202,16 @@ pub(crate) struct Windows<M: WindowMean> {
     half: f64,
 }
 
-impl<M: WindowMean> Windows<M> {
-    /// Creates windows of so many entries.
-    pub(crate) fn new(cutoff_hz: f64, entries: usize) -> Self {
+impl<W: WindowSums> Windows<W> {
+    /// Creates windows over instants of so many entries, from a window without any instant.
+    pub(crate) fn new(cutoff_hz: f64, entries: usize, empty: &W) -> Self {
         Self {
             length_s: length_s(cutoff_hz),
             begin_s: None,
             oldest: 0,
-            open: (0..OVERLAP).map(|_| M::empty(entries)).collect(),
-            finished: M::empty(entries),
-            pending: vec![M::zero(); entries],
+            open: std::array::from_fn(|_| empty.clone()),
+            finished: empty.clone(),
+            pending: vec![0.0; entries].into(),
             pending_s: 0.0,
             previous_s: 0.0,
             sparse: 0,
@@ -168,7 +249,7 @@ impl<M: WindowMean> Windows<M> {
     }
 
     /// Adds an instant, later than the one before, and returns the window that ended with it.
-    pub(crate) fn push(&mut self, time_s: f64, entries: &[M::Entry]) -> Option<&M> {
+    pub(crate) fn push(&mut self, time_s: f64, entries: &[f64]) -> Option<&W> {
         let stride_s = self.length_s / OVERLAP as f64;
         let begin_s = self.begin_s.filter(|_| time_s - self.pending_s <= stride_s);
         let Some(begin_s) = begin_s else {
@@ -180,18 +261,19 @@ impl<M: WindowMean> Windows<M> {
         let mut ended = false;
         // The pending instant belongs to at most three windows.
         let newest = ((self.pending_s - begin_s) / stride_s).floor().max(0.0) as u64;
-        for number in newest.saturating_sub(OVERLAP as u64 - 1)..=newest {
-            let middle_s = begin_s + (number as f64 + 0.5 * OVERLAP as f64) * stride_s;
-            let phase = PI * (self.pending_s - middle_s) / self.length_s;
+        let middle_s = |number: u64| begin_s + (number as f64 + 0.5 * OVERLAP as f64) * stride_s;
+        let oldest = newest.saturating_sub(OVERLAP as u64 - 1);
+        let phase = PI * (self.pending_s - middle_s(oldest)) / self.length_s;
+        let (mut sin, mut cos) = phase.sin_cos();
+        for number in oldest..=newest {
             let window = &mut self.open[(number % OVERLAP as u64) as usize];
             if number >= self.oldest + OVERLAP as u64 {
                 self.oldest += 1;
                 std::mem::swap(&mut self.finished, window);
                 ended = self.finished.instants() >= MIN_INSTANTS;
                 self.sparse += u64::from(!ended);
-                window.clear(middle_s);
+                window.clear(middle_s(number));
             }
-            let (sin, cos) = phase.sin_cos();
             let place = Place {
                 sin,
                 cos,
@@ -200,6 +282,11 @@ impl<M: WindowMean> Windows<M> {
                 half: self.half,
             };
             window.add(&self.pending, &place);
+            // The middle of the next window is a stride later.
+            (sin, cos) = (
+                sin * STRIDE_COS - cos * STRIDE_SIN,
+                cos * STRIDE_COS + sin * STRIDE_SIN,
+            );
         }
         self.set_pending(time_s, entries);
         if !ended {
@@ -210,7 +297,7 @@ impl<M: WindowMean> Windows<M> {
     }
 
     /// Opens the first windows of a stretch that begins with this instant.
-    fn begin(&mut self, time_s: f64, entries: &[M::Entry]) {
+    fn begin(&mut self, time_s: f64, entries: &[f64]) {
         self.begin_s = Some(time_s);
         self.oldest = 0;
         for (number, window) in self.open.iter_mut().enumerate() {
@@ -220,7 +307,7 @@ impl<M: WindowMean> Windows<M> {
         self.set_pending(time_s, entries);
     }
 
-    fn set_pending(&mut self, time_s: f64, entries: &[M::Entry]) {
+    fn set_pending(&mut self, time_s: f64, entries: &[f64]) {
         self.previous_s = self.pending_s;
         self.pending_s = time_s;
         self.half = -self.half;
@@ -231,21 +318,16 @@ impl<M: WindowMean> Windows<M> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::equations::{Equation, Row};
 
     const CUTOFF_HZ: f64 = 9.26; // a window of 0.1 s
 
     /// Returns time, mean, and mean of the derivative of one quantity, for each window.
     fn filter(times: &[f64], value: impl Fn(f64) -> f64) -> Vec<(f64, f64, f64)> {
-        let mut windows = Windows::<Equation>::new(CUTOFF_HZ, 1);
+        let mut windows = Windows::new(CUTOFF_HZ, 1, &WindowMean::new(1, 1));
         let mut found = Vec::new();
         for &time_s in times {
-            let row = Row {
-                target: value(time_s),
-                ..Row::zero()
-            };
-            if let Some(mean) = windows.push(time_s, &[row]) {
-                found.push((mean.time_s, mean.rows[0].target, mean.rates[0]));
+            if let Some(window) = windows.push(time_s, &[value(time_s)]) {
+                found.push((window.time_s, window.means[0], window.rates[0]));
             }
         }
         found

@@ -117,7 +117,8 @@ impl AccumulatedRows {
     /// Returns the parameters that fit all rows best, however uncertain they are. Their residuals are noise.
     pub(crate) fn best_fit(&self) -> Vector {
         let biased = self.rls.parameters();
-        let information = Information::new(self.rls.information_root(), &self.noise, f64::INFINITY);
+        let information =
+            Information::new(&self.rls.information_root(), &self.noise, f64::INFINITY);
         biased + information.solve(&(self.noise * biased - self.noise_targets))
     }
 
@@ -128,10 +129,10 @@ impl AccumulatedRows {
     /// by up to 1e6 units after few windows. Such a direction counts as unobservable, and keeps its
     /// [start](Self::restart_at).
     pub(crate) fn solve(&mut self) -> (Vector, Information) {
-        self.inverse_root = inverse_of_upper(self.rls.information_root()).transpose();
+        self.inverse_root = inverse_of_upper(&self.rls.information_root()).transpose();
         let biased = self.rls.parameters();
         let information = Information::new(
-            self.rls.information_root(),
+            &self.rls.information_root(),
             &self.noise,
             self.plausible_size(&self.scales()),
         );

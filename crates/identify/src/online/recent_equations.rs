@@ -61,7 +61,7 @@ mod tests {
                 .collect();
             let expected: Vec<usize> = (count.saturating_sub(CAPACITY)..count).collect();
             assert_eq!(times, expected);
-            equation.clear(count as f64);
+            equation.time_s = count as f64;
             recent.push(&equation);
         }
         recent.clear();

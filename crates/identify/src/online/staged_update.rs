@@ -124,7 +124,7 @@ impl StagedUpdate {
         self.projection.step();
         if was_far && !self.projection.is_far() {
             self.report();
-        } else {
+        } else if self.projection.moves_estimate() {
             self.readout.set_projection(&self.projection);
         }
     }

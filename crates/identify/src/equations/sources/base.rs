@@ -1,12 +1,17 @@
 //! The motion of a free-floating base: what moves the payload comes from the robot's own momentum.
 
+use nalgebra::SMatrix;
 use tactid_dynamics::{StateError, Wrench};
 
-use super::regressor::WrenchRegressor;
+use super::regressor::{WrenchRegressor, set_wrench};
 use super::source::{MeasurementSource, RobotState};
 use crate::equations::channels::{Channel, wrench_channels};
 use crate::equations::equation::Row;
 use crate::equations::instant::Instant;
+
+/// Numbers of entries of the 6x10 regressor of the parameters and of the 6x4 one of gravity.
+const PARAMETER_ENTRIES: usize = 60;
+const GRAVITY_ENTRIES: usize = 24;
 
 /// The wrenches on the base of the whole robot and of the payload, in the frame of the base and about its
 /// origin: on a base that floats freely they sum to zero, (21)-(44).
@@ -21,12 +26,16 @@ impl MeasurementSource for BaseSource {
         wrench_channels("base ")
     }
 
+    fn entries(&self) -> usize {
+        PARAMETER_ENTRIES + GRAVITY_ENTRIES
+    }
+
     fn fill(
         &mut self,
         instant: &Instant,
         robot: &RobotState<'_>,
-        regressor: &WrenchRegressor,
-        rows: &mut [Row],
+        targets: &mut [f64],
+        entries: &mut [f64],
     ) -> Result<(), StateError> {
         let world_from_base = &instant.base.pose;
         let base_from_world = world_from_base.rotation.inverse();
@@ -36,10 +45,22 @@ impl MeasurementSource for BaseSource {
             force: base_from_world * -on_known.force,
             moment: base_from_world * -on_known.moment,
         };
-        let base_from_tool = world_from_base.inv_mul(&robot.world_from_tool());
-        let in_base = regressor.expressed_in(&base_from_tool);
-        in_base.fill_rows(&target, rows);
+        let base_from_tool = world_from_base.inv_mul(robot.world_from_tool());
+        let in_base = WrenchRegressor::new(&robot.terms).expressed_in(&base_from_tool);
+        set_wrench(targets, &target);
+        let (parameters, gravity) = entries.split_at_mut(PARAMETER_ENTRIES);
+        parameters.copy_from_slice(in_base.parameters.as_slice());
+        gravity.copy_from_slice(in_base.gravity.as_slice());
         Ok(())
+    }
+
+    fn set_rows(&self, entries: &[f64], rows: &mut [Row]) {
+        let (parameters, gravity) = entries.split_at(PARAMETER_ENTRIES);
+        let in_base = WrenchRegressor {
+            parameters: SMatrix::from_column_slice(parameters),
+            gravity: SMatrix::from_column_slice(gravity),
+        };
+        in_base.set_rows(rows);
     }
 
     fn needs_forces(&self) -> bool {

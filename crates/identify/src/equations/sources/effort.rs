@@ -12,6 +12,9 @@ use crate::equations::equation::Row;
 use crate::equations::instant::Instant;
 use crate::equations::settings::{EquationSettings, expand};
 
+/// Number of entries of a joint beside its target: the regressor of the parameters, that of gravity, and the gain error.
+const JOINT_ENTRIES: usize = 15;
+
 /// The efforts of the joints that move the tool.
 #[derive(Clone, Debug)]
 pub(crate) struct EffortSource {
@@ -61,28 +64,45 @@ impl MeasurementSource for EffortSource {
         vec![self.channels.len()]
     }
 
+    fn entries(&self) -> usize {
+        JOINT_ENTRIES * self.channels.len()
+    }
+
     fn fill(
         &mut self,
         instant: &Instant,
         robot: &RobotState<'_>,
-        regressor: &WrenchRegressor,
-        rows: &mut [Row],
+        targets: &mut [f64],
+        entries: &mut [f64],
     ) -> Result<(), StateError> {
         let workspace = robot.workspace;
         workspace.jacobian(robot.tool, &mut self.jacobian)?;
         // Jᵀ Y π = τ - τ_arm, not in the paper: principle of virtual work, with τ_i = z_i · n_i of (34) for the arm alone.
-        for (row, &joint) in rows.iter_mut().zip(&self.loaded_joints) {
+        let regressor = WrenchRegressor::new(&robot.terms);
+        let places = targets
+            .iter_mut()
+            .zip(entries.chunks_exact_mut(JOINT_ENTRIES));
+        for ((target, entries), &joint) in places.zip(&self.loaded_joints) {
             let column = &self.jacobian[joint];
-            row.regressor = regressor.parameters.tr_mul(column);
-            row.gravity = regressor.gravity.tr_mul(column);
-            row.target = instant.joint_effort[joint];
+            let (parameters, others) = entries.split_at_mut(10);
+            parameters.copy_from_slice(regressor.parameters.tr_mul(column).as_slice());
+            others[..4].copy_from_slice(regressor.gravity.tr_mul(column).as_slice());
+            *target = instant.joint_effort[joint];
             let of_gain = self.gain_std_devs.get(joint).copied();
-            row.gain_error = of_gain.unwrap_or(0.0) * row.target;
+            others[4] = of_gain.unwrap_or(0.0) * *target;
             if !self.is_net {
-                row.target -= workspace.joint_torques()?[joint];
+                *target -= workspace.joint_torques()?[joint];
             }
         }
         Ok(())
+    }
+
+    fn set_rows(&self, entries: &[f64], rows: &mut [Row]) {
+        for (row, entries) in rows.iter_mut().zip(entries.chunks_exact(JOINT_ENTRIES)) {
+            row.regressor.copy_from_slice(&entries[..10]);
+            row.gravity.copy_from_slice(&entries[10..14]);
+            row.gain_error = entries[14];
+        }
     }
 
     fn known_noise(&self, _robot: &RobotState<'_>) -> Option<DMatrix<f64>> {

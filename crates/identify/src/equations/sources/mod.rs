@@ -16,7 +16,7 @@ use tactid_dynamics::{BaseKind, FrameId, Manipulator};
 use self::base::BaseSource;
 use self::effort::EffortSource;
 use self::momentum::MomentumSource;
-pub(crate) use self::regressor::{WrenchRegressor, columns_expressed_in};
+pub(crate) use self::regressor::columns_expressed_in;
 pub(crate) use self::source::{MeasurementSource, RobotState};
 use self::wrench::WrenchSource;
 use super::settings::EquationSettings;
@@ -70,7 +70,7 @@ pub(crate) fn sources_of(
     settings: &EquationSettings,
 ) -> Result<Vec<Source>, IdentifyError> {
     // Also a sensor that the method does not use must be a link of the robot.
-    let wrench = Source::Wrench(WrenchSource::new(robot, sensors, settings)?);
+    let wrench = Source::Wrench(WrenchSource::new(robot, tool, sensors, settings)?);
     let effort = || Source::Effort(EffortSource::new(robot, tool, settings));
     Ok(match settings.method {
         Method::Tactile => vec![wrench],

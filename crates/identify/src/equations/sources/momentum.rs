@@ -2,7 +2,7 @@
 
 use tactid_dynamics::{StateError, wrench_on_end_effector};
 
-use super::regressor::WrenchRegressor;
+use super::regressor::{MOTION_TERMS, MotionTerms, WrenchRegressor, set_wrench};
 use super::source::{MeasurementSource, RobotState};
 use crate::equations::channels::{Channel, wrench_channels};
 use crate::equations::equation::Row;
@@ -18,17 +18,26 @@ impl MeasurementSource for MomentumSource {
         wrench_channels("")
     }
 
+    fn entries(&self) -> usize {
+        MOTION_TERMS
+    }
+
     fn fill(
         &mut self,
         _instant: &Instant,
         robot: &RobotState<'_>,
-        regressor: &WrenchRegressor,
-        rows: &mut [Row],
+        targets: &mut [f64],
+        entries: &mut [f64],
     ) -> Result<(), StateError> {
         // f_U = -f_K of (29)-(30), n_U of (44)
         let wrench = wrench_on_end_effector(robot.workspace, robot.tool);
-        regressor.fill_rows(&wrench, rows);
+        set_wrench(targets, &wrench);
+        entries.copy_from_slice(robot.terms.as_slice());
         Ok(())
+    }
+
+    fn set_rows(&self, entries: &[f64], rows: &mut [Row]) {
+        WrenchRegressor::new(&MotionTerms::from_column_slice(entries)).set_rows(rows);
     }
 
     fn needs_masses(&self) -> bool {

@@ -1,9 +1,31 @@
 //! The regressor of the wrench on the payload, which every source has in common.
 
-use nalgebra::{Isometry3, SMatrix, Vector3};
-use tactid_dynamics::{FrameMotion, ToolMotion, Wrench, wrench_regressor};
+use nalgebra::{Isometry3, Matrix3, Matrix3x6, SMatrix, SVector, Vector3};
+use tactid_dynamics::{ToolMotion, Wrench, cross, inertia_product};
 
 use crate::equations::equation::Row;
+
+/// Number of the [`MotionTerms`].
+pub(crate) const MOTION_TERMS: usize = 15;
+
+/// Functions of the tool's motion in which the regressor of the wrench in the tool frame is linear, so that their means
+/// over a window give the mean regressor: `p̈_U - g`, `g` and `ω̇_U` in the tool frame, then the products
+/// `ωxωx, ωxωy, ωxωz, ωyωy, ωyωz, ωzωz` of the angular velocity.
+pub(crate) type MotionTerms = SVector<f64, MOTION_TERMS>;
+
+/// Returns the terms of a motion of the tool frame. `g` is the gravitational acceleration in the tool frame, m/s².
+pub(crate) fn motion_terms(motion: &ToolMotion, g: &Vector3<f64>) -> MotionTerms {
+    let (a, dw, w) = (
+        &motion.acceleration,
+        &motion.angular_acceleration,
+        &motion.angular_velocity,
+    );
+    let [xx, xy, xz] = [w.x * w.x, w.x * w.y, w.x * w.z];
+    let [yy, yz, zz] = [w.y * w.y, w.y * w.z, w.z * w.z];
+    MotionTerms::from([
+        a.x, a.y, a.z, g.x, g.y, g.z, dw.x, dw.y, dw.z, xx, xy, xz, yy, yz, zz,
+    ])
+}
 
 /// Regressor of the wrench on the payload in the tool frame and about its origin: the standard linear form
 /// of (29) and (42), `[f_U; n_U] = Y(p̈_U - g, ω_U, ω̇_U) π`.
@@ -16,19 +38,44 @@ pub(crate) struct WrenchRegressor {
 }
 
 impl WrenchRegressor {
-    /// Computes the regressor of a motion of the tool frame. `gravity` is the gravitational acceleration in
-    /// the inertial frame, m/s².
-    pub(crate) fn new(motion: &FrameMotion, gravity: &Vector3<f64>) -> Self {
-        let gravity_motion = ToolMotion {
-            acceleration: motion.pose.rotation.inverse_transform_vector(gravity),
-            angular_velocity: Vector3::zeros(),
-            angular_acceleration: Vector3::zeros(),
-        };
+    /// Computes the regressor from the terms of one motion, or from mean terms.
+    pub(crate) fn new(terms: &MotionTerms) -> Self {
+        let vector = |first: usize| terms.fixed_rows::<3>(first).into_owned();
+        let (acceleration, gravity, dw) = (vector(0), vector(3), vector(6));
+        let [xx, xy, xz, yy, yz, zz] = std::array::from_fn(|k| terms[9 + k]);
+        #[rustfmt::skip]
+        let square = Matrix3::new( // [ω]×²
+            -yy - zz, xy, xz,
+            xy, -xx - zz, yz,
+            xz, yz, -xx - yy,
+        );
+        #[rustfmt::skip]
+        let gyroscopic = Matrix3x6::new( // [ω]× L(ω)
+            0.0, -xz, xy, -yz, yy - zz, yz,
+            xz, yz, zz - xx, 0.0, -xy, -xz,
+            -xy, xx - yy, -yz, xy, xz, 0.0,
+        );
+        let mut parameters = SMatrix::<f64, 6, 10>::zeros();
+        let mut of_force = parameters.fixed_view_mut::<3, 4>(0, 0);
+        of_force.set_column(0, &acceleration);
+        of_force
+            .fixed_columns_mut::<3>(1)
+            .copy_from(&(cross(&dw) + square)); // (31)
+        let mut of_moment = parameters.fixed_view_mut::<3, 9>(3, 1);
+        of_moment
+            .fixed_columns_mut::<3>(0)
+            .copy_from(&-cross(&acceleration));
+        of_moment
+            .fixed_columns_mut::<6>(3)
+            .copy_from(&(inertia_product(&dw) + gyroscopic)); // (45)
+        let mut of_gravity = SMatrix::<f64, 6, 4>::zeros();
+        of_gravity.fixed_view_mut::<3, 1>(0, 0).copy_from(&gravity);
+        of_gravity
+            .fixed_view_mut::<3, 3>(3, 1)
+            .copy_from(&-cross(&gravity));
         Self {
-            parameters: wrench_regressor(&motion.in_frame(gravity)),
-            gravity: wrench_regressor(&gravity_motion)
-                .fixed_columns::<4>(0)
-                .into_owned(),
+            parameters,
+            gravity: of_gravity,
         }
     }
 
@@ -40,14 +87,20 @@ impl WrenchRegressor {
         }
     }
 
-    /// Writes the six rows whose targets are the entries of a measured wrench.
-    pub(crate) fn fill_rows(&self, wrench: &Wrench, rows: &mut [Row]) {
-        let targets = wrench.force.iter().chain(wrench.moment.iter());
-        for (k, (row, &target)) in rows.iter_mut().zip(targets).enumerate() {
+    /// Writes the regressors of the six rows whose targets are the entries of a measured wrench.
+    pub(crate) fn set_rows(&self, rows: &mut [Row]) {
+        for (k, row) in rows.iter_mut().enumerate() {
             row.regressor = self.parameters.row(k).transpose();
-            row.target = target;
             row.gravity = self.gravity.row(k).transpose();
         }
+    }
+}
+
+/// Writes the six entries of a wrench.
+pub(crate) fn set_wrench(entries: &mut [f64], wrench: &Wrench) {
+    let values = wrench.force.iter().chain(&wrench.moment);
+    for (entry, value) in entries.iter_mut().zip(values) {
+        *entry = *value;
     }
 }
 
@@ -67,4 +120,43 @@ pub(crate) fn columns_expressed_in<const N: usize>(
         column.fixed_rows_mut::<3>(3).copy_from(&wrench.moment);
     }
     expressed
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng, rngs::SmallRng};
+    use tactid_dynamics::wrench_regressor;
+
+    use super::*;
+
+    /// The mean of the terms of two motions gives the mean of their regressors as the dynamics have them, and the columns
+    /// of gravity are the regressor of an acceleration equal to gravity.
+    #[test]
+    fn mean_terms_give_the_mean_regressor_of_the_dynamics() {
+        let mut random = SmallRng::seed_from_u64(2);
+        let mut vector = || Vector3::from_fn(|_, _| random.random_range(-2.0..2.0));
+        let mut motion = || {
+            let motion = ToolMotion {
+                acceleration: vector(),
+                angular_velocity: vector(),
+                angular_acceleration: vector(),
+            };
+            (motion, vector())
+        };
+        let motions = [motion(), motion()];
+        let terms = motions.map(|(motion, gravity)| motion_terms(&motion, &gravity));
+        let found = WrenchRegressor::new(&((terms[0] + terms[1]) / 2.0));
+        let regressors = motions.map(|(motion, _)| wrench_regressor(&motion));
+        let expected = (regressors[0] + regressors[1]) / 2.0;
+        assert!((found.parameters - expected).amax() < 1e-14);
+        let of_gravity = motions.map(|(_, gravity)| {
+            wrench_regressor(&ToolMotion {
+                acceleration: gravity,
+                angular_velocity: Vector3::zeros(),
+                angular_acceleration: Vector3::zeros(),
+            })
+        });
+        let expected = (of_gravity[0] + of_gravity[1]) / 2.0;
+        assert!((found.gravity - expected.fixed_columns::<4>(0)).amax() < 1e-14);
+    }
 }

@@ -1,9 +1,11 @@
 //! What every measurement source provides, and the state of the robot that it computes its rows from.
 
-use nalgebra::{DMatrix, Isometry3};
+use std::cell::OnceCell;
+
+use nalgebra::{DMatrix, Isometry3, Vector3};
 use tactid_dynamics::{FrameId, StateError, Workspace};
 
-use super::regressor::WrenchRegressor;
+use super::regressor::{MotionTerms, motion_terms};
 use crate::equations::channels::Channel;
 use crate::equations::equation::Row;
 use crate::equations::instant::Instant;
@@ -19,7 +21,11 @@ pub(crate) trait MeasurementSource {
         vec![3, 3]
     }
 
-    /// Fills the rows of an instant, one for each channel. Allocates nothing.
+    /// Number of entries of an instant beside the targets, of which [`set_rows`](Self::set_rows) makes the regressors.
+    fn entries(&self) -> usize;
+
+    /// Computes the targets of an instant, one for each channel, and the other entries. Both enter means over windows.
+    /// Allocates nothing.
     ///
     /// # Errors
     /// Returns [`StateError::NoForces`] if the source uses forces and [`needs_forces`](Self::needs_forces) is false.
@@ -27,9 +33,13 @@ pub(crate) trait MeasurementSource {
         &mut self,
         instant: &Instant,
         robot: &RobotState<'_>,
-        regressor: &WrenchRegressor,
-        rows: &mut [Row],
+        targets: &mut [f64],
+        entries: &mut [f64],
     ) -> Result<(), StateError>;
+
+    /// Sets everything but the targets of the rows, one for each channel, from the means of the other entries over a
+    /// window, or from half-differences of such means: the rows are linear in the entries.
+    fn set_rows(&self, entries: &[f64], rows: &mut [Row]);
 
     /// Covariance of the noise of one sample across the channels, where it is known, at the robot's
     /// posture.
@@ -65,18 +75,41 @@ pub(crate) trait MeasurementSource {
 }
 
 /// Motion of the known bodies of the robot at one instant.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub(crate) struct RobotState<'a> {
     /// Motion of the bodies whose parameters are known (the whole robot, or all but the links below the
     /// tool) and, where a source needs them, the forces that move them.
     pub(crate) workspace: &'a Workspace,
     /// The end-effector frame `Σ_U`.
     pub(crate) tool: FrameId,
+    /// Terms of the motion of the tool frame.
+    pub(crate) terms: MotionTerms,
+    /// Pose of the tool frame in the inertial frame, once it is known.
+    world_from_tool: OnceCell<Isometry3<f64>>,
 }
 
-impl RobotState<'_> {
-    /// Pose of the tool frame in the inertial frame.
-    pub(crate) fn world_from_tool(&self) -> Isometry3<f64> {
-        self.workspace.pose(self.tool)
+impl<'a> RobotState<'a> {
+    /// Returns the state that a workspace has. `gravity` is the gravitational acceleration in the inertial frame, m/s².
+    pub(crate) fn new(workspace: &'a Workspace, tool: FrameId, gravity: &Vector3<f64>) -> Self {
+        let mut state = Self {
+            workspace,
+            tool,
+            terms: MotionTerms::zeros(),
+            world_from_tool: OnceCell::new(),
+        };
+        let in_tool = if *gravity == Vector3::zeros() {
+            *gravity
+        } else {
+            let rotation = &state.world_from_tool().rotation;
+            rotation.inverse_transform_vector(gravity)
+        };
+        state.terms = motion_terms(&workspace.tool_motion(tool, gravity), &in_tool);
+        state
+    }
+
+    /// Pose of the tool frame in the inertial frame. The first call costs a pass over the bodies above it.
+    pub(crate) fn world_from_tool(&self) -> &Isometry3<f64> {
+        let pose = || self.workspace.pose(self.tool);
+        self.world_from_tool.get_or_init(pose)
     }
 }

@@ -33,7 +33,7 @@ fn equations(count: usize, seed: u64, noise: f64, delay_s: f64) -> Vec<Equation>
     };
     let mut equation_at = |time_s: f64| {
         let mut equation = Equation::new(6);
-        equation.clear(time_s);
+        equation.time_s = time_s;
         for channel in 0..6 {
             let target = |at_s: f64| row_at(channel, at_s).dot(&truth());
             let size = if channel < 3 {

@@ -117,6 +117,11 @@ impl ProjectionTracker {
         self.is_far && !self.is_consistent
     }
 
+    /// Whether the [parameters](Self::parameters) are the tracked ones, and not the estimate itself.
+    pub(crate) fn moves_estimate(&self) -> bool {
+        self.inside.is_some() && !self.is_consistent
+    }
+
     /// Returns the tracked parameters, or the estimate itself where it is consistent or its mass is not
     /// positive.
     pub(crate) fn parameters(&self) -> Vector {

@@ -1,0 +1,90 @@
+"""Online estimators of ten parameters beside plain C++ with Eigen, and padasip in Python."""
+
+import ctypes
+import time
+from collections.abc import Iterator
+from functools import cache
+
+import numpy as np
+
+from peers.harness import Array, Comparison, Contender
+from peers.native import MissingPeerError, cxx_library, tactid_library
+
+try:
+    import padasip
+except ImportError:
+    padasip = None
+
+ROWS = 4098
+"""Rows of one measurement: whole blocks of six."""
+
+REPETITIONS = 40
+
+
+def comparisons() -> Iterator[Comparison]:
+    """A row of each estimator; the rows are exact, so that all reach the same parameters."""
+    rng = np.random.default_rng(3)
+    rows = rng.normal(size=(ROWS, 10))
+    numbers = np.column_stack([rows, rows @ rng.normal(size=10)])
+    tasks = [
+        ("NLMS, a row", "nlms", "nlms", 1.0),
+        ("RLS, a row, parameters at the end", "rls", "rls", 0.6),
+        ("RLS, a row, in blocks of six", "rls_blocks", "rls", 1.0),
+    ]
+    for task, ours, theirs, bar in tasks:
+        contenders = [kernel("tactid", tactid(), ours, numbers)]
+        for label, flags in (("-O3", ()), ("-O3 -march=native", ("-march=native",))):
+            name = f"C++ with Eigen {label}"
+            try:
+                contenders.append(kernel(name, cxx(*flags), theirs, numbers))
+            except MissingPeerError as missing:
+                contenders.append(Contender(name, missing=str(missing)))
+        if ours != "rls_blocks":
+            contenders.append(in_python(theirs, numbers))
+        yield Comparison(task, "ns", contenders, bar=bar)
+
+
+def tactid():
+    """The timing function of tactid's kernels."""
+    function = tactid_library().tactid_estimator_time
+    function.restype = ctypes.c_double
+    return function
+
+
+@cache
+def cxx(*flags: str):
+    """The timing function of the C++ ones."""
+    function = cxx_library("estimators.cpp", *flags, needs=("eigen3/Eigen/Core",)).estimator_time
+    function.restype = ctypes.c_double
+    return function
+
+
+def kernel(label: str, function, name: str, numbers: Array) -> Contender:
+    """A kernel behind the C interface."""
+    out = np.zeros(10)
+
+    def measure() -> float:
+        at = [array.ctypes.data_as(ctypes.c_void_p) for array in (numbers, out)]
+        counts = [ctypes.c_size_t(count) for count in (len(numbers), REPETITIONS)]
+        return function(name.encode(), at[0], *counts, at[1])
+
+    measure()
+    return Contender(label, measure, out)
+
+
+def in_python(name: str, numbers: Array) -> Contender:
+    """The same filter of padasip."""
+    if padasip is None:
+        return Contender("padasip", missing="pip install padasip")
+    rows, targets = numbers[:, :10], numbers[:, 10]
+
+    def measure() -> float:
+        if name == "nlms":
+            made = padasip.filters.FilterNLMS(n=10, mu=1.8, eps=0.9, w="zeros")
+        else:
+            made = padasip.filters.FilterRLS(n=10, mu=1.0, eps=1e-8, w="zeros")
+        start = time.perf_counter()
+        made.run(targets, rows)
+        return (time.perf_counter() - start) / len(rows)
+
+    return Contender("padasip", measure)
