@@ -3,7 +3,7 @@
 Each is a ``tactid.Identification``, made to be shown; some are of what goes wrong.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import tactid
 from tactid import Channel, Delay, Fit, History, Identification, PayloadEstimate, PrincipalMoments
 from tactid.bodies import principal_moments
-from tactid.values import values_of
+from tactid.values import Observability, values_of
 
 Array = NDArray[np.float64]
 
@@ -50,7 +50,8 @@ class MeanForecast:
 
 def with_estimate(found: Identification, **changes: Any) -> Identification:
     """The result with another estimate, and with what follows from it."""
-    estimate = replace(found.estimate, **changes)
+    # The intervals follow from values and standard deviations unless they are given.
+    estimate = replace(found.estimate, **{"intervals": np.empty((0, 2)), **changes})
     values, std_devs = estimate.values, estimate.std_devs
     finite = np.isfinite(values).all()
     moments = principal_moments(values.tolist()) if finite else [np.nan] * 3
@@ -61,6 +62,11 @@ def with_estimate(found: Identification, **changes: Any) -> Identification:
         principal_moments=PrincipalMoments(np.array(moments), np.full(3, std_devs[4:].max())),
         forecast=MeanForecast(values, std_devs, found.duration),
     )
+
+
+def observability(known: Iterable[bool]) -> list[Observability]:
+    """Identifiable where the value is known, and else unobservable."""
+    return ["identifiable" if yes else "unobservable" for yes in known]
 
 
 def fit_of(found: Identification) -> Fit:
@@ -128,7 +134,11 @@ def nothing_known() -> Identification:
     known, history = fit_of(found), found.history
     dead = np.zeros_like(known.measured)
     found = with_estimate(
-        found, values=nothing, std_devs=infinite, identifiable=[False] * 10, is_physical=False
+        found,
+        values=nothing,
+        std_devs=infinite,
+        observability=["unobservable"] * 10,
+        is_physical=False,
     )
     found = with_history(
         found,
@@ -229,7 +239,7 @@ def _solved(
     )
     nothing = np.full(3, np.nan)
     found = Identification(
-        estimate=PayloadEstimate("tool0", final, sigma, np.isfinite(sigma).tolist(), True),
+        estimate=PayloadEstimate("tool0", final, sigma, observability(np.isfinite(sigma)), True),
         method="tactile",
         estimator="least-squares",
         principal_moments=PrincipalMoments(nothing, nothing),

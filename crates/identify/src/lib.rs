@@ -104,5 +104,5 @@ pub use fit::Delay;
 pub use method::Method;
 pub use online::Identifier;
 pub use paper::{PaperFilter, PaperSettings, SingularValues};
-pub use result::{HistoryPoint, PayloadEstimate, VALUE_NAMES, WrenchOffset};
+pub use result::{HistoryPoint, Observability, PayloadEstimate, VALUE_NAMES, WrenchOffset};
 pub use solve::{BoundingBox, HALF_WIDTH_95, KnownMass, PrincipalMoments};

@@ -19,6 +19,19 @@ pub(crate) const KINDS: [Range<usize>; 3] = [0..1, 1..4, 4..10];
 /// still count as physically consistent: plates and rods lie on the boundary, and no estimate is exact.
 const BOUNDARY: f64 = 0.01;
 
+/// Whether the motion excites a value, and whether the noise leaves enough of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Observability {
+    /// The motion excites the value, and half of its 95 % interval is less than the largest value of its kind (mass, centre
+    /// of mass, inertia).
+    Identifiable,
+    /// The motion excites the value, but noise leaves it a wider interval, which contains the truth as any other does.
+    Uncertain,
+    /// The motion does not excite the value, or not more than the noise of the motion itself does. The number in
+    /// [`PayloadEstimate::body`] is meaningless.
+    Unobservable,
+}
+
 /// An identified payload with its uncertainty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PayloadEstimate {
@@ -29,11 +42,14 @@ pub struct PayloadEstimate {
     /// Mass properties of the whole load as one body, in `frame`: gripper, payload and, where one is given, known tool;
     /// for the joint-sensing method only.
     pub composite: Option<MassProperties>,
-    /// Whether the motion determines each of [`VALUE_NAMES`]. Where it does not, the number in `body` is
-    /// meaningless.
-    pub identifiable: [bool; 10],
-    /// Standard deviation of each of [`VALUE_NAMES`], in its unit, infinite where the motion does not determine
-    /// the value; `None` for the paper's filter, which estimates none.
+    /// Whether the motion excites each of [`VALUE_NAMES`], and whether the noise leaves enough of it.
+    pub observability: [Observability; 10],
+    /// Limits of the 95 % interval of each of [`VALUE_NAMES`], in its unit: 1.96 standard deviations to each side, but no
+    /// further than a body can reach that fits into the bounding box, if one is given. A limit is infinite where nothing
+    /// bounds the value. `None` for the paper's filter.
+    pub intervals: Option<[[f64; 2]; 10]>,
+    /// Standard deviation of each of [`VALUE_NAMES`], in its unit, infinite where the value is unobservable, or divided by
+    /// a mass that is not known to a quarter; `None` for the paper's filter, which estimates none.
     pub std_devs: Option<[f64; 10]>,
     /// Whether a body with these parameters can exist, within 1 % of its largest principal moment.
     pub is_physical: bool,
@@ -59,10 +75,38 @@ impl PayloadEstimate {
         values(&self.body)
     }
 
-    /// Returns the names of the values that the motion does not determine.
+    /// Returns whether each of [`VALUE_NAMES`] is identifiable: half of its 95 % interval is less than the largest value
+    /// of its kind (mass, centre of mass, inertia).
+    #[must_use]
+    pub fn identifiable(&self) -> [bool; 10] {
+        self.observability
+            .map(|of| of == Observability::Identifiable)
+    }
+
+    /// Returns the names of the values that are not identifiable: uncertain or unobservable.
     pub fn not_identifiable(&self) -> impl Iterator<Item = &'static str> + '_ {
-        let named = VALUE_NAMES.iter().zip(&self.identifiable);
-        named.filter(|(_, known)| !**known).map(|(name, _)| *name)
+        let named = VALUE_NAMES.iter().zip(&self.observability);
+        named
+            .filter(|(_, of)| **of != Observability::Identifiable)
+            .map(|(name, _)| *name)
+    }
+
+    /// Returns the names of the values that the motion excites, but less than the noise: their intervals are wide.
+    pub fn uncertain(&self) -> impl Iterator<Item = &'static str> + '_ {
+        self.named(Observability::Uncertain)
+    }
+
+    /// Returns the names of the values that the motion does not excite.
+    pub fn unobservable(&self) -> impl Iterator<Item = &'static str> + '_ {
+        self.named(Observability::Unobservable)
+    }
+
+    /// Returns the names of the values with this observability.
+    fn named(&self, expected: Observability) -> impl Iterator<Item = &'static str> + '_ {
+        let named = VALUE_NAMES.iter().zip(&self.observability);
+        named
+            .filter(move |(_, of)| **of == expected)
+            .map(|(name, _)| *name)
     }
 
     /// Returns the estimate without a known body, in `frame`, that `body` contains besides the payload.

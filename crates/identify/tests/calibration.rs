@@ -218,9 +218,9 @@ fn a_payload_at_rest_is_not_identifiable_as_a_whole() {
         .unwrap();
     let estimate = found.result.estimate;
     assert!(
-        !estimate.identifiable[4..].contains(&true),
+        !estimate.identifiable()[4..].contains(&true),
         "{:?}",
-        estimate.identifiable
+        estimate.identifiable()
     );
 }
 

@@ -6,7 +6,8 @@ use pyo3::prelude::*;
 use tactid_identify::WrenchOffset;
 use tactid_recordings::{
     CalibratedFit, Clock, Delay, Estimator, FitReport, HistoryPoint, Identification, KnownMass,
-    LinearEstimate, PaperSettings, PayloadEstimate, PrincipalMoments, SingularValues,
+    LinearEstimate, Observability, PaperSettings, PayloadEstimate, PrincipalMoments,
+    SingularValues,
 };
 
 use crate::arrays::{Array, array, output};
@@ -16,13 +17,14 @@ use crate::findings::{FindingData, finding_data};
 use crate::inertia::MassProperties;
 use crate::options::{LEAST_SQUARES, NLMS};
 
-/// `tactid.identification.PayloadEstimate`.
+/// `tactid.payload.PayloadEstimate`.
 #[derive(IntoPyObject)]
 pub(crate) struct EstimateData {
     frame: String,
     values: Array,
     std_devs: Array,
-    identifiable: Vec<bool>,
+    observability: Vec<&'static str>,
+    intervals: Array,
     is_physical: bool,
     composite: Option<MassProperties>,
     windows: u64,
@@ -38,7 +40,8 @@ impl EstimateData {
             frame: estimate.frame.to_string(),
             values: array(py, estimate.values().to_vec(), &[10])?,
             std_devs: array(py, std_devs(estimate.std_devs).to_vec(), &[10])?,
-            identifiable: estimate.identifiable.to_vec(),
+            observability: estimate.observability.map(observability_name).to_vec(),
+            intervals: array(py, limits(estimate.intervals), &[10, 2])?,
             is_physical: estimate.is_physical,
             composite: estimate.composite.map(MassProperties),
             windows: estimate.windows,
@@ -48,6 +51,20 @@ impl EstimateData {
             gaps: estimate.gaps,
         })
     }
+}
+
+/// Returns the name of an observability in Python and in JSON.
+fn observability_name(observability: Observability) -> &'static str {
+    match observability {
+        Observability::Identifiable => "identifiable",
+        Observability::Uncertain => "uncertain",
+        Observability::Unobservable => "unobservable",
+    }
+}
+
+/// Returns the limits of intervals row by row; NaN where there are none.
+fn limits<const N: usize>(intervals: Option<[[f64; 2]; N]>) -> Vec<f64> {
+    intervals.unwrap_or([[f64::NAN; 2]; N]).concat()
 }
 
 /// `tactid.identification.LinearEstimate`.
@@ -109,6 +126,7 @@ impl WrenchOffsetData {
 pub(crate) struct MomentsData {
     values: Array,
     std_devs: Array,
+    intervals: Array,
 }
 
 impl MomentsData {
@@ -119,6 +137,11 @@ impl MomentsData {
         let uncertain = std_devs(moments.and_then(|found| found.std_devs));
         Ok(Self {
             values: array(py, values.to_vec(), &[3])?,
+            intervals: array(
+                py,
+                limits(moments.and_then(|found| found.intervals())),
+                &[3, 2],
+            )?,
             std_devs: array(py, uncertain.to_vec(), &[3])?,
         })
     }

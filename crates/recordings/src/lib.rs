@@ -102,7 +102,7 @@ pub use progress::{Observer, Progress};
 pub use request::{ActsOn, Estimator, Request, SensorFrame, Topics};
 pub use tactid_identify::{
     Agreement, BoundingBox, Combination, Delay, FitReport, Forecast, HALF_WIDTH_95, HistoryPoint,
-    KnownMass, LinearEstimate, Method, PaperSettings, PayloadEstimate, PrincipalMoments,
-    SingularValues, VALUE_NAMES,
+    KnownMass, LinearEstimate, Method, Observability, PaperSettings, PayloadEstimate,
+    PrincipalMoments, SingularValues, VALUE_NAMES,
 };
 pub use time_unit::TimeUnit;

@@ -66,6 +66,6 @@ fn solve(
     let projection = project(&parameters, &covariance, scales, bounding_box);
     let parameters = projection.map_or(parameters, |projection| projection.parameters);
     let values = values_of(&parameters)?;
-    let std_devs = std_devs(&parameters, &covariance, &spectrum.null_space(*scales));
-    Some((values, std_devs))
+    let of_values = std_devs(&parameters, &covariance, &spectrum.null_space(*scales));
+    Some((values, of_values.std_devs))
 }

@@ -15,8 +15,9 @@ use crate::diagnosis::{consistent_payload, data_findings, mass_finding};
 use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::finding::Finding;
 use crate::fit::{Delay, Fit, FitOptions, least_squares};
-use crate::result::{self, HistoryPoint, PayloadEstimate, is_physical};
-use crate::solve::uncertainty::identifiable;
+use crate::result::{self, HistoryPoint, Observability, PayloadEstimate, is_physical};
+use crate::solve::intervals::intervals;
+use crate::solve::uncertainty::{ValueStdDevs, observability};
 use crate::solve::{BoundingBox, KnownMass, PrincipalMoments};
 
 /// Prior knowledge and options of the batch identifier. By default nothing is known.
@@ -197,7 +198,7 @@ impl BatchIdentifier {
         })
     }
 
-    /// Returns the estimate without any information: every value is unidentifiable.
+    /// Returns the estimate without any information: every value is unobservable.
     #[must_use]
     pub fn unknown(&self) -> PayloadEstimate {
         let body = result::body(&[0.0; 10]);
@@ -205,7 +206,8 @@ impl BatchIdentifier {
             frame: self.frame.clone(),
             body,
             composite: None,
-            identifiable: [false; 10],
+            observability: [Observability::Unobservable; 10],
+            intervals: Some([[f64::NEG_INFINITY, f64::INFINITY]; 10]),
             std_devs: Some([f64::INFINITY; 10]),
             is_physical: is_physical(&body),
             windows: self.windows,
@@ -237,7 +239,10 @@ impl BatchIdentifier {
         parameters: &SVector<f64, 10>,
         known: &SVector<f64, 10>,
     ) -> PayloadEstimate {
-        let mut std_devs = fit.std_devs(parameters);
+        let ValueStdDevs {
+            mut std_devs,
+            observable,
+        } = fit.std_devs(parameters);
         let exact = self
             .settings
             .known_mass
@@ -249,10 +254,19 @@ impl BatchIdentifier {
         let unknown = self.unknown();
         let body = body_of(*parameters).unwrap_or(unknown.body);
         let has_gripper = self.stream.gripper_to_subtract().is_some();
+        let values = result::values(&body);
+        let observability = observability(&values, &std_devs, &observable);
+        for (std_dev, of) in std_devs.iter_mut().zip(observability) {
+            if of == Observability::Unobservable {
+                *std_dev = f64::INFINITY;
+            }
+        }
+        let bounding_box = self.settings.bounding_box.as_ref();
         PayloadEstimate {
             body,
             composite: body_of(parameters + known).filter(|_| has_gripper),
-            identifiable: identifiable(&result::values(&body), &std_devs),
+            observability,
+            intervals: Some(intervals(&values, &std_devs, bounding_box)),
             std_devs: Some(std_devs),
             is_physical: is_physical(&body),
             ..unknown

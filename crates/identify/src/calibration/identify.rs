@@ -17,8 +17,9 @@ use crate::diagnosis::{CONTRADICTION, consistent_parameters, mass_finding};
 use crate::equations::{Channel, window};
 use crate::finding::{Finding, UnexplainedLoad};
 use crate::result::{self, PayloadEstimate, is_physical};
+use crate::solve::intervals::intervals;
 use crate::solve::subspace::{Matrix, Vector};
-use crate::solve::uncertainty::{identifiable, jacobian, std_devs};
+use crate::solve::uncertainty::{ValueStdDevs, jacobian, observability, std_devs};
 use crate::solve::{KnownMass, PrincipalMoments};
 use crate::{IdentifyError, Method};
 
@@ -143,7 +144,10 @@ impl Solution<'_> {
 
     /// Returns the estimate with its uncertainty.
     fn payload(&self, parameters: &Vector, covariance: &Matrix) -> PayloadEstimate {
-        let mut std_devs = std_devs(parameters, covariance, &self.best.null_space);
+        let ValueStdDevs {
+            mut std_devs,
+            observable,
+        } = std_devs(parameters, covariance, &self.best.null_space);
         let is_exact =
             |mass: KnownMass| mass.std_dev_kg == 0.0 && mass.agrees_with(parameters[0], 0.0);
         if self.settings.known_mass.is_some_and(is_exact) {
@@ -152,12 +156,15 @@ impl Solution<'_> {
         let body = InertialParameters::from_vector(*parameters)
             .mass_properties()
             .unwrap_or(result::body(&[0.0; 10]));
+        let values = result::values(&body);
+        let bounding_box = self.settings.bounding_box.as_ref();
         let loaded = self.loaded.iter();
         PayloadEstimate {
             frame: Arc::from(self.loaded[0].arm.tool.as_str()),
             body,
             composite: None,
-            identifiable: identifiable(&result::values(&body), &std_devs),
+            observability: observability(&values, &std_devs, &observable),
+            intervals: Some(intervals(&values, &std_devs, bounding_box)),
             std_devs: Some(std_devs),
             is_physical: is_physical(&body),
             windows: loaded

@@ -35,8 +35,9 @@ use crate::diagnosis::CONTRADICTION;
 use crate::finding::{Disagreement, Finding};
 use crate::result::{self, PayloadEstimate, is_physical};
 use crate::solve::consistency::project;
+use crate::solve::intervals::intervals;
 use crate::solve::subspace::{Matrix, Vector};
-use crate::solve::uncertainty::{identifiable, jacobian, std_devs, values_of};
+use crate::solve::uncertainty::{ValueStdDevs, jacobian, observability, std_devs, values_of};
 use crate::solve::{BoundingBox, KnownMass, PrincipalMoments};
 
 /// Standard deviation of a run's parameters, relative to a body of the payload's size, below which runs are not
@@ -233,27 +234,32 @@ fn combination(
         distance: found.distance,
         within_box: bounding_box.is_some(),
     });
-    let mut uncertain = std_devs(&parameters, &pooled.covariance, &pooled.null_space);
-    for (std_dev, factor) in uncertain.iter_mut().zip(factors) {
+    let ValueStdDevs {
+        mut std_devs,
+        observable,
+    } = std_devs(&parameters, &pooled.covariance, &pooled.null_space);
+    for (std_dev, factor) in std_devs.iter_mut().zip(factors) {
         *std_dev *= factor;
     }
     let is_exact = |mass: KnownMass| mass.std_dev_kg == 0.0 && mass.agrees_with(parameters[0], 0.0);
     if settings.known_mass.is_some_and(is_exact) {
-        uncertain[0] = 0.0;
+        std_devs[0] = 0.0;
     }
     // The moments depend on all entries of the inertia.
     let of_inertia = factors[4..].iter().fold(1.0, |a, b| f64::max(a, *b));
     let covariance = pooled.covariance * of_inertia.powi(2);
     let body = InertialParameters::from_vector(parameters).mass_properties();
     let body = body.unwrap_or(result::body(&[0.0; 10]));
+    let values = result::values(&body);
     let disagreement = Disagreement::of(&agreement).map(Finding::RunsDisagree);
     Combination {
         estimate: PayloadEstimate {
             frame: frame.into(),
             body,
             composite: None,
-            identifiable: identifiable(&result::values(&body), &uncertain),
-            std_devs: Some(uncertain),
+            observability: observability(&values, &std_devs, &observable),
+            intervals: Some(intervals(&values, &std_devs, bounding_box)),
+            std_devs: Some(std_devs),
             is_physical: is_physical(&body),
             windows: 0,
             payload_changes: 0,

@@ -98,6 +98,8 @@ struct ReweightedLeastSquares<'a> {
     weights: Vec<f64>,
     /// Information of the last pass, in scaled unknowns.
     spectrum: Spectrum<Dyn>,
+    /// What the noise of the motion has added to the products of the unknowns, which is subtracted from the information.
+    noise_products: DMatrix<f64>,
 }
 
 impl<'a> ReweightedLeastSquares<'a> {
@@ -121,6 +123,7 @@ impl<'a> ReweightedLeastSquares<'a> {
             noise,
             weights,
             spectrum: Spectrum::new(DMatrix::zeros(columns, columns)),
+            noise_products: DMatrix::zeros(columns, columns),
         };
         state.compute_means();
         state.update_scales();
@@ -255,6 +258,7 @@ impl<'a> ReweightedLeastSquares<'a> {
         let corrected = |i, j| rows.symmetric(i, j) - noise.symmetric(i, j);
         let mut information = DMatrix::from_fn(columns, columns, corrected);
         let mut target = DVector::from_fn(columns, |i, _| corrected(TARGET, i));
+        self.noise_products = DMatrix::from_fn(columns, columns, |i, j| noise.symmetric(i, j));
         if let Some(mass) = self.options.known_mass {
             let of_mass = self.mass_information();
             information[(0, 0)] += of_mass;
@@ -338,6 +342,9 @@ impl<'a> ReweightedLeastSquares<'a> {
             delay,
             excitation: self.spectrum.excitation(),
             null_space: self.spectrum.null_space(scales),
+            not_excited: self
+                .spectrum
+                .not_excited(scales, &self.noise_products, count),
             offsets: Offsets::new(&self.means, &self.solution, &self.noise, count),
             noise: self.noise,
             weights: self.weights,

@@ -296,8 +296,9 @@ impl<'a> WindowSums<'a> {
             add_weighted(&mut weighted, &covariances[0], self.entries(k));
             same_window.add(self.entries(k), &weighted, 1.0);
             weighted.fill([0.0; WIDTH]);
-            for lag in 1..=reach.min(self.count() - 1 - k) {
-                add_weighted(&mut weighted, &covariances[lag], self.entries(k + lag));
+            let later = k + 1..self.count();
+            for (covariance, later) in covariances[1..].iter().zip(later) {
+                add_weighted(&mut weighted, covariance, self.entries(later));
             }
             neighbours.add(self.entries(k), &weighted, 1.0);
         }

@@ -12,8 +12,9 @@ use crate::checks::OnlineChecks;
 use crate::diagnosis::findings_without_prior;
 use crate::equations::{EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::result::values;
+use crate::solve::intervals::intervals;
 use crate::solve::subspace::Matrix;
-use crate::solve::uncertainty::identifiable;
+use crate::solve::uncertainty::observability;
 use crate::{Finding, IdentifyError, PayloadEstimate, WrenchOffset};
 
 /// Fewest samples from the end of one window to the end of the next for which the update is divided into stages:
@@ -253,11 +254,13 @@ impl Identifier {
     pub fn estimate(&self) -> PayloadEstimate {
         let readout = self.update.readout();
         let std_devs = readout.uncertainty.std_devs;
+        let values = values(&readout.body);
         PayloadEstimate {
             frame: self.frame.clone(),
             body: readout.body,
             composite: readout.composite,
-            identifiable: identifiable(&values(&readout.body), &std_devs),
+            observability: observability(&values, &std_devs, &readout.uncertainty.observable),
+            intervals: Some(intervals(&values, &std_devs, None)),
             std_devs: Some(std_devs),
             is_physical: readout.is_physical,
             windows: self.windows,

@@ -6,7 +6,7 @@ use super::least_squares::OnlineLeastSquares;
 use crate::result::{self, is_physical, values};
 use crate::solve::consistency::ProjectionTracker;
 use crate::solve::subspace::{Matrix, Vector};
-use crate::solve::uncertainty::{std_devs, widened};
+use crate::solve::uncertainty::{ValueStdDevs, std_devs, widened};
 
 /// The reported estimate: body, uncertainty and physical consistency.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +25,8 @@ pub(crate) struct Readout {
 pub(crate) struct Uncertainty {
     /// Standard deviations of the ten values that are reported.
     pub(crate) std_devs: [f64; 10],
+    /// Whether the motion excites each value.
+    pub(crate) observable: [bool; 10],
     /// The ten values of the least-squares estimate while the reported body is far from its projection onto
     /// consistent parameters; afterwards those of the reported body.
     estimate: [f64; 10],
@@ -39,6 +41,7 @@ impl Readout {
     pub(crate) fn unknown() -> Self {
         let uncertainty = Uncertainty {
             std_devs: [f64::INFINITY; 10],
+            observable: [false; 10],
             estimate: [0.0; 10],
             linear: [f64::INFINITY; 10],
             covariance: None,
@@ -60,15 +63,16 @@ impl Readout {
             None => *estimator.parameters(),
         };
         let covariance = estimator.covariance();
-        let linear = covariance.map_or([f64::INFINITY; 10], |covariance| {
+        let linear = covariance.map_or(ValueStdDevs::UNKNOWN, |covariance| {
             std_devs(&estimate, &covariance, &estimator.null_space())
         });
         let estimate = values(&body_of(&estimate));
         let body = body_of(&reported);
         let uncertainty = Uncertainty {
-            std_devs: widened(&estimate, &values(&body), &linear),
+            std_devs: widened(&estimate, &values(&body), &linear.std_devs),
+            observable: linear.observable,
             estimate,
-            linear,
+            linear: linear.std_devs,
             covariance,
         };
         let composite = gripper.map(|_| body_of(estimator.parameters()));

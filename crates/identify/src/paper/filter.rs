@@ -10,7 +10,9 @@ use super::recent_mean::RecentMean;
 use super::rows::{inertia_rows, mass_rows};
 use super::singular_values::{RowProducts, SingularValues};
 use crate::equations::{Equation, EquationSettings, EquationStream, PushOutcome, Sample};
-use crate::result::{self, PayloadEstimate, is_physical, subtract_known_body, values};
+use crate::result::{
+    self, Observability, PayloadEstimate, is_physical, subtract_known_body, values,
+};
 use crate::{Finding, IdentifyError, Method};
 
 /// Settings of the paper's filter.
@@ -190,7 +192,8 @@ impl PaperFilter {
             frame: self.frame.clone(),
             body,
             composite: self.latest.composite,
-            identifiable: self.products.assess().1,
+            observability: self.products.assess().1,
+            intervals: None,
             std_devs: None,
             is_physical: is_physical(&body),
             windows: self.windows,
@@ -228,7 +231,7 @@ impl PaperFilter {
             estimate.body.mass_kg + gripper_kg,
             known_bodies_kg + gripper_kg,
         );
-        let finding = if !estimate.identifiable[0] {
+        let finding = if estimate.observability[0] == Observability::Unobservable {
             None
         } else if load_kg < 0.0 {
             Some(Finding::NegativeMass {

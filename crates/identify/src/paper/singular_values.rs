@@ -4,6 +4,7 @@ use nalgebra::{Matrix4, Matrix6, SMatrix, SVector, SymmetricEigen, Vector3};
 
 use super::rows::{inertia_rows, mass_rows};
 use crate::equations::Equation;
+use crate::result::Observability;
 
 /// A direction whose singular value is less than this fraction of the largest counts as unobservable.
 ///
@@ -62,9 +63,9 @@ impl RowProducts {
         self.windows += 1;
     }
 
-    /// Returns the singular values, and whether each of the ten values is identifiable, in the order of
-    /// [`VALUE_NAMES`](crate::VALUE_NAMES). Cost: two eigenvalue problems.
-    pub(crate) fn assess(&self) -> (SingularValues, [bool; 10]) {
+    /// Returns the singular values, and the observability of each of the ten values, in the order of
+    /// [`VALUE_NAMES`](crate::VALUE_NAMES); none is uncertain. Cost: two eigenvalue problems.
+    pub(crate) fn assess(&self) -> (SingularValues, [Observability; 10]) {
         let count = (self.windows as f64).max(1.0);
         let force_squares = self.mass[(0, 0)];
         // Without rotation b_3 / f_K is the inverse of the mass. It brings the force column to m/s².
@@ -86,7 +87,11 @@ impl RowProducts {
             mass: mass_values,
             inertia: inertia_values,
         };
-        (values, identifiable)
+        let observability = identifiable.map(|is_identifiable| match is_identifiable {
+            true => Observability::Identifiable,
+            false => Observability::Unobservable,
+        });
+        (values, observability)
     }
 }
 

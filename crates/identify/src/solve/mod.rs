@@ -3,6 +3,7 @@
 
 pub(crate) mod consistency;
 pub(crate) mod information;
+pub(crate) mod intervals;
 pub(crate) mod noise;
 pub(crate) mod offsets;
 pub(crate) mod principal_moments;

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen};
 use tactid_dynamics::InertialParameters;
 
+use super::intervals::moment_intervals;
 use super::subspace::NullSpace;
 use super::uncertainty::{HALF_WIDTH_95, jacobian, std_dev};
 
@@ -32,6 +33,14 @@ impl PrincipalMoments {
             moments: body.principal_moments()?.into(),
             std_devs: None,
         })
+    }
+
+    /// Returns the limits of the 95 % interval of each moment, kg m²: 1.96 standard deviations to each side, but not below
+    /// zero. `None` for the paper's filter.
+    #[must_use]
+    pub fn intervals(&self) -> Option<[[f64; 2]; 3]> {
+        let std_devs = self.std_devs.as_ref()?;
+        Some(moment_intervals(&self.moments, std_devs))
     }
 
     /// Returns the moments of parameters with their covariance; `None` for a mass of zero.

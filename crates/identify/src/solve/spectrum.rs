@@ -3,7 +3,7 @@
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, DimDiff, DimSub, OMatrix, OVector, SymmetricEigen, U1};
 
-use super::subspace::{NullSpace, Vector, is_observable_eigenvalue};
+use super::subspace::{EIGENVALUE_RATIO, NullSpace, Vector, least_excitation};
 
 /// Eigenvalues and eigenvectors of the information of scaled parameters.
 #[derive(Clone, Debug)]
@@ -42,18 +42,36 @@ where
         let columns = self.eigen.eigenvectors.column_iter();
         let pairs = self.eigen.eigenvalues.iter().copied().zip(columns);
         let observable =
-            pairs.filter(move |(information, _)| is_observable_eigenvalue(*information, largest));
+            pairs.filter(move |(information, _)| *information > EIGENVALUE_RATIO * largest);
         observable.map(|(information, vector)| (information, vector.into_owned()))
     }
 
     /// The unobservable directions of the ten parameters, whose units are `scales`.
     pub(crate) fn null_space(&self, scales: Vector) -> NullSpace {
+        let least = self.eigen.eigenvalues.max() * EIGENVALUE_RATIO;
+        self.weaker_than(scales, |_| least)
+    }
+
+    /// The directions of the ten parameters that the motion does not excite more than its noise does. `noise` is what the
+    /// noise has added to the information of so many windows, and is already subtracted from it.
+    pub(crate) fn not_excited(
+        &self,
+        scales: Vector,
+        noise: &OMatrix<f64, D, D>,
+        windows: usize,
+    ) -> NullSpace {
         let largest = self.eigen.eigenvalues.max();
-        let unobservable = self
-            .descending()
-            .into_iter()
-            .filter(|&k| !is_observable_eigenvalue(self.eigen.eigenvalues[k], largest));
-        NullSpace::new(scales, unobservable.map(|k| self.direction(k)))
+        self.weaker_than(scales, |k| {
+            let vector = self.eigen.eigenvectors.column(k);
+            least_excitation(largest, (noise * vector).dot(&vector), windows)
+        })
+    }
+
+    /// The directions whose information is not more than a threshold.
+    fn weaker_than(&self, scales: Vector, least: impl Fn(usize) -> f64) -> NullSpace {
+        let order = self.descending().into_iter();
+        let weak = order.filter(|&k| self.eigen.eigenvalues[k] <= least(k));
+        NullSpace::new(scales, weak.map(|k| self.direction(k)))
     }
 
     /// Strengths and directions, the strongest first.
@@ -78,5 +96,41 @@ where
     /// Entries of an eigenvector that belong to the ten parameters.
     fn direction(&self, k: usize) -> Vector {
         Vector::from_fn(|i, _| self.eigen.eigenvectors[(i, k)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::U10;
+
+    use super::*;
+    use crate::solve::subspace::Matrix;
+
+    /// A faint direction is observable, but not excited where noise of the motion is the larger part of it, or may be by
+    /// chance.
+    #[test]
+    fn noise_does_not_excite_a_direction() {
+        let faint = Vector::ith(3, 1e-4);
+        let information = Matrix::identity() - Matrix::from_diagonal(&Vector::ith(3, 1.0 - 1e-4));
+        let spectrum = Spectrum::<U10>::new(information);
+        let scales = Vector::repeat(1.0);
+        assert!(spectrum.null_space(scales).directions().is_empty());
+        let not_excited = |noise: f64, windows: usize| -> Vec<Vector> {
+            let noise = Matrix::from_diagonal(&(faint * noise));
+            let found = spectrum.not_excited(scales, &noise, windows);
+            found.directions().to_vec()
+        };
+        assert!(not_excited(0.0, 20).is_empty());
+        assert!(not_excited(0.3, 20).is_empty());
+        assert_eq!(not_excited(1.0, 20).len(), 1);
+        assert!(not_excited(1.0, 2000).is_empty());
+        let [direction] = not_excited(20.0, 2000)[..] else {
+            panic!("one direction is noise");
+        };
+        assert!((direction[3].abs() - 1.0).abs() < 1e-9, "{direction}");
+        // An unobservable direction is not excited either.
+        let without = Spectrum::<U10>::new(information - Matrix::from_diagonal(&faint));
+        let found = without.not_excited(scales, &Matrix::zeros(), 20);
+        assert_eq!(found.directions().len(), 1);
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::RowSVector;
 use tactid_dynamics::InertialParameters;
 
 use super::subspace::{Matrix, NullSpace, Vector};
-use crate::result::{KINDS, values};
+use crate::result::{KINDS, Observability, values};
 
 /// Largest relative standard deviation of the mass with which quantities that are divided by the mass are
 /// reported: beyond, they are far from linear in the parameters.
@@ -52,22 +52,43 @@ pub(crate) fn jacobian(parameters: &Vector) -> Option<Matrix> {
     Some(jacobian)
 }
 
-/// Returns the standard deviations of the ten values by linear error propagation, each in its unit. They are
-/// infinite for a value that the motion does not determine.
+/// Standard deviations of the ten values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ValueStdDevs {
+    /// Standard deviation of each value, in its unit; infinite where it is not observable, or divided by a mass that is
+    /// known too badly.
+    pub(crate) std_devs: [f64; 10],
+    /// Whether the observable directions determine each value, however uncertain it is.
+    pub(crate) observable: [bool; 10],
+}
+
+impl ValueStdDevs {
+    /// Standard deviations of values of which nothing is known.
+    pub(crate) const UNKNOWN: Self = Self {
+        std_devs: [f64::INFINITY; 10],
+        observable: [false; 10],
+    };
+}
+
+/// Returns the standard deviations of the ten values by linear error propagation. For a mass of zero nothing is known.
 pub(crate) fn std_devs(
     parameters: &Vector,
     covariance: &Matrix,
     null_space: &NullSpace,
-) -> [f64; 10] {
+) -> ValueStdDevs {
     let Some(jacobian) = jacobian(parameters) else {
-        return [f64::INFINITY; 10];
+        return ValueStdDevs::UNKNOWN;
     };
     let mut std_devs: [f64; 10] =
         std::array::from_fn(|k| std_dev(&jacobian.row(k).into(), covariance, null_space));
+    let observable = std_devs.map(f64::is_finite);
     if std_devs[0] > MASS_KNOWN * parameters[0].abs() {
         std_devs[1..].fill(f64::INFINITY);
     }
-    std_devs
+    ValueStdDevs {
+        std_devs,
+        observable,
+    }
 }
 
 /// Number of standard deviations that an error should exceed once in a million estimates. A normal variable
@@ -147,16 +168,34 @@ pub(crate) fn std_dev(
     (gradient * product)[0].max(0.0).sqrt()
 }
 
-/// Returns whether each value is identifiable: half of its 95 % interval is less than the largest value of its
-/// kind.
-pub(crate) fn identifiable(values: &[f64; 10], std_devs: &[f64; 10]) -> [bool; 10] {
-    let mut identifiable = [false; 10];
+/// Returns whether the directions outside of a null space determine each value at these parameters. For a mass of zero
+/// they determine none.
+pub(crate) fn observable(parameters: &Vector, null_space: &NullSpace) -> [bool; 10] {
+    let jacobian = jacobian(parameters);
+    std::array::from_fn(|k| {
+        let row = jacobian.as_ref().map(|jacobian| jacobian.row(k).into());
+        row.is_some_and(|row| null_space.determines(&row))
+    })
+}
+
+/// Returns the observability of each value, given its standard deviation and whether the motion excites it: it is
+/// identifiable where half of its 95 % interval is less than the largest value of its kind.
+pub(crate) fn observability(
+    values: &[f64; 10],
+    std_devs: &[f64; 10],
+    observable: &[bool; 10],
+) -> [Observability; 10] {
     let largest = largest_of_kind(values);
-    for k in 0..10 {
+    std::array::from_fn(|k| {
         let half_width = HALF_WIDTH_95 * std_devs[k];
-        identifiable[k] = half_width < largest[k] || half_width == 0.0;
-    }
-    identifiable
+        if half_width < largest[k] || half_width == 0.0 {
+            Observability::Identifiable
+        } else if observable[k] {
+            Observability::Uncertain
+        } else {
+            Observability::Unobservable
+        }
+    })
 }
 
 /// Returns for each value the largest magnitude of its kind (mass, centre of mass, inertia), to which its

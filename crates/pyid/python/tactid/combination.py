@@ -6,7 +6,8 @@ from pathlib import Path
 
 from tactid.findings import CONTRADICTIONS, Finding
 from tactid.fit import Array
-from tactid.identification import IdentificationData, PayloadEstimate, PrincipalMoments
+from tactid.identification import IdentificationData, PrincipalMoments
+from tactid.payload import PayloadEstimate
 
 
 @dataclass(frozen=True)

@@ -65,9 +65,11 @@ def record(
         "units": result_json.UNITS,
         "estimate": nested(estimate.known_values),
         "half_width_95": nested(estimate.half_widths),
+        **result_json.intervals_and_observability(estimate),
         "principal_moments": {
             "values": reported.moments(result),
             "half_width_95": reported.moment_half_widths(result),
+            "interval_95": result_json.limits(reported.moment_intervals(result)),
         },
         "is_contradicted": result.is_contradicted,
         "agreement": {

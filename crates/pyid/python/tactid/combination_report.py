@@ -10,7 +10,6 @@ from tactid.files import write_atomically
 from tactid.forest_plot import forest
 from tactid.naming import Style
 from tactid.recording_report import payload_forms
-from tactid.table import around, number
 
 CAPTION = """Each value with its 95 % interval: that of all recordings together, below it that of
 each recording alone. If noise is the only error, the interval contains the true value with 95 %
@@ -67,11 +66,10 @@ def _table(result: CombinationData) -> str:
         cells = f'<td>{row[0].name}</td><td class="unit">{row[0].unit}</td>'
         for place, entry in enumerate(row):
             if entry.value is None:
-                cells += '<td class="none" colspan="2">–</td>'
+                cells += f'<td class="none" colspan="2">{entry.number}</td>'
                 continue
             kind = ' class="value"' if place == 0 else ""
-            cells += f"<td{kind}>{number(entry.value, entry.half_width)}</td>"
-            cells += f"<td>{around(entry.half_width)}</td>"
+            cells += f"<td{kind}>{entry.number}</td><td>{entry.around}</td>"
         rows.append(f"<tr{' class=last' if row[0].ends_kind else ''}>{cells}</tr>\n")
     return f"""<div class="wide"><table>
 <caption>{CAPTION}</caption>

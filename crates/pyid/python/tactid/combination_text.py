@@ -5,7 +5,7 @@ from html import escape
 from tactid import reported
 from tactid.combination import CombinationData
 from tactid.naming import Style
-from tactid.remarks import assumptions, remarks, unknown_values
+from tactid.remarks import assumptions, remarks, uncertain_values, unobservable_values
 from tactid.table import Column, heading, html_table, plain_text
 
 WHOLE = "all"
@@ -14,14 +14,11 @@ WHOLE = "all"
 
 def columns(result: CombinationData) -> list[Column]:
     """Returns the column of all recordings together, then one for each of them."""
-    values = result.estimate.known_values + reported.moments(result)
-    half_widths = result.estimate.half_widths + reported.moment_half_widths(result)
-    runs = (
-        Column(name, alone.values, None, alone.half_widths)
-        for name, run in zip(result.names, result.runs, strict=True)
-        for alone in [reported.column(run)]
-    )
-    return [Column(WHOLE, values, None, half_widths), *runs]
+    runs = zip(result.names, result.runs, strict=True)
+    return [
+        reported.column_of(WHOLE, result),
+        *(reported.column_of(name, run) for name, run in runs),
+    ]
 
 
 def verdict(result: CombinationData) -> str | None:
@@ -55,7 +52,8 @@ def combined_remarks(result: CombinationData, style: Style = "keyword") -> list[
         *([f"No body can have these parameters: {reason}."] if reason is not None else []),
         *(noticed.worded(style) for noticed in result.findings),
         *([agreed] if agreed is not None else []),
-        *unknown_values(result.estimate, advised=not wrong),
+        *unobservable_values(result.estimate, advised=not wrong),
+        *uncertain_values(result.estimate, advised=not wrong),
     ]
 
 

@@ -13,7 +13,7 @@ from tactid.console import interruptible, notes, print_whole, progress
 from tactid.files import write_atomically
 from tactid.identify_command import read_options, show_options, truth_in_frame
 from tactid.output_files import check_outputs
-from tactid.table import around, number, percent
+from tactid.table import percent
 from tactid.truth import Truth
 from tactid.values import NAMES, nested
 
@@ -74,7 +74,7 @@ def comparison_table(attempts: list[Attempt], truth: Truth | None) -> Table:
     for rows in zip(*(column.rows for _, column in columns), strict=True):
         for place, (title, row) in enumerate(zip(titles, rows, strict=True)):
             name = (row.name, row.unit) if place == 0 else ("", "")
-            cells = [*name, title, number(row.value, row.half_width), around(row.half_width)]
+            cells = [*name, title, row.number, row.around]
             if truth is not None:
                 cells.append(percent(row.error))
             table.add_row(*cells, end_section=place == len(titles) - 1)

@@ -5,7 +5,7 @@ order and the units. The numbers have no exponent.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,10 @@ from tactid.errors import ArgumentError
 from tactid.values import Values
 
 
-def controller(maker: str, values: Values, frame: str) -> str:
+def controller(maker: str, values: Values, frame: str, uncertain: Sequence[str] = ()) -> str:
     """Returns the payload for the controllers of a maker.
+
+    A comment names the values that are ``uncertain``.
 
     Raises:
         ArgumentError: The maker is not known.
@@ -26,7 +28,9 @@ def controller(maker: str, values: Values, frame: str) -> str:
     """
     if maker not in MAKERS:
         raise ArgumentError(f"`maker` is {maker!r}: expected one of {', '.join(MAKERS)}")
-    return MAKERS[maker](values, frame)
+    comment, line = MAKERS[maker](values, frame).split("\n")
+    names = f"; uncertain: {', '.join(uncertain)}" if uncertain else ""
+    return f"{comment}{names}\n{line}"
 
 
 def universal_robots(values: Values, frame: str) -> str:

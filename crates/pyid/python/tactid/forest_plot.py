@@ -9,9 +9,8 @@ from tactid import drawing
 from tactid.combination import CombinationData
 from tactid.combination_text import WHOLE
 from tactid.drawing import ESTIMATE, SYMBOLS, remark
-from tactid.identification import PayloadEstimate
+from tactid.payload import PayloadEstimate
 from tactid.recording_plots import PANELS, STYLE
-from tactid.table import NOT_IDENTIFIABLE
 from tactid.values import UNITS
 
 SINGLE = "#5b6570"
@@ -22,7 +21,7 @@ LONGEST_NAME = 24
 def forest(result: CombinationData) -> bytes:
     """Draws a panel for each of the ten values, as PNG: the recordings, and below them the whole.
 
-    A value that is not identifiable has no mark. The band is the interval of the whole.
+    A value that is unobservable has no mark. The band is the interval of the whole.
     """
     with mpl.rc_context(STYLE):
         return drawing.png(_figure(result))
@@ -51,17 +50,17 @@ def _panel(axes: Axes, index: int, estimates: list[PayloadEstimate]) -> None:
     """Draws one value of all estimates, the last of which is the whole."""
     known = False
     for place, estimate in enumerate(estimates):
-        value, half_width = estimate.known_values[index], estimate.half_widths[index]
+        value, interval = estimate.known_values[index], estimate.known_intervals[index]
         if value is None:
             continue
         known, whole = True, place == len(estimates) - 1
-        around = half_width or 0.0
+        low, high = interval or (value, value)
         if whole:
-            axes.axvspan(value - around, value + around, color=ESTIMATE, alpha=0.12, linewidth=0)
+            axes.axvspan(low, high, color=ESTIMATE, alpha=0.12, linewidth=0)
         axes.errorbar(
             [value],
             [place],
-            xerr=[[around], [around]],
+            xerr=[[value - low], [high - value]],
             fmt="D" if whole else "o",
             color=ESTIMATE if whole else SINGLE,
             markersize=5 if whole else 4,
@@ -71,7 +70,7 @@ def _panel(axes: Axes, index: int, estimates: list[PayloadEstimate]) -> None:
     axes.tick_params(axis="y", length=0)
     axes.locator_params(axis="x", nbins=4)
     if not known:
-        remark(axes, NOT_IDENTIFIABLE)
+        remark(axes, estimates[-1].observability[index])
 
 
 def _short(name: str) -> str:

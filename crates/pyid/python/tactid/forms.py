@@ -18,14 +18,14 @@ FIGURES, MOST_DECIMALS = 9, 12
 the most decimals, for kinds that are next to zero."""
 
 
-def urdf(values: Values, frame: str) -> str:
+def urdf(values: Values, frame: str, uncertain: Sequence[str] = ()) -> str:
     """Returns the ``<inertial>`` of a link of its own, fixed to the frame's link.
 
     Raises:
         IdentificationError: A value is unknown, or no body can have these values.
     """
     mass, x, y, z, xx, xy, xz, yy, yz, zz = map(repr, possible(values, "inertial for URDF"))
-    return f"""{_comment("link of its own, fixed to", frame)}
+    return f"""{_comment("link of its own, fixed to", frame)}{_uncertain(uncertain)}
 <inertial>
   <origin xyz="{x} {y} {z}" rpy="0 0 0"/>
   <mass value="{mass}"/>
@@ -33,7 +33,7 @@ def urdf(values: Values, frame: str) -> str:
 </inertial>"""
 
 
-def mujoco(values: Values, frame: str) -> str:
+def mujoco(values: Values, frame: str, uncertain: Sequence[str] = ()) -> str:
     """Returns the ``<inertial>`` of a MuJoCo body of its own inside the frame's body.
 
     MuJoCo's order is the diagonal first: xx, yy, zz, xy, xz, yz.
@@ -42,11 +42,11 @@ def mujoco(values: Values, frame: str) -> str:
         IdentificationError: A value is unknown, or no body can have these values.
     """
     mass, x, y, z, xx, xy, xz, yy, yz, zz = map(repr, possible(values, "inertial for MuJoCo"))
-    return f"""{_comment("body of its own inside", frame)}
+    return f"""{_comment("body of its own inside", frame)}{_uncertain(uncertain)}
 <inertial pos="{x} {y} {z}" mass="{mass}" fullinertia="{xx} {yy} {zz} {xy} {xz} {yz}"/>"""
 
 
-def controller(values: Values, frame: str) -> str:
+def controller(values: Values, frame: str, uncertain: Sequence[str] = ()) -> str:
     """Returns what a robot controller asks for, as text.
 
     An unknown inertia is marked as such: most controllers accept a payload without one. Some
@@ -64,6 +64,7 @@ def controller(values: Values, frame: str) -> str:
         f"mass                 kg  {_row([mass])}",
         f"centre of mass x y z m   {_row(com)}",
         f"centre of mass x y z mm  {_row([1e3 * entry for entry in com])}",
+        *([f"uncertain            {', '.join(uncertain)}"] if uncertain else []),
     ]
     if missing := unknown(values):
         lines += ["", f"inertia              not identifiable: {', '.join(missing)}"]
@@ -81,7 +82,7 @@ def controller(values: Values, frame: str) -> str:
     return "\n".join(lines)
 
 
-def ros(values: Values, frame: str) -> str:
+def ros(values: Values, frame: str, uncertain: Sequence[str] = ()) -> str:
     """Returns a ``geometry_msgs/msg/InertiaStamped`` as YAML, for ``ros2 topic pub``.
 
     The inertia is about the centre of mass, as the message of ROS 2 Humble and later has it.
@@ -94,6 +95,7 @@ def ros(values: Values, frame: str) -> str:
     entries = [f"  {name}: {value}" for name, value in zip(names, inertia, strict=True)]
     return "\n".join(
         [
+            *([f"# uncertain: {', '.join(uncertain)}"] if uncertain else []),
             "header:",
             f"  frame_id: {json.dumps(frame)}",
             "inertia:",
@@ -143,6 +145,11 @@ def decimals(numbers: Sequence[float]) -> list[str]:
 
 def _row(numbers: Sequence[float]) -> str:
     return "  ".join(decimals(numbers))
+
+
+def _uncertain(names: Sequence[str]) -> str:
+    """Returns a line of XML that says which values are uncertain; empty where none is."""
+    return f"\n<!-- uncertain: {', '.join(names)} -->" if names else ""
 
 
 def _comment(place: str, frame: str) -> str:

@@ -13,196 +13,15 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from tactid import controllers, forms, table
-from tactid._native import VALUE_NAMES, MassProperties
-from tactid.bodies import why_impossible
+from tactid._native import VALUE_NAMES
 from tactid.calibrated_fit import CalibratedFit
 from tactid.errors import ArgumentError
-from tactid.field_docs import with_fields
 from tactid.findings import DataFault, Finding
 from tactid.fit import Array, Fit
-from tactid.values import Z95, where_known
-
-
-@with_fields
-@dataclass(frozen=True, eq=False, repr=False)
-class PayloadEstimate:
-    """An identified payload, expressed in one frame.
-
-    ``print`` shows it as a table; :meth:`to_urdf`, :meth:`to_mujoco` and :meth:`to_controller`
-    give it to other programs. A program can construct one, too:
-
-    >>> import numpy as np
-    >>> estimate = tactid.PayloadEstimate(
-    ...     "tool0",
-    ...     values=np.array([1.5, 0, 0, 0.1, 0.02, 0, 0, 0.03, 0, 0.04]),
-    ...     std_devs=np.full(10, 1e-3),
-    ...     identifiable=[True] * 10,
-    ...     is_physical=True,
-    ... )
-    >>> estimate
-    <tactid.PayloadEstimate: 1.5000 kg in tool0, 10 of 10 values known>
-    """
-
-    frame: str
-    """Name of the frame in which the payload is expressed: the end-effector frame."""
-    values: Array
-    """Mass, kg; centre of mass, m; inertia about it, kg m²; in the order of ``VALUE_NAMES``, (10,).
-
-    All are along the axes of the frame. Where the motion did not determine a value, the number is
-    meaningless.
-    """
-    std_devs: Array
-    """Standard deviation of each of the ten values, (10,).
-
-    It is infinite where the motion did not determine the value, and NaN for the paper's filter,
-    which estimates none.
-    """
-    identifiable: Sequence[bool]
-    """Whether the motion determined each of the ten values."""
-    is_physical: bool
-    """Whether a body with these parameters can exist, within 1 % of its largest principal moment.
-
-    Plates and rods lie on the boundary of what can exist, and no estimate is exact.
-    """
-    composite: MassProperties | None = None
-    """Gripper and payload as one body, for the joint-sensing method; else None."""
-    windows: int = 0
-    """Number of averaging windows so far, also of those before a payload change online."""
-    payload_changes: int = 0
-    """Number of payload changes that online least squares detected."""
-    since: float = -math.inf
-    """Time of the last payload change on the samples' clock, s, or minus infinity."""
-    rejected: int = 0
-    """Number of rejected samples: not finite, or not later than the one before."""
-    gaps: int = 0
-    """Number of gaps that were too long to be bridged."""
-
-    @property
-    def body(self) -> MassProperties:
-        """The payload alone as a body in :attr:`frame`.
-
-        A value that the motion did not determine is meaningless: see :attr:`known_values`.
-        """
-        return MassProperties.from_values(self.values)
-
-    @property
-    def not_identifiable(self) -> list[str]:
-        """The names of the values that the motion did not determine."""
-        pairs = zip(VALUE_NAMES, self.identifiable, strict=True)
-        return [name for name, known in pairs if not known]
-
-    @property
-    def known_values(self) -> list[float | None]:
-        """The ten values; None for each that the motion did not determine."""
-        return where_known(self.identifiable, self.values)
-
-    @property
-    def half_widths(self) -> list[float | None]:
-        """Half of each value's 95 % interval; None where there is none."""
-        return where_known(self.identifiable, Z95 * self.std_devs)
-
-    @property
-    def why_impossible(self) -> str | None:
-        """Why no body can have these values; None where one can, or where too few are known."""
-        if self.is_physical or not self.identifiable[0]:
-            return None
-        if self.values[0] <= 0 or all(self.identifiable):
-            return why_impossible(self.values.tolist()) or "the estimate has not converged"
-        return None
-
-    def to_urdf(self) -> str:
-        """Returns the payload as the ``<inertial>`` of a URDF's link.
-
-        The link is one of its own, fixed to the link :attr:`frame` without a rotation or an offset.
-        The ``<inertial>`` that the link :attr:`frame` already has is that of the tool and stays as
-        it is: the payload is added to the robot and replaces nothing. See the README for the whole.
-
-        >>> print(estimate.to_urdf())
-        <!-- payload in the frame tool0: for a link of its own, fixed to tool0 without an offset -->
-        <inertial>
-          <origin xyz="0.0 0.0 0.1" rpy="0 0 0"/>
-          <mass value="1.5"/>
-          <inertia ixx="0.02" ixy="0.0" ixz="0.0" iyy="0.03" iyz="0.0" izz="0.04"/>
-        </inertial>
-
-        Raises:
-            IdentificationError: A value is unknown, or no body can have these values.
-        """
-        return forms.urdf(self.known_values, self.frame)
-
-    def to_mujoco(self) -> str:
-        """Returns the payload as the ``<inertial>`` of a body in MuJoCo's MJCF.
-
-        The body is one of its own inside the body :attr:`frame`, without ``pos`` and ``quat``. The
-        inertial of the body :attr:`frame` is that of the tool and stays as it is.
-
-        >>> print(estimate.to_mujoco())
-        <!-- payload in the frame tool0: for a body of its own inside tool0 without an offset -->
-        <inertial pos="0.0 0.0 0.1" mass="1.5" fullinertia="0.02 0.03 0.04 0.0 0.0 0.0"/>
-
-        Raises:
-            IdentificationError: A value is unknown, or no body can have these values.
-        """
-        return forms.mujoco(self.known_values, self.frame)
-
-    def to_ros(self) -> str:
-        """Returns the payload as a ``geometry_msgs/msg/InertiaStamped`` in YAML.
-
-        The inertia is about the centre of mass, along the axes of :attr:`frame`.
-
-        >>> print(estimate.to_ros().splitlines()[1])
-          frame_id: "tool0"
-
-        Raises:
-            IdentificationError: A value is unknown, or no body can have these values.
-        """
-        return forms.ros(self.known_values, self.frame)
-
-    def to_controller(self, maker: str | None = None) -> str:
-        """Returns what a robot controller asks for, as text with units.
-
-        It gives the centre of mass in m and in mm, and the inertia about the centre of mass and
-        about the frame's origin, all along the frame's axes and without exponents. An unknown
-        inertia is marked as such, because most controllers accept a payload without one.
-
-        With ``maker``, the text is a line of the language of that maker's controllers.
-
-        >>> print(estimate.to_controller().splitlines()[2])
-        mass                 kg  1.50000000
-        >>> print(estimate.to_controller("abb").splitlines()[0])
-        ! payload for ABB: the frame tool0 must be the coordinate system of the tool in use
-
-        Args:
-            maker: ``"ur"`` for URScript's ``set_target_payload``, ``"franka"`` for libfranka's
-                ``setLoad``, ``"kuka"`` for KRL's ``LOAD_DATA``, ``"abb"`` for RAPID's ``loaddata``.
-
-        Raises:
-            ArgumentError: The maker is not known.
-            IdentificationError: A value that is needed is unknown, or no body can have the values.
-        """
-        if maker is None:
-            return forms.controller(self.known_values, self.frame)
-        return controllers.controller(maker, self.known_values, self.frame)
-
-    def __repr__(self) -> str:
-        return f"<tactid.PayloadEstimate: {self.summary}>"
-
-    def __str__(self) -> str:
-        return table.plain_text([self._column()], table.heading(self.frame))
-
-    def _repr_html_(self) -> str:
-        return table.html_table(self._column(), table.heading(self.frame))
-
-    @property
-    def summary(self) -> str:
-        """Mass, frame and number of known values, on one line."""
-        mass = f"{table.number(self.values[0])} kg" if self.identifiable[0] else "unknown mass"
-        known = f"{sum(self.identifiable)} of {len(VALUE_NAMES)} values known"
-        return f"{mass} in {self.frame}, {known}"
-
-    def _column(self) -> table.Column:
-        return table.Column("value", self.known_values, half_widths=self.half_widths)
+from tactid.payload import PayloadEstimate
+from tactid.values import (
+    noise_intervals,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,6 +37,17 @@ class PrincipalMoments:
     filter. Moments that are closer to each other than their noise share a standard deviation that
     covers the noise of all their axes, since noise drives equal moments apart.
     """
+    intervals: Array = field(default_factory=lambda: np.empty((0, 2)))
+    """Lower and upper limit of the 95 % interval of each moment, kg m², (3, 2).
+
+    Each is 1.96 standard deviations to both sides, but not below zero. By default they are 1.96
+    standard deviations to both sides.
+    """
+
+    def __post_init__(self) -> None:
+        if len(self.intervals) == 0:
+            found = noise_intervals(self.values, self.std_devs)
+            object.__setattr__(self, "intervals", found)
 
 
 @dataclass(frozen=True, eq=False)

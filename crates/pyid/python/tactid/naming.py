@@ -27,3 +27,10 @@ def listed(words: Sequence[str]) -> str:
     """Lists words as a sentence does: with commas, and ``and`` before the last one."""
     *most, last = words
     return f"{', '.join(most)} and {last}" if most else last
+
+
+def duration(seconds: float) -> str:
+    """Says a time in s, min or h, to two figures at least."""
+    if seconds < 120:
+        return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.1f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:,.0f} h"

@@ -9,17 +9,12 @@ from tactid._native import VALUE_NAMES
 from tactid.findings import DOUBTS
 from tactid.fit import Array
 from tactid.identification import IdentificationData
-from tactid.naming import listed
-from tactid.remarks import motion_advice
+from tactid.naming import duration, listed
+from tactid.remarks import TOO_LONG, motion_advice
 from tactid.values import KIND_NAMES, KINDS, Z95
 
 WITHIN = 0.01
 """Target for half of each 95 % interval, as a fraction of the largest value of its kind."""
-
-TOO_LONG = 10.0
-"""A motion that would have to go on for more than this many times the recording's length does not
-determine a value: what information there is comes from noise and from the filter's transients."""
-
 
 STEPS = ((36_000.0, "10 h"), (3_600.0, "1 h"), (600.0, "10 min"), (60.0, "1 min"), (10.0, "10 s"))
 """Lower bounds that stand for a longer time, s, with their names."""
@@ -52,7 +47,7 @@ def outlook(result: IdentificationData, within: float = WITHIN) -> str | None:
         names = np.array(VALUE_NAMES)[hopeless].tolist()
         return " ".join([*_undetermined(remaining, hopeless, target), *motion_advice(names)])
     last = VALUE_NAMES[int(remaining.argmax())]
-    more = _duration(float(remaining.max()))
+    more = duration(float(remaining.max()))
     return f"{every} is known {target} after another {more} of this motion, {last} last."
 
 
@@ -81,11 +76,5 @@ def _undetermined(remaining: Array, hopeless: NDArray[np.bool_], target: str) ->
 def _need(name: str, seconds: float) -> str:
     if math.isinf(seconds):
         return f"{name} stays unknown however long it goes on"
-    bound = next((text for step, text in STEPS if seconds >= step), _duration(seconds))
+    bound = next((text for step, text in STEPS if seconds >= step), duration(seconds))
     return f"{name} would need more than {bound}"
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 120:
-        return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.1f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:,.0f} h"

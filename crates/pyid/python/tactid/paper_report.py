@@ -93,7 +93,7 @@ def _row(report: Report, index: int, with_paper: bool) -> str:
     for column in report.columns:
         value = column.values[index]
         if value is None:
-            cells.append(f'<td class="none" colspan="2">{table.NOT_IDENTIFIABLE}</td>')
+            cells.append('<td class="none" colspan="2">unobservable</td>')
         else:
             error: Any = None if column.errors is None else column.errors[index]
             cells.append(f'<td class="value">{table.number(value)}</td>')

@@ -17,8 +17,8 @@ from tactid._native import PARAMETER_NAMES
 from tactid.drawing import EARLIER, ESTIMATE, TRUE, padded, remark
 from tactid.fit import Array, Fit
 from tactid.identification import IdentificationData
+from tactid.payload import PayloadEstimate
 from tactid.reported import known_history
-from tactid.table import NOT_IDENTIFIABLE
 from tactid.values import NAMES, UNITS, Z95
 
 STYLE = drawing.STYLE | {
@@ -50,7 +50,7 @@ def figures(result: IdentificationData) -> dict[str, bytes]:
         drawers |= {
             "fit": lambda: fit_panels(least_squares),
             "residuals": lambda: residuals(least_squares, result.cutoff),
-            "excitation": lambda: excitation(least_squares, result.estimate.identifiable),
+            "excitation": lambda: excitation(least_squares, observed(result.estimate)),
         }
     with mpl.rc_context(STYLE), warnings.catch_warnings():
         # A name in a script that the font lacks is drawn as boxes, which needs no warning.
@@ -145,9 +145,14 @@ def parameters(result: IdentificationData) -> Figure:
     return figure
 
 
-def excitation(fit: Fit, identifiable: Sequence[bool]) -> Figure:
+def observed(estimate: PayloadEstimate) -> list[bool]:
+    """Returns whether the motion excites each of the ten values."""
+    return [each != "unobservable" for each in estimate.observability]
+
+
+def excitation(fit: Fit, observable: Sequence[bool]) -> Figure:
     """Draws how strongly the motion excites each direction, and what the direction consists of."""
-    relative, weak = relative_excitation(fit, identifiable)
+    relative, weak = relative_excitation(fit, observable)
     figure = Figure(figsize=(9.0, 3.9))
     axes = figure.subplots()
     if not relative.any():
@@ -176,14 +181,14 @@ def excitation(fit: Fit, identifiable: Sequence[bool]) -> Figure:
     return figure
 
 
-def relative_excitation(fit: Fit, identifiable: Sequence[bool]) -> tuple[Array, NDArray[np.bool_]]:
+def relative_excitation(fit: Fit, observable: Sequence[bool]) -> tuple[Array, NDArray[np.bool_]]:
     """Returns the strength of each direction relative to the strongest, and which are too weak.
 
-    A faint direction is too weak if it consists mostly of values that are not identifiable.
+    A faint direction is too weak if it consists mostly of unobservable values.
     """
     strength = np.nan_to_num(fit.excitation, nan=0.0, posinf=0.0)
     relative = strength / (strength.max() or 1.0)
-    unknown = ~np.array(identifiable)
+    unknown = ~np.array(observable)
     unknown_fraction = np.nan_to_num(fit.excitation_directions[:, unknown] ** 2).sum(axis=1)
     return relative, (relative < FLOOR) | ((relative < 0.01) & (unknown_fraction > 0.5))
 
@@ -258,9 +263,9 @@ def _history(
     axes: Axes, result: IdentificationData, index: int, values: Array, half: Array
 ) -> None:
     final = float(result.estimate.values[index])
-    if not result.estimate.identifiable[index] or not np.isfinite(final):
+    if not result.estimate.is_given[index] or not np.isfinite(final):
         axes.set_yticks([])
-        remark(axes, NOT_IDENTIFIABLE)
+        remark(axes, result.estimate.observability[index])
         return
     time = result.history.time
     axes.fill_between(time, values - half, values + half, color=ESTIMATE, alpha=0.2, linewidth=0)

@@ -11,12 +11,12 @@ from tactid import body_plot, page, recording_plots, reported
 from tactid.errors import IdentificationError
 from tactid.files import write_atomically
 from tactid.fit import Fit
-from tactid.identification import IdentificationData, PayloadEstimate
+from tactid.identification import IdentificationData
 from tactid.naming import Style, option_name
 from tactid.outlook import WITHIN, outlook
+from tactid.payload import PayloadEstimate
 from tactid.remarks import calibration, gravity, knowledge, remarks, wrench_offset
-from tactid.table import NOT_IDENTIFIABLE
-from tactid.values import Z95, Values, digits_of
+from tactid.values import Z95, Interval, Values, digits_of
 
 METHODS = {
     "tactile": "measured wrenches, and motion",
@@ -100,14 +100,18 @@ def render(result: IdentificationData, within: float = WITHIN, style: Style = "k
     )
 
 
-def with_interval(value: float, half_width: float | None) -> tuple[str, str, str, str]:
-    """Formats value, half width and both ends of the interval to two figures of the half width."""
-    if not half_width:
+def with_interval(value: float, interval: Interval | None) -> tuple[str, str, str, str]:
+    """Formats value, half width and both ends of the interval to two figures of the half width.
+
+    An interval that is cut at what a body can have has no half width.
+    """
+    half_width = 0.0 if interval is None else interval.half_width(value)
+    if interval is None or not half_width:
         return f"{value:.6g}", "–", "–", "–"
     digits = digits_of(half_width, most=15)
-    ends = (value, half_width, value - half_width, value + half_width)
-    shown = [f"{round(end, digits) + 0.0:.{digits}f}" for end in ends]
-    return shown[0], shown[1], shown[2], shown[3]
+    numbers = (value, half_width, *interval)
+    shown = [f"{round(number, digits) + 0.0:.{digits}f}" for number in numbers]
+    return shown[0], "–" if interval.is_cut(value) else shown[1], shown[2], shown[3]
 
 
 def explained(fit: Fit, windows: NDArray[np.bool_]) -> list[float | None]:
@@ -131,15 +135,16 @@ def _table(result: IdentificationData) -> str:
     for row in reported.column(result).rows:
         cells = f'<td>{row.name}</td><td class="unit">{row.unit}</td>'
         if row.value is None:
-            cells += f'<td class="none" colspan="4">{NOT_IDENTIFIABLE}</td>'
+            cells += f'<td class="none" colspan="4">{row.number}</td>'
         else:
-            shown, around, low, high = with_interval(row.value, row.half_width)
+            shown, around, low, high = with_interval(row.value, row.interval)
             cells += f'<td class="value">{shown}</td><td>{around}</td><td>{low}</td><td>{high}</td>'
         rows.append(f"<tr{' class=last' if row.ends_kind else ''}>{cells}</tr>\n")
     return f"""<div class="wide"><table>
 <caption>The interval contains the true value with 95 % probability, if noise is the only error.
 Moments 1 to 3 are the principal moments of inertia about the centre of mass, ascending. Moments
-that noise could make equal have wider intervals, which contain the truth more often.</caption>
+that noise could make equal have wider intervals, which contain the truth more often. No interval
+reaches further than a body can; one that is cut there has no ±.</caption>
 <thead><tr><th></th><th></th><th></th><th colspan="3">95 % interval</th></tr>
 <tr><th>parameter</th><th></th><th>value</th><th>±</th><th>from</th><th>to</th></tr></thead>
 <tbody>{"".join(rows)}</tbody></table></div>"""

@@ -11,10 +11,15 @@ from numpy.typing import NDArray
 
 from tactid._native import VALUE_NAMES
 from tactid.findings import CONTRADICTIONS, DOUBTS
-from tactid.identification import IdentificationData, PayloadEstimate
-from tactid.naming import Style, counted, listed
+from tactid.identification import IdentificationData
+from tactid.naming import Style, counted, duration, listed, option_name
+from tactid.payload import PayloadEstimate
 from tactid.reported import offsets
 from tactid.values import KIND_NAMES, KINDS, Z95, digits_of
+
+TOO_LONG = 10.0
+"""A motion that would have to go on for more than this many times the recording's length does not
+determine a value: what information there is comes from noise and from the filter's transients."""
 
 
 def remarks(result: IdentificationData, style: Style = "keyword") -> list[str]:
@@ -32,7 +37,7 @@ def remarks(result: IdentificationData, style: Style = "keyword") -> list[str]:
             [
                 *(noticed.worded(style) for noticed in grave),
                 *_of_the_body(result),
-                *_of_the_unknown(result),
+                *_of_the_unknown(result, style),
                 *_of_the_samples(result),
                 *(noticed.worded(style) for noticed in others),
                 *map(str, result.faults),
@@ -47,23 +52,63 @@ def _of_the_body(result: IdentificationData) -> list[str]:
     return [] if reason is None or explained else [f"No body can have these parameters: {reason}."]
 
 
-def _of_the_unknown(result: IdentificationData) -> list[str]:
+def _of_the_unknown(result: IdentificationData, style: Style) -> list[str]:
     if any(each.kind == "nothing_held" for each in result.findings):
         return []
-    return unknown_values(result.estimate, advised=not result.is_contradicted)
+    advised = not result.is_contradicted
+    uncertain = uncertain_values(result.estimate, advised=advised)
+    if uncertain and advised:
+        uncertain[0] = " ".join([*uncertain, *_longer(result), *_in_a_box(result, style)])
+    return unobservable_values(result.estimate, advised=advised) + uncertain
 
 
-def unknown_values(estimate: PayloadEstimate, *, advised: bool) -> list[str]:
-    """Says which values are not identifiable, and with ``advised`` the motion that helps."""
-    unknown = estimate.not_identifiable
-    known = [name for name in VALUE_NAMES if name not in unknown]
+def unobservable_values(estimate: PayloadEstimate, *, advised: bool) -> list[str]:
+    """Says which values are unobservable, and with ``advised`` the motion that helps."""
+    unknown = estimate.unobservable
+    known = [name for name in VALUE_NAMES if name not in estimate.not_identifiable]
     if not unknown:
         return []
-    if known:
-        sentence = f"Not identifiable: {', '.join(unknown)}; known: {', '.join(known)}."
-    else:
+    if len(unknown) == len(VALUE_NAMES):
         sentence = "Nothing is identifiable: the motion determines none of the ten values."
+    else:
+        sentence = f"Unobservable: {', '.join(unknown)}; known: {', '.join(known) or 'nothing'}."
     return [" ".join([sentence, *(motion_advice(unknown) if advised else [])])]
+
+
+def uncertain_values(estimate: PayloadEstimate, *, advised: bool) -> list[str]:
+    """Says which values are uncertain, and with ``advised`` the motion that helps."""
+    uncertain = estimate.uncertain
+    if not uncertain:
+        return []
+    sentences = [
+        f"Uncertain: {', '.join(uncertain)}. The motion excites them, but noise leaves wide"
+        " intervals: half of each is more than the largest value of its kind."
+    ]
+    given = estimate.known_values
+    open_ended = [
+        name
+        for name, value in zip(VALUE_NAMES, given, strict=True)
+        if name in uncertain and value is None
+    ]
+    if open_ended:
+        sentences.append(f"Nothing limits {listed(open_ended)}: first determine the mass.")
+    return [" ".join([*sentences, *(motion_advice(uncertain) if advised else [])])]
+
+
+def _longer(result: IdentificationData) -> list[str]:
+    """Says how much longer this motion makes what is uncertain identifiable."""
+    is_uncertain = np.array([each == "uncertain" for each in result.estimate.observability])
+    longest = float(result.remaining(1.0)[is_uncertain].max())
+    if not longest <= TOO_LONG * result.duration:
+        return []
+    return [f"Or go on for another {duration(longest)} with this motion."]
+
+
+def _in_a_box(result: IdentificationData, style: Style) -> list[str]:
+    if result.bounding_box is not None:
+        return []
+    option = option_name("bounding_box", style)
+    return [f"A box that contains the payload ({option}) limits the intervals."]
 
 
 def _of_the_samples(result: IdentificationData) -> list[str]:

@@ -1,14 +1,25 @@
 """The numbers of a result as they are reported: None where the motion did not determine a value."""
 
-from typing import Protocol
+from dataclasses import replace
+from typing import Protocol, get_args
 
 import numpy as np
 
 from tactid.fit import Array
-from tactid.identification import IdentificationData, PayloadEstimate, PrincipalMoments
+from tactid.identification import IdentificationData, PrincipalMoments
+from tactid.payload import PayloadEstimate
 from tactid.table import Column
 from tactid.truth import Truth
-from tactid.values import KINDS, PATHS, Z95, where_known
+from tactid.values import (
+    KINDS,
+    PATHS,
+    Z95,
+    Interval,
+    Observability,
+    half_widths,
+    known_intervals,
+    where_known,
+)
 
 
 class Payload(Protocol):
@@ -25,27 +36,43 @@ class Payload(Protocol):
 
 def moments(result: Payload) -> list[float | None]:
     """Returns the principal moments, ascending: None unless the whole inertia is known."""
-    known = all(result.estimate.identifiable[KINDS[2]])
+    known = all(result.estimate.is_given[KINDS[2]])
     bounded = ~np.isinf(result.principal_moments.std_devs)
     return where_known(known & bounded, result.principal_moments.values)
 
 
-def moment_half_widths(result: Payload) -> list[float | None]:
-    """Returns half of the 95 % interval of each principal moment; None where it is unknown."""
+def moment_intervals(result: Payload) -> list[Interval | None]:
+    """Returns the 95 % interval of each principal moment; None where it is unknown."""
     known = [value is not None for value in moments(result)]
-    return where_known(known, Z95 * result.principal_moments.std_devs)
+    return known_intervals(known, result.principal_moments.intervals)
+
+
+def moment_half_widths(result: Payload) -> list[float | None]:
+    """Returns the distance from each principal moment to the farther limit of its interval."""
+    return half_widths(moments(result), moment_intervals(result))
+
+
+def column_of(title: str, result: Payload) -> Column:
+    """Returns the column of a payload: the ten values, then the three principal moments."""
+    estimate = result.estimate
+    # A moment depends on all entries of the inertia.
+    of_moments = max(estimate.observability[KINDS[2]], key=get_args(Observability).index)
+    return Column(
+        title,
+        estimate.known_values + moments(result),
+        intervals=estimate.known_intervals + moment_intervals(result),
+        observability=[*estimate.observability, *[of_moments] * 3],
+    )
 
 
 def column(result: IdentificationData, truth: Truth | None = None) -> Column:
-    """Returns the column of a recording: the ten values, then the three principal moments."""
-    values, principal = result.estimate.known_values, moments(result)
+    """Returns the column of a recording, with its errors where the truth is known."""
     errors = None
     if truth is not None:
+        values, principal = result.estimate.known_values, moments(result)
         errors = truth.errors_percent(values) + truth.moment_errors_percent(principal)
-    half_widths = None
-    if result.fit is not None:
-        half_widths = result.estimate.half_widths + moment_half_widths(result)
-    return Column(result.estimator, values + principal, errors, half_widths)
+    found = replace(column_of(result.estimator, result), errors=errors)
+    return found if result.fit is not None else replace(found, intervals=None)
 
 
 def known_history(result: IdentificationData) -> tuple[Array, Array]:
@@ -58,7 +85,7 @@ def known_history(result: IdentificationData) -> tuple[Array, Array]:
     std_devs = np.array(result.history.std_devs, dtype=float).reshape(values.shape)
     bounded = np.isfinite(std_devs)
     determined = bounded | ~bounded.any(axis=0)
-    known = np.isfinite(values) & determined & np.array(result.estimate.identifiable)
+    known = np.isfinite(values) & determined & np.array(result.estimate.is_given)
     values[~known] = np.nan
     std_devs[~(known & bounded)] = np.nan
     return values, std_devs

@@ -19,8 +19,9 @@ from tactid.fit import Fit
 from tactid.identification import IdentificationData
 from tactid.naming import Style
 from tactid.outlook import WITHIN
+from tactid.payload import PayloadEstimate
 from tactid.remarks import motion_advice, remarks
-from tactid.values import Z95, all_finite, finite, nested, values_of
+from tactid.values import Z95, Interval, all_finite, finite, nested, values_of
 
 SCHEMA = "tactid.result/1"
 """Name and version of the layout: a change that breaks a reader increments the version."""
@@ -85,9 +86,11 @@ def record(
         "units": UNITS,
         "estimate": nested(result.estimate.known_values),
         "half_width_95": nested(result.estimate.half_widths),
+        **intervals_and_observability(result.estimate),
         "principal_moments": {
             "values": reported.moments(result),
             "half_width_95": reported.moment_half_widths(result),
+            "interval_95": limits(reported.moment_intervals(result)),
         },
         "remaining_s": {
             "within": within,
@@ -101,6 +104,21 @@ def record(
         "findings": findings(result.findings, style),
         "remarks": remarks(result, style),
     }
+
+
+def intervals_and_observability(estimate: PayloadEstimate) -> dict[str, Any]:
+    """Returns the limits of the intervals, and whether the motion excites each value."""
+    each = limits(estimate.known_intervals)
+    return {
+        "interval_95": {side: nested(ends) for side, ends in each.items()},
+        "observability": nested(estimate.observability),
+    }
+
+
+def limits(intervals: Iterable[Interval | None]) -> dict[str, list[float | None]]:
+    """Returns the lower and the upper limits of intervals; None where there is no interval."""
+    pairs = [(None, None) if interval is None else interval for interval in intervals]
+    return {"low": [low for low, _ in pairs], "high": [high for _, high in pairs]}
 
 
 def findings(noticed: Iterable[Finding], style: Style) -> list[dict[str, Any]]:

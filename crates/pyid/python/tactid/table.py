@@ -12,9 +12,17 @@ from rich.table import Table
 
 from tactid.paper_values import PAPER_ERRORS, PAPER_VALUES, is_the_papers
 from tactid.truth import Truth
-from tactid.values import KINDS, MOMENT_NAMES, MOMENT_UNIT, NAMES, UNITS, Values, digits_of
-
-NOT_IDENTIFIABLE = "not identifiable"
+from tactid.values import (
+    KINDS,
+    MOMENT_NAMES,
+    MOMENT_UNIT,
+    NAMES,
+    UNITS,
+    Interval,
+    Observability,
+    Values,
+    digits_of,
+)
 
 
 @dataclass(frozen=True)
@@ -25,19 +33,26 @@ class Column:
     values: Values
     errors: Sequence[float | None] | None = None
     """Errors in percent; None where the truth is not known."""
-    half_widths: Values | None = None
-    """Half of each 95 % interval; None where the estimator has none."""
+    intervals: Sequence[Interval | None] | None = None
+    """The 95 % interval of each value; None where the estimator has none."""
+    observability: Sequence[Observability] | None = None
+    """Why a value is missing; by default it is unobservable."""
 
     @property
     def rows(self) -> list["Row"]:
         """The rows of a table, one for each value."""
         names, units = NAMES + MOMENT_NAMES, UNITS + (MOMENT_UNIT,) * len(MOMENT_NAMES)
-        none = [None] * len(self.values)
-        columns = (self.values, self.half_widths or none, self.errors or none)
+        count = len(self.values)
+        columns = (
+            self.values,
+            self.intervals or [None] * count,
+            self.errors or [None] * count,
+            self.observability or ["unobservable"] * count,
+        )
         ends = [kind.stop - 1 for kind in KINDS]
         return [
-            Row(names[index], units[index], *numbers, ends_kind=index in ends)
-            for index, numbers in enumerate(zip(*columns, strict=True))
+            Row(names[index], units[index], *entries, ends_kind=index in ends)
+            for index, entries in enumerate(zip(*columns, strict=True))
         ]
 
 
@@ -48,26 +63,42 @@ class Row:
     name: str
     unit: str
     value: float | None
-    """None where the motion did not determine the value."""
-    half_width: float | None
-    """Half of the 95 % interval; None where there is none."""
+    """None where the value is unobservable, or uncertain without limits."""
+    interval: Interval | None
+    """The 95 % interval; None where there is none."""
     error: float | None
     """Error in percent; None where it is not known."""
+    observability: Observability
+    """Whether the motion excites the value, and whether the noise leaves enough of it."""
     ends_kind: bool
     """Whether the value is the last of its kind: mass, centre of mass or inertia."""
 
+    @property
+    def number(self) -> str:
+        """The value as a table shows it, or why there is none."""
+        return self.observability if self.value is None else number(self.value, self.interval)
 
-def number(value: float | None, half_width: float | None = None) -> str:
+    @property
+    def around(self) -> str:
+        """The 95 % interval as a table shows it: two figures, and no exponent.
+
+        It is half of the interval, or both limits where it is cut at what a body can have.
+        """
+        if self.value is None or self.interval is None:
+            return "–"
+        half_width = self.interval.half_width(self.value)
+        digits = digits_of(half_width)
+        if not self.interval.is_cut(self.value):
+            return f"{half_width:.{digits}f}"
+        low, high = (f"{_without_minus_zero(limit, digits):.{digits}f}" for limit in self.interval)
+        return f"{low} .. {high}"
+
+
+def number(value: float, interval: Interval | None = None) -> str:
     """A value as a table shows it: as many digits as its interval is worth, and four at least."""
-    if value is None:
-        return NOT_IDENTIFIABLE
+    half_width = interval.half_width(value) if interval is not None else 0.0
     digits = max(4, digits_of(half_width)) if half_width else 4
     return f"{_without_minus_zero(value, digits):.{digits}f}"
-
-
-def around(half_width: float | None) -> str:
-    """Half of a 95 % interval as a table shows it: two figures, and no exponent."""
-    return "–" if half_width is None else f"{half_width:.{digits_of(half_width)}f}"
 
 
 def percent(error: float | None) -> str:
@@ -98,7 +129,7 @@ def rich_table(columns: Sequence[Column], truth: Truth | None = None) -> Table:
         table.add_column("error %", justify="right")
     for column in columns:
         table.add_column(column.title, justify="right", style="bold")
-        if column.half_widths is not None:
+        if column.intervals is not None:
             table.add_column("± 95 %", justify="right")
         if column.errors is not None:
             table.add_column("error %", justify="right")
@@ -126,9 +157,9 @@ def _given(index: int, truth: Truth) -> list[str]:
 
 
 def _cells(column: Column, row: Row) -> list[str]:
-    cells = [number(row.value, row.half_width)]
-    if column.half_widths is not None:
-        cells.append(around(row.half_width))
+    cells = [row.number]
+    if column.intervals is not None:
+        cells.append(row.around)
     if column.errors is not None:
         cells.append(percent(row.error))
     return cells
@@ -137,8 +168,7 @@ def _cells(column: Column, row: Row) -> list[str]:
 def html_table(column: Column, title: str) -> str:
     """Returns a small table for a notebook: the ten values with their 95 % intervals."""
     rows = "".join(
-        f"<tr><td>{row.name}</td><td>{row.unit}</td><td>{number(row.value, row.half_width)}</td>"
-        f"<td>{around(row.half_width)}</td></tr>"
+        f"<tr><td>{row.name}</td><td>{row.unit}</td><td>{row.number}</td><td>{row.around}</td></tr>"
         for row in column.rows[: len(NAMES)]
     )
     heads = "<tr><th>parameter</th><th>unit</th><th>value</th><th>± 95 %</th></tr>"

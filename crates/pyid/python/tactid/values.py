@@ -2,10 +2,13 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+Observability = Literal["identifiable", "uncertain", "unobservable"]
+"""Whether the motion excites a value, and whether the noise leaves enough of it."""
 
 Values = Sequence[float | None]
 """Mass, kg; centre of mass, m; inertia about it, kg m²: ten, in the order of ``VALUE_NAMES``."""
@@ -50,12 +53,16 @@ Z95 = 1.96
 """Half the width of a 95 % interval, in standard deviations."""
 
 
-def nested(values: Values) -> dict[str, Any]:
-    """Lays ten values out as ``mass``, ``com`` and ``inertia``; None for what is not finite."""
+CUT = 1e-6
+"""Relative difference of the two sides of an interval from which on it is cut: above rounding."""
+
+
+def nested(values: Sequence[float | str | None]) -> dict[str, Any]:
+    """Lays ten entries out as ``mass``, ``com`` and ``inertia``; None for what is not finite."""
     result: dict[str, Any] = {"com": {}, "inertia": {}}
     for path, value in zip(PATHS, values, strict=True):
         place = result if len(path) == 1 else result[path[0]]
-        place[path[-1]] = None if value is None else finite(value)
+        place[path[-1]] = finite(value) if isinstance(value, (int, float)) else value
     return {"mass": result["mass"], **result}
 
 
@@ -85,6 +92,49 @@ def values_of(body: Body) -> list[float]:
     i = body.inertia
     inertia = (i[0, 0], i[0, 1], i[0, 2], i[1, 1], i[1, 2], i[2, 2])
     return [body.mass, *map(float, body.com), *map(float, inertia)]
+
+
+class Interval(NamedTuple):
+    """A 95 % interval: as far to each side as the noise makes it, but cut where no body can be."""
+
+    low: float
+    """Lower limit."""
+    high: float
+    """Upper limit."""
+
+    def half_width(self, value: float) -> float:
+        """Returns the distance from an estimate inside to the farther limit."""
+        return max(value - self.low, self.high - value)
+
+    def is_cut(self, value: float) -> bool:
+        """Whether one limit is nearer to the estimate than the other."""
+        below, above = value - self.low, self.high - value
+        return abs(above - below) > CUT * (above + below)
+
+
+def half_widths(values: Values, intervals: Sequence[Interval | None]) -> list[float | None]:
+    """Returns the distance from each value to the farther limit; None without a value or limits."""
+    pairs = zip(values, intervals, strict=True)
+    return [
+        None if value is None or interval is None else interval.half_width(value)
+        for value, interval in pairs
+    ]
+
+
+def known_intervals(known: Iterable[bool], limits: NDArray[np.float64]) -> list[Interval | None]:
+    """Returns the intervals with these limits, (N, 2); None where not known or not finite."""
+    return [
+        Interval(float(low), float(high)) if yes and np.isfinite([low, high]).all() else None
+        for yes, (low, high) in zip(known, limits, strict=True)
+    ]
+
+
+def noise_intervals(
+    values: NDArray[np.float64], std_devs: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Returns limits 1.96 standard deviations to each side of each value, (N, 2)."""
+    limits: NDArray[np.float64] = values[:, None] + np.outer(std_devs, [-Z95, Z95])
+    return limits
 
 
 def where_known(known: Iterable[bool], values: Iterable[float]) -> list[float | None]:
