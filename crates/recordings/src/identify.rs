@@ -6,8 +6,8 @@ use std::path::Path;
 use crate::arrays::ArrayRecording;
 use crate::calibration::{identify_calibrated_arrays, identify_calibrated_log};
 use crate::log::LogRecording;
+use crate::parallel::in_parallel;
 use crate::plan::Plan;
-use crate::progress::part_of;
 use crate::recording::Recording;
 use crate::run::{Run, Solver};
 use crate::{Arrays, Identification, Observer, RecordingError, Request};
@@ -54,8 +54,9 @@ pub fn identify_log(
 /// Identifies one payload from several logs, each on its own and with the same request, for [`combine`](crate::combine).
 ///
 /// Each log has its own topics, cutoff, delay and findings, and the prior knowledge of the request. An unloaded reference is that of
-/// all logs, and must have the motion of each. One log is read at a time, so that memory is that of one log and of the results.
-/// The observer receives the fraction of all logs. Where it stops the reading, the logs that follow are left out.
+/// all logs, and must have the motion of each. As many logs are identified at once as there are cores, so that memory is that of one
+/// log for each core and of the results. The observer is called on this thread with the fraction of all logs. Where it stops the
+/// reading, the logs that follow the first one that was stopped are left out.
 ///
 /// # Errors
 /// Returns [`RecordingError::InRecording`] with the error of the first log that cannot be identified, as [`identify_log`] lists them,
@@ -66,18 +67,12 @@ pub fn identify_logs<P: AsRef<Path>>(
     observer: &mut Observer<'_>,
 ) -> Result<Vec<Identification>, RecordingError> {
     check_different(paths)?;
-    let mut runs: Vec<Identification> = Vec::with_capacity(paths.len());
-    for (index, path) in paths.iter().enumerate() {
-        let mut of_all = part_of(observer, index, paths.len());
-        let run = identify_log(path.as_ref(), request, &mut of_all);
-        let run = run.map_err(|error| error.in_recording(path.as_ref()))?;
-        let interrupted = run.interrupted;
-        runs.push(run);
-        if interrupted {
-            break;
-        }
-    }
-    Ok(runs)
+    let paths: Vec<&Path> = paths.iter().map(AsRef::as_ref).collect();
+    let identify_one = |index: usize, observer: &mut Observer<'_>| {
+        let run = identify_log(paths[index], request, observer);
+        run.map_err(|error| error.in_recording(paths[index]))
+    };
+    in_parallel(paths.len(), observer, identify_one, |run| run.interrupted)
 }
 
 /// Checks that no two paths are the same log. A path that does not exist is left for its own error.

@@ -70,6 +70,7 @@ mod identify;
 mod log;
 mod online;
 mod orientation;
+mod parallel;
 mod phrases;
 mod plan;
 mod preview;

@@ -49,14 +49,18 @@ impl<'a> Plan<'a> {
             options: &options,
             events: &events,
         };
-        let cutoff_hz = if options.chooses_cutoff {
-            preview.cutoff_hz(&streams)?
-        } else {
-            options.equations.cutoff_hz
+        let chosen = match options.chooses_cutoff {
+            true => Some(preview.choose_cutoff(&streams)?),
+            false => None,
         };
-        let delay = match options.delay_s {
-            Some(_) => DelayEstimate::Unknown,
-            None => preview.delay(&streams, cutoff_hz)?,
+        let cutoff_hz = match &chosen {
+            Some(beginning) => beginning.cutoff_hz,
+            None => options.equations.cutoff_hz,
+        };
+        let delay = match (options.delay_s, chosen) {
+            (Some(_), _) => DelayEstimate::Unknown,
+            (None, Some(beginning)) => preview.delay(&streams, beginning)?,
+            (None, None) => preview.delay(&streams, preview.at_cutoff(&streams, cutoff_hz)?)?,
         };
         let estimated_delay = delay.found();
         findings.extend(delay.doubt());

@@ -4,8 +4,8 @@ use tactid_identify::batch::preview::{
     CoarseDelay, LONGEST_DELAY_S, coarse_delay, fitted_delay, motion_noise_power, motion_power,
     residual_size,
 };
-use tactid_identify::equations::{Equation, window};
-use tactid_identify::{Channels, Delay, EquationSettings, EquationStream};
+use tactid_identify::equations::{Equation, MultiCutoffStream, window};
+use tactid_identify::{Channels, Delay, EquationSettings};
 
 use crate::alignment::{Aligner, Event, Measured, Streams};
 use crate::defaults::Options;
@@ -36,6 +36,8 @@ const KEPT: f64 = 0.8;
 const SIGNIFICANT: f64 = 6.0;
 /// Shorter delays are not worth an interpolation, s.
 const SHORTEST_DELAY_S: f64 = 1e-4;
+/// A fit of the delay is right to far less than so much of [`SHORTEST_DELAY_S`], from which on it is corrected.
+const CLEARLY_SHORT: f64 = 0.5;
 /// Largest number of fits of the delay: each is linear in what the one before has left.
 const DELAY_FITS: usize = 4;
 
@@ -88,10 +90,16 @@ impl DelayEstimate {
     }
 }
 
+/// The equations of the beginning for one cutoff, without a delay.
+pub(crate) struct Beginning {
+    pub(crate) cutoff_hz: f64,
+    equations: Vec<Equation>,
+    channels: Channels,
+}
+
 /// A cutoff with the power of the motion that it keeps, and the white noise in that power, 1/s⁴.
-#[derive(Clone, Copy)]
 struct Candidate {
-    cutoff_hz: f64,
+    beginning: Beginning,
     power: f64,
     noise: f64,
     /// Whether the windows are long enough to show the noise.
@@ -106,32 +114,41 @@ impl Preview<'_> {
     /// power of the motion rises with the cutoff: no cutoff is chosen above the one where the power depends
     /// least on it. Where all admit noise, it is the lowest that keeps [`KEPT`] of that power. Short windows do not show
     /// their noise: it is extrapolated from the shortest that do and keep the motion.
-    pub(crate) fn cutoff_hz(&self, streams: &Streams) -> Result<f64, RecordingError> {
-        let candidates = self.candidates(streams)?;
+    pub(crate) fn choose_cutoff(&self, streams: &Streams) -> Result<Beginning, RecordingError> {
+        let mut candidates = self.candidates(streams)?;
+        match self.chosen(&candidates) {
+            Some(chosen) => Ok(candidates.swap_remove(chosen).beginning),
+            None => self.at_cutoff(streams, EquationSettings::default().cutoff_hz),
+        }
+    }
+
+    /// Returns the place of the cutoff that is chosen among the candidates, see [`choose_cutoff`](Self::choose_cutoff).
+    fn chosen(&self, candidates: &[Candidate]) -> Option<usize> {
+        let cutoff_hz = |candidate: &Candidate| candidate.beginning.cutoff_hz;
         let change = |pair: &[Candidate]| (pair[0].power - pair[1].power).abs() / pair[0].power;
         let flattest = candidates
             .windows(2)
-            .filter(|pair| pair[0].power > 0.0)
-            .min_by(|a, b| change(a).total_cmp(&change(b)))
-            .map(|pair| &pair[0])
-            .or(candidates.first());
-        let Some(flattest) = flattest else {
-            return Ok(EquationSettings::default().cutoff_hz);
-        };
-        let keeps_motion = |candidate: &&Candidate| candidate.power >= KEPT * flattest.power;
-        let mut keeping = candidates.iter().filter(keeps_motion);
+            .enumerate()
+            .filter(|(_, pair)| pair[0].power > 0.0)
+            .min_by(|(_, a), (_, b)| change(a).total_cmp(&change(b)))
+            .map_or(0, |(place, _)| place);
+        let at_flattest = candidates.get(flattest)?;
+        let keeps_motion = |candidate: &Candidate| candidate.power >= KEPT * at_flattest.power;
+        let mut keeping = candidates
+            .iter()
+            .filter(|candidate| keeps_motion(candidate));
         let shown = keeping.find(|candidate| candidate.shows_noise);
-        let is_quiet = |candidate: &&Candidate| {
+        let is_quiet = |candidate: &Candidate| {
             let unseen = shown.filter(|_| !candidate.shows_noise);
-            candidate.cutoff_hz <= flattest.cutoff_hz
+            cutoff_hz(candidate) <= cutoff_hz(at_flattest)
                 && candidate.noise <= QUIET * candidate.power
                 && unseen.is_none_or(|shown| {
-                    self.noise_at(candidate.cutoff_hz, shown) <= QUIET_UNSEEN * candidate.power
+                    self.noise_at(cutoff_hz(candidate), shown) <= QUIET_UNSEEN * candidate.power
                 })
         };
-        let quiet = candidates.iter().find(is_quiet);
-        let chosen = quiet.or_else(|| candidates.iter().rev().find(keeps_motion));
-        Ok(chosen.unwrap_or(flattest).cutoff_hz)
+        let quiet = candidates.iter().position(is_quiet);
+        let chosen = quiet.or_else(|| candidates.iter().rposition(keeps_motion));
+        chosen.or(Some(flattest))
     }
 
     /// Returns the noise at a higher cutoff than that of a candidate that shows it, 1/s⁴.
@@ -142,37 +159,59 @@ impl Preview<'_> {
         };
         let is_second = self.events.iter().any(has_no_velocity);
         let exponent = FIRST_DERIVATIVE + if is_second { 2 } else { 0 };
-        shown.noise * (cutoff_hz / shown.cutoff_hz).powi(exponent)
+        shown.noise * (cutoff_hz / shown.beginning.cutoff_hz).powi(exponent)
     }
 
     /// Tries windows of doubling lengths.
     fn candidates(&self, streams: &Streams) -> Result<Vec<Candidate>, RecordingError> {
-        let mut length_s = (FEWEST_SAMPLES * self.options.period_s).min(LONGEST_WINDOW_S);
-        let mut candidates = Vec::new();
-        while length_s <= LONGEST_WINDOW_S {
-            let cutoff_hz = window::cutoff_hz(length_s);
-            let (equations, _) = self.equations(streams, 0.0, cutoff_hz)?;
-            if equations.len() < FEWEST_WINDOWS {
-                break;
-            }
-            candidates.push(Candidate {
-                cutoff_hz,
+        let shortest_s = (FEWEST_SAMPLES * self.options.period_s).min(LONGEST_WINDOW_S);
+        let doubled = |length_s: &f64| Some(2.0 * length_s);
+        let lengths_s: Vec<f64> = std::iter::successors(Some(shortest_s), doubled)
+            .take_while(|length_s| *length_s <= LONGEST_WINDOW_S)
+            .collect();
+        let cutoffs_hz: Vec<f64> = lengths_s.iter().map(|s| window::cutoff_hz(*s)).collect();
+        let (equations, channels) = self.equations(streams, 0.0, &cutoffs_hz)?;
+        let tried = equations.into_iter().zip(lengths_s).zip(cutoffs_hz);
+        let enough = tried.take_while(|((equations, _), _)| equations.len() >= FEWEST_WINDOWS);
+        let candidate =
+            |((equations, length_s), cutoff_hz): ((Vec<Equation>, f64), f64)| Candidate {
                 power: motion_power(&equations),
                 noise: motion_noise_power(&equations),
                 shows_noise: length_s >= FEWEST_INDEPENDENT * self.options.period_s,
-            });
-            length_s *= 2.0;
-        }
-        Ok(candidates)
+                beginning: Beginning {
+                    cutoff_hz,
+                    equations,
+                    channels: channels.clone(),
+                },
+            };
+        Ok(enough.map(candidate).collect())
+    }
+
+    /// Returns the beginning with a cutoff that is given.
+    pub(crate) fn at_cutoff(
+        &self,
+        streams: &Streams,
+        cutoff_hz: f64,
+    ) -> Result<Beginning, RecordingError> {
+        let (equations, channels) = self.delayed(streams, 0.0, cutoff_hz)?;
+        Ok(Beginning {
+            cutoff_hz,
+            equations,
+            channels,
+        })
     }
 
     /// Estimates the delay of the wrenches' stamps relative to the motion.
     pub(crate) fn delay(
         &self,
         streams: &Streams,
-        cutoff_hz: f64,
+        beginning: Beginning,
     ) -> Result<DelayEstimate, RecordingError> {
-        let (equations, channels) = self.equations(streams, 0.0, cutoff_hz)?;
+        let Beginning {
+            cutoff_hz,
+            equations,
+            channels,
+        } = beginning;
         match coarse_delay(&equations, &channels, window::stride_s(cutoff_hz)) {
             None => Ok(DelayEstimate::Unknown),
             Some(coarse) if coarse.is_at_end => Ok(DelayEstimate::Doubtful(coarse)),
@@ -201,7 +240,7 @@ impl Preview<'_> {
         delay: Delay,
         without: f64,
     ) -> Result<DelayEstimate, RecordingError> {
-        let (equations, channels) = self.equations(streams, delay.delay_s, cutoff_hz)?;
+        let (equations, channels) = self.delayed(streams, delay.delay_s, cutoff_hz)?;
         let residual_ratio = match residual_size(&equations, &channels) {
             Some(with) => with / without,
             None => return Ok(DelayEstimate::Unknown),
@@ -216,7 +255,7 @@ impl Preview<'_> {
         }))
     }
 
-    /// Refines a delay that is right to the length of a window. The equations are those without a delay.
+    /// Refines a delay that is right to the length of a window. It stops where the delay is not worth correcting. The equations are those without a delay.
     fn refined_delay(
         &self,
         streams: &Streams,
@@ -227,7 +266,7 @@ impl Preview<'_> {
         let mut found = DelayEstimate::Unknown;
         for _ in 0..DELAY_FITS {
             if delay_s != 0.0 {
-                (equations, _) = self.equations(streams, delay_s, cutoff_hz)?;
+                (equations, _) = self.delayed(streams, delay_s, cutoff_hz)?;
             }
             let Some(rest) = fitted_delay(&equations, &channels) else {
                 return Ok(DelayEstimate::Unknown);
@@ -242,7 +281,7 @@ impl Preview<'_> {
             });
             let is_settled = rest.delay_s.abs() < 0.01 * SHORTEST_DELAY_S
                 || rest.delay_s.abs() < 0.1 * rest.std_dev_s;
-            if is_settled {
+            if is_settled || sum_s.abs() < CLEARLY_SHORT * SHORTEST_DELAY_S {
                 break;
             }
             delay_s = sum_s;
@@ -261,7 +300,10 @@ impl Preview<'_> {
             acceleration: false,
             ..streams.clone()
         };
-        let cutoff_hz = f64::min(self.cutoff_hz(streams)?, self.cutoff_hz(&derived)?);
+        let cutoff_hz = f64::min(
+            self.choose_cutoff(streams)?.cutoff_hz,
+            self.choose_cutoff(&derived)?.cutoff_hz,
+        );
         let measured = self.residual_and_power(streams, cutoff_hz)?;
         let derived = self.residual_and_power(&derived, cutoff_hz)?;
         let (Some(measured), Some(derived)) = (measured, derived) else {
@@ -286,35 +328,42 @@ impl Preview<'_> {
         streams: &Streams,
         cutoff_hz: f64,
     ) -> Result<Option<(f64, f64)>, RecordingError> {
-        let (equations, channels) = self.equations(streams, 0.0, cutoff_hz)?;
+        let (equations, channels) = self.delayed(streams, 0.0, cutoff_hz)?;
         let residual = residual_size(&equations, &channels);
         Ok(residual.map(|residual| (residual, motion_power(&equations))))
     }
 
-    /// Returns all equations of the beginning, with their channels.
-    fn equations(
+    /// Returns all equations of the beginning for one cutoff, with their channels.
+    fn delayed(
         &self,
         streams: &Streams,
         delay_s: f64,
         cutoff_hz: f64,
     ) -> Result<(Vec<Equation>, Channels), RecordingError> {
+        let (mut equations, channels) = self.equations(streams, delay_s, &[cutoff_hz])?;
+        Ok((equations.pop().unwrap_or_default(), channels))
+    }
+
+    /// Returns all equations of the beginning for each cutoff, with their channels.
+    fn equations(
+        &self,
+        streams: &Streams,
+        delay_s: f64,
+        cutoffs_hz: &[f64],
+    ) -> Result<(Vec<Vec<Equation>>, Channels), RecordingError> {
         let (sources, options) = (self.sources, self.options);
         let sensors: Vec<&str> = sources.sensors.iter().map(String::as_str).collect();
-        let settings = EquationSettings {
-            cutoff_hz,
-            ..options.equations.clone()
-        };
-        let mut stream = EquationStream::new(&sources.robot, &options.tip, &sensors, &settings)?;
+        let settings = &options.equations;
+        let (robot, tip) = (&sources.robot, &options.tip);
+        let mut stream = MultiCutoffStream::new(robot, tip, &sensors, settings, cutoffs_hz)?;
         let mut aligner = Aligner::new(streams.clone(), delay_s, settings.max_gap_s);
-        let mut equations = Vec::new();
         for event in self.events {
             aligner.push(event.clone());
             while let Some(aligned) = aligner.next() {
-                let (_, equation) = stream.push(&aligned.sample())?;
-                equations.extend(equation.cloned());
+                stream.push(&aligned.sample())?;
             }
         }
-        Ok((equations, stream.channels()))
+        Ok(stream.finish())
     }
 }
 

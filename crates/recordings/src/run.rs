@@ -1,5 +1,9 @@
 //! Runs through a recording: events in, an estimator fed.
 
+use std::ops::ControlFlow;
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::thread;
+
 use tactid_dynamics::MassProperties;
 use tactid_identify::calibration::EffortRecorder;
 use tactid_identify::checks::{ChannelMonitor, ConstantChannels};
@@ -8,7 +12,7 @@ use tactid_identify::{
     Sample,
 };
 
-use crate::alignment::{Aligner, Event, Measured};
+use crate::alignment::{Aligned, Aligner, Event, Measured};
 use crate::fault::{FaultCounts, FaultKind};
 use crate::plan::Plan;
 use crate::recording::{Reading, Recording, Sources};
@@ -25,8 +29,13 @@ const FINE_STEP_S: f64 = 0.01;
 /// Length of the fine part of the history, s.
 const FINE_SPAN_S: f64 = 10.0;
 
+/// Number of samples that go from the aligning to the estimating thread at a time.
+const BATCH: usize = 512;
+/// Number of batches that may wait.
+const BATCHES: usize = 4;
+
 /// What receives the samples of a run.
-pub(crate) trait Receiver {
+pub(crate) trait Receiver: Send {
     /// Number of times that the recording is presented.
     fn epochs(&self) -> u32 {
         1
@@ -211,13 +220,11 @@ impl Run {
         let epochs = receiver.epochs();
         let mut epoch = 0;
         loop {
-            let mut pass = Pass::new(plan, receiver);
-            let take = &mut |event| pass.take(event);
             let progress = &mut |fraction| {
                 let fraction = (f64::from(epoch) + fraction) / f64::from(epochs);
                 observer(Progress { fraction })
             };
-            let reading = recording.read(plan.selection(), take, progress)?;
+            let (pass, reading) = present(recording, plan, receiver, progress)?;
             epoch += 1;
             if reading.interrupted || epoch >= epochs {
                 if plan.streams.unloaded {
@@ -250,9 +257,67 @@ impl Run {
     }
 }
 
+/// Presents a recording once: the samples are aligned on this thread, and received on another.
+fn present(
+    recording: &impl Recording,
+    plan: &Plan<'_>,
+    receiver: &mut impl Receiver,
+    progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<(Pass, Reading), RecordingError> {
+    thread::scope(|scope| {
+        let (batches, received) = sync_channel::<Vec<Aligned>>(BATCHES);
+        let receiving = scope.spawn(move || {
+            let mut samples = received.into_iter().flatten();
+            samples.try_for_each(|aligned| receiver.push(&aligned.sample()))
+        });
+        let mut pass = Pass::new(plan);
+        let mut samples = Samples::new(batches);
+        let take = &mut |event| pass.take(event, &mut samples);
+        let reading = recording.read(plan.selection(), take, progress);
+        samples.finish();
+        let received = receiving.join();
+        received.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+        Ok((pass, reading?))
+    })
+}
+
+/// The aligned samples on their way to the receiver.
+struct Samples {
+    batches: SyncSender<Vec<Aligned>>,
+    batch: Vec<Aligned>,
+}
+
+impl Samples {
+    fn new(batches: SyncSender<Vec<Aligned>>) -> Self {
+        Self {
+            batches,
+            batch: Vec::with_capacity(BATCH),
+        }
+    }
+
+    /// Adds a sample.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::Interrupted`] if the receiver has ended with an error of its own, which replaces this one.
+    fn push(&mut self, aligned: Aligned) -> Result<(), RecordingError> {
+        self.batch.push(aligned);
+        if self.batch.len() < BATCH {
+            return Ok(());
+        }
+        let batch = std::mem::replace(&mut self.batch, Vec::with_capacity(BATCH));
+        let sent = self.batches.send(batch);
+        sent.map_err(|_| RecordingError::Interrupted)
+    }
+
+    /// Sends the last samples.
+    fn finish(self) {
+        // Where the receiver has ended with an error, they are not needed.
+        let _ = self.batches.send(self.batch);
+    }
+}
+
 /// One presentation of a recording.
-struct Pass<'a, R> {
-    receiver: &'a mut R,
+struct Pass {
     aligner: Aligner,
     channels: ChannelMonitor,
     unloaded: UnloadedSubtraction,
@@ -272,10 +337,9 @@ struct Totals {
     findings: Vec<Finding>,
 }
 
-impl<'a, R: Receiver> Pass<'a, R> {
-    fn new(plan: &Plan<'_>, receiver: &'a mut R) -> Self {
+impl Pass {
+    fn new(plan: &Plan<'_>) -> Self {
         Self {
-            receiver,
             aligner: Aligner::new(plan.streams.clone(), plan.delay_s, plan.equations.max_gap_s),
             channels: ChannelMonitor::new(plan.streams.wrenches),
             unloaded: UnloadedSubtraction::new(plan.sources.robot.dof()),
@@ -287,14 +351,13 @@ impl<'a, R: Receiver> Pass<'a, R> {
         }
     }
 
-    fn take(&mut self, event: Event) -> Result<(), RecordingError> {
+    fn take(&mut self, event: Event, samples: &mut Samples) -> Result<(), RecordingError> {
         if let Measured::Wrench(sensor, wrench) = &event.measured {
             self.channels.push(*sensor, event.time_s, wrench);
         }
         self.aligner.push(event);
         while let Some(mut aligned) = self.aligner.next() {
             self.unloaded.subtract(&mut aligned);
-            self.receiver.push(&aligned.sample())?;
             let passed_s = aligned.time_s - self.last_s;
             if self.samples == 0 {
                 self.first_s = aligned.time_s;
@@ -303,6 +366,7 @@ impl<'a, R: Receiver> Pass<'a, R> {
             }
             self.samples += 1;
             self.last_s = aligned.time_s;
+            samples.push(aligned)?;
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! The log of a run: the topics that such a robot would record, with ground truth and experiment as metadata.
 
 mod truth;
+mod writing;
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -22,6 +23,7 @@ use crate::sample::{Contact, FingerSample, Sample};
 use crate::scene::State;
 use crate::{SimError, Simulation};
 use truth::truth_json;
+pub(crate) use writing::RecorderThread;
 
 /// Time stamp of the first sample, ns. ROS interprets a stamp of zero as a missing stamp.
 const START_NS: u64 = 1_000_000_000;

@@ -2,11 +2,12 @@
 
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::thread;
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use crate::log::Recorder;
+use crate::log::{Recorder, RecorderThread};
 use crate::{Checks, Experiment, SimError, Simulation};
 
 /// Progress of a run.
@@ -116,22 +117,16 @@ pub fn run(
 ) -> Result<RunReport, SimError> {
     let start = Instant::now();
     let mut simulation = Simulation::new(experiment)?;
-    let mut recorder = Recorder::create(log_path, &simulation)?;
-    let every = (OBSERVE_EVERY_S / experiment.step_s).ceil() as u64;
-    let mut interrupted = false;
-    while simulation.steps() < simulation.total_steps() {
-        let steps = simulation.steps();
-        if steps.is_multiple_of(every) && observer(&progress(&simulation)).is_break() {
-            interrupted = true;
-            break;
-        }
-        match simulation.step() {
-            Ok(_) => recorder.write(steps, simulation.sample(), simulation.state())?,
-            Err(error) => {
-                recorder.finish(&logged(&simulation, false, Some(&error.to_string())))?;
-                return Err(aborted(error, log_path));
-            }
-        }
+    let recorder = Recorder::create(log_path, &simulation)?;
+    let (end, recorder) = thread::scope(|scope| {
+        let mut writing = RecorderThread::start(scope, recorder);
+        let end = simulate(&mut simulation, &mut writing, &mut observer);
+        writing.join().map(|recorder| (end, recorder))
+    })?;
+    let interrupted = matches!(end, End::Interrupted);
+    if let End::Failed(error) = end {
+        recorder.finish(&logged(&simulation, false, Some(&error.to_string())))?;
+        return Err(aborted(error, log_path));
     }
     if !interrupted {
         // The run is complete, so that a request to stop has no effect.
@@ -143,6 +138,36 @@ pub fn run(
         interrupted,
         start.elapsed().as_secs_f64(),
     ))
+}
+
+/// How a run has ended.
+enum End {
+    Complete,
+    Interrupted,
+    /// A step has failed.
+    Failed(SimError),
+}
+
+/// Takes all steps that are left, up to an interruption, a failure or an error of the log, which the writer keeps.
+fn simulate(
+    simulation: &mut Simulation,
+    writing: &mut RecorderThread<'_>,
+    observer: &mut impl FnMut(&Progress) -> ControlFlow<()>,
+) -> End {
+    let every = (OBSERVE_EVERY_S / simulation.experiment().step_s).ceil() as u64;
+    while simulation.steps() < simulation.total_steps() {
+        let steps = simulation.steps();
+        if steps.is_multiple_of(every) && observer(&progress(simulation)).is_break() {
+            return End::Interrupted;
+        }
+        if let Err(error) = simulation.step() {
+            return End::Failed(error);
+        }
+        if !writing.write(steps, simulation.sample(), simulation.state()) {
+            break;
+        }
+    }
+    End::Complete
 }
 
 /// Moves the log of a run that a step aborted, so that its name says so, and returns the error with the log's place.

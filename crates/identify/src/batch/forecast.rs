@@ -49,14 +49,14 @@ impl Forecast {
             };
             half.add(equation, window);
         }
-        let whole = first.information + second.information;
+        let whole = first.information() + second.information();
         let second_s = (equations.len() - middle) as f64 * stride_s;
         // W Wᵀ is the covariance in the observable directions.
         let mut root = SMatrix::<f64, 10, 10>::zeros();
         for (k, (information, direction)) in Spectrum::new(whole).observable().enumerate() {
             root.set_column(k, &(direction / information.sqrt()));
         }
-        let growth = SymmetricEigen::new(root.transpose() * second.information * root / second_s);
+        let growth = SymmetricEigen::new(root.transpose() * second.information() * root / second_s);
         let mut slopes = jacobian(parameters)?;
         for (mut column, scale) in slopes.column_iter_mut().zip(fit.scales()) {
             column *= *scale;

@@ -52,11 +52,12 @@ fn solve(
     bounding_box: Option<&BoundingBox>,
 ) -> Option<([f64; 10], [f64; 10])> {
     let scales = fit.scales();
-    let spectrum = Spectrum::new(normal_equations.information);
+    let spectrum = Spectrum::new(normal_equations.information());
+    let target = normal_equations.target();
     let mut parameters = SVector::<f64, 10>::zeros();
     let mut covariance = SMatrix::<f64, 10, 10>::zeros();
     for (information, direction) in spectrum.observable() {
-        parameters += direction * (direction.dot(&normal_equations.target) / information);
+        parameters += direction * (direction.dot(&target) / information);
         covariance.ger(NOISE_CORRELATION / information, &direction, &direction, 1.0);
     }
     covariance += normal_equations.gain_covariance(&spectrum);

@@ -3,6 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::equations::{Channels, Equation, Row, window};
+use crate::fit::products::{Products, WIDTH, WideRow};
 use crate::fit::{Delay, FitOptions, least_squares};
 use crate::solve::noise;
 
@@ -45,7 +46,11 @@ fn power(equations: &[Equation], rows: impl Fn(&Equation) -> &Vec<Row>) -> f64 {
 #[must_use]
 pub fn residual_size(equations: &[Equation], channels: &Channels) -> Option<f64> {
     let channels = without_known_noise(channels);
-    let fit = least_squares::fit(equations, FitOptions::new(&channels))?;
+    let options = FitOptions {
+        covariance: false,
+        ..FitOptions::new(&channels)
+    };
+    let fit = least_squares::fit(equations, options)?;
     let std_devs = &fit.noise.std_devs;
     let logarithms: f64 = std_devs.iter().map(|std_dev| std_dev.ln()).sum();
     Some((logarithms / std_devs.len() as f64).exp())
@@ -93,19 +98,14 @@ pub fn coarse_delay(
         .min(equations.len() as f64) as i64;
     let mut sizes = [0.0; 6];
     noise::target_sizes(equations, &[3, 3], &mut sizes);
-    let at = |shift, gravity_scale| {
-        let pairs = Pairs {
-            equations,
-            stride_s,
-            shift,
-        };
-        pairs.mean_square_residual(gravity_scale, &sizes)
-    };
-    let unshifted = at(0, 1.0)?;
-    if at(0, -1.0).is_some_and(|other| other < OTHER_GRAVITY * unshifted) {
+    let pairs = Pairs::new(equations, stride_s, &sizes, 1.0);
+    let unshifted = pairs.mean_square_residual(0)?;
+    let upside_down = Pairs::new(equations, stride_s, &sizes, -1.0).mean_square_residual(0);
+    if upside_down.is_some_and(|other| other < OTHER_GRAVITY * unshifted) {
         return None;
     }
-    let shifts = (-reach..=reach).filter_map(|shift| Some((at(shift, 1.0)?, shift)));
+    let of_shift = |shift| Some((pairs.mean_square_residual(shift)?, shift));
+    let shifts = (-reach..=reach).filter_map(of_shift);
     let (best, shift) = shifts.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let independent = equations.len() as f64 / window::NOISE_CORRELATION * 6.0;
     let gain = (unshifted - best) / best.max(f64::MIN_POSITIVE) * independent;
@@ -132,39 +132,85 @@ fn without_known_noise(channels: &Channels) -> Channels {
     }
 }
 
-/// Motions, each paired with the wrench `shift` windows later.
-struct Pairs<'a> {
-    equations: &'a [Equation],
+/// Number of channels of a wrench.
+const WRENCH: usize = 6;
+
+/// The windows of a recording, whose motions are paired with wrenches of other windows.
+struct Pairs {
+    windows: Vec<ScaledWindow>,
     stride_s: f64,
-    shift: i64,
+    /// Products of the rows of all windows.
+    products: Products,
 }
 
-impl Pairs<'_> {
-    /// Pairs of windows, the motion's first. Windows next to a gap have no partner.
-    fn iter(&self) -> impl Iterator<Item = (&Equation, &Equation)> {
-        let equations = self.equations.iter().enumerate();
-        equations.filter_map(|(k, motion)| {
-            let at = usize::try_from(k as i64 + self.shift).ok()?;
-            let load = self.equations.get(at)?;
-            let gap_s = load.time_s - motion.time_s - self.shift as f64 * self.stride_s;
-            (gap_s.abs() <= 0.1 * self.stride_s).then_some((motion, load))
-        })
+/// A window with its channels in units of their sizes.
+struct ScaledWindow {
+    time_s: f64,
+    rows: [WideRow; WRENCH],
+    targets: [f64; WRENCH],
+}
+
+impl ScaledWindow {
+    fn new(equation: &Equation, sizes: &[f64], gravity_scale: f64) -> Self {
+        let mut window = Self {
+            time_s: equation.time_s,
+            rows: [[0.0; WIDTH]; WRENCH],
+            targets: [0.0; WRENCH],
+        };
+        for (channel, size) in sizes.iter().enumerate() {
+            let row = &equation.rows[channel];
+            let mut regressor = row.regressor;
+            let mut first = regressor.fixed_rows_mut::<4>(0);
+            first += row.gravity * (1.0 - gravity_scale);
+            regressor /= *size;
+            window.rows[channel][..10].copy_from_slice(regressor.as_slice());
+            window.targets[channel] = row.target / size;
+        }
+        window
+    }
+}
+
+impl Pairs {
+    /// Takes windows with the `sizes` of their channels and a scale applied to gravity.
+    fn new(equations: &[Equation], stride_s: f64, sizes: &[f64], gravity_scale: f64) -> Self {
+        let scaled = |equation| ScaledWindow::new(equation, sizes, gravity_scale);
+        let windows: Vec<ScaledWindow> = equations.iter().map(scaled).collect();
+        let mut products = Products::zero();
+        for window in &windows {
+            products.add_lower(&window.rows, 1.0);
+        }
+        Self {
+            windows,
+            stride_s,
+            products,
+        }
     }
 
-    /// Returns the mean square residual of plain least squares, relative to the `sizes` of the channels.
-    fn mean_square_residual(&self, gravity_scale: f64, sizes: &[f64]) -> Option<f64> {
-        let mut gram = SMatrix::<f64, 10, 10>::zeros();
-        let mut right_side = SVector::<f64, 10>::zeros();
+    /// Returns the window whose wrench belongs to the motion of the window `k`, if it is `shift` windows later. Windows next
+    /// to a gap have none.
+    fn partner(&self, k: usize, shift: i64) -> Option<&ScaledWindow> {
+        let at = usize::try_from(k as i64 + shift).ok()?;
+        let load = self.windows.get(at)?;
+        let gap_s = load.time_s - self.windows[k].time_s - shift as f64 * self.stride_s;
+        (gap_s.abs() <= 0.1 * self.stride_s).then_some(load)
+    }
+
+    /// Returns the mean square residual of plain least squares, relative to the sizes of the channels, if each wrench belongs
+    /// to the motion `shift` windows before. The products of the motions are those of all windows but the few without a
+    /// partner.
+    fn mean_square_residual(&self, shift: i64) -> Option<f64> {
+        let mut unpaired = Products::zero();
+        let mut sums = [0.0; WIDTH];
         let (mut squares, mut count) = (0.0, 0u32);
-        for (motion, load) in self.iter() {
-            for (channel, size) in sizes.iter().enumerate() {
-                let mut regressor = motion.rows[channel].regressor;
-                let mut first = regressor.fixed_rows_mut::<4>(0);
-                first += motion.rows[channel].gravity * (1.0 - gravity_scale);
-                let row = regressor / *size;
-                let target = load.rows[channel].target / size;
-                gram.syger(1.0, &row, &row, 1.0);
-                right_side += row * target;
+        for (k, motion) in self.windows.iter().enumerate() {
+            let Some(load) = self.partner(k, shift) else {
+                unpaired.add_lower(&motion.rows, 1.0);
+                continue;
+            };
+            for (row, target) in motion.rows.iter().zip(&load.targets) {
+                for (sum, entry) in sums.iter_mut().zip(row) {
+                    *sum += entry * target;
+                }
                 squares += target * target;
             }
             count += 1;
@@ -172,7 +218,8 @@ impl Pairs<'_> {
         if count < FEWEST_PAIRS {
             return None;
         }
-        gram.fill_upper_triangle_with_lower_triangle();
+        let gram = self.products.square::<10>() - unpaired.square::<10>();
+        let right_side = SVector::<f64, 10>::from_fn(|k, _| sums[k]);
         let scale = gram
             .diagonal()
             .map(|x| 1.0 / x.max(f64::MIN_POSITIVE).sqrt());

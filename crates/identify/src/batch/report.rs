@@ -109,6 +109,7 @@ fn validate(
         used: Some(&seen),
         known_mass: whole.known_mass,
         covariance: false,
+        start: Some(whole),
         ..FitOptions::new(channels)
     };
     let Some(blind) = least_squares::fit(equations, options) else {

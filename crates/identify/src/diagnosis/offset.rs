@@ -30,6 +30,15 @@ pub(super) fn better_with_offset(
     channels: &Channels,
 ) -> Option<Fit> {
     let with_offsets = channels.clone().with_offsets(true);
+    let options = FitOptions {
+        start: Some(given),
+        covariance: false,
+        ..FitOptions::new(&with_offsets)
+    };
+    let other = least_squares::fit(equations, options)?;
+    if determinant_ratio(equations, given, &other, WRENCH) >= CLEARLY_BETTER {
+        return None;
+    }
     let other = least_squares::fit(equations, FitOptions::new(&with_offsets))?;
     let squared_distance = other
         .offsets?

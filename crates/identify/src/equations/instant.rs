@@ -147,6 +147,28 @@ impl Instant {
             acceleration.copy_from_slice(&motion[2].as_slice()[..count]);
         }
     }
+
+    /// Copies the state of another instant of as many joints and wrenches, without allocation.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        (self.time_s, self.base) = (other.time_s, other.base);
+        self.joint_position.copy_from_slice(&other.joint_position);
+        self.joint_velocity.copy_from_slice(&other.joint_velocity);
+        self.joint_acceleration
+            .copy_from_slice(&other.joint_acceleration);
+        self.joint_effort.copy_from_slice(&other.joint_effort);
+        self.wrenches.copy_from_slice(&other.wrenches);
+    }
+
+    /// Returns whether another instant has the same state, bit by bit.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        self.time_s == other.time_s
+            && self.joint_acceleration == other.joint_acceleration
+            && self.joint_velocity == other.joint_velocity
+            && self.joint_position == other.joint_position
+            && self.base == other.base
+            && self.joint_effort == other.joint_effort
+            && self.wrenches == other.wrenches
+    }
 }
 
 /// Returns position, velocity and acceleration of some joints, by their index among the vectors, at the middle sample,

@@ -188,6 +188,11 @@ impl Model {
         }
     }
 
+    /// The rows of the last instant.
+    pub(crate) fn last_rows(&self) -> &[Row] {
+        &self.rows
+    }
+
     /// Inertial parameters of the known links below the tool, at the posture of the last instant and in the
     /// tool frame, where the rows hold for them and the payload as one body.
     pub(crate) fn gripper_to_subtract(&self) -> Option<InertialParameters> {

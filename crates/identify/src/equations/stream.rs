@@ -83,7 +83,7 @@ impl EquationStream {
         &mut self,
         sample: &Sample<'_>,
     ) -> Result<(PushOutcome, Option<&Equation>), IdentifyError> {
-        self.check_lengths(sample)?;
+        check_lengths(&self.model, sample)?;
         let instant = match self.motion.push(sample) {
             MotionStep::Rejected => return Ok((PushOutcome::Rejected, None)),
             MotionStep::Started => {
@@ -188,23 +188,23 @@ impl EquationStream {
     pub fn gripper_to_subtract(&self) -> Option<InertialParameters> {
         self.model.gripper_to_subtract()
     }
+}
 
-    /// Checks that a sample's slices fit the robot and the sensors.
-    fn check_lengths(&self, sample: &Sample<'_>) -> Result<(), IdentifyError> {
-        let robot = self.model.robot();
-        robot.check_length("joint_position", sample.joint_position)?;
-        if !sample.joint_velocity.is_empty() {
-            robot.check_length("joint_velocity", sample.joint_velocity)?;
-        }
-        if self.method().uses_effort() || !sample.joint_effort.is_empty() {
-            robot.check_length("joint_effort", sample.joint_effort)?;
-        }
-        if sample.wrenches.len() == self.model.sensor_count() {
-            return Ok(());
-        }
-        Err(IdentifyError::WrenchCount {
-            given: sample.wrenches.len(),
-            expected: self.model.sensor_count(),
-        })
+/// Checks that a sample's slices fit the robot and the sensors.
+pub(super) fn check_lengths(model: &Model, sample: &Sample<'_>) -> Result<(), IdentifyError> {
+    let robot = model.robot();
+    robot.check_length("joint_position", sample.joint_position)?;
+    if !sample.joint_velocity.is_empty() {
+        robot.check_length("joint_velocity", sample.joint_velocity)?;
     }
+    if model.method().uses_effort() || !sample.joint_effort.is_empty() {
+        robot.check_length("joint_effort", sample.joint_effort)?;
+    }
+    if sample.wrenches.len() == model.sensor_count() {
+        return Ok(());
+    }
+    Err(IdentifyError::WrenchCount {
+        given: sample.wrenches.len(),
+        expected: model.sensor_count(),
+    })
 }

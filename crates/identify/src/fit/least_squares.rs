@@ -1,13 +1,15 @@
 //! Iteratively reweighted least squares over all windows of a recording, without the bias of noise in the
 //! motion.
 
-use nalgebra::{DMatrix, DVector, Dyn, SMatrix};
+mod covariance;
 
-use super::sandwich::{self, Entries, NoiseMeat, ScoredRow};
+use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector};
+
+use super::products::{Products, WIDTH, WideRow};
+use super::rows::{FitRows, TARGET, UNKNOWNS, remainder};
 use super::{Delay, Fit, FitOptions};
-use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
-use crate::equations::{Channels, Equation, Row};
-use crate::solve::noise::{Noise, ROUNDING};
+use crate::equations::{Channels, Equation};
+use crate::solve::noise::{Noise, ROUNDING, Whitening};
 use crate::solve::offsets::{MeanRow, Offsets};
 use crate::solve::spectrum::Spectrum;
 use crate::solve::weights::{rare_distance, robust_weight};
@@ -18,8 +20,11 @@ const MAX_PASSES: usize = 20;
 /// First passes, in which the noise is estimated from medians because outliers are not identified yet.
 const MEDIAN_PASSES: usize = 5;
 
-/// Passes before convergence is tested where weights and noise are those of another fit.
-const FIXED_WEIGHT_PASSES: usize = 2;
+/// Passes before convergence is tested in a fit that starts from another one, which has identified the outliers.
+const STARTED_PASSES: usize = 1;
+
+/// Passes before convergence is tested where weights and noise are those of another fit: the problem is linear then.
+const FIXED_WEIGHT_PASSES: usize = 0;
 
 /// The parameters have converged when a pass moves them by less than this many standard deviations.
 const CONVERGED: f64 = 1e-5;
@@ -40,6 +45,11 @@ pub(crate) fn fit(equations: &[Equation], options: FitOptions<'_>) -> Option<Fit
     if count * channels < MIN_ROWS {
         return None;
     }
+    let min_passes = match (options.weights_of, options.start) {
+        (Some(_), _) => FIXED_WEIGHT_PASSES,
+        (None, Some(_)) => STARTED_PASSES,
+        (None, None) => MEDIAN_PASSES,
+    };
     let mut state = ReweightedLeastSquares::new(equations, options, channels);
     for pass in 0..MAX_PASSES {
         if options.known_mass.is_some() {
@@ -47,13 +57,10 @@ pub(crate) fn fit(equations: &[Equation], options: FitOptions<'_>) -> Option<Fit
             state.update_scales();
         }
         let moved = state.solve();
-        let min_passes = if options.weights_of.is_none() {
-            state.update_weights(pass);
+        if options.weights_of.is_none() {
+            state.update_weights(options.start.is_none() && pass < MEDIAN_PASSES);
             state.update_means();
-            MEDIAN_PASSES
-        } else {
-            FIXED_WEIGHT_PASSES
-        };
+        }
         if pass > min_passes && moved < CONVERGED {
             break;
         }
@@ -76,15 +83,15 @@ fn size_of_targets(equations: &[Equation], channels: &Channels) -> Noise {
 
 /// The state of a fit between two passes.
 struct ReweightedLeastSquares<'a> {
-    equations: &'a [Equation],
+    rows: FitRows,
     options: FitOptions<'a>,
     /// Number of unknowns: the ten parameters, and the delay where it is estimated.
     columns: usize,
-    solution: DVector<f64>,
+    solution: [f64; UNKNOWNS],
     /// Unit of each scaled unknown.
-    scales: DVector<f64>,
+    scales: SVector<f64, UNKNOWNS>,
     /// Mean rows of the channels whose offset is unknown.
-    means: Vec<MeanRow<11>>,
+    means: Vec<MeanRow<UNKNOWNS>>,
     /// Residuals of all windows, window by window, in the channels' units.
     residuals: Vec<f64>,
     noise: Noise,
@@ -97,8 +104,8 @@ struct ReweightedLeastSquares<'a> {
 
 impl<'a> ReweightedLeastSquares<'a> {
     fn new(equations: &'a [Equation], options: FitOptions<'a>, channels: usize) -> Self {
-        let columns = 10 + usize::from(options.delay);
-        let (noise, weights) = match options.weights_of {
+        let columns = UNKNOWNS - usize::from(!options.delay);
+        let (noise, weights) = match options.weights_of.or(options.start) {
             Some(fit) => (fit.noise.clone(), fit.weights.clone()),
             None => (
                 size_of_targets(equations, options.channels),
@@ -106,11 +113,11 @@ impl<'a> ReweightedLeastSquares<'a> {
             ),
         };
         let mut state = Self {
-            equations,
+            rows: FitRows::new(equations, &options, channels),
             options,
             columns,
-            solution: DVector::zeros(columns),
-            scales: DVector::repeat(columns, 1.0),
+            solution: [0.0; UNKNOWNS],
+            scales: SVector::repeat(1.0),
             means: vec![MeanRow::zero(); options.channels.offsets],
             residuals: vec![0.0; equations.len() * channels],
             noise,
@@ -124,36 +131,6 @@ impl<'a> ReweightedLeastSquares<'a> {
         state
     }
 
-    /// Returns a row's entries with the scaled gravity, and zero for the delay.
-    fn without_delay(&self, row: &Row) -> Entries {
-        let mut entries = [0.0; 11];
-        entries[..10].copy_from_slice(row.regressor.as_slice());
-        for (entry, gravity) in entries.iter_mut().zip(&row.gravity) {
-            *entry += (1.0 - self.options.gravity_scale) * gravity;
-        }
-        entries
-    }
-
-    /// Returns the entries and the target of a window's row.
-    fn row(&self, window: usize, channel: usize) -> (Entries, f64) {
-        let equation = &self.equations[window];
-        let row = &equation.rows[channel];
-        let mut entries = self.without_delay(row);
-        // target(t + delay) = target(t) + delay · rate belongs to the motion at t.
-        entries[10] = -equation.rates[channel];
-        (entries, row.target)
-    }
-
-    /// Returns the entries and the target of a window's row less the mean of its channel, where the channel
-    /// has an unknown offset.
-    fn centred_row(&self, window: usize, channel: usize) -> (Entries, f64) {
-        let (mut entries, mut target) = self.row(window, channel);
-        if let Some(mean) = self.means.get(channel) {
-            mean.subtract_from(&mut entries, &mut target);
-        }
-        (entries, target)
-    }
-
     /// Computes the means, and the residuals without them, for the present weights.
     fn update_means(&mut self) {
         if !self.means.is_empty() {
@@ -163,75 +140,99 @@ impl<'a> ReweightedLeastSquares<'a> {
     }
 
     fn compute_means(&mut self) {
-        let mean = |channel| {
+        let mean = |channel: usize| {
             MeanRow::new(self.windows().map(|window| {
-                let (entries, target) = self.row(window, channel);
-                (self.weights[window], entries, target)
+                let row = &self.rows.of_window(window)[channel];
+                let entries = std::array::from_fn(|k| row[k]);
+                (self.weights[window], entries, row[TARGET])
             }))
         };
         self.means = (0..self.means.len()).map(mean).collect();
     }
 
-    fn predicted(&self, entries: &Entries) -> f64 {
-        entries.iter().zip(&self.solution).map(|(a, x)| a * x).sum()
-    }
-
     /// Computes the residuals of every window, whether it is used or not.
     fn update_residuals(&mut self) {
+        let solution = &self.solution;
+        let offsets: Vec<f64> = (0..self.noise.channels())
+            .map(|channel| {
+                self.means
+                    .get(channel)
+                    .map_or(0.0, |mean| mean.remainder(solution))
+            })
+            .collect();
+        let residuals = self.residuals.iter_mut().zip(self.rows.all());
+        for ((residual, row), offset) in residuals.zip(offsets.iter().cycle()) {
+            *residual = remainder(row, solution) - offset;
+        }
+    }
+
+    /// Returns the mean rows of all channels; zero where the channel has no unknown offset.
+    fn mean_rows(&self) -> Vec<WideRow> {
+        let mean = |channel: usize| {
+            let mut wide = [0.0; WIDTH];
+            if let Some(mean) = self.means.get(channel) {
+                let (entries, target) = mean.parts();
+                wide[..UNKNOWNS].copy_from_slice(entries);
+                wide[TARGET] = target;
+            }
+            wide
+        };
+        (0..self.noise.channels()).map(mean).collect()
+    }
+
+    /// Calls `take` with each window that is used, its whitened rows less the means, and its whitened half-differences, with
+    /// scaled columns, and with the residual in the place of the target.
+    fn for_each_whitened(&self, mut take: impl FnMut(usize, &[WideRow], &[WideRow])) {
         let channels = self.noise.channels();
-        for window in 0..self.equations.len() {
-            for channel in 0..channels {
-                let (entries, target) = self.centred_row(window, channel);
-                self.residuals[window * channels + channel] = target - self.predicted(&entries);
-            }
-        }
-    }
-
-    /// Computes a window's whitened rows with scaled columns. The last column is the residual.
-    fn whiten_rows(&self, window: usize, block: &mut DMatrix<f64>) {
-        let channels = self.noise.channels();
-        for channel in 0..channels {
-            let (entries, _) = self.centred_row(window, channel);
+        let whitening = Whitening::new(&self.noise);
+        let means = self.mean_rows();
+        // Scaled before they are whitened: where sensors measure nothing, only scales of zero keep numbers finite.
+        let scaled = |row: &WideRow, mean: &WideRow, residual: f64| {
+            let mut scaled = [0.0; WIDTH];
             for (k, scale) in self.scales.iter().enumerate() {
-                block[(channel, k)] = scale * entries[k];
+                scaled[k] = (row[k] - mean[k]) * scale;
             }
-            block[(channel, self.columns)] = self.residuals[window * channels + channel];
-        }
-        self.noise.whiten(block);
-    }
-
-    /// Computes a window's whitened half-differences with scaled columns: noise alone, on both sides. The last
-    /// column is the residual.
-    fn whiten_differences(&self, window: usize, block: &mut DMatrix<f64>) {
-        for (channel, row) in self.equations[window].differences.iter().enumerate() {
-            let entries = self.without_delay(row);
-            for (k, scale) in self.scales.iter().enumerate() {
-                block[(channel, k)] = scale * entries[k];
+            scaled[TARGET] = residual;
+            scaled
+        };
+        let zeros = || vec![[0.0; WIDTH]; channels];
+        let (mut wide, mut rows, mut differences) = (zeros(), zeros(), zeros());
+        for window in self.windows() {
+            let residuals = &self.residuals[window * channels..(window + 1) * channels];
+            let of_window = self
+                .rows
+                .of_window(window)
+                .iter()
+                .zip(&means)
+                .zip(residuals);
+            for (wide, ((row, mean), residual)) in wide.iter_mut().zip(of_window) {
+                *wide = scaled(row, mean, *residual);
             }
-            block[(channel, self.columns)] = row.target - self.predicted(&entries);
+            whitening.apply(&wide, &mut rows);
+            for (wide, row) in wide.iter_mut().zip(self.rows.differences(window)) {
+                *wide = scaled(row, &[0.0; WIDTH], remainder(row, &self.solution));
+            }
+            whitening.apply(&wide, &mut differences);
+            take(window, &rows, &differences);
         }
-        self.noise.whiten(block);
-    }
-
-    /// Returns a matrix with a row for each channel, and a column for each unknown and the residual.
-    fn block(&self) -> DMatrix<f64> {
-        DMatrix::zeros(self.noise.channels(), self.columns + 1)
     }
 
     /// Indices of the windows that are used.
     fn windows(&self) -> impl Iterator<Item = usize> + use<'a> {
         let used = self.options.used;
-        (0..self.equations.len()).filter(move |&k| used.is_none_or(|used| used[k]))
+        (0..self.rows.windows()).filter(move |&k| used.is_none_or(|used| used[k]))
     }
 
     /// Chooses the scales so that all columns have the same length in units of the noise.
     fn update_scales(&mut self) {
-        let mut squares = [0.0; 11];
+        let mut squares = [0.0; UNKNOWNS];
+        let precisions: Vec<f64> = self.noise.std_devs.iter().map(|s| s.recip()).collect();
+        let means = self.mean_rows();
         for window in self.windows() {
-            for (channel, std_dev) in self.noise.std_devs.iter().enumerate() {
-                let (entries, _) = self.centred_row(window, channel);
-                for (square, entry) in squares.iter_mut().zip(entries) {
-                    *square += (entry / std_dev).powi(2);
+            let rows = self.rows.of_window(window).iter().zip(&means);
+            for ((row, mean), precision) in rows.zip(&precisions) {
+                for ((square, entry), mean) in squares.iter_mut().zip(row).zip(mean) {
+                    *square += ((entry - mean) * precision).powi(2);
                 }
             }
         }
@@ -253,52 +254,41 @@ impl<'a> ReweightedLeastSquares<'a> {
     /// starts at the present solution, which removes the rounding errors of previous normal equations.
     fn solve(&mut self) -> f64 {
         let columns = self.columns;
-        let (mut gram, noise) = self.corrected_gram();
-        self.noise_products = noise;
+        let [rows, noise] = self.products();
+        let corrected = |i, j| rows.symmetric(i, j) - noise.symmetric(i, j);
+        let mut information = DMatrix::from_fn(columns, columns, corrected);
+        let mut target = DVector::from_fn(columns, |i, _| corrected(TARGET, i));
+        self.noise_products = DMatrix::from_fn(columns, columns, |i, j| noise.symmetric(i, j));
         if let Some(mass) = self.options.known_mass {
-            let information = self.mass_information();
-            gram[(0, 0)] += information;
-            gram[(columns, 0)] += information * (mass.mass_kg - self.solution[0]) / self.scales[0];
+            let of_mass = self.mass_information();
+            information[(0, 0)] += of_mass;
+            target[0] += of_mass * (mass.mass_kg - self.solution[0]) / self.scales[0];
         }
-        gram.fill_upper_triangle_with_lower_triangle();
-        let target = gram.view((0, columns), (columns, 1)).column(0).into_owned();
-        let information = gram.view((0, 0), (columns, columns)).into_owned();
         self.spectrum = Spectrum::new(information);
         let mut step = DVector::<f64>::zeros(columns);
         for (information, direction) in self.spectrum.observable() {
             step += &direction * (direction.dot(&target) / information);
         }
-        self.solution += step.component_mul(&self.scales);
+        for ((unknown, step), scale) in self.solution.iter_mut().zip(&step).zip(&self.scales) {
+            *unknown += step * scale;
+        }
         self.update_residuals();
         // Squared length of the step in the metric of the information.
         step.dot(&target).max(0.0).sqrt()
     }
 
-    /// Returns the lower triangle of the products of all whitened columns, less those of the noise of the
-    /// motion, whose last row belongs to the residuals; and the products of the unknowns' noise.
-    fn corrected_gram(&self) -> (DMatrix<f64>, DMatrix<f64>) {
-        let columns = self.columns;
-        let mut gram = DMatrix::<f64>::zeros(columns + 1, columns + 1);
-        let mut of_noise = gram.clone();
-        let (mut rows, mut differences) = (self.block(), self.block());
-        for window in self.windows() {
+    /// Returns the products of all columns of the whitened rows, and those of the noise of the motion in them, which the
+    /// half-differences show.
+    fn products(&self) -> [Products; 2] {
+        let (mut of_rows, mut of_noise) = (Products::zero(), Products::zero());
+        self.for_each_whitened(|window, rows, differences| {
             let weight = self.weights[window];
-            if weight == 0.0 {
-                continue;
+            if weight != 0.0 {
+                of_rows.add_lower(rows, weight);
+                of_noise.add_lower(differences, weight);
             }
-            self.whiten_rows(window, &mut rows);
-            self.whiten_differences(window, &mut differences);
-            for i in 0..=columns {
-                for j in 0..=i {
-                    let product = rows.column(i).dot(&rows.column(j));
-                    let noise = differences.column(i).dot(&differences.column(j));
-                    gram[(i, j)] += weight * (product - noise);
-                    of_noise[(i, j)] += weight * noise;
-                }
-            }
-        }
-        of_noise.fill_upper_triangle_with_lower_triangle();
-        (gram, of_noise.view((0, 0), (columns, columns)).into_owned())
+        });
+        [of_rows, of_noise]
     }
 
     /// Information of a known mass, in scaled parameters.
@@ -307,8 +297,9 @@ impl<'a> ReweightedLeastSquares<'a> {
         mass.map_or(0.0, |mass| mass.information() * self.scales[0].powi(2))
     }
 
-    /// Estimates the noise from the residuals, and from both the robust weight of every window.
-    fn update_weights(&mut self, pass: usize) {
+    /// Estimates the noise from the residuals, by medians or by mean products, and from both the robust weight of every
+    /// window.
+    fn update_weights(&mut self, by_medians: bool) {
         let channels = self.noise.channels();
         let windows: Vec<usize> = self.windows().collect();
         let residuals = windows.iter().map(|&window| {
@@ -318,27 +309,23 @@ impl<'a> ReweightedLeastSquares<'a> {
                 self.weights[window],
             )
         });
-        if pass < MEDIAN_PASSES {
+        if by_medians {
             self.noise.estimate_from_medians(residuals);
         } else {
             self.noise.estimate(residuals);
         }
         let rare = rare_distance(channels);
-        let mut residual = DMatrix::zeros(channels, 1);
-        for window in 0..self.equations.len() {
-            let first = window * channels;
-            residual.copy_from_slice(&self.residuals[first..first + channels]);
-            self.noise.whiten(&mut residual);
-            self.weights[window] = robust_weight(residual.norm_squared(), rare);
+        let whitening = Whitening::new(&self.noise);
+        let residuals = self.residuals.chunks_exact(channels);
+        for (weight, residuals) in self.weights.iter_mut().zip(residuals) {
+            *weight = robust_weight(whitening.squared_distance(residuals), rare);
         }
     }
 
     /// Computes the uncertainty after the last pass, given the number of windows that are used.
     fn into_fit(self, count: usize) -> Fit {
-        let rows = self.scored_rows();
         let [covariance, metric] = if self.options.covariance {
-            [sandwich::noise_meat, sandwich::stationary_meat]
-                .map(|meat| self.covariance(&rows, count, meat))
+            self.covariances(count)
         } else {
             [0, 1].map(|_| DMatrix::zeros(self.columns, self.columns))
         };
@@ -348,7 +335,7 @@ impl<'a> ReweightedLeastSquares<'a> {
         });
         let scales = self.scales.fixed_rows::<10>(0).into_owned();
         Fit {
-            parameters: self.solution.fixed_rows::<10>(0).into_owned(),
+            parameters: SVector::from_fn(|k, _| self.solution[k]),
             covariance: covariance.fixed_view::<10, 10>(0, 0).into_owned(),
             metric: metric.fixed_view::<10, 10>(0, 0).into_owned(),
             gain_covariance: SMatrix::zeros(),
@@ -358,90 +345,12 @@ impl<'a> ReweightedLeastSquares<'a> {
             not_excited: self
                 .spectrum
                 .not_excited(scales, &self.noise_products, count),
-            offsets: Offsets::new(&self.means, self.solution.as_slice(), &self.noise, count),
+            offsets: Offsets::new(&self.means, &self.solution, &self.noise, count),
             noise: self.noise,
             weights: self.weights,
             known_mass: self.options.known_mass,
             gravity_scale: self.options.gravity_scale,
         }
-    }
-
-    /// Returns the sandwich covariance of the unknowns from so many windows (see [`sandwich`]).
-    fn covariance(
-        &self,
-        rows: &[ScoredRow],
-        count: usize,
-        meat_of: impl Fn(&[ScoredRow], usize, &DMatrix<f64>) -> NoiseMeat,
-    ) -> DMatrix<f64> {
-        let channels = self.noise.channels();
-        let mut bread = DMatrix::<f64>::zeros(self.columns, self.columns);
-        for (information, direction) in self.spectrum.observable() {
-            bread.ger(1.0 / information, &direction, &direction, 1.0);
-        }
-        let independent = (count * channels) as f64 / NOISE_CORRELATION;
-        let unknowns = self.columns + self.means.len();
-        let freedom = (independent - unknowns as f64).max(1.0);
-        let scores =
-            sandwich::newey_west_meat(rows, channels, self.columns) * independent / freedom;
-        let of_noise = meat_of(rows, channels, &bread);
-        // Errors that last longer than the filter show in the scores, if there are enough of them.
-        let size = |meat: &DMatrix<f64>| (&bread * meat).trace();
-        let NoiseMeat {
-            meat,
-            t_factors,
-            from_residuals,
-        } = if size(&scores) > size(&of_noise.meat) {
-            NoiseMeat {
-                meat: scores,
-                t_factors: DVector::repeat(self.columns, 1.0),
-                from_residuals: 1.0,
-            }
-        } else {
-            of_noise
-        };
-        let independent = count as f64 / PRODUCT_CORRELATION;
-        let mut meat = meat * self.noise.inflation(independent, from_residuals);
-        // Variance of the weighing: its information is enlarged for the correlation of neighbouring windows.
-        meat[(0, 0)] += self.mass_information() * NOISE_CORRELATION;
-        let scaled = &bread * meat * &bread;
-        let mut scales = self.scales.component_mul(&t_factors);
-        if self.mass_information() > 0.0 {
-            // The variance of a known mass is not estimated from the residuals.
-            scales[0] = self.scales[0];
-        }
-        DMatrix::from_fn(self.columns, self.columns, |i, j| {
-            scaled[(i, j)] * scales[i] * scales[j]
-        })
-    }
-
-    /// Returns the whitened rows of the windows that are used with their scores, each times the root of its
-    /// weight.
-    fn scored_rows(&self) -> Vec<ScoredRow> {
-        let mut scored = Vec::new();
-        let (mut rows, mut differences) = (self.block(), self.block());
-        for window in self.windows() {
-            let weight = self.weights[window];
-            self.whiten_rows(window, &mut rows);
-            self.whiten_differences(window, &mut differences);
-            rows *= weight.sqrt();
-            differences *= weight.sqrt();
-            for (row, noise) in rows.row_iter().zip(differences.row_iter()) {
-                let (residual, difference) = (row[self.columns], noise[self.columns]);
-                let mut scored_row = ScoredRow {
-                    entries: [0.0; 11],
-                    residual,
-                    difference,
-                    score: [0.0; 11],
-                    weight,
-                };
-                for k in 0..self.columns {
-                    scored_row.entries[k] = row[k];
-                    scored_row.score[k] = row[k] * residual - noise[k] * difference;
-                }
-                scored.push(scored_row);
-            }
-        }
-        scored
     }
 }
 

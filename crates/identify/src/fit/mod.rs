@@ -2,6 +2,8 @@
 
 pub(crate) mod least_squares;
 pub(crate) mod normal_equations;
+pub(crate) mod products;
+mod rows;
 mod sandwich;
 
 use nalgebra::{RowSVector, SMatrix, SVector};
@@ -29,6 +31,8 @@ pub(crate) struct FitOptions<'a> {
     pub(crate) used: Option<&'a [bool]>,
     /// A fit whose robust weights and noise are used unchanged.
     pub(crate) weights_of: Option<&'a Fit>,
+    /// A fit to almost the same equations, from which this one starts: it then needs fewer passes.
+    pub(crate) start: Option<&'a Fit>,
     /// Whether the covariance is computed, which takes about as long as a pass.
     pub(crate) covariance: bool,
     /// Scale applied to gravity: 1 as configured, 0 for weightlessness, -1 for the opposite sign.
@@ -45,6 +49,7 @@ impl<'a> FitOptions<'a> {
             delay: false,
             used: None,
             weights_of: None,
+            start: None,
             covariance: true,
             gravity_scale: 1.0,
             known_mass: None,
@@ -122,7 +127,7 @@ impl Fit {
                 sums.add(equation, window);
             }
         }
-        let scaled = sums.gain_covariance(&Spectrum::new(sums.information));
+        let scaled = sums.gain_covariance(&Spectrum::new(sums.information()));
         let scales = self.scales();
         self.gain_covariance = scaled.component_mul(&(scales * scales.transpose()));
         self.covariance += self.gain_covariance;

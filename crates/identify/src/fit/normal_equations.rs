@@ -3,25 +3,32 @@
 use nalgebra::{DMatrix, SMatrix, SVector, U10};
 
 use super::Fit;
+use super::products::{Products, WIDTH, WideRow};
 use crate::equations::{Equation, Row};
+use crate::solve::noise::Whitening;
 use crate::solve::offsets::Centering;
 use crate::solve::spectrum::Spectrum;
+
+/// Place of the target in a whitened row, after the ten parameters.
+const TARGET: usize = 10;
 
 /// Normal equations in scaled parameters, with errors-in-variables bias correction.
 pub(crate) struct NormalEquations<'a> {
     fit: &'a Fit,
-    /// Information of the windows so far.
-    pub(crate) information: SMatrix<f64, 10, 10>,
-    /// Right-hand side.
-    pub(crate) target: SVector<f64, 10>,
+    whitening: Whitening,
+    /// Products of the columns of all rows so far, and of what the noise of the motion adds to them.
+    of_rows: Products,
+    of_noise: Products,
+    /// Information of the known mass, and its product with the scaled mass.
+    of_mass: [f64; 2],
     /// What an error of each channel's gain of one standard deviation adds to the right-hand side, a column for each
     /// channel.
     gain_errors: DMatrix<f64>,
     centering: Centering,
     rows: Vec<Row>,
-    /// Whitened rows with scaled columns, a row for each channel; column 10 is the target, and those after it
-    /// are the gain errors, one for each channel.
-    block: DMatrix<f64>,
+    /// Rows of a window before and after whitening.
+    wide: Vec<WideRow>,
+    white: Vec<WideRow>,
 }
 
 impl<'a> NormalEquations<'a> {
@@ -30,23 +37,43 @@ impl<'a> NormalEquations<'a> {
         let mut equations = Self::new(fit);
         if let Some(mass) = fit.known_mass {
             let scale = fit.scales()[0];
-            equations.information[(0, 0)] = mass.information() * scale.powi(2);
-            equations.target[0] = mass.information() * scale * mass.mass_kg;
+            equations.of_mass =
+                [scale.powi(2), scale * mass.mass_kg].map(|factor| mass.information() * factor);
         }
         equations
     }
 
     /// Creates the equations of no windows.
     pub(crate) fn new(fit: &'a Fit) -> Self {
+        let channels = fit.noise.channels();
         Self {
             fit,
-            information: SMatrix::zeros(),
-            target: SVector::zeros(),
+            whitening: Whitening::new(&fit.noise),
+            of_rows: Products::zero(),
+            of_noise: Products::zero(),
+            of_mass: [0.0; 2],
             centering: Centering::new(if fit.offsets.is_some() { 6 } else { 0 }),
             rows: Vec::new(),
-            gain_errors: DMatrix::zeros(10, fit.noise.channels()),
-            block: DMatrix::zeros(fit.noise.channels(), 11 + fit.noise.channels()),
+            gain_errors: DMatrix::zeros(10, channels),
+            wide: vec![[0.0; WIDTH]; channels],
+            white: vec![[0.0; WIDTH]; channels],
         }
+    }
+
+    /// Returns the information of the windows so far.
+    pub(crate) fn information(&self) -> SMatrix<f64, 10, 10> {
+        let mut information = self.of_rows.square::<10>() - self.of_noise.square::<10>();
+        information[(0, 0)] += self.of_mass[0];
+        information
+    }
+
+    /// Returns the right-hand side.
+    pub(crate) fn target(&self) -> SVector<f64, 10> {
+        let [rows, noise] = [&self.of_rows, &self.of_noise];
+        let mut target =
+            SVector::<f64, 10>::from_fn(|k, _| rows.entry(TARGET, k) - noise.entry(TARGET, k));
+        target[0] += self.of_mass[1];
+        target
     }
 
     /// Adds the window of the fit with this index.
@@ -61,22 +88,42 @@ impl<'a> NormalEquations<'a> {
                 return;
             }
         }
-        for (rows, sign) in [(&self.rows, 1.0), (&equation.differences, -1.0)] {
-            self.block.columns_range_mut(11..).fill(0.0);
-            for (channel, row) in rows.iter().enumerate() {
-                let scaled = row.regressor.component_mul(self.fit.scales());
-                let mut entries = self.block.view_mut((channel, 0), (1, 10));
-                entries.copy_from(&scaled.transpose());
-                self.block[(channel, 10)] = row.target;
-                self.block[(channel, 11 + channel)] = row.gain_error;
+        let rows = std::mem::take(&mut self.rows);
+        self.whiten(&rows);
+        self.of_rows.add_lower(&self.white, weight);
+        self.add_gain_errors(&rows, weight);
+        self.rows = rows;
+        self.whiten(&equation.differences);
+        self.of_noise.add_lower(&self.white, weight);
+        self.add_gain_errors(&equation.differences, -weight);
+    }
+
+    /// Computes the whitened rows with scaled columns and the target at [`TARGET`].
+    fn whiten(&mut self, rows: &[Row]) {
+        for (wide, row) in self.wide.iter_mut().zip(rows) {
+            let entries = row.regressor.iter().zip(self.fit.scales());
+            for (wide, (entry, scale)) in wide.iter_mut().zip(entries) {
+                *wide = entry * scale;
             }
-            self.fit.noise.whiten(&mut self.block);
-            let (rows, target) = (self.block.fixed_columns::<10>(0), self.block.column(10));
-            self.information.gemm_tr(sign * weight, &rows, &rows, 1.0);
-            self.target.gemv_tr(sign * weight, &rows, &target, 1.0);
-            let of_gains = self.block.columns_range(11..);
-            self.gain_errors
-                .gemm_tr(sign * weight, &rows, &of_gains, 1.0);
+            wide[TARGET] = row.target;
+        }
+        self.whitening.apply(&self.wide, &mut self.white);
+    }
+
+    /// Adds what the errors of the gains of a window's rows, of which the whitened ones are at hand, add to the right-hand
+    /// side.
+    fn add_gain_errors(&mut self, rows: &[Row], weight: f64) {
+        for (channel, row) in rows.iter().enumerate() {
+            if row.gain_error == 0.0 {
+                continue;
+            }
+            let mut sums = self.gain_errors.column_mut(channel);
+            for (k, white) in self.white.iter().enumerate().skip(channel) {
+                let factor = weight * row.gain_error * self.whitening.factor(k, channel);
+                for (sum, entry) in sums.iter_mut().zip(white) {
+                    *sum += factor * entry;
+                }
+            }
         }
     }
 

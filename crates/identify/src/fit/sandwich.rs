@@ -6,28 +6,27 @@
 //!
 //! | estimate | from | holds for |
 //! |---|---|---|
-//! | [`newey_west_meat`] | scores over many lags | errors of any kind, also of the model, from many windows |
-//! | [`local_meat`] | residuals and half-differences of each window | white noise of sensors whose effect changes with the motion |
-//! | [`stationary_meat`] | mean products of all residuals | stationary noise of any colour |
+//! | [`WindowSums::newey_west_meat`] | scores over many lags | errors of any kind, also of the model, from many windows |
+//! | [`WindowSums::local_meat`] | residuals and half-differences of each window | white noise of sensors whose effect changes with the motion |
+//! | [`WindowSums::stationary_meat`] | mean products of all residuals | stationary noise of any colour |
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+use super::products::{Products, WIDTH, WideRow};
 use crate::equations::window::NOISE_CORRELATION;
 
-/// Entries of a row: the ten parameters, and the delay.
-pub(crate) type Entries = [f64; 11];
-
 /// A whitened row with scaled columns, times the root of its weight.
+#[derive(Default)]
 pub(crate) struct ScoredRow {
     /// Entries of the unknowns; zero beyond their number.
-    pub(crate) entries: Entries,
+    pub(crate) entries: WideRow,
     /// Residual, in standard deviations of the noise.
     pub(crate) residual: f64,
     /// Half-difference of the residual between even and odd instants: noise alone, in the same unit.
     pub(crate) difference: f64,
     /// Contribution to the equation that the parameters solve: entries times residual, less the part that
     /// the noise of the motion adds.
-    pub(crate) score: Entries,
+    pub(crate) score: WideRow,
     /// Robust weight of the row's window.
     pub(crate) weight: f64,
 }
@@ -49,29 +48,8 @@ const CONVERGED: f64 = 2e-3;
 /// Least degrees of freedom: with two or fewer, Student's t has no finite variance.
 const MIN_FREEDOM: f64 = 3.0;
 
-/// Estimates the meat from the scores (Newey and West 1987, Econometrica 55, 703-708).
-///
-/// It holds for errors of any kind, also of the model, but is itself a rough estimate where windows are few.
-/// `rows` has one row for each channel of each window; `columns` is the number of unknowns.
-pub(crate) fn newey_west_meat(rows: &[ScoredRow], channels: usize, columns: usize) -> DMatrix<f64> {
-    let score = |window: &[ScoredRow]| {
-        DVector::from_fn(columns, |k, _| window.iter().map(|row| row.score[k]).sum())
-    };
-    let scores: Vec<DVector<f64>> = rows.chunks_exact(channels).map(score).collect();
-    let count = scores.len();
-    let reach = ((1.5 * (count as f64).cbrt()) as usize).clamp(3, count.max(4) - 1);
-    let mut sum = DMatrix::<f64>::zeros(columns, columns);
-    for lag in 0..=reach.min(count - 1) {
-        let taper = 1.0 - lag as f64 / (reach + 1) as f64;
-        let factor = if lag == 0 { 0.5 * taper } else { taper };
-        for (score, later) in scores.iter().zip(&scores[lag..]) {
-            sum.ger(factor, score, later, 1.0);
-        }
-    }
-    &sum + sum.transpose()
-}
-
 /// The meat of noise that is correlated between windows that share samples, and no others.
+#[derive(Clone)]
 pub(crate) struct NoiseMeat {
     /// Covariance of the sum of all rows' scores.
     pub(crate) meat: DMatrix<f64>,
@@ -83,240 +61,360 @@ pub(crate) struct NoiseMeat {
     pub(crate) from_residuals: f64,
 }
 
-/// Estimates the meat from the covariance of the channels' noise, taken to be stationary.
-///
-/// The covariance between windows that share samples comes from all residuals, so it is better known than
-/// scores are where windows are few. Channels may still be correlated, since whitening uses shrunk
-/// correlations.
-///
-/// Residuals are smaller than the noise by what the parameters fit of it, `X Σ Xᵀ`. Where the motion is slow,
-/// neighbouring windows lose the same part, and their noise seems less correlated than it is; and three
-/// moments may determine nine of ten parameters. Since `Σ` is what is estimated, this is iterated. `bread` is
-/// the inverse of the rows' information.
-pub(crate) fn stationary_meat(
-    rows: &[ScoredRow],
+/// The rows of all windows of a fit, from which the meat is estimated.
+pub(crate) struct WindowSums<'a> {
+    rows: &'a [ScoredRow],
+    /// Number of rows of a window.
     channels: usize,
-    bread: &DMatrix<f64>,
-) -> NoiseMeat {
-    let windows = windows_of(rows, channels, bread);
-    let freedom_fraction = (1.0 - fitted_fraction(rows, bread)).max(VARIANCE_FLOOR);
-    NoiseMeat {
-        meat: with_fitted_part(rows, bread, |parameters| {
-            stationary_products(&windows, parameters)
-        }),
-        t_factors: t_factors(&windows, freedom_fraction),
-        from_residuals: 1.0,
-    }
+    /// Inverse of the rows' information.
+    bread: &'a DMatrix<f64>,
+    /// Entries of all rows.
+    entries: Vec<WideRow>,
+    /// Entries of all rows times the bread: by how much each unknown moves with a residual.
+    gains: Vec<WideRow>,
 }
 
-/// Estimates the meat window by window where the noise [is white](is_white), and for stationary noise elsewhere.
-pub(crate) fn noise_meat(rows: &[ScoredRow], channels: usize, bread: &DMatrix<f64>) -> NoiseMeat {
-    if is_white(rows, bread) {
-        local_meat(rows, channels, bread)
-    } else {
-        stationary_meat(rows, channels, bread)
-    }
-}
-
-/// Estimates the meat window by window, for white noise of the sensors whose effect on the rows changes with the
-/// motion.
-///
-/// Noise of a joint's position enters the arm's own torques through their derivative, which gravity changes with the
-/// posture; so a mean over all windows ([`stationary_meat`]) is too small for parameters that depend on the windows
-/// with the most noise. The half-differences have the noise of their own window. Their products and those of the
-/// residuals, to which the part that was fitted is added, are two estimates of the same covariance, and their mean
-/// has the scatter of twice as many windows. The estimate is White's (1980) with the lags of the filter.
-///
-/// It holds where [`is_white`] does: half-differences contain neither an error of the model nor noise that
-/// neighbouring samples share.
-fn local_meat(rows: &[ScoredRow], channels: usize, bread: &DMatrix<f64>) -> NoiseMeat {
-    let windows = windows_of(rows, channels, bread);
-    NoiseMeat {
-        meat: with_fitted_part(rows, bread, |parameters| {
-            local_products(&windows, parameters)
-        }),
-        t_factors: local_t_factors(&windows),
-        from_residuals: 0.5,
-    }
-}
-
-/// Returns whether the residuals are as large as the half-differences, within a factor of two in their variance: the
-/// noise is that of the sensors, and neighbouring samples do not share it. `bread` is the inverse of the rows'
-/// information.
-fn is_white(rows: &[ScoredRow], bread: &DMatrix<f64>) -> bool {
-    let sum = |of: fn(&ScoredRow) -> f64| rows.iter().map(|row| of(row).powi(2)).sum::<f64>();
-    // The residuals lack the part that was fitted.
-    let unfitted = (1.0 - fitted_fraction(rows, bread)).max(VARIANCE_FLOOR);
-    let ratio = sum(|row| row.difference) * unfitted / sum(|row| row.residual);
-    (0.5..=2.0).contains(&ratio)
-}
-
-/// Returns the fraction of the residuals' variance that the parameters fit.
-fn fitted_fraction(rows: &[ScoredRow], bread: &DMatrix<f64>) -> f64 {
-    bread.nrows() as f64 * NOISE_CORRELATION / rows.len() as f64
-}
-
-/// Returns the meat that `meat_of` estimates from the residuals and the covariance of the parameters, which depends
-/// on the meat and is iterated. Without a covariance `meat_of` ignores the part of the noise that was fitted.
-fn with_fitted_part(
-    rows: &[ScoredRow],
-    bread: &DMatrix<f64>,
-    meat_of: impl Fn(Option<&DMatrix<f64>>) -> DMatrix<f64>,
-) -> DMatrix<f64> {
-    let fitted = fitted_fraction(rows, bread);
-    let mut meat = meat_of(None);
-    let mut error = fitted;
-    for _ in 1..MAX_PASSES {
-        if error < CONVERGED {
-            break;
+impl<'a> WindowSums<'a> {
+    /// Takes rows of so many channels, window by window, with the inverse of their information, which is as large as
+    /// there are unknowns.
+    pub(crate) fn new(rows: &'a [ScoredRow], channels: usize, bread: &'a DMatrix<f64>) -> Self {
+        let mut wide = [[0.0; WIDTH]; WIDTH];
+        for (k, row) in wide.iter_mut().enumerate().take(bread.nrows()) {
+            let of_bread = bread.row(k);
+            row.iter_mut()
+                .zip(&of_bread)
+                .for_each(|(entry, b)| *entry = *b);
         }
-        meat = meat_of(Some(&(bread * &meat * bread)));
-        error *= fitted;
-    }
-    meat
-}
-
-/// Groups rows by their windows.
-fn windows_of(rows: &[ScoredRow], channels: usize, bread: &DMatrix<f64>) -> Vec<Window> {
-    let windows = rows.chunks_exact(channels);
-    windows.map(|rows| Window::new(rows, bread)).collect()
-}
-
-/// Estimates the meat from the products of each pair of windows that share samples: the mean of the products of
-/// their half-differences and of their residuals. To the latter the part that was fitted is added where the
-/// covariance of the parameters is given.
-fn local_products(windows: &[Window], parameters: Option<&DMatrix<f64>>) -> DMatrix<f64> {
-    let columns = windows[0].entries.ncols();
-    let mut same_window = DMatrix::<f64>::zeros(columns, columns);
-    let mut neighbours = DMatrix::<f64>::zeros(columns, columns);
-    let score = |window: &Window, of: &DVector<f64>| window.entries.tr_mul(of);
-    let scores: Vec<[DVector<f64>; 2]> = windows
-        .iter()
-        .map(|window| [&window.residuals, &window.differences].map(|of| score(window, of)))
-        .collect();
-    for lag in 0..=FILTER_REACH.min(windows.len() - 1) {
-        let sum = if lag == 0 {
-            &mut same_window
-        } else {
-            &mut neighbours
-        };
-        for (k, later) in scores[lag..].iter().enumerate() {
-            for (score, later) in scores[k].iter().zip(later) {
-                sum.ger(0.5, score, later, 1.0);
-            }
-            if let Some(parameters) = parameters {
-                let [first, second] = [k, k + lag].map(|k| windows[k].information());
-                *sum += first * parameters * second * 0.5;
-            }
-        }
-    }
-    let whole = &same_window + &neighbours + neighbours.transpose();
-    with_variance_floor(&same_window, whole)
-}
-
-/// Estimates the meat from mean products of the residuals, to which the part that was fitted is added where
-/// the covariance of the parameters is given.
-fn stationary_products(windows: &[Window], parameters: Option<&DMatrix<f64>>) -> DMatrix<f64> {
-    let (channels, columns) = windows[0].entries.shape();
-    let mut same_window = DMatrix::<f64>::zeros(columns, columns);
-    let mut neighbours = DMatrix::<f64>::zeros(columns, columns);
-    for lag in 0..=FILTER_REACH.min(windows.len() - 1) {
-        let pairs = || windows.iter().zip(&windows[lag..]);
-        let mut products = DMatrix::<f64>::zeros(channels, channels);
-        let mut weights = f64::MIN_POSITIVE;
-        for (window, later) in pairs() {
-            products.ger(1.0, &window.residuals, &later.residuals, 1.0);
-            if let Some(parameters) = parameters {
-                products += &window.entries * (parameters * later.entries.transpose());
-            }
-            weights += (window.weight * later.weight).sqrt();
-        }
-        let covariance = products / weights;
-        let sum = if lag == 0 {
-            &mut same_window
-        } else {
-            &mut neighbours
-        };
-        for (window, later) in pairs() {
-            *sum += window.entries.transpose() * (&covariance * &later.entries);
-        }
-    }
-    let whole = &same_window + &neighbours + neighbours.transpose();
-    with_variance_floor(&same_window, whole)
-}
-
-/// The rows of one window.
-struct Window {
-    /// Entries, a row for each channel.
-    entries: DMatrix<f64>,
-    /// Entries times the bread: by how much each unknown moves with a residual.
-    gains: DMatrix<f64>,
-    /// Residual of each channel.
-    residuals: DVector<f64>,
-    /// Half-difference of each channel's residual.
-    differences: DVector<f64>,
-    weight: f64,
-}
-
-impl Window {
-    fn new(rows: &[ScoredRow], bread: &DMatrix<f64>) -> Self {
-        let entries = DMatrix::from_fn(rows.len(), bread.nrows(), |i, k| rows[i].entries[k]);
-        let of_rows = |value: fn(&ScoredRow) -> f64| {
-            DVector::from_iterator(rows.len(), rows.iter().map(value))
-        };
         Self {
-            gains: &entries * bread,
-            entries,
-            residuals: of_rows(|row| row.residual),
-            differences: of_rows(|row| row.difference),
-            weight: rows[0].weight,
+            rows,
+            channels,
+            bread,
+            entries: rows.iter().map(|row| row.entries).collect(),
+            gains: rows
+                .iter()
+                .map(|row| product(&row.entries, &wide))
+                .collect(),
         }
     }
 
-    /// Returns the information of the window's rows.
-    fn information(&self) -> DMatrix<f64> {
-        self.entries.tr_mul(&self.entries)
+    fn unknowns(&self) -> usize {
+        self.bread.nrows()
     }
-}
 
-/// Returns the standard deviation of Student's t over that of a normal variable, for each unknown.
-///
-/// A sum of correlations over lags, both ways, from so many windows has `windows / (reach + ½)` degrees of
-/// freedom (Priestley 1981, Spectral Analysis and Time Series, 6.2.5), and more where an unknown depends on
-/// several channels (Satterthwaite 1946, doi 10.2307/3002019, for covariances). The fit leaves a fraction of
-/// them.
-fn t_factors(windows: &[Window], freedom_fraction: f64) -> DVector<f64> {
-    let freedom = freedom_fraction * windows.len() as f64 / (FILTER_REACH as f64 + 0.5);
-    DVector::from_fn(windows[0].gains.ncols(), |unknown, _| {
-        let channels = windows[0].residuals.len();
-        let mut products = DMatrix::<f64>::zeros(channels, channels);
-        for window in windows {
-            let gain = window.gains.column(unknown);
-            products.ger(1.0, &gain, &gain, 1.0);
+    fn count(&self) -> usize {
+        self.rows.len() / self.channels
+    }
+
+    /// Iterates over the rows of the windows from one on.
+    fn windows_from(&self, first: usize) -> impl ExactSizeIterator<Item = &[ScoredRow]> {
+        self.rows[first * self.channels..].chunks_exact(self.channels)
+    }
+
+    /// Returns the entries of a window's rows.
+    fn entries(&self, window: usize) -> &[WideRow] {
+        &self.entries[window * self.channels..(window + 1) * self.channels]
+    }
+
+    /// Returns a sum of products over the unknowns.
+    fn over_unknowns(&self, entry: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
+        DMatrix::from_fn(self.unknowns(), self.unknowns(), entry)
+    }
+
+    /// Estimates the meat from the scores (Newey and West 1987, Econometrica 55, 703-708).
+    ///
+    /// It holds for errors of any kind, also of the model, but is itself a rough estimate where windows are few. The
+    /// products of scores that are `lag` windows apart have the weight `1 - lag / length`, which is how often both are in one
+    /// of the sums over `length` neighbouring windows: the estimate is the mean product of these sums, a pass for all lags.
+    pub(crate) fn newey_west_meat(&self) -> DMatrix<f64> {
+        let scores: Vec<WideRow> = self.windows_from(0).map(score).collect();
+        let length = newey_west_reach(scores.len()) + 1;
+        let mut products = Products::zero();
+        let mut sum = [0.0; WIDTH];
+        for end in 0..scores.len() + length - 1 {
+            // The sum is formed anew from time to time, so that rounding does not accumulate.
+            if end % length == 0 {
+                sum = [0.0; WIDTH];
+                let first = (end + 1).saturating_sub(length).min(scores.len());
+                for score in &scores[first..scores.len().min(end + 1)] {
+                    add(&mut sum, score, 1.0);
+                }
+            } else {
+                if let Some(score) = scores.get(end) {
+                    add(&mut sum, score, 1.0);
+                }
+                if let Some(before) = end.checked_sub(length) {
+                    add(&mut sum, &scores[before], -1.0);
+                }
+            }
+            products.add_lower(&[sum], 1.0);
         }
-        let effective_channels =
-            products.trace().powi(2) / products.norm_squared().max(f64::MIN_POSITIVE);
-        t_factor(freedom * effective_channels)
-    })
-}
+        self.over_unknowns(|i, j| products.symmetric(i, j) / length as f64)
+    }
 
-/// Returns what [`t_factors`] does, for [`local_meat`].
-///
-/// The products of residuals in windows `i` and `j`, in the sum for one unknown, scatter by its variances `v` there: the
-/// sum of all has the variance `2 Σ v² + 4 Σ v_i v_j`. Half-differences, which are independent of the residuals, halve
-/// it. The degrees of freedom are those of a chi-squared variable with the same scatter (Satterthwaite 1946).
-fn local_t_factors(windows: &[Window]) -> DVector<f64> {
-    DVector::from_fn(windows[0].gains.ncols(), |unknown, _| {
-        let variance = |w: &Window| w.gains.column(unknown).norm_squared();
-        let variances: Vec<f64> = windows.iter().map(variance).collect();
-        let products = |lag: usize| -> f64 {
-            let pairs = variances.iter().zip(variances.iter().skip(lag));
-            pairs.map(|(v, later)| v * later).sum()
+    /// Estimates the meat of the noise as it is: window by window where the noise [is white](Self::is_white), and that of
+    /// stationary noise elsewhere. The second one is that of stationary noise in either case.
+    pub(crate) fn noise_meats(&self) -> [NoiseMeat; 2] {
+        let stationary = self.stationary_meat();
+        let of_noise = if self.is_white() {
+            self.local_meat()
+        } else {
+            stationary.clone()
         };
-        let scatter = products(0) + 2.0 * (1..=FILTER_REACH).map(products).sum::<f64>();
-        let whole: f64 = variances.iter().sum();
-        t_factor(2.0 * whole * whole / scatter.max(f64::MIN_POSITIVE))
-    })
+        [of_noise, stationary]
+    }
+
+    /// Estimates the meat from the covariance of the channels' noise, taken to be stationary.
+    ///
+    /// The covariance between windows that share samples comes from all residuals, so it is better known than
+    /// scores are where windows are few. Channels may still be correlated, since whitening uses shrunk
+    /// correlations.
+    ///
+    /// Residuals are smaller than the noise by what the parameters fit of it, `X Σ Xᵀ`. Where the motion is slow,
+    /// neighbouring windows lose the same part, and their noise seems less correlated than it is; and three
+    /// moments may determine nine of ten parameters. Since `Σ` is what is estimated, this is iterated.
+    fn stationary_meat(&self) -> NoiseMeat {
+        let freedom_fraction = (1.0 - self.fitted_fraction()).max(VARIANCE_FLOOR);
+        NoiseMeat {
+            meat: self.with_fitted_part(|parameters| self.stationary_products(parameters)),
+            t_factors: self.t_factors(freedom_fraction),
+            from_residuals: 1.0,
+        }
+    }
+
+    /// Estimates the meat window by window, for white noise of the sensors whose effect on the rows changes with the
+    /// motion.
+    ///
+    /// Noise of a joint's position enters the arm's own torques through their derivative, which gravity changes with the
+    /// posture; so a mean over all windows ([`stationary_meat`](Self::stationary_meat)) is too small for parameters that
+    /// depend on the windows with the most noise. The half-differences have the noise of their own window. Their products
+    /// and those of the residuals, to which the part that was fitted is added, are two estimates of the same covariance,
+    /// and their mean has the scatter of twice as many windows. The estimate is White's (1980) with the lags of the filter.
+    ///
+    /// It holds where [`is_white`](Self::is_white) does: half-differences contain neither an error of the model nor noise
+    /// that neighbouring samples share.
+    fn local_meat(&self) -> NoiseMeat {
+        NoiseMeat {
+            meat: self.with_fitted_part(|parameters| self.local_products(parameters)),
+            t_factors: self.local_t_factors(),
+            from_residuals: 0.5,
+        }
+    }
+
+    /// Returns whether the residuals are as large as the half-differences, within a factor of two in their variance: the
+    /// noise is that of the sensors, and neighbouring samples do not share it.
+    fn is_white(&self) -> bool {
+        let sum = |of: fn(&ScoredRow) -> f64| -> f64 {
+            self.rows.iter().map(|row| of(row).powi(2)).sum()
+        };
+        // The residuals lack the part that was fitted.
+        let unfitted = (1.0 - self.fitted_fraction()).max(VARIANCE_FLOOR);
+        let ratio = sum(|row| row.difference) * unfitted / sum(|row| row.residual);
+        (0.5..=2.0).contains(&ratio)
+    }
+
+    /// Returns the fraction of the residuals' variance that the parameters fit.
+    fn fitted_fraction(&self) -> f64 {
+        self.unknowns() as f64 * NOISE_CORRELATION / self.rows.len() as f64
+    }
+
+    /// Returns the meat that `meat_of` estimates from the residuals and the covariance of the parameters, which depends
+    /// on the meat and is iterated. Without a covariance `meat_of` ignores the part of the noise that was fitted.
+    fn with_fitted_part(
+        &self,
+        meat_of: impl Fn(Option<&DMatrix<f64>>) -> DMatrix<f64>,
+    ) -> DMatrix<f64> {
+        let fitted = self.fitted_fraction();
+        let mut meat = meat_of(None);
+        let mut error = fitted;
+        for _ in 1..MAX_PASSES {
+            if error < CONVERGED {
+                break;
+            }
+            meat = meat_of(Some(&(self.bread * &meat * self.bread)));
+            error *= fitted;
+        }
+        meat
+    }
+
+    /// Returns a window's rows as a matrix, of which the part of the noise that was fitted follows.
+    fn matrix(&self, window: usize) -> DMatrix<f64> {
+        let entries = self.entries(window);
+        DMatrix::from_fn(self.channels, self.unknowns(), |i, k| entries[i][k])
+    }
+
+    /// Estimates the meat from the products of each pair of windows that share samples: the mean of the products of
+    /// their half-differences and of their residuals. To the latter the part that was fitted is added where the
+    /// covariance of the parameters is given.
+    fn local_products(&self, parameters: Option<&DMatrix<f64>>) -> DMatrix<f64> {
+        let scores: Vec<[WideRow; 2]> = self
+            .windows_from(0)
+            .map(|rows| {
+                let of = |value: fn(&ScoredRow) -> f64| {
+                    let mut sum = [0.0; WIDTH];
+                    for row in rows {
+                        add(&mut sum, &row.entries, value(row));
+                    }
+                    sum
+                };
+                [of(|row| row.residual), of(|row| row.difference)]
+            })
+            .collect();
+        let (mut same_window, mut neighbours) = (Products::zero(), Products::zero());
+        for (k, score) in scores.iter().enumerate() {
+            same_window.add(score, score, 0.5);
+            for later in scores.iter().take(k + FILTER_REACH + 1).skip(k + 1) {
+                neighbours.add(score, later, 0.5);
+            }
+        }
+        let mut same_window = self.over_unknowns(|i, j| same_window.entry(i, j));
+        let mut neighbours = self.over_unknowns(|i, j| neighbours.entry(i, j));
+        if let Some(parameters) = parameters {
+            let information = |window| self.matrix(window).tr_mul(&self.matrix(window));
+            for k in 0..self.count() {
+                let first = information(k) * parameters * 0.5;
+                same_window += &first * information(k);
+                for later in k + 1..self.count().min(k + FILTER_REACH + 1) {
+                    neighbours += &first * information(later);
+                }
+            }
+        }
+        let whole = &same_window + &neighbours + neighbours.transpose();
+        with_variance_floor(&same_window, whole)
+    }
+
+    /// Estimates the meat from mean products of the residuals, to which the part that was fitted is added where
+    /// the covariance of the parameters is given.
+    fn stationary_products(&self, parameters: Option<&DMatrix<f64>>) -> DMatrix<f64> {
+        let reach = FILTER_REACH.min(self.count() - 1);
+        let covariances: Vec<DMatrix<f64>> = (0..=reach)
+            .map(|lag| self.residual_covariance(lag, parameters))
+            .collect();
+        let (mut same_window, mut neighbours) = (Products::zero(), Products::zero());
+        let mut weighted = vec![[0.0; WIDTH]; self.channels];
+        for k in 0..self.count() {
+            weighted.fill([0.0; WIDTH]);
+            add_weighted(&mut weighted, &covariances[0], self.entries(k));
+            same_window.add(self.entries(k), &weighted, 1.0);
+            weighted.fill([0.0; WIDTH]);
+            let later = k + 1..self.count();
+            for (covariance, later) in covariances[1..].iter().zip(later) {
+                add_weighted(&mut weighted, covariance, self.entries(later));
+            }
+            neighbours.add(self.entries(k), &weighted, 1.0);
+        }
+        let same_window = self.over_unknowns(|i, j| same_window.entry(i, j));
+        let neighbours = self.over_unknowns(|i, j| neighbours.entry(i, j));
+        let whole = &same_window + &neighbours + neighbours.transpose();
+        with_variance_floor(&same_window, whole)
+    }
+
+    /// Returns the mean products of the residuals of windows that are `lag` apart, with the part that was fitted.
+    fn residual_covariance(&self, lag: usize, parameters: Option<&DMatrix<f64>>) -> DMatrix<f64> {
+        let mut products = DMatrix::<f64>::zeros(self.channels, self.channels);
+        let mut weights = f64::MIN_POSITIVE;
+        let pairs = self.windows_from(0).zip(self.windows_from(lag));
+        for (k, (window, later)) in pairs.enumerate() {
+            for (mut column, later) in products.column_iter_mut().zip(later) {
+                for (product, row) in column.iter_mut().zip(window) {
+                    *product += row.residual * later.residual;
+                }
+            }
+            if let Some(parameters) = parameters {
+                products += self.matrix(k) * (parameters * self.matrix(k + lag).transpose());
+            }
+            weights += (window[0].weight * later[0].weight).sqrt();
+        }
+        products / weights
+    }
+
+    /// Returns the standard deviation of Student's t over that of a normal variable, for each unknown.
+    ///
+    /// A sum of correlations over lags, both ways, from so many windows has `windows / (reach + ½)` degrees of
+    /// freedom (Priestley 1981, Spectral Analysis and Time Series, 6.2.5), and more where an unknown depends on
+    /// several channels (Satterthwaite 1946, doi 10.2307/3002019, for covariances). The fit leaves a fraction of
+    /// them.
+    fn t_factors(&self, freedom_fraction: f64) -> DVector<f64> {
+        let freedom = freedom_fraction * self.count() as f64 / (FILTER_REACH as f64 + 0.5);
+        // Products of the gains of two channels, for each unknown.
+        let mut products = vec![[0.0; WIDTH]; self.channels * self.channels];
+        for gains in self.gains.chunks_exact(self.channels) {
+            let pairs = gains.iter().flat_map(|a| gains.iter().map(move |b| (a, b)));
+            for (sums, (a, b)) in products.iter_mut().zip(pairs) {
+                for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+                    *sum += a * b;
+                }
+            }
+        }
+        DVector::from_fn(self.unknowns(), |unknown, _| {
+            let diagonal = products.iter().step_by(self.channels + 1);
+            let trace: f64 = diagonal.map(|sums| sums[unknown]).sum();
+            let squares: f64 = products.iter().map(|sums| sums[unknown].powi(2)).sum();
+            t_factor(freedom * (trace.powi(2) / squares.max(f64::MIN_POSITIVE)))
+        })
+    }
+
+    /// Returns what [`t_factors`](Self::t_factors) does, for [`local_meat`](Self::local_meat).
+    ///
+    /// The products of residuals in windows `i` and `j`, in the sum for one unknown, scatter by its variances `v` there: the
+    /// sum of all has the variance `2 Σ v² + 4 Σ v_i v_j`. Half-differences, which are independent of the residuals, halve
+    /// it. The degrees of freedom are those of a chi-squared variable with the same scatter (Satterthwaite 1946).
+    fn local_t_factors(&self) -> DVector<f64> {
+        let windows = self.gains.chunks_exact(self.channels);
+        let variances: Vec<WideRow> = windows
+            .map(|gains| {
+                let square = |unknown: usize| gains.iter().map(|gain| gain[unknown].powi(2)).sum();
+                std::array::from_fn(square)
+            })
+            .collect();
+        DVector::from_fn(self.unknowns(), |unknown, _| {
+            let products = |lag: usize| -> f64 {
+                let pairs = variances.iter().zip(variances.iter().skip(lag));
+                pairs.map(|(v, later)| v[unknown] * later[unknown]).sum()
+            };
+            let scatter = products(0) + 2.0 * (1..=FILTER_REACH).map(products).sum::<f64>();
+            let whole: f64 = variances.iter().map(|variances| variances[unknown]).sum();
+            t_factor(2.0 * whole * whole / scatter.max(f64::MIN_POSITIVE))
+        })
+    }
+}
+
+/// Returns the number of lags over which scores of so many windows are summed.
+fn newey_west_reach(count: usize) -> usize {
+    ((1.5 * (count as f64).cbrt()) as usize).clamp(3, count.max(4) - 1)
+}
+
+/// Returns the sum of the scores of a window's rows.
+fn score(rows: &[ScoredRow]) -> WideRow {
+    let mut sum = [0.0; WIDTH];
+    for row in rows {
+        add(&mut sum, &row.score, 1.0);
+    }
+    sum
+}
+
+/// Adds `weight` times a row to a sum.
+fn add(sum: &mut WideRow, row: &WideRow, weight: f64) {
+    for (sum, entry) in sum.iter_mut().zip(row) {
+        *sum += weight * entry;
+    }
+}
+
+/// Returns a row times a matrix.
+fn product(row: &WideRow, matrix: &[WideRow; WIDTH]) -> WideRow {
+    let mut sum = [0.0; WIDTH];
+    for (entry, of_matrix) in row.iter().zip(matrix) {
+        add(&mut sum, of_matrix, *entry);
+    }
+    sum
+}
+
+/// Adds a matrix over the channels times rows.
+fn add_weighted(sums: &mut [WideRow], matrix: &DMatrix<f64>, rows: &[WideRow]) {
+    for (column, row) in matrix.column_iter().zip(rows) {
+        for (sum, weight) in sums.iter_mut().zip(&column) {
+            add(sum, row, *weight);
+        }
+    }
 }
 
 /// Returns the standard deviation of Student's t with these degrees of freedom.
@@ -345,64 +443,4 @@ fn with_variance_floor(same_window: &DMatrix<f64>, whole: DMatrix<f64>) -> DMatr
 }
 
 #[cfg(test)]
-mod tests {
-    use rand::{RngExt, SeedableRng, rngs::SmallRng};
-    use rand_distr::StandardNormal;
-
-    use super::*;
-
-    /// Returns 4000 windows of one channel. Every second one excites the first unknown and has noise of variance 9, the
-    /// others the second unknown with noise of variance 1; half-differences are so many times as large.
-    fn uneven_rows(difference: f64) -> Vec<ScoredRow> {
-        let mut random = SmallRng::seed_from_u64(1);
-        let mut draw = || -> f64 { random.sample(StandardNormal) };
-        let row = |k: usize| {
-            let mut entries = [0.0; 11];
-            entries[k % 2] = 1.0;
-            let std_dev = if k.is_multiple_of(2) { 3.0 } else { 1.0 };
-            ScoredRow {
-                entries,
-                residual: std_dev * draw(),
-                difference: std_dev * difference * draw(),
-                score: [0.0; 11],
-                weight: 1.0,
-            }
-        };
-        (0..4000).map(row).collect()
-    }
-
-    /// The local estimate has the variance of the windows that determine an unknown, where the stationary one has the
-    /// mean of all. With 2000 windows each they scatter by some 5 %.
-    #[test]
-    fn local_noise_counts_for_its_unknown() {
-        let rows = uneven_rows(1.0);
-        let bread = DMatrix::identity(2, 2) / 2000.0;
-        assert!(is_white(&rows, &bread));
-        let local = local_meat(&rows, 1, &bread).meat / 2000.0;
-        let stationary = stationary_meat(&rows, 1, &bread).meat / 2000.0;
-        for (unknown, variance) in [(0, 9.0), (1, 1.0)] {
-            let ratio = local[(unknown, unknown)] / variance;
-            assert!((ratio - 1.0).abs() < 0.15, "{local}");
-            assert!(
-                (stationary[(unknown, unknown)] - 5.0).abs() < 0.75,
-                "{stationary}"
-            );
-        }
-    }
-
-    /// Noise that neighbouring samples share, and an error of the model, are not in the half-differences.
-    #[test]
-    fn residuals_that_differences_do_not_explain_are_not_white() {
-        let bread = DMatrix::identity(2, 2) / 2000.0;
-        for (difference, white) in [
-            (0.0, false),
-            (0.5, false),
-            (0.8, true),
-            (1.3, true),
-            (2.0, false),
-        ] {
-            let rows = uneven_rows(difference);
-            assert_eq!(is_white(&rows, &bread), white, "{difference}");
-        }
-    }
-}
+mod tests;

@@ -122,16 +122,13 @@ impl<const N: usize> MeanRow<N> {
         }
     }
 
-    /// Subtracts the mean from a row.
-    pub(crate) fn subtract_from(&self, entries: &mut [f64; N], target: &mut f64) {
-        for (entry, mean) in entries.iter_mut().zip(&self.entries) {
-            *entry -= mean;
-        }
-        *target -= self.target;
+    /// Returns the mean entries and the mean target.
+    pub(crate) fn parts(&self) -> (&[f64; N], f64) {
+        (&self.entries, self.target)
     }
 
     /// Returns the mean target less that predicted by a solution.
-    fn remainder(&self, solution: &[f64]) -> f64 {
+    pub(crate) fn remainder(&self, solution: &[f64]) -> f64 {
         let entries = self.entries.iter();
         self.target - entries.zip(solution).map(|(a, x)| a * x).sum::<f64>()
     }

@@ -7,7 +7,6 @@ from typing import Any
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from typer.core import TyperGroup
 
@@ -69,12 +68,18 @@ def interruptible(outcome: str) -> Iterator[None]:
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[float], None]]:
     """Shows a progress bar with the remaining time if standard error is a terminal."""
+    if not notes.is_terminal:
+        yield lambda _: None
+        return
+    # Takes a while to load, and no script needs it.
+    from rich import progress as bars
+
     columns = (
-        TextColumn("{task.description:<12}"),
-        BarColumn(bar_width=None),
-        TaskProgressColumn(),
-        TimeRemainingColumn(elapsed_when_finished=True),
+        bars.TextColumn("{task.description:<12}"),
+        bars.BarColumn(bar_width=None),
+        bars.TaskProgressColumn(),
+        bars.TimeRemainingColumn(elapsed_when_finished=True),
     )
-    with Progress(*columns, console=notes, disable=not notes.is_terminal) as bar:
+    with bars.Progress(*columns, console=notes) as bar:
         task = bar.add_task(label, total=1.0)
         yield lambda done: bar.update(task, completed=done)

@@ -10,7 +10,7 @@ mod renaming;
 use std::sync::Arc;
 
 use tactid_logs::messages::{JointState, Odometry, Time, WrenchStamped};
-use tactid_logs::{LogReader, RawMessage};
+use tactid_logs::{LogReader, RawMessage, Topic};
 
 use crate::alignment::{Event, Streams};
 use crate::defaults::{Motion, effort_gains};
@@ -139,6 +139,9 @@ fn routes(sources: &LogSources) -> Vec<(String, Route)> {
 pub(crate) struct Decoder {
     decoding: Arc<Decoding>,
     publishers: Publishers,
+    /// Topics that were met, with what their messages measure. A log has one object for each topic, which is found faster
+    /// than its name.
+    routes: Vec<(Arc<Topic>, Option<Route>)>,
     /// Lists of joint names that were met, with their meaning.
     mappings: Vec<(Vec<String>, Option<Arc<Mapping>>)>,
     /// The last message of each kind, whose memory the next one reuses.
@@ -154,6 +157,7 @@ impl Decoder {
         Self {
             decoding,
             publishers: Publishers::new(max_gap_s),
+            routes: Vec::new(),
             mappings: Vec::new(),
             joint_state: JointState::default(),
             odometry: Odometry::default(),
@@ -164,10 +168,7 @@ impl Decoder {
 
     /// Adds the events of a message to `events`, or counts why it cannot be used.
     pub(crate) fn decode(&mut self, message: &RawMessage, events: &mut Vec<Event>) {
-        let topic = message.topic.name.as_str();
-        let mut routes = self.decoding.routes.iter();
-        let found = routes.find(|(name, _)| name == topic);
-        let Some(route) = found.map(|(_, route)| *route) else {
+        let Some(route) = self.route(&message.topic) else {
             return;
         };
         let result = match route {
@@ -180,8 +181,21 @@ impl Decoder {
         };
         if let Err(kind) = result {
             let time_s = self.log_time_s(message);
-            self.faults.add(topic, kind, time_s);
+            self.faults.add(&message.topic.name, kind, time_s);
         }
+    }
+
+    /// Returns what the messages of a topic measure; `None` for a topic that is not used.
+    fn route(&mut self, topic: &Arc<Topic>) -> Option<Route> {
+        let known = self.routes.iter().find(|(met, _)| Arc::ptr_eq(met, topic));
+        if let Some((_, route)) = known {
+            return *route;
+        }
+        let mut routes = self.decoding.routes.iter();
+        let found = routes.find(|(name, _)| *name == topic.name);
+        let route = found.map(|(_, route)| *route);
+        self.routes.push((topic.clone(), route));
+        route
     }
 
     /// Returns the time of logging of a message on the stamps' clock, s.

@@ -6,7 +6,7 @@ use rand_distr::StandardNormal;
 use nalgebra::{SMatrix, SVector, Vector6};
 
 use super::*;
-use crate::equations::Channels;
+use crate::equations::{Channels, Row};
 use crate::fit::normal_equations::NormalEquations;
 use crate::solve::prior::KnownMass;
 
@@ -320,7 +320,7 @@ fn a_known_mass_conditions_the_others() {
         normal_equations.add(equation, window);
     }
     let scales = SMatrix::from_diagonal(alone.scales());
-    let inverse = scales * normal_equations.information.try_inverse().unwrap() * scales;
+    let inverse = scales * normal_equations.information().try_inverse().unwrap() * scales;
     let gain = inverse.column(0) / inverse[(0, 0)];
     let expected = alone.parameters + gain * (3.0 - alone.parameters[0]);
     let std_devs = alone.covariance.diagonal().map(f64::sqrt);
@@ -431,10 +431,10 @@ fn exact_equations_give_exact_offsets() {
         normal_equations.add(equation, window);
     }
     let scaled = normal_equations
-        .information
+        .information()
         .cholesky()
         .unwrap()
-        .solve(&normal_equations.target);
+        .solve(&normal_equations.target());
     let solution = scaled.component_mul(found.scales());
     assert!((solution - truth()).amax() < 1e-8, "{solution}");
 }

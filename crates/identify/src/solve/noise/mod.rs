@@ -2,11 +2,13 @@
 
 mod correlation;
 mod known_sensor;
+mod whitening;
 
 use nalgebra::{DMatrix, SVector};
 
 use self::correlation::{cholesky_in_place, shrinkage_factor, to_correlation};
 use self::known_sensor::KnownSensor;
+pub(crate) use self::whitening::Whitening;
 use crate::equations::window::{NOISE_BANDWIDTH, PRODUCT_CORRELATION};
 use crate::equations::{Channels, Equation};
 

@@ -56,7 +56,8 @@ fn known_noise_keeps_its_proportions() {
     assert!((correlation[(4, 3)] - 1.0 / 1.01).abs() < 0.01);
 }
 
-/// Whitened rows have the identity as their noise covariance, in both storages of the rows.
+/// Whitened rows have the identity as their noise covariance, in both storages of the rows and with the inverse that is
+/// computed once.
 #[test]
 fn whitening_is_the_same_for_both_storages() {
     let covariance = DMatrix::from_row_slice(
@@ -93,4 +94,15 @@ fn whitening_is_the_same_for_both_storages() {
         assert!((0..3).all(|k| (regressor[k] - columns[(i, k)]).abs() < 1e-12 * columns[(0, 0)]));
         assert_eq!(*target, regressor[2]);
     }
+    let wide: Vec<[f64; 3]> = (0..3).map(|i| [0, 1, 2].map(|k| root[(i, k)])).collect();
+    let (whitening, mut whitened) = (Whitening::new(&noise), vec![[0.0; 3]; 3]);
+    whitening.apply(&wide, &mut whitened);
+    for (i, k) in (0..3).flat_map(|i| (0..3).map(move |k| (i, k))) {
+        assert!((whitened[i][k] - columns[(i, k)]).abs() < 1e-12 * columns[(0, 0)]);
+    }
+    let residuals = [0.3, -2.0, 1.0];
+    let mut column = DMatrix::from_column_slice(3, 1, &residuals);
+    noise.whiten(&mut column);
+    let distance = whitening.squared_distance(&residuals);
+    assert!((distance / column.norm_squared() - 1.0).abs() < 1e-12);
 }

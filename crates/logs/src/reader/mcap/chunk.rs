@@ -1,8 +1,9 @@
 //! Records of a chunk, decompressed and checked.
 
-use std::{io::Read, ops::Range};
+use std::{fmt, io::Read, ops::Range};
 
 use mcap::records::op;
+use zstd::zstd_safe::{DCtx, ResetDirective};
 
 use super::file::RECORD_HEADER;
 use crate::reader::storage::{Entry, MAX_RECORD};
@@ -37,7 +38,11 @@ impl Records {
 
     /// Returns the records of a chunk. A chunk that the end of the file cuts off has the records up
     /// to there.
-    pub(super) fn of_chunk(body: Vec<u8>, cut: bool) -> Result<Self, String> {
+    pub(super) fn of_chunk(
+        body: Vec<u8>,
+        cut: bool,
+        decompressor: &mut ChunkDecompressor,
+    ) -> Result<Self, String> {
         let header = ChunkHeader::parse(&body).ok_or("a chunk without its header")?;
         if header.uncompressed_size > MAX_RECORD && !cut {
             return Err("a chunk of impossible size".to_owned());
@@ -57,10 +62,7 @@ impl Records {
                 bytes.truncate(end);
                 Self { bytes, start }
             }
-            b"zstd" => {
-                let decoder = zstd::Decoder::with_buffer(data);
-                Self::plain(decompress(decoder.map_err(|e| e.to_string())?, size, cut)?)
-            }
+            b"zstd" => Self::plain(decompressor.decompress(data, size, cut)?),
             b"lz4" => {
                 let decoder = lz4::Decoder::new(data);
                 Self::plain(decompress(decoder.map_err(|e| e.to_string())?, size, cut)?)
@@ -137,6 +139,37 @@ impl Records {
     pub(super) fn message(&self, body: Range<usize>) -> Result<Entry, &'static str> {
         let mut fields = Fields(self.body(body.clone()));
         fields.message(body).ok_or("a message without its header")
+    }
+}
+
+/// Decompressor of chunks with a context that all of them use.
+pub(super) struct ChunkDecompressor(DCtx<'static>);
+
+impl Default for ChunkDecompressor {
+    fn default() -> Self {
+        Self(DCtx::create())
+    }
+}
+
+impl ChunkDecompressor {
+    /// Decompresses `size` bytes of zstd, or as many as there are in data that is cut off.
+    fn decompress(&mut self, data: &[u8], size: u64, cut: bool) -> Result<Vec<u8>, String> {
+        if size <= USUAL_CHUNK && !cut {
+            // At once, without the copies of a stream. What fails is decompressed once more, which says why.
+            let mut bytes = Vec::with_capacity(size as usize);
+            if self.0.decompress(&mut bytes, data).is_ok() {
+                return Ok(bytes);
+            }
+        }
+        // A frame that failed leaves its state behind. Resetting a session cannot fail.
+        let _ = self.0.reset(ResetDirective::SessionOnly);
+        decompress(zstd::Decoder::with_context(data, &mut self.0), size, cut)
+    }
+}
+
+impl fmt::Debug for ChunkDecompressor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("ChunkDecompressor")
     }
 }
 

@@ -4,7 +4,10 @@ use std::collections::BTreeMap;
 
 use mcap::records::op;
 
-use super::{chunk::Records, file::LogFile};
+use super::{
+    chunk::{ChunkDecompressor, Records},
+    file::LogFile,
+};
 use crate::reader::storage::{Channel, ChannelId, Damage, Metadata, Segment, Stop};
 
 /// Content of a file.
@@ -35,7 +38,11 @@ pub(super) enum PlaceKind {
 
 impl Place {
     /// Reads the records and decompresses them.
-    pub(super) fn read(&self, file: &mut LogFile) -> Result<Records, Stop> {
+    pub(super) fn read(
+        &self,
+        file: &mut LogFile,
+        decompressor: &mut ChunkDecompressor,
+    ) -> Result<Records, Stop> {
         if self.kind == PlaceKind::Plain {
             return Ok(Records::plain(file.read(self.at_byte, self.length)?));
         }
@@ -43,7 +50,8 @@ impl Place {
             Some(record) if record.opcode == op::CHUNK => {
                 let cut = self.kind == PlaceKind::CutChunk;
                 let body = file.body(record)?;
-                Records::of_chunk(body, cut).map_err(|what| file.damage(self.at_byte, what))
+                Records::of_chunk(body, cut, decompressor)
+                    .map_err(|what| file.damage(self.at_byte, what))
             }
             _ => Err(file.damage(self.at_byte, "no chunk at the position in the index")),
         }

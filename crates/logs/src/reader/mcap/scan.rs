@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use mcap::records::{Record, op};
 
 use super::{
-    chunk::Records,
+    chunk::{ChunkDecompressor, Records},
     file::{LogFile, RecordHead},
     index::{McapIndex, Place, PlaceKind},
     summary::{self, Summary},
@@ -48,6 +48,7 @@ struct Scan {
     schemas: BTreeMap<u16, String>,
     /// The range of messages outside of chunks that is being scanned.
     plain: Option<(Place, Segment)>,
+    decompressor: ChunkDecompressor,
 }
 
 impl Scan {
@@ -89,7 +90,7 @@ impl Scan {
                 PlaceKind::Chunk
             },
         };
-        let records = place.read(file)?;
+        let records = place.read(file, &mut self.decompressor)?;
         let mut segment = Segment::default();
         let end = self.chunk_records(&records, &mut segment);
         self.index.segments.push((place, segment));

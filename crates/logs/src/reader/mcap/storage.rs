@@ -2,7 +2,12 @@
 
 use std::{collections::BTreeSet, sync::Arc};
 
-use super::{chunk::Records, file::LogFile, index::Place, scan};
+use super::{
+    chunk::{ChunkDecompressor, Records},
+    file::LogFile,
+    index::Place,
+    scan,
+};
 use crate::{
     error::LogError,
     reader::{
@@ -43,6 +48,7 @@ impl Storage for McapStorage {
     fn open(&self) -> Result<Box<dyn SegmentReader>, LogError> {
         Ok(Box::new(McapReader {
             file: LogFile::open(&self.source)?,
+            decompressor: ChunkDecompressor::default(),
             places: self.places.clone(),
             known: self.known.clone(),
         }))
@@ -52,6 +58,7 @@ impl Storage for McapStorage {
 #[derive(Debug)]
 struct McapReader {
     file: LogFile,
+    decompressor: ChunkDecompressor,
     places: Arc<[Place]>,
     /// All channels of the file, selected or not.
     known: Arc<BTreeSet<ChannelId>>,
@@ -62,7 +69,7 @@ impl SegmentReader for McapReader {
         let Some(place) = self.places.get(segment) else {
             return Ok(Block::default());
         };
-        let records = place.read(&mut self.file)?;
+        let records = place.read(&mut self.file, &mut self.decompressor)?;
         let mut entries = Vec::new();
         let outcome = self.select(&records, selected, &mut entries);
         let damage = outcome.map_err(|what| self.file.damage_at(place.at_byte, what));

@@ -1,0 +1,86 @@
+//! The rows of all windows of a fit, one after the other: each pass reads all of them.
+
+use super::FitOptions;
+use super::products::WideRow;
+use crate::equations::{Equation, Row};
+
+/// Most unknowns of a fit: the ten parameters, and the delay.
+pub(crate) const UNKNOWNS: usize = 11;
+
+/// Place of the target in a row, after the entries of the unknowns.
+pub(crate) const TARGET: usize = UNKNOWNS;
+
+/// The rows and the half-differences of all windows, a row for each channel, with the scaled gravity. Their entries for the
+/// delay are zero where it is not estimated.
+pub(crate) struct FitRows {
+    channels: usize,
+    rows: Vec<WideRow>,
+    /// Half-differences: noise alone, on both sides.
+    differences: Vec<WideRow>,
+}
+
+impl FitRows {
+    /// Copies the rows of equations of so many channels.
+    pub(crate) fn new(equations: &[Equation], options: &FitOptions<'_>, channels: usize) -> Self {
+        let of_gravity = 1.0 - options.gravity_scale;
+        let wide = |row: &Row| {
+            let mut wide = [0.0; TARGET + 1];
+            wide[..10].copy_from_slice(row.regressor.as_slice());
+            if of_gravity != 0.0 {
+                for (entry, gravity) in wide.iter_mut().zip(&row.gravity) {
+                    *entry += of_gravity * gravity;
+                }
+            }
+            wide[TARGET] = row.target;
+            wide
+        };
+        let mut all = Self {
+            channels,
+            rows: Vec::with_capacity(equations.len() * channels),
+            differences: Vec::with_capacity(equations.len() * channels),
+        };
+        for equation in equations {
+            for (row, rate) in equation.rows.iter().zip(&equation.rates) {
+                let mut wide = wide(row);
+                if options.delay {
+                    // target(t + delay) = target(t) + delay · rate belongs to the motion at t.
+                    wide[10] = -rate;
+                }
+                all.rows.push(wide);
+            }
+            all.differences
+                .extend(equation.differences.iter().map(wide));
+        }
+        all
+    }
+
+    /// Number of windows.
+    pub(crate) fn windows(&self) -> usize {
+        self.rows.len() / self.channels
+    }
+
+    /// Returns all rows, window by window.
+    pub(crate) fn all(&self) -> &[WideRow] {
+        &self.rows
+    }
+
+    /// Returns the rows of a window.
+    pub(crate) fn of_window(&self, window: usize) -> &[WideRow] {
+        &self.rows[window * self.channels..(window + 1) * self.channels]
+    }
+
+    /// Returns the half-differences of a window.
+    pub(crate) fn differences(&self, window: usize) -> &[WideRow] {
+        &self.differences[window * self.channels..(window + 1) * self.channels]
+    }
+}
+
+/// Returns what a solution leaves of a row's target.
+pub(crate) fn remainder(row: &WideRow, solution: &[f64; UNKNOWNS]) -> f64 {
+    // Sums that do not wait for each other.
+    let mut sums = [0.0; 4];
+    for (k, (entry, unknown)) in row.iter().zip(solution).enumerate() {
+        sums[k % 4] += entry * unknown;
+    }
+    row[TARGET] - ((sums[0] + sums[1]) + (sums[2] + sums[3]))
+}

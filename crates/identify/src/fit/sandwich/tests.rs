@@ -1,0 +1,104 @@
+//! The meats on drawn rows.
+
+use rand::{RngExt, SeedableRng, rngs::SmallRng};
+use rand_distr::StandardNormal;
+
+use super::*;
+
+/// Returns 4000 windows of one channel. Every second one excites the first unknown and has noise of variance 9, the
+/// others the second unknown with noise of variance 1; half-differences are so many times as large.
+fn uneven_rows(difference: f64) -> Vec<ScoredRow> {
+    let mut random = SmallRng::seed_from_u64(1);
+    let mut draw = || -> f64 { random.sample(StandardNormal) };
+    let row = |k: usize| {
+        let mut entries = [0.0; WIDTH];
+        entries[k % 2] = 1.0;
+        let std_dev = if k.is_multiple_of(2) { 3.0 } else { 1.0 };
+        ScoredRow {
+            entries,
+            residual: std_dev * draw(),
+            difference: std_dev * difference * draw(),
+            weight: 1.0,
+            ..ScoredRow::default()
+        }
+    };
+    (0..4000).map(row).collect()
+}
+
+/// The local estimate has the variance of the windows that determine an unknown, where the stationary one has the
+/// mean of all. With 2000 windows each they scatter by some 5 %.
+#[test]
+fn local_noise_counts_for_its_unknown() {
+    let rows = uneven_rows(1.0);
+    let bread = DMatrix::identity(2, 2) / 2000.0;
+    let sums = WindowSums::new(&rows, 1, &bread);
+    assert!(sums.is_white());
+    let local = sums.local_meat().meat / 2000.0;
+    let stationary = sums.stationary_meat().meat / 2000.0;
+    for (unknown, variance) in [(0, 9.0), (1, 1.0)] {
+        let ratio = local[(unknown, unknown)] / variance;
+        assert!((ratio - 1.0).abs() < 0.15, "{local}");
+        assert!(
+            (stationary[(unknown, unknown)] - 5.0).abs() < 0.75,
+            "{stationary}"
+        );
+    }
+}
+
+/// Noise that neighbouring samples share, and an error of the model, are not in the half-differences.
+#[test]
+fn residuals_that_differences_do_not_explain_are_not_white() {
+    let bread = DMatrix::identity(2, 2) / 2000.0;
+    for (difference, white) in [
+        (0.0, false),
+        (0.5, false),
+        (0.8, true),
+        (1.3, true),
+        (2.0, false),
+    ] {
+        let rows = uneven_rows(difference);
+        let sums = WindowSums::new(&rows, 1, &bread);
+        assert_eq!(sums.is_white(), white, "{difference}");
+    }
+}
+
+/// Returns rows of two channels with scores of random numbers.
+fn scored_rows(windows: usize) -> Vec<ScoredRow> {
+    let mut random = SmallRng::seed_from_u64(2);
+    let row = |_| {
+        let mut row = ScoredRow::default();
+        for score in &mut row.score[..3] {
+            *score = random.random_range(-1.0..1.5);
+        }
+        row
+    };
+    (0..2 * windows).map(row).collect()
+}
+
+/// The mean product of sums over neighbouring windows is the sum over all lags with weights that fall linearly, also
+/// where there are fewer windows than lags.
+#[test]
+fn sums_of_neighbours_are_products_over_all_lags() {
+    for windows in [1, 2, 3, 4, 50, 1000] {
+        let rows = scored_rows(windows);
+        let bread = DMatrix::identity(3, 3);
+        let found = WindowSums::new(&rows, 2, &bread).newey_west_meat();
+        let scores: Vec<DVector<f64>> = rows
+            .chunks_exact(2)
+            .map(|rows| DVector::from_fn(3, |k, _| rows[0].score[k] + rows[1].score[k]))
+            .collect();
+        let length = newey_west_reach(windows) + 1;
+        let mut expected = DMatrix::<f64>::zeros(3, 3);
+        for (i, first) in scores.iter().enumerate() {
+            for (j, second) in scores.iter().enumerate() {
+                let weight = 1.0 - i.abs_diff(j) as f64 / length as f64;
+                expected += first * second.transpose() * weight.max(0.0);
+            }
+        }
+        let difference = (found - &expected).amax();
+        assert!(
+            difference < 1e-12 * expected.amax(),
+            "{windows}: {difference}"
+        );
+    }
+}
