@@ -188,9 +188,9 @@ impl Model {
         }
     }
 
-    /// The rows of the last instant.
-    pub(crate) fn last_rows(&self) -> &[Row] {
-        &self.rows
+    /// The entries of the last instant.
+    pub(crate) fn last_entries(&self) -> &[f64] {
+        &self.entries
     }
 
     /// Inertial parameters of the known links below the tool, at the posture of the last instant and in the

@@ -10,18 +10,18 @@ use super::motion_stream::{MotionStep, MotionStream};
 use super::sample::Sample;
 use super::settings::EquationSettings;
 use super::stream::check_lengths;
-use super::window::Windows;
+use super::window::{WindowMean, Windows};
 use crate::IdentifyError;
 
 /// Turns samples into the equations of several cutoffs in one pass, to choose one of them: those that an
 /// [`EquationStream`](super::EquationStream) of each cutoff returns, bit by bit.
 ///
 /// The cutoff sets the length of the windows, and how far the polynomials of the motion reach. Cutoffs whose polynomials
-/// have the same samples share the rows, which cost most.
+/// have the same samples share what the rows are made of, which costs most.
 #[derive(Clone, Debug)]
 pub struct MultiCutoffStream {
     model: Model,
-    /// The instant of the rows that the model has computed last.
+    /// The instant of the entries that the model has computed last.
     computed: Instant,
     cutoffs: Vec<OfCutoff>,
 }
@@ -30,7 +30,7 @@ pub struct MultiCutoffStream {
 #[derive(Clone, Debug)]
 struct OfCutoff {
     motion: MotionStream,
-    windows: Windows<Equation>,
+    windows: Windows<WindowMean>,
     equations: Vec<Equation>,
 }
 
@@ -58,7 +58,11 @@ impl MultiCutoffStream {
         let (joints, wrenches) = (robot.dof(), sensors.len());
         let of_cutoff = |&cutoff_hz: &f64| OfCutoff {
             motion: MotionStream::new(joints, wrenches, cutoff_hz, settings.max_gap_s),
-            windows: Windows::new(cutoff_hz, model.row_count()),
+            windows: Windows::new(
+                cutoff_hz,
+                model.entry_count(),
+                &WindowMean::new(model.entry_count(), model.row_count()),
+            ),
             equations: Vec::new(),
         };
         Ok(Self {
@@ -70,7 +74,7 @@ impl MultiCutoffStream {
 
     /// Adds a sample.
     ///
-    /// Cost: one pass over the robot's bodies for each reach of the polynomials, and a copy of each equation that the sample
+    /// Cost: one pass over the robot's bodies for each reach of the polynomials, and the allocation of each equation that the sample
     /// completes.
     ///
     /// # Errors
@@ -84,14 +88,16 @@ impl MultiCutoffStream {
                 MotionStep::Started => of_cutoff.windows.clear(),
                 MotionStep::Instant(instant) => {
                     if !(is_computed && instant.is_same(&self.computed)) {
-                        self.model.rows(instant)?;
+                        self.model.entries(instant)?;
                         self.computed.copy_from(instant);
                         is_computed = true;
                     }
-                    let window = of_cutoff
-                        .windows
-                        .push(instant.time_s, self.model.last_rows());
-                    of_cutoff.equations.extend(window.cloned());
+                    let entries = self.model.last_entries();
+                    if let Some(window) = of_cutoff.windows.push(instant.time_s, entries) {
+                        let mut equation = Equation::new(self.model.row_count());
+                        self.model.set_equation(&mut equation, window);
+                        of_cutoff.equations.push(equation);
+                    }
                 }
             }
         }
