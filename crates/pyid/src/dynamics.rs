@@ -1,11 +1,11 @@
 //! Manipulators on whole arrays.
 
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::OnceLock;
 
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use tactid_dynamics::{BaseKind, ToolMotion, Workspace};
+use tactid_dynamics::{BaseKind, ToolMotion};
 
 use crate::arrays::{Series, common_length, extend_with, homogeneous, output};
 use crate::errors::{ArgumentError, IntoPyErr};
@@ -13,6 +13,7 @@ use crate::findings::model_finding;
 use crate::inertia::MassProperties;
 use crate::states::States;
 use crate::urdf::urdf_text;
+use crate::workspaces::Workspaces;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
@@ -44,8 +45,7 @@ pub(crate) struct Manipulator(pub(crate) tactid_dynamics::Manipulator, Prepared)
 /// What the first call with a robot prepares for the others.
 #[derive(Default)]
 struct Prepared {
-    /// Workspaces that no call uses at the moment: at most as many as calls have run at once.
-    workspaces: Mutex<Vec<Workspace>>,
+    workspaces: Workspaces,
     /// Set once the robot is known to have the masses that its dynamics need.
     has_masses: OnceLock<()>,
 }
@@ -193,8 +193,11 @@ impl Manipulator {
         base_acceleration: Argument<'_, 'py>,
     ) -> PyResult<FrameMotion> {
         let frame = self.0.frame(frame).map_err(IntoPyErr::into_py_err)?;
-        let states =
-            States::read(self, q, qd, qdd)?.with_base(base_pose, base_twist, base_acceleration)?;
+        let states = States::read((&self.0, &self.1.workspaces), q, qd, qdd)?.with_base(
+            base_pose,
+            base_twist,
+            base_acceleration,
+        )?;
         let samples = states.samples()?;
         let count = samples.unwrap_or(1);
         let mut poses = Vec::with_capacity(16 * count);
@@ -261,8 +264,11 @@ impl Manipulator {
         self.check_masses()?;
         let gravity = Series::read_or_zero(gravity, "gravity", 3)?;
         let gravity = Vector3::from_column_slice(gravity.single()?);
-        let states =
-            States::read(self, q, qd, qdd)?.with_base(base_pose, base_twist, base_acceleration)?;
+        let states = States::read((&self.0, &self.1.workspaces), q, qd, qdd)?.with_base(
+            base_pose,
+            base_twist,
+            base_acceleration,
+        )?;
         let samples = states.samples()?;
         let count = samples.unwrap_or(1);
         let mut torques = Vec::with_capacity(self.0.dof() * count);
@@ -302,12 +308,13 @@ impl Manipulator {
         base_twist: Argument<'_, 'py>,
     ) -> PyResult<Array<'py>> {
         self.check_masses()?;
-        let states = States::read(self, q, qd, qdd)?.with_base(base_pose, base_twist, None)?;
+        let states = States::read((&self.0, &self.1.workspaces), q, qd, qdd)?
+            .with_base(base_pose, base_twist, None)?;
         let samples = states.samples()?;
         let count = samples.unwrap_or(1);
         let mut values = Vec::with_capacity(6 * count);
         py.detach(|| {
-            self.with_workspace(|workspace| {
+            self.1.workspaces.with(&self.0, |workspace| {
                 for sample in 0..count {
                     let (base, joints) = states.at(sample);
                     let acceleration = tactid_dynamics::base_acceleration(workspace, &base, joints)
@@ -339,7 +346,8 @@ impl Manipulator {
         base_twist: Argument<'_, 'py>,
     ) -> PyResult<Array<'py>> {
         self.check_masses()?;
-        let states = States::read(self, q, qd, None)?.with_base(base_pose, base_twist, None)?;
+        let states = States::read((&self.0, &self.1.workspaces), q, qd, None)?
+            .with_base(base_pose, base_twist, None)?;
         let samples = states.samples()?;
         let mut values = Vec::with_capacity(6 * samples.unwrap_or(1));
         py.detach(|| {
@@ -375,24 +383,6 @@ impl Manipulator {
 
     fn of(robot: tactid_dynamics::Manipulator) -> Self {
         Self(robot, Prepared::default())
-    }
-
-    /// Calls a function with a workspace of the robot, which keeps it for the next call.
-    pub(crate) fn with_workspace<T>(
-        &self,
-        work: impl FnOnce(&mut Workspace) -> PyResult<T>,
-    ) -> PyResult<T> {
-        let kept = || {
-            self.1
-                .workspaces
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-        };
-        let free = kept().pop();
-        let mut workspace = free.unwrap_or_else(|| Workspace::new(&self.0));
-        let done = work(&mut workspace);
-        kept().push(workspace);
-        done
     }
 }
 

@@ -12,7 +12,7 @@ pub(crate) fn numbers<'py>(
     name: &str,
 ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let py = value.py();
-    // Most arguments are what is wanted already; a subclass of NumPy's array, as a masked one, is not.
+    // Most arguments are such an array already; a subclass of NumPy's array, as a masked one, is not.
     if value.is_exact_instance_of::<PyUntypedArray>()
         && let Ok(array) = value.cast::<PyArrayDyn<f64>>()
         && array.is_c_contiguous()

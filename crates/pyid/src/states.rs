@@ -1,17 +1,18 @@
 //! States of a robot, as arrays.
 
 use pyo3::prelude::*;
-use tactid_dynamics::{JointMotion, StateError, Workspace};
+use tactid_dynamics::{JointMotion, Manipulator, StateError, Workspace};
 
 use crate::arrays::{Poses, Sampled, Series, common_length};
-use crate::dynamics::Manipulator;
 use crate::errors::IntoPyErr;
+use crate::workspaces::Workspaces;
 
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
 /// The robot's states, as arrays.
 pub(crate) struct States<'a> {
     robot: &'a Manipulator,
+    workspaces: &'a Workspaces,
     q: Series,
     qd: Series,
     qdd: Series,
@@ -23,14 +24,15 @@ pub(crate) struct States<'a> {
 impl<'a> States<'a> {
     /// Joints as given, the base at rest.
     pub(crate) fn read(
-        robot: &'a Manipulator,
+        (robot, workspaces): (&'a Manipulator, &'a Workspaces),
         q: &Bound<'_, PyAny>,
         qd: Argument<'_, '_>,
         qdd: Argument<'_, '_>,
     ) -> PyResult<Self> {
-        let dof = robot.0.dof();
+        let dof = robot.dof();
         Ok(Self {
             robot,
+            workspaces,
             q: Series::read(q, "q", &[dof])?,
             qd: Series::read_or_zero(qd, "qd", dof)?,
             qdd: Series::read_or_zero(qdd, "qdd", dof)?,
@@ -91,7 +93,7 @@ impl<'a> States<'a> {
         samples: Option<usize>,
         mut look: impl FnMut(&mut Workspace) -> Result<(), StateError>,
     ) -> PyResult<()> {
-        self.robot.with_workspace(|workspace| {
+        self.workspaces.with(self.robot, |workspace| {
             for sample in 0..samples.unwrap_or(1) {
                 let (base, joints) = self.at(sample);
                 tactid_dynamics::motion(workspace, &base, joints)
