@@ -1,11 +1,9 @@
 //! Manipulators on whole arrays.
 
-use std::sync::OnceLock;
-
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use tactid_dynamics::{BaseKind, ToolMotion};
+use tactid_dynamics::{BaseKind, ToolMotion, Workspace};
 
 use crate::arrays::{Series, common_length, extend_with, homogeneous, output};
 use crate::errors::{ArgumentError, IntoPyErr};
@@ -13,7 +11,6 @@ use crate::findings::model_finding;
 use crate::inertia::MassProperties;
 use crate::states::States;
 use crate::urdf::urdf_text;
-use crate::workspaces::Workspaces;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
@@ -40,21 +37,7 @@ type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 /// interpreter is released while the arrays are worked through.
 #[pyclass(module = "tactid", frozen)]
 #[derive(Clone)]
-pub(crate) struct Manipulator(pub(crate) tactid_dynamics::Manipulator, Prepared);
-
-/// What the first call with a robot prepares for the others.
-#[derive(Default)]
-struct Prepared {
-    workspaces: Workspaces,
-    /// Set once the robot is known to have the masses that its dynamics need.
-    has_masses: OnceLock<()>,
-}
-
-impl Clone for Prepared {
-    fn clone(&self) -> Self {
-        Self::default()
-    }
-}
+pub(crate) struct Manipulator(pub(crate) tactid_dynamics::Manipulator);
 
 /// How a frame moves, in the world: positions from the world's origin, all vectors in world axes.
 ///
@@ -103,7 +86,7 @@ impl Manipulator {
             }
         };
         tactid_dynamics::Manipulator::from_urdf_below(&urdf_text(urdf)?, kind, base_link)
-            .map(Self::of)
+            .map(Self)
             .map_err(IntoPyErr::into_py_err)
     }
 
@@ -162,7 +145,7 @@ impl Manipulator {
     ///     ModelError: There is no such link.
     fn with_payload(&self, frame: &str, body: &MassProperties) -> PyResult<Self> {
         let frame = self.0.frame(frame).map_err(IntoPyErr::into_py_err)?;
-        Ok(Self::of(self.0.with_payload(frame, &body.0.into())))
+        Ok(Self(self.0.with_payload(frame, &body.0.into())))
     }
 
     /// The robot without the masses of the links below ``frame`` (its own stays); joints stay.
@@ -171,7 +154,7 @@ impl Manipulator {
     ///     ModelError: There is no such link.
     fn without_subtree(&self, frame: &str) -> PyResult<Self> {
         let frame = self.0.frame(frame).map_err(IntoPyErr::into_py_err)?;
-        Ok(Self::of(self.0.without_subtree(frame)))
+        Ok(Self(self.0.without_subtree(frame)))
     }
 
     /// How a link's frame moves, equations (1)-(20).
@@ -193,15 +176,14 @@ impl Manipulator {
         base_acceleration: Argument<'_, 'py>,
     ) -> PyResult<FrameMotion> {
         let frame = self.0.frame(frame).map_err(IntoPyErr::into_py_err)?;
-        let states = States::read((&self.0, &self.1.workspaces), q, qd, qdd)?.with_base(
+        let states = States::read(&self.0, q, qd, qdd)?.with_base(
             base_pose,
             base_twist,
             base_acceleration,
         )?;
         let samples = states.samples()?;
-        let count = samples.unwrap_or(1);
-        let mut poses = Vec::with_capacity(16 * count);
-        let mut vectors: [Vec<f64>; 4] = std::array::from_fn(|_| Vec::with_capacity(3 * count));
+        let mut poses = Vec::new();
+        let mut vectors: [Vec<f64>; 4] = Default::default();
         py.detach(|| {
             states.each(samples, |workspace| {
                 let motion = workspace.frame_motion(frame);
@@ -264,15 +246,13 @@ impl Manipulator {
         self.check_masses()?;
         let gravity = Series::read_or_zero(gravity, "gravity", 3)?;
         let gravity = Vector3::from_column_slice(gravity.single()?);
-        let states = States::read((&self.0, &self.1.workspaces), q, qd, qdd)?.with_base(
+        let states = States::read(&self.0, q, qd, qdd)?.with_base(
             base_pose,
             base_twist,
             base_acceleration,
         )?;
         let samples = states.samples()?;
-        let count = samples.unwrap_or(1);
-        let mut torques = Vec::with_capacity(self.0.dof() * count);
-        let mut wrenches = Vec::with_capacity(6 * count);
+        let (mut torques, mut wrenches) = (Vec::new(), Vec::new());
         py.detach(|| {
             states.each(samples, |workspace| {
                 tactid_dynamics::forces(workspace, &gravity);
@@ -308,21 +288,19 @@ impl Manipulator {
         base_twist: Argument<'_, 'py>,
     ) -> PyResult<Array<'py>> {
         self.check_masses()?;
-        let states = States::read((&self.0, &self.1.workspaces), q, qd, qdd)?
-            .with_base(base_pose, base_twist, None)?;
+        let states = States::read(&self.0, q, qd, qdd)?.with_base(base_pose, base_twist, None)?;
         let samples = states.samples()?;
-        let count = samples.unwrap_or(1);
-        let mut values = Vec::with_capacity(6 * count);
+        let mut values = Vec::new();
         py.detach(|| {
-            self.1.workspaces.with(&self.0, |workspace| {
-                for sample in 0..count {
-                    let (base, joints) = states.at(sample);
-                    let acceleration = tactid_dynamics::base_acceleration(workspace, &base, joints)
+            let mut workspace = Workspace::new(&self.0);
+            for sample in 0..samples.unwrap_or(1) {
+                let (base, joints) = states.at(sample);
+                let acceleration =
+                    tactid_dynamics::base_acceleration(&mut workspace, &base, joints)
                         .map_err(IntoPyErr::into_py_err)?;
-                    extend_with(&mut values, &acceleration.linear, &acceleration.angular);
-                }
-                Ok(())
-            })
+                extend_with(&mut values, &acceleration.linear, &acceleration.angular);
+            }
+            Ok::<_, PyErr>(())
         })?;
         output(py, values, samples, &[6])
     }
@@ -346,10 +324,9 @@ impl Manipulator {
         base_twist: Argument<'_, 'py>,
     ) -> PyResult<Array<'py>> {
         self.check_masses()?;
-        let states = States::read((&self.0, &self.1.workspaces), q, qd, None)?
-            .with_base(base_pose, base_twist, None)?;
+        let states = States::read(&self.0, q, qd, None)?.with_base(base_pose, base_twist, None)?;
         let samples = states.samples()?;
-        let mut values = Vec::with_capacity(6 * samples.unwrap_or(1));
+        let mut values = Vec::new();
         py.detach(|| {
             states.each(samples, |workspace| {
                 let total = tactid_dynamics::momentum(workspace);
@@ -374,15 +351,7 @@ impl Manipulator {
 impl Manipulator {
     /// Checks that the dynamics know the mass of something that moves.
     fn check_masses(&self) -> PyResult<()> {
-        if self.1.has_masses.get().is_none() {
-            self.0.check_masses(None).map_err(IntoPyErr::into_py_err)?;
-            self.1.has_masses.get_or_init(|| ());
-        }
-        Ok(())
-    }
-
-    fn of(robot: tactid_dynamics::Manipulator) -> Self {
-        Self(robot, Prepared::default())
+        self.0.check_masses(None).map_err(IntoPyErr::into_py_err)
     }
 }
 
@@ -413,10 +382,9 @@ pub(crate) fn wrench_regressor<'py>(
     let angular_velocity = Series::read(angular_velocity, "angular_velocity", &[3])?;
     let angular_acceleration = Series::read(angular_acceleration, "angular_acceleration", &[3])?;
     let samples = common_length(&[&acceleration, &angular_velocity, &angular_acceleration])?;
-    let count = samples.unwrap_or(1);
-    let mut values = Vec::with_capacity(60 * count);
+    let mut values = Vec::new();
     py.detach(|| {
-        for sample in 0..count {
+        for sample in 0..samples.unwrap_or(1) {
             let motion = ToolMotion {
                 acceleration: acceleration.vector(sample, 0),
                 angular_velocity: angular_velocity.vector(sample, 0),

@@ -30,7 +30,6 @@ mod simulate;
 mod states;
 mod table;
 mod urdf;
-mod workspaces;
 
 /// The compiled part of the package `tactid`.
 #[pyo3::pymodule]

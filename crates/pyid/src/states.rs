@@ -1,18 +1,16 @@
 //! States of a robot, as arrays.
 
 use pyo3::prelude::*;
-use tactid_dynamics::{JointMotion, Manipulator, StateError, Workspace};
+use tactid_dynamics::{JointMotion, StateError, Workspace};
 
 use crate::arrays::{Poses, Sampled, Series, common_length};
 use crate::errors::IntoPyErr;
-use crate::workspaces::Workspaces;
 
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
 /// The robot's states, as arrays.
 pub(crate) struct States<'a> {
-    robot: &'a Manipulator,
-    workspaces: &'a Workspaces,
+    robot: &'a tactid_dynamics::Manipulator,
     q: Series,
     qd: Series,
     qdd: Series,
@@ -24,7 +22,7 @@ pub(crate) struct States<'a> {
 impl<'a> States<'a> {
     /// Joints as given, the base at rest.
     pub(crate) fn read(
-        (robot, workspaces): (&'a Manipulator, &'a Workspaces),
+        robot: &'a tactid_dynamics::Manipulator,
         q: &Bound<'_, PyAny>,
         qd: Argument<'_, '_>,
         qdd: Argument<'_, '_>,
@@ -32,7 +30,6 @@ impl<'a> States<'a> {
         let dof = robot.dof();
         Ok(Self {
             robot,
-            workspaces,
             q: Series::read(q, "q", &[dof])?,
             qd: Series::read_or_zero(qd, "qd", dof)?,
             qdd: Series::read_or_zero(qdd, "qdd", dof)?,
@@ -93,14 +90,13 @@ impl<'a> States<'a> {
         samples: Option<usize>,
         mut look: impl FnMut(&mut Workspace) -> Result<(), StateError>,
     ) -> PyResult<()> {
-        self.workspaces.with(self.robot, |workspace| {
-            for sample in 0..samples.unwrap_or(1) {
-                let (base, joints) = self.at(sample);
-                tactid_dynamics::motion(workspace, &base, joints)
-                    .map_err(IntoPyErr::into_py_err)?;
-                look(workspace).map_err(IntoPyErr::into_py_err)?;
-            }
-            Ok(())
-        })
+        let mut workspace = Workspace::new(self.robot);
+        for sample in 0..samples.unwrap_or(1) {
+            let (base, joints) = self.at(sample);
+            tactid_dynamics::motion(&mut workspace, &base, joints)
+                .map_err(IntoPyErr::into_py_err)?;
+            look(&mut workspace).map_err(IntoPyErr::into_py_err)?;
+        }
+        Ok(())
     }
 }
