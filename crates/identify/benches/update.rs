@@ -36,9 +36,9 @@ fn main() {
         ("joint-sensing", Method::JointSensing),
         ("combined", Method::Combined { effort: false }),
     ];
-    let wanted: Vec<String> = std::env::args().skip(1).collect();
-    if wanted.iter().any(|name| !name.starts_with('-')) {
-        methods.retain(|(method, _)| wanted.iter().any(|name| name == method));
+    let selected: Vec<String> = std::env::args().skip(1).collect();
+    if selected.iter().any(|name| !name.starts_with('-')) {
+        methods.retain(|(method, _)| selected.iter().any(|name| name == method));
     }
     let mut times_us = vec![vec![f64::INFINITY; instants.len()]; methods.len()];
     for _ in 0..ROUNDS {

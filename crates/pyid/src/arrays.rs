@@ -321,18 +321,8 @@ pub(crate) fn output<'py>(
     samples: Option<usize>,
     item: &[usize],
 ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-    let array = if samples.is_none() {
-        PyArray1::from_slice(py, &values)
-    } else {
-        PyArray1::from_vec(py, values) // without a copy
-    };
-    match (samples, item) {
-        (None, [_]) => Ok(array.to_dyn().clone()),
-        _ => {
-            let shape: Vec<usize> = samples.into_iter().chain(item.iter().copied()).collect();
-            array.reshape(shape)
-        }
-    }
+    let shape: Vec<usize> = samples.into_iter().chain(item.iter().copied()).collect();
+    PyArray1::from_vec(py, values).reshape(shape)
 }
 
 /// Appends two vectors, such as the linear and the angular part of a twist.

@@ -1,7 +1,5 @@
 //! Manipulators on whole arrays.
 
-use std::sync::{Mutex, OnceLock, PoisonError};
-
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
@@ -39,22 +37,7 @@ type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 /// interpreter is released while the arrays are worked through.
 #[pyclass(module = "tactid", frozen)]
 #[derive(Clone)]
-pub(crate) struct Manipulator(pub(crate) tactid_dynamics::Manipulator, Prepared);
-
-/// What the first call with a robot prepares for the others.
-#[derive(Default)]
-struct Prepared {
-    /// Workspaces that no call uses at the moment: at most as many as calls have run at once.
-    workspaces: Mutex<Vec<Workspace>>,
-    /// Set once the robot is known to have the masses that its dynamics need.
-    has_masses: OnceLock<()>,
-}
-
-impl Clone for Prepared {
-    fn clone(&self) -> Self {
-        Self::default()
-    }
-}
+pub(crate) struct Manipulator(pub(crate) tactid_dynamics::Manipulator);
 
 /// How a frame moves, in the world: positions from the world's origin, all vectors in world axes.
 ///
@@ -103,7 +86,7 @@ impl Manipulator {
             }
         };
         tactid_dynamics::Manipulator::from_urdf_below(&urdf_text(urdf)?, kind, base_link)
-            .map(Self::of)
+            .map(Self)
             .map_err(IntoPyErr::into_py_err)
     }
 
@@ -162,7 +145,7 @@ impl Manipulator {
     ///     ModelError: There is no such link.
     fn with_payload(&self, frame: &str, body: &MassProperties) -> PyResult<Self> {
         let frame = self.0.frame(frame).map_err(IntoPyErr::into_py_err)?;
-        Ok(Self::of(self.0.with_payload(frame, &body.0.into())))
+        Ok(Self(self.0.with_payload(frame, &body.0.into())))
     }
 
     /// The robot without the masses of the links below ``frame`` (its own stays); joints stay.
@@ -171,7 +154,7 @@ impl Manipulator {
     ///     ModelError: There is no such link.
     fn without_subtree(&self, frame: &str) -> PyResult<Self> {
         let frame = self.0.frame(frame).map_err(IntoPyErr::into_py_err)?;
-        Ok(Self::of(self.0.without_subtree(frame)))
+        Ok(Self(self.0.without_subtree(frame)))
     }
 
     /// How a link's frame moves, equations (1)-(20).
@@ -193,12 +176,14 @@ impl Manipulator {
         base_acceleration: Argument<'_, 'py>,
     ) -> PyResult<FrameMotion> {
         let frame = self.0.frame(frame).map_err(IntoPyErr::into_py_err)?;
-        let states =
-            States::read(self, q, qd, qdd)?.with_base(base_pose, base_twist, base_acceleration)?;
+        let states = States::read(&self.0, q, qd, qdd)?.with_base(
+            base_pose,
+            base_twist,
+            base_acceleration,
+        )?;
         let samples = states.samples()?;
-        let count = samples.unwrap_or(1);
-        let mut poses = Vec::with_capacity(16 * count);
-        let mut vectors: [Vec<f64>; 4] = std::array::from_fn(|_| Vec::with_capacity(3 * count));
+        let mut poses = Vec::new();
+        let mut vectors: [Vec<f64>; 4] = Default::default();
         py.detach(|| {
             states.each(samples, |workspace| {
                 let motion = workspace.frame_motion(frame);
@@ -261,8 +246,11 @@ impl Manipulator {
         self.check_masses()?;
         let gravity = Series::read_or_zero(gravity, "gravity", 3)?;
         let gravity = Vector3::from_column_slice(gravity.single()?);
-        let states =
-            States::read(self, q, qd, qdd)?.with_base(base_pose, base_twist, base_acceleration)?;
+        let states = States::read(&self.0, q, qd, qdd)?.with_base(
+            base_pose,
+            base_twist,
+            base_acceleration,
+        )?;
         let samples = states.samples()?;
         let (count, bases) = (samples.unwrap_or(1), states.bases(samples)?);
         let (mut torques, mut wrenches) = (vec![0.0; count * self.0.dof()], vec![[0.0; 6]; count]);
@@ -302,20 +290,19 @@ impl Manipulator {
         base_twist: Argument<'_, 'py>,
     ) -> PyResult<Array<'py>> {
         self.check_masses()?;
-        let states = States::read(self, q, qd, qdd)?.with_base(base_pose, base_twist, None)?;
+        let states = States::read(&self.0, q, qd, qdd)?.with_base(base_pose, base_twist, None)?;
         let samples = states.samples()?;
-        let count = samples.unwrap_or(1);
-        let mut values = Vec::with_capacity(6 * count);
+        let mut values = Vec::new();
         py.detach(|| {
-            self.with_workspace(|workspace| {
-                for sample in 0..count {
-                    let (base, joints) = states.at(sample);
-                    let acceleration = tactid_dynamics::base_acceleration(workspace, &base, joints)
+            let mut workspace = Workspace::new(&self.0);
+            for sample in 0..samples.unwrap_or(1) {
+                let (base, joints) = states.at(sample);
+                let acceleration =
+                    tactid_dynamics::base_acceleration(&mut workspace, &base, joints)
                         .map_err(IntoPyErr::into_py_err)?;
-                    extend_with(&mut values, &acceleration.linear, &acceleration.angular);
-                }
-                Ok(())
-            })
+                extend_with(&mut values, &acceleration.linear, &acceleration.angular);
+            }
+            Ok::<_, PyErr>(())
         })?;
         output(py, values, samples, &[6])
     }
@@ -339,9 +326,9 @@ impl Manipulator {
         base_twist: Argument<'_, 'py>,
     ) -> PyResult<Array<'py>> {
         self.check_masses()?;
-        let states = States::read(self, q, qd, None)?.with_base(base_pose, base_twist, None)?;
+        let states = States::read(&self.0, q, qd, None)?.with_base(base_pose, base_twist, None)?;
         let samples = states.samples()?;
-        let mut values = Vec::with_capacity(6 * samples.unwrap_or(1));
+        let mut values = Vec::new();
         py.detach(|| {
             states.each(samples, |workspace| {
                 let total = tactid_dynamics::momentum(workspace);
@@ -366,33 +353,7 @@ impl Manipulator {
 impl Manipulator {
     /// Checks that the dynamics know the mass of something that moves.
     fn check_masses(&self) -> PyResult<()> {
-        if self.1.has_masses.get().is_none() {
-            self.0.check_masses(None).map_err(IntoPyErr::into_py_err)?;
-            self.1.has_masses.get_or_init(|| ());
-        }
-        Ok(())
-    }
-
-    fn of(robot: tactid_dynamics::Manipulator) -> Self {
-        Self(robot, Prepared::default())
-    }
-
-    /// Calls a function with a workspace of the robot, which keeps it for the next call.
-    pub(crate) fn with_workspace<T>(
-        &self,
-        work: impl FnOnce(&mut Workspace) -> PyResult<T>,
-    ) -> PyResult<T> {
-        let kept = || {
-            self.1
-                .workspaces
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-        };
-        let free = kept().pop();
-        let mut workspace = free.unwrap_or_else(|| Workspace::new(&self.0));
-        let done = work(&mut workspace);
-        kept().push(workspace);
-        done
+        self.0.check_masses(None).map_err(IntoPyErr::into_py_err)
     }
 }
 
@@ -423,10 +384,9 @@ pub(crate) fn wrench_regressor<'py>(
     let angular_velocity = Series::read(angular_velocity, "angular_velocity", &[3])?;
     let angular_acceleration = Series::read(angular_acceleration, "angular_acceleration", &[3])?;
     let samples = common_length(&[&acceleration, &angular_velocity, &angular_acceleration])?;
-    let count = samples.unwrap_or(1);
-    let mut values = Vec::with_capacity(60 * count);
+    let mut values = Vec::new();
     py.detach(|| {
-        for sample in 0..count {
+        for sample in 0..samples.unwrap_or(1) {
             let motion = ToolMotion {
                 acceleration: acceleration.vector(sample, 0),
                 angular_velocity: angular_velocity.vector(sample, 0),

@@ -4,14 +4,13 @@ use pyo3::prelude::*;
 use tactid_dynamics::{FrameMotion, JointMotion, StateError, StateSeries, Workspace};
 
 use crate::arrays::{Poses, Sampled, Series, common_length};
-use crate::dynamics::Manipulator;
 use crate::errors::IntoPyErr;
 
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
 /// The robot's states, as arrays.
 pub(crate) struct States<'a> {
-    robot: &'a Manipulator,
+    robot: &'a tactid_dynamics::Manipulator,
     q: Series,
     qd: Series,
     qdd: Series,
@@ -23,12 +22,12 @@ pub(crate) struct States<'a> {
 impl<'a> States<'a> {
     /// Joints as given, the base at rest.
     pub(crate) fn read(
-        robot: &'a Manipulator,
+        robot: &'a tactid_dynamics::Manipulator,
         q: &Bound<'_, PyAny>,
         qd: Argument<'_, '_>,
         qdd: Argument<'_, '_>,
     ) -> PyResult<Self> {
-        let dof = robot.0.dof();
+        let dof = robot.dof();
         Ok(Self {
             robot,
             q: Series::read(q, "q", &[dof])?,
@@ -114,14 +113,13 @@ impl<'a> States<'a> {
         samples: Option<usize>,
         mut look: impl FnMut(&mut Workspace) -> Result<(), StateError>,
     ) -> PyResult<()> {
-        self.robot.with_workspace(|workspace| {
-            for sample in 0..samples.unwrap_or(1) {
-                let (base, joints) = self.at(sample);
-                tactid_dynamics::motion(workspace, &base, joints)
-                    .map_err(IntoPyErr::into_py_err)?;
-                look(workspace).map_err(IntoPyErr::into_py_err)?;
-            }
-            Ok(())
-        })
+        let mut workspace = Workspace::new(self.robot);
+        for sample in 0..samples.unwrap_or(1) {
+            let (base, joints) = self.at(sample);
+            tactid_dynamics::motion(&mut workspace, &base, joints)
+                .map_err(IntoPyErr::into_py_err)?;
+            look(&mut workspace).map_err(IntoPyErr::into_py_err)?;
+        }
+        Ok(())
     }
 }

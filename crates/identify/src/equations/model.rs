@@ -1,4 +1,4 @@
-//! The kinematics of the robot once per instant, from which each measurement source fills its rows.
+//! The kinematics of the robot once per instant, from which each measurement source computes its entries.
 
 use nalgebra::Vector3;
 use tactid_dynamics::{
