@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -264,9 +265,11 @@ def test_an_error_names_the_recording(folder: Path) -> None:
         tactid.calibrate([unloaded, short], urdf=folder / "arm.urdf", cutoff=6.0)
 
 
-def test_ctrl_c_leaves_no_file(folder: Path) -> None:
+def test_ctrl_c_leaves_no_file(folder: Path, tmp_path: Path) -> None:
     unloaded, out = simulated(folder, None, 11), folder / "interrupted.toml"
-    options = [word for _ in range(40) for word in ("--unloaded", str(unloaded))]
+    # The same recording is refused; copies are not.
+    copies = [shutil.copytree(unloaded, tmp_path / f"copy{number}") for number in range(40)]
+    options = [word for copy in copies for word in ("--unloaded", str(copy))]
     arguments = ["calibrate", "--urdf", str(folder / "arm.urdf"), *options, "--out", str(out)]
     process = subprocess.Popen(
         [sys.executable, "-m", "tactid", *arguments], stderr=subprocess.PIPE, text=True

@@ -45,6 +45,7 @@ FINDINGS = [
             "noise_rms": 0.07,
             "method": "effort",
             "has_unloaded": False,
+            "joint": None,
         },
     ),
     Finding(
@@ -94,6 +95,7 @@ FINDINGS = [
     Finding("wrenches_summed", {"topics": ["/left", "/right"]}),
     Finding("joints_renamed", {"names": [("fer_1", "panda_1"), ("fer_2", "panda_2")]}),
     Finding("effort_noisier", {"joint": "elbow", "noise_ratio": 3.26}),
+    Finding("joint_uncalibrated", {"joint": "elbow"}),
     Finding("unknown_joints", {"joints": ["finger"]}),
     Finding("absent_joints", {"joints": ["head"]}),
     Finding("late_start", {"topic": "/wrench", "late_s": 1.5}),
@@ -213,8 +215,14 @@ SENTENCES = {
         " prefixes: fer_1 is panda_1 and fer_2 is panda_2; `rename_joints` names them."
     ),
     "effort_noisier": (
-        "The effort of elbow is 3.3 times as noisy as at the calibration, and counts less: check"
+        "The effort of elbow is 3.3 times as noisy as at the calibration, and counts less; what the"
+        " model does not explain may make the values wrong by more than their intervals. Check"
         " temperature, wear and what else has changed, and calibrate anew."
+    ),
+    "joint_uncalibrated": (
+        "elbow moves, but did not move when the arm was calibrated: its friction is not known, and"
+        " its effort counts little. Record a motion of this joint in both directions, and calibrate"
+        " anew."
     ),
     "unknown_joints": (
         "Joints that the URDF does not have, or that do not move in it, were left out: finger."
@@ -459,6 +467,8 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
         ("acceleration_not_used", {"power_ratio": 2.5}, "residuals 50 % as large, power 250 %"),
         ("delay_corrected", {}, "stamped 37.00 ms later than the motion: this delay was corrected"),
         ("load_unexplained", {}, "30 % of the load (rms 3.0 of 10.0 N m, 43 times the noise)"),
+        ("load_unexplained", {"joint": "elbow"}, "30 % of the effort of elbow (rms 3.0 of 10.0"),
+        ("load_unexplained", {"load_rms": 0.0}, "explain the load, which is zero (rms 3.0 of 0.0"),
         ("offset_suspected", {}, "force (1.50 ± 0.20, 0.00 ± 0.20, 0.20 ± 0.20) N, moment (0.000"),
         ("delay_corrected", {"applied_s": -0.012}, "stamped 12.00 ms earlier than the motion"),
         ("delay_doubtful", {"delay_s": 0.5}, "stamped 500 ms later than the motion, would fit"),

@@ -154,6 +154,18 @@ pub enum IdentifyError {
         /// Name of the joint.
         joint: String,
     },
+    /// Joints whose gain comes out negative or infinite: their efforts have nothing to do with the torques that the
+    /// robot's description, gravity and the payloads need.
+    #[error(
+        "the efforts of {} do not fit the motion, because their gains come out negative: check their signs and units, the \
+         units of positions, the order of the joints, the direction of gravity, the mass and the centre of mass (m) of each \
+         payload, and that no recordings are exchanged",
+        listed(joints)
+    )]
+    GainsNotPositive {
+        /// Names of the joints.
+        joints: Vec<String>,
+    },
     /// Efforts lag or lead the motion by more than a calibration can correct.
     #[error(
         "the efforts lag the motion by {} ms, and windows of {} s correct {} ms: correct their stamps",
@@ -205,11 +217,8 @@ pub enum IdentifyError {
         /// Its value in the other recording.
         found: String,
     },
-    /// The equations of a calibration cannot be solved: numbers of the recordings are too large, or the gain of a joint is
-    /// not positive, as that of an effort with the opposite sign.
-    #[error(
-        "the arm cannot be calibrated: check the units of positions, velocities and efforts, and the signs of the efforts"
-    )]
+    /// The equations of a calibration cannot be solved: numbers of the recordings are too large.
+    #[error("the arm cannot be calibrated: check the units of positions, velocities and efforts")]
     CalibrationFailed,
     /// The data of a calibration do not fit together.
     #[error("`{field}` of the calibration is not valid: {reason}")]
@@ -219,6 +228,16 @@ pub enum IdentifyError {
         /// What is wrong, as a phrase.
         reason: String,
     },
+}
+
+/// Returns the names of joints as a sentence has them.
+fn listed(joints: &[String]) -> String {
+    let named: Vec<String> = joints.iter().map(|joint| format!("`{joint}`")).collect();
+    match named.split_last() {
+        None => String::new(),
+        Some((only, [])) => format!("the joint {only}"),
+        Some((last, most)) => format!("the joints {} and {last}", most.join(", ")),
+    }
 }
 
 /// Returns what an object with a name is called in a message.

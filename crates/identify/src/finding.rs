@@ -31,6 +31,8 @@ pub struct NoEquations {
 /// How much of the load the model leaves unexplained.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnexplainedLoad {
+    /// The joint whose effort is not explained, with a calibration; `None` for all channels of the unit.
+    pub joint: Option<String>,
     /// Unit of the channels with the largest unexplained fraction.
     pub unit: &'static str,
     /// Rms of measured less predicted load, in the unit.

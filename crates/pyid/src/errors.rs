@@ -148,6 +148,7 @@ impl IntoPyErr for IdentifyError {
             | Self::Interrupted
             | Self::EffortReversed { .. }
             | Self::EffortConstant { .. }
+            | Self::GainsNotPositive { .. }
             | Self::EffortSignChanged { .. }
             | Self::EffortDelay { .. }
             | Self::CalibrationBase(_)
@@ -166,7 +167,9 @@ impl IntoPyErr for RecordingError {
         match self {
             Self::Identify(error) => error.into_py_err(),
             Self::Log(error) => error.into_py_err(),
-            Self::SameLogTwice(_) | Self::NotTheSame { .. } => ArgumentError::new_err(message),
+            Self::SameLogTwice(_) | Self::CalibratingLogTwice { .. } | Self::NotTheSame { .. } => {
+                ArgumentError::new_err(message)
+            }
             Self::UnloadedLog(_) => LogError::new_err((message, "unloaded")),
             Self::NoSuchTopic { kind, .. } => option_error(message, topic_option(kind)),
             Self::EffortGains { .. } => option_error(message, "effort_gain"),
@@ -231,7 +234,9 @@ fn several_or_calibration_error(error: RecordingError, message: String) -> PyErr
     match error {
         RecordingError::InRecording { path, source } => in_recording(&path, source.into_py_err()),
         RecordingError::NothingToCalibrate => option_error(message, "unloaded"),
-        RecordingError::RenamedJoint { .. } => option_error(message, "rename_joints"),
+        RecordingError::RenamedJoint { .. } | RecordingError::RenamedTwice { .. } => {
+            option_error(message, "rename_joints")
+        }
         RecordingError::NotWithCalibration { name } => {
             let keyword = keyword_of(name);
             option_error(message.replacen(name, keyword, 1), keyword)
@@ -247,6 +252,7 @@ fn several_or_calibration_error(error: RecordingError, message: String) -> PyErr
 fn remedy(error: &RecordingError) -> Option<&'static str> {
     match error {
         RecordingError::UnloadedNeedsEffort => Some("method"),
+        RecordingError::MissingJoint { .. } => Some("rename_joints"),
         RecordingError::TooManyGaps { .. } => Some("max_gap"),
         RecordingError::RareSamples { unit: None, .. } => Some("cutoff"),
         RecordingError::SeveralTopics { kind, .. } => Some(topic_option(*kind)),
@@ -273,6 +279,7 @@ fn pointing_to(message: &str, option: &'static str) -> String {
         "estimator" => "chooses the estimator",
         "max_gap" => "sets the longest time that is bridged",
         "method" => "chooses the method",
+        "rename_joints" => "renames joints of the log",
         "sensor_frame" => "places the sensor",
         "tip" => "names the end-effector frame",
         "urdf" => "names its file",

@@ -64,6 +64,7 @@ pub(crate) fn finding_data(
         Finding::EffortNoisier { joint, noise_ratio } => {
             ("effort_noisier", fields!(py, joint, noise_ratio))
         }
+        Finding::JointUncalibrated { joint } => ("joint_uncalibrated", fields!(py, joint)),
         Finding::UnknownJoints { joints } => ("unknown_joints", fields!(py, joints)),
         Finding::AbsentJoints { joints } => ("absent_joints", fields!(py, joints)),
         Finding::LateStart { topic, late_s } => ("late_start", fields!(py, topic, late_s)),
@@ -269,7 +270,7 @@ fn load_unexplained(
 ) -> PyResult<FindingData> {
     let data = data!(py, "unit": load.unit, "residual_rms": load.residual_rms,
         "load_rms": load.load_rms, "noise_rms": load.noise_rms, "method": load.method.name(),
-        "has_unloaded": has_unloaded);
+        "has_unloaded": has_unloaded, "joint": load.joint.as_deref());
     Ok(("load_unexplained", data))
 }
 

@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use tactid_dynamics::ModelError;
+use tactid_identify::checks::PositionsBeyondLimits;
 use tactid_identify::{IdentifyError, three_digits};
 use tactid_logs::LogError;
 use thiserror::Error;
 
-use crate::phrases::{at_line, calibration_reason, list_sensors};
+use crate::phrases::{at_line, calibration_reason, list_sensors, positions};
 use crate::time_unit::{TimeUnit, rare_advice};
 
 /// Kind of a topic, as the fields of [`Topics`](crate::Topics) distinguish them.
@@ -229,6 +230,17 @@ pub enum RecordingError {
     /// Neither an unloaded nor a loaded recording is given for a calibration.
     #[error("a calibration needs at least one recording, without a payload or with a known one")]
     NothingToCalibrate,
+    /// Two of the logs of a calibration are the same.
+    #[error("{} is given twice, but {because}", path.display())]
+    CalibratingLogTwice {
+        /// Path of the log.
+        path: PathBuf,
+        /// Why it may be given once only.
+        because: &'static str,
+    },
+    /// Joint positions are beyond the limits of the URDF, and the efforts do not fit them.
+    #[error("the efforts do not fit the positions, which are beyond the limits of the URDF: {}", positions(.0))]
+    PositionsBeyondLimits(PositionsBeyondLimits),
     /// The file of a calibration cannot be read or written.
     #[error("cannot {action} the calibration {}: {source}", path.display())]
     CalibrationIo {
@@ -269,6 +281,14 @@ pub enum RecordingError {
         in_log: bool,
         /// The joints of the log or of the robot.
         joints: String,
+    },
+    /// Two joints of the log are to be renamed to the same joint of the robot.
+    #[error("cannot rename both `{}` and `{}` to the joint `{joint}`", recorded[0], recorded[1])]
+    RenamedTwice {
+        /// Their names in the log.
+        recorded: [String; 2],
+        /// Name in the robot.
+        joint: String,
     },
     /// A topic exists but has no message.
     #[error("{0} is in the log, but has no message: record it once more, or use another topic")]

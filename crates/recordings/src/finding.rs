@@ -50,6 +50,12 @@ pub enum Finding {
         /// Standard deviation of the noise, relative to that of the calibration.
         noise_ratio: f64,
     },
+    /// A joint moves that did not move in the recordings of the calibration: its friction is not known, and its effort
+    /// counts little.
+    JointUncalibrated {
+        /// The joint.
+        joint: String,
+    },
     /// Joints in the log that the URDF does not have. They are left out.
     UnknownJoints {
         /// Their names.

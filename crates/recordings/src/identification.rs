@@ -1,6 +1,7 @@
 //! The result of an identification.
 
 use nalgebra::Vector3;
+use tactid_identify::calibration::MotionShortage;
 use tactid_identify::{
     BatchIdentifier, BatchResult, BoundingBox, Delay, Finding as Data, FitReport, Forecast,
     HistoryPoint, IdentifyError, KnownMass, LinearEstimate, Method, PayloadEstimate,
@@ -90,15 +91,44 @@ pub struct CalibratedFit {
 }
 
 impl CalibratedFit {
-    /// Reports joints whose efforts are far noisier than in the calibration.
-    fn noisy_joints(&self) -> impl Iterator<Item = Finding> {
+    /// Reports joints whose efforts are far noisier than in the calibration. That of a joint that is `still` there, and
+    /// has no known friction, is no noise.
+    fn noisy_joints<'a>(&'a self, still: &'a [&str]) -> impl Iterator<Item = Finding> + 'a {
         let joints = self.joints.iter().zip(&self.misfit);
         let noisy = joints.filter(|(_, misfit)| **misfit > NOISY_MISFIT);
-        noisy.map(|(joint, misfit)| Finding::EffortNoisier {
-            joint: joint.clone(),
-            noise_ratio: misfit.sqrt(),
+        noisy.map(|(joint, misfit)| {
+            let joint = joint.clone();
+            if still.contains(&joint.as_str()) {
+                return Finding::JointUncalibrated { joint };
+            }
+            Finding::EffortNoisier {
+                joint,
+                noise_ratio: misfit.sqrt(),
+            }
         })
     }
+}
+
+/// Returns the joint that did not move in the recordings of a calibration.
+fn still_joint(shortage: &MotionShortage) -> Option<&str> {
+    match shortage {
+        MotionShortage::Still { joint, .. } => Some(joint),
+        MotionShortage::OneDirection { .. } | MotionShortage::Gain { .. } => None,
+    }
+}
+
+/// Leaves of the joints that the model does not explain, the worst first, only the first that is not `still` in the
+/// calibration: the friction of these is not known, which is another finding.
+fn keep_worst_unexplained(findings: &mut Vec<Finding>, still: &[&str]) {
+    let mut is_first = true;
+    findings.retain(|finding| match finding {
+        Finding::Data(Data::LoadUnexplained(load)) => {
+            let joint = load.joint.as_deref();
+            let is_known = joint.is_none_or(|joint| !still.contains(&joint));
+            is_known && std::mem::take(&mut is_first)
+        }
+        _ => true,
+    });
 }
 
 /// What an estimator found.
@@ -215,10 +245,13 @@ impl Identification {
         run: Run,
         result: BatchResult,
         fit: CalibratedFit,
+        shortages: &[MotionShortage],
     ) -> Self {
+        let still: Vec<&str> = shortages.iter().filter_map(still_joint).collect();
         let gravity = plan.equations.gravity_for(plan.sources.robot.base_kind());
         let mut solution = Solution::of_batch(result, gravity);
-        solution.findings.extend(fit.noisy_joints());
+        keep_worst_unexplained(&mut solution.findings, &still);
+        solution.findings.extend(fit.noisy_joints(&still));
         Self {
             calibrated: Some(fit),
             ..Self::assemble(plan, run, solution)

@@ -1,7 +1,7 @@
 //! Identification from a log or from arrays.
 
-use std::collections::HashSet;
-use std::path::Path;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 
 use crate::arrays::ArrayRecording;
 use crate::calibration::{identify_calibrated_arrays, identify_calibrated_log};
@@ -66,7 +66,11 @@ pub fn identify_logs<P: AsRef<Path>>(
     request: &Request,
     observer: &mut Observer<'_>,
 ) -> Result<Vec<Identification>, RecordingError> {
-    check_different(paths)?;
+    if let Some((_, second)) = same_log(paths) {
+        return Err(RecordingError::SameLogTwice(
+            paths[second].as_ref().display().to_string(),
+        ));
+    }
     let paths: Vec<&Path> = paths.iter().map(AsRef::as_ref).collect();
     let identify_one = |index: usize, observer: &mut Observer<'_>| {
         let run = identify_log(paths[index], request, observer);
@@ -75,18 +79,18 @@ pub fn identify_logs<P: AsRef<Path>>(
     in_parallel(paths.len(), observer, identify_one, |run| run.interrupted)
 }
 
-/// Checks that no two paths are the same log. A path that does not exist is left for its own error.
-fn check_different<P: AsRef<Path>>(paths: &[P]) -> Result<(), RecordingError> {
-    let mut seen = HashSet::new();
-    for path in paths {
-        let same = path.as_ref().canonicalize();
-        if same.is_ok_and(|same| !seen.insert(same)) {
-            return Err(RecordingError::SameLogTwice(
-                path.as_ref().display().to_string(),
-            ));
+/// Returns the indices of two paths that are the same log. A path that does not exist is left for its own error.
+pub(crate) fn same_log<P: AsRef<Path>>(paths: &[P]) -> Option<(usize, usize)> {
+    let mut seen: HashMap<PathBuf, usize> = HashMap::new();
+    for (index, path) in paths.iter().enumerate() {
+        let Ok(same) = path.as_ref().canonicalize() else {
+            continue;
+        };
+        if let Some(first) = seen.insert(same, index) {
+            return Some((first, index));
         }
     }
-    Ok(())
+    None
 }
 
 /// Identifies the payload from arrays, with the checks and the defaults of [`identify_log`].

@@ -1,5 +1,8 @@
 //! Phrases within the messages of errors.
 
+use tactid_identify::checks::PositionsBeyondLimits;
+use tactid_identify::three_digits;
+
 /// Returns the place of a line behind the name of a file.
 pub(crate) fn at_line(line: Option<usize>) -> String {
     line.map_or_else(String::new, |line| format!(":{line}"))
@@ -21,4 +24,17 @@ pub(crate) fn list_sensors(sensors: &[(String, String)]) -> String {
         .iter()
         .map(|(topic, frame)| format!("{topic} in `{frame}`"));
     named.collect::<Vec<_>>().join(", ")
+}
+
+/// Says which joint is beyond its limits, and what to check.
+pub(crate) fn positions(beyond: &PositionsBeyondLimits) -> String {
+    let joint = beyond.joints.first().map_or("", String::as_str);
+    let (lower, upper) = beyond.limits;
+    let [position, lower, upper] = [beyond.position, lower, upper].map(three_digits);
+    let advice = if beyond.are_degrees {
+        "they seem to be degrees, but must be in rad"
+    } else {
+        "check their units, the order of the joints and the URDF"
+    };
+    format!("`{joint}` reaches {position} of {lower} to {upper}; {advice}")
 }

@@ -98,8 +98,8 @@ fn joint(
     JointCalibration {
         name: NAMES[index].to_owned(),
         unit: ["N m", "N"][index],
-        gain: numbers.one(),
-        gain_std_dev: numbers.one(),
+        gain: 1.0 / parameters[36 + index],
+        gain_std_dev: numbers.one().abs(),
         offset: parameters[20 + index],
         viscous: parameters[22 + index],
         friction: (0..3).map(|k| parameters[24 + 2 * k + index]).collect(),
@@ -226,16 +226,72 @@ fn what_is_wrong_is_named_with_its_line() {
             Some(first_row),
             "40 rows",
         ),
-        ("tool = ".to_owned(), Some(1), ""),
+        ("tool = ".to_owned(), Some(1), "no file of a calibration"),
+        (
+            "<robot name=\"arm\">".to_owned(),
+            Some(1),
+            "no file of a calibration",
+        ),
     ];
     for (text, expected, part) in cases {
-        match read(&text).unwrap_err() {
-            RecordingError::CalibrationFile { line, reason, .. } => {
-                assert!(reason.contains(part), "{reason}");
-                assert_eq!(line, expected, "{reason}");
-            }
-            other => panic!("{other:?}"),
+        assert_refused(&text, expected, part);
+    }
+}
+
+/// Asserts that a file is refused, with the line and a part of the reason.
+fn assert_refused(text: &str, expected: Option<usize>, part: &str) {
+    match read(text).unwrap_err() {
+        RecordingError::CalibrationFile { line, reason, .. } => {
+            assert!(reason.contains(part), "{reason}");
+            assert_eq!(line, expected, "{reason}");
         }
+        other => panic!("{other:?}"),
+    }
+}
+
+/// A number that is not finite, and one that does not fit the number that it is derived from, are named with their line.
+#[test]
+fn numbers_that_were_edited_are_checked() {
+    let text = written(&arm());
+    let line_in = |name: &str, key: &str| {
+        let lines = text.lines().enumerate();
+        let mut rest = lines.skip_while(|(_, line)| *line != format!("name = \"{name}\""));
+        let found = rest.find(|(_, line)| line.starts_with(&format!("{key} = ")));
+        found.unwrap_or_else(|| panic!("{name} {key}")).0 + 1
+    };
+    let edited = |name: &str, key: &str, value: &str| -> String {
+        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+        lines[line_in(name, key) - 1] = format!("{key} = {value}");
+        lines.join("\n")
+    };
+    let cases = [
+        (
+            edited("slide", "gain", "1.9"),
+            Some(line_in("slide", "gain")),
+            "`gain` of the joint `slide` is not valid: 1.9 is not 1 / ",
+        ),
+        (
+            edited("slide", "gain_std_dev", "-1.0"),
+            Some(line_in("slide", "gain_std_dev")),
+            "it is negative",
+        ),
+        (
+            edited("slide", "friction", "[1.0, nan, 1.0]"),
+            Some(line_in("slide", "friction")),
+            "`friction` of the joint `slide` is not valid: NaN is not finite",
+        ),
+        (
+            edited(
+                "lower",
+                "scales",
+                "[1.0, 1.0, inf, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]",
+            ),
+            Some(line_in("lower", "scales")),
+            "`scales` of the link `lower` is not valid: inf is not finite",
+        ),
+    ];
+    for (text, expected, part) in cases {
+        assert_refused(&text, expected, part);
     }
 }
 

@@ -26,7 +26,8 @@ const MIN_WINDOWS: usize = 20;
 /// or have the opposite sign, [`IdentifyError::EffortDelay`] if they lag or lead by more than an eighth of a window,
 /// [`IdentifyError::CalibrationRobot`] or [`IdentifyError::CalibrationMismatch`] if the recordings are of different robots
 /// or have other cutoffs or gravity than the settings, [`IdentifyError::Value`] if a setting or a known payload is out of range, and
-/// [`IdentifyError::CalibrationFailed`] if the numbers are too large to be solved for.
+/// [`IdentifyError::GainsNotPositive`] if gains come out negative, and [`IdentifyError::CalibrationFailed`] if the numbers are
+/// too large to be solved for.
 pub fn calibrate(
     recordings: &[(EffortRecording, Option<KnownPayload>)],
     settings: &CalibrationSettings,

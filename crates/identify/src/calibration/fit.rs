@@ -105,7 +105,17 @@ fn solve(
 }
 
 /// Checks that the gains are positive, and that the delay is not longer than the windows can correct, s.
-fn check_unknowns(layout: &Layout, at: &Unknowns, window_s: f64) -> Result<(), IdentifyError> {
+fn check_unknowns(
+    layout: &Layout,
+    at: &Unknowns,
+    (joints, window_s): (&[String], f64),
+) -> Result<(), IdentifyError> {
+    let is_wrong = |joint: &usize| at.arm[layout.index(Group::InverseGain, *joint)] <= 0.0;
+    let wrong = (0..layout.joints).filter(is_wrong);
+    let joints: Vec<String> = wrong.map(|joint| joints[joint].clone()).collect();
+    if !joints.is_empty() {
+        return Err(IdentifyError::GainsNotPositive { joints });
+    }
     let delay_s = at.arm[layout.index(Group::Delay, 0)];
     let longest_s = LONGEST * window_s;
     if delay_s.abs() > longest_s {
@@ -114,11 +124,6 @@ fn check_unknowns(layout: &Layout, at: &Unknowns, window_s: f64) -> Result<(), I
             longest_s,
             window_s,
         });
-    }
-    let mut joints = 0..layout.joints;
-    let is_wrong = |joint| at.arm[layout.index(Group::InverseGain, joint)] <= 0.0;
-    if joints.any(is_wrong) {
-        return Err(IdentifyError::CalibrationFailed);
     }
     Ok(())
 }
@@ -166,7 +171,8 @@ pub(crate) fn fit(
     }
     let last = solve(&problem, &at, &noise)?;
     problem.add(&mut at, &last.step);
-    check_unknowns(&model.layout, &at, recordings[0].0.window_s())?;
+    let about = (arm.joints.as_slice(), recordings[0].0.window_s());
+    check_unknowns(&model.layout, &at, about)?;
     let log_evidence = evidence(&last, &noise, friction);
     let prior = problem.prior;
     Ok(Fitted {

@@ -13,7 +13,7 @@ use super::recording::EffortRecording;
 use super::rows::EffortModel;
 use crate::batch::{BatchResult, BatchSettings, FitReport};
 use crate::combine::LinearEstimate;
-use crate::diagnosis::{CONTRADICTION, consistent_parameters, mass_finding};
+use crate::diagnosis::{CONTRADICTION, consistent_parameters, mass_finding, nothing_held};
 use crate::equations::{Channel, window};
 use crate::finding::{Finding, UnexplainedLoad};
 use crate::result::{self, PayloadEstimate, is_physical};
@@ -120,6 +120,11 @@ impl Solution<'_> {
         });
         let is_not_kept = matches!(of_mass, Some(Finding::KnownMassNotKept { .. }));
         let inconsistent = inconsistent.filter(|_| !is_not_kept);
+        // That nothing is held is why a known mass is contradicted, and no second finding.
+        let is_contradicted = matches!(of_mass, Some(Finding::MassContradicted { .. }));
+        let of_data = of_data
+            .into_iter()
+            .filter(|finding| !(is_contradicted && matches!(finding, Finding::NothingHeld { .. })));
         let findings = of_mass.into_iter().chain(inconsistent).chain(of_data);
         let of_model = self.loaded[0].arm.findings.iter().cloned();
         CalibratedEstimate {
@@ -233,13 +238,15 @@ impl Solution<'_> {
         }
     }
 
-    /// Returns findings about the sign of the load and about joints that the model does not explain.
+    /// Returns findings about the sign of the load and about joints that the model does not explain, the worst first.
     fn data_findings(&self, fit: &FitReport) -> Vec<Finding> {
         let mut findings = Vec::new();
         let method = Method::Effort;
         let (load_kg, known_kg) = (self.free.parameters[0], self.tool[0]);
         let least_kg = -CONTRADICTION * mass_std_dev(self.free);
-        if load_kg < least_kg {
+        if let Some(nothing) = nothing_held(load_kg - known_kg, mass_std_dev(self.free)) {
+            findings.push(nothing);
+        } else if load_kg < least_kg {
             findings.push(Finding::NegativeMass {
                 method,
                 or_gravity: false,
@@ -260,9 +267,11 @@ impl Solution<'_> {
             let is_large = fit.residual_rms[*joint] > UNEXPLAINED_FRACTION * load_rms;
             is_large && *misfit > UNEXPLAINED
         });
-        let worst = unexplained.max_by(|a, b| a.1.total_cmp(&b.1));
-        findings.extend(worst.map(|(joint, misfit, load_rms)| {
+        let mut unexplained: Vec<_> = unexplained.collect();
+        unexplained.sort_by(|a, b| b.1.total_cmp(&a.1));
+        findings.extend(unexplained.into_iter().map(|(joint, misfit, load_rms)| {
             Finding::LoadUnexplained(UnexplainedLoad {
+                joint: Some(self.loaded[0].arm.joints[joint].clone()),
                 unit: fit.channels[joint].unit,
                 residual_rms: fit.residual_rms[joint],
                 load_rms,

@@ -118,7 +118,7 @@ pub enum MotionShortage {
     Gain {
         /// Name of the joint.
         joint: String,
-        /// Standard deviation of its gain.
+        /// Standard deviation of its gain, as a fraction of the gain.
         std_dev: f64,
     },
 }
@@ -233,12 +233,11 @@ fn shortages(joint: &JointCalibration, settings: &CalibrationSettings) -> Vec<Mo
             is_positive: positive > negative,
         });
     }
-    // In terms of the inverse gain, about which something was known.
-    let std_dev = joint.gain_std_dev / WIDENING / joint.gain.powi(2);
-    if settings.gain_std_dev > 0.0 && std_dev > GAIN_DETERMINED * settings.gain_std_dev {
+    let std_dev = joint.gain_std_dev / joint.gain;
+    if settings.gain_std_dev > 0.0 && std_dev > WIDENING * GAIN_DETERMINED * settings.gain_std_dev {
         shortages.push(MotionShortage::Gain {
             joint: name(),
-            std_dev: joint.gain_std_dev,
+            std_dev,
         });
     }
     shortages

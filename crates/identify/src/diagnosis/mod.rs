@@ -11,6 +11,7 @@ use tactid_dynamics::InertialParameters;
 
 pub(crate) use self::known_mass::mass_finding;
 use self::offset::{better_with_offset, has_significant_component};
+pub(crate) use self::signs::nothing_held;
 use self::signs::sign_findings;
 use self::unexplained::unexplained_load;
 use crate::equations::{Equation, EquationStream};

@@ -40,7 +40,10 @@ pub(super) fn sign_findings(
         });
     }
     if better.is_none()
-        && let Some(nothing) = nothing_held(given, known_bodies_kg)
+        && let Some(nothing) = nothing_held(
+            given.parameters[0] - known_bodies_kg,
+            given.mass_std_dev_kg(),
+        )
     {
         findings.push(nothing);
     } else if best_mass < 0.0 {
@@ -55,11 +58,7 @@ pub(super) fn sign_findings(
 }
 
 /// Reports a mass beyond the known bodies that is zero within its uncertainty.
-fn nothing_held(given: &Fit, known_bodies_kg: f64) -> Option<Finding> {
-    let (mass_kg, std_dev_kg) = (
-        given.parameters[0] - known_bodies_kg,
-        given.mass_std_dev_kg(),
-    );
+pub(crate) fn nothing_held(mass_kg: f64, std_dev_kg: f64) -> Option<Finding> {
     let is_zero = mass_kg.abs() <= INSIGNIFICANT * std_dev_kg && std_dev_kg.is_finite();
     is_zero.then_some(Finding::NothingHeld {
         mass_kg,

@@ -46,6 +46,7 @@ pub(crate) fn unexplained_load(
         .filter(|group| fraction(group) > LARGE_RESIDUAL && group.1 > FAR_BEYOND_NOISE * group.3)
         .max_by(|a, b| fraction(a).total_cmp(&fraction(b)))?;
     Some(Finding::LoadUnexplained(UnexplainedLoad {
+        joint: None,
         unit,
         residual_rms,
         load_rms,

@@ -31,6 +31,14 @@ def _result(text: str, *flags: str, metavar: str | None = None) -> Any:
     )
 
 
+_Masses: TypeAlias = Annotated[
+    list[str] | None,
+    _recordings(
+        "Mass that the payload adds to the unloaded arm: a number for each loaded recording. Unit:"
+        " kg.",
+        metavar="M,M,...",
+    ),
+]
 _Centers: TypeAlias = Annotated[
     list[str] | None,
     _recordings(
@@ -59,13 +67,7 @@ def calibrate_arm(
         list[Path] | None,
         _recordings("A recording with a payload of known mass, which finds the gains."),
     ] = None,
-    payload_mass: Annotated[
-        list[float] | None,
-        _recordings(
-            "Mass that the payload adds to the unloaded arm, once for each loaded recording. Unit:"
-            " kg."
-        ),
-    ] = None,
+    payload_mass: _Masses = None,
     payload_mass_std_dev: Annotated[
         float | None, _recordings("Standard deviation of these masses. Default: 0. Unit: kg.")
     ] = None,
@@ -78,7 +80,8 @@ def calibrate_arm(
     gain_std_dev: Annotated[
         str | None,
         _recordings(
-            "Standard deviation of the gains before the calibration: 0% where efforts are torques."
+            "Standard deviation of the gains before the calibration, in percent with the sign: 0%"
+            " where efforts are torques."
             " Default: 20% with loaded recordings; without any, 5% with --effort-gain, else 0%."
         ),
     ] = None,
@@ -91,18 +94,25 @@ def calibrate_arm(
     The numbers of one option are separated by commas or by spaces: --gravity 0 0 -9.81.
     """
     _check_files(out, report, options["urdf"], unloaded or [], loaded or [], hold_out or [])
+    masses = [
+        mass for text in payload_mass or () for mass in option_text.numbers("--payload-mass", text)
+    ]
     centers = [option_text.vector("--payload-com", text) for text in payload_com or ()]
     inertias = [option_text.inertia("--payload-inertia", text) for text in payload_inertia or ()]
     with interruptible("no calibration"), progress("calibrating") as done:
         arm = calibrate(
             unloaded or [],
             loaded=loaded or [],
-            payload_mass=payload_mass or None,
+            payload_mass=masses or None,
             payload_mass_std_dev=payload_mass_std_dev,
             payload_com=centers or None,
             payload_inertia=inertias or None,
             hold_out=hold_out or [],
-            gain_std_dev=_fraction(gain_std_dev),
+            gain_std_dev=(
+                None
+                if gain_std_dev is None
+                else option_text.std_dev_of_gains("--gain-std-dev", gain_std_dev)
+            ),
             options=read_options(dict.fromkeys(option_names()) | options),
             progress=done,
         )
@@ -128,13 +138,14 @@ def _check_files(
 
 
 def _write(arm: Calibration, out: Path, report: Path | None) -> None:
-    with interruptible("some of the files were not written"):
+    with interruptible(f"{out} was not written"):
         arm.write(out)
-        if report is not None:
-            from tactid import calibration_report  # imports matplotlib, which takes a while to load
+    if report is None:
+        return
+    with interruptible(f"{out} is written, {report} is not"), notes.status("drawing"):
+        from tactid import calibration_report  # imports matplotlib, which takes a while to load
 
-            with notes.status("drawing"):
-                calibration_report.write_report(arm, report, "command-line")
+        calibration_report.write_report(arm, report, "command-line")
 
 
 def _print(arm: Calibration, *, as_json: bool) -> None:
@@ -145,17 +156,6 @@ def _print(arm: Calibration, *, as_json: bool) -> None:
     print_whole(calibration_text.rich_table(arm))
     for line in calibration_text.lines(arm, "command-line"):
         notes.print(line, markup=False)
-
-
-def _fraction(text: str | None) -> float | None:
-    """Reads the standard deviation of the gains, which may be zero."""
-    if text is None:
-        return None
-    try:
-        is_zero = float(text.strip().removesuffix("%")) == 0.0
-    except ValueError:
-        is_zero = False
-    return 0.0 if is_zero else option_text.fraction("--gain-std-dev", text)
 
 
 def _show_options() -> None:

@@ -13,8 +13,9 @@ from tactid._native import MassProperties
 from tactid.calibration import Calibration, from_model
 from tactid.calibration_data import CalibrationLog
 from tactid.declaration import with_options
-from tactid.errors import ArgumentError
+from tactid.errors import ArgumentError, CalibrationError
 from tactid.findings import DataFault, Finding
+from tactid.naming import counted
 from tactid.options import Options, collect
 
 _Path: TypeAlias = str | os.PathLike[str]
@@ -90,25 +91,53 @@ def calibrate(
         ArgumentError: An option is unknown, does not apply or is out of range.
     """
     collected = collect(options, keywords, "calibration", ("unloaded", *OWN))
-    without, held = _paths(unloaded), _paths(hold_out)
+    without, held = _paths("unloaded", unloaded), _paths("hold_out", hold_out)
+    gain_std_dev = _number("gain_std_dev", gain_std_dev)
     known = (payload_mass, payload_mass_std_dev, payload_com, payload_inertia)
-    payloads = _payloads(_paths(loaded), *known)
+    payloads = _payloads(_paths("loaded", loaded), *known)
     run = _native.calibrate_logs(without, payloads, held, gain_std_dev, collected, progress)
     inputs = {
         f"the log {path}": path for path in (*without, *(each[0] for each in payloads), *held)
     }
     if isinstance(collected.urdf, str | os.PathLike):
         inputs |= {} if str(collected.urdf).lstrip().startswith("<") else {"`urdf`": collected.urdf}
+    logs = [_log(log) for log in run["logs"]]
+    _check_positions(logs)
     return from_model(
         run["model"],
         gain_prior=run["gain_prior"],
-        logs=[_log(log) for log in run["logs"]],
+        logs=logs,
         inputs={words: Path(path).absolute() for words, path in inputs.items()},
     )
 
 
-def _paths(given: _Paths) -> list[_Path]:
-    return [given] if isinstance(given, str | os.PathLike) else list(given)
+def _check_positions(logs: Sequence[CalibrationLog]) -> None:
+    """Checks that no log has positions in degrees: a model of sines of other angles is of no use.
+
+    Of efforts whose gains are given, the fit itself does not fail with them.
+    """
+    for log in logs:
+        for finding in log.findings:
+            if finding.kind == "positions_beyond_limits" and finding.data["are_degrees"]:
+                raise CalibrationError(f"{log.path}: {finding}")
+
+
+def _paths(name: str, given: _Paths) -> list[_Path]:
+    if isinstance(given, str | os.PathLike):
+        return [given]
+    is_list = isinstance(given, list | tuple)
+    if not is_list or not all(isinstance(path, str | os.PathLike) for path in given):
+        raise ArgumentError(
+            f"`{name}` is {given!r}: expected the path of a log, or a list of paths", option=name
+        )
+    return list(given)
+
+
+def _number(name: str, given: float | None) -> float | None:
+    """Returns one number, or None."""
+    if given is not None and (isinstance(given, str) or np.ndim(given) != 0):
+        raise ArgumentError(f"`{name}` is {given!r}: expected one number", option=name)
+    return None if given is None else float(given)
 
 
 def _payloads(
@@ -134,11 +163,16 @@ def _payloads(
             "`payload_mass` is missing: give the mass of each loaded log's payload",
             option="payload_mass",
         )
+    if isinstance(masses, str) or np.ndim(masses) > 1:
+        raise ArgumentError(
+            f"`payload_mass` is {masses!r}: expected a number for each loaded log",
+            option="payload_mass",
+        )
     each = np.atleast_1d(np.asarray(masses, dtype=float)).tolist()
     if len(each) != len(logs):
+        counts = f"{counted(len(each), 'mass', 'masses')} for {counted(len(logs), 'loaded log')}"
         raise ArgumentError(
-            f"`payload_mass` has {len(each)} masses for {len(logs)} loaded logs: give one for each",
-            option="payload_mass",
+            f"`payload_mass` has {counts}: give one for each", option="payload_mass"
         )
     if inertias is not None and coms is None:
         raise ArgumentError(
@@ -150,7 +184,7 @@ def _payloads(
     for mass, center, inertia in zip(each, centers, about, strict=True):
         if inertia is not None and not _is_possible(mass, center, inertia):
             raise ArgumentError("`payload_inertia` is that of no body", option="payload_inertia")
-    std_devs = [0.0 if std_dev is None else std_dev] * len(logs)
+    std_devs = [_number("payload_mass_std_dev", std_dev) or 0.0] * len(logs)
     return list(zip(logs, each, std_devs, centers, about, strict=True))
 
 

@@ -20,7 +20,7 @@ Role = Literal["unloaded", "loaded", "hold_out"]
 
 
 @with_fields
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class CalibrationLog:
     """A log of a calibration: measured and modelled efforts of W windows and n joints."""
 
@@ -58,6 +58,10 @@ class CalibrationLog:
     def residual_after(self) -> Array:
         """Rms of measured less calibrated efforts, N m or N, (n,)."""
         return _rms(self.measured - self.calibrated)
+
+    def __repr__(self) -> str:
+        about = f"{self.role}, {self.duration:.1f} s, {len(self.time)} windows"
+        return f"<tactid.CalibrationLog: {self.path.name}, {about}>"
 
 
 @with_fields

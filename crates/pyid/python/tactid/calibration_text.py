@@ -92,11 +92,23 @@ def lines(arm: CalibrationData, style: Style = "keyword") -> list[str]:
     """Returns what a reader must know besides the table, a line each."""
     return [
         *(each.worded(style) for each in arm.shortages),
+        *_without_unloaded(arm),
         *(_hold_out(arm, log) for log in arm.logs if log.role == "hold_out"),
         *(line for log in arm.logs for line in _of_log(log, style)),
         gains(arm),
         _delay(arm),
         _data(arm),
+    ]
+
+
+def _without_unloaded(arm: CalibrationData) -> list[str]:
+    """Says what the masses of the payloads mean where no recording is without a payload."""
+    if not arm.logs or any(log.role == "unloaded" for log in arm.logs):
+        return []
+    return [
+        "No recording is without a payload: the masses of the payloads are what the arm holds"
+        " beyond the URDF, and errors of the links are hard to distinguish from gains. Record the"
+        " unloaded arm, too."
     ]
 
 

@@ -52,8 +52,30 @@ def combined_remarks(result: CombinationData, style: Style = "keyword") -> list[
         *([f"No body can have these parameters: {reason}."] if reason is not None else []),
         *(noticed.worded(style) for noticed in result.findings),
         *([agreed] if agreed is not None else []),
-        *unobservable_values(result.estimate, advised=not wrong),
-        *uncertain_values(result.estimate, advised=not wrong),
+        *_of_the_unknown(result, advised=not wrong),
+    ]
+
+
+def _of_the_unknown(result: CombinationData, *, advised: bool) -> list[str]:
+    """Says which values are not identifiable.
+
+    Where recordings disagree, another motion does not help with what one of them determines alone.
+    """
+    unknown = result.estimate.not_identifiable
+    alone = [
+        name
+        for name in unknown
+        if any(name not in run.estimate.not_identifiable for run in result.runs)
+    ]
+    if result.agreement.agree or not alone:
+        return [
+            *unobservable_values(result.estimate, advised=advised),
+            *uncertain_values(result.estimate, advised=advised),
+        ]
+    return [
+        f"Not identifiable together: {', '.join(unknown)}. The recordings determine"
+        f" {'some of ' if len(alone) < len(unknown) else ''}them, but disagree: identify each"
+        " alone, and combine those of one payload."
     ]
 
 

@@ -87,6 +87,16 @@ def fractions(flag: str, text: str) -> list[float]:
     return found
 
 
+def std_dev_of_gains(flag: str, text: str) -> float:
+    """Reads one percentage with its sign as a fraction of one; 0 needs no sign."""
+    if text.strip() == "0":
+        return 0.0
+    each = fractions(flag, text)
+    if len(each) != 1 or not 0.0 <= each[0] < float("inf"):
+        raise ArgumentError(f"{flag} is {text!r}: expected one percentage that is not negative")
+    return each[0]
+
+
 def fraction(flag: str, text: str) -> float:
     """Reads a positive percentage, with or without its sign, as a fraction of one."""
     try:

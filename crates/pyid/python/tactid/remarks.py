@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactid._native import VALUE_NAMES
-from tactid.findings import CONTRADICTIONS, DOUBTS
+from tactid.calibration_wording import efforts_noisier
+from tactid.findings import CONTRADICTIONS, DOUBTS, Finding
 from tactid.identification import IdentificationData
 from tactid.naming import Style, counted, duration, listed, option_name
 from tactid.payload import PayloadEstimate
@@ -39,11 +40,18 @@ def remarks(result: IdentificationData, style: Style = "keyword") -> list[str]:
                 *_of_the_body(result),
                 *_of_the_unknown(result, style),
                 *_of_the_samples(result),
-                *(noticed.worded(style) for noticed in others),
+                *_in_words(others, style),
                 *map(str, result.faults),
             ]
         )
     )
+
+
+def _in_words(findings: Sequence[Finding], style: Style) -> list[str]:
+    """Returns a sentence for each finding, and one for all joints that are noisier."""
+    noisier = [each for each in findings if each.kind == "effort_noisier"]
+    together = [efforts_noisier([each.data for each in noisier])] if noisier else []
+    return together + [each.worded(style) for each in findings if each not in noisier]
 
 
 def _of_the_body(result: IdentificationData) -> list[str]:

@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from tactid.calibration_wording import CALIBRATION_FINDINGS, SHORTAGES
 from tactid.model_wording import MODEL_FINDINGS
 from tactid.naming import Style, counted, listed, option_name
 from tactid.sample_wording import SAMPLE_FINDINGS
@@ -34,7 +35,7 @@ P_SHOWN = 1e-6
 
 def finding(kind: str, data: Data, style: Style) -> str:
     """Says what was noticed on the way from the recording to the payload, in sentences."""
-    return (_FINDINGS | _SHORTAGES)[kind](data, style)
+    return (_FINDINGS | SHORTAGES)[kind](data, style)
 
 
 def _gravity_contradicted(data: Data, style: Style) -> str:
@@ -103,7 +104,12 @@ def _with_interval(value: float, half_width: float) -> str:
 
 
 def _load_unexplained(data: Data, style: Style) -> str:
-    fraction = data["residual_rms"] / data["load_rms"]
+    load_rms = data["load_rms"]
+    # A channel that measures nothing at all has no load.
+    fraction = data["residual_rms"] / load_rms if load_rms else math.inf
+    joint = data["joint"]
+    what = "the load" if joint is None else f"the effort of {joint}"
+    share = f"{100 * fraction:.0f} % of {what}" if load_rms else f"{what}, which is zero"
     times = data["residual_rms"] / max(data["noise_rms"], 1e-300)
     beyond = f"{times:.0f} times the noise" if times < 1e4 else "far beyond the noise"
     reasons = {
@@ -123,7 +129,7 @@ def _load_unexplained(data: Data, style: Style) -> str:
     digits = digits_of(data["residual_rms"])
     residual, load = (f"{data[name]:.{digits}f}" for name in ("residual_rms", "load_rms"))
     return (
-        f"The model does not explain {100 * fraction:.0f} % of the load (rms {residual} of {load}"
+        f"The model does not explain {share} (rms {residual} of {load}"
         f" {data['unit']}, {beyond}), and the intervals do not contain this error."
         f" {reasons[data['method']]}"
     )
@@ -288,36 +294,6 @@ def _joints_renamed(data: Data, style: Style) -> str:
     )
 
 
-def _effort_noisier(data: Data, _: Style) -> str:
-    return (
-        f"The effort of {data['joint']} is {data['noise_ratio']:.1f} times as noisy as at the"
-        " calibration, and counts less: check temperature, wear and what else has changed, and"
-        " calibrate anew."
-    )
-
-
-def _joint_still(data: Data, _: Style) -> str:
-    return (
-        f"{data['joint']} does not move (at most {data['max_velocity']:.2g} rad/s or m/s): its"
-        " friction is not known. Record a motion of this joint in both directions."
-    )
-
-
-def _joint_one_direction(data: Data, _: Style) -> str:
-    direction = "positive" if data["is_positive"] else "negative"
-    return (
-        f"{data['joint']} moves in the {direction} direction only: its offset and its Coulomb"
-        " friction cannot be distinguished. Record a motion in both directions."
-    )
-
-
-def _gain_uncertain(data: Data, _: Style) -> str:
-    return (
-        f"The gain of {data['joint']} stays uncertain, ± {100 * Z95 * data['std_dev']:.2g} %:"
-        " record a heavier payload of known mass, in postures in which this joint carries it."
-    )
-
-
 def _unknown_joints(data: Data, _: Style) -> str:
     return (
         "Joints that the URDF does not have, or that do not move in it, were left out:"
@@ -400,7 +376,6 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "frame_assumed": _frame_assumed,
     "wrenches_summed": _wrenches_summed,
     "joints_renamed": _joints_renamed,
-    "effort_noisier": _effort_noisier,
     "unknown_joints": _unknown_joints,
     "absent_joints": _absent_joints,
     "late_start": _late_start,
@@ -409,18 +384,13 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "no_stamps": _no_stamps,
     "delay_corrected": _delay_corrected,
     "delay_doubtful": _delay_doubtful,
+    **CALIBRATION_FINDINGS,
     **SAMPLE_FINDINGS,
     **MODEL_FINDINGS,
-}
-
-_SHORTAGES: dict[str, Callable[[Data, Style], str]] = {
-    "joint_still": _joint_still,
-    "joint_one_direction": _joint_one_direction,
-    "gain_uncertain": _gain_uncertain,
 }
 
 FINDING_KINDS = tuple(_FINDINGS)
 """Every kind of finding about the recording of an identification."""
 
-SHORTAGE_KINDS = tuple(_SHORTAGES)
+SHORTAGE_KINDS = tuple(SHORTAGES)
 """Every kind of finding about what the motion of a calibration does not determine."""

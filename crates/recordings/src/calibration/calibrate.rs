@@ -2,15 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use tactid_identify::IdentifyError;
 use tactid_identify::calibration::{
     CalibrationResult, CalibrationSettings, EffortComparison, EffortRecording, KnownPayload,
     calibrate_interruptibly,
 };
+use tactid_identify::{Finding as DataFinding, IdentifyError};
 
 use super::arm::ArmCalibration;
 use super::record::Recorded;
 use crate::defaults::{CLAIMED_GAIN_STD_DEV, effort_gains};
+use crate::identify::same_log;
 use crate::log::LogRecording;
 use crate::progress::part_of;
 use crate::run::Run;
@@ -83,7 +84,8 @@ pub struct CalibrationRun {
 /// times a second.
 ///
 /// # Errors
-/// Returns [`RecordingError::NothingToCalibrate`] if no log is given, [`RecordingError::InRecording`] with the log and the
+/// Returns [`RecordingError::NothingToCalibrate`] if no log is given, [`RecordingError::CalibratingLogTwice`] if two paths are
+/// the same log, [`RecordingError::InRecording`] with the log and the
 /// reason if one cannot be used, [`RecordingError::Interrupted`] if the observer stops the work, and
 /// [`RecordingError::Identify`] if a value is out of range or the recordings do not suffice.
 pub fn calibrate_logs(
@@ -105,6 +107,7 @@ pub fn calibrate_logs(
         ..request.for_efforts(&settings)
     };
     let all = logs.by_role();
+    check_different(&all)?;
     let (mut calibrating, mut held_out, mut used) = (Vec::new(), Vec::new(), Vec::new());
     let mut effort_gain = Vec::new();
     for (index, log) in all.iter().enumerate() {
@@ -123,7 +126,13 @@ pub fn calibrate_logs(
     });
     let result = result.map_err(|error| match error {
         IdentifyError::Interrupted => RecordingError::Interrupted,
-        error => error.into(),
+        error => {
+            let mut noted = used.iter();
+            let cause = noted.find_map(|(log, notes)| {
+                Some(wrong_positions(&notes.findings)?.in_recording(log.path))
+            });
+            cause.unwrap_or(error.into())
+        }
     })?;
     let comparisons = compare(&result, &calibrating, &held_out)?;
     let logs = used.into_iter().zip(comparisons);
@@ -186,6 +195,35 @@ impl CalibratingLogs {
     }
 }
 
+/// Checks that no log is given twice.
+fn check_different(logs: &[Log<'_>]) -> Result<(), RecordingError> {
+    let paths: Vec<&Path> = logs.iter().map(|log| log.path).collect();
+    let Some((first, second)) = same_log(&paths) else {
+        return Ok(());
+    };
+    let is_held_out = logs[second].role == LogRole::HeldOut;
+    Err(RecordingError::CalibratingLogTwice {
+        path: logs[second].path.to_owned(),
+        because: if logs[first].role == logs[second].role {
+            "its noise would count twice"
+        } else if is_held_out {
+            "a recording that calibrates the arm is no independent check"
+        } else {
+            "it either has a payload or not"
+        },
+    })
+}
+
+/// Returns the error that positions beyond their limits are, where this is why efforts cannot be explained.
+fn wrong_positions(findings: &[Finding]) -> Option<RecordingError> {
+    findings.iter().find_map(|finding| match finding {
+        Finding::Data(DataFinding::PositionsBeyondLimits(beyond)) => {
+            Some(RecordingError::PositionsBeyondLimits(beyond.clone()))
+        }
+        _ => None,
+    })
+}
+
 /// What was counted and noticed while a log was read.
 struct Notes {
     effort_gain: Vec<f64>,
@@ -219,10 +257,12 @@ fn read(
     if run.interrupted {
         return Err(RecordingError::Interrupted);
     }
-    windows.check_efforts(log.payload.as_ref())?;
     let mut findings = plan.sources.findings.clone();
     findings.extend(plan.findings);
     findings.extend(run.findings.iter().cloned());
+    windows
+        .check_efforts(log.payload.as_ref())
+        .map_err(|error| wrong_positions(&findings).unwrap_or(error.into()))?;
     let robot = &plan.sources.robot;
     let gains = effort_gains(request, robot.joint_names());
     let gain = |joint: &String| robot.joint_index(joint).map_or(1.0, |index| gains[index]);

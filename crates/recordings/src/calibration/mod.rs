@@ -2,6 +2,7 @@
 
 mod arm;
 mod calibrate;
+mod check;
 mod file;
 mod layout;
 mod payload;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use tactid_identify::IdentifyError;
 use tactid_identify::calibration::EffortRecording;
 
 use super::arm::ArmCalibration;
@@ -33,7 +34,8 @@ pub(crate) fn identify_calibrated_log(
         }
         None => None,
     };
-    let log = LogRecording::open(path, &efforts, observer)?;
+    let log = LogRecording::open(path, &efforts, observer);
+    let log = log.map_err(|error| of_the_tool(error, request, calibration))?;
     identify(&log, &efforts, calibration, unloaded, observer)
 }
 
@@ -77,6 +79,27 @@ fn request_with(
         tip: Some(request.tip.clone().unwrap_or(tool)),
         ..request.for_efforts(&calibration.settings())
     })
+}
+
+/// Returns the error that the calibration is of another robot where this has no link of the name of the calibration's tool.
+fn of_the_tool(
+    error: RecordingError,
+    request: &Request,
+    calibration: &ArmCalibration,
+) -> RecordingError {
+    match error {
+        RecordingError::UnknownTip { .. } | RecordingError::UnknownFrame { topic: None, .. }
+            if request.tip.is_none() =>
+        {
+            let expected = calibration.model.tool.clone();
+            RecordingError::Identify(IdentifyError::CalibrationRobot {
+                what: "tool",
+                expected,
+                found: String::new(),
+            })
+        }
+        other => other,
+    }
 }
 
 /// Returns an unloaded reference as a recording of its own, of the robot of the loaded arrays.
@@ -132,7 +155,11 @@ fn identify(
         noise_fraction: found.noise_fraction,
         updated_by_unloaded: unloaded.is_some(),
     };
-    Ok(Identification::of_calibrated(plan, run, found.result, fit))
+    let shortages = &calibration.report.shortages;
+    let of_payload = found.result;
+    Ok(Identification::of_calibrated(
+        plan, run, of_payload, fit, shortages,
+    ))
 }
 
 /// Checks that the calibration is of the robot of a recording.

@@ -12,6 +12,7 @@ use tactid_identify::calibration::{
 use toml::Spanned;
 
 use super::arm::ArmCalibration;
+use super::check::{Fault, check_numbers};
 use super::layout::{Layout, OF_LINK};
 use super::shortage::Shortage;
 
@@ -35,13 +36,6 @@ const HEADER: &str = "\
 # then every kind of unknown for all joints, then the delay.
 
 ";
-
-/// Why a text is no calibration.
-#[derive(Debug)]
-pub(super) struct Fault {
-    pub(super) line: Option<usize>,
-    pub(super) reason: String,
-}
 
 /// What every version of the file has.
 #[derive(Deserialize)]
@@ -149,7 +143,11 @@ pub(super) fn parse(text: &str) -> Result<ArmCalibration, Fault> {
         line: error.span().map(|span| line_of(text, span.start)),
         reason: error.message().to_owned(),
     };
-    let Versioned { version } = toml::from_str(text).map_err(fault)?;
+    let versioned = toml::from_str(text).map_err(fault);
+    let Versioned { version } = versioned.map_err(|fault| Fault {
+        reason: format!("this is no file of a calibration: {}", fault.reason),
+        ..fault
+    })?;
     if version != VERSION {
         let reason = format!(
             "the calibration has the version {version}, but this tactid reads the version {VERSION}: calibrate anew"
@@ -157,7 +155,9 @@ pub(super) fn parse(text: &str) -> Result<ArmCalibration, Fault> {
         return Err(Fault { line: None, reason });
     }
     let file: File = toml::from_str(text).map_err(fault)?;
-    file.into_arm(text)
+    let arm = file.into_arm(text)?;
+    check_numbers(&arm, text)?;
+    Ok(arm)
 }
 
 fn line_of(text: &str, at: usize) -> usize {

@@ -20,13 +20,20 @@ impl Renaming {
     /// of the log, or all of the robot, must have names that are the same behind a prefix of the log and one of the robot.
     ///
     /// # Errors
-    /// Returns [`RecordingError::RenamedJoint`] if a requested name is not in the log, or not one of the robot.
+    /// Returns [`RecordingError::RenamedJoint`] if a requested name is not in the log, or not one of the robot, and
+    /// [`RecordingError::RenamedTwice`] if two are to have the same name.
     pub(crate) fn new(
         recorded: &BTreeSet<&String>,
         joints: &[String],
         requested: &[(String, String)],
     ) -> Result<Self, RecordingError> {
-        for (name, joint) in requested {
+        for (index, (name, joint)) in requested.iter().enumerate() {
+            if let Some((other, _)) = requested[..index].iter().find(|(_, known)| known == joint) {
+                return Err(RecordingError::RenamedTwice {
+                    recorded: [other.clone(), name.clone()],
+                    joint: joint.clone(),
+                });
+            }
             let in_log = !recorded.contains(name);
             if in_log || !joints.contains(joint) {
                 let log: Vec<&str> = recorded.iter().map(|name| name.as_str()).collect();

@@ -1,0 +1,80 @@
+"""Findings about calibrations in words: what their motion lacks, and what has changed since."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from tactid.naming import Style, listed
+from tactid.values import Z95
+
+Data = Mapping[str, Any]
+
+LARGEST_RATIO = 1000
+"""Ratio of noise above which the number itself is not shown."""
+
+
+def _effort_noisier(data: Data, _: Style) -> str:
+    return efforts_noisier([data])
+
+
+def efforts_noisier(joints: Sequence[Data]) -> str:
+    """Says which efforts are noisier than at the calibration: one sentence for all joints."""
+    names = listed([data["joint"] for data in joints])
+    ratios = listed([_ratio(data["noise_ratio"]) for data in joints])
+    one = len(joints) == 1
+    subject, count = (
+        (f"The effort of {names} is", "counts") if one else (f"The efforts of {names} are", "count")
+    )
+    return (
+        f"{subject} {ratios} times as noisy as at the calibration, and {count} less; what the model"
+        " does not explain may make the values wrong by more than their intervals. Check"
+        " temperature, wear and what else has changed, and calibrate anew."
+    )
+
+
+def _ratio(ratio: float) -> str:
+    shown = f"{ratio:.1f}" if ratio < 10 else f"{ratio:.0f}"
+    return shown if ratio < LARGEST_RATIO else f"more than {LARGEST_RATIO}"
+
+
+def _joint_uncalibrated(data: Data, _: Style) -> str:
+    return (
+        f"{data['joint']} moves, but did not move when the arm was calibrated: its friction is not"
+        " known, and its effort counts little. Record a motion of this joint in both directions,"
+        " and calibrate anew."
+    )
+
+
+def _joint_still(data: Data, _: Style) -> str:
+    return (
+        f"{data['joint']} does not move (at most {data['max_velocity']:.2g} rad/s or m/s): its"
+        " friction is not known. Record a motion of this joint in both directions."
+    )
+
+
+def _joint_one_direction(data: Data, _: Style) -> str:
+    direction = "positive" if data["is_positive"] else "negative"
+    return (
+        f"{data['joint']} moves in the {direction} direction only: its offset and its Coulomb"
+        " friction cannot be distinguished. Record a motion in both directions."
+    )
+
+
+def _gain_uncertain(data: Data, _: Style) -> str:
+    return (
+        f"The gain of {data['joint']} stays uncertain, ± {100 * Z95 * data['std_dev']:.2g} %:"
+        " record a heavier payload of known mass, in postures in which this joint carries it."
+    )
+
+
+CALIBRATION_FINDINGS: dict[str, Callable[[Data, Style], str]] = {
+    "effort_noisier": _effort_noisier,
+    "joint_uncalibrated": _joint_uncalibrated,
+}
+"""Sentences about a recording that is identified with a calibration."""
+
+SHORTAGES: dict[str, Callable[[Data, Style], str]] = {
+    "joint_still": _joint_still,
+    "joint_one_direction": _joint_one_direction,
+    "gain_uncertain": _gain_uncertain,
+}
+"""Sentences about what the motion of a calibration does not determine."""

@@ -1,0 +1,107 @@
+//! Checks of numbers that people may have edited in the file of a calibration.
+
+use super::arm::ArmCalibration;
+use super::layout::Layout;
+
+/// Largest difference of `gain` from the inverse of `inverse_gain`, a fraction: the rounding of one division, and of
+/// numbers that were written with twelve digits.
+const ROUNDING: f64 = 1e-12;
+
+/// Why a text is no calibration.
+#[derive(Debug)]
+pub(super) struct Fault {
+    pub(super) line: Option<usize>,
+    pub(super) reason: String,
+}
+
+/// Checks that the numbers of joints and links are finite, and that those which are derived from others fit them: an edit
+/// of one of the two alone would have no effect.
+pub(super) fn check_numbers(arm: &ArmCalibration, text: &str) -> Result<(), Fault> {
+    let layout = Layout {
+        links: arm.model.links.len(),
+        joints: arm.model.joints.len(),
+        frictions: arm.model.friction_widths.len(),
+    };
+    for (index, joint) in arm.report.joints.iter().enumerate() {
+        let place = Place {
+            text,
+            kind: "joint",
+            index,
+            name: &joint.name,
+        };
+        let unknowns = layout.joint(&arm.model.parameters, index);
+        let inverse_gain = unknowns.last().copied().unwrap_or(f64::NAN);
+        place.check_finite("gain", &[joint.gain])?;
+        place.check_finite("gain_std_dev", &[joint.gain_std_dev])?;
+        place.check_finite("offset", &[joint.offset])?;
+        place.check_finite("viscous", &[joint.viscous])?;
+        place.check_finite("friction", &joint.friction)?;
+        place.check_finite("load_friction", &[joint.load_friction])?;
+        place.check_finite("payload_friction", &[joint.payload_friction])?;
+        place.check_finite("rotor_inertia", &[joint.rotor_inertia])?;
+        place.check_finite("inverse_gain", &[inverse_gain])?;
+        place.check_finite("scales", &layout.joint(&arm.model.scales, index))?;
+        if (joint.gain * inverse_gain - 1.0).abs() > ROUNDING {
+            let reason = format!("{} is not 1 / {inverse_gain}, the inverse gain", joint.gain);
+            return Err(place.fault("gain", &reason));
+        }
+        if joint.gain_std_dev < 0.0 {
+            return Err(place.fault("gain_std_dev", "it is negative"));
+        }
+    }
+    for (index, link) in arm.report.links.iter().enumerate() {
+        let place = Place {
+            text,
+            kind: "link",
+            index,
+            name: &link.name,
+        };
+        place.check_finite("described", link.described.as_vector().as_slice())?;
+        place.check_finite("calibrated", link.calibrated.as_vector().as_slice())?;
+        place.check_finite("scales", &layout.link(&arm.model.scales, index))?;
+    }
+    Ok(())
+}
+
+/// The table of a joint or a link in a file.
+struct Place<'a> {
+    text: &'a str,
+    /// `joint` or `link`.
+    kind: &'static str,
+    index: usize,
+    name: &'a str,
+}
+
+impl Place<'_> {
+    fn check_finite(&self, key: &str, numbers: &[f64]) -> Result<(), Fault> {
+        match numbers.iter().find(|number| !number.is_finite()) {
+            Some(number) => Err(self.fault(key, &format!("{number} is not finite"))),
+            None => Ok(()),
+        }
+    }
+
+    fn fault(&self, key: &str, reason: &str) -> Fault {
+        let Self { kind, name, .. } = self;
+        Fault {
+            line: self.line_of(key),
+            reason: format!("`{key}` of the {kind} `{name}` is not valid: {reason}"),
+        }
+    }
+
+    /// Returns the number of the line of a key; `None` where the table is not laid out as tactid writes it.
+    fn line_of(&self, key: &str) -> Option<usize> {
+        let header = format!("[[{}]]", self.kind);
+        let lines = self.text.lines().enumerate();
+        let mut tables = lines.clone().filter(|(_, line)| line.trim() == header);
+        let (first, _) = tables.nth(self.index)?;
+        let is_key = |line: &str| {
+            let (name, _) = line.split_once('=').unwrap_or_default();
+            name.trim() == key
+        };
+        let of_table = lines.skip(first + 1);
+        let mut of_table = of_table.take_while(|(_, line)| !line.trim_start().starts_with('['));
+        of_table
+            .find(|(_, line)| is_key(line))
+            .map(|(number, _)| number + 1)
+    }
+}
