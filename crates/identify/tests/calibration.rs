@@ -195,9 +195,12 @@ fn contradictions_are_reported() {
     let found = findings(&loaded, heavy);
     let is_too_heavy = |f: &Finding| matches!(f, Finding::KnownBodiesTooHeavy { .. });
     assert!(found.iter().any(is_too_heavy), "{found:?}");
-    // Twice the friction of the calibration.
-    world.double_friction();
-    let loaded = record(&mut world, Some(&body), 6.0);
+    // The efforts of two joints are exchanged.
+    let mut exchanged = world.measure(Some(&body), 6.0);
+    for state in &mut exchanged {
+        state[2].swap(1, 2);
+    }
+    let loaded = recorded(&described(), &exchanged, &CalibrationSettings::default());
     let found = findings(&loaded, BatchSettings::default());
     assert!(
         found

@@ -27,6 +27,7 @@
 
 mod arm;
 mod calibrate;
+mod change;
 mod checks;
 mod compare;
 mod delay;
