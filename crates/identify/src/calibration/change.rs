@@ -4,8 +4,14 @@
 //! while links, rotors and the delay stay. The prior of an identification is therefore that of the calibration with a
 //! variance of the change added to the friction and to the inverse gains: `(P⁻¹ + D)⁻¹` with the precision `P` of the
 //! calibration and a diagonal `D`. How large the change is, the recordings of the day show: their evidence chooses it.
+//!
+//! Where all gains are uncertain, recordings of an unknown payload do not determine their scale: links and payload times a
+//! factor, and inverse gains divided by it, give the same efforts. Along this direction `s` the calibration's distribution
+//! is curved, which a normal distribution of links and gains is not: it would contradict every other scale, and pull the
+//! payload. The scale is therefore held with the rest conditional on it, and its variance `1 / (sᵀ P s)` is added to that
+//! of the payload.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::layout::{Group, Layout};
 use super::rows::Unknowns;
@@ -35,12 +41,16 @@ pub(crate) struct Change {
     pub(crate) gain: f64,
 }
 
+/// Precision of the scale of all gains while it is held, relative to that of its prior.
+const HELD_SCALE: f64 = 1e4;
+
 /// A change that is compared with others, and the precision of the arm's unknowns with it.
 #[derive(Clone, Debug)]
 struct Candidate {
     change: Change,
     precision: DMatrix<f64>,
     log_det: f64,
+    scale_variance: f64,
 }
 
 /// All changes that are compared.
@@ -48,8 +58,18 @@ struct Candidate {
 pub(crate) struct Changes(Vec<Candidate>);
 
 impl Changes {
-    /// Computes the prior with each change. Gains that are known exactly do not change.
-    pub(crate) fn new(layout: &Layout, prior: &Prior) -> Result<Self, IdentifyError> {
+    /// Computes the prior with each change. Gains that are known exactly do not change. The scale of gains that are
+    /// uncertain is held if `holds_scale`.
+    pub(crate) fn new(
+        layout: &Layout,
+        prior: &Prior,
+        holds_scale: bool,
+    ) -> Result<Self, IdentifyError> {
+        let scale = if holds_scale {
+            scale_direction(layout, prior)
+        } else {
+            None
+        };
         let failed = || IdentifyError::CalibrationFailed;
         let factor = prior.precision.clone().cholesky().ok_or_else(failed)?;
         let covariance = factor.inverse();
@@ -76,10 +96,13 @@ impl Changes {
                     }
                 }
                 let factor = changed.cholesky().ok_or_else(failed)?;
+                let mut precision = factor.inverse();
+                let scale_variance = scale.as_ref().map_or(0.0, |s| hold(&mut precision, s));
                 candidates.push(Candidate {
                     change: Change { friction, gain },
                     log_det: -2.0 * factor.l_dirty().diagonal().map(f64::ln).sum(),
-                    precision: factor.inverse(),
+                    precision,
+                    scale_variance,
                 });
             }
         }
@@ -87,13 +110,13 @@ impl Changes {
     }
 
     /// Gives a problem the prior with the change that the recordings make most probable, about some unknowns at which
-    /// `data` are their normal equations, and returns it.
+    /// `data` are their normal equations, and returns it with the variance of the scale that is held.
     pub(crate) fn choose(
         &self,
         problem: &mut Problem<'_>,
         at: &Unknowns,
         data: &NormalEquations,
-    ) -> Result<Change, IdentifyError> {
+    ) -> Result<(Change, f64), IdentifyError> {
         let mut best: Option<(f64, &Candidate)> = None;
         for candidate in &self.0 {
             problem.prior.precision.copy_from(&candidate.precision);
@@ -105,8 +128,38 @@ impl Changes {
         }
         let (_, best) = best.ok_or(IdentifyError::CalibrationFailed)?;
         problem.prior.precision.copy_from(&best.precision);
-        Ok(best.change)
+        Ok((best.change, best.scale_variance))
     }
+}
+
+/// Returns the direction of links and inverse gains, in their units, that multiplies all torques by a factor and leaves the
+/// efforts; `None` where a gain is known.
+fn scale_direction(layout: &Layout, prior: &Prior) -> Option<DVector<f64>> {
+    let gains = layout.range(Group::InverseGain);
+    if prior.scales[gains.clone()]
+        .iter()
+        .any(|scale| *scale == 0.0)
+    {
+        return None;
+    }
+    let links = layout.link_range();
+    Some(DVector::from_fn(prior.mean.len(), |k, _| {
+        if links.contains(&k) {
+            prior.mean[k] / prior.scales[k]
+        } else if gains.contains(&k) {
+            -prior.mean[k] / prior.scales[k]
+        } else {
+            0.0
+        }
+    }))
+}
+
+/// Holds a direction of a normal distribution with a precision, and returns the variance that it had.
+fn hold(precision: &mut DMatrix<f64>, direction: &DVector<f64>) -> f64 {
+    let product = &*precision * direction;
+    let of_direction = direction.dot(&product);
+    *precision += HELD_SCALE / of_direction * &product * product.transpose();
+    1.0 / of_direction
 }
 
 impl Candidate {

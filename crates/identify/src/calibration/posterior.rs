@@ -88,11 +88,14 @@ fn solve(
     noise: &[EffortNoise],
     scales: [f64; 10],
 ) -> Result<Posterior, IdentifyError> {
-    let changes = Changes::new(&problem.model.layout, &problem.prior)?;
+    // A known mass determines the scale of the gains.
+    let holds_scale = problem.payload_rows[0].is_empty();
+    let changes = Changes::new(&problem.model.layout, &problem.prior, holds_scale)?;
     let mut change = Change {
         friction: 0.0,
         gain: 0.0,
     };
+    let mut scale_variance = 0.0;
     let mut at = problem.start();
     let mut misfit = vec![1.0; noise.len()];
     let mut last = None;
@@ -106,7 +109,7 @@ fn solve(
             .collect();
         let data = problem.data_equations(&at, &enlarged);
         if chooses {
-            change = changes.choose(problem, &at, &data)?;
+            (change, scale_variance) = changes.choose(problem, &at, &data)?;
         }
         let step = step(problem, &data.plus(problem.prior_equations(&at)))?;
         misfit = problem.misfit(&at, &step.step, &enlarged);
@@ -125,7 +128,8 @@ fn solve(
     let scales = Vector::from(scales);
     Ok(Posterior {
         parameters: payloads[0],
-        covariance: covariance(&last.spectrum, &scales),
+        covariance: covariance(&last.spectrum, &scales)
+            + scale_variance * payloads[0] * payloads[0].transpose(),
         noise_covariance: covariance(&Spectrum::new(last.alone), &scales),
         null_space: last.spectrum.null_space(scales),
         excitation: last.spectrum.excitation(),
