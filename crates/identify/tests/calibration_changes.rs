@@ -1,6 +1,6 @@
 //! Payloads on arms that have changed since their calibration.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 #[path = "common/effort_arm.rs"]
 mod effort_arm;
@@ -10,7 +10,7 @@ use tactid_dynamics::MassProperties;
 use tactid_identify::calibration::{
     Calibration, CalibrationSettings, EffortRecording, KnownPayload, calibrate,
 };
-use tactid_identify::{BatchSettings, HALF_WIDTH_95};
+use tactid_identify::{BatchSettings, HALF_WIDTH_95, IdentifyError};
 
 /// Calibrates an arm with unknown gains by a recording without payload, and one with a payload of known mass.
 fn calibrated(world: &mut World) -> Calibration {
@@ -120,4 +120,55 @@ fn efforts_that_are_larger_than_at_the_calibration() {
             alone.coverage()
         );
     }
+}
+
+/// A recording that should be without payload, and holds that of the loaded one or another, is an error.
+#[test]
+fn an_unloaded_recording_with_a_payload() {
+    let mut world = World::new(70);
+    let calibration = calibrated(&mut world);
+    let (body, other) = (payload(2.5, &mut world), payload(0.8, &mut world));
+    let loaded = [record(&mut world, Some(&body), 20.0)];
+    let with_other = [record(&mut world, Some(&other), 20.0)];
+    for (unloaded, held_kg) in [(&loaded, 2.5), (&with_other, 0.8)] {
+        let refused = calibration.identify(&loaded, unloaded, &BatchSettings::default());
+        let IdentifyError::UnloadedHolds { mass_kg, .. } = refused.unwrap_err() else {
+            panic!("another error");
+        };
+        assert!((mass_kg - held_kg).abs() < 0.03, "{mass_kg}");
+    }
+}
+
+/// Gains far from what was given are errors: those of all joints, where a mass is in pounds or the recording without
+/// payload holds one, and that of a single joint.
+#[test]
+fn gains_that_contradict_what_was_given() {
+    let refused = |world: &mut World, empty: Option<&MassProperties>, known_kg: f64| {
+        let weight = payload(4.0, world);
+        let unloaded = record(world, empty, 20.0);
+        let loaded = record(world, Some(&weight), 20.0);
+        let settings = CalibrationSettings {
+            gain_std_dev: 0.2,
+            ..CalibrationSettings::default()
+        };
+        let known = KnownPayload::of_mass(known_kg, 0.0);
+        calibrate(&[(unloaded, None), (loaded, Some(known))], &settings)
+    };
+    let pounds = refused(&mut World::new(71), None, 8.818);
+    let IdentifyError::GainsUnexpected { factor } = pounds.unwrap_err() else {
+        panic!("another error");
+    };
+    assert!((factor - 2.2).abs() < 0.3, "{factor}");
+
+    let mut world = World::new(72);
+    world.gains[2] = 40.0;
+    let units = refused(&mut world, None, 4.0);
+    let IdentifyError::GainUnexpected { joint, gain, .. } = units.unwrap_err() else {
+        panic!("another error");
+    };
+    assert!(
+        joint == "joint_3" && (gain - 40.0).abs() < 2.0,
+        "{joint} {gain}"
+    );
+    assert!(refused(&mut World::new(73), None, 4.0).is_ok());
 }

@@ -136,10 +136,7 @@ impl Changes {
 /// efforts; `None` where a gain is known.
 fn scale_direction(layout: &Layout, prior: &Prior) -> Option<DVector<f64>> {
     let gains = layout.range(Group::InverseGain);
-    if prior.scales[gains.clone()]
-        .iter()
-        .any(|scale| *scale == 0.0)
-    {
+    if prior.scales[gains.clone()].contains(&0.0) {
         return None;
     }
     let links = layout.link_range();

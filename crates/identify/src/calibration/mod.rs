@@ -40,6 +40,7 @@ mod model;
 mod noise;
 mod noise_fit;
 mod payload;
+mod plausibility;
 mod posterior;
 mod recorder;
 mod recording;
