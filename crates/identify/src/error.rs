@@ -166,6 +166,41 @@ pub enum IdentifyError {
         /// Names of the joints.
         joints: Vec<String>,
     },
+    /// The gain of a joint is far from what was known of it before a calibration.
+    #[error(
+        "the gain of `{joint}` comes out as {}, where 1 ± {} was expected: give the effort gain of this joint, or check that it is this joint's effort",
+        three_digits(*gain),
+        three_digits(*std_dev)
+    )]
+    GainUnexpected {
+        /// Name of the joint.
+        joint: String,
+        /// The gain, relative to the one that was given.
+        gain: f64,
+        /// Standard deviation that was given, a fraction.
+        std_dev: f64,
+    },
+    /// The gains of all joints are far from what was known of them before a calibration, by the same factor.
+    #[error(
+        "the gains of all joints are about {} times what was expected: check that the masses of the payloads are in kg, that the recordings without payload hold none, and the effort gains",
+        three_digits(*factor)
+    )]
+    GainsUnexpected {
+        /// Their geometric mean, relative to the given ones.
+        factor: f64,
+    },
+    /// A recording without payload, which should update a calibration, shows one.
+    #[error(
+        "the unloaded recording holds a payload of {} ± {} kg: give one of the empty arm",
+        three_digits(*mass_kg),
+        three_digits(*half_width_kg)
+    )]
+    UnloadedHolds {
+        /// Mass of the payload, kg.
+        mass_kg: f64,
+        /// Half width of its 95 % interval, kg.
+        half_width_kg: f64,
+    },
     /// Efforts lag or lead the motion by more than a calibration can correct.
     #[error(
         "the efforts lag the motion by {} ms, and windows of {} s correct {} ms: correct their stamps",

@@ -147,6 +147,9 @@ impl IntoPyErr for IdentifyError {
             Self::NoEfforts
             | Self::Interrupted
             | Self::EffortReversed { .. }
+            | Self::GainUnexpected { .. }
+            | Self::GainsUnexpected { .. }
+            | Self::UnloadedHolds { .. }
             | Self::EffortConstant { .. }
             | Self::GainsNotPositive { .. }
             | Self::EffortSignChanged { .. }

@@ -6,6 +6,7 @@ use super::arm::PLAIN;
 use super::fit::{MOVES, fit};
 use super::interruption::InterruptionCheck;
 use super::payload::KnownPayload;
+use super::plausibility::check_gains;
 use super::recording::{EffortRecording, check_settings};
 use super::reference::reference_fit;
 use super::report::{CalibrationResult, report};
@@ -23,7 +24,8 @@ const MIN_WINDOWS: usize = 20;
 /// Returns [`IdentifyError::TooFewWindows`] if the recordings have fewer than twenty windows in all,
 /// [`IdentifyError::NoMotion`] if no joint moves, [`IdentifyError::NoEfforts`] if all efforts are constant,
 /// [`IdentifyError::EffortConstant`] or [`IdentifyError::EffortReversed`] if those of one joint are constant while it moves
-/// or have the opposite sign, [`IdentifyError::EffortDelay`] if they lag or lead by more than an eighth of a window,
+/// or have the opposite sign, [`IdentifyError::GainUnexpected`] or [`IdentifyError::GainsUnexpected`] if gains are more than
+/// five standard deviations from what the settings say of them, [`IdentifyError::EffortDelay`] if they lag or lead by more than an eighth of a window,
 /// [`IdentifyError::CalibrationRobot`] or [`IdentifyError::CalibrationMismatch`] if the recordings are of different robots
 /// or have other cutoffs or gravity than the settings, [`IdentifyError::Value`] if a setting or a known payload is out of range, and
 /// [`IdentifyError::GainsNotPositive`] if gains come out negative, and [`IdentifyError::CalibrationFailed`] if the numbers are
@@ -58,9 +60,11 @@ pub fn calibrate_interruptibly(
     } else {
         plain
     };
+    let report = report(&given, &best, settings)?;
+    check_gains(&report.joints, settings.gain_std_dev)?;
     Ok(CalibrationResult {
         calibration: best.calibration(&given[0].0.arm)?,
-        report: report(&given, &best, settings)?,
+        report,
     })
 }
 

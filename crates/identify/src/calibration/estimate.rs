@@ -32,6 +32,12 @@ pub struct CalibratedEstimate {
     /// Mean square of the whitened residual of each joint: about one where the joint is as noisy as in the calibration.
     /// Where it is larger, the noise of the joint is enlarged by so much.
     pub misfit: Vec<f64>,
+    /// Standard deviation of the change of friction since the calibration that makes the recordings most probable, in
+    /// units of the friction that joints of the arm typically have; 0 where they show no change.
+    pub friction_change: f64,
+    /// Standard deviation of the change of the gains since the calibration that makes the recordings most probable, a
+    /// fraction; 0 where they show no change, and where gains are known.
+    pub gain_change: f64,
 }
 
 impl CalibratedEstimate {

@@ -17,6 +17,7 @@ use crate::diagnosis::{CONTRADICTION, consistent_parameters, mass_finding, nothi
 use crate::equations::{Channel, window};
 use crate::finding::{Finding, UnexplainedLoad};
 use crate::result::{self, PayloadEstimate, is_physical};
+use crate::solve::HALF_WIDTH_95;
 use crate::solve::intervals::intervals;
 use crate::solve::subspace::{Matrix, Vector};
 use crate::solve::uncertainty::{ValueStdDevs, jacobian, observability, std_devs};
@@ -32,11 +33,19 @@ const MIN_WINDOWS: usize = 6;
 const UNEXPLAINED: f64 = 5.0 * 5.0;
 const UNEXPLAINED_FRACTION: f64 = 0.1;
 
+/// Unloaded recordings hold a payload if its mass is so many standard deviations, and the mean squares of the residuals are
+/// so many times as large without it.
+const HELD_STD_DEVS: f64 = 5.0;
+const HELD_MISFIT: f64 = 2.0;
+
 impl Calibration {
     /// Identifies the payload that the arm holds in all of the `loaded` recordings, together with the arm. `unloaded` are
-    /// recordings of the same day without payload, which update the calibration first; there may be none.
+    /// recordings of the same day without payload, which update the calibration first; there may be none. Friction and, where
+    /// they were uncertain, gains may have changed since the calibration, by as much as the recordings show. A change of the
+    /// gains by 2 % or less is often hidden by the payload unless there is an unloaded recording.
     ///
-    /// The field `delay` of the settings is ignored. Cost: four passes over all windows.
+    /// The field `delay` of the settings is ignored. Cost: eight passes over all windows, sixteen with unloaded
+    /// recordings.
     ///
     /// # Errors
     /// Returns [`IdentifyError::TooFewWindows`] if the loaded recordings have fewer than six windows,
@@ -44,7 +53,7 @@ impl Calibration {
     /// has another cutoff or gravity, [`IdentifyError::EffortConstant`] or [`IdentifyError::EffortSignChanged`] if the efforts
     /// of a joint are constant while it moves or have the opposite sign of those that calibrated the arm,
     /// [`IdentifyError::CalibrationData`] for data that do not fit together, the errors of
-    /// [`BatchSettings::check`], and [`IdentifyError::CalibrationFailed`] if the numbers are too large to be solved for.
+    /// [`BatchSettings::check`], [`IdentifyError::UnloadedHolds`] if the unloaded recordings show a payload, and [`IdentifyError::CalibrationFailed`] if the numbers are too large to be solved for.
     pub fn identify(
         &self,
         loaded: &[EffortRecording],
@@ -76,6 +85,11 @@ impl Calibration {
             Some(mass) => Some(solve(Some(mass.with(tool[0])))?),
             None => None,
         };
+        if !unloaded.is_empty() {
+            let alone =
+                |recordings| posterior(&model, &prior, &self.noise, (recordings, &[]), None);
+            check_unloaded(&free, &alone(unloaded)?, &alone(loaded)?)?;
+        }
         let solution = Solution {
             model: &model,
             loaded,
@@ -151,6 +165,8 @@ impl Solution<'_> {
             covariance,
             noise_fraction,
             misfit: best.misfit.clone(),
+            friction_change: best.change.friction,
+            gain_change: best.change.gain,
         }
     }
 
@@ -281,6 +297,26 @@ impl Solution<'_> {
         }));
         findings
     }
+}
+
+/// Checks that unloaded recordings hold nothing: a payload of theirs, where it is not zero, must not explain far more than
+/// a change of the arm does. The three solutions are those of all recordings, with nothing in the unloaded ones, of the
+/// unloaded ones with a payload, and of the loaded ones.
+fn check_unloaded(
+    together: &Posterior,
+    unloaded: &Posterior,
+    loaded: &Posterior,
+) -> Result<(), IdentifyError> {
+    let misfit = |of: &Posterior| of.misfit.iter().copied().fold(1.0, f64::max);
+    let (mass_kg, std_dev_kg) = (unloaded.parameters[0], mass_std_dev(unloaded));
+    let separate = misfit(unloaded).max(misfit(loaded));
+    if mass_kg > HELD_STD_DEVS * std_dev_kg && misfit(together) > HELD_MISFIT * separate {
+        return Err(IdentifyError::UnloadedHolds {
+            mass_kg,
+            half_width_kg: HALF_WIDTH_95 * std_dev_kg,
+        });
+    }
+    Ok(())
 }
 
 /// Returns the widened standard deviation of the mass of the whole load, kg; infinite where it is not determined.

@@ -27,6 +27,7 @@
 
 mod arm;
 mod calibrate;
+mod change;
 mod checks;
 mod compare;
 mod delay;
@@ -39,6 +40,7 @@ mod model;
 mod noise;
 mod noise_fit;
 mod payload;
+mod plausibility;
 mod posterior;
 mod recorder;
 mod recording;

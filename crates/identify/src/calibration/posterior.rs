@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SMatrix};
 
+use super::change::{Change, Changes};
 use super::fit::PAYLOAD_SCALES;
 use super::noise::EffortNoise;
 use super::payload::PayloadRow;
@@ -13,8 +14,13 @@ use crate::solve::KnownMass;
 use crate::solve::spectrum::{Excitation, Spectrum};
 use crate::solve::subspace::{Matrix, NullSpace, Vector};
 
-/// Number of passes: the load-dependent friction and the gains are linearised about the last payload.
-const PASSES: usize = 4;
+/// Numbers of passes: the load-dependent friction and the gains are linearised about the last payload, which the first
+/// passes find with the arm as it was at the calibration and enlarged noise. The next ones choose how much the arm has
+/// changed, with the noise of the calibration: residuals are explained by a change before they count as noise. The last
+/// ones find how much noise remains.
+const START_PASSES: usize = 3;
+const CHANGE_PASSES: usize = 3;
+const LAST_PASSES: usize = 2;
 
 /// A payload, given recordings and what is known of the arm.
 #[derive(Clone, Debug)]
@@ -29,6 +35,8 @@ pub(crate) struct Posterior {
     pub(crate) excitation: Excitation,
     /// Mean square of the whitened residual of each joint, with the noise of the calibration.
     pub(crate) misfit: Vec<f64>,
+    /// Change of the arm since its calibration.
+    pub(crate) change: Change,
     /// Unknowns of the arm.
     pub(crate) arm: Vec<f64>,
 }
@@ -65,31 +73,45 @@ pub(crate) fn posterior(
         target: mass.mass_kg,
         std_dev: mass.std_dev_kg,
     };
-    let problem = Problem {
+    let mut problem = Problem {
         model,
         blocks: loaded.chain(unloaded).collect(),
         prior: prior.clone(),
         payload_scales: vec![scales],
         payload_rows: vec![mass.map(row).into_iter().collect()],
     };
-    solve(&problem, noise, scales)
+    solve(&mut problem, noise, scales)
 }
 
 fn solve(
-    problem: &Problem<'_>,
+    problem: &mut Problem<'_>,
     noise: &[EffortNoise],
     scales: [f64; 10],
 ) -> Result<Posterior, IdentifyError> {
+    // A known mass determines the scale of the gains.
+    let holds_scale = problem.payload_rows[0].is_empty();
+    let changes = Changes::new(&problem.model.layout, &problem.prior, holds_scale)?;
+    let mut change = Change {
+        friction: 0.0,
+        gain: 0.0,
+    };
+    let mut scale_variance = 0.0;
     let mut at = problem.start();
     let mut misfit = vec![1.0; noise.len()];
     let mut last = None;
-    for _ in 0..PASSES {
-        let factors: Vec<f64> = misfit.iter().map(|misfit: &f64| misfit.max(1.0)).collect();
+    for pass in 0..START_PASSES + CHANGE_PASSES + LAST_PASSES {
+        let chooses = (START_PASSES..START_PASSES + CHANGE_PASSES).contains(&pass);
+        let factor = |misfit: &f64| if chooses { 1.0 } else { misfit.max(1.0) };
+        let factors: Vec<f64> = misfit.iter().map(factor).collect();
         let pairs = noise.iter().zip(&factors);
         let enlarged: Vec<_> = pairs
             .map(|(noise, factor)| noise.enlarged(*factor))
             .collect();
-        let step = step(problem, &problem.normal_equations(&at, &enlarged))?;
+        let data = problem.data_equations(&at, &enlarged);
+        if chooses {
+            (change, scale_variance) = changes.choose(problem, &at, &data)?;
+        }
+        let step = step(problem, &data.plus(problem.prior_equations(&at)))?;
         misfit = problem.misfit(&at, &step.step, &enlarged);
         misfit
             .iter_mut()
@@ -106,11 +128,13 @@ fn solve(
     let scales = Vector::from(scales);
     Ok(Posterior {
         parameters: payloads[0],
-        covariance: covariance(&last.spectrum, &scales),
+        covariance: covariance(&last.spectrum, &scales)
+            + scale_variance * payloads[0] * payloads[0].transpose(),
         noise_covariance: covariance(&Spectrum::new(last.alone), &scales),
         null_space: last.spectrum.null_space(scales),
         excitation: last.spectrum.excitation(),
         misfit,
+        change,
         arm,
     })
 }

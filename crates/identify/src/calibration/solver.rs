@@ -49,6 +49,17 @@ pub(crate) struct NormalEquations {
     pub(crate) squares: f64,
 }
 
+impl NormalEquations {
+    /// Returns the sum of two independent pieces of knowledge.
+    pub(crate) fn plus(mut self, other: Self) -> Self {
+        self.matrix += other.matrix;
+        self.rhs += other.rhs;
+        self.log_det += other.log_det;
+        self.squares += other.squares;
+        self
+    }
+}
+
 impl Problem<'_> {
     /// Number of unknowns of the arm.
     pub(crate) fn arm_len(&self) -> usize {
@@ -70,7 +81,18 @@ impl Problem<'_> {
 
     /// Returns the normal equations at these unknowns, with the noise of each joint.
     pub(crate) fn normal_equations(&self, at: &Unknowns, noise: &[EffortNoise]) -> NormalEquations {
-        let mut normal = self.prior_equations(at);
+        self.data_equations(at, noise)
+            .plus(self.prior_equations(at))
+    }
+
+    /// Returns the normal equations of the recordings alone at these unknowns, with the noise of each joint.
+    pub(crate) fn data_equations(&self, at: &Unknowns, noise: &[EffortNoise]) -> NormalEquations {
+        let mut normal = NormalEquations {
+            matrix: DMatrix::zeros(self.len(), self.len()),
+            rhs: DVector::zeros(self.len()),
+            log_det: 0.0,
+            squares: 0.0,
+        };
         for block in &self.blocks {
             for (joint, noise) in noise.iter().enumerate() {
                 let mut rows = self.rows(block, joint, at);
@@ -93,7 +115,7 @@ impl Problem<'_> {
     }
 
     /// Returns the normal equations of what is known before.
-    fn prior_equations(&self, at: &Unknowns) -> NormalEquations {
+    pub(crate) fn prior_equations(&self, at: &Unknowns) -> NormalEquations {
         let (arm, all) = (self.arm_len(), self.len());
         let mut matrix = DMatrix::zeros(all, all);
         let mut rhs = DVector::zeros(all);

@@ -93,10 +93,10 @@ impl World {
         }
     }
 
-    /// Doubles the friction of all joints.
-    pub(crate) fn double_friction(&mut self) {
+    /// Multiplies Coulomb and viscous friction of all joints by a factor.
+    pub(crate) fn scale_friction(&mut self, factor: f64) {
         for friction in self.coulomb.iter_mut().chain(&mut self.viscous) {
-            *friction *= 2.0;
+            *friction *= factor;
         }
     }
 

@@ -1,0 +1,182 @@
+//! What may have changed in the arm since its calibration.
+//!
+//! Friction changes by tens of percent with temperature and wear, and the efforts of a warm motor are some percent off,
+//! while links, rotors and the delay stay. The prior of an identification is therefore that of the calibration with a
+//! variance of the change added to the friction and to the inverse gains: `(P⁻¹ + D)⁻¹` with the precision `P` of the
+//! calibration and a diagonal `D`. How large the change is, the recordings of the day show: their evidence chooses it.
+//!
+//! Where all gains are uncertain, recordings of an unknown payload do not determine their scale: links and payload times a
+//! factor, and inverse gains divided by it, give the same efforts. Along this direction `s` the calibration's distribution
+//! is curved, which a normal distribution of links and gains is not: it would contradict every other scale, and pull the
+//! payload. The scale is therefore held with the rest conditional on it, and its variance `1 / (sᵀ P s)` is added to that
+//! of the payload.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::layout::{Group, Layout};
+use super::rows::Unknowns;
+use super::solver::{NormalEquations, Prior, Problem};
+use crate::IdentifyError;
+
+/// Standard deviations of the change of friction that are compared, in units of the friction that joints of the arm
+/// typically have.
+const FRICTION: [f64; 8] = [0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0];
+
+/// Standard deviations of the change of gains that are compared, fractions. The least is not smaller, because a payload
+/// hides much of a change of the gains of an arm that carries more than the payload.
+const GAIN: [f64; 4] = [0.0, 0.02, 0.05, 0.15];
+
+/// Precision of a payload in its units, weak and positive: a payload that the motion does not determine has evidence, too.
+const PAYLOAD_PRECISION: f64 = 1e-4;
+
+/// Logarithm of the odds against a change of the gains before a recording shows it.
+const GAIN_ODDS: f64 = 3.0;
+
+/// How much an arm has changed since its calibration: standard deviations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Change {
+    /// Change of friction and offset, in units of the friction that joints of the arm typically have.
+    pub(crate) friction: f64,
+    /// Change of the gains, a fraction.
+    pub(crate) gain: f64,
+}
+
+/// Precision of the scale of all gains while it is held, relative to that of its prior.
+const HELD_SCALE: f64 = 1e4;
+
+/// A change that is compared with others, and the precision of the arm's unknowns with it.
+#[derive(Clone, Debug)]
+struct Candidate {
+    change: Change,
+    precision: DMatrix<f64>,
+    log_det: f64,
+    scale_variance: f64,
+}
+
+/// All changes that are compared.
+#[derive(Clone, Debug)]
+pub(crate) struct Changes(Vec<Candidate>);
+
+impl Changes {
+    /// Computes the prior with each change. Gains that are known exactly do not change. The scale of gains that are
+    /// uncertain is held if `holds_scale`.
+    pub(crate) fn new(
+        layout: &Layout,
+        prior: &Prior,
+        holds_scale: bool,
+    ) -> Result<Self, IdentifyError> {
+        let scale = if holds_scale {
+            scale_direction(layout, prior)
+        } else {
+            None
+        };
+        let failed = || IdentifyError::CalibrationFailed;
+        let factor = prior.precision.clone().cholesky().ok_or_else(failed)?;
+        let covariance = factor.inverse();
+        let gains = layout.range(Group::InverseGain);
+        let may_change = prior.scales[gains.clone()].iter().any(|scale| *scale > 0.0);
+        let gain_changes = if may_change { &GAIN[..] } else { &GAIN[..1] };
+        let mut candidates = Vec::new();
+        for &gain in gain_changes {
+            for friction in FRICTION {
+                let mut changed = covariance.clone();
+                for group in layout.groups() {
+                    let is_friction = matches!(
+                        group,
+                        Group::Offset | Group::Viscous | Group::Friction(_) | Group::Load
+                    );
+                    for k in layout.range(group) {
+                        changed[(k, k)] += match group {
+                            Group::InverseGain if prior.scales[k] > 0.0 => {
+                                (gain * prior.mean[k] / prior.scales[k]).powi(2)
+                            }
+                            _ if is_friction => friction * friction,
+                            _ => 0.0,
+                        };
+                    }
+                }
+                let factor = changed.cholesky().ok_or_else(failed)?;
+                let mut precision = factor.inverse();
+                let scale_variance = scale.as_ref().map_or(0.0, |s| hold(&mut precision, s));
+                candidates.push(Candidate {
+                    change: Change { friction, gain },
+                    log_det: -2.0 * factor.l_dirty().diagonal().map(f64::ln).sum(),
+                    precision,
+                    scale_variance,
+                });
+            }
+        }
+        Ok(Self(candidates))
+    }
+
+    /// Gives a problem the prior with the change that the recordings make most probable, about some unknowns at which
+    /// `data` are their normal equations, and returns it with the variance of the scale that is held.
+    pub(crate) fn choose(
+        &self,
+        problem: &mut Problem<'_>,
+        at: &Unknowns,
+        data: &NormalEquations,
+    ) -> Result<(Change, f64), IdentifyError> {
+        let mut best: Option<(f64, &Candidate)> = None;
+        for candidate in &self.0 {
+            problem.prior.precision.copy_from(&candidate.precision);
+            let log_evidence = candidate.log_evidence(problem, at, data);
+            let is_better = |(best, _): (f64, _)| log_evidence > best;
+            if log_evidence.is_finite() && best.is_none_or(is_better) {
+                best = Some((log_evidence, candidate));
+            }
+        }
+        let (_, best) = best.ok_or(IdentifyError::CalibrationFailed)?;
+        problem.prior.precision.copy_from(&best.precision);
+        Ok((best.change, best.scale_variance))
+    }
+}
+
+/// Returns the direction of links and inverse gains, in their units, that multiplies all torques by a factor and leaves the
+/// efforts; `None` where a gain is known.
+fn scale_direction(layout: &Layout, prior: &Prior) -> Option<DVector<f64>> {
+    let gains = layout.range(Group::InverseGain);
+    if prior.scales[gains.clone()].contains(&0.0) {
+        return None;
+    }
+    let links = layout.link_range();
+    Some(DVector::from_fn(prior.mean.len(), |k, _| {
+        if links.contains(&k) {
+            prior.mean[k] / prior.scales[k]
+        } else if gains.contains(&k) {
+            -prior.mean[k] / prior.scales[k]
+        } else {
+            0.0
+        }
+    }))
+}
+
+/// Holds a direction of a normal distribution with a precision, and returns the variance that it had.
+fn hold(precision: &mut DMatrix<f64>, direction: &DVector<f64>) -> f64 {
+    let product = &*precision * direction;
+    let of_direction = direction.dot(&product);
+    *precision += HELD_SCALE / of_direction * &product * product.transpose();
+    1.0 / of_direction
+}
+
+impl Candidate {
+    /// Returns the logarithm of the evidence of the linearised equations, but for a constant; NaN where they cannot be
+    /// solved.
+    fn log_evidence(&self, problem: &Problem<'_>, at: &Unknowns, data: &NormalEquations) -> f64 {
+        let mut normal = data.clone().plus(problem.prior_equations(at));
+        for k in problem.arm_len()..problem.len() {
+            normal.matrix[(k, k)] += PAYLOAD_PRECISION;
+        }
+        let Some(factor) = normal.matrix.cholesky() else {
+            return f64::NAN;
+        };
+        let log_det = 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
+        let least_squares = normal.squares - normal.rhs.dot(&factor.solve(&normal.rhs));
+        let odds = if self.change.gain > 0.0 {
+            GAIN_ODDS
+        } else {
+            0.0
+        };
+        -0.5 * (least_squares + log_det - self.log_det) - odds
+    }
+}

@@ -1,0 +1,45 @@
+//! Gains that contradict what was known of them before a calibration.
+
+use super::report::JointCalibration;
+use crate::IdentifyError;
+
+/// Distance from the given gain that contradicts it, in its standard deviations, and the least that does, a fraction.
+const CONTRADICTED: f64 = 5.0;
+const LEAST: f64 = 0.1;
+
+/// Standard deviation below which a gain is found, a fraction of the gain.
+const FOUND: f64 = 0.2;
+
+/// Largest ratio of gains that count as all off by the same factor: motors of one arm differ by some tens of percent.
+const SAME: f64 = 2.0;
+
+/// Checks that the gains are not far from those that were given, with a standard deviation, a fraction; 0 where they are
+/// not estimated.
+pub(crate) fn check_gains(joints: &[JointCalibration], std_dev: f64) -> Result<(), IdentifyError> {
+    if std_dev == 0.0 {
+        return Ok(());
+    }
+    let is_far = |joint: &JointCalibration| {
+        let distance = (joint.gain - 1.0).abs().max((1.0 / joint.gain - 1.0).abs());
+        distance > (CONTRADICTED * std_dev).max(LEAST)
+    };
+    let is_found = |joint: &&JointCalibration| joint.gain_std_dev < FOUND * joint.gain;
+    let found: Vec<_> = joints.iter().filter(is_found).collect();
+    let Some(first) = found.iter().find(|joint| is_far(joint)) else {
+        return Ok(());
+    };
+    let gains = || found.iter().map(|joint| joint.gain);
+    let (low, high) = (
+        gains().fold(f64::INFINITY, f64::min),
+        gains().fold(0.0, f64::max),
+    );
+    if found.len() > 1 && high < SAME * low {
+        let mean = gains().map(f64::ln).sum::<f64>() / found.len() as f64;
+        return Err(IdentifyError::GainsUnexpected { factor: mean.exp() });
+    }
+    Err(IdentifyError::GainUnexpected {
+        joint: first.name.clone(),
+        gain: first.gain,
+        std_dev,
+    })
+}

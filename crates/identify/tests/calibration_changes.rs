@@ -1,0 +1,174 @@
+//! Payloads on arms that have changed since their calibration.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+#[path = "common/effort_arm.rs"]
+mod effort_arm;
+
+use effort_arm::{World, payload, record, values};
+use tactid_dynamics::MassProperties;
+use tactid_identify::calibration::{
+    Calibration, CalibrationSettings, EffortRecording, KnownPayload, calibrate,
+};
+use tactid_identify::{BatchSettings, HALF_WIDTH_95, IdentifyError};
+
+/// Calibrates an arm with unknown gains by a recording without payload, and one with a payload of known mass.
+fn calibrated(world: &mut World) -> Calibration {
+    let weight = payload(2.805, world);
+    let unloaded = record(world, None, 20.0);
+    let loaded = record(world, Some(&weight), 20.0);
+    let known = KnownPayload::of_mass(2.805, 0.001);
+    let settings = CalibrationSettings {
+        gain_std_dev: 0.2,
+        ..CalibrationSettings::default()
+    };
+    let result = calibrate(&[(unloaded, None), (loaded, Some(known))], &settings);
+    result.unwrap().calibration
+}
+
+/// Errors of identified values relative to the half widths of their intervals, and of masses, kg.
+#[derive(Default)]
+struct Errors {
+    held: Vec<bool>,
+    masses: Vec<f64>,
+}
+
+impl Errors {
+    fn add(
+        &mut self,
+        calibration: &Calibration,
+        (loaded, unloaded): (&EffortRecording, &[EffortRecording]),
+        body: &MassProperties,
+    ) {
+        let loaded = std::slice::from_ref(loaded);
+        let found = calibration.identify(loaded, unloaded, &BatchSettings::default());
+        let estimate = found.unwrap().result.estimate;
+        let pairs = estimate.values().into_iter().zip(values(body));
+        let pairs = pairs.zip(estimate.std_devs.unwrap());
+        self.held.extend(
+            pairs
+                .take(4)
+                .map(|((value, truth), std_dev)| (value - truth).abs() <= HALF_WIDTH_95 * std_dev),
+        );
+        self.masses.push(estimate.values()[0] - body.mass_kg);
+    }
+
+    fn coverage(&self) -> f64 {
+        self.held.iter().filter(|held| **held).count() as f64 / self.held.len() as f64
+    }
+
+    fn mass_rms(&self) -> f64 {
+        let squares: f64 = self.masses.iter().map(|error| error * error).sum();
+        (squares / self.masses.len() as f64).sqrt()
+    }
+}
+
+/// Friction that has changed by 2 to 40 % since the calibration: payloads are nearly as exact as with the friction of the
+/// calibration, with a recording of the day without payload and without one, and intervals hold.
+#[test]
+fn friction_of_another_day() {
+    for factor in [1.02, 1.1, 1.4] {
+        let (mut updated, mut alone) = (Errors::default(), Errors::default());
+        for seed in 0..3 {
+            let mut world = World::new(40 + seed);
+            let calibration = calibrated(&mut world);
+            world.scale_friction(factor);
+            let body = payload(2.5, &mut world);
+            let loaded = record(&mut world, Some(&body), 20.0);
+            let unloaded = [record(&mut world, None, 20.0)];
+            updated.add(&calibration, (&loaded, &unloaded), &body);
+            alone.add(&calibration, (&loaded, &[]), &body);
+        }
+        for errors in [updated, alone] {
+            assert!(errors.coverage() >= 0.9, "{factor}: {}", errors.coverage());
+            assert!(errors.mass_rms() < 0.015, "{factor}: {}", errors.mass_rms());
+        }
+    }
+}
+
+/// Efforts that are 2 to 10 % larger than at the calibration, as those of warm motors are: a recording of the day without
+/// payload makes payloads exact, and without one the intervals contain a change of 5 % and more.
+#[test]
+fn efforts_that_are_larger_than_at_the_calibration() {
+    for factor in [1.02, 1.05, 1.1] {
+        let (mut updated, mut alone) = (Errors::default(), Errors::default());
+        for seed in 0..3 {
+            let mut world = World::new(50 + seed);
+            let calibration = calibrated(&mut world);
+            world.gains = world.gains.map(|gain| gain / factor);
+            let body = payload(2.5, &mut world);
+            let loaded = record(&mut world, Some(&body), 20.0);
+            let unloaded = [record(&mut world, None, 20.0)];
+            updated.add(&calibration, (&loaded, &unloaded), &body);
+            alone.add(&calibration, (&loaded, &[]), &body);
+        }
+        assert!(
+            updated.mass_rms() < 0.015,
+            "{factor}: {}",
+            updated.mass_rms()
+        );
+        assert!(
+            updated.coverage() >= 0.9,
+            "{factor}: {}",
+            updated.coverage()
+        );
+        // The payload hides a change of 2 % unless there is a recording without it.
+        let is_shown = factor > 1.04;
+        assert!(
+            !is_shown || alone.coverage() >= 0.9,
+            "{factor}: {}",
+            alone.coverage()
+        );
+    }
+}
+
+/// A recording that should be without payload, and holds that of the loaded one or another, is an error.
+#[test]
+fn an_unloaded_recording_with_a_payload() {
+    let mut world = World::new(70);
+    let calibration = calibrated(&mut world);
+    let (body, other) = (payload(2.5, &mut world), payload(0.8, &mut world));
+    let loaded = [record(&mut world, Some(&body), 20.0)];
+    let with_other = [record(&mut world, Some(&other), 20.0)];
+    for (unloaded, held_kg) in [(&loaded, 2.5), (&with_other, 0.8)] {
+        let refused = calibration.identify(&loaded, unloaded, &BatchSettings::default());
+        let IdentifyError::UnloadedHolds { mass_kg, .. } = refused.unwrap_err() else {
+            panic!("another error");
+        };
+        assert!((mass_kg - held_kg).abs() < 0.03, "{mass_kg}");
+    }
+}
+
+/// Gains far from what was given are errors: those of all joints, where a mass is in pounds or the recording without
+/// payload holds one, and that of a single joint.
+#[test]
+fn gains_that_contradict_what_was_given() {
+    let refused = |world: &mut World, empty: Option<&MassProperties>, known_kg: f64| {
+        let weight = payload(4.0, world);
+        let unloaded = record(world, empty, 20.0);
+        let loaded = record(world, Some(&weight), 20.0);
+        let settings = CalibrationSettings {
+            gain_std_dev: 0.2,
+            ..CalibrationSettings::default()
+        };
+        let known = KnownPayload::of_mass(known_kg, 0.0);
+        calibrate(&[(unloaded, None), (loaded, Some(known))], &settings)
+    };
+    let pounds = refused(&mut World::new(71), None, 8.818);
+    let IdentifyError::GainsUnexpected { factor } = pounds.unwrap_err() else {
+        panic!("another error");
+    };
+    assert!((factor - 2.2).abs() < 0.3, "{factor}");
+
+    let mut world = World::new(72);
+    world.gains[2] = 40.0;
+    let units = refused(&mut world, None, 4.0);
+    let IdentifyError::GainUnexpected { joint, gain, .. } = units.unwrap_err() else {
+        panic!("another error");
+    };
+    assert!(
+        joint == "joint_3" && (gain - 40.0).abs() < 2.0,
+        "{joint} {gain}"
+    );
+    assert!(refused(&mut World::new(73), None, 4.0).is_ok());
+}
