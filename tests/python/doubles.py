@@ -134,7 +134,11 @@ def nothing_known() -> Identification:
     known, history = fit_of(found), found.history
     dead = np.zeros_like(known.measured)
     found = with_estimate(
-        found, values=nothing, std_devs=infinite, observability=["unobservable"] * 10, is_physical=False
+        found,
+        values=nothing,
+        std_devs=infinite,
+        observability=["unobservable"] * 10,
+        is_physical=False,
     )
     found = with_history(
         found,

@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector, Dyn, SMatrix};
 
 use super::sandwich::{self, Entries, NoiseMeat, ScoredRow};
-use super::{Delay, Fit, FitOptions};
+use super::{Delay, Fit, FitOptions, GainErrors};
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
 use crate::equations::{Channels, Equation, Row};
 use crate::solve::noise::{Noise, ROUNDING};
@@ -332,9 +332,10 @@ impl<'a> ReweightedLeastSquares<'a> {
     /// Computes the uncertainty after the last pass, given the number of windows that are used.
     fn into_fit(self, count: usize) -> Fit {
         let rows = self.scored_rows();
+        let bread = self.bread();
         let [covariance, metric] = if self.options.covariance {
             [sandwich::noise_meat, sandwich::stationary_meat]
-                .map(|meat| self.covariance(&rows, count, meat))
+                .map(|meat| self.covariance(&rows, count, &bread, meat))
         } else {
             [0, 1].map(|_| DMatrix::zeros(self.columns, self.columns))
         };
@@ -347,7 +348,8 @@ impl<'a> ReweightedLeastSquares<'a> {
             parameters: self.solution.fixed_rows::<10>(0).into_owned(),
             covariance: covariance.fixed_view::<10, 10>(0, 0).into_owned(),
             metric: metric.fixed_view::<10, 10>(0, 0).into_owned(),
-            gain_covariance: SMatrix::zeros(),
+            bread: SMatrix::from_fn(|i, j| bread[(i, j)] * scales[i] * scales[j]),
+            gain_errors: GainErrors::zeros(0),
             delay,
             excitation: self.spectrum.excitation(),
             null_space: self.spectrum.null_space(scales),
@@ -359,26 +361,32 @@ impl<'a> ReweightedLeastSquares<'a> {
         }
     }
 
+    /// Returns the inverse of the information of the scaled unknowns, zero in unobservable directions.
+    fn bread(&self) -> DMatrix<f64> {
+        let mut bread = DMatrix::<f64>::zeros(self.columns, self.columns);
+        for (information, direction) in self.spectrum.observable() {
+            bread.ger(1.0 / information, &direction, &direction, 1.0);
+        }
+        bread
+    }
+
     /// Returns the sandwich covariance of the unknowns from so many windows (see [`sandwich`]).
     fn covariance(
         &self,
         rows: &[ScoredRow],
         count: usize,
+        bread: &DMatrix<f64>,
         meat_of: impl Fn(&[ScoredRow], usize, &DMatrix<f64>) -> NoiseMeat,
     ) -> DMatrix<f64> {
         let channels = self.noise.channels();
-        let mut bread = DMatrix::<f64>::zeros(self.columns, self.columns);
-        for (information, direction) in self.spectrum.observable() {
-            bread.ger(1.0 / information, &direction, &direction, 1.0);
-        }
         let independent = (count * channels) as f64 / NOISE_CORRELATION;
         let unknowns = self.columns + self.means.len();
         let freedom = (independent - unknowns as f64).max(1.0);
         let scores =
             sandwich::newey_west_meat(rows, channels, self.columns) * independent / freedom;
-        let of_noise = meat_of(rows, channels, &bread);
+        let of_noise = meat_of(rows, channels, bread);
         // Errors that last longer than the filter show in the scores, if there are enough of them.
-        let size = |meat: &DMatrix<f64>| (&bread * meat).trace();
+        let size = |meat: &DMatrix<f64>| (bread * meat).trace();
         let NoiseMeat {
             meat,
             t_factors,
@@ -396,7 +404,7 @@ impl<'a> ReweightedLeastSquares<'a> {
         let mut meat = meat * self.noise.inflation(independent, from_residuals);
         // Variance of the weighing: its information is enlarged for the correlation of neighbouring windows.
         meat[(0, 0)] += self.mass_information() * NOISE_CORRELATION;
-        let scaled = &bread * meat * &bread;
+        let scaled = bread * meat * bread;
         let mut scales = self.scales.component_mul(&t_factors);
         if self.mass_information() > 0.0 {
             // The variance of a known mass is not estimated from the residuals.

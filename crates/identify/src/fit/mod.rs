@@ -4,7 +4,7 @@ pub(crate) mod least_squares;
 pub(crate) mod normal_equations;
 mod sandwich;
 
-use nalgebra::{RowSVector, SMatrix, SVector};
+use nalgebra::{Dyn, OMatrix, RowSVector, SMatrix, SVector, U10};
 
 use self::normal_equations::NormalEquations;
 
@@ -52,6 +52,9 @@ impl<'a> FitOptions<'a> {
     }
 }
 
+/// Changes of the ten parameters, a column for each unknown that causes them.
+pub(crate) type GainErrors = OMatrix<f64, U10, Dyn>;
+
 /// A delay of the load relative to the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Delay {
@@ -72,8 +75,12 @@ pub(crate) struct Fit {
     /// Covariance in whose metric the parameters are projected onto consistent ones. It takes the noise to be the same
     /// in all windows: variances that are too small by chance would distort a projection.
     pub(crate) metric: SMatrix<f64, 10, 10>,
-    /// The part of the covariance that errors of the gains cause; the rest is noise.
-    pub(crate) gain_covariance: SMatrix<f64, 10, 10>,
+    /// Covariance that the parameters would have if the whitened noise of all windows were independent, zero in
+    /// unobservable directions. It depends on the noise only through the channels' sizes and correlations.
+    pub(crate) bread: SMatrix<f64, 10, 10>,
+    /// What an error of each channel's gain of one standard deviation changes in the parameters; empty where gains are exact.
+    /// It is part of the covariance.
+    pub(crate) gain_errors: GainErrors,
     /// Delay of the load that is left in the windows, where it was estimated.
     pub(crate) delay: Option<Delay>,
     /// Noise of the channels.
@@ -115,10 +122,17 @@ impl Fit {
                 sums.add(equation, window);
             }
         }
-        let scaled = sums.gain_covariance(&sums.spectrum());
-        let scales = self.scales();
-        self.gain_covariance = scaled.component_mul(&(scales * scales.transpose()));
-        self.covariance += self.gain_covariance;
+        let mut errors = sums.gain_errors(&sums.spectrum());
+        for mut error in errors.column_iter_mut() {
+            error.component_mul_assign(self.scales());
+        }
+        self.gain_errors = errors;
+        self.covariance += self.gain_covariance();
+    }
+
+    /// Returns the part of the covariance that errors of the gains cause; the rest is noise.
+    pub(crate) fn gain_covariance(&self) -> SMatrix<f64, 10, 10> {
+        &self.gain_errors * self.gain_errors.transpose()
     }
 
     /// Returns the fraction of the variance of each of the ten values that is noise, at parameters near those of the fit:
@@ -129,7 +143,7 @@ impl Fit {
         };
         let variances = |of: &SMatrix<f64, 10, 10>| (slopes * of * slopes.transpose()).diagonal();
         let (of_gains, all) = (
-            variances(&self.gain_covariance),
+            variances(&self.gain_covariance()),
             variances(&self.covariance),
         );
         std::array::from_fn(|k| {

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, SMatrix, SVector, U10};
 
-use super::Fit;
+use super::{Fit, GainErrors};
 use crate::equations::{Equation, Row};
 use crate::solve::offsets::Centering;
 use crate::solve::spectrum::Spectrum;
@@ -20,7 +20,7 @@ pub(crate) struct NormalEquations<'a> {
     pub(crate) target: SVector<f64, 10>,
     /// What an error of each channel's gain of one standard deviation adds to the right-hand side, a column for each
     /// channel.
-    gain_errors: DMatrix<f64>,
+    gain_errors: GainErrors,
     centering: Centering,
     rows: Vec<Row>,
     /// Whitened rows with scaled columns, a row for each channel; column 10 is the target, and those after it
@@ -50,7 +50,7 @@ impl<'a> NormalEquations<'a> {
             target: SVector::zeros(),
             centering: Centering::new(if fit.offsets.is_some() { 6 } else { 0 }),
             rows: Vec::new(),
-            gain_errors: DMatrix::zeros(10, fit.noise.channels()),
+            gain_errors: GainErrors::zeros(fit.noise.channels()),
             block: DMatrix::zeros(fit.noise.channels(), 11 + fit.noise.channels()),
         }
     }
@@ -95,21 +95,19 @@ impl<'a> NormalEquations<'a> {
         Spectrum::with_noise(self.information, &self.noise, self.windows)
     }
 
-    /// Returns the covariance of the scaled parameters that the errors of the gains cause, zero in unobservable
-    /// directions, given the spectrum of the information.
+    /// Returns what an error of each channel's gain of one standard deviation changes in the scaled parameters, zero in
+    /// unobservable directions, given the spectrum of the information.
     ///
     /// An error of a gain moves the parameters as the same change of its channel's targets moves them, with the weights and
     /// the noise of the fit.
-    pub(crate) fn gain_covariance(&self, spectrum: &Spectrum<U10>) -> SMatrix<f64, 10, 10> {
-        let mut covariance = SMatrix::zeros();
-        for error in self.gain_errors.column_iter() {
-            let mut step = SVector::<f64, 10>::zeros();
+    pub(crate) fn gain_errors(&self, spectrum: &Spectrum<U10>) -> GainErrors {
+        let mut steps = GainErrors::zeros(self.gain_errors.ncols());
+        for (error, mut step) in self.gain_errors.column_iter().zip(steps.column_iter_mut()) {
             for (information, direction) in spectrum.observable() {
                 step += direction * (direction.dot(&error) / information);
             }
-            covariance += step * step.transpose();
         }
-        covariance
+        steps
     }
 }
 
@@ -209,7 +207,7 @@ mod tests {
                 expected += step * step.transpose();
             }
             assert!(expected.amax() > 1e-6, "{expected}");
-            let difference = (found.gain_covariance - expected).amax();
+            let difference = (found.gain_covariance() - expected).amax();
             assert!(difference < 1e-6 * expected.amax(), "{difference}");
             let exact = changed(&equations, |_, row| row.gain_error = 0.0);
             let exact = least_squares::fit(&exact, options).unwrap();
