@@ -19,7 +19,6 @@ from tactid.values import values_of
 RUNS = 2000
 SECONDS = 2.0
 LEVEL = 0.01
-WIDTH = 1.96
 CASES = [("tactile", False), ("tactile", True), ("combined", True)]
 PAYLOADS = {"plate": [10.0, 0.0, 0.0, 20.0, 0.0, 10.0], "body": [12.0, 0.5, -0.3, 16.0, 0.4, 11.0]}
 
@@ -58,7 +57,8 @@ def run(case: tuple[int, str, bool]) -> tuple[Array, bool]:
     recorded, robot, truth = run.kept
     noisy = recorded.with_noise(LEVEL, np.random.default_rng(seed), motion=motion)
     found = noisy.identify(robot, method, SECONDS)
-    inside = np.abs(found.estimate.values - truth) <= WIDTH * found.estimate.std_devs
+    low, high = found.estimate.intervals.T
+    inside = (low <= truth) & (truth <= high)
     return inside, found.estimate.is_physical
 
 

@@ -3,7 +3,7 @@
 Each is a ``tactid.Identification``, made to be shown; some are of what goes wrong.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import tactid
 from tactid import Channel, Delay, Fit, History, Identification, PayloadEstimate, PrincipalMoments
 from tactid.bodies import principal_moments
-from tactid.values import values_of
+from tactid.values import Observability, values_of
 
 Array = NDArray[np.float64]
 

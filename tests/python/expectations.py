@@ -18,6 +18,8 @@ LAYOUT = [
     "units",
     "estimate",
     "half_width_95",
+    "interval_95",
+    "observability",
     "principal_moments",
     "remaining_s",
     "method",

@@ -117,7 +117,7 @@ def test_what_was_not_identifiable_is_no_number(command: TactidCommand, tmp_path
     """At the paper's own posture joints 3 and 6 are parallel, and nothing turns about x."""
     done = command("paper", "--posture", "table1", "--duration", 15, "--out", "out")
     assert done.returncode == 0, done.stderr
-    assert "not identifiable" in done.stdout
+    assert "unobservable" in done.stdout
     record = json.loads((tmp_path / "out/result.json").read_text())
     assert_fits_schema(record)
     assert record["estimate"]["inertia"]["xx"] is None

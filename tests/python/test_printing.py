@@ -14,7 +14,16 @@ import pytest
 import doubles
 import tactid
 from expectations import assert_fits_schema
-from tactid import Finding, Identification, identification, outlook, remarks, result, result_json
+from tactid import (
+    Finding,
+    Identification,
+    identification,
+    outlook,
+    payload,
+    remarks,
+    result,
+    result_json,
+)
 
 GRAVITY = Finding(
     "gravity_contradicted",
@@ -78,8 +87,8 @@ def test_the_representation_is_one_short_line() -> None:
 def test_an_unknown_mass_is_no_number() -> None:
     found = doubles.nothing_known()
     for shown in (str(found), str(found.estimate), found.estimate._repr_html_()):
-        (line,) = re.findall(r".*\bmass\b[ <].*not identifiable.*", shown)
-        assert "0.0" not in line.split("mass")[1].split("identifiable")[0]
+        (line,) = re.findall(r".*\bmass\b[ <].*unobservable.*", shown)
+        assert "0.0" not in line.split("mass")[1].split("unobservable")[0]
     assert "unknown mass in tool0, 0 of 10 values known" in repr(found)
     assert "Nothing is identifiable: the motion determines none of the ten values." in str(found)
     assert "its mass is" not in str(found)
@@ -160,7 +169,7 @@ def test_a_notebook_shows_a_small_table() -> None:
 @pytest.mark.parametrize("thing", [tactid.Identification, tactid.PayloadEstimate])
 def test_the_help_lists_every_field_with_its_text(thing: type) -> None:
     text = " ".join(pydoc.plain(pydoc.render_doc(thing)).replace("|", " ").split())
-    source = inspect.getsource(identification)
+    source = inspect.getsource(payload) + inspect.getsource(identification)
     for field in fields(thing):
         below = re.search(rf'\n    {field.name}: [^\n]*\n    """(.+?)"""', source, re.DOTALL)
         assert below is not None
@@ -176,11 +185,11 @@ def test_the_examples_of_the_methods_run(tmp_path: Path, monkeypatch: pytest.Mon
         "tool0",
         values=np.array([1.5, 0, 0, 0.1, 0.02, 0, 0, 0.03, 0, 0.04]),
         std_devs=np.full(10, 1e-3),
-        identifiable=[True] * 10,
+        observability=["identifiable"] * 10,
         is_physical=True,
     )
     names = {"tactid": tactid, "result": found, "estimate": estimate}
-    for module in (identification, result, result_json):
+    for module in (payload, result, result_json):
         outcome = doctest.testmod(module, extraglobs=names, optionflags=doctest.ELLIPSIS)
         assert outcome.failed == 0, module.__name__
         assert outcome.attempted

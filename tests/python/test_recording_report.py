@@ -13,7 +13,7 @@ import pytest
 import doubles
 from tactid import Channel, Finding, Identification, recording_plots, recording_report, remarks
 from tactid.bodies import ellipsoid
-from tactid.values import MOMENT_NAMES, NAMES, values_of
+from tactid.values import MOMENT_NAMES, NAMES, Interval, values_of
 
 BODY = values_of(doubles.BODY)
 
@@ -91,7 +91,7 @@ def test_a_report_is_one_small_file_with_every_value(tmp_path: Path) -> None:
 def test_what_is_not_identifiable_is_no_number() -> None:
     found = doubles.turned_about_one_axis()
     page = page_of(found)
-    unknown = [row[0] for row in page.rows if row[-1] == "not identifiable"]
+    unknown = [row[0] for row in page.rows if row[-1] == "unobservable"]
     inertia = [f"inertia {axes}" for axes in ("xx", "xy", "xz", "yy", "yz")]
     assert unknown == ["com z", *inertia, *MOMENT_NAMES]
     words = " ".join(page.words)
@@ -108,7 +108,9 @@ def test_remarks_damage_and_advice_are_shown() -> None:
     assert "The wrenches of /<left> and /right are summed." in words
     assert "Damage: cut at byte 7" in words
     (advice,) = remarks.motion_advice(["Ixx"])
-    unknown = doubles.with_estimate(found, identifiable=[True] * 4 + [False] + [True] * 5)
+    unknown = doubles.with_estimate(
+        found, observability=doubles.observability([True] * 4 + [False] + [True] * 5)
+    )
     assert advice in " ".join(page_of(unknown).words)
     assert "Nothing was noticed" not in words
 
@@ -167,8 +169,8 @@ def test_a_peak_in_what_is_left_is_found_across_gaps() -> None:
 
 def test_weak_directions_are_named_by_what_they_are_made_of() -> None:
     found = doubles.turned_about_one_axis()
-    fit, identifiable = doubles.fit_of(found), found.estimate.identifiable
-    relative, weak = recording_plots.relative_excitation(fit, identifiable)
+    fit, observed = doubles.fit_of(found), recording_plots.observed(found.estimate)
+    relative, weak = recording_plots.relative_excitation(fit, observed)
     names = [recording_plots.composition(row) for row in fit.excitation_directions]
     assert relative[0] == 1
     assert {name for name, faint in zip(names, weak, strict=True) if faint} == {
@@ -194,15 +196,23 @@ def test_windows_that_count_less_are_marked_where_they_were_used() -> None:
     assert not recording_plots.outliers(none).any()
 
 
+def around(value: float, half_width: float) -> Interval:
+    return Interval(value - half_width, value + half_width)
+
+
 def test_an_interval_has_two_figures() -> None:
-    assert recording_report.with_interval(1.23456, 0.00789) == (
+    assert recording_report.with_interval(1.23456, around(1.23456, 0.00789)) == (
         "1.2346",
         "0.0079",
         "1.2267",
         "1.2425",
     )
-    assert recording_report.with_interval(-0.00001, 0.02)[0] == "0.000"
-    assert recording_report.with_interval(1234.5, 870.0) == ("1234", "870", "364", "2104")
+    assert recording_report.with_interval(-0.00001, around(-0.00001, 0.02))[0] == "0.000"
+    wide = recording_report.with_interval(1234.5, around(1234.5, 870.0))
+    assert wide == ("1234", "870", "364", "2104")
+    # Cut at what a body can have, an interval has two ends and no half.
+    cut = recording_report.with_interval(0.02, Interval(0.0, 0.05))
+    assert cut == ("0.020", "–", "0.000", "0.050")
     assert recording_report.with_interval(1.5, None) == ("1.5", "–", "–", "–")
 
 

@@ -82,7 +82,12 @@ def test_a_recording_as_json_has_the_layout_that_others_read() -> None:
         unknown = [axes for axes, value in shown[part]["inertia"].items() if value is None]
         assert unknown == ["xx", "xy", "xz", "yy", "yz"]
         assert shown[part]["com"]["z"] is None
-    assert shown["principal_moments"] == {"values": [None] * 3, "half_width_95": [None] * 3}
+    nothing = [None] * 3
+    assert shown["principal_moments"] == {
+        "values": nothing,
+        "half_width_95": nothing,
+        "interval_95": {"low": nothing, "high": nothing},
+    }
     assert shown["remaining_s"]["within"] == 0.01
     assert shown["remaining_s"]["all"] is None
     assert shown["remaining_s"]["each"]["mass"] == 0
@@ -93,7 +98,7 @@ def test_a_recording_as_json_has_the_layout_that_others_read() -> None:
     assert list(diagnostics["held_out_rms"]) == [channel.name for channel in fit.channels]
     assert diagnostics["residual_rms"]["force y"] == pytest.approx(0.12, rel=0.05)
     assert diagnostics["not_identifiable"] == ["com.z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz"]
-    assert shown["remarks"][0].startswith("Not identifiable: com.z, Ixx")
+    assert shown["remarks"][0].startswith("Unobservable: com.z, Ixx")
     assert shown["remarks"][0].endswith(diagnostics["motion_advice"][-1])
     assert shown["remarks"][1:] == [str(finding)]
     assert shown["findings"] == [{"kind": "frame_assumed", **finding.data, "text": str(finding)}]
@@ -164,7 +169,7 @@ def test_an_estimator_without_standard_deviations_still_has_values() -> None:
     """As the paper's filter: every standard deviation is infinite, and yet nothing is unknown."""
     found = doubles.tactile()
     silent = doubles.with_history(
-        replace(found, estimate=replace(found.estimate, std_devs=np.full(10, np.inf))),
+        doubles.with_estimate(found, std_devs=np.full(10, np.inf)),
         std_devs=np.full_like(found.history.values, np.inf),
     )
     shown = result_json.record(silent) | {"series": result_json.series(silent)}

@@ -299,8 +299,9 @@ fn a_rotation_about_one_axis_identifies_what_it_excites() {
     let moments = TETRAHEDRON.map(|(mass_kg, position)| mass_kg * position);
     let center = moments.iter().sum::<Vector3<f64>>() / 2.0;
     assert!((body.center_of_mass - center).norm() < 1e-6, "{body:?}");
-    let unknown: Vec<&str> = result.estimate.not_identifiable().collect();
+    let unknown: Vec<&str> = result.estimate.unobservable().collect();
     assert_eq!(unknown, ["Ixx", "Ixz", "Izz"]);
+    assert_eq!(result.estimate.uncertain().count(), 0);
 }
 
 /// Gravity of the wrong sign is reported as such, and not as an offset, at every speed of the motion.

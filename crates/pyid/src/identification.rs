@@ -17,7 +17,7 @@ use crate::findings::{FindingData, finding_data};
 use crate::inertia::MassProperties;
 use crate::options::{LEAST_SQUARES, NLMS};
 
-/// `tactid.identification.PayloadEstimate`.
+/// `tactid.payload.PayloadEstimate`.
 #[derive(IntoPyObject)]
 pub(crate) struct EstimateData {
     frame: String,

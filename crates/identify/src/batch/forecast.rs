@@ -53,9 +53,7 @@ impl Forecast {
         let second_s = (equations.len() - middle) as f64 * stride_s;
         // W Wᵀ is the covariance in the observable directions.
         let mut root = SMatrix::<f64, 10, 10>::zeros();
-        let noise = first.noise + second.noise;
-        let spectrum = Spectrum::with_noise(whole, &noise, equations.len());
-        for (k, (information, direction)) in spectrum.observable().enumerate() {
+        for (k, (information, direction)) in Spectrum::new(whole).observable().enumerate() {
             root.set_column(k, &(direction / information.sqrt()));
         }
         let growth = SymmetricEigen::new(root.transpose() * second.information * root / second_s);

@@ -9,6 +9,7 @@ use crate::fit::normal_equations::NormalEquations;
 use crate::result::HistoryPoint;
 use crate::solve::BoundingBox;
 use crate::solve::consistency::project;
+use crate::solve::spectrum::Spectrum;
 use crate::solve::uncertainty::{std_devs, values_of};
 
 /// Most points of a history.
@@ -51,7 +52,7 @@ fn solve(
     bounding_box: Option<&BoundingBox>,
 ) -> Option<([f64; 10], [f64; 10])> {
     let scales = fit.scales();
-    let spectrum = normal_equations.spectrum();
+    let spectrum = Spectrum::new(normal_equations.information);
     let mut parameters = SVector::<f64, 10>::zeros();
     let mut covariance = SMatrix::<f64, 10, 10>::zeros();
     for (information, direction) in spectrum.observable() {

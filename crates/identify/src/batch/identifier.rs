@@ -255,11 +255,17 @@ impl BatchIdentifier {
         let body = body_of(*parameters).unwrap_or(unknown.body);
         let has_gripper = self.stream.gripper_to_subtract().is_some();
         let values = result::values(&body);
+        let observability = observability(&values, &std_devs, &observable);
+        for (std_dev, of) in std_devs.iter_mut().zip(observability) {
+            if of == Observability::Unobservable {
+                *std_dev = f64::INFINITY;
+            }
+        }
         let bounding_box = self.settings.bounding_box.as_ref();
         PayloadEstimate {
             body,
             composite: body_of(parameters + known).filter(|_| has_gripper),
-            observability: observability(&values, &std_devs, &observable),
+            observability,
             intervals: Some(intervals(&values, &std_devs, bounding_box)),
             std_devs: Some(std_devs),
             is_physical: is_physical(&body),

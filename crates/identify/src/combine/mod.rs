@@ -256,13 +256,9 @@ fn combination(
         distance: found.distance,
         within_box: bounding_box.is_some(),
     });
-    let ValueStdDevs {
-        mut std_devs,
-        observable,
-    } = std_devs(&parameters, &covariance, &pooled.null_space);
-    for (std_dev, factor) in std_devs.iter_mut().zip(factors) {
-        *std_dev *= factor;
-    }
+    let of_values = std_devs(&parameters, &covariance, &pooled.null_space);
+    let ValueStdDevs { observable, .. } = of_values;
+    let mut std_devs: [f64; 10] = std::array::from_fn(|k| factors[k] * of_values.std_devs[k]);
     let is_exact = |mass: KnownMass| mass.std_dev_kg == 0.0 && mass.agrees_with(parameters[0], 0.0);
     if settings.known_mass.is_some_and(is_exact) {
         std_devs[0] = 0.0;

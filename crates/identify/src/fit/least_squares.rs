@@ -91,6 +91,8 @@ struct ReweightedLeastSquares<'a> {
     weights: Vec<f64>,
     /// Information of the last pass, in scaled unknowns.
     spectrum: Spectrum<Dyn>,
+    /// What the noise of the motion has added to the products of the unknowns, which is subtracted from the information.
+    noise_products: DMatrix<f64>,
 }
 
 impl<'a> ReweightedLeastSquares<'a> {
@@ -114,6 +116,7 @@ impl<'a> ReweightedLeastSquares<'a> {
             noise,
             weights,
             spectrum: Spectrum::new(DMatrix::zeros(columns, columns)),
+            noise_products: DMatrix::zeros(columns, columns),
         };
         state.compute_means();
         state.update_scales();
@@ -251,6 +254,7 @@ impl<'a> ReweightedLeastSquares<'a> {
     fn solve(&mut self) -> f64 {
         let columns = self.columns;
         let (mut gram, noise) = self.corrected_gram();
+        self.noise_products = noise;
         if let Some(mass) = self.options.known_mass {
             let information = self.mass_information();
             gram[(0, 0)] += information;
@@ -259,7 +263,7 @@ impl<'a> ReweightedLeastSquares<'a> {
         gram.fill_upper_triangle_with_lower_triangle();
         let target = gram.view((0, columns), (columns, 1)).column(0).into_owned();
         let information = gram.view((0, 0), (columns, columns)).into_owned();
-        self.spectrum = Spectrum::with_noise(information, &noise, self.windows().count());
+        self.spectrum = Spectrum::new(information);
         let mut step = DVector::<f64>::zeros(columns);
         for (information, direction) in self.spectrum.observable() {
             step += &direction * (direction.dot(&target) / information);
@@ -332,7 +336,7 @@ impl<'a> ReweightedLeastSquares<'a> {
     /// Computes the uncertainty after the last pass, given the number of windows that are used.
     fn into_fit(self, count: usize) -> Fit {
         let rows = self.scored_rows();
-        let bread = self.bread();
+        let bread = self.spectrum.inverse();
         let [covariance, metric] = if self.options.covariance {
             [sandwich::noise_meat, sandwich::stationary_meat]
                 .map(|meat| self.covariance(&rows, count, &bread, meat))
@@ -353,21 +357,15 @@ impl<'a> ReweightedLeastSquares<'a> {
             delay,
             excitation: self.spectrum.excitation(),
             null_space: self.spectrum.null_space(scales),
+            not_excited: self
+                .spectrum
+                .not_excited(scales, &self.noise_products, count),
             offsets: Offsets::new(&self.means, self.solution.as_slice(), &self.noise, count),
             noise: self.noise,
             weights: self.weights,
             known_mass: self.options.known_mass,
             gravity_scale: self.options.gravity_scale,
         }
-    }
-
-    /// Returns the inverse of the information of the scaled unknowns, zero in unobservable directions.
-    fn bread(&self) -> DMatrix<f64> {
-        let mut bread = DMatrix::<f64>::zeros(self.columns, self.columns);
-        for (information, direction) in self.spectrum.observable() {
-            bread.ger(1.0 / information, &direction, &direction, 1.0);
-        }
-        bread
     }
 
     /// Returns the sandwich covariance of the unknowns from so many windows (see [`sandwich`]).

@@ -13,9 +13,9 @@ use crate::result::WrenchOffset;
 use crate::solve::noise::Noise;
 use crate::solve::offsets::Offsets;
 use crate::solve::prior::KnownMass;
-use crate::solve::spectrum::Excitation;
+use crate::solve::spectrum::{Excitation, Spectrum};
 use crate::solve::subspace::NullSpace;
-use crate::solve::uncertainty::{ValueStdDevs, jacobian, std_dev, std_devs};
+use crate::solve::uncertainty::{ValueStdDevs, jacobian, observable, std_dev, std_devs};
 use crate::solve::weights::OUTLIER;
 
 /// What a fit may use, and what it estimates besides the parameters.
@@ -91,6 +91,9 @@ pub(crate) struct Fit {
     pub(crate) excitation: Excitation,
     /// The unobservable directions.
     pub(crate) null_space: NullSpace,
+    /// The unobservable directions, and those that the noise of the motion excites as much as the motion: what depends on
+    /// them is biased.
+    pub(crate) not_excited: NullSpace,
     /// Mass of the whole load, where it was known.
     pub(crate) known_mass: Option<KnownMass>,
     /// Offsets of the six channels of the wrench in the tool frame, where they are unknown.
@@ -105,9 +108,13 @@ impl Fit {
         self.null_space.scales()
     }
 
-    /// Returns the standard deviations of the ten values at parameters near those of the fit.
+    /// Returns the standard deviations of the ten values at parameters near those of the fit. A value that depends on
+    /// directions which only noise excites is not observable.
     pub(crate) fn std_devs(&self, parameters: &SVector<f64, 10>) -> ValueStdDevs {
-        std_devs(parameters, &self.covariance, &self.null_space)
+        ValueStdDevs {
+            observable: observable(parameters, &self.not_excited),
+            ..std_devs(parameters, &self.covariance, &self.null_space)
+        }
     }
 
     /// Adds what the errors of the gains cause to the covariance, given the equations of the fit and which of them it uses.
@@ -122,7 +129,7 @@ impl Fit {
                 sums.add(equation, window);
             }
         }
-        let mut errors = sums.gain_errors(&sums.spectrum());
+        let mut errors = sums.gain_errors(&Spectrum::new(sums.information));
         for mut error in errors.column_iter_mut() {
             error.component_mul_assign(self.scales());
         }

@@ -12,10 +12,6 @@ pub(crate) struct NormalEquations<'a> {
     fit: &'a Fit,
     /// Information of the windows so far.
     pub(crate) information: SMatrix<f64, 10, 10>,
-    /// What the noise of the motion has added to the products of the rows; it is not in the information.
-    pub(crate) noise: SMatrix<f64, 10, 10>,
-    /// Number of windows so far.
-    pub(crate) windows: usize,
     /// Right-hand side.
     pub(crate) target: SVector<f64, 10>,
     /// What an error of each channel's gain of one standard deviation adds to the right-hand side, a column for each
@@ -45,8 +41,6 @@ impl<'a> NormalEquations<'a> {
         Self {
             fit,
             information: SMatrix::zeros(),
-            noise: SMatrix::zeros(),
-            windows: 0,
             target: SVector::zeros(),
             centering: Centering::new(if fit.offsets.is_some() { 6 } else { 0 }),
             rows: Vec::new(),
@@ -58,7 +52,6 @@ impl<'a> NormalEquations<'a> {
     /// Adds the window of the fit with this index.
     pub(crate) fn add(&mut self, equation: &Equation, window: usize) {
         let weight = self.fit.weights[window];
-        self.windows += 1;
         self.rows.clone_from(&equation.rows);
         if self.centering.is_needed() {
             let is_first = self.centering.is_empty();
@@ -80,19 +73,11 @@ impl<'a> NormalEquations<'a> {
             self.fit.noise.whiten(&mut self.block);
             let (rows, target) = (self.block.fixed_columns::<10>(0), self.block.column(10));
             self.information.gemm_tr(sign * weight, &rows, &rows, 1.0);
-            if sign < 0.0 {
-                self.noise.gemm_tr(weight, &rows, &rows, 1.0);
-            }
             self.target.gemv_tr(sign * weight, &rows, &target, 1.0);
             let of_gains = self.block.columns_range(11..);
             self.gain_errors
                 .gemm_tr(sign * weight, &rows, &of_gains, 1.0);
         }
-    }
-
-    /// Returns the spectrum of the information.
-    pub(crate) fn spectrum(&self) -> Spectrum<U10> {
-        Spectrum::with_noise(self.information, &self.noise, self.windows)
     }
 
     /// Returns what an error of each channel's gain of one standard deviation changes in the scaled parameters, zero in

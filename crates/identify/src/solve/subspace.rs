@@ -8,14 +8,15 @@
 //! | information | unobservable where it is | reason |
 //! |---|---|---|
 //! | eigenvalue, batch ([`Spectrum`](super::spectrum::Spectrum)) | at most [`EIGENVALUE_RATIO`] of the largest, in scaled parameters | below, the entries of the Gram matrix are rounding |
-//! | | at most [`PIVOT_SIGNAL`] of the noise of the motion in it, and at most [`CHANCE`] times the scatter of that noise's power | noise alone excites it: its estimate would be biased |
+//! | eigenvalue, batch, for values that are not identifiable | at most [`PIVOT_SIGNAL`] of the noise of the motion in it, or at most [`CHANCE`] times the scatter of that noise's power | noise alone excites it: its estimate would be biased |
 //! | pivot, online ([`Information`](super::information::Information)) | at most [`PIVOT_SIGNAL`] of the information of the rows before the bias correction | most of it is noise of the motion, and the sign of the rest is uncertain |
 //! | | at most [`PIVOT_ROUNDING`] of the information of the rows on the parameter alone | below, the subtraction of the other parameters leaves rounding |
 //! | | so little that the parameter would be larger than is plausible from noise alone | its estimate would be noise of any size |
 //! | | at most [`PIVOT_ABSOLUTE`], for rows of unit noise | the information with which the recursion starts |
 //!
-//! The batch fit has all windows. The uncertainty of an eigenvalue that the motion excites is then in the covariance,
-//! however small it is. The online estimate must be usable after a few windows, when a small
+//! The batch fit has all windows. The uncertainty of a small eigenvalue is then in the covariance, and the only
+//! threshold of its solution guards against rounding. An interval that is wider than the values is reported only where the
+//! motion, and not its noise, excites the value. The online estimate must be usable after a few windows, when a small
 //! difference of two large numbers, information less noise, is mostly chance and may be negative: the threshold
 //! on the signal keeps the estimate from moving along such a direction.
 //!
@@ -39,7 +40,7 @@ pub(crate) type Matrix = SMatrix<f64, 10, 10>;
 pub(crate) type Vector = SVector<f64, 10>;
 
 /// Ratio to the largest eigenvalue: the square of 1e-5, the ratio of singular values of the rows.
-const EIGENVALUE_RATIO: f64 = 1e-5 * 1e-5;
+pub(crate) const EIGENVALUE_RATIO: f64 = 1e-5 * 1e-5;
 
 /// Fraction of the information of the rows that must remain without the noise of the motion.
 pub(crate) const PIVOT_SIGNAL: f64 = 0.1;
@@ -59,12 +60,12 @@ pub(crate) const VARIANCE_RATIO: f64 = 1e-13;
 /// Standard deviations of an information that noise alone may leave in a direction by chance.
 const CHANCE: f64 = 4.0;
 
-/// Returns the least information of an observable direction, given the largest of any direction and what the noise of
-/// the motion has added in this one, over so many windows.
+/// Returns the information up to which noise alone may excite a direction, given the largest of any direction and what the
+/// noise of the motion has added in this one, over so many windows.
 ///
 /// Noise in rows and in half-differences has the same power, and its difference over `n` independent windows of one
 /// channel has the standard deviation `2 / √n` of it.
-pub(crate) fn least_information(largest: f64, of_noise: f64, windows: usize) -> f64 {
+pub(crate) fn least_excitation(largest: f64, of_noise: f64, windows: usize) -> f64 {
     let independent = windows.max(1) as f64 / PRODUCT_CORRELATION;
     let chance = CHANCE * 2.0 / independent.sqrt();
     (EIGENVALUE_RATIO * largest).max(chance.max(PIVOT_SIGNAL) * of_noise)
@@ -161,9 +162,9 @@ mod tests {
     /// Without noise only rounding limits the information; with noise, the tenth of it and its scatter do.
     #[test]
     fn noise_alone_makes_no_direction_observable() {
-        assert!((least_information(3.0, 0.0, 25) - 3e-10).abs() < 1e-20);
-        assert!((least_information(1.0, 1e-3, 1_000_000) - 1e-4).abs() < 1e-12);
-        let few = least_information(1.0, 1e-3, 25) / 1e-3;
+        assert!((least_excitation(3.0, 0.0, 25) - 3e-10).abs() < 1e-20);
+        assert!((least_excitation(1.0, 1e-3, 1_000_000) - 1e-4).abs() < 1e-12);
+        let few = least_excitation(1.0, 1e-3, 25) / 1e-3;
         assert!((few - 8.0 / (25.0 / PRODUCT_CORRELATION).sqrt()).abs() < 1e-9);
     }
 }

@@ -82,13 +82,13 @@ from tactid.identification import (
     KnownMass,
     LinearEstimate,
     PaperSettings,
-    PayloadEstimate,
     PrincipalMoments,
     SingularValues,
 )
 from tactid.offline import identify
 from tactid.online import Identifier, PaperFilter
 from tactid.options import Options
+from tactid.payload import PayloadEstimate
 from tactid.result import Identification
 from tactid.result_json import result_schema
 from tactid.simulation import simulate

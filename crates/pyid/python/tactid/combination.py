@@ -6,7 +6,8 @@ from pathlib import Path
 
 from tactid.findings import CONTRADICTIONS, Finding
 from tactid.fit import Array
-from tactid.identification import IdentificationData, PayloadEstimate, PrincipalMoments
+from tactid.identification import IdentificationData, PrincipalMoments
+from tactid.payload import PayloadEstimate
 
 
 @dataclass(frozen=True)
@@ -33,8 +34,8 @@ class Agreement:
     least 0.1 %."""
     chi_square: float
     """Distance of the linear parameters of the recordings from the combined ones: the weighted sum
-    of its squares, in the unit in which it would be as large as ``degrees_of_freedom`` on average if
-    noise were the only difference."""
+    of its squares, in the unit in which it would be as large as ``degrees_of_freedom`` on average
+    if noise were the only difference."""
     degrees_of_freedom: float
     """About the number of parameters that the recordings determine, each on its own, less the
     number that all determine together; smaller, and no integer, where noise differs between

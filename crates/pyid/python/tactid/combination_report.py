@@ -23,8 +23,8 @@ FOREST = (
 )
 
 DISTANCES = """Mass of each recording alone, and its distance from all others together, whose
-probability is that of at least this distance if noise were the only difference. A recording that differs while the others
-agree is the one to look at."""
+probability is that of at least this distance if noise were the only difference. A recording that
+differs while the others agree is the one to look at."""
 
 
 def write_report(result: CombinationData, path: Path, style: Style = "keyword") -> None:
@@ -80,9 +80,10 @@ def _table(result: CombinationData) -> str:
 
 
 def _distances(result: CombinationData) -> str:
+    shown = zip(result.names, row_cells(result), strict=True)
     rows = "".join(
-        f"<tr><td>{html.escape(name)}</td>{''.join(f'<td>{html.escape(cell)}</td>' for cell in cells)}</tr>\n"
-        for name, cells in zip(result.names, row_cells(result), strict=True)
+        f"<tr>{''.join(f'<td>{html.escape(cell)}</td>' for cell in (name, *cells))}</tr>\n"
+        for name, cells in shown
     )
     titles = "".join(f"<th>{title}</th>" for title in ("recording", *ROW_TITLES))
     return f"""<div class="wide"><table>

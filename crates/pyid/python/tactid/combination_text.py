@@ -10,8 +10,8 @@ from tactid import reported
 from tactid.combination import CombinationData
 from tactid.naming import Style, listed
 from tactid.remarks import assumptions, remarks, uncertain_values, unobservable_values
+from tactid.run_wording import distance_of_runs, probability
 from tactid.table import Column, as_text, heading, html_table, plain_text
-from tactid.wording import distance_of_runs, probability
 
 WHOLE = "all"
 """Title of the column of all recordings together."""

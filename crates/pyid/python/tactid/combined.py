@@ -12,15 +12,11 @@ from tactid.combination import Agreement, CombinationData, RunDistance
 from tactid.errors import ArgumentError, IdentificationError
 from tactid.field_docs import with_fields
 from tactid.findings import Finding
-from tactid.identification import (
-    IdentificationData,
-    LinearEstimate,
-    PayloadEstimate,
-    PrincipalMoments,
-)
+from tactid.identification import IdentificationData, LinearEstimate, PrincipalMoments
 from tactid.options import Options
 from tactid.outlook import WITHIN
 from tactid.output_files import checked_output
+from tactid.payload import PayloadEstimate
 from tactid.values import finite
 
 

@@ -9,7 +9,7 @@ from tactid import drawing
 from tactid.combination import CombinationData
 from tactid.combination_text import WHOLE
 from tactid.drawing import ESTIMATE, SYMBOLS, remark
-from tactid.identification import PayloadEstimate
+from tactid.payload import PayloadEstimate
 from tactid.recording_plots import PANELS, STYLE
 from tactid.values import UNITS
 

@@ -30,11 +30,11 @@ from tactid.console import FLAG, interruptible, notes, print_whole, progress
 from tactid.controllers import MAKERS
 from tactid.declaration import Declaration
 from tactid.errors import ArgumentError, IdentificationError
-from tactid.identification import PayloadEstimate
 from tactid.naming import command_line_flag
 from tactid.offline import identify
 from tactid.options import Options
 from tactid.output_files import check_outputs
+from tactid.payload import PayloadEstimate
 from tactid.result import Identification
 from tactid.truth import Truth, read_checks, read_truth
 

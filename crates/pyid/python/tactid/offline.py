@@ -22,11 +22,11 @@ from tactid.identification import (
     KnownMass,
     LinearEstimate,
     PaperSettings,
-    PayloadEstimate,
     PrincipalMoments,
     SingularValues,
 )
 from tactid.options import Options, collect
+from tactid.payload import PayloadEstimate
 from tactid.result import Identification
 
 FROM_ARRAYS = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceleration", "sensors")

@@ -13,8 +13,9 @@ from tactid.arrays import with_arrays
 from tactid.declaration import documented
 from tactid.findings import Finding
 from tactid.fit import Array, WrenchOffset
-from tactid.identification import PayloadEstimate, SingularValues
+from tactid.identification import SingularValues
 from tactid.options import Options, collect
+from tactid.payload import PayloadEstimate
 
 
 class _Online:

@@ -16,7 +16,8 @@ from tactid import drawing
 from tactid._native import PARAMETER_NAMES
 from tactid.drawing import EARLIER, ESTIMATE, TRUE, padded, remark
 from tactid.fit import Array, Fit
-from tactid.identification import IdentificationData, PayloadEstimate
+from tactid.identification import IdentificationData
+from tactid.payload import PayloadEstimate
 from tactid.reported import known_history
 from tactid.values import NAMES, UNITS, Z95
 

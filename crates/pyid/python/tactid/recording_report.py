@@ -11,9 +11,10 @@ from tactid import body_plot, page, recording_plots, reported
 from tactid.errors import IdentificationError
 from tactid.files import write_atomically
 from tactid.fit import Fit
-from tactid.identification import IdentificationData, PayloadEstimate
+from tactid.identification import IdentificationData
 from tactid.naming import Style, option_name
 from tactid.outlook import WITHIN, outlook
+from tactid.payload import PayloadEstimate
 from tactid.remarks import calibration, gravity, knowledge, remarks, wrench_offset
 from tactid.values import Z95, Interval, Values, digits_of
 

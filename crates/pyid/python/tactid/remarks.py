@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from tactid._native import VALUE_NAMES
 from tactid.findings import CONTRADICTIONS, DOUBTS
-from tactid.identification import IdentificationData, PayloadEstimate
+from tactid.identification import IdentificationData
 from tactid.naming import Style, counted, duration, listed, option_name
+from tactid.payload import PayloadEstimate
 from tactid.reported import offsets
 from tactid.values import KIND_NAMES, KINDS, Z95, digits_of
 
@@ -80,8 +81,8 @@ def uncertain_values(estimate: PayloadEstimate, *, advised: bool) -> list[str]:
     if not uncertain:
         return []
     sentences = [
-        f"Uncertain: {', '.join(uncertain)}. The motion excites more than noise does, but half of"
-        " the 95 % interval is larger than the largest value of the kind."
+        f"Uncertain: {', '.join(uncertain)}. The motion excites them, but noise leaves wide"
+        " intervals: half of each is more than the largest value of its kind."
     ]
     given = estimate.known_values
     open_ended = [

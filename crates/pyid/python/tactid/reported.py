@@ -6,7 +6,8 @@ from typing import Protocol, get_args
 import numpy as np
 
 from tactid.fit import Array
-from tactid.identification import IdentificationData, PayloadEstimate, PrincipalMoments
+from tactid.identification import IdentificationData, PrincipalMoments
+from tactid.payload import PayloadEstimate
 from tactid.table import Column
 from tactid.truth import Truth
 from tactid.values import (

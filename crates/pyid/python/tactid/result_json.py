@@ -16,9 +16,10 @@ from tactid import reported
 from tactid.files import write_atomically
 from tactid.findings import DataFault, Finding
 from tactid.fit import Fit
-from tactid.identification import IdentificationData, PayloadEstimate
+from tactid.identification import IdentificationData
 from tactid.naming import Style
 from tactid.outlook import WITHIN
+from tactid.payload import PayloadEstimate
 from tactid.remarks import motion_advice, remarks
 from tactid.values import Z95, Interval, all_finite, finite, nested, values_of
 
