@@ -188,7 +188,7 @@ def test_many_short_recordings_hold_what_they_promise() -> None:
     assert sum(not one.agreement.agree for one in found) <= 2
     # More than four recordings have a line each below the table of the whole.
     text = str(found[0])
-    assert max(map(len, text.split("\n\n")[0].splitlines())) < 60
+    assert max(map(len, text.split("\n\n")[0].splitlines())) < 80
     rows = [line for line in text.splitlines() if line.startswith(" recording ")]
     assert len(rows) == 13
 
