@@ -4,6 +4,7 @@ The arm records three motions. In the bag ``warm`` its sensor has a gain that is
 """
 
 import json
+import shutil
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -93,8 +94,9 @@ def test_recordings_that_agree_narrow_the_intervals(bags: Path) -> None:
     assert both.agreement.agree
     assert both.findings == []
     assert "The 2 recordings agree within their noise (chi-square" in str(both)
-    assert both.agreement.degrees_of_freedom == 10
-    assert 0.5 < both.agreement.chi_square / 10 < 2.5
+    found = both.agreement
+    assert 9 < found.degrees_of_freedom < 10.01
+    assert 0.5 < found.chi_square / found.degrees_of_freedom < 2.5
     each = np.array([run.estimate.std_devs for run in both.runs])
     # A value that differs by chance keeps its interval; the others narrow by the root of two.
     assert np.median(both.estimate.std_devs / each.mean(axis=0)) < 0.8
@@ -156,6 +158,49 @@ def test_the_table_has_a_column_for_each(whole: tactid.Combination) -> None:
     }
 
 
+def test_a_copy_of_a_recording_is_refused(
+    command: TactidCommand, bags: Path, tmp_path: Path
+) -> None:
+    copy = shutil.copytree(bags / "cold", tmp_path / "copy")
+    done = command("identify", bags / "cold", copy, "--urdf", bags / "arm.urdf", "--tip", TIP)
+    assert done.returncode == 2
+    assert "recordings 1 and 2 have the same data" in done.stderr
+
+
+def test_formats_without_intervals_come_with_a_warning(command: TactidCommand, bags: Path) -> None:
+    options = ("--urdf", bags / "arm.urdf", "--tip", TIP, "--format", "ur")
+    for second, warns in (("later", False), ("warm", True)):
+        done = command("identify", bags / "cold", bags / second, *options)
+        assert done.returncode == 0, done.stderr
+        assert "set_target_payload" in done.stdout
+        assert ("has no interval: the mass is" in done.stderr) == warns
+
+
+def test_many_short_recordings_hold_what_they_promise() -> None:
+    # In 24 draws of twelve recordings of 2 s the errors are as large as the standard deviations.
+    pool = [short_recording(seed) for seed in range(72)]
+    random = np.random.default_rng(1)
+    drawn = [random.choice(len(pool), 12, replace=False) for _ in range(24)]
+    found = [tactid.combine([pool[k] for k in each]) for each in drawn]
+    sigmas = [(one.estimate.values - PAYLOAD.values) / one.estimate.std_devs for one in found]
+    assert 0.6 < np.sqrt(np.mean(np.square(sigmas))) < 1.25  # with the inverse covariances, 2
+    assert np.mean(np.abs(sigmas) < 1.96) > 0.88
+    assert sum(not one.agreement.agree for one in found) <= 2
+    # More than four recordings have a line each below the table of the whole.
+    text = str(found[0])
+    assert max(map(len, text.split("\n\n")[0].splitlines())) < 80
+    rows = [line for line in text.splitlines() if line.startswith(" recording ")]
+    assert len(rows) == 13
+
+
+def short_recording(seed: int) -> tactid.Identification:
+    """The arm in a motion of its own for 2 s, with the noise of the sensor."""
+    state = Arm(seed=100 + seed).at(clock(2.0, 100.0))
+    noise = np.random.default_rng(seed).normal(size=state.wrench.shape) * NOISE
+    motion = {"q": state.q, "qd": state.v, "wrench": state.wrench + noise}
+    return tactid.identify(state.time, urdf=ur5e(), tip=TIP, **motion)
+
+
 def test_a_known_mass_counts_once(bags: Path) -> None:
     found = tactid.identify(
         [bags / "cold", bags / "later"],
@@ -202,7 +247,14 @@ def test_results_that_do_not_belong_together_are_refused(bags: Path) -> None:
     paper = tactid.identify(bags / "later", urdf=urdf, tip=TIP, estimator="nlms")
     with pytest.raises(tactid.IdentificationError, match="later has no information"):
         tactid.combine([paper, first])
-    with pytest.raises(tactid.ArgumentError, match="empty"):
-        tactid.combine([])
+    for given, message in (
+        ([], "empty"),
+        (first, "`results` is of type Identification"),
+        (["cold"], r"`results\[0\]` is of type str"),
+        ([first, tactid.combine([first])], r"`results\[1\]` is a combination"),
+        ([first, first], "recordings 1 and 2 have the same data"),
+    ):
+        with pytest.raises(tactid.ArgumentError, match=message):
+            tactid.combine(given)
     with pytest.raises(tactid.ArgumentError, match="`q` belongs to arrays"):
         tactid.identify([bags / "cold", bags / "later"], q=np.zeros((2, 6)))

@@ -64,9 +64,13 @@ FINDINGS = [
             "runs": 3,
             "run": "bag2",
             "others_agree": True,
+            "recordings": ["bag1", "bag2", "bag3"],
             "chi_square": 812.4,
-            "degrees_of_freedom": 20,
+            "degrees_of_freedom": 19.4,
+            "noise_degrees_of_freedom": 700.0,
             "p_value": 1e-30,
+            "least_probable": "mass",
+            "least_p_value": 1e-20,
             "value": "mass",
             "difference": 0.23,
             "of_others": 2.3,
@@ -184,10 +188,12 @@ SENTENCES = {
         "The given mass is 2 kg, but the data alone give 1.8391 ± 0.0020 kg, 160.9"
         " standard deviations away: check gravity, and the gains and offsets of the sensors."
     ),
-    "runs_disagree": "The 3 recordings disagree by more than their noise (chi-square 812.4 for 20"
-    " degrees of freedom, p < 1e-06). bag2 differs most from the others, which agree: its mass by"
-    " +10.0 % (+0.23 kg, 25.3 standard deviations). The intervals include what varies between the"
-    " recordings, but no error that they share.",
+    "runs_disagree": (
+        "The 3 recordings disagree by more than their noise (chi-square 812.4 for 19.4 degrees of"
+        " freedom and noise from 700, p < 1e-06). bag2 differs most from the others, which agree:"
+        " its mass by +10.0 % (+0.23 kg, 25.3 standard deviations). The intervals include what"
+        " varies between the recordings, but not what is wrong in all of them."
+    ),
     "known_mass_not_kept": (
         "The given mass is 2 kg, but the result has 4 kg: no physically consistent body of the"
         " given mass within the box explains the data."

@@ -93,13 +93,23 @@ pub enum IdentifyError {
     /// There is no recording to combine.
     #[error("there is no recording to combine")]
     NoRuns,
-    /// The estimate of a recording to combine is not a point with an information.
-    #[error("the information of recording {run} {problem}")]
+    /// The estimate of a recording to combine is not a point with an information and a covariance.
+    #[error("the information or the covariance of recording {run} {problem}")]
     Information {
         /// Index of the recording.
         run: usize,
         /// What is wrong with it, as a predicate.
         problem: &'static str,
+    },
+    /// The same recording was given twice to combine: its noise would count as agreement.
+    #[error(
+        "recordings {} and {} have the same data: their noise would count as agreement",
+        runs[0] + 1,
+        runs[1] + 1
+    )]
+    SameRunTwice {
+        /// Indices of both, of which the message counts from one.
+        runs: [usize; 2],
     },
     /// The recording has too few windows without a gap: it is too short for the cutoff.
     #[error(

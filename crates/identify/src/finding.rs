@@ -6,7 +6,7 @@ use tactid_dynamics::ModelFinding;
 use crate::Method;
 use crate::checks::{PositionsBeyondLimits, TwistContradiction, VelocityContradiction};
 use crate::combine::{Agreement, ValueDifference};
-use crate::result::WrenchOffset;
+use crate::result::{VALUE_NAMES, WrenchOffset};
 use crate::solve::KnownMass;
 
 /// How samples were taken of which none is in a window.
@@ -50,12 +50,18 @@ pub struct UnexplainedLoad {
 pub struct Disagreement {
     /// Number of recordings.
     pub runs: usize,
-    /// Sum over the recordings of the squared Mahalanobis distance of their parameters from the combined ones.
+    /// Distance of all parameters of the recordings from the combined ones, see [`Agreement::chi_square`].
     pub chi_square: f64,
     /// Degrees of freedom of the chi-square.
-    pub degrees_of_freedom: u32,
+    pub degrees_of_freedom: f64,
+    /// Degrees of freedom from which the noise was estimated.
+    pub noise_degrees_of_freedom: f64,
     /// Probability of at least this chi-square if noise were the only difference between the recordings.
     pub p_value: f64,
+    /// Name of the value whose differences alone are the least probable, of [`VALUE_NAMES`](crate::VALUE_NAMES).
+    pub least_probable: &'static str,
+    /// Probability of the differences of this value alone.
+    pub least_p_value: f64,
     /// Index of the recording that differs most from the others; `None` for two recordings.
     pub run: Option<usize>,
     /// Whether the other recordings agree among themselves; false for two recordings.
@@ -69,11 +75,16 @@ impl Disagreement {
     pub(crate) fn of(agreement: &Agreement) -> Option<Self> {
         let run = agreement.largest.map(|largest| largest.run);
         let run = run.filter(|_| agreement.runs.len() > 2);
+        let values = VALUE_NAMES.into_iter().zip(agreement.value_p_values);
+        let (least_probable, least_p_value) = values.min_by(|a, b| a.1.total_cmp(&b.1))?;
         (!agreement.agree).then_some(Self {
             runs: agreement.runs.len(),
             chi_square: agreement.chi_square,
             degrees_of_freedom: agreement.degrees_of_freedom,
+            noise_degrees_of_freedom: agreement.noise_degrees_of_freedom,
             p_value: agreement.p_value,
+            least_probable,
+            least_p_value,
             run,
             others_agree: run.is_some_and(|run| agreement.runs[run].others_agree),
             largest: agreement.largest,

@@ -92,7 +92,8 @@ pub use tactid_dynamics::{BaseKind, Manipulator, ModelError, Wrench};
 
 pub use batch::{BatchIdentifier, BatchResult, BatchSettings, FitReport, Forecast};
 pub use combine::{
-    Agreement, Combination, CombineSettings, LinearEstimate, RunDistance, ValueDifference, combine,
+    Agreement, Combination, CombineSettings, LinearEstimate, RunDistance, SharedErrors,
+    ValueDifference, combine,
 };
 pub use equations::{
     BaseState, Channel, Channels, EquationSettings, EquationStream, PushOutcome, Sample,

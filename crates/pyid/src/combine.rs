@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{Dyn, OMatrix, SMatrix, SVector, U10};
 use pyo3::prelude::*;
-use tactid_identify::{Agreement, Combination, CombineSettings, LinearEstimate};
+use tactid_identify::{Agreement, Combination, CombineSettings, LinearEstimate, SharedErrors};
 
 use crate::arrays::{Array, Series, array, common_length};
 use crate::errors::IntoPyErr;
@@ -17,7 +17,7 @@ use crate::options;
 #[derive(IntoPyObject)]
 struct DistanceData {
     chi_square: f64,
-    degrees_of_freedom: u32,
+    degrees_of_freedom: f64,
     p_value: f64,
     others_agree: bool,
 }
@@ -27,7 +27,8 @@ struct DistanceData {
 struct AgreementData {
     agree: bool,
     chi_square: f64,
-    degrees_of_freedom: u32,
+    degrees_of_freedom: f64,
+    noise_degrees_of_freedom: f64,
     p_value: f64,
     value_p_values: Array,
     between_runs: Array,
@@ -56,6 +57,30 @@ impl CombinationData {
     }
 }
 
+/// Reads a `tactid.identification.LinearEstimate`.
+fn linear_estimate(given: &Bound<'_, PyAny>) -> PyResult<LinearEstimate> {
+    let item =
+        |name: &'static str, shape: &[usize]| Series::read_item(&given.getattr(name)?, name, shape);
+    let square = |name| -> PyResult<SMatrix<f64, 10, 10>> {
+        let read = item(name, &[10, 10])?;
+        Ok(SMatrix::from_row_slice(read.single()?))
+    };
+    let parameters = item("parameters", &[10])?;
+    let name = "shared_changes";
+    let changes = Series::read(&given.getattr(name)?, name, &[10])?;
+    let count = common_length(&[&changes])?.unwrap_or(0);
+    Ok(LinearEstimate {
+        parameters: SVector::from_column_slice(parameters.single()?),
+        information: square("information")?,
+        covariance: square("covariance")?,
+        shared: SharedErrors {
+            source: given.getattr("shared_source")?.extract()?,
+            changes: OMatrix::<f64, U10, Dyn>::from_fn(count, |k, of| changes.at(of)[k]),
+        },
+        degrees_of_freedom: given.getattr("degrees_of_freedom")?.extract()?,
+    })
+}
+
 fn agreement_data(
     py: Python<'_>,
     found: &Agreement,
@@ -71,6 +96,7 @@ fn agreement_data(
         agree: found.agree,
         chi_square: found.chi_square,
         degrees_of_freedom: found.degrees_of_freedom,
+        noise_degrees_of_freedom: found.noise_degrees_of_freedom,
         p_value: found.p_value,
         value_p_values: array(py, found.value_p_values.to_vec(), &[10])?,
         between_runs: array(py, between_runs.to_vec(), &[10])?,
@@ -100,33 +126,20 @@ pub(crate) fn identify_logs(
 ///
 /// Args:
 ///     frame: Name of the frame of all estimates.
-///     parameters: The linear parameters of each recording, (R, 10).
-///     information: The information on them, (R, 10, 10).
-///     degrees_of_freedom: Number of independent windows behind the information of each recording, (R,).
+///     linear: The :class:`tactid.LinearEstimate` of each recording.
 ///     options: An object with the options `known_mass`, `known_mass_std_dev` and `bounding_box`.
 ///
 /// Raises:
-///     ArgumentError: There is no recording, an information is not positive semidefinite, or an option is out of range.
+///     ArgumentError: There is no recording, a matrix is not positive semidefinite, or an option is out of range.
 #[pyfunction]
 pub(crate) fn combine(
     py: Python<'_>,
     frame: &str,
-    parameters: &Bound<'_, PyAny>,
-    information: &Bound<'_, PyAny>,
-    degrees_of_freedom: &Bound<'_, PyAny>,
+    linear: Vec<Bound<'_, PyAny>>,
     options: &Bound<'_, PyAny>,
 ) -> PyResult<CombinationData> {
-    let parameters = Series::read(parameters, "parameters", &[10])?;
-    let information = Series::read(information, "information", &[10, 10])?;
-    let freedom = Series::read(degrees_of_freedom, "degrees_of_freedom", &[])?;
-    let count = common_length(&[&parameters, &information, &freedom])?.unwrap_or(1);
-    let runs: Vec<LinearEstimate> = (0..count)
-        .map(|run| LinearEstimate {
-            parameters: SVector::from_column_slice(parameters.at(run)),
-            information: SMatrix::from_column_slice(information.at(run)),
-            degrees_of_freedom: freedom.at(run)[0],
-        })
-        .collect();
+    let runs = linear.iter().map(linear_estimate);
+    let runs: Vec<LinearEstimate> = runs.collect::<PyResult<_>>()?;
     let request = options::request(options)?;
     let settings = CombineSettings {
         known_mass: request.known_mass,

@@ -135,9 +135,10 @@ impl IntoPyErr for IdentifyError {
                 let name = "estimator";
                 option_error(pointing_to(&message, name), name)
             }
-            Self::WrenchCount { .. } | Self::NoRuns | Self::Information { .. } => {
-                ArgumentError::new_err(message)
-            }
+            Self::WrenchCount { .. }
+            | Self::NoRuns
+            | Self::SameRunTwice { .. }
+            | Self::Information { .. } => ArgumentError::new_err(message),
             Self::NoWrench | Self::FixedBase | Self::NoMasses { .. } => {
                 identification_error(&message, Some("method"))
             }

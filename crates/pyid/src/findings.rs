@@ -309,7 +309,8 @@ fn runs_disagree(py: Python<'_>, found: &Disagreement) -> PyResult<FindingData> 
     let largest = found.largest.as_ref();
     let data = data!(py, "runs": found.runs, "run": found.run, "others_agree": found.others_agree,
         "chi_square": found.chi_square, "degrees_of_freedom": found.degrees_of_freedom,
-        "p_value": found.p_value, "value": largest.map(|largest| largest.value),
+        "noise_degrees_of_freedom": found.noise_degrees_of_freedom, "p_value": found.p_value,
+        "least_probable": found.least_probable, "least_p_value": found.least_p_value, "value": largest.map(|largest| largest.value),
         "difference": largest.map(|largest| largest.difference),
         "of_others": largest.map(|largest| largest.others),
         "sigmas": largest.map(ValueDifference::sigmas));

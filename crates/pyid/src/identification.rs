@@ -72,6 +72,9 @@ fn limits<const N: usize>(intervals: Option<[[f64; 2]; N]>) -> Vec<f64> {
 struct LinearData {
     parameters: Array,
     information: Array,
+    covariance: Array,
+    shared_changes: Array,
+    shared_source: u64,
     degrees_of_freedom: f64,
 }
 
@@ -81,6 +84,13 @@ impl LinearData {
             parameters: array(py, linear.parameters.as_slice().to_vec(), &[10])?,
             // Symmetric: the order of rows and columns does not matter.
             information: array(py, linear.information.as_slice().to_vec(), &[10, 10])?,
+            covariance: array(py, linear.covariance.as_slice().to_vec(), &[10, 10])?,
+            shared_changes: array(
+                py,
+                linear.shared.changes.as_slice().to_vec(),
+                &[linear.shared.changes.ncols(), 10],
+            )?,
+            shared_source: linear.shared.source,
             degrees_of_freedom: linear.degrees_of_freedom,
         })
     }

@@ -60,7 +60,8 @@ fn solve(
         parameters += direction * (direction.dot(&target) / information);
         covariance.ger(NOISE_CORRELATION / information, &direction, &direction, 1.0);
     }
-    covariance += normal_equations.gain_covariance(&spectrum);
+    let of_gains = normal_equations.gain_errors(&spectrum);
+    covariance += &of_gains * of_gains.transpose();
     let parameters = parameters.component_mul(scales) - known;
     let covariance = SMatrix::from_fn(|i, j| covariance[(i, j)] * scales[i] * scales[j]);
     let projection = project(&parameters, &covariance, scales, bounding_box);

@@ -12,7 +12,7 @@ use super::posterior::{Posterior, posterior};
 use super::recording::EffortRecording;
 use super::rows::EffortModel;
 use crate::batch::{BatchResult, BatchSettings, FitReport};
-use crate::combine::LinearEstimate;
+use crate::combine::{LinearEstimate, SharedErrors, information};
 use crate::diagnosis::{CONTRADICTION, consistent_parameters, mass_finding, nothing_held};
 use crate::equations::{Channel, window};
 use crate::finding::{Finding, UnexplainedLoad};
@@ -97,8 +97,21 @@ impl Calibration {
             settings,
             free: &free,
             best: with_mass.as_ref().unwrap_or(&free),
+            source: self.source(unloaded),
         };
         Ok(solution.estimate())
+    }
+}
+
+impl Calibration {
+    /// Returns a number that identifies what is known of the arm: this calibration, updated by these recordings (the hash of
+    /// Fowler, Noll and Vo).
+    fn source(&self, unloaded: &[EffortRecording]) -> u64 {
+        let times = unloaded.iter().flat_map(|recording| recording.times_s());
+        let numbers = self.parameters.iter().chain(&self.precision).chain(times);
+        numbers.fold(0xcbf2_9ce4_8422_2325, |hash: u64, number| {
+            (hash ^ number.to_bits()).wrapping_mul(0x0100_0000_01b3)
+        })
     }
 }
 
@@ -111,9 +124,29 @@ struct Solution<'a> {
     settings: &'a BatchSettings,
     free: &'a Posterior,
     best: &'a Posterior,
+    /// [`SharedErrors::source`] of the arm's unknowns.
+    source: u64,
 }
 
 impl Solution<'_> {
+    /// Returns what the recordings say about the payload without its known mass. The errors of the arm are those of all
+    /// payloads that are identified with the same calibration.
+    fn linear(&self) -> LinearEstimate {
+        let free = self.free;
+        let changes = &free.arm_changes * WIDENING;
+        let covariance = free.covariance * (WIDENING * WIDENING);
+        LinearEstimate {
+            parameters: free.parameters - self.tool,
+            information: information(&covariance, &free.null_space),
+            covariance: covariance - &changes * changes.transpose(),
+            shared: SharedErrors {
+                source: self.source,
+                changes,
+            },
+            degrees_of_freedom: f64::INFINITY, // the covariance is widened already
+        }
+    }
+
     fn estimate(&self) -> CalibratedEstimate {
         let best = self.best;
         let covariance = best.covariance * (WIDENING * WIDENING);
@@ -143,12 +176,7 @@ impl Solution<'_> {
         let of_model = self.loaded[0].arm.findings.iter().cloned();
         CalibratedEstimate {
             result: BatchResult {
-                linear: LinearEstimate::new(
-                    self.free.parameters - self.tool,
-                    &(self.free.covariance * (WIDENING * WIDENING)),
-                    &self.free.null_space,
-                    f64::INFINITY, // the covariance is widened already
-                ),
+                linear: self.linear(),
                 estimate: self.payload(&consistent, &covariance),
                 principal_moments: PrincipalMoments::with_std_devs(
                     &consistent,

@@ -10,6 +10,7 @@ use super::recording::EffortRecording;
 use super::rows::{EffortModel, Unknowns};
 use super::solver::{Block, NormalEquations, Prior, Problem};
 use crate::IdentifyError;
+use crate::fit::GainErrors;
 use crate::solve::KnownMass;
 use crate::solve::spectrum::{Excitation, Spectrum};
 use crate::solve::subspace::{Matrix, NullSpace, Vector};
@@ -31,6 +32,9 @@ pub(crate) struct Posterior {
     pub(crate) covariance: Matrix,
     /// Covariance that would remain if the arm were known exactly.
     pub(crate) noise_covariance: Matrix,
+    /// What an error of one standard deviation of each of the arm's independent unknowns, as they were known before the loaded
+    /// recordings, changes in the parameters. It is part of the covariance.
+    pub(crate) arm_changes: GainErrors,
     pub(crate) null_space: NullSpace,
     pub(crate) excitation: Excitation,
     /// Mean square of the whitened residual of each joint, with the noise of the calibration.
@@ -47,6 +51,8 @@ struct Step {
     spectrum: Spectrum<nalgebra::Const<10>>,
     /// Information on the payload if the arm were known exactly.
     alone: Matrix,
+    /// What a unit of each parameter changes in the unknowns of the arm, whose step fits the rest; of the opposite sign.
+    coupling: DMatrix<f64>,
 }
 
 /// Estimates the payload of the loaded recordings together with the arm. `mass` is that of the whole load, where it is
@@ -118,25 +124,76 @@ fn solve(
             .zip(factors)
             .for_each(|(misfit, factor)| *misfit *= factor);
         problem.add(&mut at, &step.step);
-        last = Some(step);
+        last = Some((step, enlarged));
     }
-    let last = last.ok_or(IdentifyError::CalibrationFailed)?;
+    let (last, enlarged) = last.ok_or(IdentifyError::CalibrationFailed)?;
+    let before = precision_before(problem, &at, &enlarged)?;
     let Unknowns { arm, payloads } = at;
     if !payloads[0].iter().all(|entry| entry.is_finite()) {
         return Err(IdentifyError::CalibrationFailed);
     }
     let scales = Vector::from(scales);
+    let covariance_of = |spectrum| covariance(spectrum, &scales);
+    let of_arm = covariance_of(&last.spectrum);
+    let of_scale = scale_variance.sqrt() * payloads[0];
     Ok(Posterior {
         parameters: payloads[0],
-        covariance: covariance(&last.spectrum, &scales)
-            + scale_variance * payloads[0] * payloads[0].transpose(),
-        noise_covariance: covariance(&Spectrum::new(last.alone), &scales),
+        covariance: of_arm + of_scale * of_scale.transpose(),
+        arm_changes: arm_changes(&last.coupling, &before, &of_arm, &scales, &of_scale),
+        noise_covariance: covariance_of(&Spectrum::new(last.alone)),
         null_space: last.spectrum.null_space(scales),
         excitation: last.spectrum.excitation(),
         misfit,
         change,
         arm,
     })
+}
+
+/// Returns what an error of one standard deviation of each of the arm's unknowns changes in the parameters, given the root of
+/// their precision `before` and the covariance of the parameters; the last column is that of the scale of all gains.
+fn arm_changes(
+    coupling: &DMatrix<f64>,
+    before: &DMatrix<f64>,
+    covariance: &Matrix,
+    scales: &Vector,
+    of_scale: &Vector,
+) -> GainErrors {
+    // In the units of the information.
+    let of_payload = covariance.component_div(&(scales * scales.transpose()));
+    let mut changes = -of_payload * (coupling.tr_mul(before)).fixed_rows::<10>(0);
+    for mut change in changes.column_iter_mut() {
+        change.component_mul_assign(scales);
+    }
+    let count = changes.ncols();
+    let mut changes = changes.insert_column(count, 0.0);
+    changes.set_column(count, of_scale);
+    changes
+}
+
+/// Returns the root `L` of the precision `L Lᵀ` of the arm's unknowns before the loaded recordings, in units of their scales.
+fn precision_before(
+    problem: &Problem<'_>,
+    at: &Unknowns,
+    noise: &[EffortNoise],
+) -> Result<DMatrix<f64>, IdentifyError> {
+    let unloaded = problem
+        .blocks
+        .iter()
+        .filter(|block| block.payload.is_none());
+    let without_payload = Problem {
+        model: problem.model,
+        blocks: unloaded.cloned().collect(),
+        prior: problem.prior.clone(),
+        payload_scales: Vec::new(),
+        payload_rows: Vec::new(),
+    };
+    let at = Unknowns {
+        arm: at.arm.clone(),
+        payloads: Vec::new(),
+    };
+    let precision = without_payload.normal_equations(&at, noise).matrix;
+    let factor = precision.cholesky();
+    Ok(factor.ok_or(IdentifyError::CalibrationFailed)?.unpack())
 }
 
 /// Solves the normal equations: the arm, of which something is known, is eliminated, and the payload moves in observable
@@ -158,12 +215,13 @@ fn step(problem: &Problem<'_>, normal: &NormalEquations) -> Result<Step, Identif
         .observable()
         .map(|(information, direction)| direction * (direction.dot(&target) / information))
         .sum();
-    let arm = arm_alone - solved * DVector::from_column_slice(payload.as_slice());
+    let arm = arm_alone - &solved * DVector::from_column_slice(payload.as_slice());
     let step = arm.iter().chain(payload.iter()).copied();
     Ok(Step {
         step: DVector::from_iterator(count + 10, step),
         spectrum,
         alone,
+        coupling: solved,
     })
 }
 

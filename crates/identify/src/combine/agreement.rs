@@ -1,10 +1,11 @@
 //! Whether runs agree within their noise, and which of them differs.
 
 use super::between::Variation;
-use super::distributions::hotelling_p;
-use super::linear::Solved;
+use super::scatter::Scatter;
+use super::term::{Pooled, Term};
 use crate::result::VALUE_NAMES;
 use crate::solve::subspace::{Matrix, Vector};
+use crate::solve::uncertainty::{jacobian, values_of};
 
 /// Probability below which the chi-square over all runs and parameters counts as a disagreement.
 const RARE: f64 = 0.01;
@@ -16,12 +17,17 @@ const RARE_VALUE: f64 = 0.001;
 /// Whether runs agree within the noise of each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Agreement {
-    /// Sum over the runs of the squared Mahalanobis distance of their linear parameters from the combined ones.
+    /// Distance of the linear parameters of the runs from the combined ones: the weighted sum of its squares, in the unit in which it
+    /// would be as large as its degrees of freedom on average if noise were the only difference between the runs.
     pub chi_square: f64,
-    /// Number of parameters that the runs determine, each on its own, less the number that all determine together.
-    pub degrees_of_freedom: u32,
+    /// Degrees of freedom: about the number of parameters that the runs determine, each on its own, less the number that all determine
+    /// together. It is smaller, and no integer, where noise differs between directions.
+    pub degrees_of_freedom: f64,
+    /// Degrees of freedom from which the noise was estimated: the windows of all runs, less their overlap.
+    pub noise_degrees_of_freedom: f64,
     /// Probability of at least this chi-square if noise were the only difference between the runs; 1 where they determine
-    /// nothing in common. It takes into account that the noise of each run was estimated from as many windows as it has.
+    /// nothing in common. It is that of Fisher's distribution for `chi_square / degrees_of_freedom`, with
+    /// `degrees_of_freedom` and `noise_degrees_of_freedom`.
     pub p_value: f64,
     /// The same probability for each of [`VALUE_NAMES`]; 1 where fewer than two runs determine the value.
     pub value_p_values: [f64; 10],
@@ -37,10 +43,10 @@ pub struct Agreement {
 /// Distance of one run from all others together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunDistance {
-    /// Part of the chi-square over all runs that disappears without this run.
+    /// Squared distance of this run from the mean of the others, as [`Agreement::chi_square`].
     pub chi_square: f64,
-    /// Degrees of freedom that disappear with it.
-    pub degrees_of_freedom: u32,
+    /// Degrees of freedom of this distance.
+    pub degrees_of_freedom: f64,
     /// Probability of at least this distance if noise were the only difference.
     pub p_value: f64,
     /// Whether the other runs agree among themselves.
@@ -62,6 +68,16 @@ pub struct ValueDifference {
     pub std_dev: f64,
 }
 
+impl RunDistance {
+    /// Distance of a run without others.
+    const NONE: Self = Self {
+        chi_square: 0.0,
+        degrees_of_freedom: 0.0,
+        p_value: 1.0,
+        others_agree: true,
+    };
+}
+
 impl ValueDifference {
     /// Returns the difference in standard deviations, with its sign.
     #[must_use]
@@ -72,120 +88,136 @@ impl ValueDifference {
 
 /// Runs with the linearisation of the ten values, about which they are compared.
 pub(crate) struct Comparison<'a> {
-    pub(crate) terms: &'a [(Vector, Matrix)],
-    pub(crate) runs: &'a [Solved],
+    pub(crate) terms: &'a [Term],
+    /// The ten values alone, each of the runs that determine it.
+    values: [Vec<(usize, Term)>; 10],
     /// Parameters at which the ten values are linearised.
-    pub(crate) at: &'a Vector,
-    /// Degrees of freedom of the runs' covariances, on average.
-    pub(crate) of_noise: f64,
+    at: &'a Vector,
     /// The ten values at these parameters, and their derivatives; `None` for a mass of zero.
-    pub(crate) values: Option<([f64; 10], Matrix)>,
+    linearization: Option<([f64; 10], Matrix)>,
 }
 
-/// Chi-square of some runs with its degrees of freedom, and whether they agree.
+/// How far some runs are from each other, and whether they agree.
 struct Test {
-    chi_square: f64,
-    degrees_of_freedom: u32,
-    p_value: f64,
+    all: Scatter,
     value_p_values: [f64; 10],
 }
 
 impl Test {
     fn agrees(&self) -> bool {
-        self.p_value >= RARE && self.value_p_values.iter().all(|p| *p >= RARE_VALUE)
+        self.all.p_value() >= RARE && self.value_p_values.iter().all(|p| *p >= RARE_VALUE)
     }
 }
 
-impl Comparison<'_> {
+impl<'a> Comparison<'a> {
+    /// Prepares a comparison at these parameters.
+    pub(crate) fn new(terms: &'a [Term], at: &'a Vector) -> Self {
+        let linearization = values_of(at).zip(jacobian(at));
+        let of_value = |k: usize| {
+            let Some((_, jacobian)) = &linearization else {
+                return Vec::new();
+            };
+            let gradient = jacobian.row(k).into_owned();
+            let of_run =
+                |(run, term): (usize, &Term)| Some((run, term.of_quantity(&gradient, at)?));
+            terms.iter().enumerate().filter_map(of_run).collect()
+        };
+        Self {
+            terms,
+            values: std::array::from_fn(of_value),
+            at,
+            linearization,
+        }
+    }
+
     /// Returns whether the runs agree, and which one differs most.
     pub(crate) fn agreement(&self) -> Agreement {
-        let all: Vec<usize> = (0..self.runs.len()).collect();
-        let test = self.test(&all);
+        let test = self.test(None);
         let distance = |run: usize| {
-            let others = self.test(&without(&all, run));
-            let chi_square = (test.chi_square - others.chi_square).max(0.0);
-            let degrees_of_freedom = test
-                .degrees_of_freedom
-                .saturating_sub(others.degrees_of_freedom);
+            let others = self.others(run);
+            let both = [&self.terms[run], &others.term];
+            let scatter = Scatter::new(both.into_iter(), &Pooled::new(both.into_iter()));
             RunDistance {
-                chi_square,
-                degrees_of_freedom,
-                p_value: hotelling_p(chi_square, degrees_of_freedom, self.of_noise, self.rank()),
-                others_agree: others.agrees(),
+                chi_square: scatter.chi_square,
+                degrees_of_freedom: scatter.degrees_of_freedom,
+                p_value: scatter.p_value(),
+                others_agree: self.test(Some(run)).agrees(),
             }
         };
-        let runs: Vec<RunDistance> = all.iter().map(|run| distance(*run)).collect();
+        let runs: Vec<RunDistance> = match self.terms.len() {
+            0 | 1 => vec![RunDistance::NONE; self.terms.len()],
+            count => (0..count).map(distance).collect(),
+        };
         let farthest = match runs.len() {
             0 | 1 => None,
             2 => Some(1),
             _ => farthest(&runs),
         };
         Agreement {
-            chi_square: test.chi_square,
-            degrees_of_freedom: test.degrees_of_freedom,
-            p_value: test.p_value,
+            chi_square: test.all.chi_square,
+            degrees_of_freedom: test.all.degrees_of_freedom,
+            noise_degrees_of_freedom: test.all.of_noise,
+            p_value: test.all.p_value(),
             value_p_values: test.value_p_values,
             agree: test.agrees(),
-            largest: farthest.and_then(|run| self.largest_difference(run, &without(&all, run))),
+            largest: farthest.and_then(|run| self.largest_difference(run)),
             runs,
         }
     }
 
-    /// Largest number of parameters that a run determines.
-    fn rank(&self) -> u32 {
-        self.runs.iter().map(Solved::rank).max().unwrap_or(0)
+    /// Returns the mean of all runs but one.
+    fn others(&self, run: usize) -> Pooled {
+        let others = self.terms.iter().enumerate();
+        Pooled::new(others.filter(|(k, _)| *k != run).map(|(_, term)| term))
     }
 
-    /// Tests whether the runs with these indices agree.
-    fn test(&self, which: &[usize]) -> Test {
-        let terms: Vec<_> = which.iter().map(|run| self.terms[*run]).collect();
-        let together = Solved::new(&terms);
-        let ranks: u32 = which.iter().map(|run| self.runs[*run].rank()).sum();
-        let degrees_of_freedom = ranks.saturating_sub(together.rank());
-        let chi_square = together.chi_square(&terms);
-        let value_p_values = self.variations(which).map(|variation| {
-            let degrees_of_freedom = variation.runs.saturating_sub(1);
-            hotelling_p(variation.chi_square, degrees_of_freedom, self.of_noise, 1)
-        });
+    /// Tests whether the runs agree, without one of them.
+    fn test(&self, without: Option<usize>) -> Test {
+        let terms = self.terms.iter().enumerate();
+        let terms = terms.filter(|(k, _)| Some(*k) != without);
         Test {
-            chi_square,
-            degrees_of_freedom,
-            p_value: hotelling_p(chi_square, degrees_of_freedom, self.of_noise, self.rank()),
-            value_p_values,
+            all: scatter(terms.map(|(_, term)| term)),
+            value_p_values: std::array::from_fn(|k| {
+                let of_value = self.values[k].iter();
+                let of_value = of_value.filter(|(run, _)| Some(*run) != without);
+                scatter(of_value.map(|(_, term)| term)).p_value()
+            }),
         }
     }
 
-    /// Returns how each of the ten values varies over the runs with these indices.
-    pub(crate) fn variations(&self, which: &[usize]) -> [Variation; 10] {
-        let Some((_, jacobian)) = &self.values else {
-            return [Variation::default(); 10];
-        };
-        let runs: Vec<Solved> = which.iter().map(|run| self.runs[*run].clone()).collect();
-        Variation::of_values(&runs, self.at, jacobian)
+    /// Returns how each of the ten values varies over all runs.
+    pub(crate) fn variations(&self) -> [Variation; 10] {
+        std::array::from_fn(|k| Variation::new(self.values[k].iter().map(|(_, term)| term)))
     }
 
-    /// Returns the largest difference of the ten values, in standard deviations, between a run and others.
-    fn largest_difference(&self, run: usize, others: &[usize]) -> Option<ValueDifference> {
-        let (values, jacobian) = self.values.as_ref()?;
-        let terms: Vec<_> = others.iter().map(|other| self.terms[*other]).collect();
-        let (one, others) = (&self.runs[run], Solved::new(&terms));
-        let differences = (0..10).filter_map(|k| {
-            let gradient = jacobian.row(k).into_owned();
-            let both = [one, &others];
-            if !both.iter().all(|of| of.null_space.determines(&gradient)) {
-                return None;
-            }
-            let variance = gradient * (one.covariance + others.covariance) * gradient.transpose();
+    /// Returns the largest difference of the ten values, in standard deviations, between a run and the others.
+    fn largest_difference(&self, run: usize) -> Option<ValueDifference> {
+        let (values, jacobian) = self.linearization.as_ref()?;
+        let others = self.others(run).term;
+        let difference = |k: usize| {
+            let (_, one) = self.values[k].iter().find(|(of, _)| *of == run)?;
+            let others = others.of_quantity(&jacobian.row(k).into_owned(), self.at)?;
+            let changes = (&one.changes - &others.changes).row(0).norm_squared();
+            let variance = one.covariance[(0, 0)] + others.covariance[(0, 0)] + changes;
             Some(ValueDifference {
                 run,
                 value: VALUE_NAMES[k],
-                difference: (gradient * (one.parameters - others.parameters))[0],
-                others: values[k] + (gradient * (others.parameters - self.at))[0],
-                std_dev: variance[0].max(f64::MIN_POSITIVE).sqrt(),
+                difference: one.at[0] - others.at[0],
+                others: values[k] + others.at[0],
+                std_dev: variance.max(f64::MIN_POSITIVE).sqrt(),
             })
-        });
+        };
+        let differences = (0..10).filter_map(difference);
         differences.max_by(|a, b| a.sigmas().abs().total_cmp(&b.sigmas().abs()))
     }
+}
+
+/// Returns how far terms are from their mean.
+fn scatter<'a>(terms: impl Iterator<Item = &'a Term> + Clone) -> Scatter {
+    if terms.clone().nth(1).is_none() {
+        return Scatter::default();
+    }
+    Scatter::new(terms.clone(), &Pooled::new(terms))
 }
 
 /// Returns the run whose distance from the others is the least probable.
@@ -197,8 +229,4 @@ fn farthest(runs: &[RunDistance]) -> Option<usize> {
         a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
     };
     (0..runs.len()).max_by(compare)
-}
-
-fn without(all: &[usize], run: usize) -> Vec<usize> {
-    all.iter().copied().filter(|other| *other != run).collect()
 }

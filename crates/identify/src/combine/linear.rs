@@ -1,74 +1,109 @@
-//! What a recording says about the ten linear parameters: a point and its information.
+//! What a recording says about the ten linear parameters: a point, its information and its errors.
 
-use nalgebra::{SMatrix, SVector, SymmetricEigen};
+use nalgebra::{Dyn, OMatrix, SMatrix, SVector, SymmetricEigen, U10};
 
 use crate::IdentifyError;
 use crate::equations::window::NOISE_CORRELATION;
-use crate::fit::Fit;
+use crate::fit::{Fit, GainErrors};
 use crate::solve::subspace::{Matrix, NullSpace, Vector};
 
 /// Ratio of an eigenvalue to the largest one, in parameters scaled to an information of one each, at and below which a
 /// direction is unobservable: above the rounding of an inverted covariance.
 const ROUNDING: f64 = 1e-12;
 
+/// [`SharedErrors::source`] of the gains of joints: all recordings of a robot share them.
+const GAINS: u64 = 0;
+
 /// Least variance of an observable direction of a fit, relative to the largest one: below, it is rounding.
 const LEAST_VARIANCE: f64 = 1e-13;
 
-/// What one recording says about the payload: a point in the ten linear parameters, and the information on them.
+/// What one recording says about the payload: a point in the ten linear parameters, the information on them, and its errors.
 ///
 /// Unlike a covariance, an information matrix also describes a motion that leaves directions of the parameters
 /// unobservable: it is zero along them. The information of independent recordings is additive, so that two motions
 /// together may determine what neither does alone. Prior knowledge of the payload (its mass, a bounding box) is not
 /// included, because it would count once for each recording.
+///
+/// Information and covariance are two estimates. The weight of a recording among others must not depend on the errors of its
+/// parameters, or a recording that seems precise by chance counts too much. So the information is that of rows with noise of the
+/// size that the channels have on average, and the covariance, which decides how wide an interval is, is estimated from the scatter
+/// of the residuals in each direction. They differ by some ten percent in long recordings, and by a factor in short ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearEstimate {
     /// Parameters of the payload in the order of
     /// [`InertialParameters`](tactid_dynamics::InertialParameters): mass, kg; first moments, kg m; inertia about the
     /// frame's origin, kg m². They need not be physically consistent, and are arbitrary in unobservable directions.
     pub parameters: SVector<f64, 10>,
-    /// Information of the parameters, the inverse of their covariance in the observable directions: symmetric, positive
-    /// semidefinite, in the inverse units of the parameters' products. It accounts for the uncertainty of the gains, but
-    /// recordings of one robot share the errors of its gains: combined, they count as independent.
+    /// Information of the parameters, the weight of the recording among others: symmetric, positive semidefinite, zero in
+    /// unobservable directions, in the inverse units of the parameters' products.
     pub information: SMatrix<f64, 10, 10>,
-    /// Number of independent windows from which the noise, and with it the information, was estimated; infinite where it is
-    /// known. It is part of the test whether recordings agree.
+    /// Covariance of the errors of the parameters that no other recording shares: symmetric, positive semidefinite. What it
+    /// contains in unobservable directions does not count.
+    pub covariance: SMatrix<f64, 10, 10>,
+    /// Errors that other recordings may share.
+    pub shared: SharedErrors,
+    /// Number of independent windows from which the covariance was estimated; infinite where it is known. It is part of the
+    /// test whether recordings agree.
     pub degrees_of_freedom: f64,
 }
 
-impl LinearEstimate {
-    /// Returns what a fit says about the payload, given the parameters of the `known` bodies that the fit contains.
-    pub(crate) fn of_fit(fit: &Fit, known: &Vector) -> Self {
-        let windows = fit.weights.len() as f64 / NOISE_CORRELATION;
-        Self::new(
-            fit.parameters - known,
-            &fit.covariance,
-            &fit.null_space,
-            windows,
-        )
-    }
+/// How errors of unknowns that several recordings may share, such as the gain of a joint, change the parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SharedErrors {
+    /// Number that is the same for recordings which share these unknowns: of the same gains, or of the same calibration.
+    pub source: u64,
+    /// Change of the ten parameters, a column for each independent unknown, by an error of one standard deviation.
+    pub changes: OMatrix<f64, U10, Dyn>,
+}
 
-    /// Returns the estimate with a covariance that is zero in the directions of a null space.
-    pub(crate) fn new(
-        parameters: Vector,
-        covariance: &Matrix,
-        null_space: &NullSpace,
-        degrees_of_freedom: f64,
+impl SharedErrors {
+    /// Returns no errors.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            source: 0,
+            changes: GainErrors::zeros(0),
+        }
+    }
+}
+
+impl LinearEstimate {
+    /// Returns the estimate of a recording whose noise is known, and which shares no error with others.
+    #[must_use]
+    pub fn with_known_noise(
+        parameters: SVector<f64, 10>,
+        information: SMatrix<f64, 10, 10>,
     ) -> Self {
-        let scales = null_space.scales();
-        let scaled = covariance.component_div(&(scales * scales.transpose()));
-        let largest = scaled.diagonal().max().max(f64::MIN_POSITIVE);
-        // With a variance of its own, an unobservable direction can be inverted, and is then removed again.
-        let directions = null_space.directions().iter();
-        let unobservable: Matrix = directions.map(|n| n * n.transpose()).sum();
-        let mut eigen = SymmetricEigen::new(scaled + unobservable * largest);
-        eigen
-            .eigenvalues
-            .apply(|variance| *variance = 1.0 / variance.max(LEAST_VARIANCE * largest));
-        let information = eigen.recompose() - unobservable / largest;
         Self {
             parameters,
-            information: information.component_div(&(scales * scales.transpose())),
-            degrees_of_freedom,
+            information,
+            covariance: pseudo_inverse(&information).covariance,
+            shared: SharedErrors::none(),
+            degrees_of_freedom: f64::INFINITY,
+        }
+    }
+
+    /// Returns what a fit says about the payload, given the parameters of the `known` bodies that the fit contains.
+    pub(crate) fn of_fit(fit: &Fit, known: &Vector) -> Self {
+        let covariance = fit.covariance - fit.gain_covariance();
+        let information = information(&fit.bread, &fit.null_space);
+        // Windows overlap, and noise may be coloured: by so much the parameters scatter more than by white noise.
+        let rank = 10 - fit.null_space.directions().len();
+        let ratio = (information * covariance).trace() / rank.max(1) as f64;
+        let ratio = if ratio > 0.0 && ratio.is_finite() {
+            ratio
+        } else {
+            1.0
+        };
+        Self {
+            parameters: fit.parameters - known,
+            information: information / ratio,
+            covariance,
+            shared: SharedErrors {
+                source: GAINS,
+                changes: fit.gain_errors.clone(),
+            },
+            degrees_of_freedom: fit.weights.len() as f64 / NOISE_CORRELATION,
         }
     }
 
@@ -79,78 +114,77 @@ impl LinearEstimate {
     pub(crate) fn check(&self, run: usize) -> Result<(), IdentifyError> {
         let wrong = |problem| Err(IdentifyError::Information { run, problem });
         let numbers = self.parameters.iter().chain(self.information.iter());
+        let numbers = numbers.chain(self.covariance.iter());
+        let numbers = numbers.chain(self.shared.changes.iter());
         if numbers.copied().any(|number| !number.is_finite()) {
             return wrong("contains a number that is not finite");
         }
         if self.degrees_of_freedom.is_nan() || self.degrees_of_freedom <= 0.0 {
             return wrong("has no positive number of degrees of freedom");
         }
-        let diagonal = self.information.diagonal();
-        let scales = diagonal.map(|entry| if entry > 0.0 { entry.sqrt() } else { 1.0 });
-        let scaled = self
-            .information
-            .component_div(&(scales * scales.transpose()));
-        if (scaled - scaled.transpose()).amax() > 1e-6 {
+        if !is_symmetric(&self.information) || !is_symmetric(&self.covariance) {
             return wrong("is not symmetric");
         }
-        if SymmetricEigen::new(scaled).eigenvalues.min() < -1e-6 {
+        if !is_positive(&self.information) || !is_positive(&self.covariance) {
             return wrong("has a negative eigenvalue");
         }
         Ok(())
     }
 }
 
-/// An estimate from information: its parameters, its covariance, and the directions without information.
-#[derive(Clone, Debug)]
-pub(crate) struct Solved {
-    pub(crate) parameters: Vector,
-    /// Covariance, zero in unobservable directions.
+/// Returns a symmetric matrix in units in which its diagonal is one where it is positive.
+fn normalized(matrix: &Matrix) -> Matrix {
+    let scales = scales(matrix);
+    matrix.component_mul(&(scales * scales.transpose()))
+}
+
+fn is_symmetric(matrix: &Matrix) -> bool {
+    let scaled = normalized(matrix);
+    (scaled - scaled.transpose()).amax() <= 1e-6
+}
+
+fn is_positive(matrix: &Matrix) -> bool {
+    SymmetricEigen::new(normalized(matrix)).eigenvalues.min() >= -1e-6
+}
+
+/// Returns the inverse of a covariance in the observable directions; it is zero in those of the null space.
+pub(crate) fn information(covariance: &Matrix, null_space: &NullSpace) -> Matrix {
+    let scales = null_space.scales();
+    let scaled = covariance.component_div(&(scales * scales.transpose()));
+    let largest = scaled.diagonal().max().max(f64::MIN_POSITIVE);
+    // With a variance of its own, an unobservable direction can be inverted, and is then removed again.
+    let directions = null_space.directions().iter();
+    let unobservable: Matrix = directions.map(|n| n * n.transpose()).sum();
+    let mut eigen = SymmetricEigen::new(scaled + unobservable * largest);
+    eigen
+        .eigenvalues
+        .apply(|variance| *variance = 1.0 / variance.max(LEAST_VARIANCE * largest));
+    let information = eigen.recompose() - unobservable / largest;
+    information.component_div(&(scales * scales.transpose()))
+}
+
+/// The inverse of an information in its observable directions.
+pub(crate) struct PseudoInverse {
+    /// Zero in unobservable directions.
     pub(crate) covariance: Matrix,
     pub(crate) null_space: NullSpace,
 }
 
-impl Solved {
-    /// Solves for the parameters that minimise the sum of `(π - πᵢ)ᵀ Wᵢ (π - πᵢ)` over pairs of points and information.
-    pub(crate) fn new(terms: &[(Vector, Matrix)]) -> Self {
-        let information: Matrix = terms.iter().map(|(_, information)| information).sum();
-        let scales = scales(&information);
-        let eigen = SymmetricEigen::new(information.component_mul(&(scales * scales.transpose())));
-        let largest = eigen.eigenvalues.max();
-        let is_observable = |k: &usize| eigen.eigenvalues[*k] > ROUNDING * largest;
-        let column = |k: usize| -> Vector { eigen.eigenvectors.column(k).into() };
-        let observable = (0..10).filter(is_observable);
-        let variances = observable.map(|k| {
-            let direction = column(k).component_mul(&scales);
-            direction * direction.transpose() / eigen.eigenvalues[k]
-        });
-        let covariance: Matrix = variances.sum();
-        // The second pass corrects what cancellation in the first one leaves.
-        let mut parameters = Vector::zeros();
-        for _ in 0..2 {
-            let gradients = terms.iter().map(|(at, weight)| weight * (at - parameters));
-            let gradient: Vector = gradients.sum();
-            parameters += covariance * gradient;
-        }
-        let unobservable = (0..10).filter(|k| !is_observable(k));
-        Self {
-            parameters,
-            covariance,
-            null_space: NullSpace::new(scales, unobservable.map(column)),
-        }
-    }
-
-    /// Number of observable directions.
-    pub(crate) fn rank(&self) -> u32 {
-        10 - self.null_space.directions().len() as u32
-    }
-
-    /// Returns the sum that the parameters minimise.
-    pub(crate) fn chi_square(&self, terms: &[(Vector, Matrix)]) -> f64 {
-        let squares = terms.iter().map(|(at, weight)| {
-            let rest = at - self.parameters;
-            (weight * rest).dot(&rest)
-        });
-        squares.sum::<f64>().max(0.0)
+/// Returns the inverse of an information, and the directions without information.
+pub(crate) fn pseudo_inverse(information: &Matrix) -> PseudoInverse {
+    let scales = scales(information);
+    let eigen = SymmetricEigen::new(normalized(information));
+    let largest = eigen.eigenvalues.max();
+    let is_observable = |k: &usize| eigen.eigenvalues[*k] > ROUNDING * largest;
+    let column = |k: usize| -> Vector { eigen.eigenvectors.column(k).into() };
+    let variances = (0..10).filter(is_observable).map(|k| {
+        let direction = column(k).component_mul(&scales);
+        direction * direction.transpose() / eigen.eigenvalues[k]
+    });
+    let unobservable = (0..10).filter(|k| !is_observable(k));
+    PseudoInverse {
+        covariance: variances.sum(),
+        null_space: NullSpace::new(scales, unobservable.map(column)),
     }
 }
 

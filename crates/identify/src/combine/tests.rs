@@ -3,9 +3,10 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
 use crate::VALUE_NAMES;
+use crate::solve::uncertainty::values_of;
 
 /// A payload of 2 kg with all values different from zero.
-fn truth() -> Vector {
+pub(super) fn truth() -> Vector {
     let body = result::body(&[
         2.0, 0.03, -0.02, 0.11, 0.011, 1e-3, -2e-3, 0.017, 5e-4, 0.021,
     ]);
@@ -13,7 +14,7 @@ fn truth() -> Vector {
 }
 
 /// A covariance of the linear parameters, with standard deviations of about 1 % and correlations.
-fn covariance(random: &mut SmallRng) -> Matrix {
+pub(super) fn covariance(random: &mut SmallRng) -> Matrix {
     let size = [2.0, 0.2, 0.2, 0.2, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02];
     let mixed = Matrix::from_fn(|i, j| {
         let mixed: f64 = random.random_range(-0.3..0.3);
@@ -22,26 +23,25 @@ fn covariance(random: &mut SmallRng) -> Matrix {
     mixed * mixed.transpose()
 }
 
-fn normal(random: &mut SmallRng) -> Vector {
+pub(super) fn normal(random: &mut SmallRng) -> Vector {
     Vector::from_fn(|_, _| StandardNormal.sample(random))
 }
 
 /// A run at a point, with noise of its covariance.
-fn run(random: &mut SmallRng, at: &Vector) -> LinearEstimate {
+pub(super) fn run(random: &mut SmallRng, at: &Vector) -> LinearEstimate {
     let covariance = covariance(random);
     let root = covariance.cholesky().unwrap().l();
-    LinearEstimate {
-        parameters: at + root * normal(random),
-        information: covariance.try_inverse().unwrap(),
-        degrees_of_freedom: f64::INFINITY,
-    }
+    LinearEstimate::with_known_noise(
+        at + root * normal(random),
+        covariance.try_inverse().unwrap(),
+    )
 }
 
-fn combined(runs: &[LinearEstimate]) -> Combination {
+pub(super) fn combined(runs: &[LinearEstimate]) -> Combination {
     combine("tool", runs, &CombineSettings::default()).unwrap()
 }
 
-fn half_widths(combination: &Combination) -> [f64; 10] {
+pub(super) fn half_widths(combination: &Combination) -> [f64; 10] {
     combination.estimate.std_devs.unwrap().map(|s| 1.96 * s)
 }
 
@@ -58,13 +58,13 @@ fn assert_near(found: [f64; 10], expected: [f64; 10], relative: f64) {
     }
 }
 
-/// Equal runs have the values of one, its covariance divided by their number, and agree.
+/// One run is its own combination. Four with the same information have its covariance divided by four.
 #[test]
-fn equal_runs_are_one_with_more_information() {
+fn covariance_is_divided_by_the_number_of_runs() {
     let mut random = SmallRng::seed_from_u64(1);
     let one = run(&mut random, &truth());
     let alone = combined(std::slice::from_ref(&one));
-    assert_eq!(alone.agreement.degrees_of_freedom, 0);
+    assert_eq!(alone.agreement.degrees_of_freedom, 0.0);
     assert!(alone.agreement.agree && alone.findings.is_empty());
     let covariance = one.information.try_inverse().unwrap();
     let body = InertialParameters::from_vector(one.parameters);
@@ -74,14 +74,18 @@ fn equal_runs_are_one_with_more_information() {
         1e-9,
     );
     assert!((half_widths(&alone)[0] / (1.96 * covariance[(0, 0)].sqrt()) - 1.0).abs() < 1e-6);
-    let four = combined(&[one.clone(), one.clone(), one.clone(), one]);
-    assert_near(four.estimate.values(), alone.estimate.values(), 1e-9);
+    let near = |k: i32| LinearEstimate {
+        parameters: one.parameters * (1.0 + 1e-9 * f64::from(k)),
+        ..one.clone()
+    };
+    let four = combined(&[near(-2), near(-1), near(1), near(2)]);
+    assert_near(four.estimate.values(), alone.estimate.values(), 1e-6);
     assert_near(
         half_widths(&four),
         half_widths(&alone).map(|half| half / 2.0),
         1e-6,
     );
-    assert_eq!(four.agreement.degrees_of_freedom, 30);
+    assert!((four.agreement.degrees_of_freedom - 30.0).abs() < 1e-6);
     assert!(four.agreement.p_value > 0.999 && four.between_runs == [0.0; 10]);
 }
 
@@ -117,11 +121,7 @@ fn complementary_directions_become_identifiable() {
         let covariance = whole.information.try_inverse().unwrap();
         let rest = Matrix::identity() - keep;
         let information = keep * (keep * covariance * keep + rest).try_inverse().unwrap() * keep;
-        LinearEstimate {
-            parameters: keep * whole.parameters,
-            information,
-            degrees_of_freedom: f64::INFINITY,
-        }
+        LinearEstimate::with_known_noise(keep * whole.parameters, information)
     };
     let first = only(&[0, 1, 2, 4, 5, 7], &mut random);
     let second = only(&[0, 3, 6, 8, 9], &mut random);
@@ -131,13 +131,14 @@ fn complementary_directions_become_identifiable() {
     }
     let both = combined(&[first.clone(), second]);
     assert_eq!(both.estimate.identifiable(), [true; 10]);
-    assert_eq!(both.agreement.degrees_of_freedom, 1);
+    assert!((both.agreement.degrees_of_freedom - 1.0).abs() < 1e-6);
     let error = both.estimate.body.center_of_mass.x - 0.03;
     assert!(error.abs() < half_widths(&both)[1] && half_widths(&both)[1] < 0.01);
     // A direction that no run determines stays unknown.
-    let same = combined(&[first.clone(), first]);
+    let third = only(&[0, 1, 2, 4, 5, 7], &mut random);
+    let same = combined(&[first, third]);
     assert!(same.estimate.std_devs.unwrap()[3].is_infinite());
-    assert_eq!(same.agreement.degrees_of_freedom, 6);
+    assert!((same.agreement.degrees_of_freedom - 6.0).abs() < 1e-6);
 }
 
 /// Fraction of draws in which the interval of each value contains the truth, and in which the runs agree.
@@ -189,32 +190,6 @@ fn intervals_hold_with_and_without_spread() {
     }
 }
 
-/// Where the covariances were estimated, as many false alarms are raised as where they are known.
-#[test]
-fn estimated_covariances_raise_no_more_alarms() {
-    let mut random = SmallRng::seed_from_u64(10);
-    let (draws, windows) = (600, 60);
-    let mut alarms = 0;
-    for _ in 0..draws {
-        let runs: Vec<_> = (0..3)
-            .map(|_| {
-                let covariance = covariance(&mut random);
-                let root = covariance.cholesky().unwrap().l();
-                let sample = (0..windows).map(|_| root * normal(&mut random));
-                let estimated: Matrix = sample.map(|drawn| drawn * drawn.transpose()).sum();
-                LinearEstimate {
-                    parameters: truth() + root * normal(&mut random),
-                    information: (estimated / f64::from(windows)).try_inverse().unwrap(),
-                    degrees_of_freedom: f64::from(windows),
-                }
-            })
-            .collect();
-        alarms += u32::from(!combined(&runs).agreement.agree);
-    }
-    // Twice in a hundred, as with known covariances; without Fisher's distribution it would be one in ten.
-    assert!((1..24).contains(&alarms), "{alarms} of {draws}");
-}
-
 /// One run with a gain that is 10 % off is named with the value and the difference. It widens the interval of what it
 /// changes, even where its own noise is the smallest, and leaves the centre of mass known.
 #[test]
@@ -225,6 +200,7 @@ fn a_run_with_another_gain_is_named() {
         let mut runs: Vec<_> = (0..3).map(|_| run(&mut random, &truth())).collect();
         let odd = draw % 3;
         runs[odd].information *= 25.0;
+        runs[odd].covariance /= 25.0;
         runs[odd].parameters = 1.1 * truth() + 0.2 * (runs[odd].parameters - truth());
         let found = combined(&runs);
         assert!(!found.agreement.agree);
@@ -258,11 +234,7 @@ fn a_run_with_another_gain_is_named() {
 #[test]
 fn two_runs_that_disagree_have_a_wide_interval() {
     let information = Matrix::from_diagonal(&truth().map(|entry| (0.001 * entry).powi(-2)));
-    let at = |gain: f64| LinearEstimate {
-        parameters: gain * truth(),
-        information,
-        degrees_of_freedom: 1e3,
-    };
+    let at = |gain: f64| LinearEstimate::with_known_noise(gain * truth(), information);
     let found = combined(&[at(1.0), at(1.1)]);
     let [Finding::RunsDisagree(disagreement)] = found.findings[..] else {
         panic!("{:?}", found.findings);
@@ -290,10 +262,9 @@ fn a_value_of_one_run_has_the_spread_of_the_others() {
     for run in &mut runs[1..] {
         let known = run.information.try_inverse().unwrap();
         let known = known.fixed_view::<4, 4>(0, 0).try_inverse().unwrap();
-        run.information = Matrix::zeros();
-        run.information
-            .fixed_view_mut::<4, 4>(0, 0)
-            .copy_from(&known);
+        let mut information = Matrix::zeros();
+        information.fixed_view_mut::<4, 4>(0, 0).copy_from(&known);
+        *run = LinearEstimate::with_known_noise(run.parameters, information);
     }
     let found = combined(&runs);
     let of_mass = found.between_runs[0] / found.estimate.body.mass_kg;
@@ -367,11 +338,14 @@ fn bad_input_is_an_error() {
         change(&mut bad);
         combine("tool", &[good.clone(), bad], &settings)
     };
-    let changes: [&dyn Fn(&mut LinearEstimate); 5] = [
+    let changes: [&dyn Fn(&mut LinearEstimate); 8] = [
         &|bad| bad.degrees_of_freedom = 0.0,
         &|bad| bad.parameters[3] = f64::NAN,
         &|bad| bad.information[(1, 2)] = f64::INFINITY,
         &|bad| bad.information[(1, 1)] *= -1.0,
+        &|bad| bad.covariance[(1, 1)] *= -1.0,
+        &|bad| bad.covariance[(1, 1)] = f64::NAN,
+        &|bad| bad.shared.changes = GainErrors::repeat(1, f64::NAN),
         &|bad| bad.information[(0, 1)] += 1e3 * bad.information[(0, 0)],
     ];
     for change in changes {
@@ -383,12 +357,8 @@ fn bad_input_is_an_error() {
     }
     let nothing = with(&|none| none.information = Matrix::zeros()).unwrap();
     assert!(nothing.agreement.agree && nothing.estimate.identifiable() == [true; 10]);
-    let none = LinearEstimate {
-        parameters: Vector::zeros(),
-        information: Matrix::zeros(),
-        degrees_of_freedom: 1.0,
-    };
+    let none = LinearEstimate::with_known_noise(Vector::zeros(), Matrix::zeros());
     let unknown = combined(&[none.clone(), none]);
     assert_eq!(unknown.estimate.identifiable(), [false; 10]);
-    assert!(unknown.agreement.agree && unknown.agreement.degrees_of_freedom == 0);
+    assert!(unknown.agreement.agree && unknown.agreement.degrees_of_freedom == 0.0);
 }

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector};
 
 use super::products::{Products, WIDTH, WideRow};
 use super::rows::{FitRows, TARGET, UNKNOWNS, remainder};
-use super::{Delay, Fit, FitOptions};
+use super::{Delay, Fit, FitOptions, GainErrors};
 use crate::equations::{Channels, Equation};
 use crate::solve::noise::{Noise, ROUNDING, Whitening};
 use crate::solve::offsets::{MeanRow, Offsets};
@@ -324,8 +324,9 @@ impl<'a> ReweightedLeastSquares<'a> {
 
     /// Computes the uncertainty after the last pass, given the number of windows that are used.
     fn into_fit(self, count: usize) -> Fit {
+        let bread = self.spectrum.inverse();
         let [covariance, metric] = if self.options.covariance {
-            self.covariances(count)
+            self.covariances(count, &bread)
         } else {
             [0, 1].map(|_| DMatrix::zeros(self.columns, self.columns))
         };
@@ -338,7 +339,8 @@ impl<'a> ReweightedLeastSquares<'a> {
             parameters: SVector::from_fn(|k, _| self.solution[k]),
             covariance: covariance.fixed_view::<10, 10>(0, 0).into_owned(),
             metric: metric.fixed_view::<10, 10>(0, 0).into_owned(),
-            gain_covariance: SMatrix::zeros(),
+            bread: SMatrix::from_fn(|i, j| bread[(i, j)] * scales[i] * scales[j]),
+            gain_errors: GainErrors::zeros(0),
             delay,
             excitation: self.spectrum.excitation(),
             null_space: self.spectrum.null_space(scales),

@@ -6,7 +6,7 @@ pub(crate) mod products;
 mod rows;
 mod sandwich;
 
-use nalgebra::{RowSVector, SMatrix, SVector};
+use nalgebra::{Dyn, OMatrix, RowSVector, SMatrix, SVector, U10};
 
 use self::normal_equations::NormalEquations;
 
@@ -57,6 +57,9 @@ impl<'a> FitOptions<'a> {
     }
 }
 
+/// Changes of the ten parameters, a column for each unknown that causes them.
+pub(crate) type GainErrors = OMatrix<f64, U10, Dyn>;
+
 /// A delay of the load relative to the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Delay {
@@ -77,8 +80,12 @@ pub(crate) struct Fit {
     /// Covariance in whose metric the parameters are projected onto consistent ones. It takes the noise to be the same
     /// in all windows: variances that are too small by chance would distort a projection.
     pub(crate) metric: SMatrix<f64, 10, 10>,
-    /// The part of the covariance that errors of the gains cause; the rest is noise.
-    pub(crate) gain_covariance: SMatrix<f64, 10, 10>,
+    /// Covariance that the parameters would have if the whitened noise of all windows were independent, zero in
+    /// unobservable directions. It depends on the noise only through the channels' sizes and correlations.
+    pub(crate) bread: SMatrix<f64, 10, 10>,
+    /// What an error of each channel's gain of one standard deviation changes in the parameters; empty where gains are exact.
+    /// It is part of the covariance.
+    pub(crate) gain_errors: GainErrors,
     /// Delay of the load that is left in the windows, where it was estimated.
     pub(crate) delay: Option<Delay>,
     /// Noise of the channels.
@@ -127,10 +134,17 @@ impl Fit {
                 sums.add(equation, window);
             }
         }
-        let scaled = sums.gain_covariance(&Spectrum::new(sums.information()));
-        let scales = self.scales();
-        self.gain_covariance = scaled.component_mul(&(scales * scales.transpose()));
-        self.covariance += self.gain_covariance;
+        let mut errors = sums.gain_errors(&Spectrum::new(sums.information()));
+        for mut error in errors.column_iter_mut() {
+            error.component_mul_assign(self.scales());
+        }
+        self.gain_errors = errors;
+        self.covariance += self.gain_covariance();
+    }
+
+    /// Returns the part of the covariance that errors of the gains cause; the rest is noise.
+    pub(crate) fn gain_covariance(&self) -> SMatrix<f64, 10, 10> {
+        &self.gain_errors * self.gain_errors.transpose()
     }
 
     /// Returns the fraction of the variance of each of the ten values that is noise, at parameters near those of the fit:
@@ -141,7 +155,7 @@ impl Fit {
         };
         let variances = |of: &SMatrix<f64, 10, 10>| (slopes * of * slopes.transpose()).diagonal();
         let (of_gains, all) = (
-            variances(&self.gain_covariance),
+            variances(&self.gain_covariance()),
             variances(&self.covariance),
         );
         std::array::from_fn(|k| {

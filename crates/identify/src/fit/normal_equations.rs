@@ -1,9 +1,9 @@
 //! Normal equations that grow window by window, with the weights and the noise of a fit.
 
-use nalgebra::{DMatrix, SMatrix, SVector, U10};
+use nalgebra::{SMatrix, SVector, U10};
 
-use super::Fit;
 use super::products::{Products, WIDTH, WideRow};
+use super::{Fit, GainErrors};
 use crate::equations::{Equation, Row};
 use crate::solve::noise::Whitening;
 use crate::solve::offsets::Centering;
@@ -23,7 +23,7 @@ pub(crate) struct NormalEquations<'a> {
     of_mass: [f64; 2],
     /// What an error of each channel's gain of one standard deviation adds to the right-hand side, a column for each
     /// channel.
-    gain_errors: DMatrix<f64>,
+    gain_errors: GainErrors,
     centering: Centering,
     rows: Vec<Row>,
     /// Rows of a window before and after whitening.
@@ -54,7 +54,7 @@ impl<'a> NormalEquations<'a> {
             of_mass: [0.0; 2],
             centering: Centering::new(if fit.offsets.is_some() { 6 } else { 0 }),
             rows: Vec::new(),
-            gain_errors: DMatrix::zeros(10, channels),
+            gain_errors: GainErrors::zeros(channels),
             wide: vec![[0.0; WIDTH]; channels],
             white: vec![[0.0; WIDTH]; channels],
         }
@@ -127,21 +127,19 @@ impl<'a> NormalEquations<'a> {
         }
     }
 
-    /// Returns the covariance of the scaled parameters that the errors of the gains cause, zero in unobservable
-    /// directions, given the spectrum of the information.
+    /// Returns what an error of each channel's gain of one standard deviation changes in the scaled parameters, zero in
+    /// unobservable directions, given the spectrum of the information.
     ///
     /// An error of a gain moves the parameters as the same change of its channel's targets moves them, with the weights and
     /// the noise of the fit.
-    pub(crate) fn gain_covariance(&self, spectrum: &Spectrum<U10>) -> SMatrix<f64, 10, 10> {
-        let mut covariance = SMatrix::zeros();
-        for error in self.gain_errors.column_iter() {
-            let mut step = SVector::<f64, 10>::zeros();
+    pub(crate) fn gain_errors(&self, spectrum: &Spectrum<U10>) -> GainErrors {
+        let mut steps = GainErrors::zeros(self.gain_errors.ncols());
+        for (error, mut step) in self.gain_errors.column_iter().zip(steps.column_iter_mut()) {
             for (information, direction) in spectrum.observable() {
                 step += direction * (direction.dot(&error) / information);
             }
-            covariance += step * step.transpose();
         }
-        covariance
+        steps
     }
 }
 
@@ -241,7 +239,7 @@ mod tests {
                 expected += step * step.transpose();
             }
             assert!(expected.amax() > 1e-6, "{expected}");
-            let difference = (found.gain_covariance - expected).amax();
+            let difference = (found.gain_covariance() - expected).amax();
             assert!(difference < 1e-6 * expected.amax(), "{difference}");
             let exact = changed(&equations, |_, row| row.gain_error = 0.0);
             let exact = least_squares::fit(&exact, options).unwrap();

@@ -1,7 +1,9 @@
 //! Eigenvalues of an information matrix: the observable directions of a batch fit.
 
 use nalgebra::allocator::Allocator;
-use nalgebra::{DefaultAllocator, DimDiff, DimSub, OMatrix, OVector, SymmetricEigen, U1};
+use nalgebra::{
+    DMatrix, DefaultAllocator, DimDiff, DimSub, Dyn, OMatrix, OVector, SymmetricEigen, U1,
+};
 
 use super::subspace::{EIGENVALUE_RATIO, NullSpace, Vector, least_excitation};
 
@@ -96,6 +98,18 @@ where
     /// Entries of an eigenvector that belong to the ten parameters.
     fn direction(&self, k: usize) -> Vector {
         Vector::from_fn(|i, _| self.eigen.eigenvectors[(i, k)])
+    }
+}
+
+impl Spectrum<Dyn> {
+    /// Returns the inverse of the information, zero in unobservable directions.
+    pub(crate) fn inverse(&self) -> DMatrix<f64> {
+        let size = self.eigen.eigenvalues.len();
+        let mut inverse = DMatrix::<f64>::zeros(size, size);
+        for (information, direction) in self.observable() {
+            inverse.ger(1.0 / information, &direction, &direction, 1.0);
+        }
+        inverse
     }
 }
 

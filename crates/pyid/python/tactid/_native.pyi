@@ -253,9 +253,7 @@ def identify_logs(
 ) -> list[_Data]: ...
 def combine(
     frame: str,
-    parameters: ArrayLike,
-    information: ArrayLike,
-    degrees_of_freedom: ArrayLike,
+    linear: Sequence[object],
     options: object,
 ) -> _Data: ...
 def identify_arrays(

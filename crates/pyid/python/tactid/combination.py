@@ -15,9 +15,10 @@ class RunDistance:
     """Distance of one recording from all others together."""
 
     chi_square: float
-    """Part of the chi-square over all recordings that disappears without this one."""
-    degrees_of_freedom: int
-    """Degrees of freedom that disappear with it."""
+    """Squared distance of this recording from the mean of the others, as that of
+    :class:`Agreement`."""
+    degrees_of_freedom: float
+    """Degrees of freedom of this distance."""
     p_value: float
     """Probability of at least this distance if noise were the only difference."""
     others_agree: bool
@@ -32,16 +33,22 @@ class Agreement:
     """Whether the recordings agree: ``p_value`` is at least 1 %, and each of ``value_p_values`` at
     least 0.1 %."""
     chi_square: float
-    """Sum over the recordings of the squared Mahalanobis distance of their linear parameters from
-    the combined ones."""
-    degrees_of_freedom: int
-    """Number of parameters that the recordings determine, each on its own, less the number that
-    all determine together."""
+    """Distance of the linear parameters of the recordings from the combined ones: the weighted sum
+    of its squares, in the unit in which it would be as large as ``degrees_of_freedom`` on average
+    if noise were the only difference."""
+    degrees_of_freedom: float
+    """About the number of parameters that the recordings determine, each on its own, less the
+    number that all determine together; smaller, and no integer, where noise differs between
+    directions."""
+    noise_degrees_of_freedom: float
+    """Degrees of freedom from which the noise was estimated: the windows of all recordings, less
+    their overlap; infinite where it is known."""
     p_value: float
     """Probability of at least this chi-square if noise were the only difference.
 
-    It takes into account that the noise of each recording was estimated from as many windows as it
-    has. It is 1 where the recordings determine nothing in common.
+    It is that of Fisher's distribution: ``scipy.stats.f.sf(chi_square / degrees_of_freedom,
+    degrees_of_freedom, noise_degrees_of_freedom)``. It is 1 where the recordings determine nothing
+    in common.
     """
     value_p_values: Array
     """The same probability for each of ``VALUE_NAMES`` alone, (10,)."""

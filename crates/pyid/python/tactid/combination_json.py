@@ -14,7 +14,7 @@ from tactid.combination_text import combined_remarks
 from tactid.files import write_atomically
 from tactid.naming import Style
 from tactid.outlook import WITHIN
-from tactid.values import all_finite, nested
+from tactid.values import all_finite, finite, nested
 
 SCHEMA = "tactid.combination/1"
 """Name and version of the layout: a change that breaks a reader increments the version."""
@@ -76,6 +76,7 @@ def record(
             "agree": found.agree,
             "chi_square": found.chi_square,
             "degrees_of_freedom": found.degrees_of_freedom,
+            "noise_degrees_of_freedom": finite(found.noise_degrees_of_freedom),
             "p_value": found.p_value,
             "value_p_values": nested(all_finite(found.value_p_values)),
             "between_runs_std_dev": nested(all_finite(found.between_runs)),

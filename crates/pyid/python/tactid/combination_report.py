@@ -5,7 +5,7 @@ from pathlib import Path
 
 from tactid import page
 from tactid.combination import CombinationData
-from tactid.combination_text import WHOLE, columns, lines
+from tactid.combination_text import ROW_TITLES, columns, lines, row_cells
 from tactid.files import write_atomically
 from tactid.forest_plot import forest
 from tactid.naming import Style
@@ -14,16 +14,17 @@ from tactid.recording_report import payload_forms
 CAPTION = """Each value with its 95 % interval: that of all recordings together, below it that of
 each recording alone. If noise is the only error, the interval contains the true value with 95 %
 probability. That of all also includes what varies from recording to recording, and neither
-includes an error that all recordings share."""
+includes what is wrong in all recordings alike, except for the uncertainty of gains and of a
+calibration."""
 
 FOREST = (
     "Each value with its 95 % interval, from each recording alone and from all together (the band)."
     " Recordings that agree have intervals that overlap."
 )
 
-DISTANCES = """Distance of each recording from all others together. Its probability is that of at
-least this distance if noise were the only difference. A recording that differs while the others
-agree is the one to look at."""
+DISTANCES = """Mass of each recording alone, and its distance from all others together, whose
+probability is that of at least this distance if noise were the only difference. A recording that
+differs while the others agree is the one to look at."""
 
 
 def write_report(result: CombinationData, path: Path, style: Style = "keyword") -> None:
@@ -58,7 +59,7 @@ about the centre of mass.</p>
 
 
 def _table(result: CombinationData) -> str:
-    heads = [WHOLE, *result.names]
+    heads = [column.title for column in columns(result)]
     titles = "".join(f'<th colspan="2">{html.escape(head)}</th>' for head in heads)
     below = "<th>value</th><th>±</th>" * len(heads)
     rows = []
@@ -79,14 +80,13 @@ def _table(result: CombinationData) -> str:
 
 
 def _distances(result: CombinationData) -> str:
+    shown = zip(result.names, row_cells(result), strict=True)
     rows = "".join(
-        f"<tr><td>{html.escape(name)}</td><td>{distance.chi_square:.4g}</td>"
-        f"<td>{distance.degrees_of_freedom}</td><td>{distance.p_value:.2g}</td>"
-        f"<td>{'yes' if distance.others_agree else 'no'}</td></tr>\n"
-        for name, distance in zip(result.names, result.agreement.runs, strict=True)
+        f"<tr>{''.join(f'<td>{html.escape(cell)}</td>' for cell in (name, *cells))}</tr>\n"
+        for name, cells in shown
     )
+    titles = "".join(f"<th>{title}</th>" for title in ("recording", *ROW_TITLES))
     return f"""<div class="wide"><table>
 <caption>{DISTANCES}</caption>
-<thead><tr><th>recording</th><th>chi-square</th><th>degrees of freedom</th><th>probability</th>
-<th>others agree</th></tr></thead>
+<thead><tr>{titles}</tr></thead>
 <tbody>{rows}</tbody></table></div>"""

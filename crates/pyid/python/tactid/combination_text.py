@@ -2,18 +2,29 @@
 
 from html import escape
 
+import numpy as np
+from rich import box
+from rich.table import Table
+
 from tactid import reported
 from tactid.combination import CombinationData
-from tactid.naming import Style
+from tactid.naming import Style, listed
 from tactid.remarks import assumptions, remarks, uncertain_values, unobservable_values
-from tactid.table import Column, heading, html_table, plain_text
+from tactid.run_wording import distance_of_runs, probability
+from tactid.table import Column, as_text, heading, html_table, plain_text
 
 WHOLE = "all"
 """Title of the column of all recordings together."""
 
 
+MOST_COLUMNS = 4
+"""Most recordings that have a column each: more are rows of a table of their own."""
+
+
 def columns(result: CombinationData) -> list[Column]:
-    """Returns the column of all recordings together, then one for each of them."""
+    """Returns the column of all recordings together, then one for each of them if they are few."""
+    if len(result.runs) > MOST_COLUMNS:
+        return [reported.column_of(WHOLE, result)]
     runs = zip(result.names, result.runs, strict=True)
     return [
         reported.column_of(WHOLE, result),
@@ -31,11 +42,43 @@ def verdict(result: CombinationData) -> str | None:
         return None
     if found.degrees_of_freedom == 0:
         return "The recordings determine nothing in common, so that they cannot be compared."
-    return (
-        f"The {len(result.runs)} recordings agree within their noise (chi-square"
-        f" {found.chi_square:.4g} for {found.degrees_of_freedom} degrees of freedom,"
-        f" p = {found.p_value:.2g})."
-    )
+    freedom, of_noise = found.degrees_of_freedom, found.noise_degrees_of_freedom
+    distance = distance_of_runs(found.chi_square, freedom, of_noise, found.p_value)
+    varies = "" if not np.any(found.between_runs > 0) else VARIES
+    return f"The {len(result.runs)} recordings agree within their noise ({distance}).{varies}"
+
+
+def rows(result: CombinationData) -> Table | None:
+    """Returns a table with a row for each recording, where these are too many for columns."""
+    if len(result.runs) <= MOST_COLUMNS:
+        return None
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for title in ("recording", *ROW_TITLES):
+        table.add_column(title, justify="left" if title == "recording" else "right")
+    for name, cells in zip(result.names, row_cells(result), strict=True):
+        table.add_row(name, *cells)
+    return table
+
+
+def row_cells(result: CombinationData) -> list[list[str]]:
+    """Returns what a row says about each recording: see ``ROW_TITLES``."""
+    cells = []
+    for run, distance in zip(result.runs, result.agreement.runs, strict=True):
+        mass = reported.column_of("", run).rows[0]
+        freedom = f"{distance.degrees_of_freedom:.4g}"
+        chances = [f"{distance.chi_square:.4g}", freedom, probability(distance.p_value)]
+        agree = "yes" if distance.others_agree else "no"
+        cells.append([mass.number, mass.around, *chances, agree])
+    return cells
+
+
+ROW_TITLES = ("mass kg", "± 95 %", "chi-square", "degrees of freedom", "p", "others agree")
+"""What a row says about a recording: its mass, and its distance from the mean of the others."""
+
+VARIES = (
+    " Where they differ a little more than noise makes likely, the intervals include the variation"
+    " that they show, and may be wider than those of one recording."
+)
 
 
 def combined_remarks(result: CombinationData, style: Style = "keyword") -> list[str]:
@@ -52,31 +95,23 @@ def combined_remarks(result: CombinationData, style: Style = "keyword") -> list[
         *([f"No body can have these parameters: {reason}."] if reason is not None else []),
         *(noticed.worded(style) for noticed in result.findings),
         *([agreed] if agreed is not None else []),
-        *_of_the_unknown(result, advised=not wrong),
+        *_unknown_values(result, advised=not wrong),
     ]
 
 
-def _of_the_unknown(result: CombinationData, *, advised: bool) -> list[str]:
-    """Says which values are not identifiable.
-
-    Where recordings disagree, another motion does not help with what one of them determines alone.
-    """
-    unknown = result.estimate.not_identifiable
-    alone = [
-        name
-        for name in unknown
-        if any(name not in run.estimate.not_identifiable for run in result.runs)
-    ]
-    if result.agreement.agree or not alone:
+def _unknown_values(result: CombinationData, *, advised: bool) -> list[str]:
+    """Says which values are unknown, and why: the motion, the noise or the disagreement."""
+    estimate = result.estimate
+    if result.agreement.agree:
         return [
-            *unobservable_values(result.estimate, advised=advised),
-            *uncertain_values(result.estimate, advised=advised),
+            *unobservable_values(estimate, advised=advised),
+            *uncertain_values(estimate, advised=advised),
         ]
-    return [
-        f"Not identifiable together: {', '.join(unknown)}. The recordings determine"
-        f" {'some of ' if len(alone) < len(unknown) else ''}them, but disagree: identify each"
-        " alone, and combine those of one payload."
-    ]
+    unknown = unobservable_values(estimate, advised=False)
+    if estimate.uncertain:
+        names = listed(estimate.uncertain)
+        unknown.append(f"The recordings differ so much that nothing is certain of {names}.")
+    return unknown
 
 
 def lines(result: CombinationData, style: Style = "keyword") -> list[str]:
@@ -93,7 +128,9 @@ def lines(result: CombinationData, style: Style = "keyword") -> list[str]:
 def text(result: CombinationData) -> str:
     """Returns the whole as text, for a reader who writes Python."""
     table = plain_text(columns(result), heading(result.estimate.frame))
-    return "\n".join([table, "", *lines(result)])
+    each = rows(result)
+    below = [] if each is None else ["", as_text(each)]
+    return "\n".join([table, *below, "", *lines(result)])
 
 
 def html(result: CombinationData) -> str:

@@ -1,7 +1,7 @@
 """One payload from several recordings, with the formats in which it can be given."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,6 +17,7 @@ from tactid.options import Options
 from tactid.outlook import WITHIN
 from tactid.output_files import checked_output
 from tactid.payload import PayloadEstimate
+from tactid.values import finite
 
 
 @with_fields
@@ -102,10 +103,10 @@ def combine(results: Sequence[IdentificationData]) -> Combination:
     differs most, and a long recording does not outvote the others. Of two recordings that disagree
     none is known to be right: the intervals become very wide.
 
-    A known mass and a bounding box count once. An error that the recordings share (a known tool, a
-    gain, an unloaded reference) shows in no difference between them, and no number of recordings
-    reduces it. The uncertainty of a calibration or of gains counts as independent between
-    recordings, which makes the combined interval too narrow.
+    A known mass and a bounding box count once. What the gains of a robot's efforts or its
+    calibration leave unknown is the same in all recordings: no number of them reduces it, and it is
+    in the combined interval. Other errors that the recordings share (a known tool, an unloaded
+    reference) show in no difference between them and are in no interval.
 
     >>> runs = [tactid.identify("one.mcap"), tactid.identify("two.mcap")]
     >>> tactid.combine(runs).agreement.agree
@@ -119,11 +120,10 @@ def combine(results: Sequence[IdentificationData]) -> Combination:
 
     Raises:
         ArgumentError: There is no result, or the results have different frames, known masses or
-            bounding boxes.
+            bounding boxes, or two are the same recording.
         IdentificationError: A result has no information, as that of the paper's filter.
     """
-    if not results:
-        raise ArgumentError("`results` is empty: there is no recording to combine")
+    results = _checked(results)
     names = _names(results)
     linear = [_linear(name, result) for name, result in zip(names, results, strict=True)]
     for name, result in zip(names, results, strict=True):
@@ -131,9 +131,7 @@ def combine(results: Sequence[IdentificationData]) -> Combination:
     frame = results[0].estimate.frame
     data = _native.combine(
         frame,
-        np.array([each.parameters for each in linear]),
-        np.array([each.information for each in linear]),
-        np.array([each.degrees_of_freedom for each in linear]),
+        linear,
         _known(results[0]),
     )
     runs = [RunDistance(**distance) for distance in data["agreement"].pop("runs")]
@@ -145,6 +143,28 @@ def combine(results: Sequence[IdentificationData]) -> Combination:
         names=names,
         findings=[_named(kind, found, names) for kind, found in data["findings"]],
     )
+
+
+def _checked(results: Sequence[IdentificationData]) -> Sequence[IdentificationData]:
+    """Checks that there are results, and that each is one of a recording."""
+    expected = "expected a list of results of tactid.identify, one for each recording"
+    if isinstance(results, str | bytes) or not isinstance(results, Iterable):
+        raise ArgumentError(f"`results` is {_kind(results)}: {expected}")
+    results = tuple(results)
+    if not results:
+        raise ArgumentError("`results` is empty: there is no recording to combine")
+    for index, result in enumerate(results):
+        if isinstance(result, CombinationData):
+            raise ArgumentError(
+                f"`results[{index}]` is a combination: combine its `runs` together with the others"
+            )
+        if not isinstance(result, IdentificationData):
+            raise ArgumentError(f"`results[{index}]` is {_kind(result)}: {expected}")
+    return results
+
+
+def _kind(given: object) -> str:
+    return f"of type {type(given).__name__}"
 
 
 def _names(results: Sequence[IdentificationData]) -> list[str]:
@@ -207,6 +227,8 @@ def _with_counts(
 
 def _named(kind: str, data: dict[str, Any], names: Sequence[str]) -> Finding:
     """Returns a finding with the name of its recording in place of its index."""
-    if kind == "runs_disagree" and data["run"] is not None:
-        data = data | {"run": names[data["run"]]}
+    if kind == "runs_disagree":
+        run = data["run"]
+        data = data | {"recordings": list(names), "run": None if run is None else names[run]}
+        data["noise_degrees_of_freedom"] = finite(data["noise_degrees_of_freedom"])
     return Finding(kind, data)

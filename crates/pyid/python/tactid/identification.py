@@ -82,7 +82,19 @@ class LinearEstimate:
     They need not be physically consistent, and are arbitrary in unobservable directions.
     """
     information: Array
-    """Inverse of the covariance of the parameters in the observable directions, (10, 10)."""
+    """Information of the parameters, the weight of the recording among others, (10, 10).
+
+    It follows from the motion and from the mean size of the noise of each channel, so that it does
+    not depend on the errors of the parameters.
+    """
+    covariance: Array
+    """Covariance of the errors of the parameters that no other recording shares, (10, 10): zero in
+    unobservable directions."""
+    shared_changes: Array
+    """Change of the parameters by an error of one standard deviation of each unknown that other
+    recordings share, as the gain of a joint, (unknowns, 10)."""
+    shared_source: int
+    """Number that is the same for recordings which share these unknowns."""
     degrees_of_freedom: float = math.inf
     """Number of independent windows from which the noise was estimated; infinite where it is known.
 

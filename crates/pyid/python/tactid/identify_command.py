@@ -209,7 +209,11 @@ def _print(
     if output.form is Form.TABLE:
         print(table.heading(result.estimate.frame))
         print_whole(_table(log, result))
+        each = combination_text.rows(result) if isinstance(result, Combination) else None
+        if each is not None:
+            print_whole(each)
     else:
+        _warn_of_disagreement(output.form, result)
         try:
             print(_in_form(output.form, result.estimate))
         except IdentificationError as error:
@@ -217,6 +221,17 @@ def _print(
     for line in _lines(result, output):
         notes.print(line, markup=False)
     return refusal
+
+
+def _warn_of_disagreement(form: Form, result: Identification | Combination) -> None:
+    """Warns that a format has no interval, where recordings disagree."""
+    if isinstance(result, Combination) and not result.agreement.agree:
+        mass = reported.column_of("", result).rows[0]
+        notes.print(
+            f"tactid: warning: the recordings disagree, and the format {form} has no interval: the"
+            f" mass is {mass.number} ± {mass.around} kg",
+            style="yellow",
+        )
 
 
 def _record(log: Path, result: Identification | Combination, output: Output) -> dict[str, Any]:

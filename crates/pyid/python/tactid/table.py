@@ -185,13 +185,16 @@ def whole_width(table: Table, console: Console) -> int:
 
 def plain_text(columns: Sequence[Column], title: str) -> str:
     """Returns the table of results as text without colours, with a line above it."""
-    table = rich_table(columns)
+    return f"{title}\n{as_text(rich_table(columns))}"
+
+
+def as_text(table: Table) -> str:
+    """Returns a table as text without colours."""
     page = io.StringIO()
     console = Console(file=page, color_system=None, force_terminal=False)
     console.width = whole_width(table, console)
     console.print(table)
-    lines = [title, *page.getvalue().splitlines()]
-    return "\n".join(line.rstrip() for line in lines).rstrip()
+    return "\n".join(line.rstrip() for line in page.getvalue().splitlines()).rstrip()
 
 
 def _without_minus_zero(value: float, digits: int) -> float:

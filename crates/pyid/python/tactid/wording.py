@@ -11,6 +11,7 @@ from typing import Any
 from tactid.calibration_wording import CALIBRATION_FINDINGS, SHORTAGES
 from tactid.model_wording import MODEL_FINDINGS
 from tactid.naming import Style, counted, listed, option_name
+from tactid.run_wording import LARGEST_DISTANCE, RUN_FINDINGS
 from tactid.sample_wording import SAMPLE_FINDINGS
 from tactid.values import Z95, digits_of
 
@@ -19,18 +20,8 @@ Data = Mapping[str, Any]
 LOADS = {"tactile": "wrench", "joint-sensing": "load", "effort": "effort", "combined": "load"}
 """What each method measures of the payload."""
 
-LARGEST_DISTANCE = 1000
-"""Distance in standard deviations above which the number itself is not shown."""
-
 LARGEST_FRICTION = 0.7
 """Fraction of the load above which a residual is hardly ever friction."""
-
-
-P_RARE = 0.01
-"""Probability below which all parameters of several recordings together show a disagreement."""
-
-P_SHOWN = 1e-6
-"""Probability below which the number itself is not shown."""
 
 
 def finding(kind: str, data: Data, style: Style) -> str:
@@ -215,40 +206,6 @@ def _distance(data: Data) -> str:
     return f"{distance:.1f}" if distance < LARGEST_DISTANCE else f"more than {LARGEST_DISTANCE}"
 
 
-def _runs_disagree(data: Data, _: Style) -> str:
-    freedom, p_value = data["degrees_of_freedom"], data["p_value"]
-    probability = f"p = {p_value:.2g}" if p_value >= P_SHOWN else f"p < {P_SHOWN:g}"
-    # All parameters together may hide a single value that differs.
-    where = "" if p_value < P_RARE else " in one value"
-    sentences = [
-        f"The {data['runs']} recordings disagree{where} by more than their noise"
-        f" (chi-square {data['chi_square']:.4g} for {freedom} degrees of freedom, {probability})."
-    ]
-    if data["value"] is not None:
-        sentences.append(_difference(data))
-    sentences.append(
-        "The intervals include what varies between the recordings, but no error that they share."
-    )
-    return " ".join(sentences)
-
-
-def _difference(data: Data) -> str:
-    """Says which recording differs most from the others, and in which value."""
-    difference, others = data["difference"], data["of_others"]
-    relative = f"{100 * difference / others:+.1f} % " if abs(difference) < abs(others) else ""
-    sigmas = abs(data["sigmas"])
-    distance = f"{sigmas:.1f}" if sigmas < LARGEST_DISTANCE else f"more than {LARGEST_DISTANCE}"
-    unit = {"m": "kg", "c": "m", "I": "kg m²"}[data["value"][0]]
-    amount = f"{relative}({difference:+.3g} {unit}, {distance} standard deviations)"
-    if data["run"] is None:
-        return f"The second differs from the first most in {data['value']}: by {amount}."
-    agree = "agree" if data["others_agree"] else "disagree, too"
-    return (
-        f"{data['run']} differs most from the others, which {agree}: its {data['value']} by"
-        f" {amount}."
-    )
-
-
 def _outliers(data: Data, _: Style) -> str:
     one = data["outliers"] == 1
     return (
@@ -369,7 +326,6 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "mass_contradicted": _mass_contradicted,
     "known_mass_not_kept": _known_mass_not_kept,
     "inconsistent": _inconsistent,
-    "runs_disagree": _runs_disagree,
     "outliers": _outliers,
     "acceleration_not_used": _acceleration_not_used,
     "option_not_used": _option_not_used,
@@ -385,6 +341,7 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "delay_corrected": _delay_corrected,
     "delay_doubtful": _delay_doubtful,
     **CALIBRATION_FINDINGS,
+    **RUN_FINDINGS,
     **SAMPLE_FINDINGS,
     **MODEL_FINDINGS,
 }

@@ -8,22 +8,18 @@ use crate::fit::rows::TARGET;
 use crate::fit::sandwich::{NoiseMeat, ScoredRow, WindowSums};
 
 impl ReweightedLeastSquares<'_> {
-    /// Returns two sandwich covariances of the unknowns from so many windows (see [`sandwich`](crate::fit::sandwich)): for the noise
-    /// as it is, and for noise that is the same in all windows.
-    pub(super) fn covariances(&self, count: usize) -> [DMatrix<f64>; 2] {
+    /// Returns two sandwich covariances of the unknowns from so many windows (see [`sandwich`](crate::fit::sandwich)), given the inverse
+    /// of their information: for the noise as it is, and for noise that is the same in all windows.
+    pub(super) fn covariances(&self, count: usize, bread: &DMatrix<f64>) -> [DMatrix<f64>; 2] {
         let channels = self.noise.channels();
-        let mut bread = DMatrix::<f64>::zeros(self.columns, self.columns);
-        for (information, direction) in self.spectrum.observable() {
-            bread.ger(1.0 / information, &direction, &direction, 1.0);
-        }
         let independent = (count * channels) as f64 / NOISE_CORRELATION;
         let unknowns = self.columns + self.means.len();
         let freedom = (independent - unknowns as f64).max(1.0);
         let rows = self.scored_rows();
-        let sums = WindowSums::new(&rows, channels, &bread);
+        let sums = WindowSums::new(&rows, channels, bread);
         let scores = sums.newey_west_meat() * independent / freedom;
         let [of_noise, stationary] = sums.noise_meats();
-        [of_noise, stationary].map(|meat| self.covariance(&bread, &scores, meat, count))
+        [of_noise, stationary].map(|meat| self.covariance(bread, &scores, meat, count))
     }
 
     /// Returns the covariance with the larger one of two meats: that of the `scores`, and one of the noise.
