@@ -173,7 +173,7 @@ impl Workspace {
     }
 
     /// Returns the links below `frame` as one rigid body, expressed in that frame, at the present posture. It depends
-    /// on the joints below the frame. Links that [`Manipulator::without_subtree`] has removed are included, so that the
+    /// on the joints below the frame. Links that [`Manipulator::without_subtree`](crate::Manipulator::without_subtree) has removed are included, so that the
     /// robot with and without its end-effector give the same.
     #[must_use]
     pub fn subtree_parameters(&self, frame: FrameId) -> InertialParameters {

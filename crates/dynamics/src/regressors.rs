@@ -10,7 +10,7 @@ use crate::{FrameId, JointKind, StateError, ToolMotion, Workspace};
 impl Workspace {
     /// Computes the regressor of the joint torques (forces of prismatic joints) for a body that is fixed to a frame: the
     /// torque that joint `j` must add to move the body is `rows[j] · π`, N m or N, with `π` the
-    /// [`InertialParameters`] of the body in the frame. `gravity` is the gravitational acceleration in the inertial
+    /// [`InertialParameters`](crate::InertialParameters) of the body in the frame. `gravity` is the gravitational acceleration in the inertial
     /// frame, m/s², pointing down. The row of a joint that does not move the frame is zero.
     ///
     /// Over all bodies of a robot, each in the frame of its first link, the products sum to
