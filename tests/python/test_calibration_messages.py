@@ -144,7 +144,7 @@ def test_another_motion_is_no_advice_where_payloads_differ(
     both = tactid.identify(logs, urdf=folder / "arm.urdf", calibration=arm)
     assert not both.agreement.agree
     remarks = " ".join(combined_remarks(both))
-    assert "Not identifiable together: mass" in remarks
+    assert "The recordings differ so much that nothing is certain of mass" in remarks
     assert "Accelerate" not in remarks
     assert "Rotate" not in remarks
 
