@@ -1,5 +1,6 @@
 """An arm is calibrated, and payloads are identified with it: the command, Python, and the file."""
 
+import contextlib
 import json
 import re
 import shutil
@@ -274,12 +275,22 @@ def test_ctrl_c_leaves_no_file(folder: Path, tmp_path: Path) -> None:
     process = subprocess.Popen(
         [sys.executable, "-m", "tactid", *arguments], stderr=subprocess.PIPE, text=True
     )
-    time.sleep(2.0)
+    wait_until_reading(process, tmp_path)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 130, errors
     assert "interrupted: no calibration" in errors
     assert not out.exists()
+
+
+def wait_until_reading(process: subprocess.Popen[str], folder: Path) -> None:
+    """Returns as soon as a process has a file of a folder open; at its end at the latest."""
+    opened = Path(f"/proc/{process.pid}/fd")
+    while process.poll() is None:
+        with contextlib.suppress(FileNotFoundError):
+            if any(str(link.readlink()).startswith(str(folder)) for link in opened.iterdir()):
+                return
+        time.sleep(0.001)
 
 
 def test_names_of_joints_are_given(folder: Path) -> None:
