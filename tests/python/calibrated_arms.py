@@ -15,7 +15,7 @@ import pytest
 
 import bags
 import tactid
-from recorded_arm import Arm, Body
+from recorded_arm import Arm, Body, body
 from recordings import EPOCH_NS, clock
 
 UNISA = Path(__file__).parents[3] / "shared/data/unisa"
@@ -114,6 +114,23 @@ GAINS = np.array([1.12, 0.9, 1.2, 0.85, 1.08, 0.95])
 COULOMB = np.array([6.0, 7.0, 5.0, 1.2, 1.0, 0.8])
 VISCOUS = np.array([8.0, 9.0, 7.0, 1.5, 1.2, 1.0])
 LOAD_FRICTION = np.array([0.05, 0.12, 0.1, 0.08, 0.06, 0.1])
+
+
+KNOWN = body(2.805, [0.02, -0.01, 0.06], [0.008, 0.011, 0.009], [0.2, 0.1, -0.3])
+OTHER = body(4.2, [-0.04, 0.05, 0.12], [0.021, 0.03, 0.026], [0.5, -0.2, 0.4])
+
+
+def calibrated(folder: Path) -> tactid.Calibration:
+    """The simulated arm of a folder, calibrated with one payload of which the mass is known."""
+    found = tactid.calibrate(
+        simulated(folder, None, 11),
+        loaded=simulated(folder, KNOWN, 12),
+        payload_mass=KNOWN.mass,
+        urdf=folder / "arm.urdf",
+        cutoff=6.0,
+    )
+    found.write(folder / "arm.toml")
+    return found
 
 
 @cache

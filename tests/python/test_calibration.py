@@ -19,10 +19,13 @@ from calibrated_arms import (
     COULOMB,
     FRANKA,
     GAINS,
+    KNOWN,
     LOAD_FRICTION,
+    OTHER,
     UR10,
     VISCOUS,
     Measured,
+    calibrated,
     halves,
     simulated,
     write,
@@ -35,8 +38,6 @@ from tactid import cli
 from tactid.wording import SHORTAGE_KINDS
 from test_cli import assert_refused
 
-KNOWN = body(2.805, [0.02, -0.01, 0.06], [0.008, 0.011, 0.009], [0.2, 0.1, -0.3])
-OTHER = body(4.2, [-0.04, 0.05, 0.12], [0.021, 0.03, 0.026], [0.5, -0.2, 0.4])
 ARMS = {"ur10": UR10, "panda": FRANKA}
 
 
@@ -51,15 +52,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def arm(folder: Path) -> tactid.Calibration:
     """The simulated arm, calibrated with one payload of which the mass is known."""
-    found = tactid.calibrate(
-        simulated(folder, None, 11),
-        loaded=simulated(folder, KNOWN, 12),
-        payload_mass=KNOWN.mass,
-        urdf=folder / "arm.urdf",
-        cutoff=6.0,
-    )
-    found.write(folder / "arm.toml")
-    return found
+    return calibrated(folder)
 
 
 def test_gains_and_friction_of_a_simulated_arm_are_found(arm: tactid.Calibration) -> None:

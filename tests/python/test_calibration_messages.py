@@ -7,14 +7,12 @@ import numpy as np
 import pytest
 
 import tactid
-from calibrated_arms import GAINS, simulated, write
-from recorded_arm import body, ur5e
+from calibrated_arms import GAINS, KNOWN, OTHER, calibrated, simulated, write
+from recorded_arm import ur5e
 from tactid import cli
 from tactid.calibration_wording import efforts_noisier
 from tactid.combination_text import combined_remarks
 
-KNOWN = body(2.805, [0.02, -0.01, 0.06], [0.008, 0.011, 0.009], [0.2, 0.1, -0.3])
-OTHER = body(4.2, [-0.04, 0.05, 0.12], [0.021, 0.03, 0.026], [0.5, -0.2, 0.4])
 BASE = 0
 
 
@@ -27,15 +25,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def arm(folder: Path) -> tactid.Calibration:
-    found = tactid.calibrate(
-        simulated(folder, None, 11),
-        loaded=simulated(folder, KNOWN, 12),
-        payload_mass=KNOWN.mass,
-        urdf=folder / "arm.urdf",
-        cutoff=6.0,
-    )
-    found.write(folder / "arm.toml")
-    return found
+    return calibrated(folder)
 
 
 def changed(log: Path, path: Path, **factors: np.ndarray) -> Path:

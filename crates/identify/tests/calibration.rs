@@ -7,7 +7,7 @@ mod effort_arm;
 
 use std::ops::ControlFlow;
 
-use effort_arm::{JOINTS, World, described, payload, record, recorded, values};
+use effort_arm::{JOINTS, World, calibrated, described, payload, record, recorded, values};
 use nalgebra::{Matrix3, Vector3};
 use tactid_dynamics::{InertialParameters, MassProperties};
 use tactid_identify::calibration::{
@@ -15,19 +15,6 @@ use tactid_identify::calibration::{
     MotionShortage, calibrate, calibrate_interruptibly,
 };
 use tactid_identify::{BatchSettings, Finding, HALF_WIDTH_95, IdentifyError, KnownMass};
-
-/// Calibrates an arm with unknown gains by a recording without payload, and one with a payload of known mass.
-fn calibrated(world: &mut World) -> CalibrationResult {
-    let weight = payload(2.805, world);
-    let unloaded = record(world, None, 30.0);
-    let loaded = record(world, Some(&weight), 30.0);
-    let known = KnownPayload::of_mass(2.805, 0.001);
-    let settings = CalibrationSettings {
-        gain_std_dev: 0.2,
-        ..CalibrationSettings::default()
-    };
-    calibrate(&[(unloaded, None), (loaded, Some(known))], &settings).unwrap()
-}
 
 /// Calibrates an arm by one recording without payload, with gains that are taken for known.
 fn calibrated_unloaded(world: &mut World) -> Calibration {
@@ -48,7 +35,7 @@ fn gains_and_payloads_of_arms_that_are_not_as_described() {
         let CalibrationResult {
             calibration,
             report,
-        } = calibrated(&mut world);
+        } = calibrated(&mut world, 30.0);
         assert_eq!(report.shortages, []);
         assert!((report.payloads[0].mass() - 2.805).abs() < 0.003);
         for (joint, gain) in report.joints.iter().zip(world.gains) {
@@ -289,7 +276,7 @@ fn the_delay_of_the_efforts_is_found() {
         let CalibrationResult {
             calibration,
             report,
-        } = calibrated(&mut world);
+        } = calibrated(&mut world, 30.0);
         let error = report.delay.delay_s - delay_s;
         assert!(report.delay.std_dev_s < 1e-3, "{:?}", report.delay);
         assert!(
@@ -324,7 +311,7 @@ fn the_delay_of_the_efforts_is_found() {
 fn efforts_that_cannot_be_those_of_a_joint_are_named() {
     let mut world = World::new(24);
     let body = payload(3.0, &mut world);
-    let calibration = calibrated(&mut world).calibration;
+    let calibration = calibrated(&mut world, 30.0).calibration;
     let settings = CalibrationSettings::default();
     let measured = [None, Some(&body)].map(|held| (held, world.measure(held, 15.0)));
     for (held, measured) in measured {

@@ -5,26 +5,10 @@
 #[path = "common/effort_arm.rs"]
 mod effort_arm;
 
-use effort_arm::{World, payload, record, values};
+use effort_arm::{World, calibrated, payload, record, uncertain_gains, values};
 use tactid_dynamics::MassProperties;
-use tactid_identify::calibration::{
-    Calibration, CalibrationSettings, EffortRecording, KnownPayload, calibrate,
-};
+use tactid_identify::calibration::{Calibration, EffortRecording, KnownPayload, calibrate};
 use tactid_identify::{BatchSettings, HALF_WIDTH_95, IdentifyError};
-
-/// Calibrates an arm with unknown gains by a recording without payload, and one with a payload of known mass.
-fn calibrated(world: &mut World) -> Calibration {
-    let weight = payload(2.805, world);
-    let unloaded = record(world, None, 20.0);
-    let loaded = record(world, Some(&weight), 20.0);
-    let known = KnownPayload::of_mass(2.805, 0.001);
-    let settings = CalibrationSettings {
-        gain_std_dev: 0.2,
-        ..CalibrationSettings::default()
-    };
-    let result = calibrate(&[(unloaded, None), (loaded, Some(known))], &settings);
-    result.unwrap().calibration
-}
 
 /// Errors of identified values relative to the half widths of their intervals, and of masses, kg.
 #[derive(Default)]
@@ -63,22 +47,29 @@ impl Errors {
     }
 }
 
+/// Returns the errors of the payloads of three arms that `change` after their calibration, with a recording of the day
+/// without payload, and without one.
+fn errors_of_another_day(first_seed: u64, change: impl Fn(&mut World)) -> [Errors; 2] {
+    let [mut updated, mut alone] = [Errors::default(), Errors::default()];
+    for seed in first_seed..first_seed + 3 {
+        let mut world = World::new(seed);
+        let calibration = calibrated(&mut world, 20.0).calibration;
+        change(&mut world);
+        let body = payload(2.5, &mut world);
+        let loaded = record(&mut world, Some(&body), 20.0);
+        let unloaded = [record(&mut world, None, 20.0)];
+        updated.add(&calibration, (&loaded, &unloaded), &body);
+        alone.add(&calibration, (&loaded, &[]), &body);
+    }
+    [updated, alone]
+}
+
 /// Friction that has changed by 2 to 40 % since the calibration: payloads are nearly as exact as with the friction of the
 /// calibration, with a recording of the day without payload and without one, and intervals hold.
 #[test]
 fn friction_of_another_day() {
     for factor in [1.02, 1.1, 1.4] {
-        let (mut updated, mut alone) = (Errors::default(), Errors::default());
-        for seed in 0..3 {
-            let mut world = World::new(40 + seed);
-            let calibration = calibrated(&mut world);
-            world.scale_friction(factor);
-            let body = payload(2.5, &mut world);
-            let loaded = record(&mut world, Some(&body), 20.0);
-            let unloaded = [record(&mut world, None, 20.0)];
-            updated.add(&calibration, (&loaded, &unloaded), &body);
-            alone.add(&calibration, (&loaded, &[]), &body);
-        }
+        let [updated, alone] = errors_of_another_day(40, |world| world.scale_friction(factor));
         for errors in [updated, alone] {
             assert!(errors.coverage() >= 0.9, "{factor}: {}", errors.coverage());
             assert!(errors.mass_rms() < 0.015, "{factor}: {}", errors.mass_rms());
@@ -91,17 +82,9 @@ fn friction_of_another_day() {
 #[test]
 fn efforts_that_are_larger_than_at_the_calibration() {
     for factor in [1.02, 1.05, 1.1] {
-        let (mut updated, mut alone) = (Errors::default(), Errors::default());
-        for seed in 0..3 {
-            let mut world = World::new(50 + seed);
-            let calibration = calibrated(&mut world);
+        let [updated, alone] = errors_of_another_day(50, |world| {
             world.gains = world.gains.map(|gain| gain / factor);
-            let body = payload(2.5, &mut world);
-            let loaded = record(&mut world, Some(&body), 20.0);
-            let unloaded = [record(&mut world, None, 20.0)];
-            updated.add(&calibration, (&loaded, &unloaded), &body);
-            alone.add(&calibration, (&loaded, &[]), &body);
-        }
+        });
         assert!(
             updated.mass_rms() < 0.015,
             "{factor}: {}",
@@ -126,7 +109,7 @@ fn efforts_that_are_larger_than_at_the_calibration() {
 #[test]
 fn an_unloaded_recording_with_a_payload() {
     let mut world = World::new(70);
-    let calibration = calibrated(&mut world);
+    let calibration = calibrated(&mut world, 20.0).calibration;
     let (body, other) = (payload(2.5, &mut world), payload(0.8, &mut world));
     let loaded = [record(&mut world, Some(&body), 20.0)];
     let with_other = [record(&mut world, Some(&other), 20.0)];
@@ -147,12 +130,11 @@ fn gains_that_contradict_what_was_given() {
         let weight = payload(4.0, world);
         let unloaded = record(world, empty, 20.0);
         let loaded = record(world, Some(&weight), 20.0);
-        let settings = CalibrationSettings {
-            gain_std_dev: 0.2,
-            ..CalibrationSettings::default()
-        };
         let known = KnownPayload::of_mass(known_kg, 0.0);
-        calibrate(&[(unloaded, None), (loaded, Some(known))], &settings)
+        calibrate(
+            &[(unloaded, None), (loaded, Some(known))],
+            &uncertain_gains(),
+        )
     };
     let pounds = refused(&mut World::new(71), None, 8.818);
     let IdentifyError::GainsUnexpected { factor } = pounds.unwrap_err() else {

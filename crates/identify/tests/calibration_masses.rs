@@ -5,8 +5,8 @@
 #[path = "common/effort_arm.rs"]
 mod effort_arm;
 
-use effort_arm::{World, payload, record};
-use tactid_identify::calibration::{CalibrationSettings, KnownPayload, calibrate};
+use effort_arm::{World, payload, record, uncertain_gains};
+use tactid_identify::calibration::{KnownPayload, calibrate};
 use tactid_identify::{BatchSettings, HALF_WIDTH_95};
 
 /// The uncertainty of the weight that finds the gains is that of other payloads: intervals contain an error of the weight,
@@ -21,14 +21,10 @@ fn the_uncertainty_of_a_known_mass_is_that_of_other_payloads() {
         let loaded = record(&mut world, Some(&weight), 20.0);
         let body = payload(2.5, &mut world);
         let with_body = [record(&mut world, Some(&body), 20.0)];
-        let settings = CalibrationSettings {
-            gain_std_dev: 0.2,
-            ..CalibrationSettings::default()
-        };
         let half_widths = [0.0, 0.1, 0.2, 0.4].map(|std_dev_kg| {
             let known = KnownPayload::of_mass(4.0 + error * std_dev_kg, std_dev_kg);
             let given = [(unloaded.clone(), None), (loaded.clone(), Some(known))];
-            let calibration = calibrate(&given, &settings).unwrap().calibration;
+            let calibration = calibrate(&given, &uncertain_gains()).unwrap().calibration;
             let found = calibration.identify(&with_body, &[], &BatchSettings::default());
             let estimate = found.unwrap().result.estimate;
             let half_width = HALF_WIDTH_95 * estimate.std_devs.unwrap()[0];

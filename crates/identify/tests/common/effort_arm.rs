@@ -11,7 +11,10 @@ use tactid_dynamics::{
     BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, MassProperties, Workspace,
     forces, motion, symmetric_entries, wrench_regressor,
 };
-use tactid_identify::calibration::{CalibrationSettings, EffortRecorder, EffortRecording};
+use tactid_identify::calibration::{
+    CalibrationResult, CalibrationSettings, EffortRecorder, EffortRecording, KnownPayload,
+    calibrate,
+};
 use tactid_identify::{BaseState, Sample};
 
 pub(crate) const JOINTS: usize = 4;
@@ -261,4 +264,23 @@ pub(crate) fn values(body: &MassProperties) -> [f64; 10] {
     let c = &body.center_of_mass;
     let [xx, xy, xz, yy, yz, zz] = symmetric_entries(&body.inertia);
     [body.mass_kg, c.x, c.y, c.z, xx, xy, xz, yy, yz, zz]
+}
+
+/// Settings of a calibration whose gains are known to 20 %.
+pub(crate) fn uncertain_gains() -> CalibrationSettings {
+    CalibrationSettings {
+        gain_std_dev: 0.2,
+        ..CalibrationSettings::default()
+    }
+}
+
+/// Calibrates an arm with unknown gains by a recording without payload, and one with a payload of known mass, each of a
+/// duration, s.
+pub(crate) fn calibrated(world: &mut World, duration_s: f64) -> CalibrationResult {
+    let weight = payload(2.805, world);
+    let unloaded = record(world, None, duration_s);
+    let loaded = record(world, Some(&weight), duration_s);
+    let known = KnownPayload::of_mass(2.805, 0.001);
+    let recordings = [(unloaded, None), (loaded, Some(known))];
+    calibrate(&recordings, &uncertain_gains()).unwrap()
 }
