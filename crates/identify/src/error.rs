@@ -94,9 +94,9 @@ pub enum IdentifyError {
     #[error("there is no recording to combine")]
     NoRuns,
     /// The estimate of a recording to combine is not a point with an information and a covariance.
-    #[error("the information or the covariance of recording {run} {problem}")]
+    #[error("the information or the covariance of recording {} {problem}", run + 1)]
     Information {
-        /// Index of the recording.
+        /// Index of the recording; the message counts from one.
         run: usize,
         /// What is wrong with it, as a predicate.
         problem: &'static str,
@@ -213,8 +213,9 @@ pub enum IdentifyError {
     },
     /// Efforts lag or lead the motion by more than a calibration can correct.
     #[error(
-        "the efforts lag the motion by {} ms, and windows of {} s correct {} ms: correct their stamps",
-        three_digits(1e3 * delay_s),
+        "the efforts {} the motion by {} ms, but windows of {} s allow for {} ms at most: correct the stamps of the efforts",
+        if *delay_s < 0.0 { "lead" } else { "lag" },
+        three_digits(1e3 * delay_s.abs()),
         three_digits(*window_s),
         three_digits(1e3 * longest_s)
     )]

@@ -91,7 +91,7 @@ impl PayloadEstimate {
             .map(|(name, _)| *name)
     }
 
-    /// Returns the names of the values that the motion excites, but less than the noise: their intervals are wide.
+    /// Returns the names of the values that the motion excites, but whose 95 % intervals are wider than the values of their kind.
     pub fn uncertain(&self) -> impl Iterator<Item = &'static str> + '_ {
         self.named(Observability::Uncertain)
     }

@@ -5,9 +5,11 @@
 #[path = "common/effort_arm.rs"]
 mod effort_arm;
 
-use effort_arm::{World, calibrated, payload, record, uncertain_gains, values};
+use effort_arm::{JOINTS, World, calibrated, payload, record, uncertain_gains, values};
 use tactid_dynamics::MassProperties;
-use tactid_identify::calibration::{Calibration, EffortRecording, KnownPayload, calibrate};
+use tactid_identify::calibration::{
+    Calibration, CalibrationSettings, EffortRecording, KnownPayload, calibrate,
+};
 use tactid_identify::{BatchSettings, HALF_WIDTH_95, IdentifyError};
 
 /// Errors of identified values relative to the half widths of their intervals, and of masses, kg.
@@ -153,4 +155,23 @@ fn gains_that_contradict_what_was_given() {
         "{joint} {gain}"
     );
     assert!(refused(&mut World::new(73), None, 4.0).is_ok());
+
+    // One joint of which more was claimed than is true: the others are as given.
+    let mut world = World::new(74);
+    world.gains = [1.0; JOINTS];
+    world.gains[2] = 1.5;
+    let weight = payload(4.0, &mut world);
+    let unloaded = record(&mut world, None, 20.0);
+    let loaded = record(&mut world, Some(&weight), 20.0);
+    let settings = CalibrationSettings {
+        gain_std_dev: 0.05,
+        ..CalibrationSettings::default()
+    };
+    let known = KnownPayload::of_mass(4.0, 0.0);
+    let claimed = calibrate(&[(unloaded, None), (loaded, Some(known))], &settings);
+    let error = claimed.unwrap_err();
+    assert!(
+        matches!(&error, IdentifyError::GainUnexpected { joint, .. } if joint == "joint_3"),
+        "{error}"
+    );
 }

@@ -1,5 +1,7 @@
 //! Recursive least squares in square-root information form.
 
+use std::borrow::Cow;
+
 use nalgebra::{SMatrix, SVector};
 
 use crate::square_root::SquareRootInformation;
@@ -106,10 +108,13 @@ impl<const N: usize> Rls<N> {
     }
 
     /// Returns the factorisation of all rows.
-    fn of_all_rows(&self) -> SquareRootInformation<N> {
-        let mut all = self.clone();
-        all.add_pending();
-        all.information
+    fn of_all_rows(&self) -> Cow<'_, SquareRootInformation<N>> {
+        if self.pending_count == 0 {
+            return Cow::Borrowed(&self.information);
+        }
+        let (mut all, mut pending) = (self.information.clone(), self.pending);
+        all.update_all(&mut pending[..self.pending_count]);
+        Cow::Owned(all)
     }
 
     /// Returns the square root of the information: the upper triangular `R` with a positive diagonal

@@ -117,8 +117,8 @@ fn still_joint(shortage: &MotionShortage) -> Option<&str> {
     }
 }
 
-/// Leaves of the joints that the model does not explain, the worst first, only the first that is not `still` in the
-/// calibration: the friction of these is not known, which is another finding.
+/// Keeps of the joints that the model does not explain, the worst first, only the worst one that moved in the calibration. The
+/// friction of the `still` joints is unknown, which another finding reports.
 fn keep_worst_unexplained(findings: &mut Vec<Finding>, still: &[&str]) {
     let mut is_first = true;
     findings.retain(|finding| match finding {

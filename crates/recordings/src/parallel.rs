@@ -19,8 +19,8 @@ struct Report {
 /// Calls `work` with the index of each of `count` recordings, on as many threads as there are cores, and returns the results
 /// in the order of the recordings: up to the first error, which is returned, or up to the first one that `is_last` accepts.
 ///
-/// The observer is called on this thread, with the fraction of all recordings. Where it stops the work, no further recording
-/// is begun; neither is one after a recording with an error.
+/// The observer is called on this thread, with the fraction of all recordings. Where it stops the work, recordings that are
+/// begun later are stopped at their first report. None is begun after a recording with an error.
 pub(crate) fn in_parallel<T: Send>(
     count: usize,
     observer: &mut Observer<'_>,
@@ -38,7 +38,7 @@ pub(crate) fn in_parallel<T: Send>(
                 return;
             }
             let result = work(index, &mut |progress| ask(&reports, index, progress));
-            if !result.as_ref().is_ok_and(|result| !is_last(result)) {
+            if result.as_ref().map_or(true, &is_last) {
                 end.fetch_min(index, Ordering::Relaxed);
             }
             let mut results = results.lock().unwrap_or_else(PoisonError::into_inner);

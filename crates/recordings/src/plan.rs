@@ -49,10 +49,10 @@ impl<'a> Plan<'a> {
             options: &options,
             events: &events,
         };
-        let chosen = match options.chooses_cutoff {
-            true => Some(preview.choose_cutoff(&streams)?),
-            false => None,
-        };
+        let chosen = options
+            .chooses_cutoff
+            .then(|| preview.choose_cutoff(&streams));
+        let chosen = chosen.transpose()?;
         let cutoff_hz = match &chosen {
             Some(beginning) => beginning.cutoff_hz,
             None => options.equations.cutoff_hz,

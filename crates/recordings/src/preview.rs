@@ -36,7 +36,8 @@ const KEPT: f64 = 0.8;
 const SIGNIFICANT: f64 = 6.0;
 /// Shorter delays are not worth an interpolation, s.
 const SHORTEST_DELAY_S: f64 = 1e-4;
-/// A fit of the delay is right to far less than so much of [`SHORTEST_DELAY_S`], from which on it is corrected.
+/// A delay below this fraction of [`SHORTEST_DELAY_S`] is not refined further: the error of a fit is far smaller than what
+/// remains to that limit.
 const CLEARLY_SHORT: f64 = 0.5;
 /// Largest number of fits of the delay: each is linear in what the one before has left.
 const DELAY_FITS: usize = 4;
@@ -95,6 +96,14 @@ pub(crate) struct Beginning {
     pub(crate) cutoff_hz: f64,
     equations: Vec<Equation>,
     channels: Channels,
+}
+
+impl Beginning {
+    /// Returns the size of the residuals and the power of the motion; `None` where there is too little.
+    fn residual_and_power(&self) -> Option<(f64, f64)> {
+        let residual = residual_size(&self.equations, &self.channels)?;
+        Some((residual, motion_power(&self.equations)))
+    }
 }
 
 /// A cutoff with the power of the motion that it keeps, and the white noise in that power, 1/s⁴.
@@ -193,7 +202,7 @@ impl Preview<'_> {
         streams: &Streams,
         cutoff_hz: f64,
     ) -> Result<Beginning, RecordingError> {
-        let (equations, channels) = self.delayed(streams, 0.0, cutoff_hz)?;
+        let (equations, channels) = self.equations_at(streams, 0.0, cutoff_hz)?;
         Ok(Beginning {
             cutoff_hz,
             equations,
@@ -240,7 +249,7 @@ impl Preview<'_> {
         delay: Delay,
         without: f64,
     ) -> Result<DelayEstimate, RecordingError> {
-        let (equations, channels) = self.delayed(streams, delay.delay_s, cutoff_hz)?;
+        let (equations, channels) = self.equations_at(streams, delay.delay_s, cutoff_hz)?;
         let residual_ratio = match residual_size(&equations, &channels) {
             Some(with) => with / without,
             None => return Ok(DelayEstimate::Unknown),
@@ -255,7 +264,8 @@ impl Preview<'_> {
         }))
     }
 
-    /// Refines a delay that is right to the length of a window. It stops where the delay is not worth correcting. The equations are those without a delay.
+    /// Refines a delay that is right to the length of a window. It stops where the delay is not worth correcting. The
+    /// equations are those without a delay.
     fn refined_delay(
         &self,
         streams: &Streams,
@@ -266,7 +276,7 @@ impl Preview<'_> {
         let mut found = DelayEstimate::Unknown;
         for _ in 0..DELAY_FITS {
             if delay_s != 0.0 {
-                (equations, _) = self.delayed(streams, delay_s, cutoff_hz)?;
+                (equations, _) = self.equations_at(streams, delay_s, cutoff_hz)?;
             }
             let Some(rest) = fitted_delay(&equations, &channels) else {
                 return Ok(DelayEstimate::Unknown);
@@ -300,12 +310,18 @@ impl Preview<'_> {
             acceleration: false,
             ..streams.clone()
         };
-        let cutoff_hz = f64::min(
-            self.choose_cutoff(streams)?.cutoff_hz,
-            self.choose_cutoff(&derived)?.cutoff_hz,
-        );
-        let measured = self.residual_and_power(streams, cutoff_hz)?;
-        let derived = self.residual_and_power(&derived, cutoff_hz)?;
+        let chosen = [self.choose_cutoff(streams)?, self.choose_cutoff(&derived)?];
+        let cutoff_hz = f64::min(chosen[0].cutoff_hz, chosen[1].cutoff_hz);
+        let [of_measured, of_derived] = chosen;
+        let at_cutoff = |beginning: Beginning, streams: &Streams| {
+            if beginning.cutoff_hz == cutoff_hz {
+                Ok(beginning)
+            } else {
+                self.at_cutoff(streams, cutoff_hz)
+            }
+        };
+        let measured = at_cutoff(of_measured, streams)?.residual_and_power();
+        let derived = at_cutoff(of_derived, &derived)?.residual_and_power();
         let (Some(measured), Some(derived)) = (measured, derived) else {
             return Ok(None);
         };
@@ -322,19 +338,8 @@ impl Preview<'_> {
         Ok((explains_better || is_quieter).then_some(finding))
     }
 
-    /// Returns the size of the residuals and the power of the motion; `None` where there is too little.
-    fn residual_and_power(
-        &self,
-        streams: &Streams,
-        cutoff_hz: f64,
-    ) -> Result<Option<(f64, f64)>, RecordingError> {
-        let (equations, channels) = self.delayed(streams, 0.0, cutoff_hz)?;
-        let residual = residual_size(&equations, &channels);
-        Ok(residual.map(|residual| (residual, motion_power(&equations))))
-    }
-
-    /// Returns all equations of the beginning for one cutoff, with their channels.
-    fn delayed(
+    /// Returns all equations of the beginning for one delay and cutoff, with their channels.
+    fn equations_at(
         &self,
         streams: &Streams,
         delay_s: f64,

@@ -289,9 +289,28 @@ fn numbers_that_were_edited_are_checked() {
             Some(line_in("lower", "scales")),
             "`scales` of the link `lower` is not valid: inf is not finite",
         ),
+        (
+            edited(
+                "lower",
+                "std_devs",
+                "[1.0, 1.0, nan, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]",
+            ),
+            Some(line_in("lower", "std_devs")),
+            "`std_devs` of the link `lower` is not valid: NaN is not finite",
+        ),
     ];
     for (text, expected, part) in cases {
         assert_refused(&text, expected, part);
+    }
+    let delay = text
+        .lines()
+        .position(|line| line.starts_with("delay_std_dev_s"));
+    let delay = delay.unwrap();
+    for value in ["nan", "-0.001"] {
+        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+        lines[delay] = format!("delay_std_dev_s = {value}");
+        let expected = "`delay_std_dev_s` is not valid";
+        assert_refused(&lines.join("\n"), Some(delay + 1), expected);
     }
 }
 

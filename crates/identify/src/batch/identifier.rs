@@ -11,7 +11,7 @@ use super::history::history;
 use super::report::FitReport;
 use crate::IdentifyError;
 use crate::combine::LinearEstimate;
-use crate::diagnosis::{consistent_payload, data_findings, mass_finding};
+use crate::diagnosis::{consistent_payload, data_findings, mass_finding, without_repetition};
 use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::finding::Finding;
 use crate::fit::{Delay, Fit, FitOptions, least_squares};
@@ -168,16 +168,8 @@ impl BatchIdentifier {
         let of_mass = self.settings.known_mass.and_then(|mass| {
             mass_finding(mass, found, parameters[0], bounding_box.is_some(), &of_data)
         });
-        let is_not_kept = matches!(of_mass, Some(Finding::KnownMassNotKept { .. }));
-        // A mass that is not kept says that no consistent body is near, and why.
-        let inconsistent = inconsistent.filter(|_| !is_not_kept);
-        // That nothing is held is why a known mass is contradicted, and no second finding.
-        let is_contradicted = matches!(of_mass, Some(Finding::MassContradicted { .. }));
-        let of_data = of_data
-            .into_iter()
-            .filter(|finding| !(is_contradicted && matches!(finding, Finding::NothingHeld { .. })));
         let of_model = self.stream.model_findings();
-        let findings = of_mass.into_iter().chain(inconsistent).chain(of_data);
+        let findings = without_repetition(of_mass, inconsistent, of_data).into_iter();
         let findings = findings.chain(of_model);
         let cutoff_hz = self.equations.cutoff_hz;
         let frame = self.stream.offset_frame();

@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::equations::{Channels, Equation, Row, window};
+use crate::equations::{Channels, Equation, Row, WRENCH, window};
 use crate::fit::products::{Products, WIDTH, WideRow};
 use crate::fit::{Delay, FitOptions, least_squares};
 use crate::solve::noise;
@@ -132,9 +132,6 @@ fn without_known_noise(channels: &Channels) -> Channels {
     }
 }
 
-/// Number of channels of a wrench.
-const WRENCH: usize = 6;
-
 /// The windows of a recording, whose motions are paired with wrenches of other windows.
 struct Pairs {
     windows: Vec<ScaledWindow>,
@@ -159,10 +156,7 @@ impl ScaledWindow {
         };
         for (channel, size) in sizes.iter().enumerate() {
             let row = &equation.rows[channel];
-            let mut regressor = row.regressor;
-            let mut first = regressor.fixed_rows_mut::<4>(0);
-            first += row.gravity * (1.0 - gravity_scale);
-            regressor /= *size;
+            let regressor = row.regressor_at(gravity_scale) / *size;
             window.rows[channel][..10].copy_from_slice(regressor.as_slice());
             window.targets[channel] = row.target / size;
         }

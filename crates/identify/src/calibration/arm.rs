@@ -160,8 +160,8 @@ pub(crate) struct ArmColumns {
     link_rows: Vec<SVector<f64, 10>>,
     /// Rows of the payload for all joints of the robot.
     rows: Vec<SVector<f64, 10>>,
+    /// Entries of all joints, then their efforts.
     entries: Vec<f64>,
-    efforts: Vec<f64>,
 }
 
 impl ArmColumns {
@@ -176,8 +176,7 @@ impl ArmColumns {
             bodies: bodies_between(robot, tool),
             link_rows: vec![SVector::zeros(); robot.dof() * moving],
             rows: vec![SVector::zeros(); robot.dof()],
-            entries: vec![0.0; arm.entries()],
-            efforts: vec![0.0; arm.joints.len()],
+            entries: vec![0.0; arm.entries() + arm.joints.len()],
         })
     }
 
@@ -186,12 +185,9 @@ impl ArmColumns {
         self.workspace.robot()
     }
 
-    /// Computes the entries of all joints and their efforts at an instant. Cost: a product for each joint and each body below it.
-    pub(crate) fn at(
-        &mut self,
-        arm: &Arm,
-        instant: &Instant,
-    ) -> Result<(&[f64], &[f64]), StateError> {
+    /// Computes the entries of all joints at an instant, and then their efforts. Cost: a product for each joint and each body
+    /// below it.
+    pub(crate) fn at(&mut self, arm: &Arm, instant: &Instant) -> Result<&[f64], StateError> {
         let joints = JointMotion {
             position: &instant.joint_position,
             velocity: &instant.joint_velocity,
@@ -219,7 +215,6 @@ impl ArmColumns {
             let (regressors, scalars) = self.entries.split_at_mut(scalars);
             let payload = regressors.len() - 10;
             regressors[payload..].copy_from_slice(self.rows[index].as_slice());
-            self.efforts[joint] = instant.joint_effort[index];
             scalars[0] = torques[index];
             scalars[1] = velocity;
             scalars[2] = instant.joint_acceleration[index];
@@ -228,7 +223,11 @@ impl ArmColumns {
                 *entry = (velocity / width).tanh();
             }
         }
-        Ok((&self.entries, &self.efforts))
+        let efforts = self.entries.iter_mut().skip(arm.entries());
+        for (effort, &index) in efforts.zip(&self.joints) {
+            *effort = instant.joint_effort[index];
+        }
+        Ok(&self.entries)
     }
 }
 

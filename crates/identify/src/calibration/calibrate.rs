@@ -24,8 +24,9 @@ const MIN_WINDOWS: usize = 20;
 /// Returns [`IdentifyError::TooFewWindows`] if the recordings have fewer than twenty windows in all,
 /// [`IdentifyError::NoMotion`] if no joint moves, [`IdentifyError::NoEfforts`] if all efforts are constant,
 /// [`IdentifyError::EffortConstant`] or [`IdentifyError::EffortReversed`] if those of one joint are constant while it moves
-/// or have the opposite sign, [`IdentifyError::GainUnexpected`] or [`IdentifyError::GainsUnexpected`] if gains are more than
-/// five standard deviations from what the settings say of them, [`IdentifyError::EffortDelay`] if they lag or lead by more than an eighth of a window,
+/// or have the opposite sign, [`IdentifyError::GainUnexpected`] or [`IdentifyError::GainsUnexpected`] if gains differ
+/// from the given ones by more than five standard deviations and 10 %, [`IdentifyError::EffortDelay`] if the efforts lag or lead the motion by more than an
+/// eighth of a window,
 /// [`IdentifyError::CalibrationRobot`] or [`IdentifyError::CalibrationMismatch`] if the recordings are of different robots
 /// or have other cutoffs or gravity than the settings, [`IdentifyError::Value`] if a setting or a known payload is out of range, and
 /// [`IdentifyError::GainsNotPositive`] if gains come out negative, and [`IdentifyError::CalibrationFailed`] if the numbers are

@@ -3,12 +3,12 @@
 //! Friction changes by tens of percent with temperature and wear, and the efforts of a warm motor are some percent off,
 //! while links, rotors and the delay stay. The prior of an identification is therefore that of the calibration with a
 //! variance of the change added to the friction and to the inverse gains: `(P⁻¹ + D)⁻¹` with the precision `P` of the
-//! calibration and a diagonal `D`. How large the change is, the recordings of the day show: their evidence chooses it.
+//! calibration and a diagonal `D`. The size of the change is the one that maximises the evidence of the recordings of the day.
 //!
 //! Where all gains are uncertain, recordings of an unknown payload do not determine their scale: links and payload times a
 //! factor, and inverse gains divided by it, give the same efforts. Along this direction `s` the calibration's distribution
 //! is curved, which a normal distribution of links and gains is not: it would contradict every other scale, and pull the
-//! payload. The scale is therefore held with the rest conditional on it, and its variance `1 / (sᵀ P s)` is added to that
+//! payload. The scale is therefore fixed with the rest conditional on it, and its variance `1 / (sᵀ P s)` is added to that
 //! of the payload.
 
 use nalgebra::{DMatrix, DVector};
@@ -32,6 +32,9 @@ const PAYLOAD_PRECISION: f64 = 1e-4;
 /// Logarithm of the odds against a change of the gains before a recording shows it.
 const GAIN_ODDS: f64 = 3.0;
 
+/// Precision of the scale of all gains while it is fixed, relative to that of its prior.
+const FIXED_SCALE: f64 = 1e4;
+
 /// How much an arm has changed since its calibration: standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Change {
@@ -40,9 +43,6 @@ pub(crate) struct Change {
     /// Change of the gains, a fraction.
     pub(crate) gain: f64,
 }
-
-/// Precision of the scale of all gains while it is held, relative to that of its prior.
-const HELD_SCALE: f64 = 1e4;
 
 /// A change that is compared with others, and the precision of the arm's unknowns with it.
 #[derive(Clone, Debug)]
@@ -59,13 +59,13 @@ pub(crate) struct Changes(Vec<Candidate>);
 
 impl Changes {
     /// Computes the prior with each change. Gains that are known exactly do not change. The scale of gains that are
-    /// uncertain is held if `holds_scale`.
+    /// uncertain is fixed if `fixes_scale`.
     pub(crate) fn new(
         layout: &Layout,
         prior: &Prior,
-        holds_scale: bool,
+        fixes_scale: bool,
     ) -> Result<Self, IdentifyError> {
-        let scale = if holds_scale {
+        let scale = if fixes_scale {
             scale_direction(layout, prior)
         } else {
             None
@@ -97,7 +97,9 @@ impl Changes {
                 }
                 let factor = changed.cholesky().ok_or_else(failed)?;
                 let mut precision = factor.inverse();
-                let scale_variance = scale.as_ref().map_or(0.0, |s| hold(&mut precision, s));
+                let scale_variance = scale
+                    .as_ref()
+                    .map_or(0.0, |s| fix_direction(&mut precision, s));
                 candidates.push(Candidate {
                     change: Change { friction, gain },
                     log_det: -2.0 * factor.l_dirty().diagonal().map(f64::ln).sum(),
@@ -110,7 +112,7 @@ impl Changes {
     }
 
     /// Gives a problem the prior with the change that the recordings make most probable, about some unknowns at which
-    /// `data` are their normal equations, and returns it with the variance of the scale that is held.
+    /// `data` are their normal equations, and returns it with the variance of the scale that is fixed.
     pub(crate) fn choose(
         &self,
         problem: &mut Problem<'_>,
@@ -151,11 +153,11 @@ fn scale_direction(layout: &Layout, prior: &Prior) -> Option<DVector<f64>> {
     }))
 }
 
-/// Holds a direction of a normal distribution with a precision, and returns the variance that it had.
-fn hold(precision: &mut DMatrix<f64>, direction: &DVector<f64>) -> f64 {
+/// Fixes a direction of a normal distribution with a precision, and returns the variance that it had.
+fn fix_direction(precision: &mut DMatrix<f64>, direction: &DVector<f64>) -> f64 {
     let product = &*precision * direction;
     let of_direction = direction.dot(&product);
-    *precision += HELD_SCALE / of_direction * &product * product.transpose();
+    *precision += FIXED_SCALE / of_direction * &product * product.transpose();
     1.0 / of_direction
 }
 

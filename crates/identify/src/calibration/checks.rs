@@ -43,7 +43,7 @@ impl EffortRecording {
                     columns.described + held.map_or(0.0, |held| columns.payload.dot(&held));
                 let (rate, sign) = (columns.velocity, columns.friction[PLAIN]);
                 let row = [1.0, columns.acceleration, torque, rate, sign];
-                sums.add(&SVector::from(row), self.effort(window, joint, 0.0).0, 0.0);
+                sums.add(&SVector::from(row), self.effort(window, joint, 0.0), 0.0);
             }
             sums.is_opposite(Sums::bounded)
         };
@@ -56,7 +56,7 @@ impl EffortRecording {
     /// Checks that no effort is constant while its joint moves and others vary.
     pub(crate) fn check_varies(&self) -> Result<(), IdentifyError> {
         let is_constant = |joint: &usize| {
-            let efforts = (0..self.windows()).map(|window| self.effort(window, *joint, 0.0).0);
+            let efforts = (0..self.windows()).map(|window| self.effort(window, *joint, 0.0));
             let (low, high) = efforts
                 .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), effort| {
                     (low.min(effort), high.max(effort))
@@ -73,7 +73,8 @@ impl EffortRecording {
         }
     }
 
-    /// Checks that no effort is constant, and that none has the opposite sign of that of a calibrated model, whatever the
+    /// Checks that no effort is constant while its joint moves and others vary, and that none has the opposite sign of that of a
+    /// calibrated model, whatever the
     /// payload is that the arm may hold.
     pub(crate) fn check_signs(
         &self,
@@ -91,7 +92,7 @@ impl EffortRecording {
                 let modelled = model.effort(self, at, arm, &nothing);
                 let row = self.columns(window, joint).payload.component_mul(&scales);
                 let row = if may_hold { row } else { SVector::zeros() };
-                let (measured, _) = model.measured(self, at, arm);
+                let measured = model.measured(self, at, arm);
                 sums.add(&row, measured, modelled.torque + modelled.friction);
             }
             sums.is_opposite(Sums::free)

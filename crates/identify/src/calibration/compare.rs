@@ -45,7 +45,7 @@ pub(crate) fn compare(
             let modelled = model.effort(recording, (window, joint), arm, payload);
             let of_payload = columns.payload.dot(payload);
             comparison.velocities.push(columns.velocity);
-            let (measured, _) = model.measured(recording, (window, joint), arm);
+            let measured = model.measured(recording, (window, joint), arm);
             comparison.measured.push(measured);
             comparison.described.push(columns.described + of_payload);
             comparison

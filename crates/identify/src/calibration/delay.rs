@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use crate::equations::window::{Place, WindowSums};
+use crate::equations::window::{Place, WindowMean, WindowSums};
 
 /// Longest delay in either direction, as a fraction of the length of a window.
 pub(crate) const LONGEST: f64 = 0.125;
@@ -56,32 +56,36 @@ impl EffortMoments {
     }
 }
 
-/// Moments of the efforts of all joints over one window.
+/// Means of the entries of all joints over one window, and the moments of their efforts, which are the last entries of an
+/// instant.
 #[derive(Clone, Debug)]
-pub(crate) struct DelayWindow {
+pub(crate) struct EffortWindow {
+    pub(crate) mean: WindowMean,
     pub(crate) moments: Box<[EffortMoments]>,
     weight: f64,
-    instants: u32,
 }
 
-impl DelayWindow {
-    /// Creates the window of so many joints, without any instant.
-    pub(crate) fn new(joints: usize) -> Self {
+impl EffortWindow {
+    /// Creates a window without any instant, for so many entries beside the efforts of so many joints.
+    pub(crate) fn new(entries: usize, joints: usize) -> Self {
         Self {
+            mean: WindowMean::new(entries, 0),
             moments: vec![EffortMoments::default(); joints].into(),
             weight: 0.0,
-            instants: 0,
         }
     }
 }
 
-impl WindowSums for DelayWindow {
-    fn clear(&mut self, _time_s: f64) {
+impl WindowSums for EffortWindow {
+    fn clear(&mut self, time_s: f64) {
+        self.mean.clear(time_s);
         self.moments.fill(EffortMoments::default());
-        (self.weight, self.instants) = (0.0, 0);
+        self.weight = 0.0;
     }
 
-    fn add(&mut self, efforts: &[f64], place: &Place) {
+    fn add(&mut self, entries: &[f64], place: &Place) {
+        let (others, efforts) = entries.split_at(entries.len() - self.moments.len());
+        self.mean.add(others, place);
         let weights: [f64; 5] = std::array::from_fn(|k| {
             place.cos.powi(4 - k as i32) * place.sin.powi(k as i32) * place.step_s
         });
@@ -91,10 +95,10 @@ impl WindowSums for DelayWindow {
             }
         }
         self.weight += place.weight();
-        self.instants += 1;
     }
 
     fn finish(&mut self) {
+        self.mean.finish();
         for moments in &mut self.moments {
             moments
                 .0
@@ -104,7 +108,7 @@ impl WindowSums for DelayWindow {
     }
 
     fn instants(&self) -> u32 {
-        self.instants
+        self.mean.instants()
     }
 }
 
@@ -117,7 +121,7 @@ mod tests {
 
     /// Returns the moments of each window of an effort that is sampled at 125 Hz.
     fn windows(effort: impl Fn(f64) -> f64) -> Vec<EffortMoments> {
-        let mut windows = Windows::new(CUTOFF_HZ, 1, &DelayWindow::new(1));
+        let mut windows = Windows::new(CUTOFF_HZ, 1, &EffortWindow::new(0, 1));
         let times = (0..500).map(|k| 0.008 * f64::from(k));
         times
             .filter_map(|t| windows.push(t, &[effort(t)]).map(|w| w.moments[0]))

@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::arm::{Arm, PLAIN, WIDTHS};
 use super::delay::LONGEST;
-use super::interruption::{InterruptionCheck, go_on};
+use super::interruption::{InterruptionCheck, check_interruption};
 use super::layout::{Group, Layout};
 use super::model::Calibration;
 use super::noise::EffortNoise;
@@ -157,11 +157,11 @@ pub(crate) fn fit(
         *payload = *held.parameters().as_vector();
     }
     for pass in 0..PASSES - 1 {
-        go_on(check)?;
+        check_interruption(check)?;
         let Solved { step, factor, .. } = solve(&problem, &at, &noise)?;
         let covariance = factor.inverse();
         for (joint, noise) in noise.iter_mut().enumerate() {
-            go_on(check)?;
+            check_interruption(check)?;
             let residuals =
                 Residuals::new(&problem, &noise_blocks, joint, (&at, &step, &covariance));
             *noise = residuals.fit_noise(friction[joint], noise, pass == 0);
@@ -257,18 +257,18 @@ impl Fitted {
         let (arm, all) = (self.prior.mean.len(), self.precision.nrows());
         let of_arm = self.precision.view((0, 0), (arm, arm)).into_owned();
         if all == arm {
-            return Ok(self.with_loose_delay(of_arm));
+            return Ok(self.with_delay_error(of_arm));
         }
         let payloads = self.precision.view((arm, arm), (all - arm, all - arm));
         let coupling = self.precision.view((arm, 0), (all - arm, arm)).into_owned();
         let factor = payloads.into_owned().cholesky();
         let factor = factor.ok_or(IdentifyError::CalibrationFailed)?;
-        Ok(self.with_loose_delay(of_arm - coupling.tr_mul(&factor.solve(&coupling))))
+        Ok(self.with_delay_error(of_arm - coupling.tr_mul(&factor.solve(&coupling))))
     }
 
     /// Adds the variance of the delay that no residual shows to a covariance whose inverse is given, by the formula of
     /// Sherman and Morrison.
-    fn with_loose_delay(&self, precision: DMatrix<f64>) -> DMatrix<f64> {
+    fn with_delay_error(&self, precision: DMatrix<f64>) -> DMatrix<f64> {
         let delay = self.model.layout.index(Group::Delay, 0);
         let variance = (DELAY_ERROR_S / self.prior.scales[delay]).powi(2);
         let column = precision.column(delay).into_owned();

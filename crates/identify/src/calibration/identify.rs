@@ -13,7 +13,9 @@ use super::recording::EffortRecording;
 use super::rows::EffortModel;
 use crate::batch::{BatchResult, BatchSettings, FitReport};
 use crate::combine::{LinearEstimate, SharedErrors, information};
-use crate::diagnosis::{CONTRADICTION, consistent_parameters, mass_finding, nothing_held};
+use crate::diagnosis::{
+    CONTRADICTION, consistent_parameters, mass_finding, nothing_held, without_repetition,
+};
 use crate::equations::{Channel, window};
 use crate::finding::{Finding, UnexplainedLoad};
 use crate::result::{self, PayloadEstimate, is_physical};
@@ -44,8 +46,8 @@ impl Calibration {
     /// they were uncertain, gains may have changed since the calibration, by as much as the recordings show. A change of the
     /// gains by 2 % or less is often hidden by the payload unless there is an unloaded recording.
     ///
-    /// The field `delay` of the settings is ignored. Cost: eight passes over all windows, sixteen with unloaded
-    /// recordings.
+    /// The field `delay` of the settings is ignored. Cost: eight passes over all windows, and up to sixteen
+    /// where unloaded recordings may hold a payload.
     ///
     /// # Errors
     /// Returns [`IdentifyError::TooFewWindows`] if the loaded recordings have fewer than six windows,
@@ -86,9 +88,10 @@ impl Calibration {
             None => None,
         };
         if !unloaded.is_empty() {
-            let alone =
-                |recordings| posterior(&model, &prior, &self.noise, (recordings, &[]), None);
-            check_unloaded(&free, &alone(unloaded)?, &alone(loaded)?)?;
+            let alone = |recordings: &[EffortRecording]| {
+                posterior(&model, &prior, &self.noise, (recordings, &[]), None)
+            };
+            check_unloaded(&free, loaded, unloaded, alone)?;
         }
         let solution = Solution {
             model: &model,
@@ -101,9 +104,7 @@ impl Calibration {
         };
         Ok(solution.estimate())
     }
-}
 
-impl Calibration {
     /// Returns a number that identifies what is known of the arm: this calibration, updated by these recordings (the hash of
     /// Fowler, Noll and Vo).
     fn source(&self, unloaded: &[EffortRecording]) -> u64 {
@@ -165,14 +166,7 @@ impl Solution<'_> {
             );
             mass_finding(mass, found, consistent[0], bounding_box.is_some(), &of_data)
         });
-        let is_not_kept = matches!(of_mass, Some(Finding::KnownMassNotKept { .. }));
-        let inconsistent = inconsistent.filter(|_| !is_not_kept);
-        // That nothing is held is why a known mass is contradicted, and no second finding.
-        let is_contradicted = matches!(of_mass, Some(Finding::MassContradicted { .. }));
-        let of_data = of_data
-            .into_iter()
-            .filter(|finding| !(is_contradicted && matches!(finding, Finding::NothingHeld { .. })));
-        let findings = of_mass.into_iter().chain(inconsistent).chain(of_data);
+        let findings = without_repetition(of_mass, inconsistent, of_data);
         let of_model = self.loaded[0].arm.findings.iter().cloned();
         CalibratedEstimate {
             result: BatchResult {
@@ -186,7 +180,7 @@ impl Solution<'_> {
                 history: Vec::new(),
                 fit,
                 delay: None,
-                findings: findings.chain(of_model).collect(),
+                findings: findings.into_iter().chain(of_model).collect(),
                 forecast: None,
             },
             parameters,
@@ -328,17 +322,23 @@ impl Solution<'_> {
 }
 
 /// Checks that unloaded recordings hold nothing: a payload of theirs, where it is not zero, must not explain far more than
-/// a change of the arm does. The three solutions are those of all recordings, with nothing in the unloaded ones, of the
-/// unloaded ones with a payload, and of the loaded ones.
+/// a change of the arm does. `together` is the solution of all recordings with nothing in the unloaded ones; `alone` solves
+/// for the payload of some recordings, and is called only where that solution leaves much unexplained.
 fn check_unloaded(
     together: &Posterior,
-    unloaded: &Posterior,
-    loaded: &Posterior,
+    loaded: &[EffortRecording],
+    unloaded: &[EffortRecording],
+    alone: impl Fn(&[EffortRecording]) -> Result<Posterior, IdentifyError>,
 ) -> Result<(), IdentifyError> {
     let misfit = |of: &Posterior| of.misfit.iter().copied().fold(1.0, f64::max);
-    let (mass_kg, std_dev_kg) = (unloaded.parameters[0], mass_std_dev(unloaded));
-    let separate = misfit(unloaded).max(misfit(loaded));
-    if mass_kg > HELD_STD_DEVS * std_dev_kg && misfit(together) > HELD_MISFIT * separate {
+    let is_worse = |separate: f64| misfit(together) > HELD_MISFIT * separate;
+    if !is_worse(1.0) {
+        return Ok(());
+    }
+    let held = alone(unloaded)?;
+    let (mass_kg, std_dev_kg) = (held.parameters[0], mass_std_dev(&held));
+    let is_held = mass_kg > HELD_STD_DEVS * std_dev_kg && is_worse(misfit(&held));
+    if is_held && is_worse(misfit(&alone(loaded)?)) {
         return Err(IdentifyError::UnloadedHolds {
             mass_kg,
             half_width_kg: HALF_WIDTH_95 * std_dev_kg,

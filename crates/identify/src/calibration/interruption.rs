@@ -7,8 +7,8 @@ use crate::IdentifyError;
 /// Callback that stops a calibration by returning [`ControlFlow::Break`].
 pub type InterruptionCheck<'a> = dyn FnMut() -> ControlFlow<()> + 'a;
 
-/// Lets the caller stop the work.
-pub(crate) fn go_on(check: &mut InterruptionCheck<'_>) -> Result<(), IdentifyError> {
+/// Returns an error if the caller interrupts the work.
+pub(crate) fn check_interruption(check: &mut InterruptionCheck<'_>) -> Result<(), IdentifyError> {
     match check() {
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(()) => Err(IdentifyError::Interrupted),

@@ -10,8 +10,8 @@
 //! payload with their regressors `Y` and `P`, offset `o`, viscous friction `b`, Coulomb friction and what replaces it
 //! near standstill `c`, load-dependent friction `k` and what that of the payload differs `l` (`s` is the smoothed sign of
 //! the velocity, `T0` the rms torque in a first fit, which separates `k` from `c`), rotor inertia `I`, and noise `e` of
-//! three kinds. All of it belongs to the motion of a time before, by a delay that all joints share. The noisy efforts stand alone on the left, because the inverse gain is the unknown: nothing biases the
-//! gains.
+//! three kinds. The efforts lag the motion by a delay that all joints share. The noisy efforts stand alone on the left,
+//! because the inverse gain is the unknown: nothing biases the gains.
 //!
 //! 1. An [`EffortRecorder`] turns the samples of one recording into window means of all these columns, an
 //!    [`EffortRecording`]. One pass over the samples is enough, and an hour needs some 100 MB.

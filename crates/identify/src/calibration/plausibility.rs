@@ -33,8 +33,10 @@ pub(crate) fn check_gains(joints: &[JointCalibration], std_dev: f64) -> Result<(
         gains().fold(f64::INFINITY, f64::min),
         gains().fold(0.0, f64::max),
     );
-    if found.len() > 1 && high < SAME * low {
-        let mean = gains().map(f64::ln).sum::<f64>() / found.len() as f64;
+    // All are off by one factor where their mean is farther from one than they are from it.
+    let mean = gains().map(f64::ln).sum::<f64>() / found.len() as f64;
+    let half_range = 0.5 * (high / low).ln();
+    if found.len() > 1 && high < SAME * low && mean.abs() > half_range {
         return Err(IdentifyError::GainsUnexpected { factor: mean.exp() });
     }
     Err(IdentifyError::GainUnexpected {

@@ -95,8 +95,8 @@ fn solve(
     scales: [f64; 10],
 ) -> Result<Posterior, IdentifyError> {
     // A known mass determines the scale of the gains.
-    let holds_scale = problem.payload_rows[0].is_empty();
-    let changes = Changes::new(&problem.model.layout, &problem.prior, holds_scale)?;
+    let fixes_scale = problem.payload_rows[0].is_empty();
+    let changes = Changes::new(&problem.model.layout, &problem.prior, fixes_scale)?;
     let mut change = Change {
         friction: 0.0,
         gain: 0.0,

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use tactid_dynamics::Manipulator;
 
 use super::arm::{Arm, ArmColumns};
-use super::delay::DelayWindow;
+use super::delay::EffortWindow;
 use super::recording::EffortRecording;
 use super::settings::CalibrationSettings;
 use crate::IdentifyError;
-use crate::equations::window::{WindowMean, Windows};
+use crate::equations::window::Windows;
 use crate::equations::{BaseState, MotionStep, MotionStream, PushOutcome, Sample};
 
 /// Longest time, as a fraction of the longest time without a gap, after which a sample counts even where it repeats the
@@ -24,9 +24,7 @@ const LONGEST_REPEAT: f64 = 0.5;
 pub struct EffortRecorder {
     columns: ArmColumns,
     motion: MotionStream,
-    windows: Windows<WindowMean>,
-    /// Windows at the same times, for the delay of the efforts.
-    delays: Windows<DelayWindow>,
+    windows: Windows<EffortWindow>,
     recording: EffortRecording,
     /// Positions and efforts of the last sample that was used.
     last: Vec<f64>,
@@ -53,13 +51,8 @@ impl EffortRecorder {
             motion: MotionStream::new(robot.dof(), 0, settings.cutoff_hz, settings.max_gap_s),
             windows: Windows::new(
                 settings.cutoff_hz,
-                arm.entries(),
-                &WindowMean::new(arm.entries(), 0),
-            ),
-            delays: Windows::new(
-                settings.cutoff_hz,
-                arm.joints.len(),
-                &DelayWindow::new(arm.joints.len()),
+                arm.entries() + arm.joints.len(),
+                &EffortWindow::new(arm.entries(), arm.joints.len()),
             ),
             recording: EffortRecording::new(arm),
             last: Vec::with_capacity(2 * robot.dof()),
@@ -101,7 +94,6 @@ impl EffortRecorder {
             MotionStep::Rejected => return Ok(PushOutcome::Rejected),
             MotionStep::Started => {
                 self.windows.clear();
-                self.delays.clear();
                 self.keep(&sample);
                 return Ok(PushOutcome::Started);
             }
@@ -109,11 +101,9 @@ impl EffortRecorder {
             MotionStep::Instant(instant) => Some(instant),
         };
         if let Some(instant) = instant {
-            let (entries, efforts) = self.columns.at(&self.recording.arm, instant)?;
-            let window = self.windows.push(instant.time_s, entries);
-            let delays = self.delays.push(instant.time_s, efforts);
-            if let (Some(window), Some(delays)) = (window, delays) {
-                self.recording.push(window, delays);
+            let entries = self.columns.at(&self.recording.arm, instant)?;
+            if let Some(window) = self.windows.push(instant.time_s, entries) {
+                self.recording.push(window);
             }
         }
         self.keep(&sample);

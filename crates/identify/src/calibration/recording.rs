@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::arm::{Arm, JointColumns};
-use super::delay::{DelayWindow, EffortMoments};
+use super::delay::{EffortMoments, EffortWindow};
 use crate::IdentifyError;
-use crate::equations::window::{self, WindowMean};
+use crate::equations::window;
 
 /// Window means of one recording of joint efforts: measured efforts and the columns of their model.
 ///
@@ -40,10 +40,10 @@ impl EffortRecording {
     }
 
     /// Adds a window.
-    pub(crate) fn push(&mut self, window: &WindowMean, efforts: &DelayWindow) {
-        self.times_s.push(window.time_s);
-        self.means.push(window.means.clone());
-        self.efforts.push(efforts.moments.clone());
+    pub(crate) fn push(&mut self, window: &EffortWindow) {
+        self.times_s.push(window.mean.time_s);
+        self.means.push(window.mean.means.clone());
+        self.efforts.push(window.moments.clone());
     }
 
     /// Returns the means of one joint over one window.
@@ -51,15 +51,14 @@ impl EffortRecording {
         self.arm.columns(&self.means[window], joint)
     }
 
-    /// Returns the mean effort of a joint that belongs to the motion in a window, and its derivative with respect to the
-    /// delay, where efforts lag by a delay, s.
-    pub(crate) fn effort(&self, window: usize, joint: usize, delay_s: f64) -> (f64, f64) {
-        let moments = &self.efforts[window][joint];
-        let window_s = self.window_s();
-        (
-            moments.effort(delay_s, window_s),
-            moments.slope(delay_s, window_s),
-        )
+    /// Returns the mean effort of a joint that belongs to the motion in a window, where efforts lag by a delay, s.
+    pub(crate) fn effort(&self, window: usize, joint: usize, delay_s: f64) -> f64 {
+        self.efforts[window][joint].effort(delay_s, self.window_s())
+    }
+
+    /// Returns the derivative of [`Self::effort`] with respect to the delay, per second.
+    pub(crate) fn effort_slope(&self, window: usize, joint: usize, delay_s: f64) -> f64 {
+        self.efforts[window][joint].slope(delay_s, self.window_s())
     }
 
     /// Names of the joints between the base and the tool, n of them, in the robot's order.

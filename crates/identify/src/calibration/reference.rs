@@ -79,8 +79,8 @@ pub(crate) fn reference_fit(
         let of_payload = held.map_or(0.0, |held| {
             columns.payload.dot(held.parameters().as_vector())
         });
-        let target = (recording.effort(window, joint, 0.0).0 - columns.described - of_payload)
-            / ranges[joint];
+        let target =
+            (recording.effort(window, joint, 0.0) - columns.described - of_payload) / ranges[joint];
         for (i, a) in &row {
             for (k, b) in &row {
                 matrix[(*i, *k)] += a * b;
@@ -131,7 +131,7 @@ fn effort_ranges(
     let joints = recordings[0].0.arm.joints.len();
     let mut sums = vec![(0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY); joints];
     for (recording, window, joint, _) in rows_of(recordings) {
-        let (effort, _) = recording.effort(window, joint, 0.0);
+        let effort = recording.effort(window, joint, 0.0);
         let (count, sum, low, high) = sums[joint];
         sums[joint] = (count + 1.0, sum + effort, low.min(effort), high.max(effort));
     }

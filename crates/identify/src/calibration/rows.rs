@@ -70,14 +70,13 @@ impl EffortModel {
         self.modelled(joint, &columns, &terms, arm)
     }
 
-    /// Returns the measured effort of a joint that belongs to the motion in a window, and its derivative with respect to the
-    /// delay.
+    /// Returns the measured effort of a joint that belongs to the motion in a window.
     pub(crate) fn measured(
         &self,
         recording: &EffortRecording,
         (window, joint): (usize, usize),
         arm: &[f64],
-    ) -> (f64, f64) {
+    ) -> f64 {
         recording.effort(window, joint, arm[self.layout.index(Group::Delay, joint)])
     }
 
@@ -123,7 +122,8 @@ impl EffortModel {
             let columns = recording.columns(window, joint);
             let terms = self.terms(recording, joint, &columns, arm, &held);
             let modelled = self.modelled(joint, &columns, &terms, arm);
-            let (effort, slope) = self.measured(recording, (window, joint), arm);
+            let effort = self.measured(recording, (window, joint), arm);
+            let delay_s = arm[self.layout.index(Group::Delay, joint)];
             let links = columns.links.len();
             for (k, entry) in columns.links.iter().enumerate() {
                 rows[(row, k)] = terms.inverse_gain * terms.arm_slope * entry;
@@ -136,7 +136,7 @@ impl EffortModel {
                     Group::Load => terms.load,
                     Group::PayloadLoad => terms.payload_load,
                     Group::Rotor => columns.acceleration,
-                    Group::Delay => -slope,
+                    Group::Delay => -recording.effort_slope(window, joint, delay_s),
                     Group::InverseGain => {
                         terms.arm * terms.arm_slope + terms.payload * terms.payload_slope
                     }
@@ -289,7 +289,7 @@ mod tests {
         let payload = payload.as_vector();
         let difference = |at: (usize, usize), arm: &[f64], payload: &Vector| {
             let modelled = model.effort(&recording, at, arm, payload);
-            let (measured, _) = model.measured(&recording, at, arm);
+            let measured = model.measured(&recording, at, arm);
             modelled.torque + modelled.friction - measured
         };
         let windows = [0, 3];

@@ -33,7 +33,7 @@ pub struct TwistContradiction {
 pub struct TwistRates {
     axes: TwistAxes,
     increments: Increments,
-    last: Option<(f64, Twist)>,
+    last: Option<(f64, PoseAndTwist)>,
 }
 
 impl TwistRates {
@@ -51,17 +51,17 @@ impl TwistRates {
 
     /// Adds a sample at a time, s. Its velocities are in world axes, into which those along other axes were turned.
     pub fn push(&mut self, time_s: f64, base: &BaseState) {
-        let present = Twist::new(self.axes, base);
+        let current = PoseAndTwist::new(self.axes, base);
         if let Some((before_s, before)) = &self.last {
             let duration_s = time_s - before_s;
             if self.increments.is_bridged(duration_s) {
-                let increment = increment(before, &present, duration_s);
+                let increment = increment(before, &current, duration_s);
                 self.increments.push(&increment, duration_s);
             } else {
                 self.increments.interrupt();
             }
         }
-        self.last = Some((time_s, present));
+        self.last = Some((time_s, current));
     }
 
     /// Returns a contradiction, if the twist is not the derivative of the pose.
@@ -91,14 +91,14 @@ impl TwistRates {
 
 /// Pose and twist at one time.
 #[derive(Clone, Copy, Debug)]
-struct Twist {
+struct PoseAndTwist {
     pose: Isometry3<f64>,
     /// Velocity and angular velocity in world axes, then what they would be if they had been measured along the other
     /// axes.
     rates: [Vector3<f64>; 4],
 }
 
-impl Twist {
+impl PoseAndTwist {
     fn new(axes: TwistAxes, base: &BaseState) -> Self {
         let rotation = &base.pose.rotation;
         let (velocity, angular_velocity) = (base.velocity, base.angular_velocity);
@@ -113,17 +113,17 @@ impl Twist {
     }
 }
 
-/// Returns the changes of position and rotation, then the integrals of the [rates](Twist::rates).
-fn increment(before: &Twist, present: &Twist, duration_s: f64) -> [f64; 6 * AXES] {
+/// Returns the changes of position and rotation, then the integrals of the [rates](PoseAndTwist::rates).
+fn increment(before: &PoseAndTwist, current: &PoseAndTwist, duration_s: f64) -> [f64; 6 * AXES] {
     let mut increment = [0.0; 6 * AXES];
     let (changes, integrals) = increment.split_at_mut(2 * AXES);
-    let moved = present.pose.translation.vector - before.pose.translation.vector;
-    let rotation = present.pose.rotation * before.pose.rotation.inverse();
+    let moved = current.pose.translation.vector - before.pose.translation.vector;
+    let rotation = current.pose.rotation * before.pose.rotation.inverse();
     changes[..AXES].copy_from_slice(moved.as_slice());
     changes[AXES..].copy_from_slice(rotation_vector(&rotation).as_slice());
-    let rates = before.rates.iter().zip(&present.rates);
-    for (integral, (before, present)) in integrals.chunks_exact_mut(AXES).zip(rates) {
-        integral.copy_from_slice((0.5 * duration_s * (before + present)).as_slice());
+    let rates = before.rates.iter().zip(&current.rates);
+    for (integral, (before, current)) in integrals.chunks_exact_mut(AXES).zip(rates) {
+        integral.copy_from_slice((0.5 * duration_s * (before + current)).as_slice());
     }
     increment
 }

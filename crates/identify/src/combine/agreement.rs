@@ -1,6 +1,7 @@
 //! Whether runs agree within their noise, and which of them differs.
 
 use super::between::Variation;
+use super::linear::{PseudoInverse, pseudo_inverse};
 use super::scatter::Scatter;
 use super::term::{Pooled, Term};
 use crate::result::VALUE_NAMES;
@@ -113,14 +114,20 @@ impl<'a> Comparison<'a> {
     /// Prepares a comparison at these parameters.
     pub(crate) fn new(terms: &'a [Term], at: &'a Vector) -> Self {
         let linearization = values_of(at).zip(jacobian(at));
+        let inverses: Vec<_> = terms
+            .iter()
+            .map(|term| pseudo_inverse(&term.weight))
+            .collect();
         let of_value = |k: usize| {
             let Some((_, jacobian)) = &linearization else {
                 return Vec::new();
             };
             let gradient = jacobian.row(k).into_owned();
-            let of_run =
-                |(run, term): (usize, &Term)| Some((run, term.of_quantity(&gradient, at)?));
-            terms.iter().enumerate().filter_map(of_run).collect()
+            let of_run = |(run, (term, inverse)): (usize, (&Term, &PseudoInverse))| {
+                Some((run, term.of_quantity(inverse, &gradient, at)?))
+            };
+            let runs = terms.iter().zip(&inverses).enumerate();
+            runs.filter_map(of_run).collect()
         };
         Self {
             terms,
@@ -193,10 +200,13 @@ impl<'a> Comparison<'a> {
     /// Returns the largest difference of the ten values, in standard deviations, between a run and the others.
     fn largest_difference(&self, run: usize) -> Option<ValueDifference> {
         let (values, jacobian) = self.linearization.as_ref()?;
-        let others = self.others(run).term;
+        let others = self.others(run);
         let difference = |k: usize| {
             let (_, one) = self.values[k].iter().find(|(of, _)| *of == run)?;
-            let others = others.of_quantity(&jacobian.row(k).into_owned(), self.at)?;
+            let gradient = jacobian.row(k).into_owned();
+            let others = others
+                .term
+                .of_quantity(&others.inverse, &gradient, self.at)?;
             let changes = (&one.changes - &others.changes).row(0).norm_squared();
             let variance = one.covariance[(0, 0)] + others.covariance[(0, 0)] + changes;
             Some(ValueDifference {

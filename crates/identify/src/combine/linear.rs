@@ -164,6 +164,7 @@ pub(crate) fn information(covariance: &Matrix, null_space: &NullSpace) -> Matrix
 }
 
 /// The inverse of an information in its observable directions.
+#[derive(Clone, Debug)]
 pub(crate) struct PseudoInverse {
     /// Zero in unobservable directions.
     pub(crate) covariance: Matrix,

@@ -7,9 +7,9 @@
 //! Weights and errors are two things. The information of a run follows from its motion and from the mean noise of its channels; how
 //! much its parameters scatter in each direction is estimated from few windows. If the inverse of this estimate were the weight, the
 //! runs that seem precise by chance would count most, and their small covariances would make the interval of the whole small: the 95 %
-//! intervals of twenty recordings of 2 s would hold in 67 %. So a run with the information `A` and the covariance `N` has the share
+//! intervals of twenty recordings of 2 s would contain the truth in 67 %. So a run with the information `A` and the covariance `N` has the share
 //! `W = (Σ A)⁻¹ A` of the mean, whose covariance is `Σ W N Wᵀ`, the sandwich of all runs; it holds for any weights that do not depend
-//! on the errors. In the same draws these intervals hold in 95 %.
+//! on the errors. In the same draws these intervals contain it in 95 %.
 //!
 //! Where the runs differ by more than their noise, they are taken as draws of payloads that vary from run to run (random effects):
 //! what varies is not known, but each of the ten values has a variance between the runs, estimated from the runs that determine
@@ -247,7 +247,7 @@ fn combination(
     between_runs: [f64; 10],
 ) -> Combination {
     let bounding_box = settings.bounding_box.as_ref();
-    let scales = pooled.null_space.scales();
+    let scales = pooled.inverse.null_space.scales();
     let covariance = pooled.covariance();
     let projection = project(&pooled.term.at, &covariance, scales, bounding_box);
     let parameters = projection.map_or(pooled.term.at, |found| found.parameters);
@@ -256,7 +256,7 @@ fn combination(
         distance: found.distance,
         within_box: bounding_box.is_some(),
     });
-    let of_values = std_devs(&parameters, &covariance, &pooled.null_space);
+    let of_values = std_devs(&parameters, &covariance, &pooled.inverse.null_space);
     let ValueStdDevs { observable, .. } = of_values;
     let mut std_devs: [f64; 10] = std::array::from_fn(|k| factors[k] * of_values.std_devs[k]);
     let is_exact = |mass: KnownMass| mass.std_dev_kg == 0.0 && mass.agrees_with(parameters[0], 0.0);
@@ -288,7 +288,7 @@ fn combination(
         principal_moments: PrincipalMoments::with_std_devs(
             &parameters,
             &covariance,
-            &pooled.null_space,
+            &pooled.inverse.null_space,
         ),
         findings: disagreement.into_iter().chain(inconsistent).collect(),
         agreement,

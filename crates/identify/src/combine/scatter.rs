@@ -25,7 +25,7 @@ pub(crate) struct Scatter {
 impl Scatter {
     /// Returns how far terms are from their mean.
     pub(crate) fn new<'a>(terms: impl Iterator<Item = &'a Term> + Clone, mean: &Pooled) -> Self {
-        let bread = &mean.bread;
+        let bread = &mean.inverse.covariance;
         let (mut squares, mut first, mut second) = (0.0, 0.0, 0.0);
         let (mut meat, mut cubes) = (Matrix::zeros(), Matrix::zeros());
         let columns = mean.term.changes.ncols();

@@ -1,8 +1,8 @@
 //! Points with weights and errors, and their weighted mean.
 
-use super::linear::{LinearEstimate, pseudo_inverse};
+use super::linear::{LinearEstimate, PseudoInverse, pseudo_inverse};
 use crate::fit::GainErrors;
-use crate::solve::subspace::{Matrix, NullSpace, Vector};
+use crate::solve::subspace::{Matrix, Vector};
 
 /// A point in the ten parameters with its weight and its errors: what one run says, or several together.
 #[derive(Clone, Debug)]
@@ -63,13 +63,13 @@ impl Term {
     }
 
     /// Returns what a term says about one quantity with this `gradient` in the parameters, as the first parameter: its change
-    /// from the parameters `from`. `None` where the term does not determine it.
+    /// from the parameters `from`, given the `inverse` of the weight. `None` where the term does not determine it.
     pub(crate) fn of_quantity(
         &self,
+        inverse: &PseudoInverse,
         gradient: &nalgebra::RowSVector<f64, 10>,
         from: &Vector,
     ) -> Option<Self> {
-        let inverse = pseudo_inverse(&self.weight);
         if !inverse.null_space.determines(gradient) {
             return None;
         }
@@ -97,9 +97,8 @@ impl Term {
 pub(crate) struct Pooled {
     /// The mean: a term of its own, whose covariance is zero in unobservable directions.
     pub(crate) term: Term,
-    /// Inverse of the weight, zero in unobservable directions.
-    pub(crate) bread: Matrix,
-    pub(crate) null_space: NullSpace,
+    /// Inverse of the weight.
+    pub(crate) inverse: PseudoInverse,
 }
 
 impl Pooled {
@@ -132,8 +131,7 @@ impl Pooled {
                 changes: bread * changes,
                 degrees_of_freedom,
             },
-            bread,
-            null_space: inverse.null_space,
+            inverse,
         }
     }
 

@@ -35,6 +35,28 @@ pub(crate) fn mass_finding(
     })
 }
 
+/// Returns the findings about a payload in the order of a result: that about its known mass, that it is far from consistent
+/// bodies, and those of the data, without those that one about the mass contains.
+pub(crate) fn without_repetition(
+    of_mass: Option<Finding>,
+    inconsistent: Option<Finding>,
+    of_data: Vec<Finding>,
+) -> Vec<Finding> {
+    // A mass that is not kept says that no consistent body is near, and why.
+    let is_not_kept = matches!(of_mass, Some(Finding::KnownMassNotKept { .. }));
+    let inconsistent = inconsistent.filter(|_| !is_not_kept);
+    // An empty gripper explains a contradicted known mass, and is not reported a second time.
+    let is_contradicted = matches!(of_mass, Some(Finding::MassContradicted { .. }));
+    let repeats =
+        |finding: &Finding| is_contradicted && matches!(finding, Finding::NothingHeld { .. });
+    let of_data = of_data.into_iter().filter(|finding| !repeats(finding));
+    of_mass
+        .into_iter()
+        .chain(inconsistent)
+        .chain(of_data)
+        .collect()
+}
+
 /// Returns whether a finding is the reason why the data contradict any known mass.
 fn contradicts_any_mass(finding: &Finding) -> bool {
     matches!(

@@ -9,7 +9,7 @@ mod unexplained;
 use nalgebra::{SMatrix, SVector};
 use tactid_dynamics::InertialParameters;
 
-pub(crate) use self::known_mass::mass_finding;
+pub(crate) use self::known_mass::{mass_finding, without_repetition};
 use self::offset::{better_with_offset, has_significant_component};
 pub(crate) use self::signs::nothing_held;
 use self::signs::sign_findings;

@@ -1,7 +1,7 @@
 //! A constant offset of the wrenches that explains the data better.
 
 use super::residuals::determinant_ratio;
-use crate::equations::{Channels, Equation};
+use crate::equations::{Channels, Equation, WRENCH};
 use crate::fit::{Fit, FitOptions, least_squares};
 use crate::result::WrenchOffset;
 
@@ -15,9 +15,6 @@ const CLEARLY_BETTER: f64 = 0.64;
 
 /// A component of an offset is significant where it is this many times its standard deviation.
 const SIGNIFICANT_COMPONENT: f64 = 3.0;
-
-/// Number of channels of the wrench, the first ones.
-const WRENCH: usize = 6;
 
 /// Returns the fit with unknown offsets, where it explains the data clearly better than `given`, whose offsets were not
 /// among the unknowns.

@@ -44,7 +44,7 @@ impl Channels {
     /// Returns these channels with an unknown offset in each of the six of the wrench, or with none.
     #[must_use]
     pub fn with_offsets(self, unknown: bool) -> Self {
-        let offsets = if unknown { 6 } else { 0 };
+        let offsets = if unknown { WRENCH } else { 0 };
         Self { offsets, ..self }
     }
 
@@ -67,6 +67,9 @@ impl Channels {
         sources.collect()
     }
 }
+
+/// Number of channels of a wrench.
+pub(crate) const WRENCH: usize = 6;
 
 /// Names and units of the six channels of a wrench, force then moment. Each name follows the `prefix`.
 pub(crate) fn wrench_channels(prefix: &str) -> Vec<Channel> {

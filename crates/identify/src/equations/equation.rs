@@ -35,6 +35,14 @@ impl Row {
         }
     }
 
+    /// Returns the regressor with gravity scaled by a factor.
+    pub(crate) fn regressor_at(&self, gravity_scale: f64) -> SVector<f64, 10> {
+        let mut regressor = self.regressor;
+        let mut first = regressor.fixed_rows_mut::<4>(0);
+        first += self.gravity * (1.0 - gravity_scale);
+        regressor
+    }
+
     /// Adds `weight` times another row.
     pub(crate) fn add(&mut self, row: &Self, weight: f64) {
         self.regressor += row.regressor * weight;
@@ -42,6 +50,7 @@ impl Row {
         self.gravity += row.gravity * weight;
         self.gain_error += row.gain_error * weight;
     }
+
     /// Multiplies both sides by a factor.
     pub(crate) fn scale(&mut self, factor: f64) {
         self.regressor *= factor;

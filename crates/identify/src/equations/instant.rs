@@ -194,7 +194,8 @@ fn motion_of_rates(
     [position, velocity, acceleration]
 }
 
-/// Returns what [`motion_of_rates`] does, from measured positions alone.
+/// Returns position, velocity and acceleration of some joints, by their index among the vectors, at the middle sample,
+/// from measured positions alone.
 fn motion_of_positions(
     samples: &[&StoredSample],
     index: usize,

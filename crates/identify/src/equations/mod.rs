@@ -21,6 +21,7 @@ mod sources;
 mod stream;
 pub mod window;
 
+pub(crate) use channels::WRENCH;
 pub use channels::{Channel, Channels, KnownNoise};
 pub use equation::{Equation, Row};
 pub(crate) use instant::Instant;

@@ -9,6 +9,7 @@ use tactid_dynamics::{
 use super::channels::{Channels, KnownNoise};
 use super::equation::{Equation, Row};
 use super::instant::Instant;
+use super::sample::Sample;
 use super::settings::EquationSettings;
 use super::sources::{RobotState, Source, sources_of};
 use super::window::WindowMean;
@@ -84,11 +85,6 @@ impl Model {
         self.gravity
     }
 
-    /// The robot with all its links.
-    pub(crate) fn robot(&self) -> &Manipulator {
-        &self.robot
-    }
-
     /// What is wrong in the description of the robot, as far as the method uses it.
     pub(crate) fn findings(&self) -> impl Iterator<Item = Finding> {
         let uses_masses = self.sources.iter().any(|source| source.needs_masses());
@@ -140,6 +136,25 @@ impl Model {
         };
         let first = self.sources.first();
         channels.with_offsets(first.is_some_and(|source| source.has_offsets()))
+    }
+
+    /// Checks that a sample's slices fit the robot and the sensors.
+    pub(crate) fn check_lengths(&self, sample: &Sample<'_>) -> Result<(), IdentifyError> {
+        let robot = &self.robot;
+        robot.check_length("joint_position", sample.joint_position)?;
+        if !sample.joint_velocity.is_empty() {
+            robot.check_length("joint_velocity", sample.joint_velocity)?;
+        }
+        if self.method.uses_effort() || !sample.joint_effort.is_empty() {
+            robot.check_length("joint_effort", sample.joint_effort)?;
+        }
+        if sample.wrenches.len() == self.sensor_count {
+            return Ok(());
+        }
+        Err(IdentifyError::WrenchCount {
+            given: sample.wrenches.len(),
+            expected: self.sensor_count,
+        })
     }
 
     /// Computes the entries of an instant, which enter means over windows: the targets of all rows, then what their

@@ -9,7 +9,6 @@ use super::model::Model;
 use super::motion_stream::{MotionStep, MotionStream};
 use super::sample::Sample;
 use super::settings::EquationSettings;
-use super::stream::check_lengths;
 use super::window::{WindowMean, Windows};
 use crate::IdentifyError;
 
@@ -58,11 +57,7 @@ impl MultiCutoffStream {
         let (joints, wrenches) = (robot.dof(), sensors.len());
         let of_cutoff = |&cutoff_hz: &f64| OfCutoff {
             motion: MotionStream::new(joints, wrenches, cutoff_hz, settings.max_gap_s),
-            windows: Windows::new(
-                cutoff_hz,
-                model.entry_count(),
-                &WindowMean::new(model.entry_count(), model.row_count()),
-            ),
+            windows: Windows::of_means(cutoff_hz, model.entry_count(), model.row_count()),
             equations: Vec::new(),
         };
         Ok(Self {
@@ -80,7 +75,7 @@ impl MultiCutoffStream {
     /// # Errors
     /// Returns the errors of [`EquationStream::push`](super::EquationStream::push).
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<(), IdentifyError> {
-        check_lengths(&self.model, sample)?;
+        self.model.check_lengths(sample)?;
         let mut is_computed = false;
         for of_cutoff in &mut self.cutoffs {
             match of_cutoff.motion.push(sample) {

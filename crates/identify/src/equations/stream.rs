@@ -62,11 +62,7 @@ impl EquationStream {
         Ok(Self {
             offset_frame: OffsetFrame::new(robot, tool, sensors)?,
             motion: MotionStream::new(joints, wrenches, settings.cutoff_hz, settings.max_gap_s),
-            windows: Windows::new(
-                settings.cutoff_hz,
-                model.entry_count(),
-                &WindowMean::new(model.entry_count(), model.row_count()),
-            ),
+            windows: Windows::of_means(settings.cutoff_hz, model.entry_count(), model.row_count()),
             equation: Equation::new(model.row_count()),
             model,
         })
@@ -83,7 +79,7 @@ impl EquationStream {
         &mut self,
         sample: &Sample<'_>,
     ) -> Result<(PushOutcome, Option<&Equation>), IdentifyError> {
-        check_lengths(&self.model, sample)?;
+        self.model.check_lengths(sample)?;
         let instant = match self.motion.push(sample) {
             MotionStep::Rejected => return Ok((PushOutcome::Rejected, None)),
             MotionStep::Started => {
@@ -188,23 +184,4 @@ impl EquationStream {
     pub fn gripper_to_subtract(&self) -> Option<InertialParameters> {
         self.model.gripper_to_subtract()
     }
-}
-
-/// Checks that a sample's slices fit the robot and the sensors.
-pub(super) fn check_lengths(model: &Model, sample: &Sample<'_>) -> Result<(), IdentifyError> {
-    let robot = model.robot();
-    robot.check_length("joint_position", sample.joint_position)?;
-    if !sample.joint_velocity.is_empty() {
-        robot.check_length("joint_velocity", sample.joint_velocity)?;
-    }
-    if model.method().uses_effort() || !sample.joint_effort.is_empty() {
-        robot.check_length("joint_effort", sample.joint_effort)?;
-    }
-    if sample.wrenches.len() == model.sensor_count() {
-        return Ok(());
-    }
-    Err(IdentifyError::WrenchCount {
-        given: sample.wrenches.len(),
-        expected: model.sensor_count(),
-    })
 }

@@ -202,6 +202,13 @@ pub(crate) struct Windows<W> {
     half: f64,
 }
 
+impl Windows<WindowMean> {
+    /// Creates windows over instants of so many entries, the first of which have a derivative.
+    pub(crate) fn of_means(cutoff_hz: f64, entries: usize, rates: usize) -> Self {
+        Self::new(cutoff_hz, entries, &WindowMean::new(entries, rates))
+    }
+}
+
 impl<W: WindowSums> Windows<W> {
     /// Creates windows over instants of so many entries, from a window without any instant.
     pub(crate) fn new(cutoff_hz: f64, entries: usize, empty: &W) -> Self {
@@ -323,7 +330,7 @@ mod tests {
 
     /// Returns time, mean, and mean of the derivative of one quantity, for each window.
     fn filter(times: &[f64], value: impl Fn(f64) -> f64) -> Vec<(f64, f64, f64)> {
-        let mut windows = Windows::new(CUTOFF_HZ, 1, &WindowMean::new(1, 1));
+        let mut windows = Windows::of_means(CUTOFF_HZ, 1, 1);
         let mut found = Vec::new();
         for &time_s in times {
             if let Some(window) = windows.push(time_s, &[value(time_s)]) {

@@ -3,14 +3,12 @@
 use nalgebra::{SMatrix, SVector, U10};
 
 use super::products::{Products, WIDTH, WideRow};
+use super::rows::TARGET;
 use super::{Fit, GainErrors};
 use crate::equations::{Equation, Row};
 use crate::solve::noise::Whitening;
 use crate::solve::offsets::Centering;
 use crate::solve::spectrum::Spectrum;
-
-/// Place of the target in a whitened row, after the ten parameters.
-const TARGET: usize = 10;
 
 /// Normal equations in scaled parameters, with errors-in-variables bias correction.
 pub(crate) struct NormalEquations<'a> {

@@ -1,7 +1,7 @@
 //! The rows of all windows of a fit, one after the other: each pass reads all of them.
 
 use super::FitOptions;
-use super::products::WideRow;
+use super::products::{WIDTH, WideRow};
 use crate::equations::{Equation, Row};
 
 /// Most unknowns of a fit: the ten parameters, and the delay.
@@ -22,15 +22,10 @@ pub(crate) struct FitRows {
 impl FitRows {
     /// Copies the rows of equations of so many channels.
     pub(crate) fn new(equations: &[Equation], options: &FitOptions<'_>, channels: usize) -> Self {
-        let of_gravity = 1.0 - options.gravity_scale;
         let wide = |row: &Row| {
-            let mut wide = [0.0; TARGET + 1];
-            wide[..10].copy_from_slice(row.regressor.as_slice());
-            if of_gravity != 0.0 {
-                for (entry, gravity) in wide.iter_mut().zip(&row.gravity) {
-                    *entry += of_gravity * gravity;
-                }
-            }
+            let mut wide = [0.0; WIDTH];
+            let regressor = row.regressor_at(options.gravity_scale);
+            wide[..10].copy_from_slice(regressor.as_slice());
             wide[TARGET] = row.target;
             wide
         };
@@ -75,7 +70,7 @@ impl FitRows {
     }
 }
 
-/// Returns what a solution leaves of a row's target.
+/// Returns the residual of a row: its target less the prediction of a solution.
 pub(crate) fn remainder(row: &WideRow, solution: &[f64; UNKNOWNS]) -> f64 {
     // Sums that do not wait for each other.
     let mut sums = [0.0; 4];

@@ -6,9 +6,9 @@
 //!
 //! | estimate | from | holds for |
 //! |---|---|---|
-//! | [`WindowSums::newey_west_meat`] | scores over many lags | errors of any kind, also of the model, from many windows |
-//! | [`WindowSums::local_meat`] | residuals and half-differences of each window | white noise of sensors whose effect changes with the motion |
-//! | [`WindowSums::stationary_meat`] | mean products of all residuals | stationary noise of any colour |
+//! | [`MeatEstimator::newey_west_meat`] | scores over many lags | errors of any kind, also of the model, from many windows |
+//! | [`MeatEstimator::local_meat`] | residuals and half-differences of each window | white noise of sensors whose effect changes with the motion |
+//! | [`MeatEstimator::stationary_meat`] | mean products of all residuals | stationary noise of any colour |
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
@@ -62,7 +62,7 @@ pub(crate) struct NoiseMeat {
 }
 
 /// The rows of all windows of a fit, from which the meat is estimated.
-pub(crate) struct WindowSums<'a> {
+pub(crate) struct MeatEstimator<'a> {
     rows: &'a [ScoredRow],
     /// Number of rows of a window.
     channels: usize,
@@ -74,7 +74,7 @@ pub(crate) struct WindowSums<'a> {
     gains: Vec<WideRow>,
 }
 
-impl<'a> WindowSums<'a> {
+impl<'a> MeatEstimator<'a> {
     /// Takes rows of so many channels, window by window, with the inverse of their information, which is as large as
     /// there are unknowns.
     pub(crate) fn new(rows: &'a [ScoredRow], channels: usize, bread: &'a DMatrix<f64>) -> Self {
@@ -236,7 +236,7 @@ impl<'a> WindowSums<'a> {
         meat
     }
 
-    /// Returns a window's rows as a matrix, of which the part of the noise that was fitted follows.
+    /// Returns the entries of a window's rows as a matrix, for the products with the covariance of the parameters.
     fn matrix(&self, window: usize) -> DMatrix<f64> {
         let entries = self.entries(window);
         DMatrix::from_fn(self.channels, self.unknowns(), |i, k| entries[i][k])
@@ -269,12 +269,13 @@ impl<'a> WindowSums<'a> {
         let mut same_window = self.over_unknowns(|i, j| same_window.entry(i, j));
         let mut neighbours = self.over_unknowns(|i, j| neighbours.entry(i, j));
         if let Some(parameters) = parameters {
-            let information = |window| self.matrix(window).tr_mul(&self.matrix(window));
-            for k in 0..self.count() {
-                let first = information(k) * parameters * 0.5;
-                same_window += &first * information(k);
-                for later in k + 1..self.count().min(k + FILTER_REACH + 1) {
-                    neighbours += &first * information(later);
+            let matrices = (0..self.count()).map(|window| self.matrix(window));
+            let informations: Vec<_> = matrices.map(|matrix| matrix.tr_mul(&matrix)).collect();
+            for (k, information) in informations.iter().enumerate() {
+                let first = information * parameters * 0.5;
+                same_window += &first * information;
+                for later in informations.iter().take(k + FILTER_REACH + 1).skip(k + 1) {
+                    neighbours += &first * later;
                 }
             }
         }

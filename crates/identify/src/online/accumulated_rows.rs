@@ -129,18 +129,14 @@ impl AccumulatedRows {
     /// by up to 1e6 units after few windows. Such a direction counts as unobservable, and keeps its
     /// [start](Self::restart_at).
     pub(crate) fn solve(&mut self) -> (Vector, Information) {
-        self.inverse_root = inverse_of_upper(&self.rls.information_root()).transpose();
+        let root = self.rls.information_root();
+        self.inverse_root = inverse_of_upper(&root).transpose();
         let biased = self.rls.parameters();
-        let information = Information::new(
-            &self.rls.information_root(),
-            &self.noise,
-            self.plausible_size(&self.scales()),
-        );
+        let information = Information::new(&root, &self.noise, self.plausible_size(&self.scales()));
         let parameters = if information.is_complete() {
             biased + information.solve(&(self.noise * biased - self.noise_targets))
         } else {
             // Both sides are reduced by what the start contributes.
-            let root = self.rls.information_root();
             let target = root.tr_mul(&(root * (biased - self.start)));
             self.start + information.solve(&(target + self.noise * self.start - self.noise_targets))
         };

@@ -3,8 +3,7 @@
 use super::arm::ArmCalibration;
 use super::layout::Layout;
 
-/// Largest difference of `gain` from the inverse of `inverse_gain`, a fraction: the rounding of one division, and of
-/// numbers that were written with twelve digits.
+/// Largest difference of `gain` from the inverse of `inverse_gain`, a fraction: the rounding of one division.
 const ROUNDING: f64 = 1e-12;
 
 /// Why a text is no calibration.
@@ -14,14 +13,21 @@ pub(super) struct Fault {
     pub(super) reason: String,
 }
 
-/// Checks that the numbers of joints and links are finite, and that those which are derived from others fit them: an edit
+/// Checks that the numbers of joints, links and the delay are finite, and that those which are derived from others fit them: an edit
 /// of one of the two alone would have no effect.
 pub(super) fn check_numbers(arm: &ArmCalibration, text: &str) -> Result<(), Fault> {
-    let layout = Layout {
-        links: arm.model.links.len(),
-        joints: arm.model.joints.len(),
-        frictions: arm.model.friction_widths.len(),
-    };
+    let layout = Layout::of(&arm.model);
+    let delay_std_dev_s = arm.report.delay.std_dev_s;
+    if !(delay_std_dev_s >= 0.0 && delay_std_dev_s.is_finite()) {
+        let key = "delay_std_dev_s";
+        return Err(Fault {
+            line: text
+                .lines()
+                .position(|line| is_key(line, key))
+                .map(|number| number + 1),
+            reason: format!("`{key}` is not valid: {delay_std_dev_s} is no standard deviation"),
+        });
+    }
     for (index, joint) in arm.report.joints.iter().enumerate() {
         let place = Place {
             text,
@@ -58,6 +64,7 @@ pub(super) fn check_numbers(arm: &ArmCalibration, text: &str) -> Result<(), Faul
         };
         place.check_finite("described", link.described.as_vector().as_slice())?;
         place.check_finite("calibrated", link.calibrated.as_vector().as_slice())?;
+        place.check_finite("std_devs", &link.std_devs)?;
         place.check_finite("scales", &layout.link(&arm.model.scales, index))?;
     }
     Ok(())
@@ -94,14 +101,16 @@ impl Place<'_> {
         let lines = self.text.lines().enumerate();
         let mut tables = lines.clone().filter(|(_, line)| line.trim() == header);
         let (first, _) = tables.nth(self.index)?;
-        let is_key = |line: &str| {
-            let (name, _) = line.split_once('=').unwrap_or_default();
-            name.trim() == key
-        };
         let of_table = lines.skip(first + 1);
         let mut of_table = of_table.take_while(|(_, line)| !line.trim_start().starts_with('['));
         of_table
-            .find(|(_, line)| is_key(line))
+            .find(|(_, line)| is_key(line, key))
             .map(|(number, _)| number + 1)
     }
+}
+
+/// Whether a line gives the value of a key.
+fn is_key(line: &str, key: &str) -> bool {
+    line.split_once('=')
+        .is_some_and(|(name, _)| name.trim() == key)
 }

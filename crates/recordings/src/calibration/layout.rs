@@ -1,5 +1,7 @@
 //! The unknowns of a calibration by link and joint, and the delay, as its file has them, and in the one vector of the model.
 
+use tactid_identify::calibration::Calibration;
+
 /// Number of inertial parameters of a link.
 pub(super) const OF_LINK: usize = 10;
 /// Number of unknowns of a joint besides the friction terms.
@@ -14,6 +16,15 @@ pub(super) struct Layout {
 }
 
 impl Layout {
+    /// Returns the numbers of a calibration.
+    pub(super) fn of(calibration: &Calibration) -> Self {
+        Self {
+            links: calibration.links.len(),
+            joints: calibration.joints.len(),
+            frictions: calibration.friction_widths.len(),
+        }
+    }
+
     /// Number of the unknowns.
     pub(super) fn unknowns(self) -> usize {
         OF_LINK * self.links + self.of_joint() * self.joints + 1

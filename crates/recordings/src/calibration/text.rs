@@ -168,11 +168,7 @@ fn line_of(text: &str, at: usize) -> usize {
 impl File {
     fn of(arm: &ArmCalibration) -> Self {
         let (model, report) = (&arm.model, &arm.report);
-        let layout = Layout {
-            links: model.links.len(),
-            joints: model.joints.len(),
-            frictions: model.friction_widths.len(),
-        };
+        let layout = Layout::of(model);
         let joints = (0..layout.joints).map(|index| Joint::of(arm, layout, index));
         let links = report.links.iter().enumerate();
         let payloads = report.payloads.iter();

@@ -2,10 +2,9 @@
 
 use tactid_dynamics::{StateError, wrench_on_end_effector};
 
-use super::regressor::{MOTION_TERMS, MotionTerms, WrenchRegressor, set_wrench};
+use super::regressor::set_wrench;
 use super::source::{MeasurementSource, RobotState};
 use crate::equations::channels::{Channel, wrench_channels};
-use crate::equations::equation::Row;
 use crate::equations::instant::Instant;
 
 /// The wrench on the end-effector that the momentum of all other bodies requires, on a base that floats
@@ -16,10 +15,6 @@ pub(crate) struct MomentumSource;
 impl MeasurementSource for MomentumSource {
     fn channels(&self) -> Vec<Channel> {
         wrench_channels("")
-    }
-
-    fn entries(&self) -> usize {
-        MOTION_TERMS
     }
 
     fn fill(
@@ -34,10 +29,6 @@ impl MeasurementSource for MomentumSource {
         set_wrench(targets, &wrench);
         entries.copy_from_slice(robot.terms.as_slice());
         Ok(())
-    }
-
-    fn set_rows(&self, entries: &[f64], rows: &mut [Row]) {
-        WrenchRegressor::new(&MotionTerms::from_column_slice(entries)).set_rows(rows);
     }
 
     fn needs_masses(&self) -> bool {

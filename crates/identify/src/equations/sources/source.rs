@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 use nalgebra::{DMatrix, Isometry3, Vector3};
 use tactid_dynamics::{FrameId, StateError, Workspace};
 
-use super::regressor::{MotionTerms, motion_terms};
+use super::regressor::{MOTION_TERMS, MotionTerms, WrenchRegressor, motion_terms};
 use crate::equations::channels::Channel;
 use crate::equations::equation::Row;
 use crate::equations::instant::Instant;
@@ -22,7 +22,10 @@ pub(crate) trait MeasurementSource {
     }
 
     /// Number of entries of an instant beside the targets, of which [`set_rows`](Self::set_rows) makes the regressors.
-    fn entries(&self) -> usize;
+    /// The default is that of a wrench in the tool frame: the terms of the tool's motion.
+    fn entries(&self) -> usize {
+        MOTION_TERMS
+    }
 
     /// Computes the targets of an instant, one for each channel, and the other entries. Both enter means over windows.
     /// Allocates nothing.
@@ -39,7 +42,10 @@ pub(crate) trait MeasurementSource {
 
     /// Sets everything but the targets of the rows, one for each channel, from the means of the other entries over a
     /// window, or from half-differences of such means: the rows are linear in the entries.
-    fn set_rows(&self, entries: &[f64], rows: &mut [Row]);
+    /// The default is that of a wrench in the tool frame.
+    fn set_rows(&self, entries: &[f64], rows: &mut [Row]) {
+        WrenchRegressor::new(&MotionTerms::from_column_slice(entries)).set_rows(rows);
+    }
 
     /// Covariance of the noise of one sample across the channels, where it is known, at the robot's
     /// posture.

@@ -3,13 +3,10 @@
 use nalgebra::{DMatrix, Isometry3, SMatrix, SVector};
 use tactid_dynamics::{FrameId, Manipulator, ModelError, StateError, Wrench};
 
-use super::regressor::{
-    MOTION_TERMS, MotionTerms, WrenchRegressor, columns_expressed_in, set_wrench,
-};
+use super::regressor::{columns_expressed_in, set_wrench};
 use super::source::{MeasurementSource, RobotState};
 use crate::IdentifyError;
 use crate::equations::channels::{Channel, wrench_channels};
-use crate::equations::equation::Row;
 use crate::equations::instant::Instant;
 use crate::equations::settings::{EquationSettings, expand};
 
@@ -75,10 +72,6 @@ impl MeasurementSource for WrenchSource {
         wrench_channels("")
     }
 
-    fn entries(&self) -> usize {
-        MOTION_TERMS
-    }
-
     fn fill(
         &mut self,
         instant: &Instant,
@@ -94,10 +87,6 @@ impl MeasurementSource for WrenchSource {
         set_wrench(targets, &sum);
         entries.copy_from_slice(robot.terms.as_slice());
         Ok(())
-    }
-
-    fn set_rows(&self, entries: &[f64], rows: &mut [Row]) {
-        WrenchRegressor::new(&MotionTerms::from_column_slice(entries)).set_rows(rows);
     }
 
     /// The covariance of the sum of independent sensors, in `Σ_U` and about its origin.

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::ReweightedLeastSquares;
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
 use crate::fit::rows::TARGET;
-use crate::fit::sandwich::{NoiseMeat, ScoredRow, WindowSums};
+use crate::fit::sandwich::{MeatEstimator, NoiseMeat, ScoredRow};
 
 impl ReweightedLeastSquares<'_> {
     /// Returns two sandwich covariances of the unknowns from so many windows (see [`sandwich`](crate::fit::sandwich)), given the inverse
@@ -16,7 +16,7 @@ impl ReweightedLeastSquares<'_> {
         let unknowns = self.columns + self.means.len();
         let freedom = (independent - unknowns as f64).max(1.0);
         let rows = self.scored_rows();
-        let sums = WindowSums::new(&rows, channels, bread);
+        let sums = MeatEstimator::new(&rows, channels, bread);
         let scores = sums.newey_west_meat() * independent / freedom;
         let [of_noise, stationary] = sums.noise_meats();
         [of_noise, stationary].map(|meat| self.covariance(bread, &scores, meat, count))

@@ -31,7 +31,7 @@ fn uneven_rows(difference: f64) -> Vec<ScoredRow> {
 fn local_noise_counts_for_its_unknown() {
     let rows = uneven_rows(1.0);
     let bread = DMatrix::identity(2, 2) / 2000.0;
-    let sums = WindowSums::new(&rows, 1, &bread);
+    let sums = MeatEstimator::new(&rows, 1, &bread);
     assert!(sums.is_white());
     let local = sums.local_meat().meat / 2000.0;
     let stationary = sums.stationary_meat().meat / 2000.0;
@@ -57,7 +57,7 @@ fn residuals_that_differences_do_not_explain_are_not_white() {
         (2.0, false),
     ] {
         let rows = uneven_rows(difference);
-        let sums = WindowSums::new(&rows, 1, &bread);
+        let sums = MeatEstimator::new(&rows, 1, &bread);
         assert_eq!(sums.is_white(), white, "{difference}");
     }
 }
@@ -82,7 +82,7 @@ fn sums_of_neighbours_are_products_over_all_lags() {
     for windows in [1, 2, 3, 4, 50, 1000] {
         let rows = scored_rows(windows);
         let bread = DMatrix::identity(3, 3);
-        let found = WindowSums::new(&rows, 2, &bread).newey_west_meat();
+        let found = MeatEstimator::new(&rows, 2, &bread).newey_west_meat();
         let scores: Vec<DVector<f64>> = rows
             .chunks_exact(2)
             .map(|rows| DVector::from_fn(3, |k, _| rows[0].score[k] + rows[1].score[k]))
