@@ -31,6 +31,7 @@ lint: lint-rust lint-python ## formatting, clippy, ruff, mypy, the structure and
 
 lint-rust: tools
 	cargo fmt --all --check
+	cargo fmt --all --check --manifest-path bench/Cargo.toml
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps --locked --quiet
 

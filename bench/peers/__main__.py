@@ -15,7 +15,7 @@ from peers.harness import report, run
 from peers.native import BUILD
 
 COMPARISONS = [dynamics.comparisons, estimators.comparisons]
-PACKAGES = ("tactid", "pin", "cmeel-eigen", "mujoco", "padasip", "rosbags", "numpy")
+PACKAGES = ("tactid", "pin", "cmeel-eigen", "padasip", "numpy")
 
 
 def main() -> None:

@@ -1,22 +1,16 @@
 """Kernels of the dynamics beside Pinocchio's in C++, on a UR5e."""
 
 import ctypes
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-
-import numpy as np
-
-from peers.harness import Array, Comparison, Contender
-from peers.native import MissingPeerError, pinocchio_library, tactid_library
-
-try:
-    import pinocchio as pin
-except ImportError:
-    pin = None
 from pathlib import Path
 
 import airo_models
+import numpy as np
+import pinocchio as pin
+
+from peers.harness import Array, Comparison, Contender
+from peers.native import MissingPeerError, pinocchio_library, tactid_library, thread_seconds
 
 TOOL = "tool0"
 SECONDS = 0.02
@@ -54,7 +48,7 @@ class States:
 
     def rotations(self) -> Array:
         """world_from_base of each state."""
-        return np.array([pin.Quaternion(*q[[3, 0, 1, 2]]).matrix() for q in self.pose[:, 3:]])
+        return rotations(self.pose[:, 3:])
 
     def ours(self) -> Array:
         """A row of each state in tactid's terms."""
@@ -82,19 +76,14 @@ class Kernel:
         self.run, self.handle, self.name = run, ctypes.c_void_p(handle), name.encode()
         self.out = np.zeros((count, width))
         self.repetitions = 1
-        first = self()
-        if first < 0:
-            raise MissingPeerError(f"no kernel {name}")
-        self.repetitions = max(1, round(SECONDS / (first * count)))
+        self.repetitions = max(1, round(SECONDS / (self() * count)))
 
     def __call__(self) -> float:
         """Seconds of one state."""
         out = self.out.ctypes.data_as(ctypes.c_void_p)
-        repetitions = ctypes.c_size_t(self.repetitions)
-        start = time.thread_time()
-        done = self.run(self.handle, self.name, repetitions, out, ctypes.c_size_t(self.out.size))
-        passed = time.thread_time() - start  # Other processes on the core do not count.
-        return -1.0 if done < 0 else passed / (self.repetitions * len(self.out))
+        repetitions, size = ctypes.c_size_t(self.repetitions), ctypes.c_size_t(self.out.size)
+        run = lambda: self.run(self.handle, self.name, repetitions, out, size)  # noqa: E731
+        return thread_seconds(run, self.name.decode()) / (self.repetitions * len(self.out))
 
 
 class Robot:
@@ -116,7 +105,7 @@ class Robot:
             states.ctypes.data_as(ctypes.c_void_p),
             ctypes.c_size_t(self.count),
         )
-        return Kernel(library.tactid_dynamics_time, handle, name, self.count, width)
+        return Kernel(library.tactid_dynamics_run, handle, name, self.count, width)
 
     def pinocchio(self, name: str, width: int, *flags: str) -> Kernel:
         """A kernel of Pinocchio in C++, compiled with further flags."""
@@ -143,10 +132,15 @@ class Robot:
             states.ctypes.data_as(ctypes.c_void_p),
             ctypes.c_size_t(self.count),
         )
-        return Kernel(library.pinocchio_time, handle, name, self.count, width)
+        return Kernel(library.pinocchio_run, handle, name, self.count, width)
 
 
-def placement(pose: "pin.SE3") -> Array:
+def rotations(quaternions: Array) -> Array:
+    """Rotation matrices of quaternions x, y, z, w."""
+    return np.array([pin.Quaternion(*q[[3, 0, 1, 2]]).matrix() for q in quaternions])
+
+
+def placement(pose: pin.SE3) -> Array:
     """Rotation row by row, then translation."""
     return np.hstack([pose.rotation.ravel(), pose.translation])
 
@@ -221,8 +215,6 @@ def comparisons() -> Iterator[Comparison]:
         for label, flags in (("-O3", ()), ("-O3 -march=native", ("-march=native",))):
             name = f"Pinocchio C++ {label}"
             try:
-                if pin is None:
-                    raise MissingPeerError("pip install pin")
                 theirs = robot.pinocchio(task.theirs, task.widths[1], *flags)
             except MissingPeerError as missing:
                 contenders.append(Contender(name, missing=str(missing)))
@@ -234,8 +226,7 @@ def comparisons() -> Iterator[Comparison]:
 def our_result(task: Task, robot: Robot, out: Array) -> Array:
     """Results of tactid in terms that both can have."""
     if task.ours == "tool_kinematics":
-        rotations = np.array([pin.Quaternion(*q[[3, 0, 1, 2]]).matrix() for q in out[:, 3:7]])
-        return np.hstack([out[:, :3], rotations.reshape(-1, 9), out[:, 7:]])
+        return np.hstack([out[:, :3], rotations(out[:, 3:7]).reshape(-1, 9), out[:, 7:]])
     if task.floating:
         back = np.swapaxes(robot.states.rotations(), 1, 2)
         force, moment = (np.einsum("kij,kj->ki", back, out[:, s]) for s in (slice(3), slice(3, 6)))

@@ -1,7 +1,6 @@
 // Online estimators as a textbook has them, with Eigen, behind the C interface of bench/src/lib.rs: normalised least mean
 // squares, and recursive least squares on the covariance.
 
-#include <chrono>
 #include <cstddef>
 #include <string>
 
@@ -39,16 +38,14 @@ Row rls(const Rows &rows) {
 }  // namespace
 
 #pragma GCC visibility push(default)
-extern "C" double estimator_time(const char *name, const double *numbers, std::size_t count,
+extern "C" bool estimator_run(const char *name, const double *numbers, std::size_t count,
                                  std::size_t repetitions, double *out) {
   const auto estimator = std::string(name) == "nlms" ? nlms : rls;
   const Rows rows(numbers, 11, static_cast<Eigen::Index>(count));
   Eigen::Map<Row> parameters(out);
-  const auto start = std::chrono::steady_clock::now();
   for (std::size_t repetition = 0; repetition < repetitions; ++repetition) {
     parameters = estimator(rows);
     asm volatile("" : : : "memory");
   }
-  const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
-  return passed.count() / static_cast<double>(repetitions * count);
+  return true;
 }

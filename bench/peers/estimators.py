@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from peers.harness import Array, Comparison, Contender
-from peers.native import MissingPeerError, cxx_library, tactid_library
+from peers.native import MissingPeerError, cxx_library, tactid_library, thread_seconds
 
 try:
     import padasip
@@ -45,17 +45,15 @@ def comparisons() -> Iterator[Comparison]:
 
 
 def tactid():
-    """The timing function of tactid's kernels."""
-    function = tactid_library().tactid_estimator_time
-    function.restype = ctypes.c_double
-    return function
+    """Runs a kernel of tactid."""
+    return tactid_library().tactid_estimator_run
 
 
 @cache
 def cxx(*flags: str):
-    """The timing function of the C++ ones."""
-    function = cxx_library("estimators.cpp", *flags, needs=("eigen3/Eigen/Core",)).estimator_time
-    function.restype = ctypes.c_double
+    """Runs a kernel in C++."""
+    function = cxx_library("estimators.cpp", *flags, needs=("eigen3/Eigen/Core",)).estimator_run
+    function.restype = ctypes.c_bool
     return function
 
 
@@ -66,7 +64,8 @@ def kernel(label: str, function, name: str, numbers: Array) -> Contender:
     def measure() -> float:
         at = [array.ctypes.data_as(ctypes.c_void_p) for array in (numbers, out)]
         counts = [ctypes.c_size_t(count) for count in (len(numbers), REPETITIONS)]
-        return function(name.encode(), at[0], *counts, at[1])
+        run = lambda: function(name.encode(), at[0], *counts, at[1])  # noqa: E731
+        return thread_seconds(run, name) / (REPETITIONS * len(numbers))
 
     measure()
     return Contender(label, measure, out)
@@ -83,8 +82,8 @@ def in_python(name: str, numbers: Array) -> Contender:
             made = padasip.filters.FilterNLMS(n=10, mu=1.8, eps=0.9, w="zeros")
         else:
             made = padasip.filters.FilterRLS(n=10, mu=1.0, eps=1e-8, w="zeros")
-        start = time.perf_counter()
+        start = time.thread_time()
         made.run(targets, rows)
-        return (time.perf_counter() - start) / len(rows)
+        return (time.thread_time() - start) / len(rows)
 
     return Contender("padasip", measure)

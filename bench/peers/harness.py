@@ -18,7 +18,7 @@ from rich.table import Table
 Array = np.ndarray
 
 ROUNDS = 9
-"""Interleaved rounds; the first one warms caches and is not counted."""
+"""Interleaved rounds; one more before them warms caches and is not counted."""
 
 TOLERANCE = 1e-10
 """Largest difference between results, as a fraction of the largest entry."""

@@ -7,6 +7,8 @@ import os
 import shutil
 import subprocess
 import sysconfig
+import time
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -25,6 +27,20 @@ class MissingPeerError(Exception):
     """A peer cannot be built here; the message says what is not installed."""
 
 
+def thread_seconds(run: Callable[[], bool], name: str) -> float:
+    """Seconds of a call in the time of this thread: other processes on the core do not count.
+
+    Raises:
+        MissingPeerError: The library has no kernel of this name.
+    """
+    start = time.thread_time()
+    is_known = run()
+    passed = time.thread_time() - start
+    if not is_known:
+        raise MissingPeerError(f"no kernel {name}")
+    return passed
+
+
 @cache
 def tactid_library() -> ctypes.CDLL:
     """The kernels of tactid, with the flags of the product."""
@@ -32,7 +48,8 @@ def tactid_library() -> ctypes.CDLL:
     subprocess.run([*command, "--target-dir", BUILD], cwd=BENCH, check=True)
     library = ctypes.CDLL(str(BUILD / "release" / "libtactid_bench.so"))
     library.tactid_dynamics_new.restype = ctypes.c_void_p
-    library.tactid_dynamics_time.restype = ctypes.c_double
+    library.tactid_dynamics_run.restype = ctypes.c_bool
+    library.tactid_estimator_run.restype = ctypes.c_bool
     return library
 
 
@@ -46,7 +63,7 @@ def pinocchio_library(*flags: str) -> ctypes.CDLL:
     needs = ("pinocchio/algorithm/rnea.hpp", "eigen3/Eigen/Core")
     loaded = cxx_library("pinocchio.cpp", *flags, needs=needs)
     loaded.pinocchio_new.restype = ctypes.c_void_p
-    loaded.pinocchio_time.restype = ctypes.c_double
+    loaded.pinocchio_run.restype = ctypes.c_bool
     return loaded
 
 

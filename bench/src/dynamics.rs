@@ -79,8 +79,8 @@ impl Dynamics {
         self.bases.len()
     }
 
-    /// Replaces the states.
-    pub fn set_states(&mut self, numbers: &[f64]) {
+    /// Adds states.
+    pub fn add_states(&mut self, numbers: &[f64]) {
         let dof = self.dof();
         for state in numbers.chunks_exact(self.numbers_per_state()) {
             let (base, joints) = state.split_at(BASE_NUMBERS);

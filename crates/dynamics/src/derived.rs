@@ -39,7 +39,7 @@ impl Manipulator {
         let link = &mut robot.links[self.position(frame)];
         link.parameters = link.parameters + *payload;
         let body = &mut robot.bodies[link.body];
-        body.set_parameters(body.parameters + payload.expressed_in(&link.body_from_link));
+        body.parameters = body.parameters + payload.expressed_in(&link.body_from_link);
         robot
     }
 
@@ -58,7 +58,7 @@ impl Manipulator {
                 lumped[link.body] + link.parameters.expressed_in(&link.body_from_link);
         }
         for (body, parameters) in robot.bodies.iter_mut().zip(lumped) {
-            body.set_parameters(parameters);
+            body.parameters = parameters;
         }
         robot
     }

@@ -138,7 +138,7 @@ pub enum StateError {
         joints: String,
     },
     /// A part of a series of states does not have the entries of all states, nor those of one state that hold for all.
-    #[error("{what} has {given} entries, but {count} states of {each} need {}", each * count)]
+    #[error("{what} has {given} entries, but {count} states with {each} each need {}", each * count)]
     Series {
         /// The quantity at fault, for instance `position`.
         what: &'static str,

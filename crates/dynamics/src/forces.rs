@@ -13,10 +13,9 @@ use crate::workspace::Workspace;
 /// known. [`forces`](crate::forces()) is not needed. The cost is one pass over the bodies. Nothing is allocated.
 #[must_use]
 pub fn wrench_on_end_effector(workspace: &Workspace, tool: FrameId) -> Wrench {
+    let base = &workspace.states[0];
+    let gravity = base.rotation.tr_mul((&workspace.gravity).into());
     let on_rest = workspace.placed_bodies().map(|(body, state, placement)| {
-        let gravity = workspace.states[0]
-            .rotation
-            .tr_mul((&workspace.gravity).into());
         let mut inertial = *state;
         inertial.acceleration = inertial.acceleration + placement.rotation.tr_mul(gravity);
         inertial.set_inertial_wrench(body);

@@ -13,11 +13,8 @@ impl Workspace {
     /// Returns the placement of a frame in the frame of the base.
     pub(crate) fn frame_on_base(&self, frame: FrameId) -> Placement {
         let fixed = &self.frames[self.robot.position(frame)];
-        self.placement_on_base(fixed.body).followed_by(&Placement {
-            rotation: fixed.rotation,
-            position: fixed.translation,
-            ..Placement::identity()
-        })
+        self.placement_on_base(fixed.body)
+            .followed_by(&fixed.placement())
     }
 
     /// Returns the motion of a frame, expressed in the inertial frame. The cost is one pass over the bodies above it.
@@ -27,7 +24,7 @@ impl Workspace {
         let state = &self.states[fixed.body];
         let body = self.placement(fixed.body);
         let arm_velocity = state.angular_velocity.cross(fixed.translation);
-        let acceleration = state.acceleration + &state.omega * fixed.translation;
+        let acceleration = state.acceleration + &state.omega_matrix * fixed.translation;
         let in_world = |vector| Vector3::from(&body.rotation * vector);
         FrameMotion {
             pose: body.pose() * fixed.joint_from_frame,
@@ -47,7 +44,7 @@ impl Workspace {
     pub fn tool_motion(&self, frame: FrameId, gravity: &Vector3<f64>) -> ToolMotion {
         let fixed = &self.frames[self.robot.position(frame)];
         let state = &self.states[fixed.body];
-        let mut acceleration = state.acceleration + &state.omega * fixed.translation;
+        let mut acceleration = state.acceleration + &state.omega_matrix * fixed.translation;
         if *gravity != self.gravity {
             acceleration = acceleration + self.in_body(fixed.body, &(self.gravity - gravity));
         }
@@ -112,7 +109,7 @@ impl Workspace {
         let bodies = self.bodies.iter().zip(&self.states).enumerate();
         bodies.map(move |(index, (body, state))| {
             let placement = match &last {
-                Some((above, placement)) if *above == body.parent && index > 0 => {
+                Some((above, placement)) if *above == body.parent => {
                     placement.followed_by(&self.placement_on_parent(index))
                 }
                 _ => self.placement_on_base(index),
@@ -149,11 +146,7 @@ impl Workspace {
         frame: FrameId,
     ) -> impl Iterator<Item = (&JointModel, Vector6<f64>)> + '_ {
         let fixed = &self.frames[self.robot.position(frame)];
-        let mut placement = Placement {
-            rotation: fixed.rotation,
-            position: fixed.translation,
-            ..Placement::identity()
-        };
+        let mut placement = fixed.placement();
         let mut index = fixed.body;
         std::iter::from_fn(move || {
             let joint = self.bodies[index].joint.as_ref()?;
@@ -173,8 +166,8 @@ impl Workspace {
     }
 
     /// Returns the links below `frame` as one rigid body, expressed in that frame, at the present posture. It depends
-    /// on the joints below the frame. Links that [`Manipulator::without_subtree`](crate::Manipulator::without_subtree) has removed are included, so that the
-    /// robot with and without its end-effector give the same.
+    /// on the joints below the frame. Links that [`Manipulator::without_subtree`](crate::Manipulator::without_subtree) has
+    /// removed are included, so that the robot with and without its end-effector give the same.
     #[must_use]
     pub fn subtree_parameters(&self, frame: FrameId) -> InertialParameters {
         let frame_from_world = self.pose(frame).inverse();

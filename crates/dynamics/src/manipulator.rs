@@ -65,8 +65,6 @@ pub(crate) struct Body {
     pub(crate) joint: Option<Joint>,
     /// Sum of the links' parameters, in the body's frame.
     pub(crate) parameters: InertialParameters,
-    /// Mass, kg.
-    pub(crate) mass_kg: f64,
 }
 
 impl Body {
@@ -75,13 +73,7 @@ impl Body {
             parent,
             joint,
             parameters: InertialParameters::zero(),
-            mass_kg: 0.0,
         }
-    }
-
-    pub(crate) fn set_parameters(&mut self, parameters: InertialParameters) {
-        self.parameters = parameters;
-        self.mass_kg = parameters.mass();
     }
 }
 
@@ -205,7 +197,7 @@ impl Manipulator {
         self.links.insert(position, link);
         self.positions.push(position);
         let lumped = self.bodies[body].parameters + parameters.expressed_in(&body_from_link);
-        self.bodies[body].set_parameters(lumped);
+        self.bodies[body].parameters = lumped;
     }
 
     /// Returns a floating rigid body with one frame and no mass: the model of a sensor whose own motion is measured
@@ -324,7 +316,7 @@ impl Manipulator {
     /// Returns the total mass of the robot, kg.
     #[must_use]
     pub fn mass(&self) -> f64 {
-        self.bodies.iter().map(|body| body.mass_kg).sum()
+        self.bodies.iter().map(|body| body.parameters.mass()).sum()
     }
 
     /// Returns the position in `links` of a frame's link.

@@ -100,7 +100,11 @@ impl Manipulator {
 
     /// Returns the bodies that joints move, and a floating base, in depth-first order.
     fn moving_bodies(&self) -> Vec<MovingBody<'_>> {
-        let mut masses_kg: Vec<f64> = self.bodies.iter().map(|body| body.mass_kg).collect();
+        let mut masses_kg: Vec<f64> = self
+            .bodies
+            .iter()
+            .map(|body| body.parameters.mass())
+            .collect();
         let mut names = vec![""; self.bodies.len()];
         // In depth-first order the first link of a body is the one that its joint moves: it is assigned last.
         for link in self.links.iter().rev() {

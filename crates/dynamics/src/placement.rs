@@ -26,7 +26,24 @@ pub(crate) struct Placement {
 }
 
 impl FixedFrame {
-    pub(crate) fn new(link: &Link, body: &BodyModel) -> Self {
+    /// Returns the frames of links, in their order, on the bodies that carry them.
+    pub(crate) fn of_links(links: &[Link], bodies: &[BodyModel]) -> Vec<Self> {
+        let frames = links.iter();
+        frames
+            .map(|link| Self::new(link, &bodies[link.body]))
+            .collect()
+    }
+
+    /// Returns the placement of the frame in the joint frame of its body, on which it does not move.
+    pub(crate) fn placement(&self) -> Placement {
+        Placement {
+            rotation: self.rotation,
+            position: self.translation,
+            ..Placement::identity()
+        }
+    }
+
+    fn new(link: &Link, body: &BodyModel) -> Self {
         let joint_from_frame = body.joint_from_fixed(&link.body_from_link);
         Self {
             body: link.body,

@@ -77,7 +77,7 @@ pub(crate) struct BodyState<T> {
     /// `ω̇`: angular acceleration.
     pub(crate) angular_acceleration: Vec3<T>,
     /// `Ω̇` of (31).
-    pub(crate) omega: Mat3<T>,
+    pub(crate) omega_matrix: Mat3<T>,
     /// `p̈ - g`: classical acceleration of the origin less the gravitational acceleration.
     pub(crate) acceleration: Vec3<T>,
     /// `f`: force on the body from its parent, N.
@@ -198,7 +198,7 @@ impl<T: Real> BodyState<T> {
             sliding_velocity: zero,
             angular_velocity: zeros,
             angular_acceleration: zeros,
-            omega: Mat3([zeros.0; 3]),
+            omega_matrix: Mat3([zeros.0; 3]),
             acceleration: zeros,
             force: zeros,
             moment: zeros,
@@ -212,7 +212,7 @@ impl<T: Real> BodyState<T> {
         self.translation = base.position;
         self.angular_velocity = base.rotation.tr_mul(base.angular_velocity);
         self.angular_acceleration = base.rotation.tr_mul(base.angular_acceleration);
-        self.omega = Mat3::of_rotation(self.angular_velocity, self.angular_acceleration);
+        self.omega_matrix = Mat3::omega_matrix(self.angular_velocity, self.angular_acceleration);
         self.acceleration = base.rotation.tr_mul(base.acceleration);
     }
 
@@ -247,7 +247,7 @@ impl<T: Real> BodyState<T> {
             }
         }
         // (3), (6), (9), (13), (16), (19) and their centres of mass: a vector fixed to the parent.
-        let at_joint = parent.acceleration + &parent.omega * self.translation;
+        let at_joint = parent.acceleration + &parent.omega_matrix * self.translation;
         let acceleration = self.rotation.tr_mul(at_joint);
         let Vec3([x, y, z]) = self.rotation.tr_mul(parent.angular_velocity);
         let Vec3([dx, dy, dz]) = self.rotation.tr_mul(parent.angular_acceleration);
@@ -268,13 +268,13 @@ impl<T: Real> BodyState<T> {
                 self.acceleration = acceleration + coriolis;
             }
         }
-        self.omega = Mat3::of_rotation(self.angular_velocity, self.angular_acceleration);
+        self.omega_matrix = Mat3::omega_matrix(self.angular_velocity, self.angular_acceleration);
     }
 
-    /// Sets the wrench to what moves the body alone.
+    /// Sets force and moment to those that accelerate this body alone, without its children.
     #[inline(always)]
     pub(crate) fn set_inertial_wrench(&mut self, body: &BodyModel) {
-        let (a, o) = (self.acceleration, &self.omega);
+        let (a, o) = (self.acceleration, &self.omega_matrix);
         let zero = a.0[0].like(0.0);
         let h = Vec3::splat(zero, &body.first_moment);
         self.force = a * zero.like(body.mass_kg) + o * h; // (24)-(27)
@@ -297,13 +297,13 @@ fn turned<T: Real>([x, y, z]: [T; 3], sin: T, cos: T) -> [T; 3] {
     [x.mul_add(cos, y * sin), y.mul_add(cos, -(x * sin)), z]
 }
 
-/// Where the states of the joints come from.
+/// Source of the joint states for the outward recursion.
 pub(crate) trait JointStates<T> {
     /// Returns the state of a joint; the angle of a revolute one is a [`bounded_angle`].
     fn state(&self, joint: &JointModel) -> JointState<T>;
 }
 
-/// Where the torques of the joints go.
+/// Receiver of the joint torques of the inward recursion.
 pub(crate) trait JointTorques<T> {
     /// Adds the torque of a joint (the force of a prismatic one).
     fn add(&mut self, joint: &JointModel, torque: T);

@@ -62,14 +62,14 @@ impl Workspace {
         rows.fill(SVector::zeros());
         self.set_gravity(gravity);
         for (index, body) in self.bodies.iter().enumerate() {
-            self.regressors[index].motion = body.own_motion(&self.states[index]);
+            self.regressor_states[index].motion = body.own_motion(&self.states[index]);
         }
         for first in 1..self.bodies.len() {
             let Some(joint) = self.bodies[first].joint else {
                 continue;
             };
             let along = Vec3([0.0, 0.0, 1.0]);
-            self.regressors[first].column = match joint.kind {
+            self.regressor_states[first].column = match joint.kind {
                 JointKind::Revolute => [Vec3([0.0; 3]), along],
                 JointKind::Prismatic => [along, Vec3([0.0; 3])],
             };
@@ -80,13 +80,13 @@ impl Workspace {
                     if body.parent < first {
                         break;
                     }
-                    let [linear, angular] = self.regressors[body.parent].column;
+                    let [linear, angular] = self.regressor_states[body.parent].column;
                     let state = &self.states[index];
                     let linear = linear + angular.cross(state.translation);
-                    self.regressors[index].column =
+                    self.regressor_states[index].column =
                         [linear, angular].map(|v| state.rotation.tr_mul(v));
                 }
-                let of_body = &self.regressors[index];
+                let of_body = &self.regressor_states[index];
                 let [v, u] = of_body.column.map(|vector| body.in_own_frame(vector));
                 let row = &mut rows[joint.coordinate * moving + index - 1];
                 *row += power_regressor(&of_body.motion, &v, &u) * joint.ratio;

@@ -102,7 +102,7 @@ pub fn wrench_regressor(motion: &ToolMotion) -> SMatrix<f64, 6, 10> {
 pub(crate) fn regressor_entries<T: Real>(a: Vec3<T>, w: Vec3<T>, dw: Vec3<T>) -> [[T; 6]; 10] {
     let ([ax, ay, az], [x, y, z], [dx, dy, dz]) = (a.0, w.0, dw.0);
     let (xx, yy, zz, xy, xz, yz) = (x * x, y * y, z * z, x * y, x * z, y * z);
-    let o = Mat3::of_rotation(w, dw);
+    let o = Mat3::omega_matrix(w, dw);
     let zero = ax.like(0.0);
     let [ox, oy, oz] = o.0;
     [

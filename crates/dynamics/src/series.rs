@@ -26,7 +26,8 @@ pub struct StateSeries<'a> {
 /// The vector unit of a processor.
 #[derive(Clone, Copy, Debug)]
 pub enum VectorUnit {
-    /// The widest that the processor has: eight lanes of AVX-512, four of AVX2 with fused products, or the baseline.
+    /// The widest that the processor has: eight lanes of AVX-512, four of AVX2 or two of NEON, all with fused products, or the
+    /// baseline.
     Widest,
     /// Four lanes of instructions that every processor of its kind has, such as SSE2. Results do not depend on the processor.
     Baseline,
@@ -34,7 +35,7 @@ pub enum VectorUnit {
 
 /// Constants of a [`Manipulator`] for computations on a [`StateSeries`].
 ///
-/// A computation takes its states by four or eight at a time; the rounding errors are those of a
+/// A computation takes its states two, four or eight at a time; the rounding errors are those of a
 /// [`Workspace`](crate::Workspace) but not the same ones, because some processors round a product and a sum once. Each
 /// call allocates the states of the bodies once.
 ///
@@ -72,18 +73,15 @@ impl SeriesWorkspace {
     #[must_use]
     pub fn new(robot: &Manipulator) -> Self {
         let bodies = BodyModel::of_bodies(&robot.bodies);
-        let links = robot.links.iter();
         Self {
-            frames: links
-                .map(|link| FixedFrame::new(link, &bodies[link.body]))
-                .collect(),
+            frames: FixedFrame::of_links(&robot.links, &bodies),
             bodies,
             robot: robot.clone(),
             unit: VectorUnit::Widest,
         }
     }
 
-    /// Returns the same for another vector unit.
+    /// Returns this workspace with another vector unit for its computations.
     #[must_use]
     pub fn with_unit(self, unit: VectorUnit) -> Self {
         Self { unit, ..self }
@@ -235,7 +233,7 @@ fn check_series(
     })
 }
 
-/// Where the states of a computation come from.
+/// States of a computation, with the distances between their entries.
 #[derive(Clone, Copy)]
 struct Source<'a> {
     states: &'a StateSeries<'a>,
@@ -426,7 +424,7 @@ impl Computation for WrenchRegressors<'_> {
             self.source
                 .move_bodies(self.bodies, &mut states, zero, first);
             let Some(body) = states.last() else { return };
-            let acceleration = body.acceleration + &body.omega * translation;
+            let acceleration = body.acceleration + &body.omega_matrix * translation;
             let entries = regressor_entries(
                 rotation.tr_mul(acceleration),
                 rotation.tr_mul(body.angular_velocity),

@@ -76,7 +76,7 @@ impl<T: Real> Mat3<T> {
     /// Returns `[dω]× + [ω]×²` for an angular velocity and acceleration: the matrix that maps a vector fixed to a body to the
     /// acceleration of its tip relative to its foot, (31).
     #[inline(always)]
-    pub(crate) fn of_rotation(w: Vec3<T>, dw: Vec3<T>) -> Self {
+    pub(crate) fn omega_matrix(w: Vec3<T>, dw: Vec3<T>) -> Self {
         let ([x, y, z], [a, b, c]) = (w.0, dw.0);
         let (xy, xz, yz) = (x * y, x * z, y * z);
         let (xx, yy, zz) = (x * x, y * y, z * z);

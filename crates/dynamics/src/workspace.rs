@@ -64,12 +64,13 @@ pub struct Workspace {
     pub(crate) states: Vec<BodyState<f64>>,
     /// Velocity of the base frame's origin in the inertial frame, m/s. No force depends on it.
     pub(crate) base_velocity: Vector3<f64>,
-    /// Gravitational acceleration in the inertial frame that the accelerations of the states are less, m/s².
+    /// Gravitational acceleration in the inertial frame, m/s², which has been subtracted from the accelerations of the states.
     pub(crate) gravity: Vector3<f64>,
     joint_torques: Vec<f64>,
     /// Whether the forces belong to the motion.
     has_forces: bool,
-    pub(crate) regressors: Vec<RegressorState>,
+    /// Scratch of [`joint_torque_regressor`](Self::joint_torque_regressor), an entry for each body.
+    pub(crate) regressor_states: Vec<RegressorState>,
 }
 
 impl Workspace {
@@ -77,13 +78,10 @@ impl Workspace {
     #[must_use]
     pub fn new(robot: &Manipulator) -> Self {
         let bodies = BodyModel::of_bodies(&robot.bodies);
-        let frames = robot.links.iter();
         let mut workspace = Self {
-            frames: frames
-                .map(|link| FixedFrame::new(link, &bodies[link.body]))
-                .collect(),
+            frames: FixedFrame::of_links(&robot.links, &bodies),
             states: vec![BodyState::at_rest(0.0); bodies.len()],
-            regressors: vec![RegressorState::default(); bodies.len()],
+            regressor_states: vec![RegressorState::default(); bodies.len()],
             bodies,
             base_velocity: Vector3::zeros(),
             gravity: Vector3::zeros(),
@@ -140,7 +138,7 @@ impl Workspace {
         self.has_forces.then_some(()).ok_or(StateError::NoForces)
     }
 
-    /// Moves the bodies; their accelerations are less `gravity`. Each slice of `joints` has one entry for each independent
+    /// Moves the bodies and subtracts `gravity` from their accelerations. Each slice of `joints` has one entry for each independent
     /// joint.
     fn move_bodies(&mut self, base: &FrameMotion, joints: JointMotion<'_>, gravity: &Vector3<f64>) {
         let base_state = BaseState::new(base, gravity);
@@ -157,7 +155,7 @@ impl Workspace {
         self.has_forces = true;
     }
 
-    /// Lets the accelerations of the bodies be less `gravity`.
+    /// Subtracts `gravity` from the accelerations of the bodies, in place of the gravity that was subtracted before.
     pub(crate) fn set_gravity(&mut self, gravity: &Vector3<f64>) {
         if *gravity == self.gravity {
             return;
@@ -190,7 +188,7 @@ impl JointTorques<f64> for Vec<f64> {
 }
 
 impl BaseState<f64> {
-    /// Returns the motion of a base, with accelerations less `gravity`.
+    /// Returns the motion of a base, with `gravity` subtracted from its acceleration.
     pub(crate) fn new(base: &FrameMotion, gravity: &Vector3<f64>) -> Self {
         Self {
             rotation: matrix(&base.pose.rotation),
@@ -246,8 +244,8 @@ pub fn motion_under_gravity(
 /// A body without mass counts as massless: [`Manipulator::check_masses`](crate::Manipulator::check_masses) reports whether the
 /// description of the robot lacks a mass.
 ///
-/// Read the result with [`Workspace::joint_torques`] and [`Workspace::base_wrench`]. The cost is one pass over the
-/// bodies outwards and one inwards. Nothing is allocated. [`inverse_dynamics`] does the same together with the motion, in
+/// Read the result with [`Workspace::joint_torques`] and [`Workspace::base_wrench`]. The cost is one pass inwards;
+/// where `gravity` is not that of the motion, each body also costs a pass over those above it. Nothing is allocated. [`inverse_dynamics`] does the same together with the motion, in
 /// less time.
 pub fn forces(workspace: &mut Workspace, gravity: &Vector3<f64>) {
     workspace.set_gravity(gravity);

@@ -68,7 +68,7 @@ fn linear_estimate(given: &Bound<'_, PyAny>) -> PyResult<LinearEstimate> {
     let parameters = item("parameters", &[10])?;
     let name = "shared_changes";
     let changes = Series::read(&given.getattr(name)?, name, &[10])?;
-    let count = common_length(&[&changes])?.unwrap_or(0);
+    let count = common_length(&[&changes])?.unwrap_or(1);
     Ok(LinearEstimate {
         parameters: SVector::from_column_slice(parameters.single()?),
         information: square("information")?,

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use tactid_dynamics::{BaseKind, SeriesWorkspace, ToolMotion, Workspace};
+use tactid_dynamics::{BaseKind, SeriesWorkspace, ToolMotion, VectorUnit, Workspace};
 
 use crate::arrays::{Series, common_length, extend_with, homogeneous, output};
 use crate::errors::{ArgumentError, IntoPyErr};
@@ -252,16 +252,18 @@ impl Manipulator {
             base_acceleration,
         )?;
         let samples = states.samples()?;
-        let (count, bases) = (samples.unwrap_or(1), states.bases(samples)?);
+        let (count, bases) = (samples.unwrap_or(1), states.bases()?);
+        // One state has the same digits on every machine.
+        let unit = if samples.is_some() {
+            VectorUnit::Widest
+        } else {
+            VectorUnit::Baseline
+        };
         let (mut torques, mut wrenches) = (vec![0.0; count * self.0.dof()], vec![[0.0; 6]; count]);
         let computed = py.detach(|| {
             let series = states.series(&bases);
-            SeriesWorkspace::new(&self.0).inverse_dynamics(
-                &series,
-                &gravity,
-                &mut torques,
-                &mut wrenches,
-            )
+            let workspace = SeriesWorkspace::new(&self.0).with_unit(unit);
+            workspace.inverse_dynamics(&series, &gravity, &mut torques, &mut wrenches)
         });
         computed.map_err(IntoPyErr::into_py_err)?;
         Ok((

@@ -78,9 +78,9 @@ impl<'a> States<'a> {
     }
 
     /// Motion of the base at each sample, or one that holds for all of them.
-    pub(crate) fn bases(&self, samples: Option<usize>) -> PyResult<Vec<FrameMotion>> {
+    pub(crate) fn bases(&self) -> PyResult<Vec<FrameMotion>> {
         let parts: [&dyn Sampled; 3] = [&self.pose, &self.twist, &self.acceleration];
-        let count = common_length(&parts)?.and(samples).unwrap_or(1);
+        let count = common_length(&parts)?.unwrap_or(1);
         Ok((0..count).map(|sample| self.base(sample)).collect())
     }
 
