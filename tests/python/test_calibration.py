@@ -268,7 +268,7 @@ def test_ctrl_c_leaves_no_file(folder: Path, tmp_path: Path) -> None:
     process = subprocess.Popen(
         [sys.executable, "-m", "tactid", *arguments], stderr=subprocess.PIPE, text=True
     )
-    wait_until_reading(process, tmp_path)
+    wait_until_open(process, copies[3:])
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 130, errors
@@ -276,12 +276,12 @@ def test_ctrl_c_leaves_no_file(folder: Path, tmp_path: Path) -> None:
     assert not out.exists()
 
 
-def wait_until_reading(process: subprocess.Popen[str], folder: Path) -> None:
+def wait_until_open(process: subprocess.Popen[str], folders: list[Path]) -> None:
     """Returns as soon as a process has a file of a folder open; at its end at the latest."""
-    opened = Path(f"/proc/{process.pid}/fd")
+    opened, wanted = Path(f"/proc/{process.pid}/fd"), {str(folder) for folder in folders}
     while process.poll() is None:
         with contextlib.suppress(FileNotFoundError):
-            if any(str(link.readlink()).startswith(str(folder)) for link in opened.iterdir()):
+            if any(str(link.readlink().parent) in wanted for link in opened.iterdir()):
                 return
         time.sleep(0.001)
 

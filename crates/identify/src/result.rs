@@ -22,7 +22,7 @@ const BOUNDARY: f64 = 0.01;
 /// Whether the motion excites a value, and whether the noise leaves enough of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Observability {
-    /// The motion excites the value, and half of its 95 % interval is less than the largest value of its kind (mass, centre
+    /// The motion excites the value, and 1.96 standard deviations are less than the largest value of its kind (mass, centre
     /// of mass, inertia).
     Identifiable,
     /// The motion excites the value, but noise leaves it a wider interval, which contains the truth as any other does.
@@ -75,7 +75,7 @@ impl PayloadEstimate {
         values(&self.body)
     }
 
-    /// Returns whether each of [`VALUE_NAMES`] is identifiable: half of its 95 % interval is less than the largest value
+    /// Returns whether each of [`VALUE_NAMES`] is identifiable: 1.96 standard deviations are less than the largest value
     /// of its kind (mass, centre of mass, inertia).
     #[must_use]
     pub fn identifiable(&self) -> [bool; 10] {

@@ -14,7 +14,7 @@ use crate::decode::{Decoder, Decoding};
 use crate::recording::Reading;
 use crate::sources::times_ns;
 
-/// Number of events that go from the reading to the computing thread at a time.
+/// Number of events that go from the reading to the aligning thread at a time.
 const BATCH: usize = 4096;
 /// Number of batches that may wait.
 const BATCHES: usize = 8;

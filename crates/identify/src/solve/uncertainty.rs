@@ -179,7 +179,7 @@ pub(crate) fn observable(parameters: &Vector, null_space: &NullSpace) -> [bool; 
 }
 
 /// Returns the observability of each value, given its standard deviation and whether the motion excites it: it is
-/// identifiable where half of its 95 % interval is less than the largest value of its kind.
+/// identifiable where 1.96 standard deviations are less than the largest value of its kind.
 pub(crate) fn observability(
     values: &[f64; 10],
     std_devs: &[f64; 10],

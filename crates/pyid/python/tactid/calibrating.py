@@ -182,7 +182,9 @@ def _payloads(
     centers = _for_each(len(logs), "payload_com", coms, (3,))
     about = _for_each(len(logs), "payload_inertia", inertias, (3, 3))
     for mass, center, inertia in zip(each, centers, about, strict=True):
-        if inertia is not None and not _is_possible(mass, center, inertia):
+        # A wrong mass or centre is an error of its own.
+        is_body = mass > 0 and np.isfinite([mass, *(center or [])]).all()
+        if inertia is not None and is_body and not _is_possible(mass, center, inertia):
             raise ArgumentError("`payload_inertia` is that of no body", option="payload_inertia")
     std_devs = [_number("payload_mass_std_dev", std_dev) or 0.0] * len(logs)
     return list(zip(logs, each, std_devs, centers, about, strict=True))

@@ -3,13 +3,10 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from tactid.naming import Style, listed
+from tactid.naming import Style, at_most, listed
 from tactid.values import Z95
 
 Data = Mapping[str, Any]
-
-LARGEST_RATIO = 1000
-"""Ratio of noise above which the number itself is not shown."""
 
 
 def _effort_noisier(data: Data, _: Style) -> str:
@@ -32,8 +29,7 @@ def efforts_noisier(joints: Sequence[Data]) -> str:
 
 
 def _ratio(ratio: float) -> str:
-    shown = f"{ratio:.1f}" if ratio < 10 else f"{ratio:.0f}"
-    return shown if ratio < LARGEST_RATIO else f"more than {LARGEST_RATIO}"
+    return at_most(ratio, 1 if ratio < 10 else 0)
 
 
 def _joint_uncalibrated(data: Data, _: Style) -> str:

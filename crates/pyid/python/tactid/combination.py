@@ -66,8 +66,7 @@ class CombinationData:
     estimate: PayloadEstimate
     """The payload from all recordings, in the end-effector's frame.
 
-    The intervals are :data:`1.96 <tactid.PayloadEstimate.half_widths>` of ``std_devs``, which
-    include what varies between the recordings.
+    ``std_devs`` and ``intervals`` include what varies between the recordings.
     """
     principal_moments: PrincipalMoments
     """Principal moments of inertia of the payload about its centre of mass, kg m²."""

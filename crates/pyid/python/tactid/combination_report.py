@@ -11,8 +11,8 @@ from tactid.forest_plot import forest
 from tactid.naming import Style
 from tactid.recording_report import payload_forms
 
-CAPTION = """Each value with its 95 % interval: that of all recordings together, below it that of
-each recording alone. If noise is the only error, the interval contains the true value with 95 %
+CAPTION = """Each value with its 95 % interval, from all recordings together and, for up to four,
+from each alone. If noise is the only error, the interval contains the true value with 95 %
 probability. That of all also includes what varies from recording to recording, and neither
 includes what is wrong in all recordings alike, except for the uncertainty of gains and of a
 calibration."""

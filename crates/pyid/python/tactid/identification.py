@@ -19,9 +19,7 @@ from tactid.errors import ArgumentError
 from tactid.findings import DataFault, Finding
 from tactid.fit import Array, Fit
 from tactid.payload import PayloadEstimate
-from tactid.values import (
-    noise_intervals,
-)
+from tactid.values import noise_intervals
 
 
 @dataclass(frozen=True, eq=False)

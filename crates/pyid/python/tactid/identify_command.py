@@ -226,10 +226,16 @@ def _print(
 def _warn_of_disagreement(form: Form, result: Identification | Combination) -> None:
     """Warns that a format has no interval, where recordings disagree."""
     if isinstance(result, Combination) and not result.agreement.agree:
-        mass = reported.column_of("", result).rows[0]
+        estimate = result.estimate
+        value, limits = estimate.known_values[0], estimate.known_intervals[0]
+        mass = (
+            "not known"
+            if value is None or limits is None
+            else f"{table.number(value, limits)} kg, from {limits.low:.4g} to {limits.high:.4g} kg"
+        )
         notes.print(
             f"tactid: warning: the recordings disagree, and the format {form} has no interval: the"
-            f" mass is {mass.number} ± {mass.around} kg",
+            f" mass is {mass}",
             style="yellow",
         )
 

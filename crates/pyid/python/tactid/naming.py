@@ -29,6 +29,17 @@ def listed(words: Sequence[str]) -> str:
     return f"{', '.join(most)} and {last}" if most else last
 
 
+LARGEST_SHOWN = 1000
+"""Number above which a sentence does not show it: in data without noise it may be any number."""
+
+
+def at_most(number: float, digits: int = 1) -> str:
+    """Returns a number with so many decimals, or that it is more than :data:`LARGEST_SHOWN`."""
+    if number < LARGEST_SHOWN:
+        return f"{number:.{digits}f}"
+    return f"more than {LARGEST_SHOWN}"
+
+
 def duration(seconds: float) -> str:
     """Says a time in s, min or h, to two figures at least."""
     if seconds < 120:

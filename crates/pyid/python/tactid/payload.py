@@ -58,9 +58,9 @@ class PayloadEstimate:
     observability: Sequence[Observability]
     """Whether the motion excites each of the ten values, and the noise leaves enough of it, (10,).
 
-    - ``"identifiable"``: half of its 95 % interval is less than the largest value of its kind
+    - ``"identifiable"``: 1.96 standard deviations are less than the largest value of its kind
       (mass, centre of mass, inertia).
-    - ``"uncertain"``: the motion excites it, but noise leaves it a wider interval.
+    - ``"uncertain"``: the motion excites it, but 1.96 standard deviations are not less than that.
     - ``"unobservable"``: the motion does not excite it, or only as noise does.
     """
     is_physical: bool
@@ -122,10 +122,10 @@ class PayloadEstimate:
         return self._named("unobservable")
 
     @property
-    def is_given(self) -> list[bool]:
-        """Whether each of the ten values is a number that a reader can use with its interval.
+    def is_reported(self) -> list[bool]:
+        """Whether each of the ten values is reported as a number.
 
-        An uncertain value is where both limits of its interval are finite.
+        An identifiable value is, and an uncertain one with two finite limits.
         """
         pairs = zip(self.observability, self.intervals.tolist(), strict=True)
         return [
@@ -136,12 +136,12 @@ class PayloadEstimate:
     @property
     def known_values(self) -> list[float | None]:
         """The ten values; None for each that is unobservable, or uncertain without limits."""
-        return where_known(self.is_given, self.values)
+        return where_known(self.is_reported, self.values)
 
     @property
     def known_intervals(self) -> list[Interval | None]:
         """The 95 % interval of each of the ten values; None where there is none."""
-        return known_intervals(self.is_given, self.intervals)
+        return known_intervals(self.is_reported, self.intervals)
 
     @property
     def half_widths(self) -> list[float | None]:
@@ -154,9 +154,9 @@ class PayloadEstimate:
     @property
     def why_impossible(self) -> str | None:
         """Why no body can have these values; None where one can, or where too few are known."""
-        if self.is_physical or not self.is_given[0]:
+        if self.is_physical or not self.is_reported[0]:
             return None
-        if self.values[0] <= 0 or all(self.is_given):
+        if self.values[0] <= 0 or all(self.is_reported):
             return why_impossible(self.values.tolist()) or "the estimate has not converged"
         return None
 
@@ -248,7 +248,7 @@ class PayloadEstimate:
     @property
     def summary(self) -> str:
         """Mass, frame and number of known values, on one line."""
-        mass = f"{table.number(self.values[0])} kg" if self.is_given[0] else "unknown mass"
+        mass = f"{table.number(self.values[0])} kg" if self.is_reported[0] else "unknown mass"
         known = f"{sum(self.identifiable)} of {len(VALUE_NAMES)} values known"
         return f"{mass} in {self.frame}, {known}"
 

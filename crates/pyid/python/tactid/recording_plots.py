@@ -263,7 +263,7 @@ def _history(
     axes: Axes, result: IdentificationData, index: int, values: Array, half: Array
 ) -> None:
     final = float(result.estimate.values[index])
-    if not result.estimate.is_given[index] or not np.isfinite(final):
+    if not result.estimate.is_reported[index] or not np.isfinite(final):
         axes.set_yticks([])
         remark(axes, result.estimate.observability[index])
         return

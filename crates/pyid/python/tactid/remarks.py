@@ -64,10 +64,11 @@ def _of_the_unknown(result: IdentificationData, style: Style) -> list[str]:
     if any(each.kind == "nothing_held" for each in result.findings):
         return []
     advised = not result.is_contradicted
-    uncertain = uncertain_values(result.estimate, advised=advised)
-    if uncertain and advised:
-        uncertain[0] = " ".join([*uncertain, *_longer(result), *_in_a_box(result, style)])
-    return unobservable_values(result.estimate, advised=advised) + uncertain
+    unobservable = unobservable_values(result.estimate, advised=advised)
+    if not (advised and result.estimate.uncertain):
+        return unobservable + uncertain_values(result.estimate, advised=False)
+    more = [*_longer(result), *_in_a_box(result, style)]
+    return unobservable + uncertain_values(result.estimate, advised=True, more=more)
 
 
 def unobservable_values(estimate: PayloadEstimate, *, advised: bool) -> list[str]:
@@ -83,14 +84,16 @@ def unobservable_values(estimate: PayloadEstimate, *, advised: bool) -> list[str
     return [" ".join([sentence, *(motion_advice(unknown) if advised else [])])]
 
 
-def uncertain_values(estimate: PayloadEstimate, *, advised: bool) -> list[str]:
-    """Says which values are uncertain, and with ``advised`` the motion that helps."""
+def uncertain_values(
+    estimate: PayloadEstimate, *, advised: bool, more: Sequence[str] = ()
+) -> list[str]:
+    """Says which values are uncertain, with ``advised`` the motion that helps, then ``more``."""
     uncertain = estimate.uncertain
     if not uncertain:
         return []
     sentences = [
         f"Uncertain: {', '.join(uncertain)}. The motion excites them, but noise leaves wide"
-        " intervals: half of each is more than the largest value of its kind."
+        " intervals: 1.96 standard deviations of each are more than the largest value of its kind."
     ]
     given = estimate.known_values
     open_ended = [
@@ -100,7 +103,7 @@ def uncertain_values(estimate: PayloadEstimate, *, advised: bool) -> list[str]:
     ]
     if open_ended:
         sentences.append(f"Nothing limits {listed(open_ended)}: first determine the mass.")
-    return [" ".join([*sentences, *(motion_advice(uncertain) if advised else [])])]
+    return [" ".join([*sentences, *(motion_advice(uncertain) if advised else []), *more])]
 
 
 def _longer(result: IdentificationData) -> list[str]:

@@ -1,4 +1,7 @@
-"""The numbers of a result as they are reported: None where the motion did not determine a value."""
+"""The numbers of a result as they are reported.
+
+None stands where a value is unobservable, or uncertain without limits.
+"""
 
 from dataclasses import replace
 from typing import Protocol, get_args
@@ -35,8 +38,12 @@ class Payload(Protocol):
 
 
 def moments(result: Payload) -> list[float | None]:
-    """Returns the principal moments, ascending: None unless the whole inertia is known."""
-    known = all(result.estimate.is_given[KINDS[2]])
+    """Returns the principal moments, ascending.
+
+    None stands for one unless every entry of the inertia is reported, and its standard deviation is
+    finite.
+    """
+    known = all(result.estimate.is_reported[KINDS[2]])
     bounded = ~np.isinf(result.principal_moments.std_devs)
     return where_known(known & bounded, result.principal_moments.values)
 
@@ -85,7 +92,7 @@ def known_history(result: IdentificationData) -> tuple[Array, Array]:
     std_devs = np.array(result.history.std_devs, dtype=float).reshape(values.shape)
     bounded = np.isfinite(std_devs)
     determined = bounded | ~bounded.any(axis=0)
-    known = np.isfinite(values) & determined & np.array(result.estimate.is_given)
+    known = np.isfinite(values) & determined & np.array(result.estimate.is_reported)
     values[~known] = np.nan
     std_devs[~(known & bounded)] = np.nan
     return values, std_devs

@@ -4,12 +4,9 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from tactid.naming import Style
+from tactid.naming import Style, at_most
 
 Data = Mapping[str, Any]
-
-LARGEST_DISTANCE = 1000
-"""Distance in standard deviations above which the number itself is not shown."""
 
 P_RARE = 0.01
 """Probability below which all parameters of several recordings together show a disagreement."""
@@ -69,7 +66,7 @@ def _difference(data: Data) -> str:
     difference, others = data["difference"], data["of_others"]
     relative = f"{100 * difference / others:+.1f} % " if abs(difference) < abs(others) else ""
     sigmas = abs(data["sigmas"])
-    distance = f"{sigmas:.1f}" if sigmas < LARGEST_DISTANCE else f"more than {LARGEST_DISTANCE}"
+    distance = at_most(sigmas)
     unit = {"m": "kg", "c": "m", "I": "kg m²"}[data["value"][0]]
     amount = f"{relative}({difference:+.3g} {unit}, {distance} standard deviations)"
     if data["run"] is None:

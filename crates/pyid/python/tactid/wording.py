@@ -10,8 +10,8 @@ from typing import Any
 
 from tactid.calibration_wording import CALIBRATION_FINDINGS, SHORTAGES
 from tactid.model_wording import MODEL_FINDINGS
-from tactid.naming import Style, counted, listed, option_name
-from tactid.run_wording import LARGEST_DISTANCE, RUN_FINDINGS
+from tactid.naming import Style, at_most, counted, listed, option_name
+from tactid.run_wording import RUN_FINDINGS
 from tactid.sample_wording import SAMPLE_FINDINGS
 from tactid.values import Z95, digits_of
 
@@ -150,8 +150,8 @@ def _mass_contradicted(data: Data, _: Style) -> str:
     return (
         f"The given mass is {data['known_mass_kg']:g} kg, but the data alone give"
         f" {data['found_kg']:.{digits}f} ± {half_width:.{digits}f} kg,"
-        f" {_distance(data)} standard deviations away: check gravity, and the gains and offsets of"
-        " the sensors."
+        f" {at_most(data['distance'])} standard deviations away: check gravity, and the gains and"
+        " offsets of the sensors."
     )
 
 
@@ -195,15 +195,9 @@ def _inconsistent(data: Data, _: Style) -> str:
     within, box = (" within the box", ", the box") if data["within_box"] else ("", "")
     return (
         f"No physically consistent body{within} explains the data within their noise. The result is"
-        f" the nearest one, {_distance(data)} standard deviations away: check the frames{box},"
-        " gravity and the offsets of the sensors."
+        f" the nearest one, {at_most(data['distance'])} standard deviations away: check the"
+        f" frames{box}, gravity and the offsets of the sensors."
     )
-
-
-def _distance(data: Data) -> str:
-    """Returns a distance as a sentence shows it: in data without noise it may be any number."""
-    distance = data["distance"]
-    return f"{distance:.1f}" if distance < LARGEST_DISTANCE else f"more than {LARGEST_DISTANCE}"
 
 
 def _outliers(data: Data, _: Style) -> str:
