@@ -278,10 +278,10 @@ def test_ctrl_c_leaves_no_file(folder: Path, tmp_path: Path) -> None:
 
 def wait_until_open(process: subprocess.Popen[str], folders: list[Path]) -> None:
     """Returns as soon as a process has a file of a folder open; at its end at the latest."""
-    opened, wanted = Path(f"/proc/{process.pid}/fd"), {str(folder) for folder in folders}
+    opened, targets = Path(f"/proc/{process.pid}/fd"), {str(folder) for folder in folders}
     while process.poll() is None:
         with contextlib.suppress(FileNotFoundError):
-            if any(str(link.readlink().parent) in wanted for link in opened.iterdir()):
+            if any(str(link.readlink().parent) in targets for link in opened.iterdir()):
                 return
         time.sleep(0.001)
 
