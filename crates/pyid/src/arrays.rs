@@ -321,8 +321,16 @@ pub(crate) fn output<'py>(
     samples: Option<usize>,
     item: &[usize],
 ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let flat = match samples {
+        Some(_) => PyArray1::from_vec(py, values),
+        // To copy a few numbers is quicker than to have Python own the vector.
+        None => PyArray1::from_slice(py, &values),
+    };
+    if let (None, [_]) = (samples, item) {
+        return Ok(flat.to_dyn().clone());
+    }
     let shape: Vec<usize> = samples.into_iter().chain(item.iter().copied()).collect();
-    PyArray1::from_vec(py, values).reshape(shape)
+    flat.reshape(shape)
 }
 
 /// Appends two vectors, such as the linear and the angular part of a twist.

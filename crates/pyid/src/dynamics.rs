@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use tactid_dynamics::{BaseKind, SeriesWorkspace, ToolMotion, VectorUnit, Workspace};
+use tactid_dynamics::{BaseKind, ToolMotion};
 
 use crate::arrays::{Series, common_length, extend_with, homogeneous, output};
 use crate::errors::{ArgumentError, IntoPyErr};
@@ -11,6 +11,7 @@ use crate::findings::model_finding;
 use crate::inertia::MassProperties;
 use crate::states::States;
 use crate::urdf::urdf_text;
+use crate::workspaces::Workspaces;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
@@ -36,8 +37,12 @@ type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 /// A shape that does not fit raises an ``ArgumentError`` with the shape expected and the one given. The
 /// interpreter is released while the arrays are worked through.
 #[pyclass(module = "tactid", frozen)]
-#[derive(Clone)]
-pub(crate) struct Manipulator(pub(crate) tactid_dynamics::Manipulator);
+pub(crate) struct Manipulator {
+    pub(crate) robot: tactid_dynamics::Manipulator,
+    workspaces: Workspaces,
+    /// Whether the dynamics know the mass of something that moves.
+    has_mass: bool,
+}
 
 /// How a frame moves, in the world: positions from the world's origin, all vectors in world axes.
 ///
@@ -86,32 +91,32 @@ impl Manipulator {
             }
         };
         tactid_dynamics::Manipulator::from_urdf_below(&urdf_text(urdf)?, kind, base_link)
-            .map(Self)
+            .map(Self::new)
             .map_err(IntoPyErr::into_py_err)
     }
 
     /// How many independent joints there are; mimic joints do not count.
     #[getter]
     fn dof(&self) -> usize {
-        self.0.dof()
+        self.robot.dof()
     }
 
     /// The independent joints' names, in the order of ``q``.
     #[getter]
     fn joint_names(&self) -> Vec<String> {
-        self.0.joint_names().to_vec()
+        self.robot.joint_names().to_vec()
     }
 
     /// The names of all links, the root first.
     #[getter]
     fn frame_names(&self) -> Vec<String> {
-        self.0.frame_names().map(str::to_owned).collect()
+        self.robot.frame_names().map(str::to_owned).collect()
     }
 
     /// ``"floating"`` or ``"fixed"``.
     #[getter]
     fn base(&self) -> &'static str {
-        match self.0.base_kind() {
+        match self.robot.base_kind() {
             BaseKind::Floating => "floating",
             BaseKind::Fixed => "fixed",
         }
@@ -120,7 +125,7 @@ impl Manipulator {
     /// Mass of everything, kg.
     #[getter]
     fn mass(&self) -> f64 {
-        self.0.mass()
+        self.robot.mass()
     }
 
     /// What is wrong in the URDF and what was assumed instead, a list of :class:`tactid.Finding`; ``print`` shows each
@@ -132,7 +137,7 @@ impl Manipulator {
     #[getter]
     fn findings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let class = py.import("tactid.findings")?.getattr("Finding")?;
-        let findings = self.0.findings();
+        let findings = self.robot.findings();
         let instances = findings
             .iter()
             .map(|finding| class.call1(model_finding(py, finding)?));
@@ -144,8 +149,8 @@ impl Manipulator {
     /// Raises:
     ///     ModelError: There is no such link.
     fn with_payload(&self, frame: &str, body: &MassProperties) -> PyResult<Self> {
-        let frame = self.0.frame(frame).map_err(IntoPyErr::into_py_err)?;
-        Ok(Self(self.0.with_payload(frame, &body.0.into())))
+        let frame = self.robot.frame(frame).map_err(IntoPyErr::into_py_err)?;
+        Ok(Self::new(self.robot.with_payload(frame, &body.0.into())))
     }
 
     /// The robot without the masses of the links below ``frame`` (its own stays); joints stay.
@@ -153,8 +158,8 @@ impl Manipulator {
     /// Raises:
     ///     ModelError: There is no such link.
     fn without_subtree(&self, frame: &str) -> PyResult<Self> {
-        let frame = self.0.frame(frame).map_err(IntoPyErr::into_py_err)?;
-        Ok(Self(self.0.without_subtree(frame)))
+        let frame = self.robot.frame(frame).map_err(IntoPyErr::into_py_err)?;
+        Ok(Self::new(self.robot.without_subtree(frame)))
     }
 
     /// How a link's frame moves, equations (1)-(20).
@@ -175,17 +180,18 @@ impl Manipulator {
         base_twist: Argument<'_, 'py>,
         base_acceleration: Argument<'_, 'py>,
     ) -> PyResult<FrameMotion> {
-        let frame = self.0.frame(frame).map_err(IntoPyErr::into_py_err)?;
-        let states = States::read(&self.0, q, qd, qdd)?.with_base(
+        let frame = self.robot.frame(frame).map_err(IntoPyErr::into_py_err)?;
+        let states = States::read(&self.robot, q, qd, qdd)?.with_base(
             base_pose,
             base_twist,
             base_acceleration,
         )?;
         let samples = states.samples()?;
-        let mut poses = Vec::new();
-        let mut vectors: [Vec<f64>; 4] = Default::default();
+        let count = samples.unwrap_or(1);
+        let mut poses = Vec::with_capacity(16 * count);
+        let mut vectors = [(); 4].map(|()| Vec::with_capacity(3 * count));
         py.detach(|| {
-            states.each(samples, |workspace| {
+            states.each(&self.workspaces, samples, |workspace| {
                 let motion = workspace.frame_motion(frame);
                 poses.extend(homogeneous(&motion.pose));
                 let moved = [
@@ -246,28 +252,34 @@ impl Manipulator {
         self.check_masses()?;
         let gravity = Series::read_or_zero(gravity, "gravity", 3)?;
         let gravity = Vector3::from_column_slice(gravity.single()?);
-        let states = States::read(&self.0, q, qd, qdd)?.with_base(
+        let states = States::read(&self.robot, q, qd, qdd)?.with_base(
             base_pose,
             base_twist,
             base_acceleration,
         )?;
         let samples = states.samples()?;
-        let (count, bases) = (samples.unwrap_or(1), states.bases()?);
-        // One state has the same digits on every machine.
-        let unit = if samples.is_some() {
-            VectorUnit::Widest
-        } else {
-            VectorUnit::Baseline
-        };
-        let (mut torques, mut wrenches) = (vec![0.0; count * self.0.dof()], vec![[0.0; 6]; count]);
-        let computed = py.detach(|| {
-            let series = states.series(&bases);
-            let workspace = SeriesWorkspace::new(&self.0).with_unit(unit);
-            workspace.inverse_dynamics(&series, &gravity, &mut torques, &mut wrenches)
-        });
-        computed.map_err(IntoPyErr::into_py_err)?;
+        let (dof, count) = (self.robot.dof(), samples.unwrap_or(1));
+        let (mut torques, mut wrenches) = (vec![0.0; count * dof], vec![[0.0; 6]; count]);
+        py.detach(|| match samples {
+            Some(_) => {
+                let bases = states.bases()?;
+                let series = states.series(&bases);
+                let workspace = self.workspaces.series(&self.robot);
+                workspace
+                    .inverse_dynamics(&series, &gravity, &mut torques, &mut wrenches)
+                    .map_err(IntoPyErr::into_py_err)
+            }
+            None => states.each(&self.workspaces, samples, |workspace| {
+                tactid_dynamics::forces(workspace, &gravity);
+                torques.copy_from_slice(workspace.joint_torques()?);
+                let wrench = workspace.base_wrench()?;
+                wrenches[0][..3].copy_from_slice(wrench.force.as_slice());
+                wrenches[0][3..].copy_from_slice(wrench.moment.as_slice());
+                Ok(())
+            }),
+        })?;
         Ok((
-            output(py, torques, samples, &[self.0.dof()])?,
+            output(py, torques, samples, &[dof])?,
             output(py, wrenches.into_flattened(), samples, &[6])?,
         ))
     }
@@ -292,19 +304,21 @@ impl Manipulator {
         base_twist: Argument<'_, 'py>,
     ) -> PyResult<Array<'py>> {
         self.check_masses()?;
-        let states = States::read(&self.0, q, qd, qdd)?.with_base(base_pose, base_twist, None)?;
+        let states =
+            States::read(&self.robot, q, qd, qdd)?.with_base(base_pose, base_twist, None)?;
         let samples = states.samples()?;
-        let mut values = Vec::new();
+        let count = samples.unwrap_or(1);
+        let mut values = Vec::with_capacity(6 * count);
         py.detach(|| {
-            let mut workspace = Workspace::new(&self.0);
-            for sample in 0..samples.unwrap_or(1) {
-                let (base, joints) = states.at(sample);
-                let acceleration =
-                    tactid_dynamics::base_acceleration(&mut workspace, &base, joints)
+            self.workspaces.with(&self.robot, |workspace| {
+                for sample in 0..count {
+                    let (base, joints) = states.at(sample);
+                    let acceleration = tactid_dynamics::base_acceleration(workspace, &base, joints)
                         .map_err(IntoPyErr::into_py_err)?;
-                extend_with(&mut values, &acceleration.linear, &acceleration.angular);
-            }
-            Ok::<_, PyErr>(())
+                    extend_with(&mut values, &acceleration.linear, &acceleration.angular);
+                }
+                Ok::<_, PyErr>(())
+            })
         })?;
         output(py, values, samples, &[6])
     }
@@ -328,11 +342,13 @@ impl Manipulator {
         base_twist: Argument<'_, 'py>,
     ) -> PyResult<Array<'py>> {
         self.check_masses()?;
-        let states = States::read(&self.0, q, qd, None)?.with_base(base_pose, base_twist, None)?;
+        let states =
+            States::read(&self.robot, q, qd, None)?.with_base(base_pose, base_twist, None)?;
         let samples = states.samples()?;
-        let mut values = Vec::new();
+        let count = samples.unwrap_or(1);
+        let mut values = Vec::with_capacity(6 * count);
         py.detach(|| {
-            states.each(samples, |workspace| {
+            states.each(&self.workspaces, samples, |workspace| {
                 let total = tactid_dynamics::momentum(workspace);
                 extend_with(&mut values, &total.linear, &total.angular);
                 Ok(())
@@ -345,17 +361,30 @@ impl Manipulator {
         format!(
             "<Manipulator: {} base, {} joints, {} links, {} kg>",
             self.base(),
-            self.0.dof(),
-            self.0.frame_names().count(),
-            self.0.mass()
+            self.robot.dof(),
+            self.robot.frame_names().count(),
+            self.robot.mass()
         )
     }
 }
 
 impl Manipulator {
+    fn new(robot: tactid_dynamics::Manipulator) -> Self {
+        Self {
+            has_mass: robot.check_masses(None).is_ok(),
+            workspaces: Workspaces::default(),
+            robot,
+        }
+    }
+
     /// Checks that the dynamics know the mass of something that moves.
     fn check_masses(&self) -> PyResult<()> {
-        self.0.check_masses(None).map_err(IntoPyErr::into_py_err)
+        if self.has_mass {
+            return Ok(());
+        }
+        self.robot
+            .check_masses(None)
+            .map_err(IntoPyErr::into_py_err)
     }
 }
 
@@ -386,9 +415,10 @@ pub(crate) fn wrench_regressor<'py>(
     let angular_velocity = Series::read(angular_velocity, "angular_velocity", &[3])?;
     let angular_acceleration = Series::read(angular_acceleration, "angular_acceleration", &[3])?;
     let samples = common_length(&[&acceleration, &angular_velocity, &angular_acceleration])?;
-    let mut values = Vec::new();
+    let count = samples.unwrap_or(1);
+    let mut values = Vec::with_capacity(60 * count);
     py.detach(|| {
-        for sample in 0..samples.unwrap_or(1) {
+        for sample in 0..count {
             let motion = ToolMotion {
                 acceleration: acceleration.vector(sample, 0),
                 angular_velocity: angular_velocity.vector(sample, 0),

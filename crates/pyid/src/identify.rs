@@ -93,7 +93,7 @@ pub(crate) fn identify_arrays(
     let [time, q, qd, effort, wrench, twist, acceleration] =
         [time, q, qd, effort, wrench, twist, acceleration].map(|series| series.repeated(count));
     let arrays = Arrays {
-        robot: robot.as_ref().map(|robot| &robot.get().0),
+        robot: robot.as_ref().map(|robot| &robot.get().robot),
         sensors: names.as_deref(),
         times_s: &time,
         joint_position: &q,
@@ -115,7 +115,7 @@ pub(crate) fn identify_arrays(
 /// Returns the number of joints of the robot, which is given or read from the URDF; `None` where there is no robot.
 fn dof_of(robot: Option<&Bound<'_, Manipulator>>, request: &Request) -> PyResult<Option<usize>> {
     match (robot, &request.urdf) {
-        (Some(robot), _) => Ok(Some(robot.get().0.dof())),
+        (Some(robot), _) => Ok(Some(robot.get().robot.dof())),
         (None, Some(urdf)) => {
             let robot = tactid_dynamics::Manipulator::from_urdf(urdf, BaseKind::Fixed);
             let robot = with_option(robot.map_err(IntoPyErr::into_py_err), "urdf")?;

@@ -30,6 +30,7 @@ mod simulate;
 mod states;
 mod table;
 mod urdf;
+mod workspaces;
 
 /// The compiled part of the package `tactid`.
 #[pyo3::pymodule]

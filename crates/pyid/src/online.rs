@@ -192,7 +192,7 @@ fn set_up(
     effort: bool,
 ) -> PyResult<(OnlineSetup, Expected)> {
     let robot = robot.map(read_robot).transpose()?;
-    let robot = robot.as_ref().map(|robot| &robot.get().0);
+    let robot = robot.as_ref().map(|robot| &robot.get().robot);
     let names = sensors.map(read_sensors).transpose()?;
     let names = names.as_ref().map(|names| borrowed(names));
     let setup = OnlineSetup::new(request, robot, names.as_deref(), effort);

@@ -1,6 +1,6 @@
 //! Arrays of numbers from what Python gives, and errors for shapes that do not fit.
 
-use numpy::PyArrayDyn;
+use numpy::{PyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use crate::errors::ArgumentError;
@@ -12,6 +12,13 @@ pub(crate) fn numbers<'py>(
     name: &str,
 ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let py = value.py();
+    // Most arguments need no conversion. An instance of a subclass may: a masked array is one.
+    if value.is_exact_instance_of::<PyUntypedArray>()
+        && let Ok(array) = value.cast::<PyArrayDyn<f64>>()
+        && array.is_c_contiguous()
+    {
+        return Ok(array.clone());
+    }
     let refuse =
         |why: &str| ArgumentError::new_err(format!("`{name}` is not an array of numbers: {why}"));
     if value.is_none() {

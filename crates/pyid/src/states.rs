@@ -1,16 +1,17 @@
 //! States of a robot, as arrays.
 
 use pyo3::prelude::*;
-use tactid_dynamics::{FrameMotion, JointMotion, StateError, StateSeries, Workspace};
+use tactid_dynamics::{FrameMotion, JointMotion, Manipulator, StateError, StateSeries, Workspace};
 
 use crate::arrays::{Poses, Sampled, Series, common_length};
 use crate::errors::IntoPyErr;
+use crate::workspaces::Workspaces;
 
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
 /// The robot's states, as arrays.
 pub(crate) struct States<'a> {
-    robot: &'a tactid_dynamics::Manipulator,
+    robot: &'a Manipulator,
     q: Series,
     qd: Series,
     qdd: Series,
@@ -22,7 +23,7 @@ pub(crate) struct States<'a> {
 impl<'a> States<'a> {
     /// Joints as given, the base at rest.
     pub(crate) fn read(
-        robot: &'a tactid_dynamics::Manipulator,
+        robot: &'a Manipulator,
         q: &Bound<'_, PyAny>,
         qd: Argument<'_, '_>,
         qdd: Argument<'_, '_>,
@@ -110,16 +111,18 @@ impl<'a> States<'a> {
     /// Moves the robot to each sample in turn, and calls `look` there.
     pub(crate) fn each(
         &self,
+        workspaces: &Workspaces,
         samples: Option<usize>,
         mut look: impl FnMut(&mut Workspace) -> Result<(), StateError>,
     ) -> PyResult<()> {
-        let mut workspace = Workspace::new(self.robot);
-        for sample in 0..samples.unwrap_or(1) {
-            let (base, joints) = self.at(sample);
-            tactid_dynamics::motion(&mut workspace, &base, joints)
-                .map_err(IntoPyErr::into_py_err)?;
-            look(&mut workspace).map_err(IntoPyErr::into_py_err)?;
-        }
-        Ok(())
+        workspaces.with(self.robot, |workspace| {
+            for sample in 0..samples.unwrap_or(1) {
+                let (base, joints) = self.at(sample);
+                tactid_dynamics::motion(workspace, &base, joints)
+                    .and_then(|()| look(workspace))
+                    .map_err(IntoPyErr::into_py_err)?;
+            }
+            Ok(())
+        })
     }
 }
