@@ -10,12 +10,12 @@ import sys
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from peers import dynamics, estimators
+from peers import dynamics, estimators, logs, python_calls
 from peers.harness import report, run
 from peers.native import BUILD
 
-COMPARISONS = [dynamics.comparisons, estimators.comparisons]
-PACKAGES = ("tactid", "pin", "cmeel-eigen", "padasip", "numpy")
+COMPARISONS = [each.comparisons for each in (dynamics, estimators, python_calls, logs)]
+PACKAGES = ("tactid", "pin", "cmeel-eigen", "padasip", "mujoco", "rosbags", "numpy")
 
 
 def main() -> None:

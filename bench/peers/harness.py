@@ -49,6 +49,7 @@ class Comparison:
     scale: float = 1e9
     bar: float | None = None
     """Ratio that is aimed for, of the fastest peer's time to that of tactid."""
+    tolerance: float = TOLERANCE
 
 
 @dataclass
@@ -78,7 +79,7 @@ class Row:
 def run(comparison: Comparison) -> Row:
     """Checks that the results agree, then measures all contenders in turn, round after round."""
     present = [each for each in comparison.contenders if each.measure is not None]
-    check_agreement(comparison.task, present)
+    check_agreement(comparison, present)
     rounds: dict[str, list[float]] = {each.name: [] for each in present}
     for number in range(ROUNDS + 1):
         for each in present:
@@ -101,14 +102,16 @@ def run(comparison: Comparison) -> Row:
     return Row(comparison.task, comparison.unit, comparison.bar, timings)
 
 
-def check_agreement(task: str, contenders: list[Contender]) -> None:
+def check_agreement(comparison: Comparison, contenders: list[Contender]) -> None:
     """Raises where a result differs from the first one."""
     ours, *others = [each for each in contenders if each.result is not None] or [None]
     for other in others:
         scale = np.abs(ours.result).max()
         error = np.abs(other.result - ours.result).max() / scale
-        if not error <= TOLERANCE:
-            raise SystemExit(f"{task}: {other.name} and {ours.name} differ by {error:.1e}")
+        if not error <= comparison.tolerance:
+            raise SystemExit(
+                f"{comparison.task}: {other.name} and {ours.name} differ by {error:.1e}"
+            )
 
 
 def report(rows: list[Row], facts: dict[str, str], folder: Path) -> None:
