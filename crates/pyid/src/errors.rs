@@ -306,6 +306,7 @@ impl IntoPyErr for tactid_sim::SimError {
             Self::Grasp(_)
             | Self::Bound { .. }
             | Self::Lost { .. }
+            | Self::InFile { .. }
             | Self::Diverged { .. }
             | Self::Aborted { .. } => SimulationError::new_err(message),
         }
