@@ -227,7 +227,7 @@ def _warn_of_disagreement(form: Form, result: Identification | Combination) -> N
     """Warns that a format has no interval, where recordings disagree."""
     if isinstance(result, Combination) and not result.agreement.agree:
         estimate = result.estimate
-        value, limits = estimate.known_values[0], estimate.known_intervals[0]
+        value, limits = estimate.reported_values[0], estimate.reported_intervals[0]
         mass = (
             "not known"
             if value is None or limits is None
