@@ -36,6 +36,10 @@ The paper's experiment, and the payload from its log::
     print(estimate.body)
 """
 
+# isort: off
+from tactid import startup as _startup  # noqa: F401 - first: Ctrl-C while the others load
+
+# isort: on
 from tactid._native import (
     VALUE_NAMES,
     VERSION,
