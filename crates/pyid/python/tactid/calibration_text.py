@@ -195,9 +195,12 @@ def _of_log(log: CalibrationLog, style: Style) -> list[str]:
     noticed = [
         *(finding.worded(style) for finding in log.findings),
         *map(str, log.faults),
+    ]
+    return [
+        *(f"{log.path.name}: {sentence}" for sentence in noticed),
+        # These name the file.
         *(f"{damage}; what stands before was used." for damage in log.damage),
     ]
-    return [f"{log.path.name}: {sentence}" for sentence in noticed]
 
 
 def _data(arm: CalibrationData) -> str:
