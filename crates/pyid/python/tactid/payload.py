@@ -9,6 +9,7 @@ import numpy as np
 from tactid import controllers, forms, table
 from tactid._native import VALUE_NAMES, MassProperties
 from tactid.bodies import why_impossible
+from tactid.equality import ComparedByValue
 from tactid.field_docs import with_fields
 from tactid.fit import Array
 from tactid.values import (
@@ -16,7 +17,6 @@ from tactid.values import (
     Interval,
     Observability,
     half_widths,
-    known_intervals,
     noise_intervals,
     reported_intervals,
     where_reported,
@@ -25,7 +25,7 @@ from tactid.values import (
 
 @with_fields
 @dataclass(frozen=True, eq=False, repr=False)
-class PayloadEstimate:
+class PayloadEstimate(ComparedByValue):
     """An identified payload, expressed in one frame.
 
     ``print`` shows it as a table; :meth:`to_urdf`, :meth:`to_mujoco` and :meth:`to_controller`
