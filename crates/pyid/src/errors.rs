@@ -159,6 +159,7 @@ impl IntoPyErr for IdentifyError {
             | Self::NoMotion { .. }
             | Self::CalibrationRobot { .. }
             | Self::CalibrationMismatch { .. }
+            | Self::CalibrationLink { .. }
             | Self::CalibrationFailed
             | Self::CalibrationData { .. } => CalibrationError::new_err(message),
         }

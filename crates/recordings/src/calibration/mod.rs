@@ -5,6 +5,7 @@ mod calibrate;
 mod check;
 mod file;
 mod layout;
+mod link;
 mod payload;
 mod record;
 mod shortage;
