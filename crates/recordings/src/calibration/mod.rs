@@ -12,5 +12,7 @@ mod shortage;
 mod text;
 
 pub use arm::ArmCalibration;
-pub use calibrate::{CalibratingLogs, CalibrationRun, LogRole, UsedLog, calibrate_logs};
+pub use calibrate::{
+    CalibrationRun, CalibrationSource, CalibrationSources, LogRole, UsedLog, calibrate_arm,
+};
 pub(crate) use payload::{identify_calibrated_arrays, identify_calibrated_log};
