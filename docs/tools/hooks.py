@@ -31,6 +31,14 @@ EXTERNAL = re.compile(
 )
 """What a browser would load from elsewhere."""
 
+SCHEMA_TABLES = {
+    "<!-- schema -->": (tables, result_schema),
+    "<!-- findings -->": (finding_table, result_schema),
+    "<!-- combination schema -->": (combination_tables, combination_schema),
+    "<!-- calibration schema -->": (tables, calibration_schema),
+}
+"""The tables of a JSON schema in the places of their marks."""
+
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
     """Makes a fence ``math`` an equation in MathML, which needs neither a script nor a font."""
@@ -45,15 +53,9 @@ def _equation(source: str, *_: Any, **__: Any) -> str:
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
     """Puts the tables of the JSON schema and of the arrays in the places of their marks."""
-    for mark, made in {"<!-- schema -->": tables, "<!-- findings -->": finding_table}.items():
+    for mark, (made, schema) in SCHEMA_TABLES.items():
         if mark in markdown:
-            markdown = markdown.replace(mark, made(result_schema()))
-    mark = "<!-- combination schema -->"
-    if mark in markdown:
-        markdown = markdown.replace(mark, combination_tables(combination_schema()))
-    mark = "<!-- calibration schema -->"
-    if mark in markdown:
-        markdown = markdown.replace(mark, tables(calibration_schema()))
+            markdown = markdown.replace(mark, made(schema()))
     return with_array_tables(markdown)
 
 

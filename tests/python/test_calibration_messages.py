@@ -83,7 +83,7 @@ def test_the_command_names_what_is_wrong(
         ({"unloaded": 3}, ["`unloaded` is 3", "path"]),
         ({"gain_std_dev": [0.1, 0.2]}, ["`gain_std_dev`", "one number"]),
         ({"loaded": "log", "payload_mass": "4"}, ["`payload_mass`", "number"]),
-        ({"loaded": {"log": 4.0}}, ["`loaded`", "paths"]),
+        ({"loaded": {"log": 4.0}}, ["`loaded[0]` has no `time`"]),
         (
             {"loaded": "log", "payload_mass": 4.0, "payload_mass_std_dev": [0.1]},
             ["`payload_mass_std_dev`", "one number"],

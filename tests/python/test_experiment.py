@@ -126,3 +126,12 @@ def test_an_arm_on_the_ground_is_identified_without_options(
     assert ("fixed", "joint-sensing") not in worst
     for method in ("tactile", "effort"):
         assert worst["fixed", method] < max(worst["floating", method], 1e-3), worst
+
+
+def test_a_broken_experiment_names_its_file(command: TactidCommand, tmp_path: Path) -> None:
+    for text, what in (("duration_s = [", "line 1"), ("duration_s = -1.0", "duration_s")):
+        (tmp_path / "broken.toml").write_text(text, encoding="utf-8")
+        done = command("simulate", "broken.toml")
+        assert done.returncode == 2
+        assert done.stderr.startswith("tactid: error: broken.toml: "), done.stderr
+        assert what in done.stderr

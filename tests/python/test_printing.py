@@ -23,6 +23,7 @@ from tactid import (
     remarks,
     result,
     result_json,
+    schemas,
 )
 
 GRAVITY = Finding(
@@ -76,11 +77,11 @@ def test_a_result_prints_its_table_and_a_line_for_each_thing_to_know() -> None:
 def test_the_representation_is_one_short_line() -> None:
     found = replace(with_mass(-1.0), findings=[NEGATIVE])
     assert repr(found) == (
-        "<tactid.Identification: -1.0000 kg in tool0, 10 of 10 values known, tactile,"
+        "<tactid.Identification: -1.0000 kg in tool0, 10 of 10 values identifiable, tactile,"
         " least-squares, 1 finding, contradicted by the data>"
     )
     assert repr(found.estimate) == (
-        "<tactid.PayloadEstimate: -1.0000 kg in tool0, 10 of 10 values known>"
+        "<tactid.PayloadEstimate: -1.0000 kg in tool0, 10 of 10 values identifiable>"
     )
 
 
@@ -89,7 +90,7 @@ def test_an_unknown_mass_is_no_number() -> None:
     for shown in (str(found), str(found.estimate), found.estimate._repr_html_()):
         (line,) = re.findall(r".*\bmass\b[ <].*unobservable.*", shown)
         assert "0.0" not in line.split("mass")[1].split("unobservable")[0]
-    assert "unknown mass in tool0, 0 of 10 values known" in repr(found)
+    assert "unknown mass in tool0, 0 of 10 values identifiable" in repr(found)
     assert "Nothing is identifiable: the motion determines none of the ten values." in str(found)
     assert "its mass is" not in str(found)
 
@@ -189,7 +190,7 @@ def test_the_examples_of_the_methods_run(tmp_path: Path, monkeypatch: pytest.Mon
         is_physical=True,
     )
     names = {"tactid": tactid, "result": found, "estimate": estimate}
-    for module in (payload, result, result_json):
+    for module in (payload, result, schemas):
         outcome = doctest.testmod(module, extraglobs=names, optionflags=doctest.ELLIPSIS)
         assert outcome.failed == 0, module.__name__
         assert outcome.attempted

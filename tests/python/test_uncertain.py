@@ -34,15 +34,15 @@ def test_the_three_states_are_lists_of_names() -> None:
     assert found.uncertain == ["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"]
     assert found.not_identifiable == ["com.z", *found.uncertain]
     assert found.identifiable == [True] * 3 + [False] * 7
-    assert found.known_values[3] is None
-    assert found.known_intervals[3] is None
-    assert found.known_values[4] == 0.03
-    assert repr(found) == "<tactid.PayloadEstimate: 2.0000 kg in tool0, 3 of 10 values known>"
+    assert found.reported_values[3] is None
+    assert found.reported_intervals[3] is None
+    assert found.reported_values[4] == 0.03
+    assert found.summary == "2.0000 kg in tool0, 3 of 10 values identifiable"
 
 
 def test_an_interval_that_is_cut_shows_both_limits() -> None:
     found = estimate()
-    assert found.known_intervals[4] == Interval(0.0, pytest.approx(0.128))
+    assert found.reported_intervals[4] == Interval(0.0, pytest.approx(0.128))
     assert found.half_widths[:2] == pytest.approx([0.0196, 0.00196])
     # The farther limit: value ± half width contains the interval.
     assert found.half_widths[4] == pytest.approx(0.098)
@@ -62,7 +62,7 @@ def test_without_limits_an_uncertain_value_is_no_number() -> None:
     intervals[[4, 7, 9], 0] = 0.0
     states: list[Observability] = ["identifiable"] + ["uncertain"] * 9
     found = estimate(std_devs=infinite, intervals=intervals, observability=states)
-    assert found.known_values == [2.0, *[None] * 9]
+    assert found.reported_values == [2.0, *[None] * 9]
     assert re.search(r"com x +m +uncertain", str(found))
     (said,) = remarks.uncertain_values(found, advised=False)
     assert "Nothing limits com.x, com.y, com.z, Ixx" in said

@@ -10,7 +10,7 @@ import pytest
 
 import doubles
 from expectations import assert_fits_schema
-from tactid import DataFault, Finding, Identifier, remarks, result_json
+from tactid import DataFault, Finding, Identifier, remarks, result_json, result_schema
 from tactid.faults import FAULT_KINDS
 from tactid.findings import CONTRADICTIONS, DOUBTS
 from tactid.naming import command_line_flag
@@ -544,7 +544,7 @@ SUFFIXES = ("_s", "_ns", "_hz", "_m", "_rad", "_kg", "_n", "_m_s2")
 
 
 def test_every_number_of_the_schema_has_a_unit_in_its_key_or_description() -> None:
-    schema = result_json.result_schema()
+    schema = result_schema()
     # The units of the ten values stand where they are referred to.
     definitions = {**schema["$defs"]}
     del definitions["ten_values"]

@@ -160,3 +160,21 @@ def test_stamps_in_another_unit(command: TactidCommand, tmp_path: Path, factor: 
     assert_refused(command("identify", bag), what)
     with pytest.raises(tactid.IdentificationError, match=what):
         tactid.identify(bag)
+
+
+def test_a_path_that_does_not_exist_says_what_may_be_meant(
+    command: TactidCommand, tmp_path: Path
+) -> None:
+    (tmp_path / "recording").mkdir()
+    bag = tmp_path / "all" / "run1"
+    bag.mkdir(parents=True)
+    (bag / "metadata.yaml").touch()
+    done = command("info", "recordng")
+    assert done.returncode == 2
+    assert "recordng" in done.stderr
+    assert "did you mean recording?" in done.stderr
+    done = command("info", tmp_path / "all")
+    assert done.returncode == 2
+    assert f"metadata.yaml nor an .mcap or .db3 file, as a bag does; did you mean {bag}?" in (
+        done.stderr
+    )

@@ -239,6 +239,11 @@ pub enum IdentifyError {
         /// Largest velocity of any joint, rad/s or m/s.
         max_velocity: f64,
     },
+    /// The known inertia of a payload is not symmetric, or one of its principal moments exceeds the sum of the others.
+    #[error(
+        "payload_inertia is that of no body: it must be symmetric, with no principal moment above the sum of the others"
+    )]
+    PayloadInertia,
     /// A calibration or a recording is of another robot.
     #[error(
         "the calibration is of {}, where the robot has {}",
@@ -251,6 +256,22 @@ pub enum IdentifyError {
         /// Name in the calibration, or in the first recording; empty where there is none.
         expected: String,
         /// Name in the robot, or in the other recording; empty where there is none.
+        found: String,
+    },
+    /// A calibration or a recording is of another robot, whose joints and links have the same names.
+    #[error(
+        "the calibration is of another robot, whose link `{link}` has the {property} {expected} instead of {found}"
+    )]
+    CalibrationLink {
+        /// The first link that differs, from the base outwards.
+        link: String,
+        /// What differs: its mass, centre of mass or inertia about it, the origin or the roll, pitch and yaw (rpy) of its frame
+        /// in that of the moving link before, the axis of its joint, or gravity in its frame where the base is mounted at
+        /// another angle.
+        property: &'static str,
+        /// Its value in the calibration, or in the first recording.
+        expected: String,
+        /// Its value in the robot, or in the other recording.
         found: String,
     },
     /// Recordings have different settings.

@@ -44,6 +44,10 @@ fn a_cut_log_gives_a_prefix() {
                     );
                     assert_eq!(damage.len(), 1, "{kind} cut at {length}: {damage:?}");
                     assert!(damage[0].at_byte <= length);
+                    assert!(
+                        damage[0].what.starts_with("the file ends"),
+                        "{kind} cut at {length}: {damage:?}"
+                    );
                     // The cut is within the index.
                     let lost = length + 1 == bytes.len() as u64 && messages.len() < whole.len();
                     assert!(!lost, "{kind}: messages are lost with the index");

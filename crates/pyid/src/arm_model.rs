@@ -1,9 +1,10 @@
 //! Calibrated arms. The package's `Calibration` contains one.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pyo3::prelude::*;
+use pyo3::types::PyType;
 use tactid_dynamics::InertialParameters;
 use tactid_identify::calibration::{CalibrationReport, JointCalibration};
 use tactid_recordings::ArmCalibration;
@@ -13,11 +14,36 @@ use crate::errors::IntoPyErr;
 use crate::findings::{FindingData, shortage_data};
 
 /// The model of an arm that `tactid.Calibration` contains.
-#[pyclass(module = "tactid", frozen)]
+#[pyclass(module = "tactid._native", frozen)]
 pub(crate) struct ArmModel(pub(crate) Arc<ArmCalibration>);
 
 #[pymethods]
 impl ArmModel {
+    /// Reads the text of the file of a calibration.
+    ///
+    /// Raises:
+    ///     CalibrationError: The text is not that of a calibration.
+    #[new]
+    fn new(toml: &str) -> PyResult<Self> {
+        let arm = ArmCalibration::from_toml(toml, Path::new("the text of a calibration"));
+        Ok(Self(Arc::new(arm.map_err(IntoPyErr::into_py_err)?)))
+    }
+
+    /// Returns how a copy is made, which `copy` and `pickle` use.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyType>, (String,))> {
+        let toml = self.0.to_toml().map_err(IntoPyErr::into_py_err)?;
+        Ok((py.get_type::<Self>(), (toml,)))
+    }
+
+    /// Compares all numbers; one that is not known equals another.
+    fn __eq__(&self, other: &Self) -> PyResult<bool> {
+        if Arc::ptr_eq(&self.0, &other.0) {
+            return Ok(true);
+        }
+        let text = |arm: &ArmCalibration| arm.to_toml().map_err(IntoPyErr::into_py_err);
+        Ok(text(&self.0)? == text(&other.0)?)
+    }
+
     /// Reads the file of a calibration.
     ///
     /// Raises:

@@ -1,19 +1,24 @@
-//! Calibration of an arm from logs. The package's `calibrate` calls it.
+//! Calibration of an arm from logs and arrays. The package's `calibrate` calls it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
+use tactid_dynamics::Manipulator;
 use tactid_identify::calibration::{EffortComparison, KnownPayload};
-use tactid_recordings::{CalibratingLogs, LogRole, UsedLog};
+use tactid_recordings::{CalibrationSource, CalibrationSources, LogRole, UsedLog};
 
+use crate::arguments::read_robot;
 use crate::arm_model::ArmModel;
 use crate::arrays::{Array, array};
-use crate::errors::{IntoPyErr, urdf_is_at_fault, with_option};
+use crate::errors::{ArgumentError, IntoPyErr, in_recording};
 use crate::faults::FaultData;
 use crate::findings::{FindingData, finding_data};
+use crate::identify::{dof_of, urdf_errors};
 use crate::interruption::InterruptionCheck;
+use crate::joint_arrays::JointArrays;
+use crate::keywords;
 use crate::options;
 
 /// `tactid.calibration_data.CalibrationLog`.
@@ -34,7 +39,8 @@ struct LogData {
 }
 
 impl LogData {
-    fn new(py: Python<'_>, log: UsedLog) -> PyResult<Self> {
+    fn new(py: Python<'_>, mut log: UsedLog) -> PyResult<Self> {
+        keywords::name_arrays_of_faults(&mut log.faults);
         let EffortComparison {
             joints,
             times_s,
@@ -78,41 +84,64 @@ pub(crate) struct RunData {
     logs: Vec<LogData>,
 }
 
-/// A log with its payload: path, mass, its standard deviation, centre of mass, inertia about it.
-type Loaded = (PathBuf, f64, f64, Option<[f64; 3]>, Option<[[f64; 3]; 3]>);
+/// A recording with its payload: log or arrays, mass, its standard deviation, centre of mass, inertia about it.
+type Loaded<'py> = (
+    Bound<'py, PyAny>,
+    f64,
+    f64,
+    Option<[f64; 3]>,
+    Option<[[f64; 3]; 3]>,
+);
 
-/// Calibrates an arm from logs: see :func:`tactid.calibrate`.
+/// Calibrates an arm from logs and arrays: see :func:`tactid.calibrate`.
+///
+/// The arrays of a recording are a mapping of ``time``, ``q``, ``effort`` and maybe ``qd``.
 #[pyfunction]
-#[pyo3(signature = (unloaded, loaded, hold_out, gain_std_dev, options, progress=None))]
-pub(crate) fn calibrate_logs(
+#[pyo3(signature = (unloaded, loaded, hold_out, gain_std_dev, options, progress=None, robot=None))]
+#[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+pub(crate) fn calibrate_arm(
     py: Python<'_>,
-    unloaded: Vec<PathBuf>,
-    loaded: Vec<Loaded>,
-    hold_out: Vec<PathBuf>,
+    unloaded: Vec<Bound<'_, PyAny>>,
+    loaded: Vec<Loaded<'_>>,
+    hold_out: Vec<Bound<'_, PyAny>>,
     gain_std_dev: Option<f64>,
     options: &Bound<'_, PyAny>,
     progress: Option<Py<PyAny>>,
+    robot: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<RunData> {
     let request = options::request(options)?;
-    let logs = CalibratingLogs {
-        unloaded,
-        loaded: loaded.into_iter().map(known_payload).collect(),
-        held_out: hold_out,
+    let robot = robot.map(read_robot).transpose()?;
+    let (payloads, loaded): (Vec<_>, Vec<_>) = loaded.into_iter().map(known_payload).unzip();
+    let read = |role, given: &[Bound<'_, PyAny>]| -> PyResult<Vec<Given>> {
+        let each = given.iter().enumerate();
+        each.map(|(index, given)| {
+            let name = format!("{role}[{index}]");
+            Given::read(given, name, || dof_of(robot.as_ref(), &request))
+        })
+        .collect()
+    };
+    let unloaded = read("unloaded", &unloaded)?;
+    let loaded = read("loaded", &loaded)?;
+    let hold_out = read("hold_out", &hold_out)?;
+    let of_robot = robot.as_ref().map(|robot| &robot.get().0);
+    let sources = CalibrationSources {
+        unloaded: Given::sources(&unloaded, of_robot),
+        loaded: Given::sources(&loaded, of_robot)
+            .into_iter()
+            .zip(payloads)
+            .collect(),
+        held_out: Given::sources(&hold_out, of_robot),
         gain_std_dev,
     };
     let mut interruption = InterruptionCheck::new(progress);
     let result = py.detach(|| {
         let observer =
             &mut |progress: tactid_recordings::Progress| interruption.check(progress.fraction);
-        tactid_recordings::calibrate_logs(&logs, &request, observer)
+        tactid_recordings::calibrate_arm(&sources, &request, observer)
+            .map_err(keywords::name_arrays_of_error)
     });
     let found = interruption.finish(py, result.map_err(IntoPyErr::into_py_err));
-    let run = match found {
-        Err(error) if request.urdf.is_some() && urdf_is_at_fault(py, &error)? => {
-            with_option(Err(error), "urdf")?
-        }
-        found => found?,
-    };
+    let run = urdf_errors(py, &request, found)?;
     let logs = run.logs.into_iter().map(|log| LogData::new(py, log));
     Ok(RunData {
         gain_prior: run.gain_std_dev,
@@ -121,15 +150,72 @@ pub(crate) fn calibrate_logs(
     })
 }
 
+/// A recording as it is given.
+enum Given {
+    Log(PathBuf),
+    Arrays { name: String, joints: JointArrays },
+}
+
+impl Given {
+    /// Reads the path of a log, or arrays, which errors call by their name.
+    fn read(
+        given: &Bound<'_, PyAny>,
+        name: String,
+        dof: impl FnOnce() -> PyResult<Option<usize>>,
+    ) -> PyResult<Self> {
+        if let Ok(path) = given.extract() {
+            return Ok(Self::Log(path));
+        }
+        let read = || {
+            let dof = dof()?.ok_or_else(|| {
+                ArgumentError::new_err("arrays need the robot whose joints they are: give `robot`")
+            })?;
+            let [time, q, effort] = [
+                given.get_item("time")?,
+                given.get_item("q")?,
+                given.get_item("effort")?,
+            ];
+            let qd = given.get_item("qd").ok();
+            JointArrays::read(
+                ["time", "q", "effort"],
+                [&time, &q, &effort],
+                qd.as_ref(),
+                dof,
+            )
+        };
+        match read() {
+            Ok(joints) => Ok(Self::Arrays { name, joints }),
+            Err(error) => Err(in_recording(Path::new(&name), error)),
+        }
+    }
+
+    fn sources<'a>(
+        given: &'a [Self],
+        robot: Option<&'a Manipulator>,
+    ) -> Vec<CalibrationSource<'a>> {
+        given.iter().map(|each| each.source(robot)).collect()
+    }
+
+    fn source<'a>(&'a self, robot: Option<&'a Manipulator>) -> CalibrationSource<'a> {
+        match self {
+            Self::Log(path) => CalibrationSource::Log(path.clone()),
+            Self::Arrays { name, joints } => CalibrationSource::Arrays {
+                name: name.clone(),
+                arrays: joints.of_robot(robot),
+            },
+        }
+    }
+}
+
 fn known_payload(
-    (path, mass_kg, mass_std_dev_kg, com, inertia): Loaded,
-) -> (PathBuf, KnownPayload) {
+    (source, mass_kg, mass_std_dev_kg, com, inertia): Loaded<'_>,
+) -> (KnownPayload, Bound<'_, PyAny>) {
     let payload = KnownPayload {
         mass_kg,
         mass_std_dev_kg,
         center_of_mass: com.map(Vector3::from),
-        // Rows and columns of an inertia are the same.
+        // `from` takes columns; an inertia that is not symmetric is refused.
         inertia: inertia.map(Matrix3::from),
     };
-    (path, payload)
+    (payload, source)
 }

@@ -49,7 +49,7 @@ pub(crate) fn urdf_is_at_fault(py: Python<'_>, error: &PyErr) -> PyResult<bool> 
 }
 
 /// Puts the path of a recording in front of the message of its error, unless the message has it.
-fn in_recording(path: &Path, error: PyErr) -> PyErr {
+pub(crate) fn in_recording(path: &Path, error: PyErr) -> PyErr {
     let path = path.display().to_string();
     Python::attach(|py| {
         let value = error.value(py);
@@ -131,6 +131,7 @@ impl IntoPyErr for IdentifyError {
                 option_error(format!("`{name}` has {given} entries: {each}"), name)
             }
             Self::Box { .. } => option_error(message, "bounding_box"),
+            Self::PayloadInertia => payload_inertia(&message),
             Self::PriorNeedsLeastSquares(_) | Self::NeedsLeastSquares(_) => {
                 let name = "estimator";
                 option_error(pointing_to(&message, name), name)
@@ -158,6 +159,7 @@ impl IntoPyErr for IdentifyError {
             | Self::CalibrationBase(_)
             | Self::NoMotion { .. }
             | Self::CalibrationRobot { .. }
+            | Self::CalibrationLink { .. }
             | Self::CalibrationMismatch { .. }
             | Self::CalibrationFailed
             | Self::CalibrationData { .. } => CalibrationError::new_err(message),
@@ -219,6 +221,12 @@ impl IntoPyErr for RecordingError {
             other => several_or_calibration_error(other, message),
         }
     }
+}
+
+/// An error of the inertia of a payload that no body has.
+fn payload_inertia(message: &str) -> PyErr {
+    let name = "payload_inertia";
+    option_error(message.replacen(name, &format!("`{name}`"), 1), name)
 }
 
 /// An error of a rotation of a sensor's frame that is none.
@@ -298,6 +306,7 @@ impl IntoPyErr for tactid_sim::SimError {
         match self {
             Self::Log(error) => error.into_py_err(),
             Self::File { .. }
+            | Self::InFile { .. }
             | Self::Syntax(_)
             | Self::Value { .. }
             | Self::Model(_)

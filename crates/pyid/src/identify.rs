@@ -12,6 +12,7 @@ use crate::dynamics::Manipulator;
 use crate::errors::{IntoPyErr, option_error, urdf_is_at_fault, with_option};
 use crate::identification::IdentificationData;
 use crate::interruption::InterruptionCheck;
+use crate::joint_arrays::JointArrays;
 use crate::keywords;
 use crate::options;
 
@@ -113,7 +114,10 @@ pub(crate) fn identify_arrays(
 }
 
 /// Returns the number of joints of the robot, which is given or read from the URDF; `None` where there is no robot.
-fn dof_of(robot: Option<&Bound<'_, Manipulator>>, request: &Request) -> PyResult<Option<usize>> {
+pub(crate) fn dof_of(
+    robot: Option<&Bound<'_, Manipulator>>,
+    request: &Request,
+) -> PyResult<Option<usize>> {
     match (robot, &request.urdf) {
         (Some(robot), _) => Ok(Some(robot.get().robot.dof())),
         (None, Some(urdf)) => {
@@ -126,11 +130,7 @@ fn dof_of(robot: Option<&Bound<'_, Manipulator>>, request: &Request) -> PyResult
 }
 
 /// The unloaded reference of arrays.
-struct Unloaded {
-    time: Vec<f64>,
-    q: Vec<f64>,
-    effort: Vec<f64>,
-}
+struct Unloaded(JointArrays);
 
 impl Unloaded {
     /// Reads the option `unloaded`: a mapping with the arrays `time`, `q` and `effort`.
@@ -145,23 +145,21 @@ impl Unloaded {
                 "unloaded",
             )),
         };
-        let dof = dof.unwrap_or(0);
-        let read = || -> PyResult<Self> {
-            let time = Series::read(&get("time")?, "unloaded[\"time\"]", &[])?;
-            let q = Series::read(&get("q")?, "unloaded[\"q\"]", &[dof])?;
-            let effort = Series::read(&get("effort")?, "unloaded[\"effort\"]", &[dof])?;
-            let count = common_length(&[&time, &q, &effort])?.unwrap_or(1);
-            let [time, q, effort] = [time, q, effort].map(|series| series.repeated(count));
-            Ok(Self { time, q, effort })
-        };
-        read().map(Some)
+        let names = [
+            "unloaded[\"time\"]",
+            "unloaded[\"q\"]",
+            "unloaded[\"effort\"]",
+        ];
+        let [time, q, effort] = [get("time")?, get("q")?, get("effort")?];
+        let given = JointArrays::read(names, [&time, &q, &effort], None, dof.unwrap_or(0))?;
+        Ok(Some(Self(given)))
     }
 
     fn arrays(&self) -> UnloadedArrays<'_> {
         UnloadedArrays {
-            times_s: &self.time,
-            joint_position: &self.q,
-            joint_effort: &self.effort,
+            times_s: &self.0.time,
+            joint_position: &self.0.q,
+            joint_effort: &self.0.effort,
         }
     }
 }

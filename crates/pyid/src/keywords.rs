@@ -50,38 +50,51 @@ pub(crate) fn keyword_of(field: &str) -> &str {
 pub(crate) fn name_arrays(
     result: Result<Identification, RecordingError>,
 ) -> Result<Identification, RecordingError> {
-    let rename = |faults: &mut Vec<DataFault>| {
-        for fault in faults {
-            fault.topic = keyword_of(&fault.topic).to_owned();
-        }
-    };
-    match result {
-        Ok(mut found) => {
-            rename(&mut found.faults);
-            Ok(found)
-        }
-        Err(RecordingError::NoOverlap {
+    let mut found = result.map_err(name_arrays_of_error)?;
+    name_arrays_of_faults(&mut found.faults);
+    Ok(found)
+}
+
+/// Names the arrays of faults by their keywords; topics keep their names.
+pub(crate) fn name_arrays_of_faults(faults: &mut [DataFault]) {
+    for fault in faults {
+        fault.topic = keyword_of(&fault.topic).to_owned();
+    }
+}
+
+/// Names the arrays of an error by their keywords.
+pub(crate) fn name_arrays_of_error(error: RecordingError) -> RecordingError {
+    match error {
+        RecordingError::NoOverlap {
             topics,
             delay_s,
             mut faults,
-        }) => {
-            rename(&mut faults);
+        } => {
+            name_arrays_of_faults(&mut faults);
             let topics = topics.iter().map(|name| keyword_of(name).to_owned());
-            Err(RecordingError::NoOverlap {
+            RecordingError::NoOverlap {
                 topics: topics.collect(),
                 delay_s,
                 faults,
-            })
+            }
         }
-        Err(RecordingError::TimesNotIncreasing {
+        RecordingError::TimesNotIncreasing {
             name,
             unordered,
             used,
-        }) => Err(RecordingError::TimesNotIncreasing {
-            name: format!("`{}`", keyword_of(&name)),
+        } => RecordingError::TimesNotIncreasing {
+            // The topic of a log stays as it is.
+            name: match keyword_of(&name) {
+                topic if topic == name => name,
+                keyword => format!("`{keyword}`"),
+            },
             unordered,
             used,
-        }),
-        Err(other) => Err(other),
+        },
+        RecordingError::InRecording { path, source } => RecordingError::InRecording {
+            path,
+            source: Box::new(name_arrays_of_error(*source)),
+        },
+        other => other,
     }
 }

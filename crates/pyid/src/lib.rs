@@ -18,6 +18,7 @@ mod identification;
 mod identify;
 mod inertia;
 mod interruption;
+mod joint_arrays;
 mod keywords;
 mod logs;
 mod online;
@@ -40,7 +41,7 @@ mod _native {
     #[pymodule_export]
     use crate::arm_model::ArmModel;
     #[pymodule_export]
-    use crate::calibration::calibrate_logs;
+    use crate::calibration::calibrate_arm;
     #[pymodule_export]
     use crate::combine::{combine, identify_logs};
     #[pymodule_export]

@@ -86,7 +86,8 @@ mod unloaded;
 
 pub use arrays::{Arrays, UnloadedArrays};
 pub use calibration::{
-    ArmCalibration, CalibratingLogs, CalibrationRun, LogRole, UsedLog, calibrate_logs,
+    ArmCalibration, CalibrationRun, CalibrationSource, CalibrationSources, LogRole, UsedLog,
+    calibrate_arm,
 };
 pub use clock::Clock;
 pub use combination::combine;

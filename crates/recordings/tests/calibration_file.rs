@@ -4,11 +4,12 @@
 
 use std::fs;
 
-use nalgebra::{SVector, Vector3};
+use nalgebra::{Isometry3, SVector, Vector3};
 use tactid_dynamics::InertialParameters;
 use tactid_identify::Delay;
 use tactid_identify::calibration::{
-    Calibration, CalibrationReport, EffortNoise, JointCalibration, LinkCalibration, MotionShortage,
+    Calibration, CalibrationReport, EffortNoise, JointCalibration, LinkCalibration,
+    LinkDescription, MotionShortage,
 };
 use tactid_recordings::{ArmCalibration, RecordingError};
 
@@ -118,6 +119,14 @@ fn link(numbers: &mut Numbers, parameters: &[f64], index: usize) -> LinkCalibrat
     let calibrated = &parameters[10 * index..10 * index + 10];
     LinkCalibration {
         name: LINKS[index].to_owned(),
+        description: LinkDescription {
+            parent_from_link: Isometry3::new(
+                Vector3::from_fn(|_, _| numbers.one()),
+                Vector3::new(0.3, -0.2, 1.1 + index as f64),
+            ),
+            axis: Vector3::new(1.0, 2.0, 3.0 + index as f64).normalize(),
+            parameters: numbers.body(),
+        },
         described: numbers.body(),
         calibrated: InertialParameters::from_vector(SVector::from_column_slice(calibrated)),
         std_devs: numbers.ten(),
@@ -195,7 +204,7 @@ fn what_is_wrong_is_named_with_its_line() {
     let longer = text.replacen("rows = [\n  \"", "rows = [\n  \"1.0 ", 1);
     let cases = [
         (
-            text.replace("version = 2", "version = 9"),
+            text.replace("version = 3", "version = 9"),
             None,
             "version 9",
         ),
@@ -249,58 +258,72 @@ fn assert_refused(text: &str, expected: Option<usize>, part: &str) {
     }
 }
 
-/// A number that is not finite, and one that does not fit the number that it is derived from, are named with their line.
-#[test]
-fn numbers_that_were_edited_are_checked() {
-    let text = written(&arm());
-    let line_in = |name: &str, key: &str| {
-        let lines = text.lines().enumerate();
+/// Text of a calibration, of which single values are edited.
+struct Edited(String);
+
+impl Edited {
+    /// Returns the line of a key in the table with a name, counted from 1.
+    fn line_in(&self, name: &str, key: &str) -> usize {
+        let lines = self.0.lines().enumerate();
         let mut rest = lines.skip_while(|(_, line)| *line != format!("name = \"{name}\""));
         let found = rest.find(|(_, line)| line.starts_with(&format!("{key} = ")));
         found.unwrap_or_else(|| panic!("{name} {key}")).0 + 1
-    };
-    let edited = |name: &str, key: &str, value: &str| -> String {
-        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-        lines[line_in(name, key) - 1] = format!("{key} = {value}");
-        lines.join("\n")
-    };
+    }
+
+    /// Asserts that a value is refused in its line, with a part of the reason.
+    fn assert_refused(&self, name: &str, key: &str, value: &str, part: &str) {
+        let line = self.line_in(name, key);
+        let mut lines: Vec<String> = self.0.lines().map(str::to_owned).collect();
+        lines[line - 1] = format!("{key} = {value}");
+        assert_refused(&lines.join("\n"), Some(line), part);
+    }
+}
+
+/// A number that is not finite, and one that does not fit the number that it is derived from, are named with their line.
+#[test]
+fn numbers_that_were_edited_are_checked() {
+    let text = Edited(written(&arm()));
     let cases = [
         (
-            edited("slide", "gain", "1.9"),
-            Some(line_in("slide", "gain")),
+            "slide",
+            "gain",
+            "1.9",
             "`gain` of the joint `slide` is not valid: 1.9 is not 1 / ",
         ),
+        ("slide", "gain_std_dev", "-1.0", "it is negative"),
         (
-            edited("slide", "gain_std_dev", "-1.0"),
-            Some(line_in("slide", "gain_std_dev")),
-            "it is negative",
-        ),
-        (
-            edited("slide", "friction", "[1.0, nan, 1.0]"),
-            Some(line_in("slide", "friction")),
+            "slide",
+            "friction",
+            "[1.0, nan, 1.0]",
             "`friction` of the joint `slide` is not valid: NaN is not finite",
         ),
         (
-            edited(
-                "lower",
-                "scales",
-                "[1.0, 1.0, inf, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]",
-            ),
-            Some(line_in("lower", "scales")),
+            "lower",
+            "scales",
+            "[1.0, 1.0, inf, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]",
             "`scales` of the link `lower` is not valid: inf is not finite",
         ),
         (
-            edited(
-                "lower",
-                "std_devs",
-                "[1.0, 1.0, nan, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]",
-            ),
-            Some(line_in("lower", "std_devs")),
+            "lower",
+            "std_devs",
+            "[1.0, 1.0, nan, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]",
             "`std_devs` of the link `lower` is not valid: NaN is not finite",
         ),
+        (
+            "lower",
+            "axis",
+            "[1.0, 1.0, 0.0]",
+            "`axis` of the link `lower` is not valid: its length is 1.4142135623730951 instead of 1",
+        ),
+        (
+            "upper",
+            "rotation",
+            "[0.0, 0.0, 0.0, nan]",
+            "`rotation` of the link `upper` is not valid: its length is NaN instead of 1",
+        ),
     ];
-    for (text, expected, part) in cases {
-        assert_refused(&text, expected, part);
+    for (name, key, value, part) in cases {
+        text.assert_refused(name, key, value, part);
     }
 }
 

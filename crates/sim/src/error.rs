@@ -17,6 +17,14 @@ pub enum SimError {
         /// Error of the operating system.
         source: std::io::Error,
     },
+    /// What an experiment's file describes cannot be simulated.
+    #[error("{}: {source}", path.display())]
+    InFile {
+        /// Path of the file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: Box<SimError>,
+    },
     /// The text is not TOML, or it has an unknown field or a value of the wrong type. The message contains the line.
     #[error("{0}")]
     Syntax(String),

@@ -5,6 +5,7 @@ use tactid_dynamics::{
     BaseKind, FrameId, JointKind, JointMotion, Manipulator, StateError, Workspace, inverse_dynamics,
 };
 
+use super::description::LinkDescription;
 use super::settings::CalibrationSettings;
 use crate::equations::Instant;
 use crate::{Finding, IdentifyError};
@@ -34,6 +35,8 @@ pub(crate) struct Arm {
     pub(crate) links: Vec<String>,
     /// Ten parameters of each body, as described.
     pub(crate) described: Vec<f64>,
+    /// What the robot's description says of each body.
+    pub(crate) descriptions: Vec<LinkDescription>,
     /// For each joint the index of the first of the bodies that it moves.
     pub(crate) first_links: Vec<usize>,
     /// For each joint the place of its entries; then the number of all entries.
@@ -112,6 +115,7 @@ impl Arm {
                 .iter()
                 .flat_map(|&body| parameters[body].as_vector().iter().copied())
                 .collect(),
+            descriptions: LinkDescription::of_bodies(robot, frame, &bodies),
             first_links,
             places,
             gravity: settings.gravity(),

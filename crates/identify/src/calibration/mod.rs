@@ -31,6 +31,7 @@ mod change;
 mod checks;
 mod compare;
 mod delay;
+mod description;
 mod estimate;
 mod fit;
 mod identify;
@@ -53,6 +54,7 @@ mod solver;
 
 pub use calibrate::{calibrate, calibrate_interruptibly};
 pub use compare::EffortComparison;
+pub use description::LinkDescription;
 pub use estimate::CalibratedEstimate;
 pub use interruption::InterruptionCheck;
 pub use model::Calibration;

@@ -35,7 +35,8 @@ impl KnownPayload {
     ///
     /// # Errors
     /// Returns [`IdentifyError::Value`] with the name of a value that is out of range: `payload_mass_kg`,
-    /// `payload_mass_std_dev_kg`, `payload_center_of_mass` or `payload_inertia`.
+    /// `payload_mass_std_dev_kg`, `payload_center_of_mass` or `payload_inertia`, and [`IdentifyError::PayloadInertia`] if no
+    /// body has the inertia: it is not symmetric, or a principal moment exceeds the sum of the others.
     pub fn check(&self) -> Result<(), IdentifyError> {
         let out_of_range = |name, given, expected| {
             Err(IdentifyError::Value {
@@ -67,7 +68,21 @@ impl KnownPayload {
         if let Some(given) = not_finite(inertia) {
             return out_of_range("payload_inertia", given, "finite");
         }
-        Ok(())
+        match self.inertia {
+            Some(inertia) if !self.is_possible(inertia) => Err(IdentifyError::PayloadInertia),
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether a body can have an inertia about its centre of mass, but for the rounding of its numbers.
+    fn is_possible(&self, inertia: Matrix3<f64>) -> bool {
+        let is_symmetric = (inertia - inertia.transpose()).amax() <= SYMMETRY * inertia.amax();
+        let body = InertialParameters::from(MassProperties {
+            mass_kg: self.mass_kg,
+            center_of_mass: Vector3::zeros(),
+            inertia,
+        });
+        is_symmetric && body.is_physical_within(POSSIBLE)
     }
 
     /// Returns the linear parameters that are most likely: those of a body at the tool frame's origin where the centre of
@@ -116,6 +131,12 @@ impl KnownPayload {
             .collect()
     }
 }
+
+/// Difference of entries of an inertia that must be the same, a fraction of the largest: that of printed numbers.
+const SYMMETRY: f64 = 1e-6;
+
+/// Fraction by which a principal moment may exceed the sum of the others, as that of an estimate does.
+const POSSIBLE: f64 = 0.01;
 
 /// Relative standard deviation of a mass that is given as exact: better than any scale.
 const EXACT: f64 = 1e-6;
@@ -205,6 +226,27 @@ mod tests {
         for (name, payload) in cases {
             let error = payload.check().unwrap_err().to_string();
             assert!(error.starts_with(&format!("{name} is ")), "{error}");
+        }
+    }
+
+    /// An inertia is refused that is not symmetric, or whose largest principal moment exceeds the sum of the others.
+    #[test]
+    fn an_inertia_of_no_body_is_refused() {
+        let with = |inertia| KnownPayload {
+            center_of_mass: Some(Vector3::new(0.0, 0.1, 0.0)),
+            inertia: Some(inertia),
+            ..KnownPayload::of_mass(2.0, 0.0)
+        };
+        let plate = Matrix3::from_diagonal(&Vector3::new(0.01, 0.02, 0.01));
+        with(plate).check().unwrap();
+        let (mut rounded, mut skew) = (plate, plate);
+        rounded[(0, 1)] = 1e-9;
+        skew[(0, 1)] = 1e-3;
+        with(rounded).check().unwrap();
+        let long = Matrix3::from_diagonal(&Vector3::new(0.01, 0.03, 0.01));
+        for inertia in [skew, long, -plate] {
+            let error = with(inertia).check().unwrap_err();
+            assert!(matches!(error, IdentifyError::PayloadInertia), "{error}");
         }
     }
 }

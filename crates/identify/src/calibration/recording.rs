@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::arm::{Arm, JointColumns};
 use super::delay::{EffortMoments, EffortWindow};
+use super::description::check_descriptions;
 use crate::IdentifyError;
 use crate::equations::window;
 
@@ -99,7 +100,9 @@ impl EffortRecording {
         let (arm, other) = (&self.arm, &other.arm);
         check_names("tool", &[arm.tool.as_str()], &[other.tool.as_str()])?;
         check_names("joint", &arm.joints, &other.joints)?;
-        check_names("link", &arm.links, &other.links)
+        check_names("link", &arm.links, &other.links)?;
+        let descriptions = arm.descriptions.iter();
+        check_descriptions(&arm.links, descriptions, &other.descriptions, &arm.gravity)
     }
 }
 

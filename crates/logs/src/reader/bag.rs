@@ -110,9 +110,10 @@ fn files_without_metadata(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
         what: what.to_owned(),
     };
     match logs.as_slice() {
-        [] => Err(not_a_bag(
-            "it holds neither metadata.yaml nor an .mcap or .db3 file",
-        )),
+        [] => Err(not_a_bag(&format!(
+            "it holds neither metadata.yaml nor an .mcap or .db3 file, as a bag does{}",
+            bag_within(folder)
+        ))),
         [((first, _), _), rest @ ..] if rest.iter().any(|((name, _), _)| name != first) => {
             Err(not_a_bag(
                 "it has no metadata.yaml, and its .mcap or .db3 files have different names; name one of them",
@@ -120,6 +121,17 @@ fn files_without_metadata(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
         }
         _ => Ok(logs.into_iter().map(|(_, path)| path).collect()),
     }
+}
+
+/// Names the first folder that is a bag in one that is none.
+fn bag_within(folder: &Path) -> String {
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
+    let folders = entries.filter_map(|entry| Some(entry.ok()?.path()));
+    let bags = folders.filter(|path| path.join("metadata.yaml").is_file());
+    let first = bags
+        .min()
+        .map(|bag| format!("; did you mean {}?", bag.display()));
+    first.unwrap_or_default()
 }
 
 fn is_compressed(path: &Path) -> bool {

@@ -3,6 +3,7 @@
 mod bag;
 mod compression;
 mod mcap;
+mod missing;
 mod source;
 mod sqlite;
 mod storage;
@@ -14,6 +15,7 @@ use std::{
     sync::Arc,
 };
 
+use missing::no_such_log;
 use source::{Format, Source};
 pub use storage::Damage;
 use storage::{Channel, FileIndex, Metadata};
@@ -79,6 +81,8 @@ impl LogReader {
         let path = path.as_ref();
         let paths = if path.is_dir() {
             bag::files(path)?
+        } else if !path.exists() {
+            return Err(no_such_log(path));
         } else {
             vec![path.to_owned()]
         };

@@ -36,6 +36,10 @@ The paper's experiment, and the payload from its log::
     print(estimate.body)
 """
 
+# isort: off
+from tactid import startup as _startup  # noqa: F401 - first: Ctrl-C while the others load
+
+# isort: on
 from tactid._native import (
     VALUE_NAMES,
     VERSION,
@@ -59,9 +63,7 @@ from tactid.calibrated_fit import CalibratedFit
 from tactid.calibrating import calibrate
 from tactid.calibration import Calibration
 from tactid.calibration_data import CalibrationLog
-from tactid.calibration_text import calibration_schema
 from tactid.combination import Agreement, RunDistance
-from tactid.combination_json import combination_schema
 from tactid.combined import Combination, combine
 from tactid.comparison import Attempt, compare
 from tactid.errors import (
@@ -91,7 +93,7 @@ from tactid.online import Identifier, PaperFilter
 from tactid.options import Options
 from tactid.payload import PayloadEstimate
 from tactid.result import Identification
-from tactid.result_json import result_schema
+from tactid.schemas import calibration_schema, combination_schema, result_schema
 from tactid.simulation import simulate
 
 __version__ = VERSION

@@ -8,6 +8,8 @@ standard output was closed early, which is 128 and the number of SIGPIPE.
 import os
 import sys
 
+from tactid.startup import INTERRUPTED, leave_interruption_to_command
+
 
 def main() -> None:
     """Runs the command and exits with its code."""
@@ -16,13 +18,13 @@ def main() -> None:
 
 def _run() -> int:
     try:
-        # Imported here, so that Ctrl-C while libraries load is handled, too.
         from tactid import cli
 
+        leave_interruption_to_command()
         code = cli.run()
         sys.stdout.flush()
     except KeyboardInterrupt:
-        return _report("interrupted", 130)
+        return _report("interrupted", INTERRUPTED)
     except BrokenPipeError:
         # The interpreter flushes standard output on exit, which would fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -10,6 +10,8 @@ from tactid.findings import Finding
 
 _Array: TypeAlias = NDArray[np.float64]
 _Path: TypeAlias = str | PathLike[str]
+_Source: TypeAlias = _Path | Mapping[str, ArrayLike]
+"""A log, or the arrays of a recording by their names."""
 _Progress: TypeAlias = Callable[[float], object]
 _Data: TypeAlias = dict[str, Any]
 """Plain values by the names of the fields of a dataclass in ``tactid.identification``."""
@@ -35,7 +37,7 @@ __all__ = [
     "RunReport",
     "Samples",
     "Topic",
-    "calibrate_logs",
+    "calibrate_arm",
     "combine",
     "identify_arrays",
     "identify_log",
@@ -234,18 +236,22 @@ class Forecast:
 
 @final
 class ArmModel:
+    def __new__(cls, toml: str) -> ArmModel: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
     @staticmethod
     def read(path: _Path) -> ArmModel: ...
     def write(self, path: _Path) -> None: ...
     def data(self) -> _Data: ...
 
-def calibrate_logs(
-    unloaded: Sequence[_Path],
-    loaded: Sequence[tuple[_Path, float, float, Sequence[float] | None, Any]],
-    hold_out: Sequence[_Path],
+def calibrate_arm(
+    unloaded: Sequence[_Source],
+    loaded: Sequence[tuple[_Source, float, float, Sequence[float] | None, Any]],
+    hold_out: Sequence[_Source],
     gain_std_dev: float | None,
     options: object,
     progress: _Progress | None = None,
+    robot: Manipulator | None = None,
 ) -> _Data: ...
 def identify_log(log: _Path, options: object, progress: _Progress | None = None) -> _Data: ...
 def identify_logs(

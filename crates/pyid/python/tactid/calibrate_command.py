@@ -2,6 +2,7 @@
 
 import inspect
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
@@ -10,7 +11,7 @@ import typer
 from tactid import calibration_text, option_text
 from tactid.calibrating import calibrate
 from tactid.calibration import Calibration
-from tactid.console import FLAG, interruptible, notes, print_whole, progress
+from tactid.console import FLAG, interruptible, notes, print_whole, progress, write_files
 from tactid.errors import ArgumentError
 from tactid.identify_command import option_parameters, read_options
 from tactid.options import option_names
@@ -116,9 +117,10 @@ def calibrate_arm(
             options=read_options(dict.fromkeys(option_names()) | options),
             progress=done,
         )
-    _write(arm, out, report)
+    reports = {} if report is None else {report: partial(_write_report, arm)}
+    wrote = write_files({out: arm.write, **reports})
     _print(arm, as_json=as_json)
-    notes.print(f"Wrote {', '.join(str(path) for path in (out, report) if path is not None)}.")
+    notes.print(wrote)
 
 
 def _check_files(
@@ -137,15 +139,11 @@ def _check_files(
         raise ArgumentError("--unloaded is missing: give a recording without a payload")
 
 
-def _write(arm: Calibration, out: Path, report: Path | None) -> None:
-    with interruptible(f"{out} was not written"):
-        arm.write(out)
-    if report is None:
-        return
-    with interruptible(f"{out} is written, {report} is not"), notes.status("drawing"):
+def _write_report(arm: Calibration, path: Path) -> None:
+    with notes.status("drawing"):
         from tactid import calibration_report  # imports matplotlib, which takes a while to load
 
-        calibration_report.write_report(arm, report, "command-line")
+        calibration_report.write_report(arm, path, "command-line")
 
 
 def _print(arm: Calibration, *, as_json: bool) -> None:

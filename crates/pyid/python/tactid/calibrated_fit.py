@@ -6,9 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tactid.equality import ComparedByValue
+
 
 @dataclass(frozen=True, eq=False)
-class CalibratedFit:
+class CalibratedFit(ComparedByValue):
     """What a calibration of the arm contributed to an identification."""
 
     joints: Sequence[str]

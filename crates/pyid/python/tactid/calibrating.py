@@ -1,7 +1,7 @@
-"""Calibration of an arm from logs."""
+"""Calibration of an arm from logs and arrays."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -9,18 +9,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tactid import _native
-from tactid._native import MassProperties
+from tactid._native import Manipulator
 from tactid.calibration import Calibration, from_model
 from tactid.calibration_data import CalibrationLog
 from tactid.declaration import with_options
-from tactid.errors import ArgumentError, CalibrationError
+from tactid.errors import ArgumentError
 from tactid.findings import DataFault, Finding
 from tactid.naming import counted
 from tactid.options import Options, collect
 
-_Path: TypeAlias = str | os.PathLike[str]
-_Paths: TypeAlias = _Path | Sequence[_Path]
-_Payload: TypeAlias = tuple[_Path, float, float, list[float] | None, list[list[float]] | None]
+_Source: TypeAlias = str | os.PathLike[str] | Mapping[str, ArrayLike]
+_Sources: TypeAlias = _Source | Sequence[_Source]
+_Payload: TypeAlias = tuple[_Source, float, float, list[float] | None, list[list[float]] | None]
 
 OWN = (
     "loaded",
@@ -30,55 +30,68 @@ OWN = (
     "payload_inertia",
     "hold_out",
     "gain_std_dev",
+    "robot",
     "options",
     "progress",
 )
 """The keywords of :func:`calibrate` that are no options."""
 
+NEEDED = ("time", "q", "effort")
+"""The arrays that a recording in arrays must have."""
+
 
 @with_options(Options, "calibration")
 def calibrate(
-    unloaded: _Paths,
+    unloaded: _Sources,
     *,
-    loaded: _Paths = (),
+    loaded: _Sources = (),
     payload_mass: float | Sequence[float] | None = None,
     payload_mass_std_dev: float | None = None,
     payload_com: ArrayLike | None = None,
     payload_inertia: ArrayLike | None = None,
-    hold_out: _Paths = (),
+    hold_out: _Sources = (),
     gain_std_dev: float | None = None,
+    robot: Manipulator | None = None,
     options: Options | None = None,
     progress: Callable[[float], object] | None = None,
     **keywords: Any,
 ) -> Calibration:
-    """Calibrates the joint efforts of an arm from logs.
+    """Calibrates the joint efforts of an arm from logs, or from arrays.
 
     Friction, rotor inertias and corrections of the links are found from any motion without a
-    payload that moves all joints in both directions; gains of the efforts from logs with a payload
-    of known mass. The arm's base is fixed.
+    payload that moves all joints in both directions; gains of the efforts from recordings with a
+    payload of known mass. The arm's base is fixed.
+
+    A recording is the path of a log (the folder of a rosbag2 bag or one of its files, ``.mcap`` or
+    ``.db3``), or a dictionary of arrays as :func:`identify` takes them: ``time``, (N,), s, ``q``
+    and ``effort``, (N, n), and ``qd``, which is derived from ``q`` where it is left out. Arrays
+    need the ``robot`` or a ``urdf``. Messages and :attr:`CalibrationLog.path` call them by their
+    places, such as ``unloaded[0]``.
 
         arm = tactid.calibrate("bag0/", urdf="arm.urdf", tip="tool0")
         arm.write("arm.toml")
         tactid.identify("bag1/", urdf="arm.urdf", calibration=arm)
+        tactid.calibrate({"time": time, "q": q, "effort": effort}, robot=robot)
 
     Args:
-        unloaded: One log without a payload, or several. A log is the folder of a rosbag2 bag or one
-            of its files, ``.mcap`` or ``.db3``.
-        loaded: Logs with a payload of known mass.
-        payload_mass: Mass that the payload of each loaded log adds to the unloaded arm, kg.
+        unloaded: One recording without a payload, or several.
+        loaded: Recordings with a payload of known mass.
+        payload_mass: Mass that the payload of each loaded recording adds to the unloaded arm, kg.
         payload_mass_std_dev: Standard deviation of these masses, kg. Default: 0.
-        payload_com: Centre of mass of the payload of each loaded log in the tip's frame, m, (3,) or
-            (L, 3), to a millimetre. Default: not known.
-        payload_inertia: Inertia of the payload of each loaded log about its centre of mass, along
-            the axes of the tip's frame, kg m², (3, 3) or (L, 3, 3), to some percent. It needs
+        payload_com: Centre of mass of the payload of each loaded recording in the tip's frame, m,
+            (3,) or (L, 3), to a millimetre. Default: not known.
+        payload_inertia: Inertia of the payload of each loaded recording about its centre of mass,
+            along the axes of the tip's frame, kg m², (3, 3) or (L, 3, 3), to some percent. It needs
             ``payload_com``. Default: not known.
-        hold_out: Logs without a payload that are not used, but compared with the calibrated model.
+        hold_out: Recordings without a payload that are not used, but compared with the calibrated
+            model.
         gain_std_dev: Standard deviation of the gain of each joint before the calibration, as a
-            fraction; 0 where efforts are torques. Default: 0.2 with loaded logs; without any, 0.05
-            where ``effort_gain`` is given, else 0.
+            fraction; 0 where efforts are torques. Default: 0.2 with loaded recordings; without any,
+            0.05 where ``effort_gain`` is given, else 0.
+        robot: For arrays: the arm with its gripper and without the payload, on a fixed base.
         options: Options to start from; keywords replace them.
-        progress: Called with the fraction of the logs that is read, about twenty times a second. An
-            exception that it raises stops the work, as Ctrl-C does.
+        progress: Called with the fraction of the recordings that is read, about twenty times a
+            second. An exception that it raises stops the work, as Ctrl-C does.
         **keywords: Those fields of :class:`tactid.Options` that apply, as follows.
 
             <options>
@@ -86,51 +99,59 @@ def calibrate(
     Raises:
         LogError: A log cannot be read.
         ModelError: The robot cannot be modelled, or has no such link.
-        IdentificationError: Something that is needed is missing in a log.
-        CalibrationError: No joint moves, or the logs are of different robots.
-        ArgumentError: An option is unknown, does not apply or is out of range.
+        IdentificationError: Something that is needed is missing in a recording.
+        CalibrationError: No joint moves, or the recordings are of different robots.
+        ArgumentError: An option is unknown, does not apply or is out of range, or a shape is wrong.
     """
     collected = collect(options, keywords, "calibration", ("unloaded", *OWN))
-    without, held = _paths("unloaded", unloaded), _paths("hold_out", hold_out)
+    without, held = _sources("unloaded", unloaded), _sources("hold_out", hold_out)
     gain_std_dev = _number("gain_std_dev", gain_std_dev)
     known = (payload_mass, payload_mass_std_dev, payload_com, payload_inertia)
-    payloads = _payloads(_paths("loaded", loaded), *known)
-    run = _native.calibrate_logs(without, payloads, held, gain_std_dev, collected, progress)
-    inputs = {
-        f"the log {path}": path for path in (*without, *(each[0] for each in payloads), *held)
+    payloads = _payloads(_sources("loaded", loaded), *known)
+    sources = (*without, *(each[0] for each in payloads), *held)
+    _check_robot(robot, sources)
+    run = _native.calibrate_arm(without, payloads, held, gain_std_dev, collected, progress, robot)
+    inputs: dict[str, Any] = {
+        f"the log {path}": path for path in sources if not isinstance(path, Mapping)
     }
     if isinstance(collected.urdf, str | os.PathLike):
         inputs |= {} if str(collected.urdf).lstrip().startswith("<") else {"`urdf`": collected.urdf}
-    logs = [_log(log) for log in run["logs"]]
-    _check_positions(logs)
     return from_model(
         run["model"],
         gain_prior=run["gain_prior"],
-        logs=logs,
+        logs=[_log(log) for log in run["logs"]],
         inputs={words: Path(path).absolute() for words, path in inputs.items()},
     )
 
 
-def _check_positions(logs: Sequence[CalibrationLog]) -> None:
-    """Checks that no log has positions in degrees: a model of sines of other angles is of no use.
-
-    Of efforts whose gains are given, the fit itself does not fail with them.
-    """
-    for log in logs:
-        for finding in log.findings:
-            if finding.kind == "positions_beyond_limits" and finding.data["are_degrees"]:
-                raise CalibrationError(f"{log.path}: {finding}")
-
-
-def _paths(name: str, given: _Paths) -> list[_Path]:
-    if isinstance(given, str | os.PathLike):
-        return [given]
+def _sources(name: str, given: _Sources) -> list[_Source]:
+    """Returns the recordings of one role as a list, once it is clear that each can be one."""
+    if isinstance(given, str | os.PathLike | Mapping):
+        given = [given]
     is_list = isinstance(given, list | tuple)
-    if not is_list or not all(isinstance(path, str | os.PathLike) for path in given):
+    if not is_list or not all(isinstance(one, str | os.PathLike | Mapping) for one in given):
         raise ArgumentError(
-            f"`{name}` is {given!r}: expected the path of a log, or a list of paths", option=name
+            f"`{name}` is {given!r}: expected the path of a log, arrays by their names, or a list"
+            " of these",
+            option=name,
         )
+    for index, one in enumerate(given):
+        if isinstance(one, Mapping):
+            _check_names(f"`{name}[{index}]`", one)
     return list(given)
+
+
+def _check_names(what: str, arrays: Mapping[str, ArrayLike]) -> None:
+    expected = "arrays are `time`, `q`, `effort` and, if measured, `qd`"
+    for missing in (name for name in NEEDED if arrays.get(name) is None):
+        raise ArgumentError(f"{what} has no `{missing}`: {expected}")
+    for unknown in (name for name in arrays if name not in (*NEEDED, "qd")):
+        raise ArgumentError(f"{what} has `{unknown}`: {expected}")
+
+
+def _check_robot(robot: Manipulator | None, sources: Sequence[_Source]) -> None:
+    if robot is not None and not any(isinstance(source, Mapping) for source in sources):
+        raise ArgumentError("`robot` belongs to arrays, but all recordings are logs: give `urdf`")
 
 
 def _number(name: str, given: float | None) -> float | None:
@@ -141,13 +162,13 @@ def _number(name: str, given: float | None) -> float | None:
 
 
 def _payloads(
-    logs: list[_Path],
+    logs: list[_Source],
     masses: float | Sequence[float] | None,
     std_dev: float | None,
     coms: ArrayLike | None,
     inertias: ArrayLike | None,
 ) -> list[_Payload]:
-    """Returns each loaded log with what is known of its payload."""
+    """Returns each loaded recording with what is known of its payload."""
     if not logs:
         given = {
             "payload_mass": masses,
@@ -181,11 +202,6 @@ def _payloads(
         )
     centers = _for_each(len(logs), "payload_com", coms, (3,))
     about = _for_each(len(logs), "payload_inertia", inertias, (3, 3))
-    for mass, center, inertia in zip(each, centers, about, strict=True):
-        # A wrong mass or centre is an error of its own.
-        is_body = mass > 0 and np.isfinite([mass, *(center or [])]).all()
-        if inertia is not None and is_body and not _is_possible(mass, center, inertia):
-            raise ArgumentError("`payload_inertia` is that of no body", option="payload_inertia")
     std_devs = [_number("payload_mass_std_dev", std_dev) or 0.0] * len(logs)
     return list(zip(logs, each, std_devs, centers, about, strict=True))
 
@@ -202,13 +218,6 @@ def _for_each(count: int, name: str, given: ArrayLike | None, shape: tuple[int, 
         )
     found: list[Any] = np.broadcast_to(values, (count, *shape)).tolist()
     return found
-
-
-def _is_possible(mass: float, center: list[float], inertia: list[list[float]]) -> bool:
-    values = np.asarray(inertia)
-    if not np.isfinite(values).all() or not np.allclose(values, values.T, rtol=1e-6, atol=1e-12):
-        return False
-    return bool(MassProperties(mass, center, values).is_physical_within(0.01))
 
 
 def _log(data: dict[str, Any]) -> CalibrationLog:

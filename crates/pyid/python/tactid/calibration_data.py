@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 
 from tactid import _native
+from tactid.equality import ComparedByValue
 from tactid.field_docs import with_fields
 from tactid.findings import DataFault, Finding
 from tactid.fit import Array
@@ -21,11 +22,11 @@ Role = Literal["unloaded", "loaded", "hold_out"]
 
 @with_fields
 @dataclass(frozen=True, eq=False, repr=False)
-class CalibrationLog:
-    """A log of a calibration: measured and modelled efforts of W windows and n joints."""
+class CalibrationLog(ComparedByValue):
+    """A recording of a calibration: measured and modelled efforts of W windows and n joints."""
 
     path: Path
-    """Path of the log."""
+    """Path of the log; of arrays, their place among the arguments, such as ``unloaded[0]``."""
     role: Role
     """What the log is to the calibration."""
     duration: float
@@ -66,7 +67,7 @@ class CalibrationLog:
 
 @with_fields
 @dataclass(frozen=True, eq=False, repr=False)
-class CalibrationData:
+class CalibrationData(ComparedByValue):
     """The fields of :class:`tactid.Calibration`."""
 
     model: _native.ArmModel

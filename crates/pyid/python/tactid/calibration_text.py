@@ -6,7 +6,6 @@ The file ``calibration.schema.json`` in this package describes every key of the 
 import io
 import json
 import math
-from importlib import resources
 from typing import Any
 
 import numpy as np
@@ -34,19 +33,6 @@ HEADINGS = (
     "held out",
 )
 """Headings of the columns of :func:`rows` after those of the joint and its unit."""
-
-
-def calibration_schema() -> dict[str, Any]:
-    """Returns the JSON schema of calibrations, which describes every key with its unit.
-
-    :meth:`Calibration.to_json` returns such a document.
-
-    >>> tactid.calibration_schema()["properties"]["schema"]["const"]
-    'tactid.calibration/1'
-    """
-    text = resources.files("tactid").joinpath("calibration.schema.json").read_text("utf-8")
-    found: dict[str, Any] = json.loads(text)
-    return found
 
 
 def rich_table(arm: CalibrationData) -> Table:
@@ -209,9 +195,12 @@ def _of_log(log: CalibrationLog, style: Style) -> list[str]:
     noticed = [
         *(finding.worded(style) for finding in log.findings),
         *map(str, log.faults),
+    ]
+    return [
+        *(f"{log.path.name}: {sentence}" for sentence in noticed),
+        # These name the file.
         *(f"{damage}; what stands before was used." for damage in log.damage),
     ]
-    return [f"{log.path.name}: {sentence}" for sentence in noticed]
 
 
 def _data(arm: CalibrationData) -> str:

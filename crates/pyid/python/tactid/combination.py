@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from tactid.equality import ComparedByValue
 from tactid.findings import CONTRADICTIONS, Finding
 from tactid.fit import Array
 from tactid.identification import IdentificationData, PrincipalMoments
@@ -26,7 +27,7 @@ class RunDistance:
 
 
 @dataclass(frozen=True, eq=False)
-class Agreement:
+class Agreement(ComparedByValue):
     """Whether several recordings agree within the noise of each."""
 
     agree: bool
@@ -60,7 +61,7 @@ class Agreement:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CombinationData:
+class CombinationData(ComparedByValue):
     """The fields of :class:`tactid.Combination`."""
 
     estimate: PayloadEstimate

@@ -3,8 +3,6 @@
 The file ``combination.schema.json`` in this package describes every key.
 """
 
-import json
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -18,23 +16,6 @@ from tactid.values import all_finite, finite, nested
 
 SCHEMA = "tactid.combination/1"
 """Name and version of the layout: a change that breaks a reader increments the version."""
-
-
-def combination_schema() -> dict[str, Any]:
-    """Returns the JSON schema of the results of several recordings.
-
-    :meth:`Combination.to_json` returns such a document. Each of its recordings contains a document
-    of :func:`result_schema`.
-
-    >>> tactid.combination_schema()["properties"]["schema"]["const"]
-    'tactid.combination/1'
-    """
-    text = resources.files("tactid").joinpath("combination.schema.json").read_text("utf-8")
-    found: dict[str, Any] = json.loads(text)
-    single = result_json.result_schema()
-    definitions = single.pop("$defs")
-    del single["$schema"]
-    return found | {"$defs": found["$defs"] | definitions | {"result": single}}
 
 
 def write(
@@ -63,7 +44,7 @@ def record(
         "frame": estimate.frame,
         "inertia_about": "centre of mass",
         "units": result_json.UNITS,
-        "estimate": nested(estimate.known_values),
+        "estimate": nested(estimate.reported_values),
         "half_width_95": nested(estimate.half_widths),
         **result_json.intervals_and_observability(estimate),
         "principal_moments": {

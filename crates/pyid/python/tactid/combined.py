@@ -33,7 +33,7 @@ class Combination(CombinationData):
     >>> _ = tactid.simulate(experiment.replace(seed=2), "two.mcap")
     >>> both = tactid.identify(["one.mcap", "two.mcap"])
     >>> both
-    <tactid.Combination: ... kg in tool0, 10 of 10 values known, 2 recordings that agree>
+    <tactid.Combination: ... kg in tool0, 10 of 10 values identifiable, 2 recordings that agree>
     """
 
     def to_json(self, within: float = WITHIN) -> str:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from tactid.equality import ComparedByValue
 from tactid.errors import ArgumentError, LogError, TactidError
 from tactid.naming import Style, option_name
 from tactid.offline import identify
@@ -25,7 +26,7 @@ CHOSEN = ("method", "estimator")
 
 
 @dataclass(frozen=True, eq=False)
-class Attempt:
+class Attempt(ComparedByValue):
     """An identification by one method and estimator, or the reason why there is none."""
 
     method: Method

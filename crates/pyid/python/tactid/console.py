@@ -1,8 +1,9 @@
 """Progress and notes of the commands, on standard error."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import typer
@@ -10,6 +11,8 @@ from rich.console import Console
 from rich.table import Table
 from typer.core import TyperGroup
 
+from tactid.naming import listed
+from tactid.startup import INTERRUPTED
 from tactid.table import whole_width
 
 FLAG = ""
@@ -22,6 +25,11 @@ class Group(TyperGroup):
     def get_help_option(self, ctx: Any) -> Any:
         """Returns the option ``--help`` of the group."""
         return _without_value(super().get_help_option(ctx))
+
+    def invoke(self, ctx: Any) -> Any:
+        """Runs a command; Ctrl-C that it does not handle is one line and exit code 130."""
+        with interruptible():
+            return super().invoke(ctx)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Returns a command of the group by its name; None where there is none."""
@@ -56,13 +64,27 @@ def print_whole(table: Table) -> None:
 
 
 @contextmanager
-def interruptible(outcome: str) -> Iterator[None]:
-    """Turns Ctrl-C into a line that reports the outcome, and exit code 130."""
+def interruptible(outcome: str | None = None) -> Iterator[None]:
+    """Turns Ctrl-C into a line that reports the outcome, if there is any, and exit code 130."""
     try:
         yield
     except KeyboardInterrupt:
-        print(f"tactid: interrupted: {outcome}", file=sys.stderr)
-        raise typer.Exit(130) from None
+        print("tactid: interrupted" + (f": {outcome}" if outcome else ""), file=sys.stderr)
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def write_files(writers: Mapping[Path, Callable[[Path], object]]) -> str:
+    """Writes files one after the other; Ctrl-C says which of them are written.
+
+    Returns:
+        A sentence that names the files; empty where there is none.
+    """
+    names = [str(path) for path in writers]
+    for done, (path, write) in enumerate(writers.items()):
+        written = [f"wrote {listed(names[:done])}"] if done else []
+        with interruptible("; ".join([*written, f"did not write {listed(names[done:])}"])):
+            write(path)
+    return f"Wrote {', '.join(names)}." if names else ""
 
 
 @contextmanager

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from tactid.equality import ComparedByValue
+
 Array = NDArray[np.float64]
 
 
@@ -20,7 +22,7 @@ class Channel:
 
 
 @dataclass(frozen=True, eq=False)
-class WrenchOffset:
+class WrenchOffset(ComparedByValue):
     """A constant offset of the sum of the wrenches: a sensor zero that was not set."""
 
     frame: str
@@ -32,7 +34,7 @@ class WrenchOffset:
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class Fit(ComparedByValue):
     """How well least squares explains what was measured: W windows of C channels."""
 
     channels: Sequence[Channel]

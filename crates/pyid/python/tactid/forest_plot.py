@@ -50,7 +50,7 @@ def _panel(axes: Axes, index: int, estimates: list[PayloadEstimate]) -> None:
     """Draws one value of all estimates, the last of which is the whole."""
     known = False
     for place, estimate in enumerate(estimates):
-        value, interval = estimate.known_values[index], estimate.known_intervals[index]
+        value, interval = estimate.reported_values[index], estimate.reported_intervals[index]
         if value is None:
             continue
         known, whole = True, place == len(estimates) - 1

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from tactid._native import VALUE_NAMES
 from tactid.calibrated_fit import CalibratedFit
+from tactid.equality import ComparedByValue
 from tactid.errors import ArgumentError
 from tactid.findings import DataFault, Finding
 from tactid.fit import Array, Fit
@@ -23,7 +24,7 @@ from tactid.values import noise_intervals
 
 
 @dataclass(frozen=True, eq=False)
-class PrincipalMoments:
+class PrincipalMoments(ComparedByValue):
     """Principal moments of inertia about the centre of mass, ascending."""
 
     values: Array
@@ -49,7 +50,7 @@ class PrincipalMoments:
 
 
 @dataclass(frozen=True, eq=False)
-class History:
+class History(ComparedByValue):
     """The estimate over time."""
 
     epoch: NDArray[np.uint32]
@@ -66,7 +67,7 @@ class History:
 
 
 @dataclass(frozen=True, eq=False)
-class LinearEstimate:
+class LinearEstimate(ComparedByValue):
     """What one recording says about the linear parameters of the payload.
 
     An information matrix describes directions of the parameters that the motion leaves
@@ -101,7 +102,7 @@ class LinearEstimate:
 
 
 @dataclass(frozen=True, eq=False)
-class SingularValues:
+class SingularValues(ComparedByValue):
     """How strongly the motion excited the rows of the paper's filter: rms singular values."""
 
     mass: Array
@@ -156,7 +157,7 @@ class Forecast(Protocol):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class IdentificationData:
+class IdentificationData(ComparedByValue):
     """The fields of :class:`tactid.Identification`."""
 
     estimate: PayloadEstimate

@@ -26,7 +26,7 @@ from tactid import (
 )
 from tactid._native import info
 from tactid.combined import Combination
-from tactid.console import FLAG, interruptible, notes, print_whole, progress
+from tactid.console import FLAG, interruptible, notes, print_whole, progress, write_files
 from tactid.controllers import MAKERS
 from tactid.declaration import Declaration
 from tactid.errors import ArgumentError, IdentificationError
@@ -124,8 +124,9 @@ def identify_recording(
     with interruptible("no result"), progress("identifying") as done:
         result = identify(tuple(logs), options=read_options(options), progress=done)
     refusal = _print(logs[0], result, output)
-    with interruptible("some of the files were not written"):
-        _write(logs[0], result, output)
+    wrote = write_files(_writers(logs[0], result, output))
+    if wrote:
+        notes.print(wrote)
     if refusal is not None:
         print(f"tactid: error: {refusal.worded('command-line')}", file=sys.stderr)
     if refusal is not None or result.is_contradicted:
@@ -227,7 +228,7 @@ def _warn_of_disagreement(form: Form, result: Identification | Combination) -> N
     """Warns that a format has no interval, where recordings disagree."""
     if isinstance(result, Combination) and not result.agreement.agree:
         estimate = result.estimate
-        value, limits = estimate.known_values[0], estimate.known_intervals[0]
+        value, limits = estimate.reported_values[0], estimate.reported_intervals[0]
         mass = (
             "not known"
             if value is None or limits is None
@@ -283,30 +284,35 @@ def truth_in_frame(log: Path, frame: str) -> Truth | None:
     return None
 
 
-def _write(log: Path, result: Identification | Combination, output: Output) -> None:
-    within = output.within
+def _writers(
+    log: Path, result: Identification | Combination, output: Output
+) -> dict[Path, Callable[[Path], object]]:
+    """Returns what writes each of the files that are asked for."""
+    writers: dict[Path, Callable[[Path], object]] = {}
     if output.result_file is not None:
-        if isinstance(result, Combination):
-            combination_json.write(result, output.result_file, within, "command-line")
-        else:
-            checks = read_checks(info(log))
-            result_json.write(result, output.result_file, within, "command-line", checks)
+        writers[output.result_file] = partial(_write_result, log, result, output.within)
     if output.report is not None:
-        with notes.status("drawing"):
-            _write_report(result, output.report, within)
+        writers[output.report] = partial(_write_report, result, output.within)
     if output.estimates is not None and isinstance(result, Identification):
-        result.write_estimates(output.estimates)
-    files = (output.result_file, output.report, output.estimates)
-    written = [str(path) for path in files if path is not None]
-    if written:
-        notes.print(f"Wrote {', '.join(written)}.")
+        writers[output.estimates] = result.write_estimates
+    return writers
 
 
-def _write_report(result: Identification | Combination, path: Path, within: float) -> None:
-    # matplotlib takes a while to load.
-    from tactid import combination_report, recording_report
-
+def _write_result(
+    log: Path, result: Identification | Combination, within: float, path: Path
+) -> None:
     if isinstance(result, Combination):
-        combination_report.write_report(result, path, "command-line")
+        combination_json.write(result, path, within, "command-line")
     else:
-        recording_report.write_report(result, path, within, "command-line")
+        result_json.write(result, path, within, "command-line", read_checks(info(log)))
+
+
+def _write_report(result: Identification | Combination, within: float, path: Path) -> None:
+    with notes.status("drawing"):
+        # matplotlib takes a while to load.
+        from tactid import combination_report, recording_report
+
+        if isinstance(result, Combination):
+            combination_report.write_report(result, path, "command-line")
+        else:
+            recording_report.write_report(result, path, within, "command-line")

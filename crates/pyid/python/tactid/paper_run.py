@@ -115,7 +115,7 @@ class Outcome:
         self.columns = [self._column(result) for result in self.results]
 
     def _column(self, result: Identification) -> table.Column:
-        values = result.estimate.known_values
+        values = result.estimate.reported_values
         title = TITLES[cast(Method, result.method), cast(Estimator, result.estimator)]
         return table.Column(title, values, self.truth.errors_percent(values))
 

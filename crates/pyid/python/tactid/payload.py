@@ -9,6 +9,7 @@ import numpy as np
 from tactid import controllers, forms, table
 from tactid._native import VALUE_NAMES, MassProperties
 from tactid.bodies import why_impossible
+from tactid.equality import ComparedByValue
 from tactid.field_docs import with_fields
 from tactid.fit import Array
 from tactid.values import (
@@ -16,15 +17,15 @@ from tactid.values import (
     Interval,
     Observability,
     half_widths,
-    known_intervals,
     noise_intervals,
-    where_known,
+    reported_intervals,
+    where_reported,
 )
 
 
 @with_fields
 @dataclass(frozen=True, eq=False, repr=False)
-class PayloadEstimate:
+class PayloadEstimate(ComparedByValue):
     """An identified payload, expressed in one frame.
 
     ``print`` shows it as a table; :meth:`to_urdf`, :meth:`to_mujoco` and :meth:`to_controller`
@@ -39,7 +40,7 @@ class PayloadEstimate:
     ...     is_physical=True,
     ... )
     >>> estimate
-    <tactid.PayloadEstimate: 1.5000 kg in tool0, 10 of 10 values known>
+    <tactid.PayloadEstimate: 1.5000 kg in tool0, 10 of 10 values identifiable>
     """
 
     frame: str
@@ -97,7 +98,7 @@ class PayloadEstimate:
     def body(self) -> MassProperties:
         """The payload alone as a body in :attr:`frame`.
 
-        An unobservable value is meaningless: see :attr:`known_values`.
+        An unobservable value is meaningless: see :attr:`reported_values`.
         """
         return MassProperties.from_values(self.values)
 
@@ -134,14 +135,14 @@ class PayloadEstimate:
         ]
 
     @property
-    def known_values(self) -> list[float | None]:
+    def reported_values(self) -> list[float | None]:
         """The ten values; None for each that is unobservable, or uncertain without limits."""
-        return where_known(self.is_reported, self.values)
+        return where_reported(self.is_reported, self.values)
 
     @property
-    def known_intervals(self) -> list[Interval | None]:
+    def reported_intervals(self) -> list[Interval | None]:
         """The 95 % interval of each of the ten values; None where there is none."""
-        return known_intervals(self.is_reported, self.intervals)
+        return reported_intervals(self.is_reported, self.intervals)
 
     @property
     def half_widths(self) -> list[float | None]:
@@ -149,7 +150,7 @@ class PayloadEstimate:
 
         It is half of the interval, unless the interval is cut at what a body can have.
         """
-        return half_widths(self.known_values, self.known_intervals)
+        return half_widths(self.reported_values, self.reported_intervals)
 
     @property
     def why_impossible(self) -> str | None:
@@ -179,7 +180,7 @@ class PayloadEstimate:
         Raises:
             IdentificationError: A value is unknown, or no body can have these values.
         """
-        return forms.urdf(self.known_values, self.frame, self._uncertain_names)
+        return forms.urdf(self.reported_values, self.frame, self._uncertain_names)
 
     def to_mujoco(self) -> str:
         """Returns the payload as the ``<inertial>`` of a body in MuJoCo's MJCF.
@@ -194,7 +195,7 @@ class PayloadEstimate:
         Raises:
             IdentificationError: A value is unknown, or no body can have these values.
         """
-        return forms.mujoco(self.known_values, self.frame, self._uncertain_names)
+        return forms.mujoco(self.reported_values, self.frame, self._uncertain_names)
 
     def to_ros(self) -> str:
         """Returns the payload as a ``geometry_msgs/msg/InertiaStamped`` in YAML.
@@ -207,7 +208,7 @@ class PayloadEstimate:
         Raises:
             IdentificationError: A value is unknown, or no body can have these values.
         """
-        return forms.ros(self.known_values, self.frame, self._uncertain_names)
+        return forms.ros(self.reported_values, self.frame, self._uncertain_names)
 
     def to_controller(self, maker: str | None = None) -> str:
         """Returns what a robot controller asks for, as text with units.
@@ -231,7 +232,7 @@ class PayloadEstimate:
             ArgumentError: The maker is not known.
             IdentificationError: A value that is needed is unknown, or no body can have the values.
         """
-        payload = (self.known_values, self.frame, self._uncertain_names)
+        payload = (self.reported_values, self.frame, self._uncertain_names)
         if maker is None:
             return forms.controller(*payload)
         return controllers.controller(maker, *payload)
@@ -247,10 +248,10 @@ class PayloadEstimate:
 
     @property
     def summary(self) -> str:
-        """Mass, frame and number of known values, on one line."""
+        """Mass, frame and number of identifiable values, on one line."""
         mass = f"{table.number(self.values[0])} kg" if self.is_reported[0] else "unknown mass"
-        known = f"{sum(self.identifiable)} of {len(VALUE_NAMES)} values known"
-        return f"{mass} in {self.frame}, {known}"
+        found = f"{sum(self.identifiable)} of {len(VALUE_NAMES)} values identifiable"
+        return f"{mass} in {self.frame}, {found}"
 
     def _named(self, *states: Observability, names: Sequence[str] = VALUE_NAMES) -> list[str]:
         pairs = zip(names, self.observability, strict=True)
@@ -264,7 +265,7 @@ class PayloadEstimate:
     def _column(self) -> table.Column:
         return table.Column(
             "value",
-            self.known_values,
-            intervals=self.known_intervals,
+            self.reported_values,
+            intervals=self.reported_intervals,
             observability=self.observability,
         )

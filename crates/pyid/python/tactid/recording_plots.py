@@ -18,7 +18,7 @@ from tactid.drawing import EARLIER, ESTIMATE, TRUE, padded, remark
 from tactid.fit import Array, Fit
 from tactid.identification import IdentificationData
 from tactid.payload import PayloadEstimate
-from tactid.reported import known_history
+from tactid.reported import reported_history
 from tactid.values import NAMES, UNITS, Z95
 
 STYLE = drawing.STYLE | {
@@ -123,7 +123,7 @@ def parameters(result: IdentificationData) -> Figure:
     """Draws the ten values over time, each with its 95 % interval."""
     figure = Figure(figsize=(9.0, 8.2))
     panels = figure.subplots(len(PANELS), 3, sharex=True)
-    values, std_devs = known_history(result)
+    values, std_devs = reported_history(result)
     for row, indices in enumerate(PANELS):
         for column, axes in enumerate(panels[row]):
             if column >= len(indices):

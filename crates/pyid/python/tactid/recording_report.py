@@ -60,7 +60,7 @@ def render(result: IdentificationData, within: float = WITHIN, style: Style = "k
         within: Target precision, as :meth:`Identification.remaining` takes it.
         style: Who reads the sentences: it decides how they spell options.
     """
-    values, half_widths = result.estimate.known_values, result.estimate.half_widths
+    values, half_widths = result.estimate.reported_values, result.estimate.half_widths
     figures = recording_plots.figures(result)
     frame = html.escape(result.estimate.frame)
 

@@ -95,7 +95,7 @@ def uncertain_values(
         f"Uncertain: {', '.join(uncertain)}. The motion excites them, but noise leaves wide"
         " intervals: 1.96 standard deviations of each are more than the largest value of its kind."
     ]
-    given = estimate.known_values
+    given = estimate.reported_values
     open_ended = [
         name
         for name, value in zip(VALUE_NAMES, given, strict=True)
@@ -200,8 +200,6 @@ def calibration(result: IdentificationData) -> str:
     name = "calibration" if path is None else f"calibration {path.name}"
     updated = ", updated by the unloaded recording" if fit.updated_by_unloaded else ""
     shares = _noise_shares(fit.noise_fraction)
-    if not shares:
-        return name + updated
     return f"{name}{updated}, whose uncertainty is in the intervals {shares}"
 
 
@@ -216,12 +214,10 @@ def gains(result: IdentificationData) -> str:
 
 
 def _noise_shares(noise_fraction: NDArray[np.float64]) -> str:
-    """Says how much of the intervals of each kind is noise; empty where it is not known."""
-    fractions = (np.nanmedian(noise_fraction[kind]) for kind in KINDS)
+    """Says how much of the intervals of each kind is noise of the recording."""
+    fractions = (np.median(noise_fraction[kind]) for kind in KINDS)
     kinds = zip(KIND_NAMES, fractions, strict=True)
-    shares = [f"{100 * part:.0f} % of the {kind}" for kind, part in kinds if math.isfinite(part)]
-    if not shares:
-        return ""
+    shares = [f"{100 * part:.0f} % of the {kind}" for kind, part in kinds]
     return f"(of their squares {listed(shares)} is noise of this recording)"
 
 

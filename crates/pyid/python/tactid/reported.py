@@ -20,8 +20,8 @@ from tactid.values import (
     Interval,
     Observability,
     half_widths,
-    known_intervals,
-    where_known,
+    reported_intervals,
+    where_reported,
 )
 
 
@@ -45,13 +45,13 @@ def moments(result: Payload) -> list[float | None]:
     """
     known = all(result.estimate.is_reported[KINDS[2]])
     bounded = ~np.isinf(result.principal_moments.std_devs)
-    return where_known(known & bounded, result.principal_moments.values)
+    return where_reported(known & bounded, result.principal_moments.values)
 
 
 def moment_intervals(result: Payload) -> list[Interval | None]:
     """Returns the 95 % interval of each principal moment; None where it is unknown."""
     known = [value is not None for value in moments(result)]
-    return known_intervals(known, result.principal_moments.intervals)
+    return reported_intervals(known, result.principal_moments.intervals)
 
 
 def moment_half_widths(result: Payload) -> list[float | None]:
@@ -66,8 +66,8 @@ def column_of(title: str, result: Payload) -> Column:
     of_moments = max(estimate.observability[KINDS[2]], key=get_args(Observability).index)
     return Column(
         title,
-        estimate.known_values + moments(result),
-        intervals=estimate.known_intervals + moment_intervals(result),
+        estimate.reported_values + moments(result),
+        intervals=estimate.reported_intervals + moment_intervals(result),
         observability=[*estimate.observability, *[of_moments] * 3],
     )
 
@@ -76,13 +76,13 @@ def column(result: IdentificationData, truth: Truth | None = None) -> Column:
     """Returns the column of a recording, with its errors where the truth is known."""
     errors = None
     if truth is not None:
-        values, principal = result.estimate.known_values, moments(result)
+        values, principal = result.estimate.reported_values, moments(result)
         errors = truth.errors_percent(values) + truth.moment_errors_percent(principal)
     found = replace(column_of(result.estimator, result), errors=errors)
     return found if result.fit is not None else replace(found, intervals=None)
 
 
-def known_history(result: IdentificationData) -> tuple[Array, Array]:
+def reported_history(result: IdentificationData) -> tuple[Array, Array]:
     """Returns each value and its standard deviation over time, NaN for what was not known.
 
     A value is not known yet where its standard deviation is infinite, unless the estimator gives no

@@ -26,7 +26,7 @@ class Identification(IdentificationData):
     >>> _ = tactid.simulate(experiment, "run.mcap")
     >>> result = tactid.identify("run.mcap")
     >>> result
-    <tactid.Identification: ... kg in tool0, 10 of 10 values known, tactile, least-squares...>
+    <tactid.Identification: ... kg in tool0, 10 of 10 values identifiable, tactile...>
     """
 
     def to_urdf(self) -> str:

@@ -5,7 +5,6 @@ The file ``result.schema.json`` in this package describes every key.
 
 import json
 from collections.abc import Iterable, Mapping
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -31,20 +30,6 @@ UNITS = {"mass": "kg", "com": "m", "inertia": "kg m²", "principal_moments": "kg
 
 MOST_POINTS = 2000
 """Largest number of points of a time series in JSON."""
-
-
-def result_schema() -> dict[str, Any]:
-    """Returns the JSON schema of results, which describes every key with its unit and frame.
-
-    Every JSON document of tactid names its version under ``schema``; :meth:`Identification.to_json`
-    returns one.
-
-    >>> tactid.result_schema()["properties"]["schema"]["const"]
-    'tactid.result/1'
-    """
-    text = resources.files("tactid").joinpath("result.schema.json").read_text(encoding="utf-8")
-    found: dict[str, Any] = json.loads(text)
-    return found
 
 
 def write(
@@ -84,7 +69,7 @@ def record(
         "frame": result.estimate.frame,
         "inertia_about": "centre of mass",
         "units": UNITS,
-        "estimate": nested(result.estimate.known_values),
+        "estimate": nested(result.estimate.reported_values),
         "half_width_95": nested(result.estimate.half_widths),
         **intervals_and_observability(result.estimate),
         "principal_moments": {
@@ -108,7 +93,7 @@ def record(
 
 def intervals_and_observability(estimate: PayloadEstimate) -> dict[str, Any]:
     """Returns the limits of the intervals, and whether the motion excites each value."""
-    each = limits(estimate.known_intervals)
+    each = limits(estimate.reported_intervals)
     return {
         "interval_95": {side: nested(ends) for side, ends in each.items()},
         "observability": nested(estimate.observability),
@@ -239,7 +224,7 @@ def _of_the_fit(fit: Fit) -> dict[str, Any]:
 def series(result: IdentificationData) -> dict[str, Any]:
     """Returns the time series that belong to :func:`record`: the fit and the history."""
     points = thinned(len(result.history.time))
-    values, std_devs = reported.known_history(result)
+    values, std_devs = reported.reported_history(result)
     return {
         "start_ns": int(result.start_ns),
         **({} if result.fit is None else {"fit": _fit_series(result.fit)}),

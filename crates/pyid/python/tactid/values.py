@@ -121,7 +121,7 @@ def half_widths(values: Values, intervals: Sequence[Interval | None]) -> list[fl
     ]
 
 
-def known_intervals(known: Iterable[bool], limits: NDArray[np.float64]) -> list[Interval | None]:
+def reported_intervals(known: Iterable[bool], limits: NDArray[np.float64]) -> list[Interval | None]:
     """Returns the intervals with these limits, (N, 2); None where not known or not finite."""
     return [
         Interval(float(low), float(high)) if yes and np.isfinite([low, high]).all() else None
@@ -137,7 +137,7 @@ def noise_intervals(
     return limits
 
 
-def where_known(known: Iterable[bool], values: Iterable[float]) -> list[float | None]:
+def where_reported(known: Iterable[bool], values: Iterable[float]) -> list[float | None]:
     """Returns each number that is known and finite, and None for the others."""
     return [finite(value) if yes else None for value, yes in zip(values, known, strict=True)]
 

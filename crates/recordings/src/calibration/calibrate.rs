@@ -1,4 +1,4 @@
-//! Calibration of an arm from logs.
+//! Calibration of an arm from logs and arrays.
 
 use std::path::{Path, PathBuf};
 
@@ -10,31 +10,57 @@ use tactid_identify::{Finding as DataFinding, IdentifyError};
 
 use super::arm::ArmCalibration;
 use super::record::Recorded;
+use crate::arrays::ArrayRecording;
 use crate::defaults::{CLAIMED_GAIN_STD_DEV, effort_gains};
 use crate::identify::same_log;
 use crate::log::LogRecording;
 use crate::progress::part_of;
+use crate::recording::Recording;
 use crate::run::Run;
-use crate::{DataFault, Finding, Observer, Progress, RecordingError, Request};
+use crate::{Arrays, DataFault, Finding, Observer, Progress, RecordingError, Request};
 
 /// What is known of gains that a loaded recording is to find, as a fraction.
 const FOUND_GAIN_STD_DEV: f64 = 0.2;
 
-/// The logs of a calibration: folders of rosbag2 bags, or `.mcap` or `.db3` files, of any motion of one robot.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct CalibratingLogs {
-    /// Logs without a payload.
-    pub unloaded: Vec<PathBuf>,
-    /// Logs with a payload of which something is known: they find the gains of the efforts.
-    pub loaded: Vec<(PathBuf, KnownPayload)>,
-    /// Logs without a payload that are not used, but compared with the calibrated model.
-    pub held_out: Vec<PathBuf>,
+/// A recording of a calibration.
+#[derive(Clone, Debug)]
+pub enum CalibrationSource<'a> {
+    /// The folder of a rosbag2 bag, or an `.mcap` or `.db3` file.
+    Log(PathBuf),
+    /// Positions and efforts of the joints in arrays.
+    Arrays {
+        /// Name of the arrays in results and errors.
+        name: String,
+        /// The arrays.
+        arrays: Arrays<'a>,
+    },
+}
+
+impl CalibrationSource<'_> {
+    /// Returns the path of the log, or the name of the arrays.
+    fn path(&self) -> &Path {
+        match self {
+            Self::Log(path) => path,
+            Self::Arrays { name, .. } => Path::new(name),
+        }
+    }
+}
+
+/// The recordings of a calibration, of any motion of one robot.
+#[derive(Clone, Debug, Default)]
+pub struct CalibrationSources<'a> {
+    /// Recordings without a payload.
+    pub unloaded: Vec<CalibrationSource<'a>>,
+    /// Recordings with a payload of which something is known: they find the gains of the efforts.
+    pub loaded: Vec<(CalibrationSource<'a>, KnownPayload)>,
+    /// Recordings without a payload that are not used, but compared with the calibrated model.
+    pub held_out: Vec<CalibrationSource<'a>>,
     /// Standard deviation of the gain of each joint before the calibration, as a fraction; 0 where efforts are torques.
-    /// Default: 0.2 with loaded logs; without any, 0.05 if the request claims effort gains, else 0.
+    /// Default: 0.2 with loaded recordings; without any, 0.05 if the request claims effort gains, else 0.
     pub gain_std_dev: Option<f64>,
 }
 
-/// What a log is to a calibration.
+/// What a recording is to a calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LogRole {
     /// It has no payload.
@@ -45,10 +71,10 @@ pub enum LogRole {
     HeldOut,
 }
 
-/// A log of a calibration, and how the calibrated model explains it.
+/// A recording of a calibration, and how the calibrated model explains it.
 #[derive(Clone, Debug)]
 pub struct UsedLog {
-    /// Path of the log.
+    /// Path of the log, or the name of the arrays.
     pub path: PathBuf,
     /// What it is to the calibration.
     pub role: LogRole,
@@ -58,62 +84,62 @@ pub struct UsedLog {
     pub comparison: EffortComparison,
     /// Messages and samples that could not be used, counted by topic and kind.
     pub faults: Vec<DataFault>,
-    /// What a reader should know of the log.
+    /// What a reader should know of the recording.
     pub findings: Vec<Finding>,
     /// Where the log could not be read further, and why.
     pub damage: Vec<String>,
 }
 
-/// A calibration with the logs that it is from.
+/// A calibration with the recordings that it is from.
 #[derive(Clone, Debug)]
 pub struct CalibrationRun {
     /// The calibrated arm.
     pub arm: ArmCalibration,
-    /// What was known of the gains before, see [`CalibratingLogs::gain_std_dev`].
+    /// What was known of the gains before, see [`CalibrationSources::gain_std_dev`].
     pub gain_std_dev: f64,
-    /// The logs: unloaded, loaded and held out, each in the order in which they were given.
+    /// The recordings: unloaded, loaded and held out, each in the order in which they were given.
     pub logs: Vec<UsedLog>,
 }
 
-/// Calibrates the joint efforts of an arm from logs.
+/// Calibrates the joint efforts of an arm from logs and arrays.
 ///
 /// Of the request, robot, tip, joints and their topics, gravity, the longest bridged gap and effort gains are used; its
 /// cutoff is that of the window means, 2 Hz by default. The arm's base is fixed.
 ///
-/// Logs are read one after the other. Memory: some 110 MB for an hour of a seven-axis arm. The observer is called several
+/// Recordings are read one after the other. Memory: some 110 MB for an hour of a seven-axis arm. The observer is called several
 /// times a second.
 ///
 /// # Errors
-/// Returns [`RecordingError::NothingToCalibrate`] if no log is given, [`RecordingError::CalibratingLogTwice`] if two paths are
-/// the same log, [`RecordingError::InRecording`] with the log and the
-/// reason if one cannot be used, [`RecordingError::Interrupted`] if the observer stops the work, and
+/// Returns [`RecordingError::NothingToCalibrate`] if no recording is given, [`RecordingError::CalibratingLogTwice`] if two are
+/// the same log or have the same times and efforts, [`RecordingError::InRecording`] with the recording and the
+/// reason if one cannot be used (its positions are in degrees, for instance), [`RecordingError::Interrupted`] if the observer stops the work, and
 /// [`RecordingError::Identify`] if a value is out of range or the recordings do not suffice.
-pub fn calibrate_logs(
-    logs: &CalibratingLogs,
+pub fn calibrate_arm(
+    sources: &CalibrationSources<'_>,
     request: &Request,
     observer: &mut Observer<'_>,
 ) -> Result<CalibrationRun, RecordingError> {
     request.check()?;
-    if logs.unloaded.is_empty() && logs.loaded.is_empty() {
+    if sources.unloaded.is_empty() && sources.loaded.is_empty() {
         return Err(RecordingError::NothingToCalibrate);
     }
-    for (_, payload) in &logs.loaded {
+    for (_, payload) in &sources.loaded {
         payload.check()?;
     }
-    let settings = logs.settings(request);
+    let settings = sources.settings(request);
     settings.check()?;
     let efforts = Request {
         calibration: None,
         ..request.for_efforts(&settings)
     };
-    let all = logs.by_role();
+    let all = sources.by_role();
     check_different(&all)?;
     let (mut calibrating, mut held_out, mut used) = (Vec::new(), Vec::new(), Vec::new());
     let mut effort_gain = Vec::new();
     for (index, log) in all.iter().enumerate() {
         let mut of_log = part_of(observer, index, all.len());
         let read = read(log, &efforts, &settings, &mut of_log);
-        let (windows, notes) = read.map_err(|error| error.in_recording(log.path))?;
+        let (windows, notes) = read.map_err(|error| error.in_recording(log.source.path()))?;
         effort_gain.clone_from(&notes.effort_gain);
         used.push((log, notes));
         match log.role {
@@ -129,7 +155,7 @@ pub fn calibrate_logs(
         error => {
             let mut noted = used.iter();
             let cause = noted.find_map(|(log, notes)| {
-                Some(wrong_positions(&notes.findings)?.in_recording(log.path))
+                Some(wrong_positions(&notes.findings)?.in_recording(log.source.path()))
             });
             cause.unwrap_or(error.into())
         }
@@ -149,14 +175,24 @@ pub fn calibrate_logs(
     })
 }
 
-/// A log of a calibration with its role.
+/// A recording of a calibration with its role.
 struct Log<'a> {
-    path: &'a Path,
+    source: &'a CalibrationSource<'a>,
     role: LogRole,
     payload: Option<KnownPayload>,
 }
 
-impl CalibratingLogs {
+impl<'a> Log<'a> {
+    /// Returns the times and efforts of arrays.
+    fn numbers(&self) -> Option<(&'a [f64], &'a [f64])> {
+        match self.source {
+            CalibrationSource::Arrays { arrays, .. } => Some((arrays.times_s, arrays.joint_effort)),
+            CalibrationSource::Log(_) => None,
+        }
+    }
+}
+
+impl CalibrationSources<'_> {
     fn settings(&self, request: &Request) -> CalibrationSettings {
         let defaults = CalibrationSettings::default();
         let gain_std_dev = if !self.loaded.is_empty() {
@@ -174,36 +210,32 @@ impl CalibratingLogs {
         }
     }
 
-    /// Returns all logs: those that calibrate, then those that are held out.
+    /// Returns all recordings: those that calibrate, then those that are held out.
     fn by_role(&self) -> Vec<Log<'_>> {
-        let log = |path, role, payload| Log {
-            path,
+        let log = |source, role, payload| Log {
+            source,
             role,
             payload,
         };
-        let unloaded = self
-            .unloaded
-            .iter()
-            .map(|path| log(path, LogRole::Unloaded, None));
+        let unloaded = self.unloaded.iter();
+        let unloaded = unloaded.map(|source| log(source, LogRole::Unloaded, None));
         let loaded = self.loaded.iter();
-        let loaded = loaded.map(|(path, payload)| log(path, LogRole::Loaded, Some(*payload)));
-        let held_out = self
-            .held_out
-            .iter()
-            .map(|path| log(path, LogRole::HeldOut, None));
+        let loaded = loaded.map(|(source, payload)| log(source, LogRole::Loaded, Some(*payload)));
+        let held_out = self.held_out.iter();
+        let held_out = held_out.map(|source| log(source, LogRole::HeldOut, None));
         unloaded.chain(loaded).chain(held_out).collect()
     }
 }
 
-/// Checks that no log is given twice.
+/// Checks that no recording is given twice.
 fn check_different(logs: &[Log<'_>]) -> Result<(), RecordingError> {
-    let paths: Vec<&Path> = logs.iter().map(|log| log.path).collect();
-    let Some((first, second)) = same_log(&paths) else {
+    let paths: Vec<&Path> = logs.iter().map(|log| log.source.path()).collect();
+    let Some((first, second)) = same_log(&paths).or_else(|| same_arrays(logs)) else {
         return Ok(());
     };
     let is_held_out = logs[second].role == LogRole::HeldOut;
     Err(RecordingError::CalibratingLogTwice {
-        path: logs[second].path.to_owned(),
+        path: paths[second].to_owned(),
         because: if logs[first].role == logs[second].role {
             "its noise would count twice"
         } else if is_held_out {
@@ -212,6 +244,26 @@ fn check_different(logs: &[Log<'_>]) -> Result<(), RecordingError> {
             "it either has a payload or not"
         },
     })
+}
+
+/// Returns the indices of two recordings whose arrays have the same times and efforts.
+fn same_arrays(logs: &[Log<'_>]) -> Option<(usize, usize)> {
+    (0..logs.len()).find_map(|second| {
+        let given = logs[second].numbers()?;
+        let first = (0..second).find(|&first| logs[first].numbers() == Some(given))?;
+        Some((first, second))
+    })
+}
+
+/// Checks that positions are not in degrees: sines of other angles explain nothing, which the fit itself does not always
+/// notice.
+fn check_radians(findings: &[Finding]) -> Result<(), RecordingError> {
+    match wrong_positions(findings) {
+        Some(RecordingError::PositionsBeyondLimits(beyond)) if beyond.are_degrees => {
+            Err(RecordingError::PositionsBeyondLimits(beyond))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Returns the error that positions beyond their limits are, where this is why efforts cannot be explained.
@@ -234,7 +286,7 @@ struct Notes {
 impl Notes {
     fn of(self, log: &Log<'_>, comparison: EffortComparison) -> UsedLog {
         UsedLog {
-            path: log.path.to_owned(),
+            path: log.source.path().to_owned(),
             role: log.role,
             duration_s: self.run.duration_s,
             comparison,
@@ -245,23 +297,42 @@ impl Notes {
     }
 }
 
-/// Reads one log, and checks its efforts.
+/// Reads one log or its arrays, and checks their positions and efforts.
 fn read(
     log: &Log<'_>,
     request: &Request,
     settings: &CalibrationSettings,
     observer: &mut Observer<'_>,
 ) -> Result<(EffortRecording, Notes), RecordingError> {
-    let recording = LogRecording::open(log.path, request, observer)?;
-    let Recorded { plan, run, windows } = Recorded::new(&recording, request, settings, observer)?;
+    match log.source {
+        CalibrationSource::Log(path) => {
+            let recording = LogRecording::open(path, request, observer)?;
+            read_recording(&recording, log.payload, request, settings, observer)
+        }
+        CalibrationSource::Arrays { arrays, .. } => {
+            let recording = ArrayRecording::new(arrays, request)?;
+            read_recording(&recording, log.payload, request, settings, observer)
+        }
+    }
+}
+
+fn read_recording(
+    recording: &impl Recording,
+    payload: Option<KnownPayload>,
+    request: &Request,
+    settings: &CalibrationSettings,
+    observer: &mut Observer<'_>,
+) -> Result<(EffortRecording, Notes), RecordingError> {
+    let Recorded { plan, run, windows } = Recorded::new(recording, request, settings, observer)?;
     if run.interrupted {
         return Err(RecordingError::Interrupted);
     }
     let mut findings = plan.sources.findings.clone();
     findings.extend(plan.findings);
     findings.extend(run.findings.iter().cloned());
+    check_radians(&findings)?;
     windows
-        .check_efforts(log.payload.as_ref())
+        .check_efforts(payload.as_ref())
         .map_err(|error| wrong_positions(&findings).unwrap_or(error.into()))?;
     let robot = &plan.sources.robot;
     let gains = effort_gains(request, robot.joint_names());
@@ -274,7 +345,7 @@ fn read(
     Ok((windows, notes))
 }
 
-/// Compares all logs with the model, those that calibrated it with the payload that was found.
+/// Compares all recordings with the model, those that calibrated it with the payload that was found.
 fn compare(
     result: &CalibrationResult,
     calibrating: &[(EffortRecording, Option<KnownPayload>)],

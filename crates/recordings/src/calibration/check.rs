@@ -1,10 +1,15 @@
 //! Checks of numbers that people may have edited in the file of a calibration.
 
+use tactid_identify::calibration::LinkDescription;
+
 use super::arm::ArmCalibration;
 use super::layout::Layout;
 
 /// Largest difference of `gain` from the inverse of `inverse_gain`, a fraction: the rounding of one division.
 const ROUNDING: f64 = 1e-12;
+
+/// Largest difference of the length of a direction from one: what an edit by hand leaves.
+const UNIT: f64 = 1e-6;
 
 /// Why a text is no calibration.
 #[derive(Debug)]
@@ -55,6 +60,11 @@ pub(super) fn check_numbers(arm: &ArmCalibration, text: &str) -> Result<(), Faul
             return Err(place.fault("gain_std_dev", "it is negative"));
         }
     }
+    check_links(arm, layout, text)
+}
+
+/// Checks that the numbers of links are finite, and that directions have the length one.
+fn check_links(arm: &ArmCalibration, layout: Layout, text: &str) -> Result<(), Fault> {
     for (index, link) in arm.report.links.iter().enumerate() {
         let place = Place {
             text,
@@ -62,6 +72,15 @@ pub(super) fn check_numbers(arm: &ArmCalibration, text: &str) -> Result<(), Faul
             index,
             name: &link.name,
         };
+        let LinkDescription {
+            parent_from_link,
+            axis,
+            parameters,
+        } = &link.description;
+        place.check_finite("origin", parent_from_link.translation.vector.as_slice())?;
+        place.check_unit("rotation", parent_from_link.rotation.coords.as_slice())?;
+        place.check_unit("axis", axis.as_slice())?;
+        place.check_finite("without_tool", parameters.as_vector().as_slice())?;
         place.check_finite("described", link.described.as_vector().as_slice())?;
         place.check_finite("calibrated", link.calibrated.as_vector().as_slice())?;
         place.check_finite("std_devs", &link.std_devs)?;
@@ -85,6 +104,15 @@ impl Place<'_> {
             Some(number) => Err(self.fault(key, &format!("{number} is not finite"))),
             None => Ok(()),
         }
+    }
+
+    fn check_unit(&self, key: &str, numbers: &[f64]) -> Result<(), Fault> {
+        let norm = numbers.iter().map(|x| x * x).sum::<f64>().sqrt();
+        // Written so that NaN is refused, too.
+        if (norm - 1.0).abs() <= UNIT {
+            return Ok(());
+        }
+        Err(self.fault(key, &format!("its length is {norm} instead of 1")))
     }
 
     fn fault(&self, key: &str, reason: &str) -> Fault {

@@ -17,11 +17,28 @@ impl ArmCalibration {
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let failed = |source| io_error("read", path, source);
         let text = fs::read_to_string(path).map_err(failed)?;
-        text::parse(&text).map_err(|fault| RecordingError::CalibrationFile {
-            path: path.to_owned(),
+        Self::from_toml(&text, path)
+    }
+
+    /// Reads a calibration from the text of its file. `origin` is named in the error.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::CalibrationFile`] with the line, where it is known, if the text is not that of a calibration.
+    pub fn from_toml(text: &str, origin: &Path) -> Result<Self, RecordingError> {
+        text::parse(text).map_err(|fault| RecordingError::CalibrationFile {
+            path: origin.to_owned(),
             line: fault.line,
             reason: fault.reason,
         })
+    }
+
+    /// Returns the text of the file of the calibration, which has every number bit by bit.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::CalibrationIo`] if the calibration cannot be expressed in TOML.
+    pub fn to_toml(&self) -> Result<String, RecordingError> {
+        let failed = |error| io_error("express", Path::new("in TOML"), io::Error::other(error));
+        text::text(self).map_err(failed)
     }
 
     /// Writes the calibration as a TOML file, from which [`Self::read`] gets the same numbers, bit by bit. The file is
@@ -31,7 +48,7 @@ impl ArmCalibration {
     /// Returns [`RecordingError::CalibrationIo`] if the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), RecordingError> {
         let failed = |source| io_error("write", path, source);
-        let text = text::text(self).map_err(|error| failed(io::Error::other(error)))?;
+        let text = self.to_toml()?;
         let temporary = temporary_path(path);
         let written = fs::write(&temporary, text).and_then(|()| fs::rename(&temporary, path));
         written.map_err(|error| {

@@ -5,11 +5,14 @@ mod calibrate;
 mod check;
 mod file;
 mod layout;
+mod link;
 mod payload;
 mod record;
 mod shortage;
 mod text;
 
 pub use arm::ArmCalibration;
-pub use calibrate::{CalibratingLogs, CalibrationRun, LogRole, UsedLog, calibrate_logs};
+pub use calibrate::{
+    CalibrationRun, CalibrationSource, CalibrationSources, LogRole, UsedLog, calibrate_arm,
+};
 pub(crate) use payload::{identify_calibrated_arrays, identify_calibrated_log};

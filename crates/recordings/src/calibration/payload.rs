@@ -169,5 +169,7 @@ fn check(
     calibration: &ArmCalibration,
 ) -> Result<(), RecordingError> {
     let tip = request.tip.as_deref().unwrap_or(&calibration.model.tool);
-    Ok(calibration.model.check(&recording.sources().robot, tip)?)
+    let (model, robot) = (&calibration.model, &recording.sources().robot);
+    model.check(robot, tip)?;
+    Ok(calibration.report.check_robot(robot, tip, &model.gravity)?)
 }

@@ -2,22 +2,20 @@
 
 use std::fmt::Write;
 
-use nalgebra::{SVector, Vector3};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use tactid_dynamics::InertialParameters;
 use tactid_identify::Delay;
-use tactid_identify::calibration::{
-    Calibration, CalibrationReport, EffortNoise, JointCalibration, LinkCalibration,
-};
+use tactid_identify::calibration::{Calibration, CalibrationReport, EffortNoise, JointCalibration};
 use toml::Spanned;
 
 use super::arm::ArmCalibration;
 use super::check::{Fault, check_numbers};
 use super::layout::{Layout, OF_LINK};
+use super::link::{Link, body};
 use super::shortage::Shortage;
 
 /// Version of the layout: a change that breaks a reader increments it.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 const HEADER: &str = "\
 # Calibrated joint efforts of a robot arm. `tactid calibrate` wrote this file, and `tactid identify --calibration` reads it.
@@ -31,7 +29,9 @@ const HEADER: &str = "\
 #   noise_* is that of window means; residuals are rms.
 # Efforts lag the motion by delay_s; delay_scale_s is the standard deviation of this unknown before the calibration.
 # The ten parameters of a link are the mass, kg, the first moments x, y, z, kg m, and the inertia xx, xy, xz, yy, yz, zz about
-# the origin of the link's frame, kg m2, with all links fixed to it.
+# the origin of the link's frame, kg m2, with all links fixed to it; without_tool has none of those beyond the tool.
+# origin, m, and rotation (a quaternion x y z w) place its frame in that of the moving link before it, or of the base, and axis is
+# that of its joint in its own frame: with without_tool they show whether a robot is this one.
 # The rows of [precision] are the lower triangle of the inverse covariance of all unknowns, each divided by its scale: links,
 # then every kind of unknown for all joints, then the delay.
 
@@ -94,16 +94,6 @@ struct Joint {
     residual_before: f64,
     residual_after: f64,
     residual_held_out: f64,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Link {
-    name: String,
-    described: [f64; OF_LINK],
-    calibrated: [f64; OF_LINK],
-    std_devs: [f64; OF_LINK],
-    scales: [f64; OF_LINK],
 }
 
 #[derive(Serialize, Deserialize)]
@@ -186,13 +176,7 @@ impl File {
             delay_scale_s: layout.delay(&model.scales),
             joints: joints.collect(),
             links: links
-                .map(|(index, link)| Link {
-                    name: link.name.clone(),
-                    described: (*link.described.as_vector()).into(),
-                    calibrated: layout.link(&model.parameters, index),
-                    std_devs: link.std_devs,
-                    scales: layout.link(&model.scales, index),
-                })
+                .map(|(index, link)| Link::of(model, layout, index, link))
                 .collect(),
             payloads: payloads
                 .map(|payload| Payload {
@@ -223,16 +207,12 @@ impl File {
         let model = Calibration {
             tool: self.tool.clone(),
             joints: joints().map(|joint| joint.name.clone()).collect(),
-            links: links().map(|link| link.name.clone()).collect(),
+            links: links().map(Link::name).collect(),
             gravity: Vector3::from(self.gravity_m_s2),
             cutoff_hz: self.cutoff_hz,
             friction_widths: self.friction_velocities.clone(),
-            parameters: layout.vector(
-                links().map(|link| &link.calibrated),
-                parameters,
-                self.delay_s,
-            ),
-            scales: layout.vector(links().map(|link| &link.scales), scales, self.delay_scale_s),
+            parameters: layout.vector(links().map(Link::calibrated), parameters, self.delay_s),
+            scales: layout.vector(links().map(Link::scales), scales, self.delay_scale_s),
             precision,
             noise: joints().map(Joint::noise).collect(),
             reference_torques: joints().map(|joint| joint.reference_torque).collect(),
@@ -375,17 +355,6 @@ impl Joint {
     }
 }
 
-impl Link {
-    fn report(&self) -> LinkCalibration {
-        LinkCalibration {
-            name: self.name.clone(),
-            described: body(self.described),
-            calibrated: body(self.calibrated),
-            std_devs: self.std_devs,
-        }
-    }
-}
-
 impl Precision {
     /// Returns the numbers of the lower triangle of `unknowns` rows, of which the first has one number.
     fn numbers(&self, text: &str, unknowns: usize) -> Result<Vec<f64>, Fault> {
@@ -418,8 +387,4 @@ impl Precision {
         }
         Ok(all)
     }
-}
-
-fn body(parameters: [f64; OF_LINK]) -> InertialParameters {
-    InertialParameters::from_vector(SVector::from(parameters))
 }

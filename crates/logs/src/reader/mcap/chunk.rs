@@ -15,10 +15,15 @@ const MESSAGE_HEADER: usize = 22;
 /// known.
 const USUAL_CHUNK: u64 = 8 << 20;
 
+/// What is wrong with a file that ends within a record, be it in a chunk or not.
+pub(super) const CUT: &str = "the file ends within a record";
+
 /// Uncompressed records, one after the other.
 pub(super) struct Records {
     bytes: Vec<u8>,
     start: usize,
+    /// Whether the end of the file cuts them off.
+    cut: bool,
 }
 
 /// Header of a chunk and the position of its data.
@@ -33,7 +38,19 @@ struct ChunkHeader<'a> {
 impl Records {
     /// Wraps records that are stored outside of chunks.
     pub(super) fn plain(bytes: Vec<u8>) -> Self {
-        Self { bytes, start: 0 }
+        Self {
+            bytes,
+            start: 0,
+            cut: false,
+        }
+    }
+
+    fn decompressed(bytes: Vec<u8>, cut: bool) -> Self {
+        Self {
+            bytes,
+            start: 0,
+            cut,
+        }
     }
 
     /// Returns the records of a chunk. A chunk that the end of the file cuts off has the records up
@@ -43,7 +60,12 @@ impl Records {
         cut: bool,
         decompressor: &mut ChunkDecompressor,
     ) -> Result<Self, String> {
-        let header = ChunkHeader::parse(&body).ok_or("a chunk without its header")?;
+        let header = ChunkHeader::parse(&body);
+        let header = header.ok_or(if cut {
+            CUT
+        } else {
+            "a chunk without its header"
+        })?;
         if header.uncompressed_size > MAX_RECORD && !cut {
             return Err("a chunk of impossible size".to_owned());
         }
@@ -60,12 +82,13 @@ impl Records {
                 let start = header.data;
                 let mut bytes = body;
                 bytes.truncate(end);
-                Self { bytes, start }
+                Self { bytes, start, cut }
             }
-            b"zstd" => Self::plain(decompressor.decompress(data, size, cut)?),
+            b"zstd" => Self::decompressed(decompressor.decompress(data, size, cut)?, cut),
             b"lz4" => {
                 let decoder = lz4::Decoder::new(data);
-                Self::plain(decompress(decoder.map_err(|e| e.to_string())?, size, cut)?)
+                let decoder = decoder.map_err(|error| error.to_string())?;
+                Self::decompressed(decompress(decoder, size, cut)?, cut)
             }
             other => {
                 let name = String::from_utf8_lossy(other);
@@ -104,7 +127,11 @@ impl Records {
             let rest = self.bytes.get(next..).filter(|rest| !rest.is_empty())?;
             let Some(body) = body_range(rest, next) else {
                 next = self.bytes.len();
-                return Some(Err("a record that goes beyond its chunk"));
+                return Some(Err(if self.cut {
+                    CUT
+                } else {
+                    "a record that goes beyond its chunk"
+                }));
             };
             next = body.end;
             Some(Ok((rest[0], body)))

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use mcap::records::{Record, op};
 
 use super::{
-    chunk::{ChunkDecompressor, Records},
+    chunk::{CUT, ChunkDecompressor, Records},
     file::{LogFile, RecordHead},
     index::{McapIndex, Place, PlaceKind},
     summary::{self, Summary},
@@ -72,7 +72,7 @@ impl Scan {
                 _ => {}
             }
             if cut {
-                return Err(file.damage(at_byte, "the file ends within a record"));
+                return Err(file.damage(at_byte, CUT));
             }
             at_byte = record.end();
         }

@@ -1,0 +1,98 @@
+"""Ctrl-C ends every command with exit code 130 and one line, whenever it comes."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+
+from tactid import cli, console
+
+INTERRUPTING = """
+import os, signal, sys
+
+class Interrupt:
+    def find_spec(self, name, path=None, target=None):
+        if name == os.environ["INTERRUPT_AT"]:
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupt())
+"""
+"""A module that Python runs first; it sends SIGINT when a module is about to be imported."""
+
+
+def interrupted_at(
+    module: str, folder: Path, *arguments: str
+) -> "subprocess.CompletedProcess[str]":
+    (folder / "sitecustomize.py").write_text(INTERRUPTING, encoding="utf-8")
+    environment = os.environ | {"PYTHONPATH": str(folder), "INTERRUPT_AT": module}
+    return subprocess.run(
+        [sys.executable, *arguments], env=environment, capture_output=True, text=True, check=False
+    )
+
+
+SCRIPT = str(Path(sys.executable).with_name("tactid"))
+
+
+@pytest.mark.parametrize(
+    ("module", "arguments"),
+    [
+        ("numpy", ["-m", "tactid", "--version"]),
+        ("numpy", [SCRIPT, "--version"]),
+        ("tactid._native", ["-m", "tactid", "info", "run.mcap"]),
+        ("typer", [SCRIPT, "identify", "run.mcap"]),
+    ],
+)
+def test_ctrl_c_while_libraries_load_is_one_line(
+    tmp_path: Path, module: str, arguments: list[str]
+) -> None:
+    done = interrupted_at(module, tmp_path, *arguments)
+    assert (done.returncode, done.stderr) == (130, "tactid: interrupted\n")
+    assert done.stdout == ""
+
+
+def test_a_program_that_imports_the_package_is_interrupted_as_usual(tmp_path: Path) -> None:
+    program = (
+        "import signal\n"
+        "try:\n    import tactid\n"
+        "except KeyboardInterrupt:\n    print('caught')\n"
+        "assert signal.getsignal(signal.SIGINT) is signal.default_int_handler\n"
+    )
+    done = interrupted_at("tactid.calibrating", tmp_path, "-c", program)
+    assert (done.returncode, done.stdout) == (0, "caught\n"), done.stderr
+
+
+def interrupt(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
+def test_ctrl_c_that_a_command_does_not_handle_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(cli, "log_info", interrupt)
+    monkeypatch.setattr(sys, "argv", ["tactid", "info", "run.mcap"])
+    assert cli.run() == 130
+    assert capsys.readouterr().err == "tactid: interrupted\n"
+
+
+def test_ctrl_c_while_files_are_written_names_them(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    paths = [tmp_path / name for name in ("a.json", "b.html", "c.mcap")]
+    cases = [
+        (0, f"did not write {paths[0]}, {paths[1]} and {paths[2]}"),
+        (1, f"wrote {paths[0]}; did not write {paths[1]} and {paths[2]}"),
+        (2, f"wrote {paths[0]} and {paths[1]}; did not write {paths[2]}"),
+    ]
+    for stopped, outcome in cases:
+        writers = dict.fromkeys(paths, Path.touch) | {paths[stopped]: interrupt}
+        with pytest.raises(typer.Exit) as end:
+            console.write_files(writers)
+        assert end.value.exit_code == 130
+        assert capsys.readouterr().err == f"tactid: interrupted: {outcome}\n"
+        assert [path.exists() for path in paths] == [index < stopped for index in range(3)]
+        for path in paths:
+            path.unlink(missing_ok=True)
+    assert console.write_files({}) == ""
