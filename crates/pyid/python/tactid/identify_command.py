@@ -26,7 +26,7 @@ from tactid import (
 )
 from tactid._native import info
 from tactid.combined import Combination
-from tactid.console import FLAG, interruptible, notes, print_whole, progress
+from tactid.console import FLAG, interruptible, notes, print_json, print_whole, progress
 from tactid.controllers import MAKERS
 from tactid.declaration import Declaration
 from tactid.errors import ArgumentError, IdentificationError
@@ -36,6 +36,7 @@ from tactid.options import Options
 from tactid.output_files import check_outputs
 from tactid.payload import PayloadEstimate
 from tactid.result import Identification
+from tactid.terminal import printable
 from tactid.truth import Truth, read_checks, read_truth
 
 
@@ -123,11 +124,14 @@ def identify_recording(
         )
     with interruptible("no result"), progress("identifying") as done:
         result = identify(tuple(logs), options=read_options(options), progress=done)
-    refusal = _print(logs[0], result, output)
-    with interruptible("some of the files were not written"):
+    try:
+        refusal = _print(logs[0], result, output)
+    except OSError:  # nobody reads what is printed, but the files were asked for
         _write(logs[0], result, output)
+        raise
+    _write(logs[0], result, output)
     if refusal is not None:
-        print(f"tactid: error: {refusal.worded('command-line')}", file=sys.stderr)
+        print("tactid: error:", printable(refusal.worded("command-line")), file=sys.stderr)
     if refusal is not None or result.is_contradicted:
         raise typer.Exit(1)
 
@@ -203,11 +207,11 @@ def _print(
     for damage in (damage for run in runs for damage in run.damage):
         notes.print(f"tactid: note: {damage}; what stands before was used", style="yellow")
     if output.form is Form.JSON:
-        sys.stdout.write(result_json.to_json(_record(log, result, output)))
+        print_json(result_json.to_json(_record(log, result, output)))
         return None
     refusal = None
     if output.form is Form.TABLE:
-        print(table.heading(result.estimate.frame))
+        print(printable(table.heading(result.estimate.frame)))
         print_whole(_table(log, result))
         each = combination_text.rows(result) if isinstance(result, Combination) else None
         if each is not None:
@@ -215,7 +219,7 @@ def _print(
     else:
         _warn_of_disagreement(output.form, result)
         try:
-            print(_in_form(output.form, result.estimate))
+            print(printable(_in_form(output.form, result.estimate)))
         except IdentificationError as error:
             refusal = error
     for line in _lines(result, output):
@@ -283,6 +287,7 @@ def truth_in_frame(log: Path, frame: str) -> Truth | None:
     return None
 
 
+@interruptible("some of the files were not written")
 def _write(log: Path, result: Identification | Combination, output: Output) -> None:
     within = output.within
     if output.result_file is not None:
