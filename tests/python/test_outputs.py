@@ -1,6 +1,10 @@
 """Outputs of the commands: none replaces an input, another output or a file of somebody else."""
 
 import os
+import stat
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -8,7 +12,7 @@ import pytest
 import tactid
 from conftest import TactidCommand
 from tactid import paper_run
-from tactid.files import write_atomically
+from tactid.files import atomic_path, write_atomically
 from tactid.output_files import check_outputs
 from test_cli import assert_refused
 
@@ -150,6 +154,99 @@ def test_a_file_that_cannot_be_made_is_named_as_it_was_given(tmp_path: Path) -> 
     with pytest.raises(FileNotFoundError) as error:
         write_atomically(tmp_path / "gone/report.html", "text")
     assert error.value.filename == str(tmp_path / "gone/report.html")
+
+
+def test_an_interrupted_write_leaves_the_earlier_file_and_no_other(tmp_path: Path) -> None:
+    path = tmp_path / "result.json"
+    path.write_text("earlier")
+
+    def interrupt() -> None:
+        with atomic_path(path) as temporary:
+            temporary.write_text("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupt()
+    assert contents(tmp_path) == {path: b"earlier"}
+
+
+def test_an_error_of_the_writer_names_the_file_as_it_was_given(tmp_path: Path) -> None:
+    path = tmp_path / "payload.mcap"
+    with pytest.raises(tactid.LogError) as error, atomic_path(path) as temporary:
+        raise tactid.LogError(f"cannot write {temporary}: No space left on device")
+    assert str(error.value) == f"cannot write {path}: No space left on device"
+
+
+@pytest.mark.parametrize("exists", [True, False])
+def test_the_target_of_a_link_is_replaced_and_the_link_stays(tmp_path: Path, exists: bool) -> None:
+    link, target = tmp_path / "link", tmp_path / "folder/target"
+    target.parent.mkdir()
+    if exists:
+        target.write_text("earlier")
+    link.symlink_to("folder/target")
+    check_outputs({"--report": link}, {})
+    write_atomically(link, "text")
+    assert os.readlink(link) == "folder/target"
+    assert contents(tmp_path) == {link: b"text", target: b"text"}
+
+
+def test_a_link_into_a_missing_folder_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to("missing/target")
+    with pytest.raises(tactid.ArgumentError, match=r"missing of --report does not exist"):
+        check_outputs({"--report": tmp_path / "link"}, {})
+
+
+def test_a_named_pipe_is_written_through(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    check_outputs({"--report": pipe}, {})
+    with ThreadPoolExecutor() as pool:
+        read = pool.submit(pipe.read_bytes)
+        write_atomically(pipe, "text")
+    assert read.result() == b"text"
+    assert pipe.is_fifo()
+
+
+def test_a_full_device_is_named_and_stays(tmp_path: Path) -> None:
+    """The null device, too, which may be both outputs."""
+    full, null = tmp_path / "full", tmp_path / "null"
+    try:  # never /dev/full itself: a superuser would replace it
+        os.mknod(full, stat.S_IFCHR | 0o600, os.makedev(1, 7))
+        os.mknod(null, stat.S_IFCHR | 0o600, os.makedev(1, 3))
+        full.open("wb").close()
+    except OSError:
+        pytest.skip("only a superuser makes devices")
+    check_outputs({"--report": null, "--result": null}, {"the log": null})
+    write_atomically(null, "text")
+    with pytest.raises(OSError, match="No space left on device") as error:
+        write_atomically(full, "text")
+    assert error.value.filename == str(full)
+    assert full.is_char_device()
+    assert null.is_char_device()
+
+
+def test_a_redirected_standard_output_is_written_through(
+    tmp_path: Path,
+) -> None:
+    """``/dev/stdout`` is then a file, and it keeps what the command prints."""
+    code = (
+        "from pathlib import Path; from tactid.files import write_atomically;"
+        "print('first'); write_atomically(Path('/dev/stdout'), 'second\\n'); print('third')"
+    )
+    with (tmp_path / "printed").open("wb") as printed:
+        subprocess.run([sys.executable, "-c", code], stdout=printed, check=True)
+    assert (tmp_path / "printed").read_text() == "first\nsecond\nthird\n"
+
+
+@pytest.mark.parametrize("name", ["report.html", "figure_07.png"])
+def test_a_folder_in_the_place_of_a_result_is_refused_before_the_simulation(
+    command: TactidCommand, tmp_path: Path, name: str
+) -> None:
+    earlier_run(tmp_path / "mine")
+    (tmp_path / "mine" / name).unlink()
+    (tmp_path / "mine" / name).mkdir()
+    what = f"{name} in --out mine/{name} is a folder"
+    assert_refused_untouched(command, tmp_path, "paper --out mine", what)
 
 
 def test_a_folder_that_cannot_be_written_is_refused(

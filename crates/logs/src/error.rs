@@ -32,6 +32,17 @@ pub enum LogError {
         /// Error of the operating system.
         source: io::Error,
     },
+    /// Messages of the same time, which are read together, need more memory than the reader may use.
+    #[error(
+        "reading {} needs more than {} MB of memory at once: its chunks are too large, or overlap in time; `ros2 bag \
+         convert` writes smaller ones in the order of time", path.display(), budget >> 20
+    )]
+    Memory {
+        /// Path of the file.
+        path: PathBuf,
+        /// The memory that the reader may use, bytes.
+        budget: u64,
+    },
     /// The file is an SQLite database that cannot be read as a bag.
     #[error("{} cannot be read as an SQLite bag: {fault}", path.display())]
     Database {
@@ -63,7 +74,7 @@ pub enum LogError {
         path: PathBuf,
         /// The requested topic.
         topic: String,
-        /// Names of the existing topics.
+        /// Names of existing topics: all of a few.
         available: String,
     },
     /// ROS 2 does not allow the topic's name, or the log already has the topic.

@@ -1,6 +1,6 @@
 //! Bags: folders with the files of one recording.
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use serde::Deserialize;
 
@@ -75,21 +75,33 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
     if bag.relative_file_paths.is_empty() {
         return Err(not_a_bag("it lists no files".to_owned()));
     }
-    Ok(bag
-        .relative_file_paths
-        .iter()
-        .map(|path| locate(folder, path))
-        .collect())
+    let files = bag.relative_file_paths.iter();
+    files
+        .map(|listed| {
+            locate(folder, listed).ok_or_else(|| {
+                not_a_bag(format!(
+                    "it lists {listed:?}, which is not in its folder; name the log files themselves"
+                ))
+            })
+        })
+        .collect()
 }
 
-/// Returns the path of a listed file. Old versions of rosbag2 list it relative to the bag's parent
-/// folder.
-fn locate(folder: &Path, listed: &str) -> PathBuf {
+/// Returns the path of a listed file, or `None` if that is not below the bag's folder: whoever opens a bag does not expect
+/// that it names other files. Old versions of rosbag2 list a file relative to the bag's parent folder.
+fn locate(folder: &Path, listed: &str) -> Option<PathBuf> {
     let listed = Path::new(listed);
+    let is_below = |part| matches!(part, Component::Normal(_) | Component::CurDir);
+    let below = listed
+        .components()
+        .all(is_below)
+        .then(|| folder.join(listed));
     let in_bag = listed.file_name().map(|name| folder.join(name));
     match in_bag {
-        Some(in_bag) if !folder.join(listed).exists() && in_bag.exists() => in_bag,
-        _ => folder.join(listed),
+        Some(in_bag) if !below.as_ref().is_some_and(|path| path.exists()) && in_bag.exists() => {
+            Some(in_bag)
+        }
+        _ => below,
     }
 }
 

@@ -10,7 +10,7 @@ use std::{
 use tempfile::{NamedTempFile, TempPath};
 use zstd::zstd_safe::{DCtx, ResetDirective};
 
-use super::storage::{Block, Damage, MAX_RECORD, Selected};
+use super::storage::{Block, Damage, Selected};
 use crate::{cdr::ZSTD_MAGIC, error::LogError};
 
 /// Largest content of a compressed file, bytes.
@@ -80,9 +80,10 @@ impl MessageDecompressor {
         Self(DCtx::create())
     }
 
-    /// Decompresses the messages of a block that are compressed. A message that cannot be decompressed stays as it is, so
-    /// that the error is that of this message.
-    pub(super) fn decompress(&mut self, block: &mut Block, selected: &Selected) {
+    /// Decompresses the messages of a block that are compressed, and returns whether they need at most `room` bytes. A
+    /// message that cannot be decompressed stays as it is, so that the error is that of this message.
+    #[must_use]
+    pub(super) fn decompress(&mut self, block: &mut Block, selected: &Selected, room: u64) -> bool {
         let is_cdr = |channel| {
             selected
                 .get(&channel)
@@ -96,7 +97,8 @@ impl MessageDecompressor {
                 continue;
             }
             let start = decompressed.len();
-            match self.append(data, &mut decompressed) {
+            match self.append(data, &mut decompressed, room) {
+                Err(error) if error.kind() == io::ErrorKind::FileTooLarge => return false,
                 Ok(()) => {
                     entry.data = block.bytes.len() + start..block.bytes.len() + decompressed.len()
                 }
@@ -104,12 +106,13 @@ impl MessageDecompressor {
             }
         }
         block.bytes.append(&mut decompressed);
+        true
     }
 
-    fn append(&mut self, data: &[u8], bytes: &mut Vec<u8>) -> io::Result<()> {
+    fn append(&mut self, data: &[u8], bytes: &mut Vec<u8>, room: u64) -> io::Result<()> {
         // A frame that failed leaves its state behind. Resetting a session cannot fail.
         let _ = self.0.reset(ResetDirective::SessionOnly);
-        let limit = MAX_RECORD.saturating_sub(bytes.len() as u64);
+        let limit = room.saturating_sub(bytes.len() as u64);
         let decoder = zstd::Decoder::with_context(data, &mut self.0);
         let count = decoder.take(limit + 1).read_to_end(bytes)?;
         if count as u64 > limit {

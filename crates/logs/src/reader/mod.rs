@@ -23,6 +23,12 @@ pub use stream::{Messages, RawMessage};
 
 use crate::{error::LogError, messages::Message};
 
+/// Memory that messages of overlapping times may occupy by default, bytes: hundreds of usual chunks.
+const MEMORY_BUDGET: u64 = 256 << 20;
+
+/// Most topics that an error lists.
+const LISTED: usize = 16;
+
 /// A topic of a log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Topic {
@@ -68,6 +74,7 @@ pub struct LogReader {
     topics: Vec<Arc<Topic>>,
     metadata: Metadata,
     damage: Vec<Damage>,
+    memory_budget: u64,
 }
 
 impl LogReader {
@@ -102,7 +109,17 @@ impl LogReader {
                 .filter_map(|file| file.damage.clone())
                 .collect(),
             files,
+            memory_budget: MEMORY_BUDGET,
         })
+    }
+
+    /// Sets the memory that the messages of overlapping times may occupy together, bytes: 256 MiB by default. A log that
+    /// needs more is an error of the iteration, [`LogError::Memory`], whatever its files claim. A chunk of more than 256 MiB
+    /// is damage whatever the budget.
+    #[must_use]
+    pub fn with_memory_budget(mut self, bytes: u64) -> Self {
+        self.memory_budget = bytes;
+        self
     }
 
     /// Returns the topics in the order of their names.
@@ -168,19 +185,30 @@ impl LogReader {
             .iter()
             .find(|name| self.topic(name.as_ref()).is_none())
         {
-            let available: Vec<&str> = self.topics.iter().map(|t| t.name.as_str()).collect();
-            let none = "no topics".to_owned();
             return Err(LogError::NoSuchTopic {
                 path: self.path.clone(),
                 topic: unknown.as_ref().to_owned(),
-                available: if available.is_empty() {
-                    none
-                } else {
-                    available.join(", ")
-                },
+                available: self.topics_beside(unknown.as_ref()),
             });
         }
         Ok(self.select(|topic| names.iter().any(|name| name.as_ref() == topic.name)))
+    }
+
+    /// Lists the topics for an error, of many those that stand beside a name in their order.
+    fn topics_beside(&self, name: &str) -> String {
+        if self.topics.is_empty() {
+            return "no topics".to_owned();
+        }
+        let place = self
+            .topics
+            .partition_point(|topic| topic.name.as_str() < name);
+        let first = place.saturating_sub(LISTED / 2);
+        let beside = self.topics.iter().skip(first).take(LISTED);
+        let listed: Vec<&str> = beside.map(|topic| topic.name.as_str()).collect();
+        match self.topics.len() - listed.len() {
+            0 => listed.join(", "),
+            more => format!("{} and {more} more", listed.join(", ")),
+        }
     }
 
     fn select(&self, is_selected: impl Fn(&Topic) -> bool) -> Messages {
@@ -196,7 +224,8 @@ impl LogReader {
                 .collect()
         };
         let selected = self.files.iter().map(by_channel).collect();
-        Messages::new(self.files.clone(), selected, self.damage.clone())
+        let damage = self.damage.clone();
+        Messages::new(self.files.clone(), selected, damage, self.memory_budget)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The bytes of a log file: the file itself, or its content where the file is compressed as a whole.
 
 use std::{
-    fs::File,
+    fs::{self, File},
     io::Read,
     path::{Path, PathBuf},
     sync::Arc,
@@ -37,6 +37,14 @@ pub(super) struct Source {
 impl Source {
     /// Opens a file, and decompresses it if it is compressed.
     pub(super) fn open(path: &Path) -> Result<Self, LogError> {
+        // A pipe could not be read twice, and opening it would wait for its writer.
+        let status = fs::metadata(path).map_err(|e| LogError::io("open", path, e))?;
+        if !status.is_file() {
+            return Err(LogError::NotALog {
+                path: path.to_owned(),
+                what: "it is no regular file; write the log to one first".to_owned(),
+            });
+        }
         let mut source = Self {
             path: path.to_owned(),
             decompressed: None,

@@ -4,7 +4,7 @@ use std::{
     collections::{BTreeMap, BTreeSet},
     fmt,
     ops::Range,
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::Arc,
 };
 
@@ -18,7 +18,31 @@ pub(super) type Metadata = BTreeMap<String, BTreeMap<String, String>>;
 
 /// Longest record, message or value that is read into memory, bytes, far above any real one. A damaged length must not
 /// exhaust memory.
-pub(super) const MAX_RECORD: u64 = 1 << 29;
+pub(super) const MAX_RECORD: u64 = 1 << 28;
+
+/// Memory for the segments of a log that are read together, bytes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Room {
+    /// What the segments in memory leave.
+    pub(super) left: u64,
+    pub(super) budget: u64,
+}
+
+impl Room {
+    /// Room for one segment alone.
+    pub(super) const ONE: Self = Self {
+        left: MAX_RECORD,
+        budget: MAX_RECORD,
+    };
+
+    /// Returns the error of a file whose next segment exceeds what is left.
+    pub(super) fn exceeded(self, path: &Path) -> Stop {
+        Stop::Error(LogError::Memory {
+            path: path.to_owned(),
+            budget: self.budget,
+        })
+    }
+}
 
 /// Content of a file.
 #[derive(Debug)]
@@ -29,6 +53,7 @@ pub(super) struct FileIndex {
     pub(super) metadata: Metadata,
     pub(super) damage: Option<Damage>,
     pub(super) storage: Box<dyn Storage>,
+    pub(super) path: PathBuf,
 }
 
 /// A part of a file that is read at once.
@@ -71,8 +96,8 @@ pub(super) trait Storage: fmt::Debug + Send + Sync {
 /// An open file whose segments are read one by one.
 pub(super) trait SegmentReader: fmt::Debug + Send {
     /// Reads the messages of the selected channels in a segment, which is given by its place in
-    /// [`FileIndex::segments`].
-    fn read(&mut self, segment: usize, selected: &Selected) -> Result<Block, Stop>;
+    /// [`FileIndex::segments`]. A segment that says that it needs more than the room that is left is not read.
+    fn read(&mut self, segment: usize, selected: &Selected, room: Room) -> Result<Block, Stop>;
 }
 
 /// Messages of a segment in memory, in the order of the file.
@@ -82,6 +107,13 @@ pub(super) struct Block {
     pub(super) entries: Vec<Entry>,
     /// Damage after the last entry.
     pub(super) damage: Option<Damage>,
+}
+
+impl Block {
+    /// Returns the memory that the block occupies, bytes.
+    pub(super) fn memory(&self) -> u64 {
+        (self.bytes.len() + self.entries.len() * size_of::<Entry>()) as u64
+    }
 }
 
 /// Header of a message, and the place of its data within the bytes of its block.

@@ -12,7 +12,7 @@ use std::{
 use super::{
     Topic,
     compression::MessageDecompressor,
-    storage::{Block, Damage, FileIndex, SegmentReader, Selected, Stop},
+    storage::{Block, Damage, FileIndex, Room, SegmentReader, Selected, Stop},
 };
 use crate::{cdr, error::LogError, messages::Message};
 
@@ -98,7 +98,7 @@ impl fmt::Debug for RawMessage {
 /// keep the order of the log.
 ///
 /// Only segments of the log with overlapping times are in memory together: chunks of an MCAP file, or about a megabyte of a
-/// SQLite bag. The messages of a damaged file end at the damage, which [`damage`](Self::damage) reports; it is not an error
+/// SQLite bag. Segments that need more memory together than the reader's budget are an error. The messages of a damaged file end at the damage, which [`damage`](Self::damage) reports; it is not an error
 /// of the iteration.
 #[derive(Debug)]
 pub struct Messages {
@@ -111,6 +111,9 @@ pub struct Messages {
     /// The file that was read last.
     file: Option<(usize, Box<dyn SegmentReader>)>,
     decompressor: MessageDecompressor,
+    /// Memory of the open segments, bytes, and the most that it may be.
+    open_bytes: u64,
+    budget: u64,
     damage: Vec<Damage>,
     failed: bool,
 }
@@ -120,6 +123,7 @@ impl Messages {
         files: Arc<[FileIndex]>,
         selected: Vec<Selected>,
         damage: Vec<Damage>,
+        budget: u64,
     ) -> Self {
         let mut due: Vec<(usize, usize)> = Vec::new();
         for (f, (file, selected)) in files.iter().zip(&selected).enumerate() {
@@ -143,6 +147,8 @@ impl Messages {
             open: BinaryHeap::new(),
             file: None,
             decompressor: MessageDecompressor::new(),
+            open_bytes: 0,
+            budget,
             damage,
             failed: false,
         }
@@ -181,8 +187,15 @@ impl Messages {
             other => &mut other.insert((f, self.files[f].storage.open()?)).1,
         };
         let selected = &self.selected[f];
-        let mut block = reader.read(s, selected)?;
-        self.decompressor.decompress(&mut block, selected);
+        let room = Room {
+            left: self.budget.saturating_sub(self.open_bytes),
+            budget: self.budget,
+        };
+        let mut block = reader.read(s, selected, room)?;
+        let left = room.left.checked_sub(block.memory());
+        if !left.is_some_and(|left| self.decompressor.decompress(&mut block, selected, left)) {
+            return Err(room.exceeded(&self.files[f].path));
+        }
         // The sort is stable, and costs almost nothing if the log is already in order.
         block.entries.sort_by_key(|entry| entry.log_time_ns);
         if let Some(damage) = block.damage.take() {
@@ -191,6 +204,7 @@ impl Messages {
         if block.entries.is_empty() {
             return Ok(None);
         }
+        self.open_bytes += block.memory();
         Ok(Some(Cursor {
             file: f,
             segment: s,
@@ -219,7 +233,7 @@ impl Messages {
             data: entry.data.clone(),
         };
         if cursor.next + 1 == cursor.block.entries.len() {
-            PeekMut::pop(cursor);
+            self.open_bytes -= PeekMut::pop(cursor).block.memory();
         } else {
             cursor.next += 1;
         }

@@ -5,9 +5,9 @@ that was asked for; 2 invalid input; 70 an internal error of tactid; 130 interru
 standard output was closed early, which is 128 and the number of SIGPIPE.
 """
 
-import os
 import sys
 
+from tactid import terminal
 from tactid.startup import INTERRUPTED, leave_interruption_to_command
 
 
@@ -17,6 +17,7 @@ def main() -> None:
 
 
 def _run() -> int:
+    terminal.set_up()
     try:
         from tactid import cli
 
@@ -26,10 +27,17 @@ def _run() -> int:
     except KeyboardInterrupt:
         return _report("interrupted", INTERRUPTED)
     except BrokenPipeError:
-        # The interpreter flushes standard output on exit, which would fail again.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        terminal.discard_output()
         return 141
+    except SystemExit as error:
+        # Rich ends the help in this way when its reader has gone away.
+        if isinstance(error.__context__, BrokenPipeError):
+            return 141
+        raise
     except Exception as error:
+        if isinstance(error, OSError) and error.errno is not None and error.filename is None:
+            terminal.discard_output()
+            return _report(f"error: cannot use standard output: {error.strerror}", 2)
         return _report(f"internal error: {type(error).__name__}: {error}; please report it", 70)
     except BaseException as error:
         if type(error).__name__ == "PanicException":
@@ -39,7 +47,7 @@ def _run() -> int:
 
 
 def _report(message: str, code: int) -> int:
-    print("tactid:", " ".join(message.split()), file=sys.stderr)
+    print("tactid:", terminal.printable(" ".join(message.split())), file=sys.stderr)
     return code
 
 

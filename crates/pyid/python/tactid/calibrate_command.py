@@ -1,7 +1,6 @@
 """The command ``tactid calibrate``: from recordings of an arm to the model of its joint efforts."""
 
 import inspect
-import sys
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
@@ -11,11 +10,20 @@ import typer
 from tactid import calibration_text, option_text
 from tactid.calibrating import calibrate
 from tactid.calibration import Calibration
-from tactid.console import FLAG, interruptible, notes, print_whole, progress, write_files
+from tactid.console import (
+    FLAG,
+    interruptible,
+    notes,
+    print_json,
+    print_whole,
+    progress,
+    write_files,
+)
 from tactid.errors import ArgumentError
 from tactid.identify_command import option_parameters, read_options
 from tactid.options import option_names
 from tactid.output_files import check_outputs
+from tactid.terminal import printable
 
 RECORDINGS, RESULTS = "Recordings", "Results"
 
@@ -148,9 +156,9 @@ def _write_report(arm: Calibration, path: Path) -> None:
 
 def _print(arm: Calibration, *, as_json: bool) -> None:
     if as_json:
-        sys.stdout.write(calibration_text.to_json(arm, "command-line"))
+        print_json(calibration_text.to_json(arm, "command-line"))
         return
-    print(calibration_text.heading(arm))
+    print(printable(calibration_text.heading(arm)))
     print_whole(calibration_text.rich_table(arm))
     for line in calibration_text.lines(arm, "command-line"):
         notes.print(line, markup=False)

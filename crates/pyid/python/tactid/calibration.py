@@ -10,6 +10,7 @@ from pathlib import Path
 from tactid import _native, calibration_text
 from tactid.calibration_data import CalibrationData, CalibrationLog
 from tactid.field_docs import with_fields
+from tactid.files import atomic_path
 from tactid.findings import Finding
 from tactid.output_files import checked_output
 
@@ -47,7 +48,8 @@ class Calibration(CalibrationData):
             ArgumentError: The folder does not exist, or the file is one that was read.
             CalibrationError: The file cannot be written.
         """
-        self.model.write(self._checked(path))
+        with atomic_path(self._checked(path)) as temporary:
+            self.model.write(temporary)
 
     def write_report(self, path: str | os.PathLike[str]) -> None:
         """Writes the report: one HTML file with the table, the remarks and a figure of each joint.

@@ -16,7 +16,7 @@ from tactid.compare_command import compare_recording
 from tactid.console import (
     FLAG,
     Group,
-    Results,
+    Stream,
     interruptible,
     notes,
     print_whole,
@@ -29,6 +29,7 @@ from tactid.number_lists import NumberListCommand
 from tactid.options import Estimator
 from tactid.output_files import check_outputs
 from tactid.simulation import simulate, urdf_file
+from tactid.terminal import printable
 from tactid.truth import momentum_drift
 
 EXIT_CODES = (
@@ -60,15 +61,16 @@ def run() -> int:
         return _fail(message) if message else 2
     except TactidError as error:
         return _fail(error.worded("command-line"))
-    except BrokenPipeError:
-        raise
     except OSError as error:
-        where = f" {error.filename}" if error.filename else ""
-        return _fail(f"cannot use{where}: {error.strerror}" if error.strerror else str(error))
+        if error.filename is not None:
+            return _fail(f"cannot use {error.filename}: {error.strerror}")
+        if error.strerror or isinstance(error, BrokenPipeError):
+            raise  # of a standard stream: every file of ours is named
+        return _fail(str(error))
 
 
 def _fail(message: str) -> int:
-    print("tactid: error:", " ".join(message.split()), file=sys.stderr)
+    print("tactid: error:", printable(" ".join(message.split())), file=sys.stderr)
     return 2
 
 
@@ -131,6 +133,7 @@ def run_paper(
     files = paper_run.Files(out)
     stopped = interruptible(f"{files.log} holds the run up to here")
     with new_folder(out), stopped, progress("simulating") as done:
+        check_outputs({f"{file.name} in --out": file for file in files.written}, {})
         report = paper_run.simulate_into(files, experiment, done)
     with interruptible(f"{files.log} is complete, no result was written"):
         with progress("identifying") as done:
@@ -188,7 +191,7 @@ def show_info(
 ) -> None:
     """Shows the topics of a log."""
     contents = log_info(log)
-    console = Results()
+    console = Stream()
     topics = log_contents.topics_table(contents)
     if console.is_terminal:
         console.print(topics, highlight=False)

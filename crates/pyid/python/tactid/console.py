@@ -1,5 +1,7 @@
 """Progress and notes of the commands, on standard error."""
 
+import json
+import re
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -9,8 +11,10 @@ from typing import Any
 import typer
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 from typer.core import TyperGroup
 
+from tactid import terminal
 from tactid.naming import listed
 from tactid.startup import INTERRUPTED
 from tactid.table import whole_width
@@ -45,22 +49,33 @@ def _without_value(option: Any) -> Any:
     return option
 
 
-class Results(Console):
-    """Standard output. The program decides what follows when its reader goes away."""
+class Stream(Console):
+    """A standard stream. The program decides what follows when its reader goes away."""
 
     def on_broken_pipe(self) -> None:
         """Raises ``BrokenPipeError``, where Rich would exit with code 1."""
         raise BrokenPipeError
 
+    def render_str(self, text: str, **style: Any) -> Text:
+        """Returns a text with escapes in place of its control characters."""
+        return super().render_str(terminal.printable(text), **style)
 
-notes = Console(stderr=True, highlight=False, soft_wrap=True)
+
+notes = Stream(stderr=True, highlight=False, soft_wrap=True)
 
 
 def print_whole(table: Table) -> None:
     """Prints a table on standard output without truncating cells, in a narrow terminal too."""
-    console = Results()
+    console = Stream()
     console.width = max(console.width, whole_width(table, console))
     console.print(table, soft_wrap=True)
+
+
+def print_json(text: str) -> None:
+    """Prints a JSON document; where standard output is not UTF-8, with escapes for the rest."""
+    if not terminal.is_utf8(sys.stdout):
+        text = re.sub(r"[^\x00-\x7f]", lambda found: json.dumps(found[0])[1:-1], text)
+    sys.stdout.write(text)
 
 
 @contextmanager

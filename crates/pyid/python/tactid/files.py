@@ -1,30 +1,100 @@
-"""Files that are written whole or not at all."""
+"""Output files: a regular file is written whole or not at all, a device or pipe is written through.
+
+A file is written beside its destination and then renamed, so that nobody reads half of it. The
+destination of a symbolic link is the file that it points to; the link stays. A device, a named pipe
+or a standard stream is never replaced: it gets the bytes of the complete file.
+"""
 
 import os
+import shutil
+import stat
+import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from tactid.errors import TactidError
+
 
 @contextmanager
 def atomic_path(path: Path) -> Iterator[Path]:
-    """Yields a temporary path; its file replaces ``path`` when the block ends without an error."""
-    try:
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    except OSError as error:
-        error.filename = str(path)  # instead of the temporary one
-        raise
+    """Yields a temporary path, whose file becomes ``path`` if the block ends without an error."""
+    through, target = is_stream(path), Path(os.path.realpath(path))
+    with _errors_name(path, None):
+        handle, name = tempfile.mkstemp(
+            dir=None if through else target.parent, prefix=f".{path.name}."
+        )
     os.close(handle)
+    temporary = Path(name)
     try:
-        yield Path(temporary)
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(temporary, 0o666 & ~umask)  # mkstemp's file is for its owner alone
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
+        with _errors_name(path, temporary):
+            yield temporary
+            if through:
+                _write_through(temporary, path)
+            else:
+                temporary.chmod(0o666 & ~_umask())  # mkstemp's file is for its owner alone
+                temporary.replace(target)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def is_stream(path: Path) -> bool:
+    """Returns whether a path is a device, a named pipe or a standard stream, and no file."""
+    try:
+        status = path.stat()
+    except OSError:  # there is nothing yet
+        return False
+    return not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)) or (
+        _descriptor(status) is not None
+    )
+
+
+def _descriptor(status: os.stat_result) -> int | None:
+    """Returns the standard output or error that a file is, also where it is redirected to a file.
+
+    ``/dev/stdout`` of a redirected standard output is the file that the shell has opened. A file of
+    the same name in its place would be lost to the shell.
+    """
+    for descriptor in (1, 2):
+        try:
+            if os.path.samestat(os.fstat(descriptor), status):
+                return descriptor
+        except OSError:  # it is closed
+            continue
+    return None
+
+
+def _write_through(source: Path, path: Path) -> None:
+    descriptor = _descriptor(path.stat())
+    if descriptor is not None:
+        for printed in filter(None, (sys.stdout, sys.stderr)):
+            printed.flush()  # what was printed before stays before
+    with (
+        source.open("rb") as complete,
+        open(path if descriptor is None else os.dup(descriptor), "wb") as stream,
+    ):
+        shutil.copyfileobj(complete, stream)
+
+
+@contextmanager
+def _errors_name(path: Path, temporary: Path | None) -> Iterator[None]:
+    """Makes errors name the path that the user gave: the temporary one is nobody's business."""
+    try:
+        yield
+    except OSError as error:
+        if temporary is None or error.filename in (None, str(temporary), temporary):
+            error.filename, error.filename2 = str(path), None
         raise
+    except TactidError as error:
+        error.message = error.message.replace(str(temporary), str(path))
+        raise
+
+
+def _umask() -> int:
+    umask = os.umask(0)
+    os.umask(umask)
+    return umask
 
 
 @contextmanager
@@ -43,6 +113,10 @@ def new_folder(path: Path) -> Iterator[None]:
 
 
 def write_atomically(path: Path, content: str | bytes) -> None:
-    """Writes a file so that it is there whole or not at all."""
+    """Writes a file so that it is there whole or not at all.
+
+    A name that is not UTF-8, such as that of a log, is written with replacement characters.
+    """
+    encoded = content if isinstance(content, bytes) else content.encode(errors="replace")
     with atomic_path(path) as temporary:
-        temporary.write_bytes(content.encode() if isinstance(content, str) else content)
+        temporary.write_bytes(encoded)

@@ -26,7 +26,15 @@ from tactid import (
 )
 from tactid._native import info
 from tactid.combined import Combination
-from tactid.console import FLAG, interruptible, notes, print_whole, progress, write_files
+from tactid.console import (
+    FLAG,
+    interruptible,
+    notes,
+    print_json,
+    print_whole,
+    progress,
+    write_files,
+)
 from tactid.controllers import MAKERS
 from tactid.declaration import Declaration
 from tactid.errors import ArgumentError, IdentificationError
@@ -36,6 +44,7 @@ from tactid.options import Options
 from tactid.output_files import check_outputs
 from tactid.payload import PayloadEstimate
 from tactid.result import Identification
+from tactid.terminal import printable
 from tactid.truth import Truth, read_checks, read_truth
 
 
@@ -123,12 +132,15 @@ def identify_recording(
         )
     with interruptible("no result"), progress("identifying") as done:
         result = identify(tuple(logs), options=read_options(options), progress=done)
-    refusal = _print(logs[0], result, output)
-    wrote = write_files(_writers(logs[0], result, output))
+    writers = _writers(logs[0], result, output)
+    try:
+        refusal = _print(logs[0], result, output)
+    finally:  # the files are written even where nobody reads what is printed
+        wrote = write_files(writers)
     if wrote:
         notes.print(wrote)
     if refusal is not None:
-        print(f"tactid: error: {refusal.worded('command-line')}", file=sys.stderr)
+        print("tactid: error:", printable(refusal.worded("command-line")), file=sys.stderr)
     if refusal is not None or result.is_contradicted:
         raise typer.Exit(1)
 
@@ -204,11 +216,11 @@ def _print(
     for damage in (damage for run in runs for damage in run.damage):
         notes.print(f"tactid: note: {damage}; what stands before was used", style="yellow")
     if output.form is Form.JSON:
-        sys.stdout.write(result_json.to_json(_record(log, result, output)))
+        print_json(result_json.to_json(_record(log, result, output)))
         return None
     refusal = None
     if output.form is Form.TABLE:
-        print(table.heading(result.estimate.frame))
+        print(printable(table.heading(result.estimate.frame)))
         print_whole(_table(log, result))
         each = combination_text.rows(result) if isinstance(result, Combination) else None
         if each is not None:
@@ -216,7 +228,7 @@ def _print(
     else:
         _warn_of_disagreement(output.form, result)
         try:
-            print(_in_form(output.form, result.estimate))
+            print(printable(_in_form(output.form, result.estimate)))
         except IdentificationError as error:
             refusal = error
     for line in _lines(result, output):

@@ -5,6 +5,7 @@ from rich.table import Table
 from rich.text import Text
 
 from tactid._native import LogInfo
+from tactid.terminal import printable
 
 
 def topics_table(info: LogInfo) -> Table:
@@ -16,7 +17,8 @@ def topics_table(info: LogInfo) -> Table:
     table.add_column("rate / Hz", justify="right")
     for topic in info.topics:
         rate = "–" if topic.frequency is None else f"{topic.frequency:.1f}"
-        table.add_row(Text(topic.name), Text(topic.type_name), str(topic.count), rate)
+        names = (Text(printable(name)) for name in (topic.name, topic.type_name))
+        table.add_row(*names, str(topic.count), rate)
     return table
 
 

@@ -6,6 +6,7 @@ from itertools import combinations
 from pathlib import Path
 
 from tactid.errors import ArgumentError
+from tactid.files import is_stream
 
 
 def check_outputs(outputs: Mapping[str, Path | None], inputs: Mapping[str, Path | None]) -> None:
@@ -37,7 +38,12 @@ def checked_output(path: str | os.PathLike[str], inputs: Mapping[str, Path | Non
 
 
 def _check_place(option: str, path: Path) -> None:
-    folder = path.parent
+    if is_stream(path):
+        if not os.access(path, os.W_OK):
+            raise ArgumentError(f"{option} {path} cannot be written")
+        return
+    # The target of a link is replaced, and not the link.
+    folder = Path(os.path.realpath(path)).parent if path.is_symlink() else path.parent
     if not folder.is_dir():
         problem = "is not a folder" if folder.exists() else "does not exist"
         raise ArgumentError(f"the folder {folder} of {option} {problem}")
@@ -59,6 +65,8 @@ def _check_input(option: str, path: Path, source: str, given: Path) -> None:
 
 
 def _is_same_file(path: Path, other: Path) -> bool:
+    if path.is_char_device():  # nothing is lost: /dev/null takes everything
+        return False
     try:
         return path.samefile(other)
     except OSError:  # one of them does not exist

@@ -46,10 +46,16 @@ class Files:
         """Path of the report: the results as an HTML page with figures."""
         return self.folder / "report.html"
 
+    @property
+    def written(self) -> list[Path]:
+        """Paths of all files, of which the log is the first."""
+        figures = [self.folder / name for name in paper_plots.FIGURES.values()]
+        return [self.log, self.result, self.report, *figures]
+
     def remove_results(self) -> None:
         """Removes the result, the report and the figures of an earlier run."""
-        for name in (self.result.name, self.report.name, *paper_plots.FIGURES.values()):
-            (self.folder / name).unlink(missing_ok=True)
+        for file in self.written[1:]:
+            file.unlink(missing_ok=True)
 
 
 def simulate_into(

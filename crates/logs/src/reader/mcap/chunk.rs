@@ -6,7 +6,7 @@ use mcap::records::op;
 use zstd::zstd_safe::{DCtx, ResetDirective};
 
 use super::file::RECORD_HEADER;
-use crate::reader::storage::{Entry, MAX_RECORD};
+use crate::reader::storage::{Entry, MAX_RECORD, Room};
 
 /// Size of a message's channel, sequence, log time and publish time, bytes.
 const MESSAGE_HEADER: usize = 22;
@@ -24,6 +24,20 @@ pub(super) struct Records {
     start: usize,
     /// Whether the end of the file cuts them off.
     cut: bool,
+}
+
+/// Reason why a chunk is not read.
+pub(super) enum ChunkFault {
+    /// It is damaged: the description of the fault.
+    Damage(String),
+    /// It needs more memory than is left.
+    TooLarge,
+}
+
+impl<S: Into<String>> From<S> for ChunkFault {
+    fn from(what: S) -> Self {
+        Self::Damage(what.into())
+    }
 }
 
 /// Header of a chunk and the position of its data.
@@ -58,8 +72,9 @@ impl Records {
     pub(super) fn of_chunk(
         body: Vec<u8>,
         cut: bool,
+        room: Room,
         decompressor: &mut ChunkDecompressor,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, ChunkFault> {
         let header = ChunkHeader::parse(&body);
         let header = header.ok_or(if cut {
             CUT
@@ -67,13 +82,16 @@ impl Records {
             "a chunk without its header"
         })?;
         if header.uncompressed_size > MAX_RECORD && !cut {
-            return Err("a chunk of impossible size".to_owned());
+            return Err("a chunk of impossible size".into());
+        }
+        if header.uncompressed_size.min(MAX_RECORD) > room.left {
+            return Err(ChunkFault::TooLarge);
         }
         let (size, crc) = (header.uncompressed_size, header.uncompressed_crc);
         let compressed_size = usize::try_from(header.compressed_size).unwrap_or(usize::MAX);
         let end = header.data.saturating_add(compressed_size);
         if end > body.len() && !cut {
-            return Err("a chunk that is shorter than the size in its header".to_owned());
+            return Err("a chunk that is shorter than the size in its header".into());
         }
         let end = end.min(body.len());
         let data = body.get(header.data..end).unwrap_or_default();
@@ -92,12 +110,10 @@ impl Records {
             }
             other => {
                 let name = String::from_utf8_lossy(other);
-                return Err(format!(
-                    "a chunk compressed as {name:?}, not as zstd or lz4"
-                ));
+                return Err(format!("a chunk compressed as {name:?}, not as zstd or lz4").into());
             }
         };
-        records.verified(size, crc, cut)
+        Ok(records.verified(size, crc, cut)?)
     }
 
     /// Checks size and checksum. A chunk that is cut off cannot have the right ones.

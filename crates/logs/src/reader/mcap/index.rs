@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use mcap::records::op;
 
 use super::{
-    chunk::{ChunkDecompressor, Records},
+    chunk::{ChunkDecompressor, ChunkFault, Records},
     file::LogFile,
 };
-use crate::reader::storage::{Channel, ChannelId, Damage, Metadata, Segment, Stop};
+use crate::reader::storage::{Channel, ChannelId, Damage, Metadata, Room, Segment, Stop};
 
 /// Content of a file.
 #[derive(Debug, Default)]
@@ -41,6 +41,7 @@ impl Place {
     pub(super) fn read(
         &self,
         file: &mut LogFile,
+        room: Room,
         decompressor: &mut ChunkDecompressor,
     ) -> Result<Records, Stop> {
         if self.kind == PlaceKind::Plain {
@@ -50,8 +51,11 @@ impl Place {
             Some(record) if record.opcode == op::CHUNK => {
                 let cut = self.kind == PlaceKind::CutChunk;
                 let body = file.body(record)?;
-                Records::of_chunk(body, cut, decompressor)
-                    .map_err(|what| file.damage(self.at_byte, what))
+                let records = Records::of_chunk(body, cut, room, decompressor);
+                records.map_err(|fault| match fault {
+                    ChunkFault::Damage(what) => file.damage(self.at_byte, what),
+                    ChunkFault::TooLarge => room.exceeded(&file.path),
+                })
             }
             _ => Err(file.damage(self.at_byte, "no chunk at the position in the index")),
         }

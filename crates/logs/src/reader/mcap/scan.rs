@@ -14,7 +14,7 @@ use crate::{
     error::LogError,
     reader::{
         source::Source,
-        storage::{Entry, Segment, Stop},
+        storage::{Entry, Room, Segment, Stop},
     },
 };
 
@@ -90,7 +90,7 @@ impl Scan {
                 PlaceKind::Chunk
             },
         };
-        let records = place.read(file, &mut self.decompressor)?;
+        let records = place.read(file, Room::ONE, &mut self.decompressor)?;
         let mut segment = Segment::default();
         let end = self.chunk_records(&records, &mut segment);
         self.index.segments.push((place, segment));

@@ -3,7 +3,7 @@
 use std::{collections::BTreeSet, sync::Arc};
 
 use super::{
-    chunk::{ChunkDecompressor, Records},
+    chunk::{ChunkDecompressor, ChunkFault, Records},
     file::LogFile,
     index::Place,
     scan,
@@ -13,7 +13,8 @@ use crate::{
     reader::{
         source::Source,
         storage::{
-            Block, ChannelId, Entry, FileIndex, Segment, SegmentReader, Selected, Stop, Storage,
+            Block, ChannelId, Entry, FileIndex, Room, Segment, SegmentReader, Selected, Stop,
+            Storage,
         },
     },
 };
@@ -25,6 +26,7 @@ pub(in crate::reader) fn index(source: Source) -> Result<FileIndex, LogError> {
     // Damage of a compressed file is the reason for that of its content.
     let damage = source.damage().cloned().or(index.damage);
     Ok(FileIndex {
+        path: source.path.clone(),
         segments,
         metadata: index.metadata,
         damage,
@@ -65,36 +67,45 @@ struct McapReader {
 }
 
 impl SegmentReader for McapReader {
-    fn read(&mut self, segment: usize, selected: &Selected) -> Result<Block, Stop> {
+    fn read(&mut self, segment: usize, selected: &Selected, room: Room) -> Result<Block, Stop> {
         let Some(place) = self.places.get(segment) else {
             return Ok(Block::default());
         };
-        let records = place.read(&mut self.file, &mut self.decompressor)?;
+        let records = place.read(&mut self.file, room, &mut self.decompressor)?;
+        // The shortest messages need more memory for their headers than for themselves.
+        let most = room.left as usize / size_of::<Entry>();
         let mut entries = Vec::new();
-        let outcome = self.select(&records, selected, &mut entries);
-        let damage = outcome.map_err(|what| self.file.damage_at(place.at_byte, what));
+        let damage = match self.select(&records, selected, most, &mut entries) {
+            Ok(()) => None,
+            Err(ChunkFault::Damage(what)) => Some(self.file.damage_at(place.at_byte, what)),
+            Err(ChunkFault::TooLarge) => return Err(room.exceeded(&self.file.path)),
+        };
         Ok(Block {
             bytes: records.into_bytes(),
             entries,
-            damage: damage.err(),
+            damage,
         })
     }
 }
 
 impl McapReader {
-    /// Collects the selected messages of a segment, up to the first damaged record.
+    /// Collects the selected messages of a segment, up to the first damaged record or a number of messages.
     fn select(
         &self,
         records: &Records,
         selected: &Selected,
+        most: usize,
         entries: &mut Vec<Entry>,
-    ) -> Result<(), &'static str> {
+    ) -> Result<(), ChunkFault> {
         for entry in records.messages() {
             let entry = entry?;
             if selected.contains_key(&entry.channel) {
+                if entries.len() == most {
+                    return Err(ChunkFault::TooLarge);
+                }
                 entries.push(entry);
             } else if !self.known.contains(&entry.channel) {
-                return Err("a message of an unknown channel");
+                return Err("a message of an unknown channel".into());
             }
         }
         Ok(())

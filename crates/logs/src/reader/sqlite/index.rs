@@ -43,6 +43,7 @@ pub(in crate::reader) fn index(source: Source) -> Result<FileIndex, LogError> {
     let parts = parts.map_err(|problem| database.error(problem))?;
     let (ranges, segments): (Vec<Rows>, Vec<Segment>) = parts.into_iter().unzip();
     Ok(FileIndex {
+        path: source.path.clone(),
         segments,
         channels: bag.channels,
         metadata: bag.metadata,

@@ -12,7 +12,7 @@ use crate::{
     error::LogError,
     reader::{
         source::Source,
-        storage::{Block, Entry, SegmentReader, Selected, Stop, Storage},
+        storage::{Block, Entry, Room, SegmentReader, Selected, Stop, Storage},
     },
 };
 
@@ -47,7 +47,8 @@ struct SqliteReader {
 }
 
 impl SegmentReader for SqliteReader {
-    fn read(&mut self, segment: usize, selected: &Selected) -> Result<Block, Stop> {
+    fn read(&mut self, segment: usize, selected: &Selected, _: Room) -> Result<Block, Stop> {
+        // A range is about a megabyte.
         let Some(&range) = self.ranges.get(segment) else {
             return Ok(Block::default());
         };
