@@ -1,9 +1,10 @@
-//! Robots that are derived from another: with one more frame, with a payload, without a subtree.
+//! Robots that are derived from another: with one more frame, with a payload, without a subtree, with locked joints.
 
 use std::ops::Range;
 
 use nalgebra::Isometry3;
 
+use crate::manipulator::{Body, subtree_ends};
 use crate::{FrameId, InertialParameters, Manipulator};
 
 impl Manipulator {
@@ -52,15 +53,61 @@ impl Manipulator {
             link.removed = link.removed + link.parameters;
             link.parameters = InertialParameters::zero();
         }
-        let mut lumped = vec![InertialParameters::zero(); robot.bodies.len()];
-        for link in &robot.links {
-            lumped[link.body] =
-                lumped[link.body] + link.parameters.expressed_in(&link.body_from_link);
-        }
-        for (body, parameters) in robot.bodies.iter_mut().zip(lumped) {
-            body.parameters = parameters;
-        }
+        robot.lump_links();
         robot
+    }
+
+    /// Returns the robot with only those joints that move one of some frames; all other joints are locked at position zero.
+    /// The number and the order of the joints stay, and what a locked joint is given has no effect. Motions of the frames
+    /// are those of the whole robot, and need a pass over fewer bodies.
+    #[must_use]
+    pub fn locked_beyond(&self, frames: &[FrameId]) -> Self {
+        let carried: Vec<usize> = frames.iter().map(|&frame| self.link(frame).body).collect();
+        let mut robot = self.clone();
+        robot.bodies.clear();
+        // Where each body is in the new robot: the index of a body, and its pose in the frame of that.
+        let mut places: Vec<(usize, Isometry3<f64>)> = Vec::with_capacity(self.bodies.len());
+        for (index, (body, end)) in self
+            .bodies
+            .iter()
+            .zip(subtree_ends(&self.bodies))
+            .enumerate()
+        {
+            let above = places.get(body.parent).copied();
+            let (parent, parent_from_above) = above.unwrap_or((0, Isometry3::identity()));
+            let is_free = carried.iter().any(|body| (index..end).contains(body));
+            match &body.joint {
+                Some(joint) if !is_free => {
+                    let place = parent_from_above * joint.parent_from_zero;
+                    places.push((parent, place));
+                }
+                _ => {
+                    places.push((robot.bodies.len(), Isometry3::identity()));
+                    robot.bodies.push(Body {
+                        parent,
+                        ..body.clone()
+                    });
+                }
+            }
+        }
+        for link in &mut robot.links {
+            let (body, body_from_place) = places[link.body];
+            link.body_from_link = body_from_place * link.body_from_link;
+            link.body = body;
+        }
+        robot.lump_links();
+        robot
+    }
+
+    /// Sets the parameters of each body to the sum of those of its links.
+    fn lump_links(&mut self) {
+        for body in &mut self.bodies {
+            body.parameters = InertialParameters::zero();
+        }
+        for link in &self.links {
+            let body = &mut self.bodies[link.body];
+            body.parameters = body.parameters + link.parameters.expressed_in(&link.body_from_link);
+        }
     }
 
     /// Returns the positions of the links below the link of `frame`, which itself is not included.

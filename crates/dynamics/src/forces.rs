@@ -15,12 +15,16 @@ use crate::workspace::Workspace;
 pub fn wrench_on_end_effector(workspace: &Workspace, tool: FrameId) -> Wrench {
     let base = &workspace.states[0];
     let gravity = base.rotation.tr_mul((&workspace.gravity).into());
-    let on_rest = workspace.placed_bodies().map(|(body, state, placement)| {
+    let on_rest = workspace.placed_bodies().map(|(body, state, moving)| {
+        let placement = moving.placement;
         let mut inertial = *state;
         inertial.acceleration = inertial.acceleration + placement.rotation.tr_mul(gravity);
         inertial.set_inertial_wrench(body);
-        placement.of_wrench(inertial.force, inertial.moment)
+        placement.of_wrench(&Wrench {
+            force: inertial.force.into(),
+            moment: inertial.moment.into(),
+        })
     });
     let sum = on_rest.fold(Wrench::zero(), |sum, wrench| sum + wrench); // f_K, below (29), and -n_U, (44)
-    workspace.frame_on_base(tool).opposite_of(&sum)
+    -workspace.frame_on_base(tool).wrench_in(&sum)
 }

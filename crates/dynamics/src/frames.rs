@@ -2,19 +2,18 @@
 
 use nalgebra::{Isometry3, Vector3, Vector6};
 
-use crate::placement::Placement;
+use crate::placement::{MovingPlacement, Placement};
 use crate::recursion::{BodyModel, BodyState, JointModel};
 use crate::vector::Vec3;
 use crate::{
-    FrameId, FrameMotion, InertialParameters, JointKind, StateError, ToolMotion, Workspace,
+    FrameId, FrameMotion, InertialParameters, JointKind, StateError, ToolMotion, Workspace, Wrench,
 };
 
 impl Workspace {
     /// Returns the placement of a frame in the frame of the base.
     pub(crate) fn frame_on_base(&self, frame: FrameId) -> Placement {
         let fixed = &self.frames[self.robot.position(frame)];
-        self.placement_on_base(fixed.body)
-            .followed_by(&fixed.placement())
+        self.placement_above(fixed.placement(), fixed.body, 0)
     }
 
     /// Returns the motion of a frame, expressed in the inertial frame. The cost is one pass over the bodies above it.
@@ -22,16 +21,21 @@ impl Workspace {
     pub fn frame_motion(&self, frame: FrameId) -> FrameMotion {
         let fixed = &self.frames[self.robot.position(frame)];
         let state = &self.states[fixed.body];
-        let body = self.placement(fixed.body);
-        let arm_velocity = state.angular_velocity.cross(fixed.translation);
-        let acceleration = state.acceleration + &state.omega_matrix * fixed.translation;
-        let in_world = |vector| Vector3::from(&body.rotation * vector);
+        let moving = MovingPlacement {
+            placement: fixed.placement(),
+            velocity: state.angular_velocity.cross(fixed.translation),
+        };
+        let on_base = self.moving_placement_above(moving, fixed.body);
+        let in_world = self.base_placement().followed_by(&on_base.placement);
+        let velocity = &self.states[0].rotation * on_base.velocity;
+        let seen = fixed.motion(state);
+        let turned = |vector: Vec3<f64>| Vector3::from(&in_world.rotation * vector);
         FrameMotion {
-            pose: body.pose() * fixed.joint_from_frame,
-            velocity: Vector3::from(body.velocity) + in_world(arm_velocity),
-            angular_velocity: in_world(state.angular_velocity),
-            acceleration: in_world(acceleration) + self.gravity,
-            angular_acceleration: in_world(state.angular_acceleration),
+            pose: in_world.pose(),
+            velocity: Vector3::from(velocity) + self.base_velocity,
+            angular_velocity: turned(seen.angular_velocity),
+            acceleration: turned(seen.acceleration) + self.gravity,
+            angular_acceleration: turned(seen.angular_acceleration),
         }
     }
 
@@ -43,76 +47,136 @@ impl Workspace {
     #[must_use]
     pub fn tool_motion(&self, frame: FrameId, gravity: &Vector3<f64>) -> ToolMotion {
         let fixed = &self.frames[self.robot.position(frame)];
-        let state = &self.states[fixed.body];
-        let mut acceleration = state.acceleration + &state.omega_matrix * fixed.translation;
+        let seen = fixed.motion(&self.states[fixed.body]);
+        let mut motion = ToolMotion {
+            acceleration: seen.acceleration.into(),
+            angular_velocity: seen.angular_velocity.into(),
+            angular_acceleration: seen.angular_acceleration.into(),
+        };
         if *gravity != self.gravity {
-            acceleration = acceleration + self.in_body(fixed.body, &(self.gravity - gravity));
+            motion.acceleration += self.in_frame(frame, &(self.gravity - gravity));
         }
-        let in_frame = |vector| fixed.rotation.tr_mul(vector).into();
-        ToolMotion {
-            acceleration: in_frame(acceleration),
-            angular_velocity: in_frame(state.angular_velocity),
-            angular_acceleration: in_frame(state.angular_acceleration),
-        }
+        motion
     }
 
     /// Returns `world_from_frame`, the pose of a frame in the inertial frame. The cost is one pass over the bodies above it.
     #[must_use]
     pub fn pose(&self, frame: FrameId) -> Isometry3<f64> {
+        let on_base = self.frame_on_base(frame);
+        self.base_placement().followed_by(&on_base).pose()
+    }
+
+    /// Returns `a_from_b`, the pose of frame `b` in frame `a`. The cost is one pass over the bodies above either frame that do
+    /// not carry the other.
+    #[must_use]
+    pub fn relative_pose(&self, a: FrameId, b: FrameId) -> Isometry3<f64> {
+        let [a, b] = [a, b].map(|frame| &self.frames[self.robot.position(frame)]);
+        let common = self.common_body(a.body, b.body);
+        let [above_a, above_b] =
+            [a, b].map(|fixed| self.placement_above(fixed.placement(), fixed.body, common));
+        above_a.inverse().followed_by(&above_b).pose()
+    }
+
+    /// Returns a wrench in frame `a` and about its origin, where `wrench` is in frame `b` and about the origin of that: the
+    /// [`Wrench::expressed_in`] of [`relative_pose`](Self::relative_pose), in less time.
+    #[must_use]
+    pub fn wrench_in_frame(&self, a: FrameId, b: FrameId, wrench: &Wrench) -> Wrench {
+        let [a, b] = [a, b].map(|frame| &self.frames[self.robot.position(frame)]);
+        let common = self.common_body(a.body, b.body);
+        let mut wrench = b.placement().of_wrench(wrench);
+        let mut index = b.body;
+        while index != common {
+            wrench = Placement::in_parent(&self.states[index]).of_wrench(&wrench);
+            index = self.bodies[index].parent;
+        }
+        let above_a = self.placement_above(a.placement(), a.body, common);
+        above_a.wrench_in(&wrench)
+    }
+
+    /// Returns a vector of the inertial frame, such as gravity, expressed in a frame. The cost is one product for each body
+    /// above the frame.
+    #[must_use]
+    pub fn in_frame(&self, frame: FrameId, vector: &Vector3<f64>) -> Vector3<f64> {
         let fixed = &self.frames[self.robot.position(frame)];
-        self.placement(fixed.body).pose() * fixed.joint_from_frame
+        let in_body = self.in_body(fixed.body, vector);
+        fixed.rotation.tr_mul(in_body).into()
     }
 
     /// Returns a vector of the inertial frame in the joint frame of a body.
     pub(crate) fn in_body(&self, index: usize, vector: &Vector3<f64>) -> Vec3<f64> {
-        self.placement(index).rotation.tr_mul(vector.into())
+        let path = self.bodies[..=index].iter().zip(&self.states);
+        let path = path.filter(|(body, _)| body.end > index);
+        path.fold(vector.into(), |vector, (_, state)| {
+            state.rotation.tr_mul(vector)
+        })
     }
 
-    /// Returns the placement of a body's joint frame in the inertial frame.
-    fn placement(&self, index: usize) -> Placement {
-        let mut base = Placement::in_parent(&self.states[0], Vec3([0.0; 3]));
-        base.velocity = (&self.base_velocity).into();
-        match index {
-            0 => base,
-            _ => base.followed_by(&self.placement_on_base(index)),
+    /// Returns the last body that carries two bodies, or is one of them.
+    fn common_body(&self, a: usize, b: usize) -> usize {
+        let (mut common, last) = (a.min(b), a.max(b));
+        // In depth-first order, the bodies that one carries have the indices that follow its own.
+        while self.bodies[common].end <= last {
+            common = self.bodies[common].parent;
         }
+        common
     }
 
-    /// Returns the placement of a body's joint frame in the frame of the base, in which no digits are lost far from the
-    /// inertial frame's origin.
-    fn placement_on_base(&self, index: usize) -> Placement {
-        if index == 0 {
-            return Placement::identity();
-        }
-        let mut placement = self.placement_on_parent(index);
-        let mut above = self.bodies[index].parent;
-        while above > 0 {
-            placement = self.placement_on_parent(above).followed_by(&placement);
-            above = self.bodies[above].parent;
+    /// Returns the placement of the base in the inertial frame.
+    fn base_placement(&self) -> Placement {
+        Placement::in_parent(&self.states[0])
+    }
+
+    /// Returns the placement of a frame in the joint frame of a body above, where `placement` is that in the joint frame of
+    /// the body `index`. In the frame of the base no digits are lost far from the inertial frame's origin.
+    #[inline(always)]
+    fn placement_above(
+        &self,
+        mut placement: Placement,
+        mut index: usize,
+        above: usize,
+    ) -> Placement {
+        while index != above {
+            placement = Placement::in_parent(&self.states[index]).followed_by(&placement);
+            index = self.bodies[index].parent;
         }
         placement
     }
 
-    /// Returns the placement of a body's joint frame in that of its parent.
+    /// Returns the moving placement of a frame in the frame of the base, where `moving` is that in the joint frame of the body
+    /// `index`.
     #[inline(always)]
-    fn placement_on_parent(&self, index: usize) -> Placement {
+    fn moving_placement_above(
+        &self,
+        mut moving: MovingPlacement,
+        mut index: usize,
+    ) -> MovingPlacement {
+        while index != 0 {
+            moving = self.placement_on_parent(index).followed_by(&moving);
+            index = self.bodies[index].parent;
+        }
+        moving
+    }
+
+    /// Returns the moving placement of a body's joint frame in that of its parent.
+    #[inline(always)]
+    fn placement_on_parent(&self, index: usize) -> MovingPlacement {
         let parent = &self.states[self.bodies[index].parent];
-        Placement::in_parent(&self.states[index], parent.angular_velocity)
+        MovingPlacement::in_parent(&self.states[index], parent.angular_velocity)
     }
 
     /// Returns all bodies with their states and placements in the frame of the base. The cost is one product for each body
     /// that follows its parent, and one pass over those above it for any other.
     pub(crate) fn placed_bodies(
         &self,
-    ) -> impl Iterator<Item = (&BodyModel, &BodyState<f64>, Placement)> + '_ {
-        let mut last: Option<(usize, Placement)> = None;
+    ) -> impl Iterator<Item = (&BodyModel, &BodyState<f64>, MovingPlacement)> + '_ {
+        let mut last: Option<(usize, MovingPlacement)> = None;
         let bodies = self.bodies.iter().zip(&self.states).enumerate();
         bodies.map(move |(index, (body, state))| {
             let placement = match &last {
                 Some((above, placement)) if *above == body.parent => {
                     placement.followed_by(&self.placement_on_parent(index))
                 }
-                _ => self.placement_on_base(index),
+                _ => self.moving_placement_above(MovingPlacement::identity(), index),
             };
             last = Some((index, placement));
             (body, state, placement)
@@ -157,7 +221,7 @@ impl Workspace {
                 JointKind::Revolute => (y_axis * x - x_axis * y, z_axis), // z × p
                 JointKind::Prismatic => (z_axis, Vector3::zeros()),
             };
-            placement = self.placement_on_parent(index).followed_by(&placement);
+            placement = Placement::in_parent(&self.states[index]).followed_by(&placement);
             index = self.bodies[index].parent;
             let [vx, vy, vz] = linear.into();
             let [wx, wy, wz] = angular.into();
@@ -170,12 +234,14 @@ impl Workspace {
     /// removed are included, so that the robot with and without its end-effector give the same.
     #[must_use]
     pub fn subtree_parameters(&self, frame: FrameId) -> InertialParameters {
-        let frame_from_world = self.pose(frame).inverse();
+        let fixed = &self.frames[self.robot.position(frame)];
+        let frame_from_body = fixed.placement().inverse();
         let below = &self.robot.links[self.robot.links_below(frame)];
         let frames = &self.frames[self.robot.links_below(frame)];
-        let in_frame = below.iter().zip(frames).map(|(link, fixed)| {
-            let world_from_link = self.placement(fixed.body).pose() * fixed.joint_from_frame;
-            (link.parameters + link.removed).expressed_in(&(frame_from_world * world_from_link))
+        let in_frame = below.iter().zip(frames).map(|(link, below)| {
+            let in_body = self.placement_above(below.placement(), below.body, fixed.body);
+            let frame_from_link = frame_from_body.followed_by(&in_body).pose();
+            (link.parameters + link.removed).expressed_in(&frame_from_link)
         });
         in_frame.sum()
     }

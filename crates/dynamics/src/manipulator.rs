@@ -95,8 +95,8 @@ pub(crate) struct Link {
 /// Handle of a link's frame in a [`Manipulator`].
 ///
 /// [`Manipulator::frame`] finds it by the link's name. It holds for that robot and for every robot derived from it by
-/// [`with_frame`](Manipulator::with_frame), [`with_payload`](Manipulator::with_payload) or
-/// [`without_subtree`](Manipulator::without_subtree). A method panics, or answers for another link, where it is given
+/// [`with_frame`](Manipulator::with_frame), [`with_payload`](Manipulator::with_payload),
+/// [`without_subtree`](Manipulator::without_subtree) or [`locked_beyond`](Manipulator::locked_beyond). A method panics, or answers for another link, where it is given
 /// the handle of an unrelated robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameId(usize);
@@ -349,6 +349,15 @@ impl Manipulator {
             joints: self.joint_names.join(", "),
         })
     }
+}
+
+/// Returns for each body the index after that of the last one that it carries: in depth-first order these follow it.
+pub(crate) fn subtree_ends(bodies: &[Body]) -> Vec<usize> {
+    let mut ends: Vec<usize> = (1..=bodies.len()).collect();
+    for (index, body) in bodies.iter().enumerate().rev() {
+        ends[body.parent] = ends[body.parent].max(ends[index]);
+    }
+    ends
 }
 
 /// Checks that a link has a positive finite mass and an inertia that a rigid body can have.

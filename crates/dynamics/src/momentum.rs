@@ -22,12 +22,14 @@ pub struct Momentum {
 pub fn momentum(workspace: &Workspace) -> Momentum {
     let base = &workspace.states[0];
     let base_velocity = base.rotation.tr_mul((&workspace.base_velocity).into());
-    let of_bodies = workspace.placed_bodies().map(|(body, state, placement)| {
-        let velocity = placement
-            .rotation
-            .tr_mul(base_velocity + placement.velocity);
+    let of_bodies = workspace.placed_bodies().map(|(body, state, moving)| {
+        let placement = moving.placement;
+        let velocity = placement.rotation.tr_mul(base_velocity + moving.velocity);
         let (linear, angular) = body.momentum(velocity, state.angular_velocity);
-        placement.of_wrench(linear, angular)
+        placement.of_wrench(&Wrench {
+            force: linear.into(),
+            moment: angular.into(),
+        })
     });
     let on_base = of_bodies.fold(Wrench::zero(), |sum, one| sum + one);
     let linear = Vector3::from(&base.rotation * Vec3::from(&on_base.force));
@@ -79,7 +81,9 @@ fn acceleration_that_cancels(workspace: &Workspace) -> BaseAcceleration {
     let base = &workspace.states[0];
     let (force, moment) = (Vector3::from(base.force), Vector3::from(base.moment));
     let bodies = workspace.placed_bodies();
-    let whole: InertialParameters = bodies.map(|(body, _, at)| at.parameters_of(body)).sum();
+    let whole: InertialParameters = bodies
+        .map(|(body, _, at)| at.placement.parameters_of(body))
+        .sum();
     let mass = whole.mass();
     let c = whole.first_moment() / mass;
     let inertia = whole

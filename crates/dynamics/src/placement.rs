@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use crate::manipulator::Link;
+use crate::real::Real;
 use crate::recursion::{BodyModel, BodyState, matrix};
 use crate::vector::{Mat3, Vec3};
 use crate::{InertialParameters, Wrench};
@@ -11,17 +12,31 @@ use crate::{InertialParameters, Wrench};
 #[derive(Clone, Debug)]
 pub(crate) struct FixedFrame {
     pub(crate) body: usize,
-    pub(crate) joint_from_frame: Isometry3<f64>,
     pub(crate) rotation: Mat3<f64>,
     pub(crate) translation: Vec3<f64>,
 }
 
-/// Position and rotation of a frame relative to another, and the velocity of its origin there.
+/// Motion of a [`FixedFrame`], expressed in the frame itself.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FixedMotion<T> {
+    /// Classical acceleration of the origin less the gravitational acceleration.
+    pub(crate) acceleration: Vec3<T>,
+    pub(crate) angular_velocity: Vec3<T>,
+    pub(crate) angular_acceleration: Vec3<T>,
+}
+
+/// Position and rotation of a frame relative to another.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Placement {
     pub(crate) rotation: Mat3<f64>,
     pub(crate) position: Vec3<f64>,
-    /// Velocity of the frame's origin relative to the other frame's origin.
+}
+
+/// Position and rotation of a frame relative to another, and the velocity of its origin there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MovingPlacement {
+    pub(crate) placement: Placement,
+    /// Velocity of the frame's origin relative to the other frame's origin, in axes of the other frame.
     pub(crate) velocity: Vec3<f64>,
 }
 
@@ -34,12 +49,26 @@ impl FixedFrame {
             .collect()
     }
 
-    /// Returns the placement of the frame in the joint frame of its body, on which it does not move.
+    /// Returns the placement of the frame in the joint frame of its body.
+    #[inline(always)]
     pub(crate) fn placement(&self) -> Placement {
         Placement {
             rotation: self.rotation,
             position: self.translation,
-            ..Placement::identity()
+        }
+    }
+
+    /// Returns the motion of the frame in the frame itself, where `state` is that of its body.
+    #[inline(always)]
+    pub(crate) fn motion<T: Real>(&self, state: &BodyState<T>) -> FixedMotion<T> {
+        let zero = state.sliding_velocity.like(0.0);
+        let rotation = Mat3::splat(zero, &self.rotation);
+        let translation = Vec3::splat(zero, &self.translation);
+        let acceleration = state.acceleration + &state.omega_matrix * translation;
+        FixedMotion {
+            acceleration: rotation.tr_mul(acceleration),
+            angular_velocity: rotation.tr_mul(state.angular_velocity),
+            angular_acceleration: rotation.tr_mul(state.angular_acceleration),
         }
     }
 
@@ -49,7 +78,6 @@ impl FixedFrame {
             body: link.body,
             rotation: matrix(&joint_from_frame.rotation),
             translation: (&joint_from_frame.translation.vector).into(),
-            joint_from_frame,
         }
     }
 }
@@ -60,19 +88,15 @@ impl Placement {
         Self {
             rotation: Matrix3::identity().into(),
             position: Vec3([0.0; 3]),
-            velocity: Vec3([0.0; 3]),
         }
     }
 
-    /// Returns the placement of a body in the frame of its parent; `parent_velocity` is the parent's angular velocity in
-    /// its own frame.
+    /// Returns the placement of a body in the frame of its parent; that of the base is in the inertial frame.
     #[inline(always)]
-    pub(crate) fn in_parent(body: &BodyState<f64>, parent_velocity: Vec3<f64>) -> Self {
-        let sliding = body.rotation.column(2) * body.sliding_velocity;
+    pub(crate) fn in_parent(body: &BodyState<f64>) -> Self {
         Self {
             rotation: body.rotation,
             position: body.translation,
-            velocity: parent_velocity.cross(body.translation) + sliding,
         }
     }
 
@@ -82,27 +106,39 @@ impl Placement {
         Self {
             rotation: &self.rotation * &next.rotation,
             position: &self.rotation * next.position + self.position,
-            velocity: &self.rotation * next.velocity + self.velocity,
         }
     }
 
-    /// Returns a wrench in the frame in which this one is placed, about its origin.
-    pub(crate) fn of_wrench(&self, force: Vec3<f64>, moment: Vec3<f64>) -> Wrench {
-        let force = &self.rotation * force;
+    /// Returns the placement of the other frame in this one.
+    #[inline(always)]
+    pub(crate) fn inverse(&self) -> Self {
+        let [x, y, z] = [0, 1, 2].map(|k| self.rotation.column(k).0);
+        let position = self.rotation.tr_mul(self.position);
+        Self {
+            rotation: Mat3([x, y, z]),
+            position: Vec3([0.0; 3]) - position,
+        }
+    }
+
+    /// Returns a wrench in the frame in which this one is placed, about its origin, where `wrench` is in the placed frame.
+    #[inline(always)]
+    pub(crate) fn of_wrench(&self, wrench: &Wrench) -> Wrench {
+        let force = &self.rotation * Vec3::from(&wrench.force);
+        let moment = &self.rotation * Vec3::from(&wrench.moment);
         Wrench {
             force: force.into(),
-            moment: (&self.rotation * moment + self.position.cross(force)).into(),
+            moment: (moment + self.position.cross(force)).into(),
         }
     }
 
-    /// Returns the opposite of a wrench in the placed frame, about its origin, where `wrench` is in the frame in which it is
-    /// placed.
-    pub(crate) fn opposite_of(&self, wrench: &Wrench) -> Wrench {
-        let arm = Vector3::from(self.position);
-        let moment = wrench.moment - arm.cross(&wrench.force);
+    /// Returns a wrench in the placed frame, about its origin, where `wrench` is in the frame in which it is placed.
+    #[inline(always)]
+    pub(crate) fn wrench_in(&self, wrench: &Wrench) -> Wrench {
+        let force = Vec3::from(&wrench.force);
+        let moment = Vec3::from(&wrench.moment) - self.position.cross(force);
         Wrench {
-            force: self.rotation.tr_mul((&-wrench.force).into()).into(),
-            moment: self.rotation.tr_mul((&-moment).into()).into(),
+            force: self.rotation.tr_mul(force).into(),
+            moment: self.rotation.tr_mul(moment).into(),
         }
     }
 
@@ -128,5 +164,35 @@ impl Placement {
             Translation3::from(Vector3::from(self.position)),
             UnitQuaternion::from_rotation_matrix(&rotation),
         )
+    }
+}
+
+impl MovingPlacement {
+    /// Returns the placement of a body in itself.
+    pub(crate) fn identity() -> Self {
+        Self {
+            placement: Placement::identity(),
+            velocity: Vec3([0.0; 3]),
+        }
+    }
+
+    /// Returns the placement of a body in the frame of its parent; `parent_velocity` is the parent's angular velocity in
+    /// its own frame.
+    #[inline(always)]
+    pub(crate) fn in_parent(body: &BodyState<f64>, parent_velocity: Vec3<f64>) -> Self {
+        let sliding = body.rotation.column(2) * body.sliding_velocity;
+        Self {
+            placement: Placement::in_parent(body),
+            velocity: parent_velocity.cross(body.translation) + sliding,
+        }
+    }
+
+    /// Returns the placement of a third frame, where `next` is its placement in this one.
+    #[inline(always)]
+    pub(crate) fn followed_by(&self, next: &Self) -> Self {
+        Self {
+            placement: self.placement.followed_by(&next.placement),
+            velocity: &self.placement.rotation * next.velocity + self.velocity,
+        }
     }
 }

@@ -7,7 +7,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use crate::manipulator::{Body, JointKind};
+use crate::manipulator::{Body, JointKind, subtree_ends};
 use crate::real::{Real, bounded_angle, sin_cos};
 use crate::vector::{Mat3, Vec3};
 
@@ -16,6 +16,8 @@ use crate::vector::{Mat3, Vec3};
 pub(crate) struct BodyModel {
     /// Index of the parent body; 0 for the base itself.
     pub(crate) parent: usize,
+    /// Index after that of the last body that this one carries: in depth-first order these follow it.
+    pub(crate) end: usize,
     /// Joint above the body; `None` for the base.
     pub(crate) joint: Option<JointModel>,
     /// Rotation of the joint frame in the frame of the parent's joint at joint position zero.
@@ -101,7 +103,8 @@ impl BodyModel {
     /// Returns the constants of all bodies of a robot.
     pub(crate) fn of_bodies(bodies: &[Body]) -> Vec<Self> {
         let frames: Vec<UnitQuaternion<f64>> = bodies.iter().map(joint_frame).collect();
-        let model = |(body, frame): (&Body, &UnitQuaternion<f64>)| {
+        let ends = subtree_ends(bodies);
+        let model = |((body, frame), end): ((&Body, &UnitQuaternion<f64>), usize)| {
             let above = frames[body.parent].inverse();
             let zero = match &body.joint {
                 None => Isometry3::identity(),
@@ -116,6 +119,7 @@ impl BodyModel {
             let is_aligned = *frame == UnitQuaternion::identity();
             Self {
                 parent: body.parent,
+                end,
                 joint: body.joint.as_ref().map(|joint| JointModel {
                     kind: joint.kind,
                     coordinate: joint.coordinate,
@@ -130,7 +134,7 @@ impl BodyModel {
                 second_moments: second_moments.into(),
             }
         };
-        bodies.iter().zip(&frames).map(model).collect()
+        bodies.iter().zip(&frames).zip(ends).map(model).collect()
     }
 
     /// Returns the linear momentum of the body and the angular momentum about its origin, for the velocity of that origin

@@ -166,8 +166,9 @@ fn chain_to(bodies: &[BodyModel], last: usize) -> Vec<BodyModel> {
         .map(|index| bodies[index].clone())
         .collect();
     chain.reverse();
+    let count = chain.len();
     for (place, body) in chain.iter_mut().enumerate() {
-        body.parent = place.saturating_sub(1);
+        (body.parent, body.end) = (place.saturating_sub(1), count);
     }
     chain
 }
@@ -418,17 +419,15 @@ impl Computation for WrenchRegressors<'_> {
     fn run<T: Lanes>(self, zero: T) {
         let count = self.source.count;
         let mut states = vec![BodyState::at_rest(zero); self.bodies.len()];
-        let rotation = Mat3::splat(zero, &self.frame.rotation);
-        let translation = Vec3::splat(zero, &self.frame.translation);
         for first in (0..count).step_by(T::COUNT) {
             self.source
                 .move_bodies(self.bodies, &mut states, zero, first);
             let Some(body) = states.last() else { return };
-            let acceleration = body.acceleration + &body.omega_matrix * translation;
+            let seen = self.frame.motion(body);
             let entries = regressor_entries(
-                rotation.tr_mul(acceleration),
-                rotation.tr_mul(body.angular_velocity),
-                rotation.tr_mul(body.angular_acceleration),
+                seen.acceleration,
+                seen.angular_velocity,
+                seen.angular_acceleration,
             );
             let mut lanes = [[[0.0; MOST_LANES]; 6]; 10];
             for (numbers, column) in lanes.iter_mut().zip(&entries) {

@@ -1,5 +1,5 @@
-//! Robots that are derived from another, with a frame, with a payload or without a subtree, against the same robots
-//! built directly from their URDF.
+//! Robots that are derived from another: with a frame, with a payload or without a subtree, against the same robots
+//! built directly from their URDF; with locked joints, against the whole robot.
 
 #![allow(clippy::unwrap_used)]
 
@@ -261,4 +261,33 @@ fn stale_forces_are_an_error() {
         matches!(error, StateError::Length { given: 0, .. }),
         "{error}"
     );
+}
+
+/// Frames of a robot that is locked beyond them move as those of the whole robot, whatever the locked joints are given.
+/// The mass stays.
+#[test]
+fn locked_joints_do_not_matter_to_the_frames_they_do_not_move() {
+    let rng = &mut rng(12);
+    let mut has_locked = false;
+    for robot in common::robots() {
+        let names: Vec<&str> = robot.frame_names().collect();
+        for pair in names.windows(2) {
+            let frames = [0, 1].map(|k| robot.frame(pair[k]).unwrap());
+            let locked = robot.locked_beyond(&frames);
+            assert_depth_first(&locked);
+            let moves = |joint| frames.iter().any(|&frame| robot.moves(joint, frame));
+            let state = State::random(rng, robot.dof());
+            for joint in (0..robot.dof()).filter(|&joint| !moves(joint)) {
+                assert_eq!(locked.joint_kind(joint), None);
+                has_locked = true;
+            }
+            assert!((locked.mass() - robot.mass()).abs() < 1e-9);
+            let (given, expected) = (state.moved(&locked), state.moved(&robot));
+            for frame in frames {
+                assert_eq!(given.frame_motion(frame), expected.frame_motion(frame));
+            }
+            assert!(locked.bodies().len() <= robot.bodies().len());
+        }
+    }
+    assert!(has_locked);
 }

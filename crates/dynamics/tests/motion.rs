@@ -4,11 +4,11 @@
 
 mod common;
 
-use common::{State, assert_close, derivative, rng, robots, second_derivative};
+use common::{State, assert_close, derivative, rng, robots, second_derivative, six, vector};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use tactid_dynamics::{
-    BaseKind, FrameMotion, JointMotion, Manipulator, StateError, Workspace, base_acceleration,
-    motion,
+    BaseKind, FrameMotion, JointMotion, Manipulator, StateError, Workspace, Wrench,
+    base_acceleration, motion,
 };
 
 const TOLERANCE: f64 = 1e-8;
@@ -52,6 +52,41 @@ fn velocities_and_accelerations_are_differences_of_poses() {
                 name,
             );
             assert_close(&given.angular_acceleration, &dw, TOLERANCE, name);
+        }
+    }
+}
+
+/// The pose of one frame in another, a wrench in it and a vector of the inertial frame in it are those by way of the poses in
+/// the inertial frame, for frames of one chain and of different branches.
+#[test]
+fn frames_relative_to_each_other() {
+    let rng = &mut rng(5);
+    for robot in robots() {
+        let workspace = State::random(rng, robot.dof()).moved(&robot);
+        let frames = || robot.frame_names().map(|name| robot.frame(name).unwrap());
+        for a in frames() {
+            let in_world = vector(rng, 10.0);
+            let expected = workspace.pose(a).rotation.inverse() * in_world;
+            assert_close(
+                &workspace.in_frame(a, &in_world),
+                &expected,
+                1e-13,
+                "vector",
+            );
+            for b in frames() {
+                let name = format!("{} in {}", robot.frame_name(b), robot.frame_name(a));
+                let a_from_b = workspace.pose(a).inv_mul(&workspace.pose(b));
+                let given = workspace.relative_pose(a, b);
+                let [given, expected] = [given, a_from_b].map(|pose| pose.to_homogeneous());
+                assert_close(&given, &expected, 1e-12, &name);
+                let wrench = Wrench {
+                    force: vector(rng, 10.0),
+                    moment: vector(rng, 10.0),
+                };
+                let given = six(workspace.wrench_in_frame(a, b, &wrench));
+                let expected = six(wrench.expressed_in(&a_from_b));
+                assert_close(&given, &expected, 1e-12, &name);
+            }
         }
     }
 }

@@ -106,13 +106,9 @@ impl Increments {
         for (sum, value) in open.increments.iter_mut().zip(increment) {
             *sum += value;
         }
-        if self.third_differences.push(increment) {
-            for (sum, column) in open
-                .roughness
-                .iter_mut()
-                .zip(&self.third_differences.columns)
-            {
-                *sum += column.third.powi(2);
+        if let Some(thirds) = self.third_differences.push(increment) {
+            for (sum, third) in open.roughness.iter_mut().zip(thirds) {
+                *sum += third * third;
             }
             open.differences += 1;
         }
@@ -178,45 +174,44 @@ fn roughness(intervals: &[Interval], columns: Range<usize>) -> f64 {
     squares.sum::<f64>() / differences.max(1) as f64
 }
 
-/// Third differences of neighbouring increments.
+/// Third differences of neighbouring increments: the last increment of each column, and its differences from those before.
 #[derive(Clone, Debug)]
 struct ThirdDifferences {
-    columns: Vec<Differences>,
+    increments: Vec<f64>,
+    firsts: Vec<f64>,
+    seconds: Vec<f64>,
+    thirds: Vec<f64>,
     /// Number of neighbouring increments so far, at most [`NEIGHBOURS`].
     count: usize,
-}
-
-/// The last increment of one column, and its differences from those before.
-#[derive(Clone, Copy, Debug, Default)]
-struct Differences {
-    increment: f64,
-    first: f64,
-    second: f64,
-    third: f64,
 }
 
 impl ThirdDifferences {
     fn new(columns: usize) -> Self {
         Self {
-            columns: vec![Differences::default(); columns],
+            increments: vec![0.0; columns],
+            firsts: vec![0.0; columns],
+            seconds: vec![0.0; columns],
+            thirds: vec![0.0; columns],
             count: 0,
         }
     }
 
-    /// Adds an increment, and returns whether there are as many as the third differences need.
-    fn push(&mut self, increment: &[f64]) -> bool {
-        for (last, &increment) in self.columns.iter_mut().zip(increment) {
-            let first = increment - last.increment;
-            let second = first - last.first;
-            *last = Differences {
-                increment,
-                first,
-                second,
-                third: second - last.second,
-            };
+    /// Adds an increment, and returns the third differences once there are as many increments as they need.
+    fn push(&mut self, increment: &[f64]) -> Option<&[f64]> {
+        // Slices of one length let the compiler compute several columns at once.
+        let columns = increment.len().min(self.increments.len());
+        let last = &mut self.increments[..columns];
+        let firsts = &mut self.firsts[..columns];
+        let seconds = &mut self.seconds[..columns];
+        let thirds = &mut self.thirds[..columns];
+        for k in 0..columns {
+            let first = increment[k] - last[k];
+            let second = first - firsts[k];
+            thirds[k] = second - seconds[k];
+            (last[k], firsts[k], seconds[k]) = (increment[k], first, second);
         }
         self.count = NEIGHBOURS.min(self.count + 1);
-        self.count == NEIGHBOURS
+        (self.count == NEIGHBOURS).then_some(&self.thirds)
     }
 
     fn interrupt(&mut self) {

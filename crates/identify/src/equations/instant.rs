@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, UnitQuaternion, Vector3, Vector4};
 use tactid_dynamics::{FrameMotion, Wrench};
 
-use super::differentiation::{CachedWeights, MAX_NODES, Weights, weighted_rotation_sum};
+use super::differentiation::{CachedWeights, MAX_NODES, Weights};
 use super::sample::{BaseState, Sample};
 
 /// Number of joints whose values are summed together.
@@ -15,6 +15,9 @@ pub(crate) struct StoredSample {
     /// Time, s; minus infinity before a sample is stored.
     pub(crate) time_s: f64,
     base: BaseState,
+    /// Rotation, angular velocity and velocity of the base, padded with zeros to whole vectors. Of the two quaternions of the
+    /// rotation it is the one on the side of that of the sample before.
+    base_vectors: [Vector4<f64>; 3],
     /// Joint values, padded with zeros to whole vectors.
     joint_position: Vec<Vector4<f64>>,
     joint_velocity: Vec<Vector4<f64>>,
@@ -30,6 +33,7 @@ impl StoredSample {
         Self {
             time_s: f64::NEG_INFINITY,
             base: BaseState::fixed(),
+            base_vectors: [Vector4::w(), Vector4::zeros(), Vector4::zeros()],
             joint_position: vec![Vector4::zeros(); joints.div_ceil(LANES)],
             joint_velocity: vec![Vector4::zeros(); joints.div_ceil(LANES)],
             has_velocity: false,
@@ -38,11 +42,24 @@ impl StoredSample {
         }
     }
 
+    /// The quaternion of the base's rotation that is averaged with others.
+    pub(crate) fn base_rotation(&self) -> Vector4<f64> {
+        self.base_vectors[0]
+    }
+
     /// Copies a sample whose slices have the right lengths; those that may be empty are empty or have the
-    /// right length.
-    pub(crate) fn set(&mut self, sample: &Sample<'_>) {
+    /// right length. `rotation_before` is the [`base_rotation`](Self::base_rotation) of the sample before.
+    pub(crate) fn set(&mut self, sample: &Sample<'_>, rotation_before: &Vector4<f64>) {
         self.time_s = sample.time_s;
         self.base = sample.base;
+        let rotation = sample.base.pose.rotation.coords;
+        let side = 1f64.copysign(rotation.dot(rotation_before));
+        let padded = |vector: &Vector3<f64>| vector.push(0.0);
+        self.base_vectors = [
+            rotation * side,
+            padded(&sample.base.angular_velocity),
+            padded(&sample.base.velocity),
+        ];
         copy_padded(&mut self.joint_position, sample.joint_position);
         self.has_velocity = sample.joint_velocity.len() == sample.joint_position.len();
         if self.has_velocity {
@@ -58,7 +75,9 @@ impl StoredSample {
 /// Copies values to vectors that have room for them.
 fn copy_padded(vectors: &mut [Vector4<f64>], values: &[f64]) {
     for (vector, values) in vectors.iter_mut().zip(values.chunks(LANES)) {
-        vector.as_mut_slice()[..values.len()].copy_from_slice(values);
+        for (entry, value) in vector.iter_mut().zip(values) {
+            *entry = *value;
+        }
     }
 }
 
@@ -141,10 +160,12 @@ impl Instant {
             } else {
                 motion_of_positions(samples, index, weights)
             };
-            let count = position.len();
-            position.copy_from_slice(&motion[0].as_slice()[..count]);
-            velocity.copy_from_slice(&motion[1].as_slice()[..count]);
-            acceleration.copy_from_slice(&motion[2].as_slice()[..count]);
+            let places = [position, velocity, acceleration];
+            for (place, values) in places.into_iter().zip(&motion) {
+                for (entry, value) in place.iter_mut().zip(values) {
+                    *entry = *value;
+                }
+            }
         }
     }
 
@@ -173,6 +194,10 @@ impl Instant {
 
 /// Returns position, velocity and acceleration of some joints, by their index among the vectors, at the middle sample,
 /// from measured positions and velocities.
+///
+/// It is not inlined, because the compiler then keeps the sums of four joints in vector registers; among the code that
+/// copies them joint by joint it takes them apart in each pass, which doubles the instructions.
+#[inline(never)]
 fn motion_of_rates(
     samples: &[&StoredSample],
     index: usize,
@@ -195,7 +220,8 @@ fn motion_of_rates(
 }
 
 /// Returns position, velocity and acceleration of some joints, by their index among the vectors, at the middle sample,
-/// from measured positions alone.
+/// from measured positions alone. It is not inlined for the reason of [`motion_of_rates`].
+#[inline(never)]
 fn motion_of_positions(
     samples: &[&StoredSample],
     index: usize,
@@ -215,24 +241,24 @@ fn motion_of_positions(
 /// sample.
 fn base_motion(samples: &[&StoredSample], weights: &Weights) -> FrameMotion {
     let center = &samples[samples.len() / 2].base;
-    let [mut rate, mut acceleration, mut angular_acceleration] = [Vector3::zeros(); 3];
+    let [mut rotation, mut rate, mut rate_of_rate, mut acceleration] = [Vector4::zeros(); 4];
     for (k, sample) in samples.iter().enumerate() {
-        let base = &sample.base;
-        rate += base.angular_velocity * weights.value[k];
-        acceleration += base.velocity * weights.first[k];
-        angular_acceleration += base.angular_velocity * weights.first[k];
+        let (value, first) = (weights.value[k], weights.first[k]);
+        let [quaternion, angular_velocity, velocity] = &sample.base_vectors;
+        rotation += quaternion * value;
+        rate += angular_velocity * value;
+        rate_of_rate += angular_velocity * first;
+        acceleration += velocity * first;
     }
-    let rotations = samples.iter().zip(&weights.value);
-    let rotations = rotations.map(|(sample, weight)| (&sample.base.pose.rotation, *weight));
-    let rotation = weighted_rotation_sum(rotations, &center.pose.rotation);
+    let (measured, measured_angular) = (center.acceleration, center.angular_acceleration);
     FrameMotion {
         pose: Isometry3::from_parts(
             center.pose.translation,
             UnitQuaternion::new_normalize(rotation.into()),
         ),
         velocity: center.velocity,
-        angular_velocity: rate,
-        acceleration: center.acceleration.unwrap_or(acceleration),
-        angular_acceleration: center.angular_acceleration.unwrap_or(angular_acceleration),
+        angular_velocity: rate.xyz(),
+        acceleration: measured.unwrap_or(acceleration.xyz()),
+        angular_acceleration: measured_angular.unwrap_or(rate_of_rate.xyz()),
     }
 }

@@ -1,5 +1,7 @@
 //! The kinematics of the robot once per instant, from which each measurement source computes its entries.
 
+use std::iter;
+
 use nalgebra::Vector3;
 use tactid_dynamics::{
     FrameId, InertialParameters, JointMotion, Manipulator, ModelError, StateError, Workspace,
@@ -28,7 +30,7 @@ pub(crate) struct Model {
     includes_gripper: bool,
     robot: Manipulator,
     tool: FrameId,
-    /// State of the bodies whose parameters are known.
+    /// State of the bodies whose parameters are known; of those that carry the tool and the sensors, where no mass matters.
     workspace: Workspace,
     /// Entries of an instant: the targets of all rows, then the other entries of each source.
     entries: Vec<f64>,
@@ -58,6 +60,15 @@ impl Model {
         let row_count = row_counts.iter().sum();
         let others = sources.iter().map(|source| source.entries());
         let includes_gripper = sources.iter().any(|source| source.includes_gripper());
+        let known = if includes_gripper {
+            robot.without_subtree(tool)
+        } else if sources.iter().any(|source| source.needs_masses()) {
+            robot.clone()
+        } else {
+            let sensors = sensors.iter().map(|name| robot.frame(name));
+            let frames: Result<Vec<_>, _> = iter::once(Ok(tool)).chain(sensors).collect();
+            robot.locked_beyond(&frames?)
+        };
         let mut model = Self {
             gravity: settings.gravity_for(robot.base_kind()),
             method: settings.method,
@@ -69,11 +80,7 @@ impl Model {
             includes_gripper,
             robot: robot.clone(),
             tool,
-            workspace: if includes_gripper {
-                Workspace::new(&robot.without_subtree(tool))
-            } else {
-                Workspace::new(robot)
-            },
+            workspace: Workspace::new(&known),
         };
         // The poses of the sensors must be valid before the first sample: the known noise needs them.
         model.entries(&Instant::new(robot.dof(), sensors.len()))?;

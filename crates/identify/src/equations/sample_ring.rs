@@ -61,8 +61,9 @@ impl SampleRing {
 
     /// Stores a copy of a sample.
     pub(crate) fn push(&mut self, sample: &Sample<'_>) {
+        let rotation_before = self.samples[self.newest].base_rotation();
         self.newest = (self.newest + 1) % CAPACITY;
-        self.samples[self.newest].set(sample);
+        self.samples[self.newest].set(sample, &rotation_before);
         self.stored = CAPACITY.min(self.stored + 1);
     }
 
@@ -73,14 +74,18 @@ impl SampleRing {
         let is_wide = |side| self.span_s(lag + 2 * side, lag - 2 * side) > 2.0 * self.half_width_s;
         // Every second sample to both sides as far as the half width, or neighbours where samples are sparse.
         let mut side = lag / 2;
-        while side > MIN_NODES / 2 && is_wide(side) {
+        let mut step = if is_wide(side) { 1 } else { 2 };
+        while side > MIN_NODES / 2 && step == 1 {
             side -= 1;
+            step = if is_wide(side) { 1 } else { 2 };
         }
-        let step = if is_wide(side) { 1 } else { 2 };
         let count = 2 * side + 1;
-        let mut nodes = [self.back(lag); MAX_NODES];
-        for (k, node) in nodes[..count].iter_mut().enumerate() {
-            *node = self.back(lag + step * side - step * k);
+        let mut place = self.place(lag + step * side);
+        let mut nodes = [&self.samples[place]; MAX_NODES];
+        for node in &mut nodes[1..count] {
+            place += step;
+            place -= if place < CAPACITY { 0 } else { CAPACITY };
+            *node = &self.samples[place];
         }
         Some(Nodes {
             samples: nodes,
@@ -99,7 +104,12 @@ impl SampleRing {
 
     /// Returns the sample that came so many before the newest.
     fn back(&self, count: usize) -> &StoredSample {
-        &self.samples[(self.newest + CAPACITY - count) % CAPACITY]
+        &self.samples[self.place(count)]
+    }
+
+    /// Returns the place of the sample that came so many before the newest.
+    fn place(&self, count: usize) -> usize {
+        (self.newest + CAPACITY - count) % CAPACITY
     }
 
     /// Time between two samples that came so many before the newest, s.

@@ -37,15 +37,15 @@ impl MeasurementSource for BaseSource {
         targets: &mut [f64],
         entries: &mut [f64],
     ) -> Result<(), StateError> {
-        let world_from_base = &instant.base.pose;
-        let base_from_world = world_from_base.rotation.inverse();
+        let base_from_world = instant.base.pose.rotation.inverse();
         let on_known = robot.workspace.base_wrench()?;
         // (28), (33): the wrench of the known bodies and that of the payload sum to zero.
         let target = Wrench {
             force: base_from_world * -on_known.force,
             moment: base_from_world * -on_known.moment,
         };
-        let base_from_tool = world_from_base.inv_mul(robot.world_from_tool());
+        let base = robot.workspace.robot().base_frame();
+        let base_from_tool = robot.workspace.relative_pose(base, robot.tool);
         let in_base = WrenchRegressor::new(&robot.terms).expressed_in(&base_from_tool);
         set_wrench(targets, &target);
         let (parameters, gravity) = entries.split_at_mut(PARAMETER_ENTRIES);

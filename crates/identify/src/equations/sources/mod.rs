@@ -70,7 +70,7 @@ pub(crate) fn sources_of(
     settings: &EquationSettings,
 ) -> Result<Vec<Source>, IdentifyError> {
     // Also a sensor that the method does not use must be a link of the robot.
-    let wrench = Source::Wrench(WrenchSource::new(robot, tool, sensors, settings)?);
+    let wrench = Source::Wrench(WrenchSource::new(robot, sensors, settings)?);
     let effort = || Source::Effort(EffortSource::new(robot, tool, settings));
     Ok(match settings.method {
         Method::Tactile => vec![wrench],

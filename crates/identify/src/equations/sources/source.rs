@@ -1,8 +1,6 @@
 //! What every measurement source provides, and the state of the robot that it computes its rows from.
 
-use std::cell::OnceCell;
-
-use nalgebra::{DMatrix, Isometry3, Vector3};
+use nalgebra::{DMatrix, Vector3};
 use tactid_dynamics::{FrameId, StateError, Workspace};
 
 use super::regressor::{MOTION_TERMS, MotionTerms, WrenchRegressor, motion_terms};
@@ -90,32 +88,20 @@ pub(crate) struct RobotState<'a> {
     pub(crate) tool: FrameId,
     /// Terms of the motion of the tool frame.
     pub(crate) terms: MotionTerms,
-    /// Pose of the tool frame in the inertial frame, once it is known.
-    world_from_tool: OnceCell<Isometry3<f64>>,
 }
 
 impl<'a> RobotState<'a> {
     /// Returns the state that a workspace has. `gravity` is the gravitational acceleration in the inertial frame, m/s².
     pub(crate) fn new(workspace: &'a Workspace, tool: FrameId, gravity: &Vector3<f64>) -> Self {
-        let mut state = Self {
-            workspace,
-            tool,
-            terms: MotionTerms::zeros(),
-            world_from_tool: OnceCell::new(),
-        };
         let in_tool = if *gravity == Vector3::zeros() {
             *gravity
         } else {
-            let rotation = &state.world_from_tool().rotation;
-            rotation.inverse_transform_vector(gravity)
+            workspace.in_frame(tool, gravity)
         };
-        state.terms = motion_terms(&workspace.tool_motion(tool, gravity), &in_tool);
-        state
-    }
-
-    /// Pose of the tool frame in the inertial frame. The first call costs a pass over the bodies above it.
-    pub(crate) fn world_from_tool(&self) -> &Isometry3<f64> {
-        let pose = || self.workspace.pose(self.tool);
-        self.world_from_tool.get_or_init(pose)
+        Self {
+            workspace,
+            tool,
+            terms: motion_terms(&workspace.tool_motion(tool, gravity), &in_tool),
+        }
     }
 }
