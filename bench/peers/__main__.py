@@ -10,11 +10,11 @@ import sys
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from peers import dynamics, estimators
+from peers import dynamics, estimators, online
 from peers.harness import report, run
 from peers.native import BUILD
 
-COMPARISONS = [dynamics.comparisons, estimators.comparisons]
+COMPARISONS = [dynamics.comparisons, estimators.comparisons, online.comparisons]
 PACKAGES = ("tactid", "pin", "cmeel-eigen", "padasip", "numpy")
 
 

@@ -49,6 +49,10 @@ class Comparison:
     scale: float = 1e9
     bar: float | None = None
     """Ratio that is aimed for, of the fastest peer's time to that of tactid."""
+    tolerance: float = TOLERANCE
+    """Largest difference between results, as a fraction of the largest entry."""
+    note: str = ""
+    """What else a reader must know, such as the accuracy of the results."""
 
 
 @dataclass
@@ -73,12 +77,13 @@ class Row:
     unit: str
     bar: float | None
     timings: list[Timing]
+    note: str = ""
 
 
 def run(comparison: Comparison) -> Row:
     """Checks that the results agree, then measures all contenders in turn, round after round."""
     present = [each for each in comparison.contenders if each.measure is not None]
-    check_agreement(comparison.task, present)
+    check_agreement(comparison, present)
     rounds: dict[str, list[float]] = {each.name: [] for each in present}
     for number in range(ROUNDS + 1):
         for each in present:
@@ -98,17 +103,19 @@ def run(comparison: Comparison) -> Row:
             timing.ratio = timing.minimum / min(ours)
             timing.median_ratio = timing.median / statistics.median(ours)
         timings.append(timing)
-    return Row(comparison.task, comparison.unit, comparison.bar, timings)
+    return Row(comparison.task, comparison.unit, comparison.bar, timings, comparison.note)
 
 
-def check_agreement(task: str, contenders: list[Contender]) -> None:
+def check_agreement(comparison: Comparison, contenders: list[Contender]) -> None:
     """Raises where a result differs from the first one."""
     ours, *others = [each for each in contenders if each.result is not None] or [None]
     for other in others:
         scale = np.abs(ours.result).max()
         error = np.abs(other.result - ours.result).max() / scale
-        if not error <= TOLERANCE:
-            raise SystemExit(f"{task}: {other.name} and {ours.name} differ by {error:.1e}")
+        if not error <= comparison.tolerance:
+            raise SystemExit(
+                f"{comparison.task}: {other.name} and {ours.name} differ by {error:.1e}"
+            )
 
 
 def report(rows: list[Row], facts: dict[str, str], folder: Path) -> None:
@@ -127,9 +134,13 @@ def report(rows: list[Row], facts: dict[str, str], folder: Path) -> None:
             table.add_row(*cells)
             lines.append("| " + " | ".join(cells) + " |")
         table.add_section()
+    notes = [f"- {row.task}: {row.note}" for row in rows if row.note]
+    lines += ["", *notes] if notes else []
     for key, value in facts.items():
         console.print(f"[dim]{key}:[/dim] {value}", highlight=False)
     console.print(table)
+    for note in notes:
+        console.print(note, highlight=False)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "peers.md").write_text("\n".join(lines) + "\n")
     content = {"facts": facts, "comparisons": [asdict(row) for row in rows]}
