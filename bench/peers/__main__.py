@@ -10,11 +10,12 @@ import sys
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from peers import dynamics, estimators, logs, python_calls
+from peers import dynamics, estimators, logs, online, python_calls
 from peers.harness import report, run
 from peers.native import BUILD
 
-COMPARISONS = [each.comparisons for each in (dynamics, estimators, python_calls, logs)]
+MODULES = (dynamics, estimators, online, python_calls, logs)
+COMPARISONS = [each.comparisons for each in MODULES]
 PACKAGES = ("tactid", "pin", "cmeel-eigen", "padasip", "mujoco", "rosbags", "numpy")
 
 

@@ -112,27 +112,38 @@ class Robot:
         library = pinocchio_library(*flags)
         root = (pin.JointModelFreeFlyer(),) if self.floating else ()
         model = pin.buildModelFromXML(self.urdf, *root)
-        kinds, parents, numbers = [], [], []
-        for joint in range(1, model.njoints):
-            kinds.append(model.joints[joint].shortname().encode())
-            parents.append(model.parents[joint])
-            axis = getattr(model.joints[joint].extract(), "axis", np.zeros(3))
-            inertia = model.inertias[joint].toDynamicParameters()
-            numbers.append(np.hstack([placement(model.jointPlacements[joint]), axis, inertia]))
-        frame = model.frames[model.getFrameId(TOOL)]
-        tool, states = placement(frame.placement), self.states.pinocchio(floating=self.floating)
-        joints = np.array(numbers)
+        states = self.states.pinocchio(floating=self.floating)
         handle = library.pinocchio_new(
-            ctypes.c_size_t(len(kinds)),
-            (ctypes.c_char_p * len(kinds))(*kinds),
-            (ctypes.c_size_t * len(parents))(*parents),
-            joints.ctypes.data_as(ctypes.c_void_p),
-            ctypes.c_size_t(frame.parentJoint),
-            tool.ctypes.data_as(ctypes.c_void_p),
+            *model_arguments(model),
             states.ctypes.data_as(ctypes.c_void_p),
             ctypes.c_size_t(self.count),
         )
         return Kernel(library.pinocchio_run, handle, name, self.count, width)
+
+
+def model_arguments(model: pin.Model) -> list:
+    """A model as the plain numbers of which `robot.hpp` makes it again."""
+    kinds, parents, numbers = [], [], []
+    for joint in range(1, model.njoints):
+        kinds.append(model.joints[joint].shortname().encode())
+        parents.append(model.parents[joint])
+        axis = getattr(model.joints[joint].extract(), "axis", np.zeros(3))
+        inertia = model.inertias[joint].toDynamicParameters()
+        numbers.append(np.hstack([placement(model.jointPlacements[joint]), axis, inertia]))
+    frame = model.frames[model.getFrameId(TOOL)]
+    return [
+        ctypes.c_size_t(len(kinds)),
+        (ctypes.c_char_p * len(kinds))(*kinds),
+        (ctypes.c_size_t * len(parents))(*parents),
+        c_numbers(np.array(numbers)),
+        ctypes.c_size_t(frame.parentJoint),
+        c_numbers(placement(frame.placement)),
+    ]
+
+
+def c_numbers(numbers: Array) -> ctypes.Array:
+    """A copy of numbers for a C function, which lives as long as the argument."""
+    return (ctypes.c_double * numbers.size)(*numbers.ravel())
 
 
 def rotations(quaternions: Array) -> Array:

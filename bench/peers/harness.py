@@ -50,6 +50,9 @@ class Comparison:
     bar: float | None = None
     """Ratio that is aimed for, of the fastest peer's time to that of tactid."""
     tolerance: float = TOLERANCE
+    """Largest difference between results, as a fraction of the largest entry."""
+    note: str = ""
+    """What else a reader must know, such as the accuracy of the results."""
 
 
 @dataclass
@@ -74,6 +77,7 @@ class Row:
     unit: str
     bar: float | None
     timings: list[Timing]
+    note: str = ""
 
 
 def run(comparison: Comparison) -> Row:
@@ -99,7 +103,7 @@ def run(comparison: Comparison) -> Row:
             timing.ratio = timing.minimum / min(ours)
             timing.median_ratio = timing.median / statistics.median(ours)
         timings.append(timing)
-    return Row(comparison.task, comparison.unit, comparison.bar, timings)
+    return Row(comparison.task, comparison.unit, comparison.bar, timings, comparison.note)
 
 
 def check_agreement(comparison: Comparison, contenders: list[Contender]) -> None:
@@ -130,9 +134,13 @@ def report(rows: list[Row], facts: dict[str, str], folder: Path) -> None:
             table.add_row(*cells)
             lines.append("| " + " | ".join(cells) + " |")
         table.add_section()
+    notes = [f"- {row.task}: {row.note}" for row in rows if row.note]
+    lines += ["", *notes] if notes else []
     for key, value in facts.items():
         console.print(f"[dim]{key}:[/dim] {value}", highlight=False)
     console.print(table)
+    for note in notes:
+        console.print(note, highlight=False)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "peers.md").write_text("\n".join(lines) + "\n")
     content = {"facts": facts, "comparisons": [asdict(row) for row in rows]}

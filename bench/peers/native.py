@@ -50,6 +50,8 @@ def tactid_library() -> ctypes.CDLL:
     library.tactid_dynamics_new.restype = ctypes.c_void_p
     library.tactid_dynamics_run.restype = ctypes.c_bool
     library.tactid_estimator_run.restype = ctypes.c_bool
+    library.tactid_online_new.restype = ctypes.c_void_p
+    library.tactid_online_run.restype = ctypes.c_bool
     return library
 
 
@@ -64,6 +66,20 @@ def pinocchio_library(*flags: str) -> ctypes.CDLL:
     loaded = cxx_library("pinocchio.cpp", *flags, needs=needs)
     loaded.pinocchio_new.restype = ctypes.c_void_p
     loaded.pinocchio_run.restype = ctypes.c_bool
+    return loaded
+
+
+@cache
+def online_library(*flags: str) -> ctypes.CDLL:
+    """The online loop in C++ with Eigen and Pinocchio.
+
+    Raises:
+        MissingPeerError: There is no compiler, or no headers.
+    """
+    needs = ("pinocchio/algorithm/regressor.hpp", "eigen3/Eigen/Core")
+    loaded = cxx_library("online.cpp", *flags, needs=needs)
+    loaded.online_new.restype = ctypes.c_void_p
+    loaded.online_run.restype = ctypes.c_bool
     return loaded
 
 
@@ -83,7 +99,8 @@ def cxx_library(name: str, *flags: str, needs: tuple[str, ...]) -> ctypes.CDLL:
             raise MissingPeerError(f"no {header}: pip install pin cmeel-eigen")
     source = BENCH / "peers" / name
     command = [compiler, *CXX_FLAGS, *flags, f"-I{include}", f"-I{include / 'eigen3'}", str(source)]
-    key = "\n".join([*command, source.read_text(), importlib.metadata.version("pin")])
+    texts = [path.read_text() for path in [source, *sorted(source.parent.glob("*.hpp"))]]
+    key = "\n".join([*command, *texts, importlib.metadata.version("pin")])
     library = BUILD / f"{source.stem}-{hashlib.sha256(key.encode()).hexdigest()[:16]}.so"
     if not library.exists():
         BUILD.mkdir(parents=True, exist_ok=True)

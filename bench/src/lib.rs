@@ -5,10 +5,12 @@
 
 mod dynamics;
 mod estimators;
+mod online;
 
 use std::ffi::{CStr, c_char};
 
 use dynamics::{Dynamics, kernel};
+use online::Online;
 
 /// Creates the robot of a URDF (its text) with the states to compute.
 ///
@@ -101,4 +103,57 @@ pub unsafe extern "C" fn tactid_estimator_run(
         out.copy_from_slice(parameters.as_slice());
     }
     true
+}
+
+/// Creates the robot of a URDF (its text) on a fixed base with a wrench sensor at the link `tool`, and `len` numbers of samples:
+/// time, positions and velocities of the joints, force and moment. Returns null where the robot has no such link.
+///
+/// # Safety
+/// The strings end with zero, and `samples` has `len` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tactid_online_new(
+    urdf: *const c_char,
+    tool: *const c_char,
+    samples: *const f64,
+    len: usize,
+) -> *mut Online {
+    // SAFETY: the caller's promise.
+    let (urdf, tool, samples) = unsafe {
+        (
+            CStr::from_ptr(urdf),
+            CStr::from_ptr(tool),
+            std::slice::from_raw_parts(samples, len),
+        )
+    };
+    Online::new(&urdf.to_string_lossy(), &tool.to_string_lossy(), samples)
+        .map_or(std::ptr::null_mut(), |online| {
+            Box::into_raw(Box::new(online))
+        })
+}
+
+/// Presents all samples `repetitions` times with the kernel of a name, and returns whether there is such a kernel and no error.
+/// The last result lies in `out`, which has `len` numbers.
+///
+/// # Safety
+/// The pointers are valid, and `out` has `len` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tactid_online_run(
+    online: *const Online,
+    name: *const c_char,
+    repetitions: usize,
+    out: *mut f64,
+    len: usize,
+) -> bool {
+    // SAFETY: the caller's promise.
+    let (online, name, out) = unsafe {
+        (
+            &*online,
+            CStr::from_ptr(name),
+            std::slice::from_raw_parts_mut(out, len),
+        )
+    };
+    let Some(kernel) = online::kernel(&name.to_string_lossy()) else {
+        return false;
+    };
+    (0..repetitions).all(|_| kernel(online, std::hint::black_box(&mut *out)).is_some())
 }

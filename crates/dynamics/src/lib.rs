@@ -76,8 +76,8 @@ pub use inertia::{
 pub use manipulator::{BaseKind, FrameId, JointKind, Manipulator};
 pub use momentum::{BaseAcceleration, Momentum, base_acceleration, momentum};
 pub use rows::{
-    Rows, inertia_regressor, inertia_rows, mass_rows, omega_matrix, tactile_mass_rows,
-    wrench_regressor,
+    Rows, inertia_regressor, inertia_rows, mass_rows, mean_wrench_regressor, omega_matrix,
+    tactile_mass_rows, wrench_regressor,
 };
 pub use series::{SeriesWorkspace, StateSeries, VectorUnit};
 pub use spatial::{FrameMotion, ToolMotion, Wrench, cross, inertia_product};

@@ -209,6 +209,13 @@ impl<T: Real> BodyState<T> {
         }
     }
 
+    /// Sets `Ω̇` to that of the angular velocity and acceleration.
+    #[inline(always)]
+    fn set_omega_matrix(&mut self) {
+        let products = self.angular_velocity.products();
+        self.omega_matrix = Mat3::omega_matrix(products, self.angular_acceleration);
+    }
+
     /// Moves the base.
     #[inline(always)]
     fn move_base(&mut self, base: &BaseState<T>) {
@@ -216,7 +223,7 @@ impl<T: Real> BodyState<T> {
         self.translation = base.position;
         self.angular_velocity = base.rotation.tr_mul(base.angular_velocity);
         self.angular_acceleration = base.rotation.tr_mul(base.angular_acceleration);
-        self.omega_matrix = Mat3::omega_matrix(self.angular_velocity, self.angular_acceleration);
+        self.set_omega_matrix();
         self.acceleration = base.rotation.tr_mul(base.acceleration);
     }
 
@@ -272,7 +279,7 @@ impl<T: Real> BodyState<T> {
                 self.acceleration = acceleration + coriolis;
             }
         }
-        self.omega_matrix = Mat3::omega_matrix(self.angular_velocity, self.angular_acceleration);
+        self.set_omega_matrix();
     }
 
     /// Sets force and moment to those that accelerate this body alone, without its children.

@@ -88,21 +88,37 @@ pub fn inertia_rows(
 /// origin of `Σ_U`.
 #[must_use]
 pub fn wrench_regressor(motion: &ToolMotion) -> SMatrix<f64, 6, 10> {
-    let entries = regressor_entries(
-        Vec3::from(&motion.acceleration),
-        Vec3::from(&motion.angular_velocity),
-        Vec3::from(&motion.angular_acceleration),
-    );
-    SMatrix::from_data(nalgebra::ArrayStorage(entries))
+    let products = Vec3::from(&motion.angular_velocity).products();
+    mean_wrench_regressor(
+        &motion.acceleration,
+        &motion.angular_acceleration,
+        &products,
+    )
+}
+
+/// Returns the mean of the [`wrench_regressor`] over several motions, which is linear in the means of these quantities of the
+/// motion in `Σ_U`: `p̈_U - g`, `ω̇_U`, and the products `ωxωx, ωxωy, ωxωz, ωyωy, ωyωz, ωzωz` of the angular velocity.
+#[must_use]
+pub fn mean_wrench_regressor(
+    acceleration: &Vector3<f64>,
+    angular_acceleration: &Vector3<f64>,
+    products: &[f64; 6],
+) -> SMatrix<f64, 6, 10> {
+    let (a, dw) = (acceleration.into(), angular_acceleration.into());
+    SMatrix::from_data(nalgebra::ArrayStorage(regressor_entries(a, dw, *products)))
 }
 
 /// Returns the columns of [`wrench_regressor`]: `p̈_U - g`, `Ω̇_U` of (31) above, and `-[p̈_U - g]×` and `Q̇_U` of (45) below.
 /// Tests hold the products of `Q̇_U` against [`inertia_regressor`].
 #[inline(always)]
-pub(crate) fn regressor_entries<T: Real>(a: Vec3<T>, w: Vec3<T>, dw: Vec3<T>) -> [[T; 6]; 10] {
-    let ([ax, ay, az], [x, y, z], [dx, dy, dz]) = (a.0, w.0, dw.0);
-    let (xx, yy, zz, xy, xz, yz) = (x * x, y * y, z * z, x * y, x * z, y * z);
-    let o = Mat3::omega_matrix(w, dw);
+pub(crate) fn regressor_entries<T: Real>(
+    a: Vec3<T>,
+    dw: Vec3<T>,
+    products: [T; 6],
+) -> [[T; 6]; 10] {
+    let ([ax, ay, az], [dx, dy, dz]) = (a.0, dw.0);
+    let [xx, xy, xz, yy, yz, zz] = products;
+    let o = Mat3::omega_matrix(products, dw);
     let zero = ax.like(0.0);
     let [ox, oy, oz] = o.0;
     [

@@ -426,8 +426,8 @@ impl Computation for WrenchRegressors<'_> {
             let seen = self.frame.motion(body);
             let entries = regressor_entries(
                 seen.acceleration,
-                seen.angular_velocity,
                 seen.angular_acceleration,
+                seen.angular_velocity.products(),
             );
             let mut lanes = [[[0.0; MOST_LANES]; 6]; 10];
             for (numbers, column) in lanes.iter_mut().zip(&entries) {

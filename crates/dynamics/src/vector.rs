@@ -33,6 +33,13 @@ impl<T: Real> Vec3<T> {
         x.mul_add(a, y.mul_add(b, z * c))
     }
 
+    /// Returns the products of the entries: `xx, xy, xz, yy, yz, zz`.
+    #[inline(always)]
+    pub(crate) fn products(self) -> [T; 6] {
+        let [x, y, z] = self.0;
+        [x * x, x * y, x * z, y * y, y * z, z * z]
+    }
+
     /// Returns `self × other`.
     #[inline(always)]
     pub(crate) fn cross(self, other: Self) -> Self {
@@ -73,13 +80,11 @@ impl<T: Real> Mat3<T> {
         ])
     }
 
-    /// Returns `[dω]× + [ω]×²` for an angular velocity and acceleration: the matrix that maps a vector fixed to a body to the
-    /// acceleration of its tip relative to its foot, (31).
+    /// Returns `[dω]× + [ω]×²` for an angular acceleration and the [products](Vec3::products) of an angular velocity: the
+    /// matrix that maps a vector fixed to a body to the acceleration of its tip relative to its foot, (31).
     #[inline(always)]
-    pub(crate) fn omega_matrix(w: Vec3<T>, dw: Vec3<T>) -> Self {
-        let ([x, y, z], [a, b, c]) = (w.0, dw.0);
-        let (xy, xz, yz) = (x * y, x * z, y * z);
-        let (xx, yy, zz) = (x * x, y * y, z * z);
+    pub(crate) fn omega_matrix([xx, xy, xz, yy, yz, zz]: [T; 6], dw: Vec3<T>) -> Self {
+        let [a, b, c] = dw.0;
         Self([
             [-(yy + zz), xy - c, xz + b],
             [xy + c, -(xx + zz), yz - a],

@@ -1,7 +1,7 @@
 //! The regressor of the wrench on the payload, which every source has in common.
 
-use nalgebra::{Isometry3, Matrix3, Matrix3x6, SMatrix, SVector, Vector3};
-use tactid_dynamics::{ToolMotion, Wrench, cross, inertia_product};
+use nalgebra::{Isometry3, SMatrix, SVector, Vector3};
+use tactid_dynamics::{ToolMotion, Wrench, cross, mean_wrench_regressor};
 
 use crate::equations::equation::Row;
 
@@ -41,41 +41,12 @@ impl WrenchRegressor {
     /// Computes the regressor from the terms of one motion, or from mean terms.
     pub(crate) fn new(terms: &MotionTerms) -> Self {
         let vector = |first: usize| terms.fixed_rows::<3>(first).into_owned();
-        let (acceleration, gravity, dw) = (vector(0), vector(3), vector(6));
-        let [xx, xy, xz, yy, yz, zz] = std::array::from_fn(|k| terms[9 + k]);
-        #[rustfmt::skip]
-        let square = Matrix3::new( // [ω]×²
-            -yy - zz, xy, xz,
-            xy, -xx - zz, yz,
-            xz, yz, -xx - yy,
-        );
-        #[rustfmt::skip]
-        let gyroscopic = Matrix3x6::new( // [ω]× L(ω)
-            0.0, -xz, xy, -yz, yy - zz, yz,
-            xz, yz, zz - xx, 0.0, -xy, -xz,
-            -xy, xx - yy, -yz, xy, xz, 0.0,
-        );
-        let mut parameters = SMatrix::<f64, 6, 10>::zeros();
-        let mut of_force = parameters.fixed_view_mut::<3, 4>(0, 0);
-        of_force.set_column(0, &acceleration);
-        of_force
-            .fixed_columns_mut::<3>(1)
-            .copy_from(&(cross(&dw) + square)); // (31)
-        let mut of_moment = parameters.fixed_view_mut::<3, 9>(3, 1);
-        of_moment
-            .fixed_columns_mut::<3>(0)
-            .copy_from(&-cross(&acceleration));
-        of_moment
-            .fixed_columns_mut::<6>(3)
-            .copy_from(&(inertia_product(&dw) + gyroscopic)); // (45)
-        let mut of_gravity = SMatrix::<f64, 6, 4>::zeros();
-        of_gravity.fixed_view_mut::<3, 1>(0, 0).copy_from(&gravity);
-        of_gravity
-            .fixed_view_mut::<3, 3>(3, 1)
-            .copy_from(&-cross(&gravity));
+        let (acceleration, gravity, angular_acceleration) = (vector(0), vector(3), vector(6));
+        let products = std::array::from_fn(|k| terms[9 + k]);
+        let of_gravity = mean_wrench_regressor(&gravity, &Vector3::zeros(), &[0.0; 6]);
         Self {
-            parameters,
-            gravity: of_gravity,
+            parameters: mean_wrench_regressor(&acceleration, &angular_acceleration, &products),
+            gravity: of_gravity.fixed_columns::<4>(0).into_owned(),
         }
     }
 
@@ -109,16 +80,13 @@ pub(crate) fn columns_expressed_in<const N: usize>(
     wrenches: &SMatrix<f64, 6, N>,
     other_from_this: &Isometry3<f64>,
 ) -> SMatrix<f64, 6, N> {
-    let mut expressed = *wrenches;
-    for mut column in expressed.column_iter_mut() {
-        let wrench = Wrench {
-            force: column.fixed_rows::<3>(0).into_owned(),
-            moment: column.fixed_rows::<3>(3).into_owned(),
-        }
-        .expressed_in(other_from_this);
-        column.fixed_rows_mut::<3>(0).copy_from(&wrench.force);
-        column.fixed_rows_mut::<3>(3).copy_from(&wrench.moment);
-    }
+    let rotation = other_from_this.rotation.to_rotation_matrix().into_inner();
+    let forces = rotation * wrenches.fixed_rows::<3>(0);
+    let arm = cross(&other_from_this.translation.vector);
+    let moments = rotation * wrenches.fixed_rows::<3>(3) + arm * forces;
+    let mut expressed = SMatrix::<f64, 6, N>::zeros();
+    expressed.fixed_rows_mut::<3>(0).copy_from(&forces);
+    expressed.fixed_rows_mut::<3>(3).copy_from(&moments);
     expressed
 }
 

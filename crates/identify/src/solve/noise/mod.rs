@@ -151,16 +151,25 @@ impl Noise {
         (1.0 + fraction) * (1.0 + from_residuals * fraction / (1.0 - fraction))
     }
 
-    /// Whitens rows, one for each channel: brings them to units of their noise and removes its correlation.
-    /// Allocates nothing.
-    pub(crate) fn whiten<R: ChannelRows + ?Sized>(&self, rows: &mut R) {
+    /// Whitens regressor rows with their targets, one for each channel: brings them to units of their noise and removes its
+    /// correlation. Allocates nothing.
+    pub(crate) fn whiten(&self, rows: &mut [(SVector<f64, 10>, f64)]) {
         for (i, std_dev) in self.std_devs.iter().enumerate() {
-            rows.divide(i, *std_dev);
+            let (before, rest) = rows.split_at_mut(i);
+            let (regressor, target) = &mut rest[0];
+            // Products with a reciprocal are several times faster than as many divisions.
+            let factor = std_dev.recip();
+            *regressor *= factor;
+            *target *= factor;
             // Forward substitution with the Cholesky factor.
-            for j in 0..i {
-                rows.subtract(i, self.root[(i, j)], j);
+            for (j, (other_regressor, other_target)) in before.iter().enumerate() {
+                let factor = self.root[(i, j)];
+                regressor.axpy(-factor, other_regressor, 1.0);
+                *target -= factor * other_target;
             }
-            rows.divide(i, self.root[(i, i)]);
+            let factor = self.root[(i, i)].recip();
+            *regressor *= factor;
+            *target *= factor;
         }
     }
 
@@ -294,47 +303,6 @@ impl Noise {
             }
         }
         products
-    }
-}
-
-/// Rows, one for each channel, that can be whitened.
-pub(crate) trait ChannelRows {
-    /// Divides a row.
-    fn divide(&mut self, row: usize, divisor: f64);
-
-    /// Subtracts `factor` times the row `other`, which comes before `row`.
-    fn subtract(&mut self, row: usize, factor: f64, other: usize);
-}
-
-impl ChannelRows for DMatrix<f64> {
-    fn divide(&mut self, row: usize, divisor: f64) {
-        let mut row = self.row_mut(row);
-        row /= divisor;
-    }
-
-    fn subtract(&mut self, row: usize, factor: f64, other: usize) {
-        for mut column in self.column_iter_mut() {
-            column[row] -= factor * column[other];
-        }
-    }
-}
-
-/// Regressor rows with their targets, as the online estimator has them.
-impl ChannelRows for [(SVector<f64, 10>, f64)] {
-    fn divide(&mut self, row: usize, divisor: f64) {
-        // One division and eleven products are several times faster than eleven divisions.
-        let factor = divisor.recip();
-        let (regressor, target) = &mut self[row];
-        *regressor *= factor;
-        *target *= factor;
-    }
-
-    fn subtract(&mut self, row: usize, factor: f64, other: usize) {
-        let (before, rest) = self.split_at_mut(row);
-        let (regressor, target) = &mut rest[0];
-        let (other_regressor, other_target) = &before[other];
-        regressor.axpy(-factor, other_regressor, 1.0);
-        *target -= factor * other_target;
     }
 }
 

@@ -56,10 +56,9 @@ fn known_noise_keeps_its_proportions() {
     assert!((correlation[(4, 3)] - 1.0 / 1.01).abs() < 0.01);
 }
 
-/// Whitened rows have the identity as their noise covariance, in both storages of the rows and with the inverse that is
-/// computed once.
+/// Whitened rows have the identity as their noise covariance, by substitution and with the inverse that is computed once.
 #[test]
-fn whitening_is_the_same_for_both_storages() {
+fn whitened_rows_have_the_identity_as_their_covariance() {
     let covariance = DMatrix::from_row_slice(
         3,
         3,
@@ -78,31 +77,30 @@ fn whitening_is_the_same_for_both_storages() {
     equation.instants = 70;
     let noise = Noise::from_targets(&[equation], &channels, ROUNDING);
     let root = covariance.cholesky().unwrap().unpack();
-    let mut columns = root.clone();
-    noise.whiten(&mut columns);
-    // The noise of a window's mean is smaller than that of the samples by the same factor in all channels.
-    let scaled = &columns / columns[(0, 0)];
-    assert!((scaled - DMatrix::<f64>::identity(3, 3)).norm() < 1e-12);
     let mut rows: Vec<(SVector<f64, 10>, f64)> = (0..3)
         .map(|i| {
             let entry = |k: usize| if k < 3 { root[(i, k)] } else { 0.0 };
             (SVector::from_fn(|k, _| entry(k)), root[(i, 2)])
         })
         .collect();
-    noise.whiten(&mut rows[..]);
+    noise.whiten(&mut rows);
+    // The noise of a window's mean is smaller than that of the samples by the same factor in all channels.
+    let scale = rows[0].0[0];
     for (i, (regressor, target)) in rows.iter().enumerate() {
-        assert!((0..3).all(|k| (regressor[k] - columns[(i, k)]).abs() < 1e-12 * columns[(0, 0)]));
+        let mut unit = SVector::zeros();
+        unit[i] = 1.0;
+        assert!((regressor / scale - unit).norm() < 1e-12);
         assert_eq!(*target, regressor[2]);
     }
     let wide: Vec<[f64; 3]> = (0..3).map(|i| [0, 1, 2].map(|k| root[(i, k)])).collect();
     let (whitening, mut whitened) = (Whitening::new(&noise), vec![[0.0; 3]; 3]);
     whitening.apply(&wide, &mut whitened);
     for (i, k) in (0..3).flat_map(|i| (0..3).map(move |k| (i, k))) {
-        assert!((whitened[i][k] - columns[(i, k)]).abs() < 1e-12 * columns[(0, 0)]);
+        assert!((whitened[i][k] - rows[i].0[k]).abs() < 1e-12 * scale);
     }
     let residuals = [0.3, -2.0, 1.0];
-    let mut column = DMatrix::from_column_slice(3, 1, &residuals);
-    noise.whiten(&mut column);
-    let distance = whitening.squared_distance(&residuals);
-    assert!((distance / column.norm_squared() - 1.0).abs() < 1e-12);
+    let mut targets = residuals.map(|residual| (SVector::zeros(), residual));
+    noise.whiten(&mut targets);
+    let square: f64 = targets.iter().map(|(_, target)| target * target).sum();
+    assert!((whitening.squared_distance(&residuals) / square - 1.0).abs() < 1e-12);
 }

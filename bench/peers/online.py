@@ -1,0 +1,166 @@
+"""The online update from a wrench sensor beside a plain loop in C++ with Eigen, on a UR5e."""
+
+import ctypes
+from collections.abc import Iterator
+from pathlib import Path
+
+import airo_models
+import numpy as np
+import pinocchio as pin
+
+from peers.dynamics import PARAMETERS, TOOL, model_arguments
+from peers.harness import Array, Comparison, Contender
+from peers.native import MissingPeerError, online_library, tactid_library, thread_seconds
+
+SAMPLES = 10_000
+"""Samples of one measurement, at 1 kHz."""
+
+PERIOD = 1e-3
+JOINTS = 6
+
+NOISE = (1e-4, 1e-3, 0.5, 0.02)
+"""Standard deviations: rad, rad/s, N and N m.
+
+The loop in C++ knows those of the wrench; tactid estimates all."""
+
+SEEDS = 10
+"""Draws of noise from which errors are compared."""
+
+EXACT = 1e-9
+"""Largest relative difference between estimates from exact samples.
+
+Rows agree to 1e-14; solving for the parameters multiplies rounding by the condition of the rows."""
+
+PAYLOAD = np.array([2.0, 0.04, -0.02, 0.16, 0.03, 0.002, -0.004, 0.028, 0.003, 0.012])
+"""Mass, first moments and inertia about the tool's origin, in the order of tactid."""
+
+
+class Loop:
+    """A kernel of one library on the same samples: its result, and the time of one sample."""
+
+    def __init__(self, start, name: str, samples: Array, width: int) -> None:
+        self.name, self.samples, self.out = name, samples, np.zeros(width)
+        self.run = start(samples)
+        self()
+
+    def __call__(self) -> float:
+        """Seconds of one sample."""
+        run = lambda: self.run(self.name.encode(), self.out)  # noqa: E731
+        return thread_seconds(run, self.name) / len(self.samples)
+
+
+def comparisons() -> Iterator[Comparison]:
+    """The mean rows of windows, and the estimate after each sample."""
+    samples = measured()
+    noisy = [with_noise(samples, seed) for seed in range(SEEDS)]
+    tasks = [
+        ("online, a sample to mean rows of windows", "rows", 66, None, 1e-10),
+        ("online, a sample to the estimate", "update", 10, 1.3, EXACT),
+    ]
+    for task, name, width, bar, tolerance in tasks:
+        contenders, note = [], ""
+        for label, start in starts():
+            try:
+                loop = Loop(start, name, samples, width)
+            except MissingPeerError as missing:
+                contenders.append(Contender(label, missing=str(missing)))
+                continue
+            contenders.append(Contender(label, loop, comparable(label, loop.out)))
+            if name == "update":
+                note += f"{label}: {errors(start, label, noisy)}. "
+        note = note and f"rms errors of mass, centre of mass and inertia at equal noise: {note}"
+        yield Comparison(task, "ns", contenders, bar=bar, tolerance=tolerance, note=note)
+
+
+def starts():
+    """Name and start of each library: a function of samples that returns what runs its kernels."""
+    yield "tactid", tactid
+    for flags in ((), ("-march=native",)):
+        name = " ".join(["C++ loop -O3", *flags])
+        yield name, lambda samples, flags=flags: cxx(samples, *flags)
+
+
+def tactid(samples: Array):
+    """Runs tactid's kernels on samples."""
+    library, pointer = tactid_library(), samples.ctypes.data_as(ctypes.c_void_p)
+    urdf = Path(airo_models.get_urdf_path("ur5e")).read_text().encode()
+    size = ctypes.c_size_t(samples.size)
+    handle = ctypes.c_void_p(library.tactid_online_new(urdf, TOOL.encode(), pointer, size))
+
+    def run(name: bytes, out: Array) -> bool:
+        place, len_out = out.ctypes.data_as(ctypes.c_void_p), ctypes.c_size_t(out.size)
+        return library.tactid_online_run(handle, name, ctypes.c_size_t(1), place, len_out)
+
+    return run
+
+
+def cxx(samples: Array, *flags: str):
+    """Runs the loop in C++ on samples."""
+    library = online_library(*flags)
+    handle = ctypes.c_void_p(library.online_new(*model_arguments(ur5e())))
+
+    def run(name: bytes, out: Array) -> bool:
+        pointers = [array.ctypes.data_as(ctypes.c_void_p) for array in (samples, out)]
+        counts = ctypes.c_size_t(len(samples)), ctypes.c_size_t(1)
+        return library.online_run(handle, name, pointers[0], *counts, pointers[1])
+
+    return run
+
+
+def comparable(label: str, out: Array) -> Array:
+    """A result in the order of tactid.
+
+    Rows of C++ lie column by column, in Pinocchio's order of the parameters.
+    """
+    if label == "tactid":
+        return out.copy()
+    if len(out) == len(PARAMETERS):
+        return out[PARAMETERS]
+    return out.reshape(11, 6).T[:, [*PARAMETERS, 10]].ravel()
+
+
+def errors(start, label: str, noisy: list[Array]) -> str:
+    """Root mean square errors of the estimates from noisy samples."""
+    estimates = np.array([comparable(label, Loop(start, "update", each, 10).out) for each in noisy])
+    rms = lambda values: np.sqrt(np.mean(np.square(values)))  # noqa: E731
+    mass = rms(estimates[:, 0] - PAYLOAD[0])
+    center = rms(estimates[:, 1:4] / estimates[:, :1] - PAYLOAD[1:4] / PAYLOAD[0])
+    inertia = rms(estimates[:, 4:] - PAYLOAD[4:])
+    return f"{mass * 1e3:.3g} g, {center * 1e3:.3g} mm, {inertia * 1e4:.3g}e-4 kg m²"
+
+
+def ur5e() -> pin.Model:
+    """The robot."""
+    return pin.buildModelFromXML(Path(airo_models.get_urdf_path("ur5e")).read_text())
+
+
+def measured() -> Array:
+    """Exact samples of a smooth motion.
+
+    A row has the time, positions and velocities of the joints, and the wrench on the payload.
+    """
+    model = ur5e()
+    data, tool = model.createData(), model.getFrameId(TOOL)
+    rows = np.zeros((SAMPLES, 1 + 2 * JOINTS + 6))
+    rates, phases = 1.5 + 0.37 * np.arange(JOINTS), np.arange(JOINTS)
+    order = np.argsort(PARAMETERS)
+    for k, row in enumerate(rows):
+        row[0] = time = k * PERIOD
+        angle = rates * time + phases
+        q, v, a = 0.6 * np.sin(angle), 0.6 * rates * np.cos(angle), -0.6 * rates**2 * np.sin(angle)
+        pin.forwardKinematics(model, data, q, v, a)
+        pose = pin.updateFramePlacement(model, data, tool)
+        moving = pin.getFrameVelocity(model, data, tool, pin.LOCAL)
+        change = pin.getFrameAcceleration(model, data, tool, pin.LOCAL)
+        change.linear -= pose.rotation.T @ model.gravity.linear
+        row[1:-6] = np.hstack([q, v])
+        row[-6:] = pin.bodyRegressor(moving, change) @ PAYLOAD[order]
+    return rows
+
+
+def with_noise(samples: Array, seed: int) -> Array:
+    """The samples with white noise on each channel."""
+    size = np.repeat(NOISE, [JOINTS, JOINTS, 3, 3])
+    noisy = samples.copy()
+    noisy[:, 1:] += np.random.default_rng(seed).normal(size=(len(samples), len(size))) * size
+    return noisy
