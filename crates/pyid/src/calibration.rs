@@ -10,7 +10,7 @@ use tactid_recordings::{CalibratingLogs, LogRole, UsedLog};
 
 use crate::arm_model::ArmModel;
 use crate::arrays::{Array, array};
-use crate::errors::{IntoPyErr, urdf_is_at_fault, with_option};
+use crate::errors::{IntoPyErr, detached, urdf_is_at_fault, with_option};
 use crate::faults::FaultData;
 use crate::findings::{FindingData, finding_data};
 use crate::interruption::InterruptionCheck;
@@ -101,11 +101,11 @@ pub(crate) fn calibrate_logs(
         gain_std_dev,
     };
     let mut interruption = InterruptionCheck::new(progress);
-    let result = py.detach(|| {
+    let result = detached(py, || {
         let observer =
             &mut |progress: tactid_recordings::Progress| interruption.check(progress.fraction);
         tactid_recordings::calibrate_logs(&logs, &request, observer)
-    });
+    })?;
     let found = interruption.finish(py, result.map_err(IntoPyErr::into_py_err));
     let run = match found {
         Err(error) if request.urdf.is_some() && urdf_is_at_fault(py, &error)? => {

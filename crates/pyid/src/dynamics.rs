@@ -6,10 +6,11 @@ use pyo3::prelude::*;
 use tactid_dynamics::{BaseKind, SeriesWorkspace, ToolMotion, VectorUnit, Workspace};
 
 use crate::arrays::{Series, common_length, extend_with, homogeneous, output};
-use crate::errors::{ArgumentError, IntoPyErr};
+use crate::errors::{ArgumentError, IntoPyErr, detached};
 use crate::findings::model_finding;
 use crate::inertia::MassProperties;
 use crate::states::States;
+use crate::text::Text;
 use crate::urdf::urdf_text;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -74,20 +75,26 @@ impl Manipulator {
     ///         the message names it.
     ///     ArgumentError: ``base`` is something else, or ``urdf`` is neither text nor a path.
     #[staticmethod]
-    #[pyo3(signature = (urdf, base="fixed", *, base_link=None))]
-    fn from_urdf(urdf: &Bound<'_, PyAny>, base: &str, base_link: Option<&str>) -> PyResult<Self> {
-        let kind = match base {
+    #[pyo3(
+        signature = (urdf, base=Text("fixed".to_owned()), *, base_link=None),
+        text_signature = "(urdf, base=\"fixed\", *, base_link=None)"
+    )]
+    fn from_urdf(urdf: &Bound<'_, PyAny>, base: Text, base_link: Option<Text>) -> PyResult<Self> {
+        let kind = match &*base {
             "floating" => BaseKind::Floating,
             "fixed" => BaseKind::Fixed,
             _ => {
                 return Err(ArgumentError::new_err(format!(
-                    "`base` is {base:?}: expected \"fixed\" or \"floating\""
+                    "`base` is {:?}: expected \"fixed\" or \"floating\"",
+                    &*base
                 )));
             }
         };
-        tactid_dynamics::Manipulator::from_urdf_below(&urdf_text(urdf)?, kind, base_link)
-            .map(Self)
-            .map_err(IntoPyErr::into_py_err)
+        let text = urdf_text(urdf)?;
+        let robot = detached(urdf.py(), || {
+            tactid_dynamics::Manipulator::from_urdf_below(&text, kind, base_link.as_deref())
+        })?;
+        robot.map(Self).map_err(IntoPyErr::into_py_err)
     }
 
     /// How many independent joints there are; mimic joints do not count.
@@ -143,8 +150,8 @@ impl Manipulator {
     ///
     /// Raises:
     ///     ModelError: There is no such link.
-    fn with_payload(&self, frame: &str, body: &MassProperties) -> PyResult<Self> {
-        let frame = self.0.frame(frame).map_err(IntoPyErr::into_py_err)?;
+    fn with_payload(&self, frame: Text, body: &MassProperties) -> PyResult<Self> {
+        let frame = self.0.frame(&frame).map_err(IntoPyErr::into_py_err)?;
         Ok(Self(self.0.with_payload(frame, &body.0.into())))
     }
 
@@ -152,8 +159,8 @@ impl Manipulator {
     ///
     /// Raises:
     ///     ModelError: There is no such link.
-    fn without_subtree(&self, frame: &str) -> PyResult<Self> {
-        let frame = self.0.frame(frame).map_err(IntoPyErr::into_py_err)?;
+    fn without_subtree(&self, frame: Text) -> PyResult<Self> {
+        let frame = self.0.frame(&frame).map_err(IntoPyErr::into_py_err)?;
         Ok(Self(self.0.without_subtree(frame)))
     }
 
@@ -167,7 +174,7 @@ impl Manipulator {
     fn kinematics<'py>(
         &self,
         py: Python<'py>,
-        frame: &str,
+        frame: Text,
         q: &Bound<'py, PyAny>,
         qd: Argument<'_, 'py>,
         qdd: Argument<'_, 'py>,
@@ -175,7 +182,7 @@ impl Manipulator {
         base_twist: Argument<'_, 'py>,
         base_acceleration: Argument<'_, 'py>,
     ) -> PyResult<FrameMotion> {
-        let frame = self.0.frame(frame).map_err(IntoPyErr::into_py_err)?;
+        let frame = self.0.frame(&frame).map_err(IntoPyErr::into_py_err)?;
         let states = States::read(&self.0, q, qd, qdd)?.with_base(
             base_pose,
             base_twist,
@@ -184,7 +191,7 @@ impl Manipulator {
         let samples = states.samples()?;
         let mut poses = Vec::new();
         let mut vectors: [Vec<f64>; 4] = Default::default();
-        py.detach(|| {
+        detached(py, || {
             states.each(samples, |workspace| {
                 let motion = workspace.frame_motion(frame);
                 poses.extend(homogeneous(&motion.pose));
@@ -199,7 +206,7 @@ impl Manipulator {
                 }
                 Ok(())
             })
-        })?;
+        })??;
         let vector = |values| Ok::<_, PyErr>(output(py, values, samples, &[3])?.unbind());
         let [
             velocity,
@@ -260,11 +267,11 @@ impl Manipulator {
             VectorUnit::Baseline
         };
         let (mut torques, mut wrenches) = (vec![0.0; count * self.0.dof()], vec![[0.0; 6]; count]);
-        let computed = py.detach(|| {
+        let computed = detached(py, || {
             let series = states.series(&bases);
             let workspace = SeriesWorkspace::new(&self.0).with_unit(unit);
             workspace.inverse_dynamics(&series, &gravity, &mut torques, &mut wrenches)
-        });
+        })?;
         computed.map_err(IntoPyErr::into_py_err)?;
         Ok((
             output(py, torques, samples, &[self.0.dof()])?,
@@ -295,7 +302,7 @@ impl Manipulator {
         let states = States::read(&self.0, q, qd, qdd)?.with_base(base_pose, base_twist, None)?;
         let samples = states.samples()?;
         let mut values = Vec::new();
-        py.detach(|| {
+        detached(py, || {
             let mut workspace = Workspace::new(&self.0);
             for sample in 0..samples.unwrap_or(1) {
                 let (base, joints) = states.at(sample);
@@ -305,7 +312,7 @@ impl Manipulator {
                 extend_with(&mut values, &acceleration.linear, &acceleration.angular);
             }
             Ok::<_, PyErr>(())
-        })?;
+        })??;
         output(py, values, samples, &[6])
     }
 
@@ -331,13 +338,13 @@ impl Manipulator {
         let states = States::read(&self.0, q, qd, None)?.with_base(base_pose, base_twist, None)?;
         let samples = states.samples()?;
         let mut values = Vec::new();
-        py.detach(|| {
+        detached(py, || {
             states.each(samples, |workspace| {
                 let total = tactid_dynamics::momentum(workspace);
                 extend_with(&mut values, &total.linear, &total.angular);
                 Ok(())
             })
-        })?;
+        })??;
         output(py, values, samples, &[6])
     }
 
@@ -387,7 +394,7 @@ pub(crate) fn wrench_regressor<'py>(
     let angular_acceleration = Series::read(angular_acceleration, "angular_acceleration", &[3])?;
     let samples = common_length(&[&acceleration, &angular_velocity, &angular_acceleration])?;
     let mut values = Vec::new();
-    py.detach(|| {
+    detached(py, || {
         for sample in 0..samples.unwrap_or(1) {
             let motion = ToolMotion {
                 acceleration: acceleration.vector(sample, 0),
@@ -401,6 +408,6 @@ pub(crate) fn wrench_regressor<'py>(
                     .iter(),
             );
         }
-    });
+    })?;
     output(py, values, samples, &[6, 10])
 }

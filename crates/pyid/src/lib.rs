@@ -29,6 +29,7 @@ mod shapes;
 mod simulate;
 mod states;
 mod table;
+mod text;
 mod urdf;
 
 /// The compiled part of the package `tactid`.
