@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::names::list_similar;
+
 /// Reason why a robot cannot be modelled. Each message names the link or joint at fault.
 #[derive(Debug, Error)]
 pub enum ModelError {
@@ -108,7 +110,7 @@ pub enum ModelError {
     UnknownFrame {
         /// The requested name.
         name: String,
-        /// Names of all links of the robot.
+        /// Names of the robot's links, as [`list_similar`] lists them.
         known: String,
     },
 }
@@ -117,7 +119,7 @@ impl ModelError {
     pub(crate) fn unknown_frame<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Self {
         Self::UnknownFrame {
             name: name.to_owned(),
-            known: known.collect::<Vec<_>>().join(", "),
+            known: list_similar(name, known),
         }
     }
 }

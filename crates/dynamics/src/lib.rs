@@ -53,6 +53,7 @@ mod lanes;
 mod manipulator;
 mod masses;
 mod momentum;
+mod names;
 mod placement;
 mod real;
 mod recursion;
@@ -75,6 +76,7 @@ pub use inertia::{
 };
 pub use manipulator::{BaseKind, FrameId, JointKind, Manipulator};
 pub use momentum::{BaseAcceleration, Momentum, base_acceleration, momentum};
+pub use names::list_similar;
 pub use rows::{
     Rows, inertia_regressor, inertia_rows, mass_rows, mean_wrench_regressor, omega_matrix,
     tactile_mass_rows, wrench_regressor,

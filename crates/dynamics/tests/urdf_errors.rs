@@ -302,6 +302,16 @@ fn what_is_no_xml_document() {
         ModelError::Syntax(_),
         "200 elements are nested"
     );
+    let attributes: String = (0..1_000_000).map(|k| format!(" a{k}=''")).collect();
+    let hostile = [
+        ("<a/>".repeat(1_000_001), "more than 1000000 elements"),
+        (format!("<a{attributes}/>"), "more than 1000 attributes"),
+        (" ".repeat(17 << 20), "17 MB, but at most 16 MB"),
+    ];
+    for (content, reason) in hostile {
+        let xml = format!("<robot name='r'>{content}</robot>");
+        assert_says!(error(&xml), ModelError::Syntax(_), reason);
+    }
     let macros =
         "<robot xmlns:xacro='x'><xacro:macro name='arm'><link name='a'/></xacro:macro></robot>";
     assert_says!(error(macros), ModelError::Syntax(_), "no link", "xacro");

@@ -6,6 +6,7 @@ use pyo3::types::PyString;
 use crate::arrays::Series;
 use crate::dynamics::Manipulator;
 use crate::errors::ArgumentError;
+use crate::text::Text;
 
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
@@ -23,7 +24,7 @@ pub(crate) fn read_robot<'py>(given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, 
 /// Reads the links of the sensors: one name, or several.
 pub(crate) fn read_sensors(given: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
     if given.is_instance_of::<PyString>() {
-        return Ok(vec![given.extract()?]);
+        return Ok(vec![given.extract::<Text>()?.0]);
     }
     given.extract().map_err(|_| {
         ArgumentError::new_err(format!(

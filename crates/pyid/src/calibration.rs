@@ -12,7 +12,7 @@ use tactid_recordings::{CalibrationSource, CalibrationSources, LogRole, UsedLog}
 use crate::arguments::read_robot;
 use crate::arm_model::ArmModel;
 use crate::arrays::{Array, array};
-use crate::errors::{ArgumentError, IntoPyErr, in_recording};
+use crate::errors::{ArgumentError, IntoPyErr, detached, in_recording};
 use crate::faults::FaultData;
 use crate::findings::{FindingData, finding_data};
 use crate::identify::{dof_of, urdf_errors};
@@ -134,12 +134,12 @@ pub(crate) fn calibrate_arm(
         gain_std_dev,
     };
     let mut interruption = InterruptionCheck::new(progress);
-    let result = py.detach(|| {
+    let result = detached(py, || {
         let observer =
             &mut |progress: tactid_recordings::Progress| interruption.check(progress.fraction);
         tactid_recordings::calibrate_arm(&sources, &request, observer)
             .map_err(keywords::name_arrays_of_error)
-    });
+    })?;
     let found = interruption.finish(py, result.map_err(IntoPyErr::into_py_err));
     let run = urdf_errors(py, &request, found)?;
     let logs = run.logs.into_iter().map(|log| LogData::new(py, log));

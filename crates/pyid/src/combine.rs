@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use tactid_identify::{Agreement, Combination, CombineSettings, LinearEstimate, SharedErrors};
 
 use crate::arrays::{Array, Series, array, common_length};
-use crate::errors::IntoPyErr;
+use crate::errors::{IntoPyErr, detached};
 use crate::findings::{FindingData, data_finding};
 use crate::identification::{EstimateData, IdentificationData, MomentsData};
 use crate::identify::{run, urdf_errors};
@@ -145,6 +145,6 @@ pub(crate) fn combine(
         known_mass: request.known_mass,
         bounding_box: request.bounding_box,
     };
-    let found = py.detach(|| tactid_identify::combine(frame, &runs, &settings));
+    let found = detached(py, || tactid_identify::combine(frame, &runs, &settings))?;
     CombinationData::new(py, &found.map_err(IntoPyErr::into_py_err)?)
 }

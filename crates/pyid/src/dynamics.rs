@@ -6,10 +6,11 @@ use pyo3::prelude::*;
 use tactid_dynamics::{BaseKind, ToolMotion};
 
 use crate::arrays::{Series, common_length, extend_with, homogeneous, output};
-use crate::errors::{ArgumentError, IntoPyErr};
+use crate::errors::{ArgumentError, IntoPyErr, detached};
 use crate::findings::model_finding;
 use crate::inertia::MassProperties;
 use crate::states::States;
+use crate::text::Text;
 use crate::urdf::urdf_text;
 use crate::workspaces::Workspaces;
 
@@ -79,20 +80,26 @@ impl Manipulator {
     ///         the message names it.
     ///     ArgumentError: ``base`` is something else, or ``urdf`` is neither text nor a path.
     #[staticmethod]
-    #[pyo3(signature = (urdf, base="fixed", *, base_link=None))]
-    fn from_urdf(urdf: &Bound<'_, PyAny>, base: &str, base_link: Option<&str>) -> PyResult<Self> {
-        let kind = match base {
+    #[pyo3(
+        signature = (urdf, base=Text("fixed".to_owned()), *, base_link=None),
+        text_signature = "(urdf, base=\"fixed\", *, base_link=None)"
+    )]
+    fn from_urdf(urdf: &Bound<'_, PyAny>, base: Text, base_link: Option<Text>) -> PyResult<Self> {
+        let kind = match &*base {
             "floating" => BaseKind::Floating,
             "fixed" => BaseKind::Fixed,
             _ => {
                 return Err(ArgumentError::new_err(format!(
-                    "`base` is {base:?}: expected \"fixed\" or \"floating\""
+                    "`base` is {:?}: expected \"fixed\" or \"floating\"",
+                    &*base
                 )));
             }
         };
-        tactid_dynamics::Manipulator::from_urdf_below(&urdf_text(urdf)?, kind, base_link)
-            .map(Self::new)
-            .map_err(IntoPyErr::into_py_err)
+        let text = urdf_text(urdf)?;
+        let robot = detached(urdf.py(), || {
+            tactid_dynamics::Manipulator::from_urdf_below(&text, kind, base_link.as_deref())
+        })?;
+        robot.map(Self::new).map_err(IntoPyErr::into_py_err)
     }
 
     /// How many independent joints there are; mimic joints do not count.
@@ -148,8 +155,8 @@ impl Manipulator {
     ///
     /// Raises:
     ///     ModelError: There is no such link.
-    fn with_payload(&self, frame: &str, body: &MassProperties) -> PyResult<Self> {
-        let frame = self.robot.frame(frame).map_err(IntoPyErr::into_py_err)?;
+    fn with_payload(&self, frame: Text, body: &MassProperties) -> PyResult<Self> {
+        let frame = self.robot.frame(&frame).map_err(IntoPyErr::into_py_err)?;
         Ok(Self::new(self.robot.with_payload(frame, &body.0.into())))
     }
 
@@ -157,8 +164,8 @@ impl Manipulator {
     ///
     /// Raises:
     ///     ModelError: There is no such link.
-    fn without_subtree(&self, frame: &str) -> PyResult<Self> {
-        let frame = self.robot.frame(frame).map_err(IntoPyErr::into_py_err)?;
+    fn without_subtree(&self, frame: Text) -> PyResult<Self> {
+        let frame = self.robot.frame(&frame).map_err(IntoPyErr::into_py_err)?;
         Ok(Self::new(self.robot.without_subtree(frame)))
     }
 
@@ -172,7 +179,7 @@ impl Manipulator {
     fn kinematics<'py>(
         &self,
         py: Python<'py>,
-        frame: &str,
+        frame: Text,
         q: &Bound<'py, PyAny>,
         qd: Argument<'_, 'py>,
         qdd: Argument<'_, 'py>,
@@ -180,7 +187,7 @@ impl Manipulator {
         base_twist: Argument<'_, 'py>,
         base_acceleration: Argument<'_, 'py>,
     ) -> PyResult<FrameMotion> {
-        let frame = self.robot.frame(frame).map_err(IntoPyErr::into_py_err)?;
+        let frame = self.robot.frame(&frame).map_err(IntoPyErr::into_py_err)?;
         let states = States::read(&self.robot, q, qd, qdd)?.with_base(
             base_pose,
             base_twist,
@@ -190,7 +197,7 @@ impl Manipulator {
         let count = samples.unwrap_or(1);
         let mut poses = Vec::with_capacity(16 * count);
         let mut vectors = [(); 4].map(|()| Vec::with_capacity(3 * count));
-        py.detach(|| {
+        detached(py, || {
             states.each(&self.workspaces, samples, |workspace| {
                 let motion = workspace.frame_motion(frame);
                 poses.extend(homogeneous(&motion.pose));
@@ -205,7 +212,7 @@ impl Manipulator {
                 }
                 Ok(())
             })
-        })?;
+        })??;
         let vector = |values| Ok::<_, PyErr>(output(py, values, samples, &[3])?.unbind());
         let [
             velocity,
@@ -260,7 +267,7 @@ impl Manipulator {
         let samples = states.samples()?;
         let (dof, count) = (self.robot.dof(), samples.unwrap_or(1));
         let (mut torques, mut wrenches) = (vec![0.0; count * dof], vec![[0.0; 6]; count]);
-        py.detach(|| match samples {
+        detached(py, || match samples {
             Some(_) => {
                 let bases = states.bases()?;
                 let series = states.series(&bases);
@@ -277,7 +284,7 @@ impl Manipulator {
                 wrenches[0][3..].copy_from_slice(wrench.moment.as_slice());
                 Ok(())
             }),
-        })?;
+        })??;
         Ok((
             output(py, torques, samples, &[dof])?,
             output(py, wrenches.into_flattened(), samples, &[6])?,
@@ -309,7 +316,7 @@ impl Manipulator {
         let samples = states.samples()?;
         let count = samples.unwrap_or(1);
         let mut values = Vec::with_capacity(6 * count);
-        py.detach(|| {
+        detached(py, || {
             self.workspaces.with(&self.robot, |workspace| {
                 for sample in 0..count {
                     let (base, joints) = states.at(sample);
@@ -319,7 +326,7 @@ impl Manipulator {
                 }
                 Ok::<_, PyErr>(())
             })
-        })?;
+        })??;
         output(py, values, samples, &[6])
     }
 
@@ -347,13 +354,13 @@ impl Manipulator {
         let samples = states.samples()?;
         let count = samples.unwrap_or(1);
         let mut values = Vec::with_capacity(6 * count);
-        py.detach(|| {
+        detached(py, || {
             states.each(&self.workspaces, samples, |workspace| {
                 let total = tactid_dynamics::momentum(workspace);
                 extend_with(&mut values, &total.linear, &total.angular);
                 Ok(())
             })
-        })?;
+        })??;
         output(py, values, samples, &[6])
     }
 
@@ -417,7 +424,7 @@ pub(crate) fn wrench_regressor<'py>(
     let samples = common_length(&[&acceleration, &angular_velocity, &angular_acceleration])?;
     let count = samples.unwrap_or(1);
     let mut values = Vec::with_capacity(60 * count);
-    py.detach(|| {
+    detached(py, || {
         for sample in 0..count {
             let motion = ToolMotion {
                 acceleration: acceleration.vector(sample, 0),
@@ -431,6 +438,6 @@ pub(crate) fn wrench_regressor<'py>(
                     .iter(),
             );
         }
-    });
+    })?;
     output(py, values, samples, &[6, 10])
 }

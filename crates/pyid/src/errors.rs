@@ -1,5 +1,6 @@
 //! From each crate's error to the Python exception of its kind.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use pyo3::exceptions::PyException;
@@ -19,6 +20,23 @@ pyo3::import_exception!(tactid.errors, ExperimentError);
 pyo3::import_exception!(tactid.errors, SimulationError);
 pyo3::import_exception!(tactid.errors, IdentificationError);
 pyo3::import_exception!(tactid.errors, CalibrationError);
+pyo3::import_exception!(tactid.errors, InternalError);
+
+/// Runs a computation with the interpreter released.
+///
+/// # Errors
+/// Returns `InternalError` for a panic, which is a fault of tactid. PyO3 would raise an exception that is no `Exception`, so
+/// that a caller who catches every error would end. The panic hook has reported the place.
+pub(crate) fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    // What a computation has left behind is dropped, or is a solver, whose numbers are then wrong but whose memory is sound.
+    py.detach(|| catch_unwind(AssertUnwindSafe(work)))
+        .map_err(|panic| {
+            let text = panic.downcast_ref::<String>().map(String::as_str);
+            let what = text.or_else(|| panic.downcast_ref::<&str>().copied());
+            let what = what.unwrap_or("unknown");
+            InternalError::new_err(format!("internal error: {what}; please report it"))
+        })
+}
 
 /// Converts an error of a crate into the Python exception of its kind.
 pub(crate) trait IntoPyErr {

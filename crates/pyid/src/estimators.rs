@@ -4,11 +4,12 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use nalgebra::SVector;
 use numpy::PyArrayDyn;
+use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
 use tactid_nlms::{Counts, Outcome, SettingError};
 
 use crate::arrays::{Series, common_length, output};
-use crate::errors::{ArgumentError, IntoPyErr};
+use crate::errors::{ArgumentError, IntoPyErr, detached};
 
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
@@ -107,11 +108,11 @@ impl Estimator {
         let rows = Series::read(rows, "rows", &[size])?;
         let targets = Series::read(targets, "targets", &[])?;
         let count = common_length(&[&rows, &targets])?.unwrap_or(1);
-        Ok(py.detach(|| {
+        detached(py, || {
             let mut estimator = self.lock();
             let used = |&k: &usize| estimator.update(rows.at(k), targets.at(k)[0]) == Outcome::Used;
             (0..count).filter(used).count()
-        }))
+        })
     }
 
     /// Current estimate of the parameters ``x``, (size,), each in the unit of the target over that of its column.
@@ -153,13 +154,13 @@ pub(crate) struct Lms;
 impl Lms {
     #[new]
     #[pyo3(signature = (size, step, *, start=None))]
-    fn new(size: usize, step: f64, start: Argument<'_, '_>) -> PyResult<PyClassInitializer<Self>> {
+    fn new(size: Size, step: f64, start: Argument<'_, '_>) -> PyResult<PyClassInitializer<Self>> {
         fn make<const N: usize>(step: f64, start: &[f64]) -> PyResult<Estimator> {
             let start = SVector::from_column_slice(start);
             finish(tactid_nlms::Lms::<N>::new(step).map(|filter| filter.starting_at(start)))
         }
-        let start = read_start(start, size)?;
-        let estimator = with_size!(size, make(step, &start))?;
+        let start = read_start(start, size.0)?;
+        let estimator = with_size!(size.0, make(step, &start))?;
         Ok(PyClassInitializer::from(estimator).add_subclass(Self))
     }
 }
@@ -185,7 +186,7 @@ impl Nlms {
     #[new]
     #[pyo3(signature = (size, alpha=1.8, beta=0.9, *, start=None))]
     fn new(
-        size: usize,
+        size: Size,
         alpha: f64,
         beta: f64,
         start: Argument<'_, '_>,
@@ -195,8 +196,8 @@ impl Nlms {
             let filter = tactid_nlms::Nlms::<N>::new(alpha, beta);
             finish(filter.map(|filter| filter.starting_at(start)))
         }
-        let start = read_start(start, size)?;
-        let estimator = with_size!(size, make(alpha, beta, &start))?;
+        let start = read_start(start, size.0)?;
+        let estimator = with_size!(size.0, make(alpha, beta, &start))?;
         Ok(PyClassInitializer::from(estimator).add_subclass(Self))
     }
 }
@@ -219,13 +220,13 @@ pub(crate) struct Rls;
 impl Rls {
     #[new]
     #[pyo3(signature = (size, *, start=None))]
-    fn new(size: usize, start: Argument<'_, '_>) -> PyResult<PyClassInitializer<Self>> {
+    fn new(size: Size, start: Argument<'_, '_>) -> PyResult<PyClassInitializer<Self>> {
         fn make<const N: usize>(start: &[f64]) -> PyResult<Estimator> {
             let start = SVector::from_column_slice(start);
             finish(Ok(tactid_nlms::Rls::<N>::starting_at(start)))
         }
-        let start = read_start(start, size)?;
-        let estimator = with_size!(size, make(&start))?;
+        let start = read_start(start, size.0)?;
+        let estimator = with_size!(size.0, make(&start))?;
         Ok(PyClassInitializer::from(estimator).add_subclass(Self))
     }
 
@@ -248,6 +249,25 @@ impl Rls {
 fn finish<E: AnyEstimator + 'static>(estimator: Result<E, SettingError>) -> PyResult<Estimator> {
     let estimator = estimator.map_err(IntoPyErr::into_py_err)?;
     Ok(Estimator(Mutex::new(Box::new(estimator))))
+}
+
+/// Number of parameters. Any integer is read, so that the error of one that is out of its range is ours.
+struct Size(usize);
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Size {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        match given.extract::<usize>() {
+            Err(error) if error.is_instance_of::<PyOverflowError>(given.py()) => {
+                let given = given.to_owned();
+                Err(ArgumentError::new_err(format!(
+                    "`size` is {given}: expected 1 to 10 parameters"
+                )))
+            }
+            size => size.map(Self),
+        }
+    }
 }
 
 /// Reads the initial parameters, of length `size`; ones by default.

@@ -10,6 +10,7 @@ use toml::{Table, Value};
 
 use crate::errors::{ExperimentError, IntoPyErr};
 use crate::inertia::MassProperties;
+use crate::text::Text;
 
 /// Keywords of single values with the fields of the experiment's file that they set.
 const VALUES: [(&str, &str); 5] = [
@@ -42,7 +43,7 @@ pub(crate) fn replaced(
     let mut document = Table::try_from(experiment).map_err(refused)?;
     let mut frequency_hz = None;
     for (name, value) in fields {
-        let name: String = name.extract()?;
+        let name = name.extract::<Text>()?.0;
         let field = VALUES.iter().find(|(keyword, _)| *keyword == name);
         if field.is_none() && name != FREQUENCY && !TABLES.contains(&&*name) {
             return Err(no_such_field(&name));
@@ -145,7 +146,7 @@ fn floats(values: impl IntoIterator<Item = f64>) -> Value {
 /// Reads a text, a path, a number, a list or a dictionary; `name` names it in an error.
 fn read(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
     if value.is_instance_of::<PyString>() {
-        return Ok(Value::String(value.extract()?));
+        return Ok(Value::String(value.extract::<Text>()?.0));
     }
     if value.is_instance_of::<PyBool>() {
         return Err(wrong(

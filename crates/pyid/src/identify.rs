@@ -9,7 +9,7 @@ use tactid_recordings::{Arrays, HistoryPoint, Observer, RecordingError, Request,
 use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wrenches};
 use crate::arrays::{Poses, Sampled, Series, common_length};
 use crate::dynamics::Manipulator;
-use crate::errors::{IntoPyErr, option_error, urdf_is_at_fault, with_option};
+use crate::errors::{IntoPyErr, detached, option_error, urdf_is_at_fault, with_option};
 use crate::identification::IdentificationData;
 use crate::interruption::InterruptionCheck;
 use crate::joint_arrays::JointArrays;
@@ -171,7 +171,9 @@ pub(crate) fn run<T: Send>(
     work: impl FnOnce(&mut Observer<'_>) -> Result<T, RecordingError> + Send,
 ) -> PyResult<T> {
     let mut interruption = InterruptionCheck::new(progress);
-    let result = py.detach(|| work(&mut |progress| interruption.check(progress.fraction)));
+    let result = detached(py, || {
+        work(&mut |progress| interruption.check(progress.fraction))
+    })?;
     interruption.finish(py, result.map_err(IntoPyErr::into_py_err))
 }
 
@@ -214,6 +216,8 @@ pub(crate) fn write_estimates(
         }
     };
     let points: Vec<_> = (0..count).map(point).collect();
-    py.detach(|| tactid_recordings::write_estimates(&path, frame, start_ns, &points))
-        .map_err(IntoPyErr::into_py_err)
+    detached(py, || {
+        tactid_recordings::write_estimates(&path, frame, start_ns, &points)
+    })?
+    .map_err(IntoPyErr::into_py_err)
 }

@@ -30,6 +30,7 @@ mod shapes;
 mod simulate;
 mod states;
 mod table;
+mod text;
 mod urdf;
 mod workspaces;
 

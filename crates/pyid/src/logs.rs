@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 
-use crate::errors::IntoPyErr;
+use crate::errors::{IntoPyErr, detached};
 
 /// A topic of a log.
 #[pyclass(module = "tactid", frozen, get_all)]
@@ -47,9 +47,8 @@ pub(crate) struct LogInfo {
 ///     LogError: There is no log that can be read. A log that is damaged is opened as far as it goes.
 #[pyfunction]
 pub(crate) fn info(py: Python<'_>, log: PathBuf) -> PyResult<LogInfo> {
-    let reader = py
-        .detach(|| tactid_logs::LogReader::open(log))
-        .map_err(IntoPyErr::into_py_err)?;
+    let reader =
+        detached(py, || tactid_logs::LogReader::open(log))?.map_err(IntoPyErr::into_py_err)?;
     let topics = reader.topics().iter().map(|topic| Topic {
         name: topic.name.clone(),
         type_name: topic.type_name.clone(),

@@ -11,7 +11,7 @@ use tactid_recordings::{OnlineSetup, RecordingError, Request};
 
 use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wrenches};
 use crate::arrays::{Poses, Sampled, Series, common_length, output};
-use crate::errors::{ArgumentError, IntoPyErr, option_error, with_option};
+use crate::errors::{ArgumentError, IntoPyErr, detached, option_error, with_option};
 use crate::findings::{FindingData, data_finding};
 use crate::identification::{EstimateData, SingularValuesData, WrenchOffsetData};
 use crate::options;
@@ -86,12 +86,12 @@ impl OnlineSolver {
         let joints = [q, qd, effort];
         let base = [pose, twist, acceleration];
         let samples = Samples::read(self.expects, time, joints, wrench, base)?;
-        py.detach(|| samples.push_to(&mut *lock(&self.solver)))
+        detached(py, || samples.push_to(&mut *lock(&self.solver)))?
     }
 
     /// Returns the payload as known now.
     fn estimate(&self, py: Python<'_>) -> PyResult<EstimateData> {
-        let estimate = py.detach(|| lock(&self.solver).estimate());
+        let estimate = detached(py, || lock(&self.solver).estimate())?;
         EstimateData::new(py, &estimate)
     }
 }
@@ -117,7 +117,7 @@ impl Identifier {
 
     /// Returns the covariance of the payload's linear parameters, (10, 10); None before the noise is known.
     fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
-        let covariance = py.detach(|| lock(&self.0).covariance());
+        let covariance = detached(py, || lock(&self.0).covariance())?;
         // Symmetric: row by row and column by column are the same.
         let rows = covariance.map(|matrix| output(py, matrix.as_slice().to_vec(), None, &[10, 10]));
         rows.transpose()
@@ -125,17 +125,17 @@ impl Identifier {
 
     /// Returns the offset of the wrenches; None where it is not an unknown.
     fn wrench_offset(&self, py: Python<'_>) -> PyResult<Option<WrenchOffsetData>> {
-        let offset = py.detach(|| lock(&self.0).wrench_offset());
+        let offset = detached(py, || lock(&self.0).wrench_offset())?;
         let data = offset.map(|offset| WrenchOffsetData::new(py, &offset));
         data.transpose()
     }
 
     /// Returns what the most recent windows show about the assumptions: the kind of each finding and its data.
     fn findings(&self, py: Python<'_>) -> PyResult<Vec<FindingData>> {
-        let findings = py.detach(|| {
+        let findings = detached(py, || {
             let identifier = lock(&self.0).clone();
             identifier.findings()
-        });
+        })?;
         // Unloaded efforts are subtracted before a push, which the identifier does not know.
         let data = findings
             .iter()
@@ -179,7 +179,7 @@ impl PaperFilter {
 
     /// Returns how strongly the motion excited mass and inertia.
     fn singular_values(&self, py: Python<'_>) -> PyResult<SingularValuesData> {
-        let values = py.detach(|| lock(&self.0).singular_values());
+        let values = detached(py, || lock(&self.0).singular_values())?;
         SingularValuesData::new(py, &values)
     }
 }

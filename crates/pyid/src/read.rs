@@ -8,10 +8,11 @@ use tactid_logs::messages::{
 };
 use tactid_logs::{LogReader, Message};
 
-use crate::errors::{ArgumentError, IntoPyErr, LogError};
+use crate::errors::{ArgumentError, IntoPyErr, LogError, detached};
 use crate::interruption::InterruptionCheck;
 use crate::samples::{Samples, listed};
 use crate::table::{Rows, Table};
+use crate::text::Text;
 
 /// Number of messages that are read between two checks for user interruption.
 const CHECK_EVERY: usize = 1_000;
@@ -28,7 +29,7 @@ const CHECK_EVERY: usize = 1_000;
 ///     LogError: The log cannot be read, has no such topic, or that holds a type without numbers to read.
 #[pyfunction]
 #[pyo3(signature = (log, topic, *, every=0.0))]
-pub(crate) fn read(py: Python<'_>, log: PathBuf, topic: &str, every: f64) -> PyResult<Samples> {
+pub(crate) fn read(py: Python<'_>, log: PathBuf, topic: Text, every: f64) -> PyResult<Samples> {
     // Nanoseconds in an i64 end after 292 years.
     if !(0.0..9.0e9).contains(&every) {
         return Err(ArgumentError::new_err(format!(
@@ -37,10 +38,10 @@ pub(crate) fn read(py: Python<'_>, log: PathBuf, topic: &str, every: f64) -> PyR
     }
     let mut interruption = InterruptionCheck::new(None);
     let every_ns = (every * 1e9).round() as i64;
-    let result = py.detach(|| {
+    let result = detached(py, || {
         let log = LogReader::open(&log).map_err(IntoPyErr::into_py_err)?;
-        read_topic(&log, topic, every_ns, &mut interruption)
-    });
+        read_topic(&log, &topic, every_ns, &mut interruption)
+    })?;
     interruption.finish(py, result)?.into_samples(py)
 }
 

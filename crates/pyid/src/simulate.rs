@@ -7,10 +7,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tactid_sim::BaseMount;
 
-use crate::errors::IntoPyErr;
+use crate::errors::{IntoPyErr, detached};
 use crate::experiment_fields::replaced;
 use crate::inertia::MassProperties;
 use crate::interruption::InterruptionCheck;
+use crate::text::Text;
 
 /// Experiment to simulate: robot, payload, grasp, excitation, noise and bounds.
 ///
@@ -38,8 +39,8 @@ impl Experiment {
     ///     ExperimentError: The text is not TOML, a field does not exist, or a value is impossible. The message
     ///         names the line.
     #[staticmethod]
-    fn from_toml(text: &str) -> PyResult<Self> {
-        tactid_sim::Experiment::from_toml(text)
+    fn from_toml(text: Text) -> PyResult<Self> {
+        tactid_sim::Experiment::from_toml(&text)
             .map(Self)
             .map_err(IntoPyErr::into_py_err)
     }
@@ -195,11 +196,11 @@ pub(crate) fn simulate(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<RunReport> {
     let mut interruption = InterruptionCheck::new(progress);
-    let result = py.detach(|| {
+    let result = detached(py, || {
         tactid_sim::run(&experiment.0, &out, |progress| {
             interruption.check(progress.steps as f64 / progress.total_steps.max(1) as f64)
         })
-    });
+    })?;
     let report = interruption.finish(py, result.map_err(IntoPyErr::into_py_err))?;
     let checks = report.checks;
     Ok(RunReport {

@@ -10,8 +10,10 @@ use crate::errors::{ArgumentError, ModelError};
 /// Returns the text of a URDF. A `str` that begins with `<` after white space is the text itself; any other `str`,
 /// and an `os.PathLike`, is the path of a file.
 pub(crate) fn urdf_text(given: &Bound<'_, PyAny>) -> PyResult<String> {
-    if given.is_instance_of::<PyString>() {
-        let text: String = given.extract()?;
+    // The name of a file may have bytes that are no text.
+    if given.is_instance_of::<PyString>()
+        && let Ok(text) = given.extract::<String>()
+    {
         // A file may begin with a byte order mark.
         if text
             .trim_start_matches('\u{feff}')

@@ -1,7 +1,7 @@
 //! Defaults of all options, for logs and arrays alike.
 
 use nalgebra::Vector3;
-use tactid_dynamics::{BaseKind, Manipulator};
+use tactid_dynamics::{BaseKind, Manipulator, list_similar};
 use tactid_identify::{EquationSettings, Method};
 
 use crate::{ActsOn, Estimator, Finding, NotUsedBecause, RecordingError, Request};
@@ -182,7 +182,7 @@ pub(crate) fn check_tip(robot: &Manipulator, tip: &str) -> Result<(), RecordingE
     }
     Err(RecordingError::UnknownTip {
         tip: tip.to_owned(),
-        links: robot.frame_names().collect::<Vec<_>>().join(", "),
+        links: list_similar(tip, robot.frame_names()),
     })
 }
 

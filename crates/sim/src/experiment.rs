@@ -274,7 +274,7 @@ pub struct Gripper {
     pub grip_force_n: f64,
     /// Coefficient of friction between pad and handle.
     pub friction: f64,
-    /// Speed of each finger while closing, m/s. A fast finger throws the payload.
+    /// Speed of each finger while closing, m/s, between 0.0001 and 0.01. A fast finger throws the payload.
     pub closing_speed_m_s: f64,
 }
 

@@ -1,6 +1,6 @@
 //! What an experiment uses the links and joints of its robot for, with the checks that it fits the robot.
 
-use tactid_dynamics::MassProperties;
+use tactid_dynamics::{MassProperties, list_similar};
 
 use crate::experiment::{BaseProperties, JointExcitation, Noise, StdDev, refuse};
 use crate::robot::{LinkFrame, MovingJoint, Robot};
@@ -43,8 +43,8 @@ impl Roles {
     fn find(robot: &Robot, experiment: &Experiment) -> Result<Self, SimError> {
         let name = &experiment.robot.tool;
         let tool = robot.link(name).ok_or_else(|| {
-            let links: Vec<_> = robot.links.iter().map(|link| link.name.as_str()).collect();
-            let why = format!("there is no such link; the robot has {}", links.join(", "));
+            let links = list_similar(name, robot.links.iter().map(|link| link.name.as_str()));
+            let why = format!("there is no such link; the robot has {links}");
             refuse("robot.tool", name, &why)
         })?;
         let fingers = [finger(robot, experiment, 0)?, finger(robot, experiment, 1)?];
@@ -148,7 +148,8 @@ fn driven(robot: &Robot, arm: &[usize], experiment: &Experiment) -> Result<Vec<u
     let position = |(index, joint): (usize, &JointExcitation)| {
         let found = names.iter().position(|name| *name == joint.name);
         found.ok_or_else(|| {
-            let why = format!("there is no such joint; the arm has {}", names.join(", "));
+            let known = list_similar(&joint.name, names.iter().copied());
+            let why = format!("there is no such joint; the arm has {known}");
             let field = format!("excitation.joints[{index}].name");
             refuse(field, &joint.name, &why)
         })

@@ -172,10 +172,13 @@ fn simulate(
 
 /// Moves the log of a run that a step aborted, so that its name says so, and returns the error with the log's place.
 fn aborted(reason: SimError, log_path: &Path) -> SimError {
+    // Only a regular file is moved: a device or a link stays, and so does the target of a link.
+    let is_file = std::fs::symlink_metadata(log_path).is_ok_and(|status| status.is_file());
     let failed = log_path.with_extension("failed.mcap");
-    let log = match std::fs::rename(log_path, &failed) {
-        Ok(()) => failed,
-        Err(_) => log_path.to_owned(),
+    let log = if is_file && std::fs::rename(log_path, &failed).is_ok() {
+        failed
+    } else {
+        log_path.to_owned()
     };
     SimError::Aborted {
         reason: Box::new(reason),

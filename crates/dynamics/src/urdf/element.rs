@@ -12,6 +12,12 @@ use crate::ModelError;
 /// bounds the depth of every recursion over the tree, that of its destructor included.
 const MAX_DEPTH: usize = 200;
 
+/// Size of a text, number of its elements, and number of the attributes of one that are read: each far above those of any
+/// robot. They bound the memory to some 200 MB, and the comparisons of attributes with one another.
+const MAX_BYTES: usize = 16 << 20;
+const MAX_ELEMENTS: usize = 1_000_000;
+const MAX_ATTRIBUTES: usize = 1_000;
+
 /// An element of an XML document with its attributes and child elements. Text and comments are not kept.
 ///
 /// Names are compared as they are written: a name with a prefix, as in `drake:joint`, is another name than `joint`,
@@ -49,9 +55,15 @@ impl Element {
 /// Reads an XML document and returns its root element.
 ///
 /// # Errors
-/// Returns [`ModelError::Syntax`], which names the line, if the text is not an XML document or nests more than
-/// [`MAX_DEPTH`] elements.
+/// Returns [`ModelError::Syntax`], which names the line, if the text is not an XML document, nests more than [`MAX_DEPTH`]
+/// elements, or is larger than any robot needs.
 pub(super) fn parse(xml: &str) -> Result<Element, ModelError> {
+    if xml.len() > MAX_BYTES {
+        let (given, most) = (xml.len() >> 20, MAX_BYTES >> 20);
+        let message = format!("it has {given} MB, but at most {most} MB are read");
+        return Err(ModelError::Syntax(message));
+    }
+    let mut elements = 0;
     let mut reader = Reader::from_str(xml);
     let mut open: Vec<Element> = Vec::new();
     let mut root = None;
@@ -61,6 +73,11 @@ pub(super) fn parse(xml: &str) -> Result<Element, ModelError> {
         let end = offset(reader.buffer_position());
         let event = event
             .map_err(|error| syntax(xml, offset(reader.error_position()), &error.to_string()))?;
+        elements += usize::from(matches!(event, Event::Start(_) | Event::Empty(_)));
+        if elements > MAX_ELEMENTS {
+            let message = format!("there are more than {MAX_ELEMENTS} elements");
+            return Err(syntax(xml, start, &message));
+        }
         let closed = match event {
             Event::Start(tag) => {
                 if open.len() == MAX_DEPTH {
@@ -104,6 +121,10 @@ fn element(xml: &str, tag: &BytesStart<'_>, place: Range<usize>) -> Result<Eleme
     let mut attributes = Vec::new();
     for attribute in tag.attributes() {
         let attribute = attribute.map_err(|error| syntax(xml, place.start, &error.to_string()))?;
+        if attributes.len() == MAX_ATTRIBUTES {
+            let message = format!("an element has more than {MAX_ATTRIBUTES} attributes");
+            return Err(syntax(xml, place.start, &message));
+        }
         // A reference to an entity of a document type stays as it is written.
         let value = attribute.unescape_value();
         let value = value.map_or_else(|_| text(&attribute.value), Cow::into_owned);

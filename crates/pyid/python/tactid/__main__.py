@@ -35,6 +35,8 @@ def _run() -> int:
             return 141
         raise
     except Exception as error:
+        if type(error).__name__ == "InternalError":
+            return 70  # a panic of the native part, which its hook has reported
         if isinstance(error, OSError) and error.errno is not None and error.filename is None:
             terminal.discard_output()
             return _report(f"error: cannot use standard output: {error.strerror}", 2)

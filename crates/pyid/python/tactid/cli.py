@@ -22,7 +22,7 @@ from tactid.console import (
     print_whole,
     progress,
 )
-from tactid.errors import ArgumentError, TactidError
+from tactid.errors import ArgumentError, InternalError, TactidError
 from tactid.files import new_folder
 from tactid.identify_command import identify_recording
 from tactid.number_lists import NumberListCommand
@@ -59,6 +59,8 @@ def run() -> int:
         # Typer begins the reason with the class of its own exception.
         message = error.format_message().replace(": Value error, ", ": ")
         return _fail(message) if message else 2
+    except InternalError:
+        raise
     except TactidError as error:
         return _fail(error.worded("command-line"))
     except OSError as error:

@@ -62,6 +62,10 @@ class CalibrationError(TactidError):
     """A calibration that recordings do not allow, whose file is wrong, or of another robot."""
 
 
+class InternalError(TactidError):
+    """A fault of tactid itself, which is to be reported."""
+
+
 class IdentificationError(TactidError):
     """A recording from which the payload cannot be identified.
 

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use tactid_dynamics::Manipulator;
+use tactid_dynamics::{Manipulator, list_similar};
 use tactid_logs::LogReader;
 use tactid_logs::messages::JointState;
 
@@ -215,7 +215,7 @@ fn absent(
             let names = known.chain(unknown.iter().map(String::as_str));
             return Err(RecordingError::MissingJoint {
                 joint: name.clone(),
-                joints: names.collect::<Vec<_>>().join(", "),
+                joints: list_similar(name, names),
             });
         }
         absent.push(name.clone());

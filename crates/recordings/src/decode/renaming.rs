@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use tactid_dynamics::list_similar;
+
 use crate::{Finding, RecordingError};
 
 /// Characters that end a prefix of names.
@@ -36,15 +38,14 @@ impl Renaming {
             }
             let in_log = !recorded.contains(name);
             if in_log || !joints.contains(joint) {
-                let log: Vec<&str> = recorded.iter().map(|name| name.as_str()).collect();
                 return Err(RecordingError::RenamedJoint {
                     recorded: name.clone(),
                     joint: joint.clone(),
                     in_log,
                     joints: if in_log {
-                        log.join(", ")
+                        list_similar(name, recorded.iter().map(|name| name.as_str()))
                     } else {
-                        joints.join(", ")
+                        list_similar(joint, joints.iter().map(String::as_str))
                     },
                 });
             }

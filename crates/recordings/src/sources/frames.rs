@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
-use tactid_dynamics::Manipulator;
+use tactid_dynamics::{Manipulator, list_similar};
 use tactid_logs::LogReader;
 use tactid_logs::messages::TFMessage;
 
@@ -73,7 +73,7 @@ impl StaticTransforms {
         let unknown = || RecordingError::UnknownFrame {
             frame: frame.to_owned(),
             topic: topic.cloned(),
-            links: robot.frame_names().collect::<Vec<_>>().join(", "),
+            links: list_similar(frame, robot.frame_names()),
         };
         let mut ancestor = frame;
         let mut ancestor_from_frame = Isometry3::identity();

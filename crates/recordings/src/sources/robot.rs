@@ -32,6 +32,6 @@ fn description(log: &LogReader) -> Result<String, RecordingError> {
     let mut named = topics.iter();
     match named.find(|topic| topic.name.ends_with("robot_description")) {
         Some(topic) => Ok(first::<StringMsg>(log, &topic.name)?.data),
-        None => Err(RecordingError::NoUrdf(topic_names(log))),
+        None => Err(RecordingError::NoUrdf(topic_names(log, ""))),
     }
 }

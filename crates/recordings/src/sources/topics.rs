@@ -1,5 +1,6 @@
 //! Topics of a log: found by type, or as requested.
 
+use tactid_dynamics::list_similar;
 use tactid_logs::messages::{AccelStamped, Imu, JointState, Odometry, WrenchStamped};
 use tactid_logs::{LogReader, Message, Topic};
 
@@ -49,7 +50,7 @@ impl MeasuredTopics {
         };
         let has_efforts = may_use_efforts && has_efforts(log, &joints)?;
         if method.is_none() && wrenches.is_empty() && !has_efforts {
-            return Err(RecordingError::NoLoad(topic_names(log)));
+            return Err(RecordingError::NoLoad(topic_names(log, "")));
         }
         if method == Some(Method::Tactile) && wrenches.is_empty() {
             return Err(missing::<WrenchStamped>(log, "wrench"));
@@ -175,7 +176,7 @@ impl MotionTopics {
                 acceleration,
             }),
             (None, Some(topic)) => Ok(Self::Imu(topic)),
-            (None, None) => Err(RecordingError::NoMotion(topic_names(log))),
+            (None, None) => Err(RecordingError::NoMotion(topic_names(log, ""))),
         }
     }
 }
@@ -214,7 +215,7 @@ fn choose<M: Message>(
             kind,
             topic: name.clone(),
             type_name: M::TYPE,
-            topics: topic_names(log),
+            topics: topic_names(log, name),
         }),
         None => Ok(requested.to_vec()),
     }
@@ -264,14 +265,14 @@ fn has_efforts(log: &LogReader, joints: &[String]) -> Result<bool, RecordingErro
     Ok(false)
 }
 
-/// Returns the names and types of all topics, for an error.
-pub(crate) fn topic_names(log: &LogReader) -> String {
+/// Lists the names and types of the topics, those that are similar to a name first where there are many, for an error.
+pub(crate) fn topic_names(log: &LogReader, similar_to: &str) -> String {
     let name = |topic: &Topic| format!("{} ({})", topic.name, topic.type_name);
     let names: Vec<_> = log.topics().iter().map(|topic| name(topic)).collect();
     if names.is_empty() {
         return "none".to_owned();
     }
-    names.join(", ")
+    list_similar(similar_to, names.iter().map(String::as_str))
 }
 
 /// Returns the error that the log has no topic of a type.
@@ -279,7 +280,7 @@ pub(crate) fn missing<M: Message>(log: &LogReader, what: &'static str) -> Record
     RecordingError::MissingTopic {
         what,
         type_name: M::TYPE,
-        topics: topic_names(log),
+        topics: topic_names(log, ""),
     }
 }
 

@@ -111,8 +111,8 @@ fn payload(e: &Experiment) -> Result<(), SimError> {
     positive("gripper.grip_force_n", g.grip_force_n)?;
     positive("gripper.friction", g.friction)?;
     positive("gripper.closing_speed_m_s", g.closing_speed_m_s)?;
-    if g.closing_speed_m_s > 0.01 {
-        let why = "must be at most 0.01: a fast finger throws the payload";
+    if !(1e-4..=0.01).contains(&g.closing_speed_m_s) {
+        let why = "must be between 0.0001 and 0.01: a slow finger takes minutes to close, and a fast one throws the payload";
         return Err(refuse(
             "gripper.closing_speed_m_s",
             g.closing_speed_m_s,

@@ -1,0 +1,85 @@
+//! Names in error messages.
+
+/// Most names that a message lists.
+const ALL: usize = 16;
+/// Number of names that a message lists where there are more than [`ALL`].
+const FEW: usize = 8;
+/// Number of characters of a name that are compared and shown. The cost is its square for each name.
+const LONGEST: usize = 64;
+
+/// Lists the names among which one was not found, for an error message: all of up to 16, and of more the eight that are
+/// most similar to the given one, with the number of the others.
+///
+/// ```
+/// use tactid_dynamics::list_similar;
+///
+/// assert_eq!(list_similar("tool", ["base", "tool0"]), "base, tool0");
+/// let links: Vec<String> = (0..1000).map(|index| format!("link_{index}")).collect();
+/// let listed = list_similar("link42", links.iter().map(String::as_str));
+/// assert!(listed.starts_with("link_42, ") && listed.ends_with(" and 992 more"), "{listed}");
+/// ```
+#[must_use]
+pub fn list_similar<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    let mut known: Vec<String> = known.into_iter().map(shortened).collect();
+    let more = known.len().saturating_sub(FEW);
+    if known.len() <= ALL {
+        return known.join(", ");
+    }
+    let name = shortened(name);
+    known.sort_by_cached_key(|other| edit_distance(&name, other));
+    known.truncate(FEW);
+    format!("{} and {more} more", known.join(", "))
+}
+
+fn shortened(name: &str) -> String {
+    match name.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}...", &name[..end]),
+        None => name.to_owned(),
+    }
+}
+
+/// Returns the number of characters to insert, remove or replace that turn one name into the other.
+fn edit_distance(from: &str, to: &str) -> usize {
+    let to: Vec<char> = to.chars().collect();
+    let mut distances: Vec<usize> = (0..=to.len()).collect();
+    for (row, character) in from.chars().enumerate() {
+        let mut diagonal = std::mem::replace(&mut distances[0], row + 1);
+        for (column, other) in to.iter().enumerate() {
+            let replaced = diagonal + usize::from(character != *other);
+            diagonal = distances[column + 1];
+            distances[column + 1] = replaced.min(diagonal + 1).min(distances[column] + 1);
+        }
+    }
+    distances[to.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edit_distances_count_characters() {
+        for (from, to, distance) in [
+            ("", "", 0),
+            ("tool0", "tool0", 0),
+            ("tool", "tool0", 1),
+            ("tüol0", "tool0", 1),
+            ("", "abc", 3),
+            ("kitten", "sitting", 3),
+            ("abc", "cab", 2),
+        ] {
+            assert_eq!(edit_distance(from, to), distance, "{from} {to}");
+            assert_eq!(edit_distance(to, from), distance, "{to} {from}");
+        }
+    }
+
+    /// A message stays short whatever the names are.
+    #[test]
+    fn long_names_are_cut() {
+        let long = "ü".repeat(100_000);
+        let known = vec![long.as_str(); 17];
+        let listed = list_similar(&long, known);
+        assert!(listed.chars().count() < 9 * (LONGEST + 5), "{listed}");
+        assert!(listed.ends_with("... and 9 more"), "{listed}");
+    }
+}
