@@ -15,6 +15,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::layout::{Group, Layout};
 use super::rows::Unknowns;
+use super::scale::scale_direction;
 use super::solver::{NormalEquations, Prior, Problem};
 use crate::IdentifyError;
 
@@ -66,7 +67,7 @@ impl Changes {
         fixes_scale: bool,
     ) -> Result<Self, IdentifyError> {
         let scale = if fixes_scale {
-            scale_direction(layout, prior)
+            scale_direction(layout, &prior.mean, &prior.scales)
         } else {
             None
         };
@@ -132,25 +133,6 @@ impl Changes {
         problem.prior.precision.copy_from(&best.precision);
         Ok((best.change, best.scale_variance))
     }
-}
-
-/// Returns the direction of links and inverse gains, in their units, that multiplies all torques by a factor and leaves the
-/// efforts; `None` where a gain is known.
-fn scale_direction(layout: &Layout, prior: &Prior) -> Option<DVector<f64>> {
-    let gains = layout.range(Group::InverseGain);
-    if prior.scales[gains.clone()].contains(&0.0) {
-        return None;
-    }
-    let links = layout.link_range();
-    Some(DVector::from_fn(prior.mean.len(), |k, _| {
-        if links.contains(&k) {
-            prior.mean[k] / prior.scales[k]
-        } else if gains.contains(&k) {
-            -prior.mean[k] / prior.scales[k]
-        } else {
-            0.0
-        }
-    }))
 }
 
 /// Fixes a direction of a normal distribution with a precision, and returns the variance that it had.

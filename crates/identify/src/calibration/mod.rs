@@ -47,6 +47,7 @@ mod recording;
 mod reference;
 mod report;
 mod rows;
+mod scale;
 mod settings;
 mod simplex;
 mod solver;

@@ -85,6 +85,7 @@ pub(crate) fn posterior(
         prior: prior.clone(),
         payload_scales: vec![scales],
         payload_rows: vec![mass.map(row).into_iter().collect()],
+        scale: None,
     };
     solve(&mut problem, noise, scales)
 }
@@ -186,6 +187,7 @@ fn precision_before(
         prior: problem.prior.clone(),
         payload_scales: Vec::new(),
         payload_rows: Vec::new(),
+        scale: None,
     };
     let at = Unknowns {
         arm: at.arm.clone(),
