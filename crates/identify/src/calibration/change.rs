@@ -43,12 +43,27 @@ pub(crate) struct Change {
     pub(crate) friction: f64,
     /// Change of the gains, a fraction.
     pub(crate) gain: f64,
+    /// Logarithm of the odds of this change against that without a change of the friction.
+    pub(crate) friction_log_odds: f64,
+    /// Logarithm of the odds of this change against that without a change of the gains.
+    pub(crate) gain_log_odds: f64,
+}
+
+impl Change {
+    pub(crate) const NONE: Self = Self {
+        friction: 0.0,
+        gain: 0.0,
+        friction_log_odds: 0.0,
+        gain_log_odds: 0.0,
+    };
 }
 
 /// A change that is compared with others, and the precision of the arm's unknowns with it.
 #[derive(Clone, Debug)]
 struct Candidate {
-    change: Change,
+    /// Standard deviations of the change, see [`Change`].
+    friction: f64,
+    gain: f64,
     precision: DMatrix<f64>,
     log_det: f64,
     scale_variance: f64,
@@ -102,7 +117,8 @@ impl Changes {
                     .as_ref()
                     .map_or(0.0, |s| fix_direction(&mut precision, s));
                 candidates.push(Candidate {
-                    change: Change { friction, gain },
+                    friction,
+                    gain,
                     log_det: -2.0 * factor.l_dirty().diagonal().map(f64::ln).sum(),
                     precision,
                     scale_variance,
@@ -120,18 +136,33 @@ impl Changes {
         at: &Unknowns,
         data: &NormalEquations,
     ) -> Result<(Change, f64), IdentifyError> {
-        let mut best: Option<(f64, &Candidate)> = None;
+        let mut compared: Vec<(f64, &Candidate)> = Vec::with_capacity(self.0.len());
         for candidate in &self.0 {
             problem.prior.precision.copy_from(&candidate.precision);
             let log_evidence = candidate.log_evidence(problem, at, data);
-            let is_better = |(best, _): (f64, _)| log_evidence > best;
-            if log_evidence.is_finite() && best.is_none_or(is_better) {
-                best = Some((log_evidence, candidate));
+            if log_evidence.is_finite() {
+                compared.push((log_evidence, candidate));
             }
         }
-        let (_, best) = best.ok_or(IdentifyError::CalibrationFailed)?;
+        let best_of = |is_compared: fn(&Candidate) -> bool| {
+            let of = compared
+                .iter()
+                .filter(|(_, candidate)| is_compared(candidate));
+            of.max_by(|a, b| a.0.total_cmp(&b.0)).copied()
+        };
+        let failed = || IdentifyError::CalibrationFailed;
+        let (log_evidence, best) = best_of(|_| true).ok_or_else(failed)?;
+        let log_odds = |without: Option<(f64, &Candidate)>| {
+            without.map_or(f64::INFINITY, |(other, _)| log_evidence - other)
+        };
         problem.prior.precision.copy_from(&best.precision);
-        Ok((best.change, best.scale_variance))
+        let change = Change {
+            friction: best.friction,
+            gain: best.gain,
+            friction_log_odds: log_odds(best_of(|candidate| candidate.friction == 0.0)),
+            gain_log_odds: log_odds(best_of(|candidate| candidate.gain == 0.0)),
+        };
+        Ok((change, best.scale_variance))
     }
 }
 
@@ -156,11 +187,7 @@ impl Candidate {
         };
         let log_det = 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
         let least_squares = normal.squares - normal.rhs.dot(&factor.solve(&normal.rhs));
-        let odds = if self.change.gain > 0.0 {
-            GAIN_ODDS
-        } else {
-            0.0
-        };
+        let odds = if self.gain > 0.0 { GAIN_ODDS } else { 0.0 };
         -0.5 * (least_squares + log_det - self.log_det) - odds
     }
 }

@@ -54,7 +54,7 @@ mod solver;
 
 pub use calibrate::{calibrate, calibrate_interruptibly};
 pub use compare::EffortComparison;
-pub use estimate::CalibratedEstimate;
+pub use estimate::{ArmChange, CalibratedEstimate};
 pub use interruption::InterruptionCheck;
 pub use model::Calibration;
 pub use noise::EffortNoise;

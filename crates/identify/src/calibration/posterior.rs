@@ -98,10 +98,7 @@ fn solve(
     // A known mass determines the scale of the gains.
     let fixes_scale = problem.payload_rows[0].is_empty();
     let changes = Changes::new(&problem.model.layout, &problem.prior, fixes_scale)?;
-    let mut change = Change {
-        friction: 0.0,
-        gain: 0.0,
-    };
+    let mut change = Change::NONE;
     let mut scale_variance = 0.0;
     let mut at = problem.start();
     let mut misfit = vec![1.0; noise.len()];
