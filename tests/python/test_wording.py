@@ -100,6 +100,14 @@ FINDINGS = [
     Finding("joints_renamed", {"names": [("fer_1", "panda_1"), ("fer_2", "panda_2")]}),
     Finding("effort_noisier", {"joint": "elbow", "noise_ratio": 3.26}),
     Finding("joint_uncalibrated", {"joint": "elbow"}),
+    Finding(
+        "friction_changed",
+        {"change": 0.118, "joint": "elbow", "joint_change": 0.21, "has_unloaded": False},
+    ),
+    Finding(
+        "gains_changed",
+        {"change": 0.06, "joint": "elbow", "joint_change": -0.07, "has_unloaded": True},
+    ),
     Finding("unknown_joints", {"joints": ["finger"]}),
     Finding("absent_joints", {"joints": ["head"]}),
     Finding("late_start", {"topic": "/wrench", "late_s": 1.5}),
@@ -224,6 +232,16 @@ SENTENCES = {
         "The effort of elbow is 3.3 times as noisy as at the calibration, and counts less; what the"
         " model does not explain may make the values wrong by more than their intervals. Check"
         " temperature, wear and what else has changed, and calibrate anew."
+    ),
+    "friction_changed": (
+        "Friction differs from the calibration by about 12 % (most at elbow, +21 %), as happens"
+        " with the temperature and with wear; the values take it into account. Record an unloaded"
+        " motion of the same day, too, or calibrate anew."
+    ),
+    "gains_changed": (
+        "The gains of the efforts differ from the calibration by about 6 % (most at elbow, -7 %),"
+        " as happens with the temperature; the values take it into account. The unloaded recording"
+        " shows it, too, and has updated the calibration."
     ),
     "joint_uncalibrated": (
         "elbow moves, but did not move when the arm was calibrated: its friction is not known, and"

@@ -8,15 +8,18 @@ mod effort_arm;
 use effort_arm::{JOINTS, World, calibrated, payload, record, uncertain_gains, values};
 use tactid_dynamics::MassProperties;
 use tactid_identify::calibration::{
-    Calibration, CalibrationSettings, EffortRecording, KnownPayload, calibrate,
+    ArmChange, Calibration, CalibrationSettings, EffortRecording, KnownPayload, calibrate,
 };
 use tactid_identify::{BatchSettings, HALF_WIDTH_95, IdentifyError};
 
-/// Errors of identified values relative to the half widths of their intervals, and of masses, kg.
+/// Errors of identified values relative to the half widths of their intervals, and of masses, kg, and the changes of the arm
+/// that are reported.
 #[derive(Default)]
 struct Errors {
     held: Vec<bool>,
     masses: Vec<f64>,
+    friction: Vec<Option<ArmChange>>,
+    gains: Vec<Option<ArmChange>>,
 }
 
 impl Errors {
@@ -28,7 +31,10 @@ impl Errors {
     ) {
         let loaded = std::slice::from_ref(loaded);
         let found = calibration.identify(loaded, unloaded, &BatchSettings::default());
-        let estimate = found.unwrap().result.estimate;
+        let found = found.unwrap();
+        self.friction.push(found.friction_change);
+        self.gains.push(found.gain_change);
+        let estimate = found.result.estimate;
         let pairs = estimate.values().into_iter().zip(values(body));
         let pairs = pairs.zip(estimate.std_devs.unwrap());
         self.held.extend(
@@ -75,6 +81,23 @@ fn friction_of_another_day() {
         for errors in [updated, alone] {
             assert!(errors.coverage() >= 0.9, "{factor}: {}", errors.coverage());
             assert!(errors.mass_rms() < 0.015, "{factor}: {}", errors.mass_rms());
+            assert_eq!(errors.gains, [None, None, None], "{factor}");
+            for change in errors.friction {
+                let Some(change) = change else {
+                    assert_eq!(factor, 1.02);
+                    continue;
+                };
+                // Friction that grows with the load takes a share of some joints.
+                let of_joints = change
+                    .by_joint
+                    .iter()
+                    .map(|of_joint| of_joint / (factor - 1.0));
+                for share in of_joints {
+                    assert!((0.5..1.3).contains(&share), "{factor} {change:?}");
+                }
+                let share = change.rms() / (factor - 1.0);
+                assert!((0.8..1.15).contains(&share), "{factor} {change:?}");
+            }
         }
     }
 }
@@ -97,6 +120,14 @@ fn efforts_that_are_larger_than_at_the_calibration() {
             "{factor}: {}",
             updated.coverage()
         );
+        let shown = updated.gains.iter().flatten();
+        assert!(factor < 1.04 || shown.clone().count() == 3, "{factor}");
+        for change in shown {
+            for of_joint in &change.by_joint {
+                let expected = 1.0 / factor - 1.0;
+                assert!((of_joint - expected).abs() < 0.025, "{factor} {change:?}");
+            }
+        }
         // The payload hides a change of 2 % unless there is a recording without it.
         let is_shown = factor > 1.04;
         assert!(

@@ -12,7 +12,7 @@ use tactid_identify::{
     Disagreement, Finding as Found, KnownMass, Method, NoEquations, UnexplainedLoad,
     ValueDifference, WrenchOffset,
 };
-use tactid_recordings::{Delay, Finding, NotUsedBecause};
+use tactid_recordings::{ArmChanged, ChangedQuantity, Delay, Finding, NotUsedBecause};
 
 use crate::keywords::keyword_of;
 
@@ -64,6 +64,7 @@ pub(crate) fn finding_data(
         Finding::EffortNoisier { joint, noise_ratio } => {
             ("effort_noisier", fields!(py, joint, noise_ratio))
         }
+        Finding::ArmChanged(changed) => return arm_changed(py, changed),
         Finding::JointUncalibrated { joint } => ("joint_uncalibrated", fields!(py, joint)),
         Finding::UnknownJoints { joints } => ("unknown_joints", fields!(py, joints)),
         Finding::AbsentJoints { joints } => ("absent_joints", fields!(py, joints)),
@@ -118,6 +119,22 @@ fn delay_corrected(py: Python<'_>, applied_s: f64, estimated: Delay) -> PyResult
     let (estimated_s, std_dev_s) = (estimated.delay_s, estimated.std_dev_s);
     let data = fields!(py, applied_s, estimated_s, std_dev_s);
     Ok(("delay_corrected", data))
+}
+
+/// Returns the data of friction or gains that have changed.
+fn arm_changed(py: Python<'_>, changed: &ArmChanged) -> PyResult<FindingData> {
+    let ArmChanged {
+        quantity,
+        change,
+        joint,
+        joint_change,
+        has_unloaded,
+    } = changed;
+    let data = fields!(py, change, joint, joint_change, has_unloaded);
+    Ok(match quantity {
+        ChangedQuantity::Friction => ("friction_changed", data),
+        ChangedQuantity::Gains => ("gains_changed", data),
+    })
 }
 
 /// Returns the data of an option that has no effect.

@@ -4,6 +4,7 @@
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use tactid_identify::WrenchOffset;
+use tactid_identify::calibration::ArmChange;
 use tactid_recordings::{
     CalibratedFit, Clock, Delay, Estimator, FitReport, HistoryPoint, Identification, KnownMass,
     LinearEstimate, Observability, PaperSettings, PayloadEstimate, PrincipalMoments,
@@ -197,6 +198,8 @@ struct CalibratedData {
     misfit: Array,
     noise_fraction: Array,
     updated_by_unloaded: bool,
+    friction_change: Option<Array>,
+    gain_change: Option<Array>,
 }
 
 /// A number with its standard deviation.
@@ -394,7 +397,15 @@ fn fit_data(py: Python<'_>, fit: &FitReport) -> PyResult<FitData> {
 }
 
 fn calibrated_data(py: Python<'_>, fit: &CalibratedFit) -> PyResult<CalibratedData> {
+    let by_joint = |change: &Option<ArmChange>| {
+        let change = change.as_ref();
+        change
+            .map(|change| array(py, change.by_joint.clone(), &[fit.joints.len()]))
+            .transpose()
+    };
     Ok(CalibratedData {
+        friction_change: by_joint(&fit.friction_change)?,
+        gain_change: by_joint(&fit.gain_change)?,
         joints: fit.joints.clone(),
         misfit: array(py, fit.misfit.clone(), &[fit.misfit.len()])?,
         noise_fraction: array(py, fit.noise_fraction.to_vec(), &[10])?,

@@ -50,6 +50,8 @@ pub enum Finding {
         /// Standard deviation of the noise, relative to that of the calibration.
         noise_ratio: f64,
     },
+    /// Friction or gains of the joints have changed since the calibration of the arm. The estimate takes it into account.
+    ArmChanged(ArmChanged),
     /// A joint moves that did not move in the recordings of the calibration: its friction is not known, and its effort
     /// counts little.
     JointUncalibrated {
@@ -120,6 +122,30 @@ pub enum Finding {
         /// Whether all of these values are zero.
         is_zero: bool,
     },
+}
+
+/// How an arm has changed since its calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ArmChanged {
+    /// What has changed.
+    pub quantity: ChangedQuantity,
+    /// Rms change of the joints, a fraction of what it was at the calibration.
+    pub change: f64,
+    /// The joint that has changed most.
+    pub joint: String,
+    /// Its change; positive where the quantity is larger now.
+    pub joint_change: f64,
+    /// Whether an unloaded recording of the day shows the change, too.
+    pub has_unloaded: bool,
+}
+
+/// What of an arm has changed since its calibration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChangedQuantity {
+    /// Coulomb and viscous friction.
+    Friction,
+    /// Gains of the efforts.
+    Gains,
 }
 
 /// Why an option of a request has no effect.

@@ -1,7 +1,7 @@
 //! The result of an identification.
 
 use nalgebra::Vector3;
-use tactid_identify::calibration::MotionShortage;
+use tactid_identify::calibration::{ArmChange, MotionShortage};
 use tactid_identify::{
     BatchIdentifier, BatchResult, BoundingBox, Delay, Finding as Data, FitReport, Forecast,
     HistoryPoint, IdentifyError, KnownMass, LinearEstimate, Method, PayloadEstimate,
@@ -11,11 +11,17 @@ use tactid_identify::{
 use crate::plan::Plan;
 use crate::run::{PaperRun, Run, Solver};
 use crate::shortage::{explain, is_too_little};
-use crate::{ActsOn, Clock, DataFault, Estimator, Finding, RecordingError};
+use crate::{
+    ActsOn, ArmChanged, ChangedQuantity, Clock, DataFault, Estimator, Finding, RecordingError,
+};
 
 /// A joint is reported as noisy above this misfit: three times the standard deviation of the calibration. A payload of 4 kg
 /// whose motion is noisy reaches a misfit of 7 at the wrist of a small arm.
 const NOISY_MISFIT: f64 = 9.0;
+
+/// A change of friction or gains since the calibration is reported from this rms over the joints, a fraction. Friction changes by
+/// some percent while a robot moves; on the simulated arms of the tests an interval contains what smaller changes do.
+const NOTABLE_CHANGE: f64 = 0.05;
 
 /// The payload that was identified from a recording, with how it was found.
 #[derive(Clone, Debug)]
@@ -88,6 +94,10 @@ pub struct CalibratedFit {
     pub noise_fraction: [f64; 10],
     /// Whether an unloaded recording updated the calibration first.
     pub updated_by_unloaded: bool,
+    /// How the friction of the joints has changed since the calibration; `None` where the recordings do not show that it has.
+    pub friction_change: Option<ArmChange>,
+    /// How the gains of the joints have changed since the calibration; `None` where the recordings do not show that they have.
+    pub gain_change: Option<ArmChange>,
 }
 
 impl CalibratedFit {
@@ -105,6 +115,28 @@ impl CalibratedFit {
                 joint,
                 noise_ratio: misfit.sqrt(),
             }
+        })
+    }
+
+    /// Reports friction and gains that have changed notably since the calibration.
+    fn changes(&self) -> impl Iterator<Item = Finding> + '_ {
+        let changes = [
+            (ChangedQuantity::Friction, &self.friction_change),
+            (ChangedQuantity::Gains, &self.gain_change),
+        ];
+        changes.into_iter().filter_map(|(quantity, change)| {
+            let change = change.as_ref()?;
+            let joints = self.joints.iter().zip(&change.by_joint);
+            let (joint, joint_change) = joints.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+            (change.rms() > NOTABLE_CHANGE).then(|| {
+                Finding::ArmChanged(ArmChanged {
+                    quantity,
+                    change: change.rms(),
+                    joint: joint.clone(),
+                    joint_change: *joint_change,
+                    has_unloaded: self.updated_by_unloaded,
+                })
+            })
         })
     }
 }
@@ -252,6 +284,7 @@ impl Identification {
         let mut solution = Solution::of_batch(result, gravity);
         keep_worst_unexplained(&mut solution.findings, &still);
         solution.findings.extend(fit.noisy_joints(&still));
+        solution.findings.extend(fit.changes());
         Self {
             calibrated: Some(fit),
             ..Self::assemble(plan, run, solution)

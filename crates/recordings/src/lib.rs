@@ -94,7 +94,7 @@ pub use combination::combine;
 pub use error::{RecordingError, TopicKind};
 pub use estimates::write_estimates;
 pub use fault::{DataFault, FaultKind};
-pub use finding::{Finding, NotUsedBecause};
+pub use finding::{ArmChanged, ChangedQuantity, Finding, NotUsedBecause};
 pub use identification::{CalibratedFit, Identification};
 pub use identify::{identify_arrays, identify_log, identify_logs};
 pub use online::OnlineSetup;

@@ -15,6 +15,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::layout::{Group, Layout};
 use super::rows::Unknowns;
+use super::scale::scale_direction;
 use super::solver::{NormalEquations, Prior, Problem};
 use crate::IdentifyError;
 
@@ -42,12 +43,27 @@ pub(crate) struct Change {
     pub(crate) friction: f64,
     /// Change of the gains, a fraction.
     pub(crate) gain: f64,
+    /// Logarithm of the odds of this change against that without a change of the friction.
+    pub(crate) friction_log_odds: f64,
+    /// Logarithm of the odds of this change against that without a change of the gains.
+    pub(crate) gain_log_odds: f64,
+}
+
+impl Change {
+    pub(crate) const NONE: Self = Self {
+        friction: 0.0,
+        gain: 0.0,
+        friction_log_odds: 0.0,
+        gain_log_odds: 0.0,
+    };
 }
 
 /// A change that is compared with others, and the precision of the arm's unknowns with it.
 #[derive(Clone, Debug)]
 struct Candidate {
-    change: Change,
+    /// Standard deviations of the change, see [`Change`].
+    friction: f64,
+    gain: f64,
     precision: DMatrix<f64>,
     log_det: f64,
     scale_variance: f64,
@@ -66,7 +82,7 @@ impl Changes {
         fixes_scale: bool,
     ) -> Result<Self, IdentifyError> {
         let scale = if fixes_scale {
-            scale_direction(layout, prior)
+            scale_direction(layout, &prior.mean, &prior.scales)
         } else {
             None
         };
@@ -101,7 +117,8 @@ impl Changes {
                     .as_ref()
                     .map_or(0.0, |s| fix_direction(&mut precision, s));
                 candidates.push(Candidate {
-                    change: Change { friction, gain },
+                    friction,
+                    gain,
                     log_det: -2.0 * factor.l_dirty().diagonal().map(f64::ln).sum(),
                     precision,
                     scale_variance,
@@ -119,38 +136,34 @@ impl Changes {
         at: &Unknowns,
         data: &NormalEquations,
     ) -> Result<(Change, f64), IdentifyError> {
-        let mut best: Option<(f64, &Candidate)> = None;
+        let mut compared: Vec<(f64, &Candidate)> = Vec::with_capacity(self.0.len());
         for candidate in &self.0 {
             problem.prior.precision.copy_from(&candidate.precision);
             let log_evidence = candidate.log_evidence(problem, at, data);
-            let is_better = |(best, _): (f64, _)| log_evidence > best;
-            if log_evidence.is_finite() && best.is_none_or(is_better) {
-                best = Some((log_evidence, candidate));
+            if log_evidence.is_finite() {
+                compared.push((log_evidence, candidate));
             }
         }
-        let (_, best) = best.ok_or(IdentifyError::CalibrationFailed)?;
+        let best_of = |is_compared: fn(&Candidate) -> bool| {
+            let of = compared
+                .iter()
+                .filter(|(_, candidate)| is_compared(candidate));
+            of.max_by(|a, b| a.0.total_cmp(&b.0)).copied()
+        };
+        let failed = || IdentifyError::CalibrationFailed;
+        let (log_evidence, best) = best_of(|_| true).ok_or_else(failed)?;
+        let log_odds = |without: Option<(f64, &Candidate)>| {
+            without.map_or(f64::INFINITY, |(other, _)| log_evidence - other)
+        };
         problem.prior.precision.copy_from(&best.precision);
-        Ok((best.change, best.scale_variance))
+        let change = Change {
+            friction: best.friction,
+            gain: best.gain,
+            friction_log_odds: log_odds(best_of(|candidate| candidate.friction == 0.0)),
+            gain_log_odds: log_odds(best_of(|candidate| candidate.gain == 0.0)),
+        };
+        Ok((change, best.scale_variance))
     }
-}
-
-/// Returns the direction of links and inverse gains, in their units, that multiplies all torques by a factor and leaves the
-/// efforts; `None` where a gain is known.
-fn scale_direction(layout: &Layout, prior: &Prior) -> Option<DVector<f64>> {
-    let gains = layout.range(Group::InverseGain);
-    if prior.scales[gains.clone()].contains(&0.0) {
-        return None;
-    }
-    let links = layout.link_range();
-    Some(DVector::from_fn(prior.mean.len(), |k, _| {
-        if links.contains(&k) {
-            prior.mean[k] / prior.scales[k]
-        } else if gains.contains(&k) {
-            -prior.mean[k] / prior.scales[k]
-        } else {
-            0.0
-        }
-    }))
 }
 
 /// Fixes a direction of a normal distribution with a precision, and returns the variance that it had.
@@ -174,11 +187,7 @@ impl Candidate {
         };
         let log_det = 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
         let least_squares = normal.squares - normal.rhs.dot(&factor.solve(&normal.rhs));
-        let odds = if self.change.gain > 0.0 {
-            GAIN_ODDS
-        } else {
-            0.0
-        };
+        let odds = if self.gain > 0.0 { GAIN_ODDS } else { 0.0 };
         -0.5 * (least_squares + log_det - self.log_det) - odds
     }
 }

@@ -32,12 +32,30 @@ pub struct CalibratedEstimate {
     /// Mean square of the whitened residual of each joint: about one where the joint is as noisy as in the calibration.
     /// Where it is larger, the noise of the joint is enlarged by so much.
     pub misfit: Vec<f64>,
-    /// Standard deviation of the change of friction since the calibration that makes the recordings most probable, in
-    /// units of the friction that joints of the arm typically have; 0 where they show no change.
-    pub friction_change: f64,
-    /// Standard deviation of the change of the gains since the calibration that makes the recordings most probable, a
-    /// fraction; 0 where they show no change, and where gains are known.
-    pub gain_change: f64,
+    /// How the friction of the joints has changed since the calibration; `None` where the recordings do not show that it has.
+    pub friction_change: Option<ArmChange>,
+    /// How the gains of the joints have changed since the calibration; `None` where the recordings do not show that they
+    /// have, and where they are known. A change of all gains by the same factor shows only with an unloaded recording.
+    pub gain_change: Option<ArmChange>,
+}
+
+/// How friction or gains of the joints have changed since a calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ArmChange {
+    /// Change of each joint, a fraction of what it was at the calibration; positive where it is larger now. That of friction is
+    /// the change of the friction at the velocities of the loaded recordings, without that which depends on the load.
+    pub by_joint: Vec<f64>,
+    /// Logarithm of the odds that something has changed.
+    pub log_odds: f64,
+}
+
+impl ArmChange {
+    /// Returns the rms change of the joints, a fraction.
+    #[must_use]
+    pub fn rms(&self) -> f64 {
+        let squares: f64 = self.by_joint.iter().map(|change| change * change).sum();
+        (squares / self.by_joint.len() as f64).sqrt()
+    }
 }
 
 impl CalibratedEstimate {

@@ -13,6 +13,7 @@ use super::payload::KnownPayload;
 use super::recording::EffortRecording;
 use super::reference::{Reference, link_sizes};
 use super::rows::{EffortModel, Unknowns};
+use super::scale::{KnownScale, scale_direction};
 use super::settings::CalibrationSettings;
 use super::solver::{Block, NormalEquations, Prior, Problem};
 use crate::IdentifyError;
@@ -50,6 +51,8 @@ pub(crate) struct Fitted {
     pub(crate) prior: Prior,
     /// Precision of all unknowns, divided by their units.
     precision: DMatrix<f64>,
+    /// Variance of the scale of all torques, which the fit holds.
+    scale_variance: f64,
     pub(crate) log_evidence: f64,
 }
 
@@ -72,9 +75,11 @@ pub(crate) fn problem<'a>(
             windows: (0..recording.windows()).collect(),
         });
     }
+    let held = recordings.iter().filter_map(|(_, held)| *held);
     Problem {
         model,
         blocks,
+        scale: KnownScale::new(&model.layout, &prior.scales, held),
         prior,
         payload_scales: vec![PAYLOAD_SCALES; payload_rows.len()],
         payload_rows,
@@ -174,8 +179,10 @@ pub(crate) fn fit(
     let about = (arm.joints.as_slice(), recordings[0].0.window_s());
     check_unknowns(&model.layout, &at, about)?;
     let log_evidence = evidence(&last, &noise, friction);
+    let scale_variance = problem.scale.map_or(0.0, |scale| scale.variance);
     let prior = problem.prior;
     Ok(Fitted {
+        scale_variance,
         precision: last.normal.matrix,
         unknowns: at,
         model,
@@ -257,23 +264,32 @@ impl Fitted {
         let (arm, all) = (self.prior.mean.len(), self.precision.nrows());
         let of_arm = self.precision.view((0, 0), (arm, arm)).into_owned();
         if all == arm {
-            return Ok(self.with_delay_error(of_arm));
+            return Ok(self.with_delay_error(self.with_scale_error(of_arm)));
         }
         let payloads = self.precision.view((arm, arm), (all - arm, all - arm));
         let coupling = self.precision.view((arm, 0), (all - arm, arm)).into_owned();
         let factor = payloads.into_owned().cholesky();
         let factor = factor.ok_or(IdentifyError::CalibrationFailed)?;
-        Ok(self.with_delay_error(of_arm - coupling.tr_mul(&factor.solve(&coupling))))
+        let of_arm = of_arm - coupling.tr_mul(&factor.solve(&coupling));
+        Ok(self.with_delay_error(self.with_scale_error(of_arm)))
     }
 
-    /// Adds the variance of the delay that no residual shows to a covariance whose inverse is given, by the formula of
-    /// Sherman and Morrison.
+    /// Adds the variance of the scale of all torques, which the fit holds, to a covariance whose inverse is given.
+    fn with_scale_error(&self, precision: DMatrix<f64>) -> DMatrix<f64> {
+        let (unknowns, scales) = (&self.unknowns.arm, &self.prior.scales);
+        match scale_direction(&self.model.layout, unknowns, scales) {
+            Some(direction) => with_variance(precision, self.scale_variance, &direction),
+            None => precision,
+        }
+    }
+
+    /// Adds the variance of the delay that no residual shows to a covariance whose inverse is given.
     fn with_delay_error(&self, precision: DMatrix<f64>) -> DMatrix<f64> {
         let delay = self.model.layout.index(Group::Delay, 0);
         let variance = (DELAY_ERROR_S / self.prior.scales[delay]).powi(2);
-        let column = precision.column(delay).into_owned();
-        let factor = variance / (1.0 + variance * column[delay]);
-        precision - factor * &column * column.transpose()
+        let mut direction = DVector::zeros(precision.nrows());
+        direction[delay] = 1.0;
+        with_variance(precision, variance, &direction)
     }
 
     /// Returns the fit as plain data.
@@ -296,4 +312,11 @@ impl Fitted {
             log_evidence: self.log_evidence,
         })
     }
+}
+
+/// Adds a variance along a direction to a covariance whose inverse is given, by the formula of Sherman and Morrison.
+fn with_variance(precision: DMatrix<f64>, variance: f64, direction: &DVector<f64>) -> DMatrix<f64> {
+    let product = &precision * direction;
+    let factor = variance / (1.0 + variance * direction.dot(&product));
+    precision - factor * &product * product.transpose()
 }

@@ -6,7 +6,8 @@ use nalgebra::SVector;
 use tactid_dynamics::InertialParameters;
 
 use super::compare::{EffortComparison, compare};
-use super::estimate::{CalibratedEstimate, WIDENING};
+use super::estimate::{ArmChange, CalibratedEstimate, WIDENING};
+use super::layout::Group;
 use super::model::Calibration;
 use super::posterior::{Posterior, posterior};
 use super::recording::EffortRecording;
@@ -34,6 +35,9 @@ const MIN_WINDOWS: usize = 6;
 /// them.
 const UNEXPLAINED: f64 = 5.0 * 5.0;
 const UNEXPLAINED_FRACTION: f64 = 0.1;
+
+/// Logarithm of the odds above which the arm counts as changed since its calibration: 150 to 1.
+const CHANGED_LOG_ODDS: f64 = 5.0;
 
 /// Unloaded recordings hold a payload if its mass is so many standard deviations, and the mean squares of the residuals are
 /// so many times as large without it.
@@ -94,6 +98,7 @@ impl Calibration {
             check_unloaded(&free, loaded, unloaded, alone)?;
         }
         let solution = Solution {
+            calibrated: self,
             model: &model,
             loaded,
             tool,
@@ -118,6 +123,7 @@ impl Calibration {
 
 /// A payload with and without its known mass, and what the result is made of.
 struct Solution<'a> {
+    calibrated: &'a Calibration,
     model: &'a EffortModel,
     loaded: &'a [EffortRecording],
     /// Parameters of the known tool.
@@ -187,9 +193,46 @@ impl Solution<'_> {
             covariance,
             noise_fraction,
             misfit: best.misfit.clone(),
-            friction_change: best.change.friction,
-            gain_change: best.change.gain,
+            friction_change: self.friction_change(),
+            gain_change: self.gain_change(),
         }
+    }
+
+    /// Returns how friction has changed, where the recordings show that it has.
+    fn friction_change(&self) -> Option<ArmChange> {
+        let log_odds = self.best.change.friction_log_odds;
+        let of_joint = |joint: usize| {
+            let (mut products, mut squares) = (0.0, 0.0);
+            for recording in self.loaded {
+                for window in 0..recording.windows() {
+                    let columns = recording.columns(window, joint);
+                    let friction = |arm| self.model.dry_and_viscous_friction(joint, &columns, arm);
+                    let before = friction(&self.calibrated.parameters);
+                    products += before * friction(&self.best.arm);
+                    squares += before * before;
+                }
+            }
+            if squares > 0.0 {
+                products / squares - 1.0
+            } else {
+                0.0
+            }
+        };
+        (log_odds > CHANGED_LOG_ODDS).then(|| ArmChange {
+            by_joint: (0..self.model.layout.joints).map(of_joint).collect(),
+            log_odds,
+        })
+    }
+
+    /// Returns how gains have changed, where the recordings show that they have.
+    fn gain_change(&self) -> Option<ArmChange> {
+        let log_odds = self.best.change.gain_log_odds;
+        let inverse_gains = self.model.layout.range(Group::InverseGain);
+        let of_gain = |k: usize| self.calibrated.parameters[k] / self.best.arm[k] - 1.0;
+        (log_odds > CHANGED_LOG_ODDS).then(|| ArmChange {
+            by_joint: inverse_gains.map(of_gain).collect(),
+            log_odds,
+        })
     }
 
     /// Returns the estimate with its uncertainty.

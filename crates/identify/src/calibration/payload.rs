@@ -95,15 +95,24 @@ impl KnownPayload {
         })
     }
 
+    /// Standard deviation of the mass, kg; positive.
+    fn mass_std_dev(&self) -> f64 {
+        self.mass_std_dev_kg.max(EXACT * self.mass_kg)
+    }
+
+    /// Returns the precision of the mass relative to its value.
+    pub(crate) fn mass_precision(&self) -> f64 {
+        (self.mass_kg / self.mass_std_dev()).powi(2)
+    }
+
     /// Returns what is known as rows for the ten linear parameters.
     pub(crate) fn rows(&self) -> Vec<PayloadRow> {
         let expected = self.parameters();
         let expected = expected.as_vector();
-        let mass_std_dev = self.mass_std_dev_kg.max(EXACT * self.mass_kg);
         let mass = PayloadRow {
             gradient: SVector::ith(0, 1.0),
             target: self.mass_kg,
-            std_dev: mass_std_dev,
+            std_dev: self.mass_std_dev(),
         };
         let moment_std_dev = match self.center_of_mass {
             Some(_) => self.mass_kg * CENTER_STD_DEV_M,

@@ -85,6 +85,7 @@ pub(crate) fn posterior(
         prior: prior.clone(),
         payload_scales: vec![scales],
         payload_rows: vec![mass.map(row).into_iter().collect()],
+        scale: None,
     };
     solve(&mut problem, noise, scales)
 }
@@ -97,10 +98,7 @@ fn solve(
     // A known mass determines the scale of the gains.
     let fixes_scale = problem.payload_rows[0].is_empty();
     let changes = Changes::new(&problem.model.layout, &problem.prior, fixes_scale)?;
-    let mut change = Change {
-        friction: 0.0,
-        gain: 0.0,
-    };
+    let mut change = Change::NONE;
     let mut scale_variance = 0.0;
     let mut at = problem.start();
     let mut misfit = vec![1.0; noise.len()];
@@ -186,6 +184,7 @@ fn precision_before(
         prior: problem.prior.clone(),
         payload_scales: Vec::new(),
         payload_rows: Vec::new(),
+        scale: None,
     };
     let at = Unknowns {
         arm: at.arm.clone(),

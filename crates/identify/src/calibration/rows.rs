@@ -89,19 +89,28 @@ impl EffortModel {
         arm: &[f64],
     ) -> Modelled {
         let of = |group: Group| arm[self.layout.index(group, joint)];
-        let widths = self.layout.widths.iter().enumerate();
-        let coulomb: f64 = widths
-            .map(|(place, &width)| of(Group::Friction(place)) * columns.friction[width])
-            .sum();
         Modelled {
             torque: terms.inverse_gain * (terms.arm + terms.payload),
             friction: of(Group::Offset)
-                + of(Group::Viscous) * columns.velocity
-                + coulomb
+                + self.dry_and_viscous_friction(joint, columns, arm)
                 + of(Group::Load) * terms.load
                 + of(Group::PayloadLoad) * terms.payload_load
                 + of(Group::Rotor) * columns.acceleration,
         }
+    }
+
+    /// Returns the friction of a joint in a window that does not depend on the load.
+    pub(crate) fn dry_and_viscous_friction(
+        &self,
+        joint: usize,
+        columns: &JointColumns<'_>,
+        arm: &[f64],
+    ) -> f64 {
+        let of = |group: Group| arm[self.layout.index(group, joint)];
+        let widths = self.layout.widths.iter().enumerate();
+        let dry =
+            widths.map(|(place, &width)| of(Group::Friction(place)) * columns.friction[width]);
+        of(Group::Viscous) * columns.velocity + dry.sum::<f64>()
     }
 
     /// Returns a row for each of the windows: the derivatives of modelled less measured effort in the order of

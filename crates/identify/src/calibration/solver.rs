@@ -6,6 +6,7 @@ use super::noise::{EffortNoise, Whitening};
 use super::payload::PayloadRow;
 use super::recording::EffortRecording;
 use super::rows::{EffortModel, Unknowns};
+use super::scale::{FIXED_SCALE, KnownScale};
 
 /// Windows of one recording that a solution uses.
 #[derive(Clone, Debug)]
@@ -36,6 +37,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) payload_scales: Vec<[f64; 10]>,
     /// What is known of each payload.
     pub(crate) payload_rows: Vec<Vec<PayloadRow>>,
+    /// Scale of all torques, where it is held.
+    pub(crate) scale: Option<KnownScale>,
 }
 
 /// Normal equations for a step of the unknowns, divided by their units: those of the arm, then those of each payload.
@@ -148,6 +151,14 @@ impl Problem<'_> {
                 }
                 squares += distance * distance;
             }
+        }
+        if let Some(scale) = &self.scale {
+            let gradient = DVector::from_fn(all, |k, _| scale.gradient[k] * self.scale(k));
+            let precision = FIXED_SCALE.powi(-2);
+            let distance = -scale.value(at);
+            matrix += precision * &gradient * gradient.transpose();
+            rhs += precision * distance * gradient;
+            squares += precision * distance * distance;
         }
         NormalEquations {
             matrix,

@@ -28,3 +28,14 @@ class CalibratedFit(ComparedByValue):
     """
     updated_by_unloaded: bool
     """Whether an unloaded recording updated the calibration first."""
+    friction_change: NDArray[np.float64] | None
+    """How the friction of each joint has changed since the calibration, as a fraction, (n,).
+
+    It is positive where the friction is larger now; None where the recordings do not show that it
+    has changed. The payload's values take it into account.
+    """
+    gain_change: NDArray[np.float64] | None
+    """How the gain of each joint has changed since the calibration, as a fraction, (n,).
+
+    None where the recordings do not show that the gains have changed, and where they are known.
+    """

@@ -62,9 +62,31 @@ def _gain_uncertain(data: Data, _: Style) -> str:
     )
 
 
+def _friction_changed(data: Data, _: Style) -> str:
+    return _arm_changed("Friction differs", data, "with the temperature and with wear")
+
+
+def _gains_changed(data: Data, _: Style) -> str:
+    return _arm_changed("The gains of the efforts differ", data, "with the temperature")
+
+
+def _arm_changed(subject: str, data: Data, cause: str) -> str:
+    """Says how much has changed, and what makes the result better."""
+    size = f"{subject} from the calibration by about {100 * data['change']:.2g} %"
+    most = f"most at {data['joint']}, {100 * data['joint_change']:+.2g} %"
+    advice = (
+        "The unloaded recording shows it, too, and has updated the calibration."
+        if data["has_unloaded"]
+        else "Record an unloaded motion of the same day, too, or calibrate anew."
+    )
+    return f"{size} ({most}), as happens {cause}; the values take it into account. {advice}"
+
+
 CALIBRATION_FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "effort_noisier": _effort_noisier,
     "joint_uncalibrated": _joint_uncalibrated,
+    "friction_changed": _friction_changed,
+    "gains_changed": _gains_changed,
 }
 """Sentences about a recording that is identified with a calibration."""
 

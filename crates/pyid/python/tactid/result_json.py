@@ -156,11 +156,16 @@ def _calibration(result: IdentificationData) -> dict[str, Any] | None:
         return None
     path = result.inputs.get("`calibration`")
     misfits = zip(fit.joints, fit.misfit.tolist(), strict=True)
+    changes = {"friction_change": fit.friction_change, "gain_change": fit.gain_change}
     return {
         "file": None if path is None else path.name,
         "noise_fraction": nested(fit.noise_fraction.tolist()),
         "misfit": [{"joint": joint, "misfit": finite(misfit)} for joint, misfit in misfits],
         "updated_by_unloaded": fit.updated_by_unloaded,
+        **{
+            key: None if change is None else dict(zip(fit.joints, change.tolist(), strict=True))
+            for key, change in changes.items()
+        },
     }
 
 

@@ -154,6 +154,8 @@ fn identify(
         misfit: found.misfit,
         noise_fraction: found.noise_fraction,
         updated_by_unloaded: unloaded.is_some(),
+        friction_change: found.friction_change,
+        gain_change: found.gain_change,
     };
     let shortages = &calibration.report.shortages;
     let of_payload = found.result;
