@@ -123,7 +123,7 @@ pub(crate) fn calibrate_arm(
     let unloaded = read("unloaded", &unloaded)?;
     let loaded = read("loaded", &loaded)?;
     let hold_out = read("hold_out", &hold_out)?;
-    let of_robot = robot.as_ref().map(|robot| &robot.get().0);
+    let of_robot = robot.as_ref().map(|robot| &robot.get().robot);
     let sources = CalibrationSources {
         unloaded: Given::sources(&unloaded, of_robot),
         loaded: Given::sources(&loaded, of_robot)
