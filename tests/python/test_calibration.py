@@ -35,7 +35,7 @@ from expectations import Identify, values_of
 from recorded_arm import Arm, body, ur5e
 from recordings import clock
 from tactid import cli
-from tactid.wording import SHORTAGE_KINDS
+from tactid.wording import CONTRADICTION_KINDS, SHORTAGE_KINDS
 from test_cli import assert_refused
 
 ARMS = {"ur10": UR10, "panda": FRANKA}
@@ -179,6 +179,19 @@ def test_shortages_are_sentences() -> None:
     assert set(cases) == set(SHORTAGE_KINDS)
     for kind, (data, part) in cases.items():
         assert part in str(tactid.Finding(kind, data))
+
+
+def test_contradictions_are_sentences() -> None:
+    data = {"size": 0.0349, "std_dev": 0.0035, "joint": "elbow"}
+    cases = {
+        "gravity_tilted": "gravity tilted by 2 ± 0.4 degrees. ",
+        "joint_zero_off": "positions of elbow that are larger by 2 ± 0.4 degrees. ",
+        "gain_contradicted": "other gains, most at elbow (+3.5 ± 0.7 %). ",
+        "payload_com_contradicted": "payload of loaded recording 2 35 ± 7 mm from the given one. ",
+    }
+    assert set(cases) == set(CONTRADICTION_KINDS)
+    for kind, part in cases.items():
+        assert part in str(tactid.Finding(kind, data | {"payload": 1}))
 
 
 @pytest.mark.usefixtures("arm")

@@ -12,7 +12,7 @@ use crate::arm_model::ArmModel;
 use crate::arrays::{Array, array};
 use crate::errors::{IntoPyErr, urdf_is_at_fault, with_option};
 use crate::faults::FaultData;
-use crate::findings::{FindingData, finding_data};
+use crate::findings::{FindingData, contradiction_data, finding_data};
 use crate::interruption::InterruptionCheck;
 use crate::options;
 
@@ -75,6 +75,7 @@ impl LogData {
 pub(crate) struct RunData {
     model: Py<ArmModel>,
     gain_prior: f64,
+    contradictions: Vec<FindingData>,
     logs: Vec<LogData>,
 }
 
@@ -114,7 +115,11 @@ pub(crate) fn calibrate_logs(
         found => found?,
     };
     let logs = run.logs.into_iter().map(|log| LogData::new(py, log));
+    let contradictions = run.contradiction.iter();
     Ok(RunData {
+        contradictions: contradictions
+            .map(|each| contradiction_data(py, each))
+            .collect::<PyResult<_>>()?,
         gain_prior: run.gain_std_dev,
         logs: logs.collect::<PyResult<_>>()?,
         model: Py::new(py, ArmModel(Arc::new(run.arm)))?,

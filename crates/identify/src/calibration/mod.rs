@@ -30,6 +30,7 @@ mod calibrate;
 mod change;
 mod checks;
 mod compare;
+mod contradiction;
 mod delay;
 mod estimate;
 mod fit;
@@ -54,6 +55,7 @@ mod solver;
 
 pub use calibrate::{calibrate, calibrate_interruptibly};
 pub use compare::EffortComparison;
+pub use contradiction::{Assumption, Contradiction};
 pub use estimate::{ArmChange, CalibratedEstimate};
 pub use interruption::InterruptionCheck;
 pub use model::Calibration;

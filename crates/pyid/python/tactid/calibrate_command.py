@@ -119,6 +119,8 @@ def calibrate_arm(
     _write(arm, out, report)
     _print(arm, as_json=as_json)
     notes.print(f"Wrote {', '.join(str(path) for path in (out, report) if path is not None)}.")
+    if arm.contradictions:
+        raise typer.Exit(1)
 
 
 def _check_files(

@@ -106,6 +106,7 @@ def calibrate(
     return from_model(
         run["model"],
         gain_prior=run["gain_prior"],
+        contradictions=[Finding(kind, found) for kind, found in run["contradictions"]],
         logs=logs,
         inputs={words: Path(path).absolute() for words, path in inputs.items()},
     )
