@@ -100,14 +100,14 @@ def _joint_zero_off(data: Data, _: Style) -> str:
 
 
 def _gain_contradicted(data: Data, style: Style) -> str:
-    size = f"{100 * data['size']:+.2g} ± {100 * Z95 * data['std_dev']:.1g} %"
+    size = f"{100 * data['size']:+.2g} ± {100 * Z95 * data['std_dev']:.2g} %"
     options = f"{option_name('loaded', style)} and {option_name('payload_mass', style)}"
     what = f"with other gains, most at {data['joint']} ({size})"
     return _contradicted(what, data, f"Find the gains with {options}")
 
 
 def _payload_com_contradicted(data: Data, style: Style) -> str:
-    size = f"{1e3 * data['size']:.2g} ± {1e3 * Z95 * data['std_dev']:.1g} mm"
+    size = f"{1e3 * data['size']:.2g} ± {1e3 * Z95 * data['std_dev']:.2g} mm"
     which = f"of the payload of loaded recording {data['payload'] + 1}"
     return _contradicted(
         f"with the centre of mass {which} {size} from the given one",
@@ -125,7 +125,7 @@ def _contradicted(what: str, data: Data, advice: str) -> str:
 
 def _degrees(data: Data) -> str:
     size, half_width = math.degrees(data["size"]), math.degrees(Z95 * data["std_dev"])
-    return f"{size:.2g} ± {half_width:.1g} degrees"
+    return f"{size:.2g} ± {half_width:.2g} degrees"
 
 
 CALIBRATION_FINDINGS: dict[str, Callable[[Data, Style], str]] = {
