@@ -35,7 +35,7 @@ from expectations import Identify, values_of
 from recorded_arm import Arm, body, ur5e
 from recordings import clock
 from tactid import cli
-from tactid.wording import SHORTAGE_KINDS
+from tactid.wording import CONTRADICTION_KINDS, SHORTAGE_KINDS
 from test_cli import assert_refused
 
 ARMS = {"ur10": UR10, "panda": FRANKA}
@@ -150,7 +150,9 @@ def test_the_command_prints_what_was_found(
     unloaded, held = simulated(folder, None, 11), simulated(folder, None, 14)
     arguments = ("calibrate", "--urdf", folder / "arm.urdf", "--unloaded", unloaded)
     done = command(*arguments, "--hold-out", held, "--cutoff", 6, "--out", out, "--report", report)
-    assert done.returncode == 0, done.stderr
+    # The recorded efforts are no torques, which is the one contradiction.
+    assert done.returncode == 1, done.stderr
+    assert "fit far better" in done.stderr
     assert "elbow_joint" in done.stdout
     assert "Efforts count as torques" in done.stderr
     assert re.search(
@@ -179,6 +181,19 @@ def test_shortages_are_sentences() -> None:
     assert set(cases) == set(SHORTAGE_KINDS)
     for kind, (data, part) in cases.items():
         assert part in str(tactid.Finding(kind, data))
+
+
+def test_contradictions_are_sentences() -> None:
+    data = {"size": 0.0349, "std_dev": 0.0035, "joint": "elbow"}
+    cases = {
+        "gravity_tilted": "gravity tilted by 2 ± 0.39 degrees. ",
+        "joint_zero_off": "positions of elbow that are larger by 2 ± 0.39 degrees. ",
+        "gain_contradicted": "other gains, most at elbow (+3.5 ± 0.69 %). ",
+        "payload_com_contradicted": "payload of loaded recording 2 35 ± 6.9 mm from the given one. ",
+    }
+    assert set(cases) == set(CONTRADICTION_KINDS)
+    for kind, part in cases.items():
+        assert part in str(tactid.Finding(kind, data | {"payload": 1}))
 
 
 @pytest.mark.usefixtures("arm")

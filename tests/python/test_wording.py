@@ -16,7 +16,7 @@ from tactid.findings import CONTRADICTIONS, DOUBTS
 from tactid.naming import command_line_flag
 from tactid.options import option_names
 from tactid.remarks import motion_advice
-from tactid.wording import FINDING_KINDS, SHORTAGE_KINDS
+from tactid.wording import CONTRADICTION_KINDS, FINDING_KINDS, SHORTAGE_KINDS
 
 NATIVE = Path(__file__).parents[2] / "crates/pyid/src"
 
@@ -99,7 +99,6 @@ FINDINGS = [
     Finding("wrenches_summed", {"topics": ["/left", "/right"]}),
     Finding("joints_renamed", {"names": [("fer_1", "panda_1"), ("fer_2", "panda_2")]}),
     Finding("effort_noisier", {"joint": "elbow", "noise_ratio": 3.26}),
-    Finding("joint_uncalibrated", {"joint": "elbow"}),
     Finding(
         "friction_changed",
         {"change": 0.118, "joint": "elbow", "joint_change": 0.21, "has_unloaded": False},
@@ -108,6 +107,7 @@ FINDINGS = [
         "gains_changed",
         {"change": 0.06, "joint": "elbow", "joint_change": -0.07, "has_unloaded": True},
     ),
+    Finding("joint_uncalibrated", {"joint": "elbow"}),
     Finding("unknown_joints", {"joints": ["finger"]}),
     Finding("absent_joints", {"joints": ["head"]}),
     Finding("late_start", {"topic": "/wrench", "late_s": 1.5}),
@@ -371,7 +371,7 @@ def test_every_kind_of_the_native_part_has_its_words() -> None:
     findings = (NATIVE / "findings.rs").read_text()
     assert set(re.findall(r'^ *\(?"([a-z_]+)", *(?:data!|$)', findings, re.M)) | set(
         re.findall(r'\("([a-z_]+)", (?:data|fields)', findings)
-    ) == {*FINDING_KINDS, *SHORTAGE_KINDS}
+    ) == {*FINDING_KINDS, *SHORTAGE_KINDS, *CONTRADICTION_KINDS}
     faults = (NATIVE / "faults.rs").read_text()
     kinds = re.findall(r'FaultKind::\w+(?:\(joint\))? => \("([a-z_]+)"', faults)
     assert set(kinds) == set(FAULT_KINDS)

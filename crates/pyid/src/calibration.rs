@@ -14,7 +14,7 @@ use crate::arm_model::ArmModel;
 use crate::arrays::{Array, array};
 use crate::errors::{ArgumentError, IntoPyErr, detached, in_recording};
 use crate::faults::FaultData;
-use crate::findings::{FindingData, finding_data};
+use crate::findings::{FindingData, contradiction_data, finding_data};
 use crate::identify::{dof_of, urdf_errors};
 use crate::interruption::InterruptionCheck;
 use crate::joint_arrays::JointArrays;
@@ -81,6 +81,7 @@ impl LogData {
 pub(crate) struct RunData {
     model: Py<ArmModel>,
     gain_prior: f64,
+    contradictions: Vec<FindingData>,
     logs: Vec<LogData>,
 }
 
@@ -143,7 +144,11 @@ pub(crate) fn calibrate_arm(
     let found = interruption.finish(py, result.map_err(IntoPyErr::into_py_err));
     let run = urdf_errors(py, &request, found)?;
     let logs = run.logs.into_iter().map(|log| LogData::new(py, log));
+    let contradictions = run.contradiction.iter();
     Ok(RunData {
+        contradictions: contradictions
+            .map(|each| contradiction_data(py, each))
+            .collect::<PyResult<_>>()?,
         gain_prior: run.gain_std_dev,
         logs: logs.collect::<PyResult<_>>()?,
         model: Py::new(py, ArmModel(Arc::new(run.arm)))?,

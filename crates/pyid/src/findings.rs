@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tactid_dynamics::{IgnoredPart, MimicFault, ModelFinding};
-use tactid_identify::calibration::MotionShortage;
+use tactid_identify::calibration::{Assumption, Contradiction, MotionShortage};
 use tactid_identify::checks::{
     PositionsBeyondLimits, TwistAxes, TwistContradiction, VelocityCause, VelocityContradiction,
 };
@@ -111,6 +111,28 @@ pub(crate) fn shortage_data(py: Python<'_>, shortage: &MotionShortage) -> PyResu
             ("joint_one_direction", fields!(py, joint, is_positive))
         }
         MotionShortage::Gain { joint, std_dev } => ("gain_uncertain", fields!(py, joint, std_dev)),
+    })
+}
+
+/// Returns what Python's `tactid.findings.Finding` is made from, for an assumption that the logs of a calibration contradict.
+pub(crate) fn contradiction_data(
+    py: Python<'_>,
+    contradiction: &Contradiction,
+) -> PyResult<FindingData> {
+    let Contradiction {
+        assumption,
+        size,
+        std_dev,
+        joint,
+    } = contradiction;
+    Ok(match assumption {
+        Assumption::Gravity => ("gravity_tilted", fields!(py, size, std_dev, joint)),
+        Assumption::JointZero => ("joint_zero_off", fields!(py, size, std_dev, joint)),
+        Assumption::Gains => ("gain_contradicted", fields!(py, size, std_dev, joint)),
+        Assumption::PayloadCenter(payload) => (
+            "payload_com_contradicted",
+            fields!(py, size, std_dev, joint, payload),
+        ),
     })
 }
 

@@ -20,8 +20,14 @@ pub(crate) const PLAIN: usize = 3;
 /// Velocity at which the sign of the load-dependent friction is smoothed, rad/s or m/s.
 const SIGN_WIDTH: f64 = 0.01;
 
-/// Number of quantities of a joint beside the regressors.
+/// Number of quantities of a joint beside the regressors and the slopes.
 const SCALARS: usize = 4 + WIDTHS.len();
+
+/// Step of the angle for the slopes, rad: their error and the rounding are a millionth.
+const SLOPE_STEP_RAD: f64 = 1e-5;
+
+/// Number of directions into which gravity is tilted.
+pub(crate) const TILTS: usize = 2;
 
 /// The chain from base to tool that a recording is made of.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,6 +68,9 @@ pub(crate) struct JointColumns<'a> {
     pub(crate) sign: f64,
     /// Smoothed signs of the velocity for [`WIDTHS`].
     pub(crate) friction: &'a [f64],
+    /// Change of the torque as described with a tilt of gravity about two axes, per rad, and then with the zero of each joint of
+    /// the arm, per rad or m.
+    pub(crate) slopes: &'a [f64],
 }
 
 impl JointColumns<'_> {
@@ -95,7 +104,7 @@ impl Arm {
         let first_links: Vec<usize> = joints.iter().map(first_link).collect();
         let mut places = vec![0];
         for first in &first_links {
-            let entries = 10 * (bodies.len() - first) + 10 + SCALARS;
+            let entries = 10 * (bodies.len() - first) + 10 + SCALARS + TILTS + joints.len();
             places.push(places[places.len() - 1] + entries);
         }
         let unit = |&joint: &usize| match robot.joint_kind(joint) {
@@ -141,13 +150,24 @@ impl Arm {
             velocity: scalars[1],
             acceleration: scalars[2],
             sign: scalars[3],
-            friction: &scalars[4..],
+            friction: &scalars[4..SCALARS],
+            slopes: &scalars[SCALARS..],
         }
     }
 
     /// Number of entries of the regressors of links and payload of a joint.
     fn regressors(&self, joint: usize) -> usize {
-        self.places[joint + 1] - self.places[joint] - SCALARS
+        let others = SCALARS + TILTS + self.joints.len();
+        self.places[joint + 1] - self.places[joint] - others
+    }
+
+    /// Returns gravity tilted by a small angle about the two axes that are perpendicular to it.
+    fn tilted_gravity(&self, angle_rad: f64) -> [Vector3<f64>; TILTS] {
+        let down = self.gravity.try_normalize(0.0).unwrap_or_else(Vector3::z);
+        let axis = Vector3::ith(down.iamin(), 1.0);
+        let across = down.cross(&axis).normalize();
+        [across, down.cross(&across)]
+            .map(|side| self.gravity + side * self.gravity.norm() * angle_rad)
     }
 }
 
@@ -166,6 +186,8 @@ pub(crate) struct ArmColumns {
     rows: Vec<SVector<f64, 10>>,
     /// Entries of all joints, then their efforts.
     entries: Vec<f64>,
+    /// Positions of all joints of the robot, of which one is moved.
+    moved: Vec<f64>,
 }
 
 impl ArmColumns {
@@ -181,6 +203,7 @@ impl ArmColumns {
             link_rows: vec![SVector::zeros(); robot.dof() * moving],
             rows: vec![SVector::zeros(); robot.dof()],
             entries: vec![0.0; arm.entries() + arm.joints.len()],
+            moved: vec![0.0; robot.dof()],
         })
     }
 
@@ -223,15 +246,46 @@ impl ArmColumns {
             scalars[1] = velocity;
             scalars[2] = instant.joint_acceleration[index];
             scalars[3] = (velocity / SIGN_WIDTH).tanh();
-            for (entry, width) in scalars[4..].iter_mut().zip(WIDTHS) {
+            for (entry, width) in scalars[4..SCALARS].iter_mut().zip(WIDTHS) {
                 *entry = (velocity / width).tanh();
             }
         }
+        self.add_slopes(arm, instant)?;
         let efforts = self.entries.iter_mut().skip(arm.entries());
         for (effort, &index) in efforts.zip(&self.joints) {
             *effort = instant.joint_effort[index];
         }
         Ok(&self.entries)
+    }
+
+    /// Computes the slopes of the torques as described.
+    fn add_slopes(&mut self, arm: &Arm, instant: &Instant) -> Result<(), StateError> {
+        let tilted = arm.tilted_gravity(SLOPE_STEP_RAD);
+        self.moved.copy_from_slice(&instant.joint_position);
+        for slope in 0..TILTS + self.joints.len() {
+            let moved = slope.checked_sub(TILTS).map(|joint| self.joints[joint]);
+            if let Some(index) = moved {
+                self.moved[index] += SLOPE_STEP_RAD;
+            }
+            let joints = JointMotion {
+                position: &self.moved,
+                velocity: &instant.joint_velocity,
+                acceleration: &instant.joint_acceleration,
+            };
+            let gravity = tilted.get(slope).unwrap_or(&arm.gravity);
+            inverse_dynamics(&mut self.workspace, &instant.base, joints, gravity)?;
+            let torques = self.workspace.joint_torques()?;
+            for (joint, &index) in self.joints.iter().enumerate() {
+                let scalars = arm.places[joint] + arm.regressors(joint);
+                let described = self.entries[scalars];
+                self.entries[scalars + SCALARS + slope] =
+                    (torques[index] - described) / SLOPE_STEP_RAD;
+            }
+            if let Some(index) = moved {
+                self.moved[index] = instant.joint_position[index];
+            }
+        }
+        Ok(())
     }
 }
 

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::arm::PLAIN;
+use super::contradiction::contradiction;
 use super::fit::{MOVES, fit};
 use super::interruption::InterruptionCheck;
 use super::payload::KnownPayload;
@@ -64,6 +65,7 @@ pub fn calibrate_interruptibly(
     let report = report(&given, &best, settings)?;
     check_gains(&report.joints, settings.gain_std_dev)?;
     Ok(CalibrationResult {
+        contradiction: contradiction(&given, &best)?,
         calibration: best.calibration(&given[0].0.arm)?,
         report,
     })

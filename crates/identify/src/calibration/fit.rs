@@ -274,6 +274,11 @@ impl Fitted {
         Ok(self.with_delay_error(self.with_scale_error(of_arm)))
     }
 
+    /// Returns the precision of all unknowns, divided by their units.
+    pub(crate) fn precision(&self) -> &DMatrix<f64> {
+        &self.precision
+    }
+
     /// Adds the variance of the scale of all torques, which the fit holds, to a covariance whose inverse is given.
     fn with_scale_error(&self, precision: DMatrix<f64>) -> DMatrix<f64> {
         let (unknowns, scales) = (&self.unknowns.arm, &self.prior.scales);

@@ -30,6 +30,7 @@ mod calibrate;
 mod change;
 mod checks;
 mod compare;
+mod contradiction;
 mod delay;
 mod description;
 mod estimate;
@@ -55,6 +56,7 @@ mod solver;
 
 pub use calibrate::{calibrate, calibrate_interruptibly};
 pub use compare::EffortComparison;
+pub use contradiction::{Assumption, Contradiction};
 pub use description::LinkDescription;
 pub use estimate::{ArmChange, CalibratedEstimate};
 pub use interruption::InterruptionCheck;

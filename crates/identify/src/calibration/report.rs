@@ -5,6 +5,7 @@ use tactid_dynamics::{InertialParameters, Manipulator};
 
 use super::arm::Arm;
 use super::compare::compare;
+use super::contradiction::Contradiction;
 use super::description::{LinkDescription, check_descriptions};
 use super::estimate::WIDENING;
 use super::fit::{Fitted, MOVES, problem};
@@ -26,6 +27,8 @@ pub struct CalibrationResult {
     pub calibration: Calibration,
     /// How well it explains the recordings, in readable numbers.
     pub report: CalibrationReport,
+    /// The assumption that the recordings contradict most, such as the direction of gravity; `None` where they contradict none.
+    pub contradiction: Option<Contradiction>,
 }
 
 /// How well a calibration explains its recordings, and what it found.

@@ -38,6 +38,7 @@ use tactid_dynamics::InertialParameters;
 use self::agreement::Comparison;
 pub use self::agreement::{Agreement, RunDistance, ValueDifference};
 use self::between::Variation;
+pub(crate) use self::distributions::f_p;
 use self::distributions::students_factor;
 pub(crate) use self::linear::information;
 use self::linear::with_variance;

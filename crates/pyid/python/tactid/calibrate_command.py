@@ -129,6 +129,8 @@ def calibrate_arm(
     wrote = write_files({out: arm.write, **reports})
     _print(arm, as_json=as_json)
     notes.print(wrote)
+    if arm.contradictions:
+        raise typer.Exit(1)
 
 
 def _check_files(

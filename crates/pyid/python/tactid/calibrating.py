@@ -119,6 +119,7 @@ def calibrate(
     return from_model(
         run["model"],
         gain_prior=run["gain_prior"],
+        contradictions=[Finding(kind, found) for kind, found in run["contradictions"]],
         logs=[_log(log) for log in run["logs"]],
         inputs={words: Path(path).absolute() for words, path in inputs.items()},
     )

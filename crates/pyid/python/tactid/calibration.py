@@ -84,6 +84,7 @@ class Calibration(CalibrationData):
 def from_model(
     model: _native.ArmModel,
     *,
+    contradictions: Sequence[Finding] = (),
     gain_prior: float | None = None,
     logs: Sequence[CalibrationLog] = (),
     inputs: Mapping[str, Path] | None = None,
@@ -94,6 +95,7 @@ def from_model(
     return Calibration(
         model=model,
         shortages=shortages,
+        contradictions=contradictions,
         gain_prior=gain_prior,
         logs=logs,
         inputs=inputs or {},

@@ -137,6 +137,9 @@ class CalibrationData(ComparedByValue):
     """Length of a window, s."""
     shortages: Sequence[Finding] = ()
     """What the motion does not determine."""
+    contradictions: Sequence[Finding] = ()
+    """The assumption that the logs contradict most, such as the direction of gravity; none where
+    they contradict none, or where the calibration was read from a file."""
     gain_prior: float | None = None
     """Standard deviation of the gains before the calibration; None where the calibration was read
     from a file."""

@@ -77,6 +77,7 @@ def heading(arm: CalibrationData) -> str:
 def lines(arm: CalibrationData, style: Style = "keyword") -> list[str]:
     """Returns what a reader must know besides the table, a line each."""
     return [
+        *(each.worded(style) for each in arm.contradictions),
         *(each.worded(style) for each in arm.shortages),
         *_without_unloaded(arm),
         *(_hold_out(arm, log) for log in arm.logs if log.role == "hold_out"),
@@ -168,6 +169,10 @@ def record(arm: CalibrationData, style: Style = "keyword") -> dict[str, Any]:
         "joints": joints,
         "payloads": arm.payloads.tolist(),
         "logs": [_log_record(log) for log in arm.logs],
+        "findings": [
+            {"kind": each.kind, "text": each.worded(style), **each.data}
+            for each in arm.contradictions
+        ],
         "remarks": lines(arm, style),
     }
 

@@ -1,9 +1,10 @@
 """Findings about calibrations in words: what their motion lacks, and what has changed since."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from tactid.naming import Style, at_most, listed
+from tactid.naming import Style, at_most, listed, option_name
 from tactid.values import Z95
 
 Data = Mapping[str, Any]
@@ -82,6 +83,51 @@ def _arm_changed(subject: str, data: Data, cause: str) -> str:
     return f"{size} ({most}), as happens {cause}; the values take it into account. {advice}"
 
 
+def _gravity_tilted(data: Data, style: Style) -> str:
+    return _contradicted(
+        f"with gravity tilted by {_degrees(data)}",
+        data,
+        f"Check {option_name('gravity', style)}, and how the arm is mounted",
+    )
+
+
+def _joint_zero_off(data: Data, _: Style) -> str:
+    return _contradicted(
+        f"with positions of {data['joint']} that are larger by {_degrees(data)}",
+        data,
+        "Check the zero of this joint, and the origin of the joint in the URDF",
+    )
+
+
+def _gain_contradicted(data: Data, style: Style) -> str:
+    size = f"{100 * data['size']:+.2g} ± {100 * Z95 * data['std_dev']:.2g} %"
+    options = f"{option_name('loaded', style)} and {option_name('payload_mass', style)}"
+    what = f"with other gains, most at {data['joint']} ({size})"
+    return _contradicted(what, data, f"Find the gains with {options}")
+
+
+def _payload_com_contradicted(data: Data, style: Style) -> str:
+    size = f"{1e3 * data['size']:.2g} ± {1e3 * Z95 * data['std_dev']:.2g} mm"
+    which = f"of the payload of loaded recording {data['payload'] + 1}"
+    return _contradicted(
+        f"with the centre of mass {which} {size} from the given one",
+        data,
+        f"Check {option_name('payload_com', style)}, or leave it out",
+    )
+
+
+def _contradicted(what: str, data: Data, advice: str) -> str:
+    return (
+        f"The efforts, those of {data['joint']} most, fit far better {what}. The error is in the"
+        f" calibration, and its intervals do not contain it. {advice}, and calibrate anew."
+    )
+
+
+def _degrees(data: Data) -> str:
+    size, half_width = math.degrees(data["size"]), math.degrees(Z95 * data["std_dev"])
+    return f"{size:.2g} ± {half_width:.2g} degrees"
+
+
 CALIBRATION_FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "effort_noisier": _effort_noisier,
     "joint_uncalibrated": _joint_uncalibrated,
@@ -96,3 +142,11 @@ SHORTAGES: dict[str, Callable[[Data, Style], str]] = {
     "gain_uncertain": _gain_uncertain,
 }
 """Sentences about what the motion of a calibration does not determine."""
+
+CALIBRATION_CONTRADICTIONS: dict[str, Callable[[Data, Style], str]] = {
+    "gravity_tilted": _gravity_tilted,
+    "joint_zero_off": _joint_zero_off,
+    "gain_contradicted": _gain_contradicted,
+    "payload_com_contradicted": _payload_com_contradicted,
+}
+"""Sentences about an assumption that the recordings of a calibration contradict."""

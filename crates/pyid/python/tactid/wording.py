@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from tactid.calibration_wording import CALIBRATION_FINDINGS, SHORTAGES
+from tactid.calibration_wording import CALIBRATION_CONTRADICTIONS, CALIBRATION_FINDINGS, SHORTAGES
 from tactid.model_wording import MODEL_FINDINGS
 from tactid.naming import Style, at_most, counted, listed, option_name
 from tactid.run_wording import RUN_FINDINGS
@@ -26,7 +26,7 @@ LARGEST_FRICTION = 0.7
 
 def finding(kind: str, data: Data, style: Style) -> str:
     """Says what was noticed on the way from the recording to the payload, in sentences."""
-    return (_FINDINGS | SHORTAGES)[kind](data, style)
+    return (_FINDINGS | SHORTAGES | CALIBRATION_CONTRADICTIONS)[kind](data, style)
 
 
 def _gravity_contradicted(data: Data, style: Style) -> str:
@@ -342,6 +342,9 @@ _FINDINGS: dict[str, Callable[[Data, Style], str]] = {
 
 FINDING_KINDS = tuple(_FINDINGS)
 """Every kind of finding about the recording of an identification."""
+
+CONTRADICTION_KINDS = tuple(CALIBRATION_CONTRADICTIONS)
+"""Every kind of finding about an assumption that the recordings of a calibration contradict."""
 
 SHORTAGE_KINDS = tuple(SHORTAGES)
 """Every kind of finding about what the motion of a calibration does not determine."""

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use tactid_identify::calibration::{
-    CalibrationResult, CalibrationSettings, EffortComparison, EffortRecording, KnownPayload,
-    calibrate_interruptibly,
+    CalibrationResult, CalibrationSettings, Contradiction, EffortComparison, EffortRecording,
+    KnownPayload, calibrate_interruptibly,
 };
 use tactid_identify::{Finding as DataFinding, IdentifyError};
 
@@ -97,6 +97,8 @@ pub struct CalibrationRun {
     pub arm: ArmCalibration,
     /// What was known of the gains before, see [`CalibrationSources::gain_std_dev`].
     pub gain_std_dev: f64,
+    /// The assumption that the recordings contradict most; `None` where they contradict none.
+    pub contradiction: Option<Contradiction>,
     /// The recordings: unloaded, loaded and held out, each in the order in which they were given.
     pub logs: Vec<UsedLog>,
 }
@@ -150,20 +152,12 @@ pub fn calibrate_arm(
     let result = calibrate_interruptibly(&calibrating, &settings, &mut || {
         observer(Progress { fraction: 1.0 })
     });
-    let result = result.map_err(|error| match error {
-        IdentifyError::Interrupted => RecordingError::Interrupted,
-        error => {
-            let mut noted = used.iter();
-            let cause = noted.find_map(|(log, notes)| {
-                Some(wrong_positions(&notes.findings)?.in_recording(log.source.path()))
-            });
-            cause.unwrap_or(error.into())
-        }
-    })?;
+    let result = result.map_err(|error| cause(error, &used))?;
     let comparisons = compare(&result, &calibrating, &held_out)?;
     let logs = used.into_iter().zip(comparisons);
     Ok(CalibrationRun {
         gain_std_dev: settings.gain_std_dev,
+        contradiction: result.contradiction,
         logs: logs
             .map(|((log, notes), comparison)| notes.of(log, comparison))
             .collect(),
@@ -274,6 +268,18 @@ fn wrong_positions(findings: &[Finding]) -> Option<RecordingError> {
         }
         _ => None,
     })
+}
+
+/// Returns why logs could not calibrate an arm.
+fn cause(error: IdentifyError, used: &[(&Log<'_>, Notes)]) -> RecordingError {
+    if matches!(error, IdentifyError::Interrupted) {
+        return RecordingError::Interrupted;
+    }
+    let mut noted = used.iter();
+    let cause = noted.find_map(|(log, notes)| {
+        Some(wrong_positions(&notes.findings)?.in_recording(log.source.path()))
+    });
+    cause.unwrap_or(error.into())
 }
 
 /// What was counted and noticed while a log was read.

@@ -1,0 +1,268 @@
+//! Wrong assumptions that the residuals of a calibration show.
+//!
+//! A calibration explains much of what it should not: a joint whose zero is wrong, or gravity that is tilted, changes links
+//! and gains, and the rest looks like noise. So each assumption is tested by the unknown that would replace it, such as a tilt of
+//! gravity: one more step of the fit with this unknown gives its size and by how much it lowers the sum of squares (a score
+//! test). The noise is that of the calibration, which contains the misfit: a test is rather too cautious than too bold. Its
+//! threshold is Fisher's distribution with the degrees of freedom of the noise.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::arm::TILTS;
+use super::estimate::{CalibratedEstimate, WIDENING};
+use super::fit::{Fitted, problem};
+use super::layout::Group;
+use super::payload::KnownPayload;
+use super::recording::EffortRecording;
+use super::solver::{Block, Problem};
+use crate::IdentifyError;
+use crate::combine::f_p;
+
+/// Probability of the sum of squares by chance below which an assumption is contradicted: with some ten tests, one calibration
+/// in a hundred.
+const PROBABILITY: f64 = 1e-3;
+
+/// Least tilt of gravity and least error of a joint's zero that count, rad: 1.5 degrees. The measured arms of the tests stay
+/// below it.
+const LEAST_ANGLE_RAD: f64 = 0.026;
+
+/// Least error of a gain that was taken for exact, a fraction: less is usual where efforts are torques.
+const LEAST_GAIN: f64 = 0.05;
+
+/// Least error of a known centre of mass, m.
+const LEAST_CENTER_M: f64 = 0.005;
+
+/// Largest angle, fraction or distance for which one linear step is a measure.
+const MOST: f64 = 0.35;
+
+/// Fraction of the information on an unknown below which the other unknowns of the fit stand for it.
+const DETERMINED: f64 = 1e-9;
+
+/// An assumption of a calibration that its recordings contradict, with what they show instead.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contradiction {
+    /// The assumption.
+    pub assumption: Assumption,
+    /// Size of its error: an angle, rad, a fraction of the gain, or a distance, m.
+    pub size: f64,
+    /// Standard deviation of the size, widened as in [`CalibratedEstimate`](super::CalibratedEstimate).
+    pub std_dev: f64,
+    /// The joint whose efforts show it most.
+    pub joint: String,
+}
+
+/// What a calibration takes for true.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Assumption {
+    /// The direction of gravity in the axes of the base.
+    Gravity,
+    /// The zero of the position of [`Contradiction::joint`].
+    JointZero,
+    /// The gains of the efforts, which are taken for exact.
+    Gains,
+    /// The centre of mass of a known payload: its place among the loaded recordings.
+    PayloadCenter(usize),
+}
+
+/// The columns of the unknowns that replace an assumption.
+#[derive(Clone, Debug)]
+struct Test {
+    assumption: Assumption,
+    columns: std::ops::Range<usize>,
+    /// The joint that the assumption is about.
+    joint: Option<usize>,
+    least: f64,
+}
+
+/// Returns the assumption whose replacement explains the residuals best, if there is one that they contradict.
+pub(crate) fn contradiction(
+    recordings: &[(&EffortRecording, Option<KnownPayload>)],
+    fitted: &Fitted,
+) -> Result<Option<Contradiction>, IdentifyError> {
+    let problem = problem(recordings, &fitted.model, fitted.prior.clone());
+    let tests = tests(recordings, fitted);
+    // Gravity, zeros, gains, and centres of mass.
+    let joints = fitted.model.layout.joints;
+    let count = TILTS + 2 * joints + 3 * problem.payload_scales.len();
+    let factor = fitted.precision().clone().cholesky();
+    let factor = factor.ok_or(IdentifyError::CalibrationFailed)?;
+    let sums = sums(&problem, fitted, count);
+    let information = &sums.information - &sums.coupling * factor.solve(&sums.coupling.transpose());
+    let mut worst: Option<(f64, Contradiction)> = None;
+    for test in &tests {
+        let Some((squares, found)) = test.contradiction(&sums, &information, recordings) else {
+            continue;
+        };
+        if worst.as_ref().is_none_or(|(most, _)| squares > *most) {
+            worst = Some((squares, found));
+        }
+    }
+    Ok(worst.map(|(_, found)| found))
+}
+
+/// Returns all tests: gravity, zeros of revolute joints, gains that are taken for exact, and known centres of mass.
+fn tests(recordings: &[(&EffortRecording, Option<KnownPayload>)], fitted: &Fitted) -> Vec<Test> {
+    let arm = &recordings[0].0.arm;
+    let joints = arm.joints.len();
+    let mut tests = vec![Test {
+        assumption: Assumption::Gravity,
+        columns: 0..TILTS,
+        joint: None,
+        least: LEAST_ANGLE_RAD,
+    }];
+    let revolute = (0..joints).filter(|&joint| arm.units[joint] == "N m");
+    tests.extend(revolute.map(|joint| Test {
+        assumption: Assumption::JointZero,
+        columns: TILTS + joint..TILTS + joint + 1,
+        joint: Some(joint),
+        least: LEAST_ANGLE_RAD,
+    }));
+    let gains = fitted.model.layout.range(Group::InverseGain);
+    let first = TILTS + joints;
+    if fitted.prior.scales[gains].contains(&0.0) {
+        tests.push(Test {
+            assumption: Assumption::Gains,
+            columns: first..first + joints,
+            joint: None,
+            least: LEAST_GAIN,
+        });
+    }
+    let held = recordings.iter().filter_map(|(_, held)| *held);
+    let known = held
+        .enumerate()
+        .filter(|(_, held)| held.center_of_mass.is_some());
+    tests.extend(known.map(|(payload, _)| Test {
+        assumption: Assumption::PayloadCenter(payload),
+        columns: first + joints + 3 * payload..first + joints + 3 * (payload + 1),
+        joint: None,
+        least: LEAST_CENTER_M,
+    }));
+    tests
+}
+
+/// Sums over all whitened rows.
+struct Sums {
+    /// Products of the columns of the tests with each other.
+    information: DMatrix<f64>,
+    /// Products of the columns of the tests with those of the fit.
+    coupling: DMatrix<f64>,
+    /// Products of the columns of the tests with the residuals of each joint.
+    scores: DMatrix<f64>,
+}
+
+fn sums(problem: &Problem<'_>, fitted: &Fitted, count: usize) -> Sums {
+    let joints = fitted.model.layout.joints;
+    let mut sums = Sums {
+        information: DMatrix::zeros(count, count),
+        coupling: DMatrix::zeros(count, problem.len()),
+        scores: DMatrix::zeros(count, joints),
+    };
+    for block in &problem.blocks {
+        for joint in 0..joints {
+            let mut rows = problem.rows(block, joint, &fitted.unknowns);
+            let mut columns = columns(block, joint, fitted, count);
+            let whitening = block.whitening(joint, &fitted.noise[joint]);
+            whitening.apply(&mut rows);
+            whitening.apply(&mut columns);
+            sums.information += columns.tr_mul(&columns);
+            let products = columns.tr_mul(&rows);
+            let indices = problem.indices(block, joint);
+            for (column, &index) in indices.iter().enumerate() {
+                let mut sum = sums.coupling.column_mut(index);
+                sum += products.column(column);
+            }
+            let mut sum = sums.scores.column_mut(joint);
+            sum += products.column(indices.len());
+        }
+    }
+    sums
+}
+
+/// Returns the derivatives of the modelled effort of a joint with respect to the unknowns of all tests.
+fn columns(block: &Block<'_>, joint: usize, fitted: &Fitted, count: usize) -> DMatrix<f64> {
+    let (model, at) = (&fitted.model, &fitted.unknowns);
+    let joints = model.layout.joints;
+    let payload = block.payload.map(|payload| &at.payloads[payload]);
+    let rows = model.rows(block.recording, joint, &block.windows, &at.arm, payload);
+    let inverse_gain = model.layout.index(Group::InverseGain, joint);
+    let indices = model.indices(block.recording, joint);
+    let place = indices.iter().position(|index| *index == inverse_gain);
+    let first = TILTS + joints;
+    let mut columns = DMatrix::zeros(block.windows.len(), count);
+    for (row, &window) in block.windows.iter().enumerate() {
+        let slopes = block.recording.columns(window, joint).slopes;
+        for (k, slope) in slopes.iter().enumerate() {
+            columns[(row, k)] = at.arm[inverse_gain] * slope;
+        }
+        if let Some(place) = place {
+            // The gain, whose change is opposite to that of its inverse.
+            columns[(row, first + joint)] = -at.arm[inverse_gain] * rows[(row, place)];
+        }
+        let (Some(payload), Some(held)) = (block.payload, payload) else {
+            continue;
+        };
+        let of_center = first + joints + 3 * payload;
+        for axis in 0..3 {
+            columns[(row, of_center + axis)] = held[0] * rows[(row, indices.len() + 1 + axis)];
+        }
+    }
+    columns
+}
+
+impl Test {
+    /// Returns what the residuals show in place of the assumption, and by how much that lowers the sum of squares; `None`
+    /// where they do not contradict it.
+    fn contradiction(
+        &self,
+        sums: &Sums,
+        information: &DMatrix<f64>,
+        recordings: &[(&EffortRecording, Option<KnownPayload>)],
+    ) -> Option<(f64, Contradiction)> {
+        let (first, count) = (self.columns.start, self.columns.len());
+        let all: DVector<f64> = sums.scores.column_sum();
+        let score = all.rows(first, count).into_owned();
+        let of_test = information
+            .view((first, first), (count, count))
+            .into_owned();
+        let is_determined =
+            |k: usize| of_test[(k, k)] > DETERMINED * sums.information[(first + k, first + k)];
+        if !(0..count).all(is_determined) {
+            return None;
+        }
+        let factor = of_test.cholesky()?;
+        let found = factor.solve(&score);
+        let squares = score.dot(&found);
+        let covariance = factor.inverse();
+        let (size, variance, largest) = match self.assumption {
+            Assumption::Gains => {
+                let largest = found.icamax();
+                (
+                    found[largest],
+                    covariance[(largest, largest)],
+                    Some(largest),
+                )
+            }
+            _ => {
+                let size = found.norm();
+                let direction = &found / size;
+                (size, direction.dot(&(&covariance * &direction)), self.joint)
+            }
+        };
+        let of_noise = CalibratedEstimate::DEGREES_OF_FREEDOM;
+        let is_contradicted = f_p(squares, count as f64, of_noise) < PROBABILITY
+            && (self.least..MOST).contains(&size.abs());
+        // The joint whose residuals gain most by the step.
+        let of_joints = sums.scores.rows(first, count).tr_mul(&found);
+        let joint = largest.unwrap_or_else(|| of_joints.imax());
+        is_contradicted.then(|| {
+            let signed = if count == 1 { found[0] } else { size };
+            let found = Contradiction {
+                assumption: self.assumption,
+                size: signed,
+                std_dev: WIDENING * variance.sqrt(),
+                joint: recordings[0].0.arm.joints[joint].clone(),
+            };
+            (squares, found)
+        })
+    }
+}

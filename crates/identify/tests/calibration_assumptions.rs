@@ -1,0 +1,136 @@
+//! Assumptions of a calibration that are wrong, and what its recordings show instead.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+#[path = "common/effort_arm.rs"]
+mod effort_arm;
+
+use effort_arm::{JOINTS, World, described, payload, recorded, uncertain_gains};
+use nalgebra::Vector3;
+use tactid_dynamics::MassProperties;
+use tactid_identify::calibration::{
+    Assumption, CalibrationSettings, Contradiction, EffortRecording, KnownPayload, calibrate,
+};
+
+/// What is wrong in the recordings or in what is known of them.
+#[derive(Clone, Copy, Default)]
+struct Wrong {
+    /// Added to the measured positions, rad.
+    zero: [f64; JOINTS],
+    /// Angle of the true gravity from the assumed one, rad.
+    tilt: f64,
+    /// Added to the known centre of mass, m; `None` where it is not known.
+    center: Option<[f64; 3]>,
+}
+
+fn record(
+    world: &mut World,
+    held: Option<&MassProperties>,
+    (wrong, settings): (Wrong, &CalibrationSettings),
+) -> EffortRecording {
+    let mut measured = world.measure(held, 20.0);
+    for [position, _, _] in &mut measured {
+        for (position, zero) in position.iter_mut().zip(wrong.zero) {
+            *position += zero;
+        }
+    }
+    recorded(&described(), &measured, settings)
+}
+
+/// Returns what contradicts the assumptions of a calibration of an arm with gains that are not known.
+fn contradiction(seed: u64, wrong: Wrong) -> Option<Contradiction> {
+    let mut world = World::new(seed);
+    let (sin, cos) = wrong.tilt.sin_cos();
+    let settings = CalibrationSettings {
+        gravity: Some(9.81 * Vector3::new(sin, 0.0, -cos)),
+        ..uncertain_gains()
+    };
+    let weight = payload(4.0, &mut world);
+    let unloaded = record(&mut world, None, (wrong, &settings));
+    let loaded = record(&mut world, Some(&weight), (wrong, &settings));
+    let known = KnownPayload {
+        center_of_mass: wrong
+            .center
+            .map(|error| weight.center_of_mass + Vector3::from(error)),
+        ..KnownPayload::of_mass(4.0, 0.0)
+    };
+    let given = [(unloaded, None), (loaded, Some(known))];
+    calibrate(&given, &settings).unwrap().contradiction
+}
+
+/// Returns what contradicts a calibration that must contradict something, with its size.
+fn contradicted(seed: u64, wrong: Wrong) -> (Assumption, f64) {
+    let found = contradiction(seed, wrong).unwrap();
+    assert!(found.size.abs() > 5.0 * found.std_dev, "{found:?}");
+    (found.assumption, found.size)
+}
+
+/// Where nothing is wrong, nothing is found.
+#[test]
+fn assumptions_that_are_right() {
+    for seed in [80, 81] {
+        let known_center = Wrong {
+            center: Some([0.0; 3]),
+            ..Wrong::default()
+        };
+        assert_eq!(contradiction(seed, known_center), None);
+        assert_eq!(contradiction(seed, Wrong::default()), None);
+    }
+}
+
+/// Gravity that is tilted by 4 degrees is found. Links and gains that the fit has bent to explain it leave its size uncertain.
+#[test]
+fn gravity_that_is_tilted() {
+    for seed in [80, 81] {
+        let tilted = Wrong {
+            tilt: 0.07,
+            ..Wrong::default()
+        };
+        let (assumption, angle) = contradicted(seed, tilted);
+        assert_eq!(assumption, Assumption::Gravity);
+        assert!((0.04..0.1).contains(&angle), "{angle}");
+    }
+}
+
+/// A centre of mass that is off by 5 cm is found.
+#[test]
+fn a_center_of_mass_that_is_wrong() {
+    for seed in [81, 82] {
+        let center = Wrong {
+            center: Some([0.05, 0.0, 0.0]),
+            ..Wrong::default()
+        };
+        let (assumption, distance) = contradicted(seed, center);
+        assert_eq!(assumption, Assumption::PayloadCenter(0));
+        assert!((0.03..0.07).contains(&distance), "{distance}");
+    }
+}
+
+/// The zero of a joint that is off by 3 degrees shows in the place of a known weight, but for that of a vertical axis, which
+/// changes no torque.
+#[test]
+fn zeros_of_joints_that_are_off() {
+    let contradicted = [0, 1, 2, 3].map(|joint| {
+        let mut zero = [0.0; JOINTS];
+        zero[joint] = 0.05;
+        let wrong = Wrong {
+            zero,
+            center: Some([0.0; 3]),
+            ..Wrong::default()
+        };
+        contradiction(80, wrong).is_some()
+    });
+    assert_eq!(contradicted, [false, true, true, true]);
+}
+
+/// Gains that are off, and that a calibration takes for exact, are found where links do not explain them as well.
+#[test]
+fn gains_that_are_taken_for_exact() {
+    let mut world = World::new(84);
+    let settings = CalibrationSettings::default();
+    let unloaded = record(&mut world, None, (Wrong::default(), &settings));
+    let found = calibrate(&[(unloaded, None)], &settings).unwrap();
+    let found = found.contradiction.unwrap();
+    assert_eq!(found.assumption, Assumption::Gains);
+    assert!(found.size.abs() > 0.05, "{found:?}");
+}
