@@ -35,6 +35,7 @@ fn gains_and_payloads_of_arms_that_are_not_as_described() {
         let CalibrationResult {
             calibration,
             report,
+            ..
         } = calibrated(&mut world, 30.0);
         assert_eq!(report.shortages, []);
         assert!((report.payloads[0].mass() - 2.805).abs() < 0.003);
@@ -276,6 +277,7 @@ fn the_delay_of_the_efforts_is_found() {
         let CalibrationResult {
             calibration,
             report,
+            ..
         } = calibrated(&mut world, 30.0);
         let error = report.delay.delay_s - delay_s;
         assert!(report.delay.std_dev_s < 1e-3, "{:?}", report.delay);

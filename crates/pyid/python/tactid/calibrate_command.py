@@ -117,11 +117,7 @@ def calibrate_arm(
             payload_com=centers or None,
             payload_inertia=inertias or None,
             hold_out=hold_out or [],
-            gain_std_dev=(
-                None
-                if gain_std_dev is None
-                else option_text.std_dev_of_gains("--gain-std-dev", gain_std_dev)
-            ),
+            gain_std_dev=option_text.std_dev_of_gains("--gain-std-dev", gain_std_dev),
             options=read_options(dict.fromkeys(option_names()) | options),
             progress=done,
         )

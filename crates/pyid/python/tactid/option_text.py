@@ -87,8 +87,10 @@ def fractions(flag: str, text: str) -> list[float]:
     return found
 
 
-def std_dev_of_gains(flag: str, text: str) -> float:
-    """Reads one percentage with its sign as a fraction of one; 0 needs no sign."""
+def std_dev_of_gains(flag: str, text: str | None) -> float | None:
+    """Reads one percentage with its sign as a fraction of one; 0 needs no sign, None stays."""
+    if text is None:
+        return None
     if text.strip() == "0":
         return 0.0
     each = fractions(flag, text)
