@@ -15,7 +15,7 @@ const LONGEST: usize = 64;
 ///
 /// assert_eq!(list_similar("tool", ["base", "tool0"]), "base, tool0");
 /// let links: Vec<String> = (0..1000).map(|index| format!("link_{index}")).collect();
-/// let listed = list_similar("link42", links.iter().map(String::as_str));
+/// let listed = list_similar("link_042", links.iter().map(String::as_str));
 /// assert!(listed.starts_with("link_42, ") && listed.ends_with(" and 992 more"), "{listed}");
 /// ```
 #[must_use]
