@@ -189,7 +189,9 @@ def test_contradictions_are_sentences() -> None:
         "gravity_tilted": "gravity tilted by 2 ± 0.39 degrees. ",
         "joint_zero_off": "positions of elbow that are larger by 2 ± 0.39 degrees. ",
         "gain_contradicted": "other gains, most at elbow (+3.5 ± 0.69 %). ",
-        "payload_com_contradicted": "payload of loaded recording 2 35 ± 6.9 mm from the given one. ",
+        "payload_com_contradicted": (
+            "payload of loaded recording 2 35 ± 6.9 mm from the given one. "
+        ),
     }
     assert set(cases) == set(CONTRADICTION_KINDS)
     for kind, part in cases.items():
