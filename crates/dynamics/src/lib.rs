@@ -74,7 +74,7 @@ pub use inertia::{
     InertialParameters, MassProperties, PARAMETER_NAMES, symmetric_entries, symmetric_matrix,
 };
 pub use manipulator::{BaseKind, FrameId, JointKind, Manipulator};
-pub use momentum::{BaseAcceleration, Momentum, base_acceleration, momentum};
+pub use momentum::{BaseAcceleration, Momentum, base_acceleration, free_base_motion, momentum};
 pub use rows::{
     Rows, inertia_regressor, inertia_rows, mass_rows, omega_matrix, tactile_mass_rows,
     wrench_regressor,
