@@ -1,9 +1,9 @@
 //! Momentum of the whole robot, and the motion of the base that follows from its conservation.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use crate::vector::Vec3;
-use crate::workspace::{JointMotion, Workspace, inverse_dynamics};
+use crate::workspace::{JointMotion, Workspace, inverse_dynamics, motion};
 use crate::{FrameMotion, InertialParameters, StateError, Wrench};
 
 /// Momentum of a robot, expressed in the inertial frame.
@@ -21,6 +21,19 @@ pub struct Momentum {
 #[must_use]
 pub fn momentum(workspace: &Workspace) -> Momentum {
     let base = &workspace.states[0];
+    let on_base = momentum_about_base(workspace);
+    let linear = Vector3::from(&base.rotation * Vec3::from(&on_base.force));
+    let angular = Vector3::from(&base.rotation * Vec3::from(&on_base.moment));
+    Momentum {
+        linear,
+        angular: angular + Vector3::from(base.translation).cross(&linear),
+    }
+}
+
+/// Returns the linear and the angular momentum of the robot, in the places of force and moment, in the frame of the base and
+/// about its origin.
+fn momentum_about_base(workspace: &Workspace) -> Wrench {
+    let base = &workspace.states[0];
     let base_velocity = base.rotation.tr_mul((&workspace.base_velocity).into());
     let of_bodies = workspace.placed_bodies().map(|(body, state, moving)| {
         let placement = moving.placement;
@@ -31,13 +44,30 @@ pub fn momentum(workspace: &Workspace) -> Momentum {
             moment: angular.into(),
         })
     });
-    let on_base = of_bodies.fold(Wrench::zero(), |sum, one| sum + one);
-    let linear = Vector3::from(&base.rotation * Vec3::from(&on_base.force));
-    let angular = Vector3::from(&base.rotation * Vec3::from(&on_base.moment));
-    Momentum {
-        linear,
-        angular: angular + Vector3::from(base.translation).cross(&linear),
-    }
+    of_bodies.fold(Wrench::zero(), |sum, one| sum + one)
+}
+
+/// Computes the motion of a free-floating base for a motion of its joints if the robot started at rest and nothing acts from
+/// outside: the velocity for which the momentum vanishes, and the acceleration for which the wrench on the base does. Of
+/// `base` only the pose counts.
+///
+/// The workspace then holds the resulting motion and its forces. The cost is three passes for the motion, two for the
+/// forces and the solution of two 3x3 systems. Nothing is allocated.
+///
+/// # Errors
+/// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint.
+pub fn free_base_motion(
+    workspace: &mut Workspace,
+    pose: &Isometry3<f64>,
+    joints: JointMotion<'_>,
+) -> Result<FrameMotion, StateError> {
+    let mut base = FrameMotion::at_rest(*pose);
+    motion(workspace, &base, joints)?;
+    let twist = twist_that_cancels(workspace, &momentum_about_base(workspace));
+    (base.velocity, base.angular_velocity) = twist;
+    let acceleration = base_acceleration(workspace, &base, joints)?;
+    (base.acceleration, base.angular_acceleration) = (acceleration.linear, acceleration.angular);
+    Ok(base)
 }
 
 /// Acceleration of the base, expressed in the inertial frame.
@@ -69,17 +99,23 @@ pub fn base_acceleration(
     };
     let zero_gravity = Vector3::zeros();
     inverse_dynamics(workspace, &base, joints, &zero_gravity)?;
-    let acceleration = acceleration_that_cancels(workspace);
-    (base.acceleration, base.angular_acceleration) = (acceleration.linear, acceleration.angular);
+    let of_base = &workspace.states[0];
+    let on_base = Wrench {
+        force: of_base.force.into(),
+        moment: of_base.moment.into(),
+    };
+    let (linear, angular) = twist_that_cancels(workspace, &on_base);
+    (base.acceleration, base.angular_acceleration) = (linear, angular);
     inverse_dynamics(workspace, &base, joints, &zero_gravity)?;
-    Ok(acceleration)
+    Ok(BaseAcceleration { linear, angular })
 }
 
-/// Solves the Newton-Euler equations of the robot with locked joints about its centre of mass, for the base
-/// acceleration that makes the present wrench on the base zero.
-fn acceleration_that_cancels(workspace: &Workspace) -> BaseAcceleration {
+/// Returns the linear and the angular acceleration of the robot with locked joints, in the inertial frame, that take a
+/// wrench away: that of the base, in its frame and about its origin, becomes zero. With momenta for force and moment, they
+/// are velocities.
+fn twist_that_cancels(workspace: &Workspace, on_base: &Wrench) -> (Vector3<f64>, Vector3<f64>) {
     let base = &workspace.states[0];
-    let (force, moment) = (Vector3::from(base.force), Vector3::from(base.moment));
+    let (force, moment) = (on_base.force, on_base.moment);
     let bodies = workspace.placed_bodies();
     let whole: InertialParameters = bodies
         .map(|(body, _, at)| at.placement.parameters_of(body))
@@ -95,8 +131,5 @@ fn acceleration_that_cancels(workspace: &Workspace) -> BaseAcceleration {
     });
     let linear = -force / mass - angular.cross(&c);
     let in_world = |vector: Vector3<f64>| Vector3::from(&base.rotation * Vec3::from(&vector));
-    BaseAcceleration {
-        linear: in_world(linear),
-        angular: in_world(angular),
-    }
+    (in_world(linear), in_world(angular))
 }

@@ -7,7 +7,8 @@ mod common;
 use common::{RandomTree, State, assert_close, derivative, rng, robots, six, vector};
 use nalgebra::{Isometry3, Vector3, Vector6};
 use tactid_dynamics::{
-    BaseKind, Manipulator, Momentum, Workspace, Wrench, base_acceleration, forces, momentum,
+    BaseKind, Manipulator, Momentum, Workspace, Wrench, base_acceleration, forces,
+    free_base_motion, momentum,
 };
 
 fn loaded(robot: &Manipulator, state: &State, gravity: &Vector3<f64>) -> Workspace {
@@ -195,6 +196,26 @@ fn base_acceleration_conserves_momentum() {
             rate.norm() < 1e-8 * (1.0 + needed),
             "momentum changes by {rate}"
         );
+    }
+}
+
+/// The motion of a base that started at rest makes the momentum vanish now and at all times: neither the momentum nor its
+/// rate remains, wherever the base is.
+#[test]
+fn free_base_motion_has_no_momentum() {
+    let rng = &mut rng(9);
+    for robot in robots() {
+        let mut state = State::random(rng, robot.dof());
+        let mut workspace = Workspace::new(&robot);
+        let pose = state.base.pose;
+        let found = free_base_motion(&mut workspace, &pose, state.joints()).unwrap();
+        let moving = stacked(momentum(&state.moved(&robot))).norm();
+        assert!(moving > 1e-3, "{moving}");
+        assert!(stacked(momentum(&workspace)).norm() < 1e-12 * moving);
+        assert_eq!(found.pose, pose);
+        state.base = found;
+        let rate = derivative(|t| stacked(momentum(&state.at(t).moved(&robot))));
+        assert!(rate.norm() < 1e-7, "momentum changes by {rate}");
     }
 }
 

@@ -96,8 +96,8 @@ pub use combine::{
     ValueDifference, combine,
 };
 pub use equations::{
-    BaseState, Channel, Channels, EquationSettings, EquationStream, PushOutcome, Sample,
-    states_of_poses,
+    BaseState, Channel, Channels, EquationSettings, EquationStream, MotionRows, PushOutcome,
+    Sample, states_of_poses,
 };
 pub use error::{IdentifyError, three_digits};
 pub use finding::{Disagreement, Finding, NoEquations, UnexplainedLoad};
@@ -105,5 +105,10 @@ pub use fit::Delay;
 pub use method::Method;
 pub use online::Identifier;
 pub use paper::{PaperFilter, PaperSettings, SingularValues};
-pub use result::{HistoryPoint, Observability, PayloadEstimate, VALUE_NAMES, WrenchOffset};
-pub use solve::{BoundingBox, HALF_WIDTH_95, KnownMass, PrincipalMoments};
+pub use result::{
+    HistoryPoint, Observability, PayloadEstimate, VALUE_NAMES, WrenchOffset,
+    values as values_of_body,
+};
+pub use solve::{
+    BoundingBox, HALF_WIDTH_95, KnownMass, PrincipalMoments, largest_of_kind, value_jacobian,
+};

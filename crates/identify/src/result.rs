@@ -184,7 +184,8 @@ impl HistoryPoint {
 }
 
 /// Returns the ten values of a body, in the order of [`VALUE_NAMES`].
-pub(crate) fn values(body: &MassProperties) -> [f64; 10] {
+#[must_use]
+pub fn values(body: &MassProperties) -> [f64; 10] {
     let a = &body.center_of_mass;
     let [xx, xy, xz, yy, yz, zz] = symmetric_entries(&body.inertia);
     [body.mass_kg, a.x, a.y, a.z, xx, xy, xz, yy, yz, zz]

@@ -47,6 +47,7 @@ pub struct CollisionBox {
 /// </robot>"#)?;
 /// assert_eq!(urdf.root_link(), "base");
 /// assert_eq!(urdf.joint_limits("hinge"), Some((-1.0, 2.0)));
+/// assert_eq!((urdf.velocity_limit("hinge"), urdf.effort_limit("hinge")), (Some(1.0), Some(10.0)));
 /// assert_eq!(urdf.manipulator(BaseKind::Fixed)?.mass(), 2.0);
 /// # Ok::<(), tactid_dynamics::ModelError>(())
 /// ```
@@ -180,6 +181,28 @@ impl Urdf {
     #[must_use]
     pub fn joint_limits(&self, joint: &str) -> Option<(f64, f64)> {
         self.tree().ok()?.joints.get(joint)?.position_limits()
+    }
+
+    /// Returns the largest speed of a joint, rad/s or m/s, or `None` for a joint that is unknown or for which the file
+    /// has no positive finite number.
+    #[must_use]
+    pub fn velocity_limit(&self, joint: &str) -> Option<f64> {
+        self.tree()
+            .ok()?
+            .joints
+            .get(joint)?
+            .positive_limit("velocity")
+    }
+
+    /// Returns the largest effort of a joint, N m or N, or `None` for a joint that is unknown or for which the file has no
+    /// positive finite number.
+    #[must_use]
+    pub fn effort_limit(&self, joint: &str) -> Option<f64> {
+        self.tree()
+            .ok()?
+            .joints
+            .get(joint)?
+            .positive_limit("effort")
     }
 
     /// Returns the names of the joints that mimic another joint, in the order of the file.

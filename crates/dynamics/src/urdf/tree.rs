@@ -58,6 +58,13 @@ impl JointElement<'_> {
         let is_limited = ["revolute", "prismatic"].contains(&kind.as_str());
         (is_limited && lower < upper).then_some((lower, upper))
     }
+
+    /// Returns the number `name` of the joint's `<limit>`, such as `velocity`, or `None` where it is missing, no finite
+    /// number, or not positive.
+    pub(super) fn positive_limit(&self, name: &'static str) -> Option<f64> {
+        let limit = number(self.element.child("limit")?, name).ok()?;
+        limit.filter(|&limit| limit > 0.0)
+    }
 }
 
 /// Links and joints of a URDF by name, each with at most one joint above it.

@@ -100,6 +100,11 @@ impl Model {
         used.map(Finding::Model)
     }
 
+    /// The robot.
+    pub(crate) fn robot(&self) -> &Manipulator {
+        &self.robot
+    }
+
     /// Number of rows.
     pub(crate) fn row_count(&self) -> usize {
         self.row_count
@@ -196,8 +201,8 @@ impl Model {
         (equation.time_s, equation.instants) = (window.time_s, window.instants);
     }
 
-    /// Sets rows from their entries.
-    fn set_rows(&self, mut rows: &mut [Row], entries: &[f64]) {
+    /// Sets rows from the entries of an instant, or from means of entries.
+    pub(crate) fn set_rows(&self, mut rows: &mut [Row], entries: &[f64]) {
         let (targets, mut entries) = entries.split_at(self.row_count);
         for (row, target) in rows.iter_mut().zip(targets) {
             row.target = *target;

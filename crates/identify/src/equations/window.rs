@@ -40,11 +40,14 @@ pub fn stride_s(cutoff_hz: f64) -> f64 {
 }
 
 /// Variance of the mean of white noise over a window, times the number of instants in it.
-pub(crate) const NOISE_BANDWIDTH: f64 = 35.0 / 18.0;
+pub const NOISE_BANDWIDTH: f64 = 35.0 / 18.0;
 
 /// Sum over all lags of the correlation between the means of white noise in overlapping windows. The variance
 /// of an estimate from all windows is larger by this factor than if they were independent.
 pub(crate) const NOISE_CORRELATION: f64 = 54.0 / 35.0;
+
+/// Correlation between the means of white noise in windows that begin one and two strides apart.
+pub const NOISE_CORRELATIONS: [f64; 2] = [0.269_558_810_573_74, 0.001_869_760_854_83];
 
 /// Sum over all lags of the squares of the correlations of [`NOISE_CORRELATION`]. The variance of a mean
 /// product of two channels' noise, and so of an estimated correlation, is larger by this factor.
@@ -416,6 +419,9 @@ mod tests {
                 / mean.len() as f64
         };
         let [first, second] = [1, 2].map(|lag| product(lag) / product(0));
+        for (found, exact) in [first, second].iter().zip(NOISE_CORRELATIONS) {
+            assert!((found - exact).abs() < 0.015, "{found}");
+        }
         let bandwidth = product(0) * 12.0 * 100.0; // uniform noise, 100 instants a window
         assert!((bandwidth - NOISE_BANDWIDTH).abs() < 0.05, "{bandwidth}");
         let sum = 1.0 + 2.0 * (first + second);

@@ -22,9 +22,10 @@ pub(crate) fn values_of(parameters: &Vector) -> Option<[f64; 10]> {
 /// The entries of a symmetric matrix, in the order of the ten values.
 const ENTRIES: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
 
-/// Returns the derivatives of the ten values with respect to the linear parameters, a row for each value;
-/// `None` for a mass of zero.
-pub(crate) fn jacobian(parameters: &Vector) -> Option<Matrix> {
+/// Returns the derivatives of the ten values of [`VALUE_NAMES`](crate::VALUE_NAMES) with respect to the linear parameters,
+/// a row for each value; `None` for a mass of zero.
+#[must_use]
+pub fn jacobian(parameters: &Vector) -> Option<Matrix> {
     let mass = parameters[0];
     if mass == 0.0 {
         return None;
@@ -200,7 +201,8 @@ pub(crate) fn observability(
 
 /// Returns for each value the largest magnitude of its kind (mass, centre of mass, inertia), to which its
 /// interval is compared. Many values are zero by symmetry, so that a relative error would be meaningless.
-pub(crate) fn largest_of_kind(values: &[f64; 10]) -> [f64; 10] {
+#[must_use]
+pub fn largest_of_kind(values: &[f64; 10]) -> [f64; 10] {
     let mut largest = [0.0; 10];
     for kind in KINDS {
         let of_kind = values[kind.clone()].iter();

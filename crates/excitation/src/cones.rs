@@ -1,0 +1,251 @@
+//! Limits that depend on the robot's dynamics, as second-order cones of the outputs along a motion.
+
+use crate::grip::Grip;
+use crate::limits::Limit;
+use crate::plant::Layout;
+use crate::problem::Problem;
+use crate::samples::{Sampler, Samples};
+
+/// Fraction of the largest change within the trust region that a limit is kept for. The whole change needs all variables to
+/// move by the radius, each in the worst direction, and what a step exceeds nevertheless shows when it is evaluated.
+pub(crate) const REACH: f64 = 0.4;
+
+/// Names of the entries of a wrench.
+const WRENCH_ENTRIES: [&str; 6] = [
+    "force x", "force y", "force z", "moment x", "moment y", "moment z",
+];
+
+/// An affine function of the outputs of one sample.
+#[derive(Clone, Debug)]
+pub(crate) struct Form {
+    constant: f64,
+    /// Places of outputs with their factors.
+    terms: Vec<(usize, f64)>,
+}
+
+impl Form {
+    fn constant(constant: f64) -> Self {
+        Self {
+            constant,
+            terms: Vec::new(),
+        }
+    }
+
+    fn output(place: usize, factor: f64) -> Self {
+        Self {
+            constant: 0.0,
+            terms: vec![(place, factor)],
+        }
+    }
+
+    fn at(&self, outputs: &[f64]) -> f64 {
+        let terms = self.terms.iter();
+        self.constant + terms.map(|(place, f)| f * outputs[*place]).sum::<f64>()
+    }
+}
+
+/// A limit that holds where the norm of the tail is at most the head. Both are dimensionless: the head is one in rest.
+#[derive(Clone, Debug)]
+pub(crate) struct Cone {
+    pub(crate) limit: Limit,
+    /// Index of the payload for which it must hold.
+    pub(crate) payload: usize,
+    head: Form,
+    tail: Vec<Form>,
+    /// Whether the tail is integrated over the time since the beginning: velocities then become excursions.
+    is_integral: bool,
+    /// What is subtracted from the head, so that the limit holds between the samples, too.
+    pub(crate) tightening: f64,
+}
+
+/// Values of a cone at one sample.
+#[derive(Clone, Debug)]
+pub(crate) struct ConeValue {
+    pub(crate) head: f64,
+    pub(crate) tail: Vec<f64>,
+}
+
+impl ConeValue {
+    fn norm(&self) -> f64 {
+        self.tail.iter().map(|x| x * x).sum::<f64>().sqrt()
+    }
+
+    /// What is left of the limit: negative where it is exceeded.
+    pub(crate) fn slack(&self) -> f64 {
+        self.head - self.norm()
+    }
+
+    /// Returns the fraction of the limit that is used.
+    pub(crate) fn used(&self) -> f64 {
+        if self.head > 0.0 {
+            self.norm() / self.head
+        } else {
+            f64::INFINITY
+        }
+    }
+}
+
+/// Values of a cone at one sample with their gradients.
+#[derive(Clone, Debug)]
+pub(crate) struct LinearCone {
+    pub(crate) sample: usize,
+    pub(crate) value: ConeValue,
+    pub(crate) head: Vec<f64>,
+    pub(crate) tail: Vec<Vec<f64>>,
+}
+
+/// Returns the cones of a problem, for joints that move.
+pub(crate) fn cones(problem: &Problem, layout: &Layout, joints: &[usize]) -> Vec<Cone> {
+    let cone = |payload, limit, head, tail| Cone {
+        limit,
+        payload,
+        head,
+        tail,
+        is_integral: false,
+        tightening: 0.0,
+    };
+    let mut cones = Vec::new();
+    for payload in 0..problem.payloads.len() {
+        for &joint in joints {
+            let limit = problem.limits[joint].effort;
+            if limit.is_finite() {
+                let effort = Form::output(layout.effort(payload, joint), limit.recip());
+                let name = problem.robot.joint_names()[joint].clone();
+                cones.push(cone(
+                    payload,
+                    Limit::Effort(name),
+                    Form::constant(1.0),
+                    vec![effort],
+                ));
+            }
+        }
+        for (entry, limit) in problem.wrench.iter().flatten().enumerate() {
+            let of_entry = Form::output(layout.wrench(payload, entry), limit.recip());
+            let name = Limit::Wrench(WRENCH_ENTRIES[entry]);
+            cones.push(cone(payload, name, Form::constant(1.0), vec![of_entry]));
+        }
+        for (pad, grip) in problem.grip.iter().flat_map(|grip| [(0, grip), (1, grip)]) {
+            let (head, tail) = of_pad(grip, pad, payload, layout);
+            cones.push(cone(payload, Limit::Grip(pad), head, tail));
+        }
+        let bounds = [
+            (Limit::BaseAttitude, problem.base.attitude_rad, 0),
+            (Limit::BasePosition, problem.base.position_m, 3),
+        ];
+        for (limit, bound, first) in bounds {
+            let Some(bound) = bound else { continue };
+            let entry = |k: usize| Form::output(layout.twist(payload, first + k), bound.recip());
+            cones.push(Cone {
+                is_integral: true,
+                ..cone(
+                    payload,
+                    limit,
+                    Form::constant(1.0),
+                    (0..3).map(entry).collect(),
+                )
+            });
+        }
+    }
+    cones
+}
+
+/// Returns head and tail of the friction of a pad.
+fn of_pad(grip: &Grip, pad: usize, payload: usize, layout: &Layout) -> (Form, Vec<Form>) {
+    let load = grip.pad(pad);
+    let form = |constant, row: &nalgebra::RowVector6<f64>| Form {
+        constant,
+        terms: row
+            .iter()
+            .enumerate()
+            .filter(|(_, factor)| **factor != 0.0)
+            .map(|(entry, factor)| (layout.wrench(payload, entry), *factor))
+            .collect(),
+    };
+    let tail = load.tail.iter().map(|row| form(0.0, row));
+    (form(1.0, &load.head), tail.collect())
+}
+
+impl Cone {
+    /// Returns the cone of the limit itself.
+    pub(crate) fn untightened(&self) -> Self {
+        Self {
+            tightening: 0.0,
+            ..self.clone()
+        }
+    }
+
+    /// Returns the values at all samples, `step_s` apart.
+    pub(crate) fn values(&self, samples: &Samples, step_s: f64) -> Vec<ConeValue> {
+        let mut sums = vec![0.0; self.tail.len()];
+        let mut before = vec![0.0; self.tail.len()];
+        let value = |sample| {
+            let outputs = samples.at(sample);
+            let mut tail: Vec<f64> = self.tail.iter().map(|form| form.at(outputs)).collect();
+            if self.is_integral {
+                for ((entry, sum), before) in tail.iter_mut().zip(&mut sums).zip(&mut before) {
+                    if sample > 0 {
+                        *sum += 0.5 * step_s * (*before + *entry);
+                    }
+                    *before = *entry;
+                    *entry = *sum;
+                }
+            }
+            ConeValue {
+                head: self.head.at(outputs) - self.tightening,
+                tail,
+            }
+        };
+        (0..samples.count()).map(value).collect()
+    }
+
+    /// Returns the values with their gradients at the samples where the limit could be exceeded within the trust region:
+    /// where the variables, in units of `scales`, change by at most `radius`.
+    pub(crate) fn linearised(
+        &self,
+        sampler: &Sampler,
+        samples: &Samples,
+        scales: &[f64],
+        radius: f64,
+    ) -> Vec<LinearCone> {
+        let count = sampler.variables.count();
+        let step_s = sampler.grid.step_s;
+        let mut sums = vec![vec![0.0; count]; self.tail.len()];
+        let mut reachable = Vec::new();
+        for (sample, value) in self.values(samples, step_s).into_iter().enumerate() {
+            let gradient = |form: &Form, factor: f64, sum: &mut Vec<f64>, at: usize| {
+                let scaled: Vec<(usize, f64)> =
+                    form.terms.iter().map(|(p, f)| (*p, f * factor)).collect();
+                sampler.add_gradient(samples, at, &scaled, sum);
+            };
+            let mut head = vec![0.0; count];
+            gradient(&self.head, 1.0, &mut head, sample);
+            let mut tail = vec![vec![0.0; count]; self.tail.len()];
+            for ((form, sum), own) in self.tail.iter().zip(&mut sums).zip(&mut tail) {
+                if !self.is_integral {
+                    gradient(form, 1.0, own, sample);
+                    continue;
+                }
+                if sample > 0 {
+                    gradient(form, 0.5 * step_s, sum, sample - 1);
+                    gradient(form, 0.5 * step_s, sum, sample);
+                }
+                own.copy_from_slice(sum);
+            }
+            for row in tail.iter_mut().chain([&mut head]) {
+                for (entry, scale) in row.iter_mut().zip(scales) {
+                    *entry *= scale;
+                }
+            }
+            let change: f64 = tail.iter().chain([&head]).flatten().map(|x| x.abs()).sum();
+            if value.slack() < REACH * radius * change {
+                reachable.push(LinearCone {
+                    sample,
+                    value,
+                    head,
+                    tail,
+                });
+            }
+        }
+        reachable
+    }
+}

@@ -1,0 +1,233 @@
+//! Limits of a motion at closely spaced times, and where a free-floating base goes.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::ExcitationError;
+use crate::cones::{Cone, cones};
+use crate::joint_limits::JointLimits;
+use crate::limits::{Limit, Margin};
+use crate::motion::{JointStates, Motion};
+use crate::plant::{Layout, Plant};
+use crate::problem::Problem;
+use crate::samples::Samples;
+
+/// Time between two samples at which limits are checked, s.
+const STEP_S: f64 = 0.01;
+
+/// Fewest samples of a short motion.
+const FEWEST: f64 = 500.0;
+
+/// Fraction of a limit from which on it binds.
+const BINDING: f64 = 0.98;
+
+/// Largest motion of a free-floating base from where it starts, with the first payload of a problem. A fixed base has none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Excursion {
+    /// Largest angle by which the base is turned, rad.
+    pub attitude_rad: f64,
+    /// Largest distance of the base frame's origin from where it starts, m.
+    pub position_m: f64,
+}
+
+/// A motion at closely spaced times.
+pub(crate) struct Dense {
+    step_s: f64,
+    states: Vec<JointStates>,
+    samples: Samples,
+    /// For each payload, angle and distance of the base at each time, rad and m.
+    paths: Vec<Vec<[f64; 2]>>,
+}
+
+/// Largest use of one limit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Use {
+    pub(crate) used: f64,
+    /// What is left of the limit at least: negative where it is exceeded.
+    pub(crate) slack: f64,
+    time_s: f64,
+}
+
+impl Dense {
+    /// Computes a motion at times so close that nothing happens between them.
+    pub(crate) fn new(plant: &mut Plant, motion: &dyn Motion) -> Result<Self, ExcitationError> {
+        let duration_s = motion.duration_s();
+        let steps = (duration_s / STEP_S).max(FEWEST).ceil();
+        let step_s = duration_s / steps;
+        let layout = plant.layout();
+        let times = (0..=steps as usize).map(|k| k as f64 * step_s);
+        let states: Vec<JointStates> = times.map(|time_s| motion.at(time_s)).collect();
+        let outputs = layout.count();
+        let mut samples = Samples::of_values(outputs, vec![0.0; states.len() * outputs]);
+        for (states, values) in states.iter().zip(samples.values.chunks_exact_mut(outputs)) {
+            plant.evaluate(states, values)?;
+        }
+        Ok(Self {
+            step_s,
+            paths: paths(&layout, &samples, step_s),
+            states,
+            samples,
+        })
+    }
+
+    /// Returns how much of a cone is used, without its tightening. The base is moved by its true rotation.
+    pub(crate) fn used(&self, cone: &Cone, problem: &Problem) -> Use {
+        let bounds = [problem.base.attitude_rad, problem.base.position_m];
+        let of_base = match cone.limit {
+            Limit::BaseAttitude => bounds[0].map(|bound| (0, bound)),
+            Limit::BasePosition => bounds[1].map(|bound| (1, bound)),
+            _ => None,
+        };
+        if let Some((entry, bound)) = of_base {
+            let path = &self.paths[cone.payload];
+            let used = path.iter().map(|at| at[entry] / bound);
+            return self.largest(used.map(|used| (used, 1.0 - used)));
+        }
+        let values = cone
+            .untightened()
+            .values(&self.samples, self.step_s)
+            .into_iter();
+        self.largest(values.map(|value| (value.used(), value.slack())))
+    }
+
+    /// Returns the largest use, given use and slack at each time. Between samples both follow the parabola through three of
+    /// them.
+    fn largest(&self, uses: impl Iterator<Item = (f64, f64)>) -> Use {
+        let (used, slack): (Vec<f64>, Vec<f64>) = uses.map(|(used, slack)| (used, -slack)).unzip();
+        let (place, used) = peak(&used);
+        Use {
+            used,
+            slack: -peak(&slack).1,
+            time_s: place as f64 * self.step_s,
+        }
+    }
+
+    /// Returns the margins to all limits of a problem, for joints that move.
+    pub(crate) fn margins(
+        &self,
+        problem: &Problem,
+        cones: &[Cone],
+        joints: &[usize],
+    ) -> Vec<Margin> {
+        let mut margins: Vec<Margin> = Vec::new();
+        for &joint in joints {
+            let name = &problem.robot.joint_names()[joint];
+            let limits = &problem.limits[joint];
+            for (limit, use_of) in of_joint(name, limits) {
+                let uses = self.states.iter().map(|states| use_of(states, joint));
+                let worst = self.largest(uses.map(|used| (used, 1.0 - used)));
+                margins.push(margin(limit, worst));
+            }
+        }
+        for cone in cones {
+            let new = margin(cone.limit.clone(), self.used(cone, problem));
+            match margins.iter_mut().find(|margin| margin.limit == new.limit) {
+                Some(margin) if margin.used >= new.used => {}
+                Some(margin) => *margin = new,
+                None => margins.push(new),
+            }
+        }
+        margins
+    }
+
+    /// Returns the largest motion of the base with the first payload.
+    pub(crate) fn excursion(&self) -> Excursion {
+        let path = self.paths.first().into_iter().flatten();
+        path.fold(Excursion::default(), |largest, [angle, distance]| {
+            Excursion {
+                attitude_rad: largest.attitude_rad.max(*angle),
+                position_m: largest.position_m.max(*distance),
+            }
+        })
+    }
+}
+
+/// Returns the largest value and the index of the sample next to it.
+fn peak(values: &[f64]) -> (usize, f64) {
+    let of_sample = |(k, &value): (usize, &f64)| {
+        let around = k.checked_sub(1).map(|before| &values[before..]);
+        let bulge = match around {
+            Some([before, middle, after, ..]) if middle >= before && middle >= after => {
+                let curvature = 2.0 * middle - before - after;
+                (after - before).powi(2) / (8.0 * curvature).max(f64::MIN_POSITIVE)
+            }
+            _ => 0.0,
+        };
+        (k, value + bulge)
+    };
+    let peaks = values.iter().enumerate().map(of_sample);
+    peaks.fold((0, f64::NEG_INFINITY), |a, b| if b.1 > a.1 { b } else { a })
+}
+
+fn margin(limit: Limit, worst: Use) -> Margin {
+    Margin {
+        limit,
+        used: worst.used,
+        time_s: worst.time_s,
+        binds: worst.used > BINDING,
+    }
+}
+
+type UseOf<'a> = Box<dyn Fn(&JointStates, usize) -> f64 + 'a>;
+
+/// Returns the limits of a joint with the fraction that a state uses of each.
+fn of_joint<'a>(name: &str, limits: &'a JointLimits) -> [(Limit, UseOf<'a>); 3] {
+    let (low, high) = limits.position;
+    let position = move |states: &JointStates, joint: usize| {
+        let used = (states.position[joint] - 0.5 * (low + high)).abs() / (0.5 * (high - low));
+        if used.is_finite() { used } else { 0.0 }
+    };
+    [
+        (Limit::Position(name.to_owned()), Box::new(position)),
+        (
+            Limit::Velocity(name.to_owned()),
+            Box::new(|states, joint| states.velocity[joint].abs() / limits.velocity),
+        ),
+        (
+            Limit::Acceleration(name.to_owned()),
+            Box::new(|states, joint| states.acceleration[joint].abs() / limits.acceleration),
+        ),
+    ]
+}
+
+/// Returns angle and distance of the base at each time, for each payload.
+fn paths(layout: &Layout, samples: &Samples, step_s: f64) -> Vec<Vec<[f64; 2]>> {
+    if !layout.floats {
+        return Vec::new();
+    }
+    let path = |payload| {
+        let mut rotation = UnitQuaternion::identity();
+        let mut position = Vector3::zeros();
+        let mut before: Option<[Vector3<f64>; 2]> = None;
+        let mut step = |sample: usize| {
+            let outputs = &samples.at(sample)[layout.twist(payload, 0)..];
+            let angular = Vector3::from_column_slice(&outputs[..3]);
+            let velocity = Vector3::from_column_slice(&outputs[3..6]);
+            if let Some([angular_before, velocity_before]) = before {
+                let turn = (angular_before + angular) * (0.5 * step_s);
+                rotation *= UnitQuaternion::from_scaled_axis(turn);
+                position += (velocity_before + rotation * velocity) * (0.5 * step_s);
+            }
+            before = Some([angular, rotation * velocity]);
+            [rotation.angle(), position.norm()]
+        };
+        (0..samples.count()).map(&mut step).collect()
+    };
+    (0..layout.payloads).map(path).collect()
+}
+
+/// Returns how much of each limit a motion uses, and the excursion of a floating base. The motion may be any, not only a
+/// designed one.
+///
+/// # Errors
+/// Returns the errors of a design for a problem that is not valid.
+pub fn margins(
+    problem: &Problem,
+    motion: &dyn Motion,
+) -> Result<(Vec<Margin>, Excursion), ExcitationError> {
+    problem.check()?;
+    let mut plant = Plant::new(problem)?;
+    let joints = problem.moving_joints()?;
+    let cones = cones(problem, &plant.layout(), &joints);
+    let dense = Dense::new(&mut plant, motion)?;
+    Ok((dense.margins(problem, &cones, &joints), dense.excursion()))
+}

@@ -1,0 +1,365 @@
+//! The design of a motion.
+
+use std::ops::ControlFlow;
+
+use tactid_identify::equations::window;
+
+use crate::ExcitationError;
+use crate::cones::cones;
+use crate::dense::{Dense, Excursion};
+use crate::joint_limits::JointLimits;
+use crate::joint_rows::joint_rows;
+use crate::limits::{Limit, Margin};
+use crate::motion::{JointStates, Trajectory};
+use crate::objective::Objective;
+use crate::plant::Plant;
+use crate::prediction::{Prediction, predict};
+use crate::problem::Problem;
+use crate::samples::{Grid, Sampler};
+use crate::search::{FIRST_RADIUS, Observer, Point, Search};
+use crate::spline::{End, FEWEST_CONTROL_POINTS, SplineBasis, Variables};
+
+/// Samples of the outputs in each span of the splines. Products of five polynomials are integrated to a few thousandths.
+const STEPS_PER_SPAN: usize = 8;
+
+/// Time between two knots where the number of control points is not given, s, and the range of their number.
+const SPAN_S: f64 = 0.6;
+const CONTROL_POINTS: (usize, usize) = (11, 22);
+
+/// Steps from each start, before the best of them is improved further.
+const FIRST_ITERATIONS: usize = 10;
+
+/// Rounds in which limits that are exceeded between the samples are tightened, and steps in each.
+const ROUNDS: usize = 5;
+const ROUND_ITERATIONS: usize = 4;
+
+/// Least radius of the trust region at the beginning of such a round.
+const LEAST_RADIUS_OF_ROUND: f64 = 0.03;
+
+/// Fraction of a limit that a motion is moved away from it where it exceeded it.
+const CLEARANCE: f64 = 1e-5;
+
+/// Fraction of the control points' limit from which on a limit of a joint binds.
+const BINDING: f64 = 0.999;
+
+/// Settings of a design.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DesignSettings {
+    /// Seed of the motions that the search starts from. The same seed gives the same motion.
+    pub seed: u64,
+    /// Number of starts, at least one. Default: 3.
+    pub starts: usize,
+    /// Most steps of the search from the best start. Default: 50.
+    pub iterations: usize,
+    /// Number of control points of each joint, at least [`FEWEST_CONTROL_POINTS`]. Default (`None`): one for each 0.6 s,
+    /// from 11 to 22.
+    pub control_points: Option<usize>,
+}
+
+impl Default for DesignSettings {
+    fn default() -> Self {
+        Self {
+            seed: 0,
+            starts: 3,
+            iterations: 50,
+            control_points: None,
+        }
+    }
+}
+
+/// A designed motion, and what is to be expected of it.
+#[derive(Clone, Debug)]
+pub struct Design {
+    /// The motion.
+    pub trajectory: Trajectory,
+    /// How well it determines the payload.
+    pub prediction: Prediction,
+    /// How much of each limit it uses, of the payload that uses most.
+    pub margins: Vec<Margin>,
+    /// Where the base goes.
+    pub excursion: Excursion,
+}
+
+impl Design {
+    /// Returns the limits that keep the motion from giving more information.
+    pub fn binding(&self) -> impl Iterator<Item = &Limit> {
+        let binding = self.margins.iter().filter(|margin| margin.binds);
+        binding.map(|margin| &margin.limit)
+    }
+}
+
+/// Designs the motion of a problem: [`design_observed`] without an observer.
+///
+/// # Errors
+/// Returns the errors of [`design_observed`].
+pub fn design(problem: &Problem, settings: &DesignSettings) -> Result<Design, ExcitationError> {
+    design_observed(problem, settings, &mut |_| ControlFlow::Continue(()))
+}
+
+/// Designs the motion of a problem. The observer is called in each step of the search and can stop it.
+///
+/// All limits hold on the motion that is returned, for all payloads of the problem.
+///
+/// # Errors
+/// Returns [`ExcitationError::Impossible`], which names the limit, where the robot cannot even rest in its posture,
+/// [`ExcitationError::NotObservable`] where no motion determines all values, [`ExcitationError::TooShort`] for a motion
+/// shorter than an averaging window, [`ExcitationError::UnknownNoise`] where the noise of a channel is unknown,
+/// [`ExcitationError::Interrupted`] if the observer stops the design, and the errors of a problem that is not valid.
+pub fn design_observed(
+    problem: &Problem,
+    settings: &DesignSettings,
+    observer: &mut Observer<'_>,
+) -> Result<Design, ExcitationError> {
+    design_like(problem, settings, None, observer)
+}
+
+/// Designs the motion of a problem, where another motion of the same joints is one more start.
+pub(crate) fn design_like(
+    problem: &Problem,
+    settings: &DesignSettings,
+    like: Option<&Trajectory>,
+    observer: &mut Observer<'_>,
+) -> Result<Design, ExcitationError> {
+    problem.check()?;
+    let mut designer = Designer::new(problem, settings)?;
+    let search = &mut designer.search;
+    let variables = &search.sampler.variables;
+    let like = like.and_then(|like| variables.values(like.splines().map(|(_, spline)| spline)));
+    let mut best: Option<(Point, f64)> = None;
+    let starts = settings.starts.max(1);
+    for start in 0..starts {
+        let seed = settings.seed.wrapping_mul(1000).wrapping_add(start as u64);
+        let point = match &like {
+            Some(values) if start == 0 => search.start_like(values.clone())?,
+            _ => search.random_start(seed)?,
+        };
+        if let Some(point) = point {
+            let steps = FIRST_ITERATIONS.min(settings.iterations);
+            let mut radius = FIRST_RADIUS;
+            let point = search.improve(point, &mut radius, start, steps, observer)?;
+            if best
+                .as_ref()
+                .is_none_or(|(best, _)| point.merit() < best.merit())
+            {
+                best = Some((point, radius));
+            }
+        }
+    }
+    let (best, mut radius) = best.ok_or(ExcitationError::NotObservable)?;
+    let iterations = settings.iterations.saturating_sub(FIRST_ITERATIONS);
+    let best = search.improve(best, &mut radius, starts, iterations, observer)?;
+    designer.finish(best, radius, starts, observer)
+}
+
+/// A search with what it needs to know to check its result.
+pub(crate) struct Designer<'a> {
+    problem: &'a Problem,
+    joints: Vec<usize>,
+    pub(crate) search: Search,
+    plant: Plant,
+}
+
+impl<'a> Designer<'a> {
+    pub(crate) fn new(
+        problem: &'a Problem,
+        settings: &DesignSettings,
+    ) -> Result<Self, ExcitationError> {
+        let joints = problem.moving_joints()?;
+        let mut plant = Plant::new(problem)?;
+        check_rest(problem, &mut plant, &joints)?;
+        let variables = variables(problem, settings, &joints);
+        let limits: Vec<JointLimits> = joints.iter().map(|&j| problem.limits[j]).collect();
+        let names = problem.robot.joint_names();
+        let names: Vec<&str> = joints.iter().map(|&j| names[j].as_str()).collect();
+        let grid = Grid::new(&variables, STEPS_PER_SPAN);
+        let span_s = variables.basis.duration_s() / variables.basis.spans() as f64;
+        let scale = |limits: &JointLimits| {
+            let range = 0.5 * (limits.position.1 - limits.position.0);
+            range
+                .min(limits.velocity * span_s)
+                .min(limits.acceleration * span_s * span_s)
+        };
+        let of_joint = variables.of_joint();
+        let scales = limits
+            .iter()
+            .flat_map(|l| vec![scale(l); of_joint])
+            .collect();
+        let rows = joint_rows(&variables, &limits, &names);
+        let direct = variables.direct();
+        let sampler = Sampler::new(
+            plant.clone(),
+            variables,
+            grid,
+            joints.clone(),
+            problem.start.clone(),
+        );
+        let search = Search {
+            objective: Objective::new(problem, &sampler)?,
+            cones: cones(problem, &plant.layout(), &joints),
+            sampler,
+            rows,
+            scales,
+            direct,
+        };
+        let exceeded = search
+            .rows
+            .iter()
+            .find(|row| row.value(&search.direct).abs() > 1.0);
+        if let Some(row) = exceeded {
+            return Err(ExcitationError::Impossible {
+                limit: row.limit.clone(),
+                used: row.value(&search.direct).abs(),
+                at: "on the way to the end",
+            });
+        }
+        Ok(Self {
+            problem,
+            joints,
+            search,
+            plant,
+        })
+    }
+
+    /// Tightens limits until the motion is within all of them at closely spaced times, and returns the design.
+    fn finish(
+        mut self,
+        mut point: Point,
+        mut radius: f64,
+        start: usize,
+        observer: &mut Observer<'_>,
+    ) -> Result<Design, ExcitationError> {
+        for _ in 0..ROUNDS {
+            if !self.tighten(&point)? {
+                return self.design(&point.values);
+            }
+            let again = self.search.point(point.values.clone())?;
+            let from = again.ok_or(ExcitationError::NotObservable)?;
+            radius = radius.max(LEAST_RADIUS_OF_ROUND);
+            let search = &mut self.search;
+            point = search.improve(from, &mut radius, start, ROUND_ITERATIONS, observer)?;
+        }
+        // Smaller motions use less of each limit.
+        let mut factor = 1.0;
+        for _ in 0..1000 {
+            let values = self.search.shrunk(&point.values, factor);
+            if self.worst(&values)?.is_none_or(|(_, excess)| excess <= 0.0) {
+                return self.design(&values);
+            }
+            factor *= 0.995;
+        }
+        let worst = self.worst(&point.values)?;
+        let (limit, excess) = worst.ok_or(ExcitationError::NotObservable)?;
+        Err(ExcitationError::Impossible {
+            limit,
+            used: 1.0 + excess,
+            at: "on the way to the end",
+        })
+    }
+
+    fn trajectory(&self, values: &[f64]) -> Trajectory {
+        let splines = self.search.sampler.variables.splines(values);
+        let splines = self.joints.iter().copied().zip(splines).collect();
+        Trajectory::new(self.problem.duration_s, &self.problem.start, splines)
+    }
+
+    /// Tightens the cones that a motion exceeds at closely spaced times, and returns whether there are any.
+    fn tighten(&mut self, point: &Point) -> Result<bool, ExcitationError> {
+        let trajectory = self.trajectory(&point.values);
+        let dense = Dense::new(&mut self.plant, &trajectory)?;
+        let mut any = false;
+        for cone in &mut self.search.cones {
+            let slack = dense.used(cone, self.problem).slack;
+            if slack < 0.0 {
+                cone.tightening += CLEARANCE - 1.1 * slack;
+                any = true;
+            }
+        }
+        Ok(any)
+    }
+
+    /// Returns the limit that a motion exceeds most or uses most, and the fraction by which.
+    fn worst(&mut self, values: &[f64]) -> Result<Option<(Limit, f64)>, ExcitationError> {
+        let trajectory = self.trajectory(values);
+        let dense = Dense::new(&mut self.plant, &trajectory)?;
+        let cones = self.search.cones.iter();
+        let excesses = cones.map(|c| (c.limit.clone(), -dense.used(c, self.problem).slack));
+        Ok(excesses.max_by(|a, b| a.1.total_cmp(&b.1)))
+    }
+
+    fn design(mut self, values: &[f64]) -> Result<Design, ExcitationError> {
+        let trajectory = self.trajectory(values);
+        let dense = Dense::new(&mut self.plant, &trajectory)?;
+        let mut margins = dense.margins(self.problem, &self.search.cones, &self.joints);
+        for row in &self.search.rows {
+            if row.value(values).abs() > BINDING {
+                for margin in margins.iter_mut().filter(|m| m.limit == row.limit) {
+                    margin.binds = true;
+                }
+            }
+        }
+        Ok(Design {
+            prediction: predict(self.problem, &trajectory)?,
+            margins,
+            excursion: dense.excursion(),
+            trajectory,
+        })
+    }
+}
+
+/// Returns the variables of the joints that move.
+fn variables(problem: &Problem, settings: &DesignSettings, joints: &[usize]) -> Variables {
+    let (fewest, most) = CONTROL_POINTS;
+    let usual = (problem.duration_s / SPAN_S) as usize + 5;
+    let count = settings.control_points.unwrap_or(usual.clamp(fewest, most));
+    let basis = SplineBasis::new(count.max(FEWEST_CONTROL_POINTS), problem.duration_s);
+    let of_joints = |all: &[f64]| joints.iter().map(|&joint| all[joint]).collect();
+    let end = match &problem.end {
+        End::Start => Some(of_joints(&problem.start)),
+        End::Free => None,
+        End::At(end) => Some(of_joints(end)),
+    };
+    Variables::new(basis, of_joints(&problem.start), end)
+}
+
+/// Checks that the robot can rest where the motion starts and ends, and that the motion is long enough.
+fn check_rest(
+    problem: &Problem,
+    plant: &mut Plant,
+    joints: &[usize],
+) -> Result<(), ExcitationError> {
+    let window_s = window::length_s(problem.sensing.equations.cutoff_hz);
+    if problem.duration_s <= window_s {
+        return Err(ExcitationError::TooShort {
+            duration_s: problem.duration_s,
+            window_s,
+        });
+    }
+    let mut places = vec![("at the start", &problem.start)];
+    if let End::At(end) = &problem.end {
+        places.push(("at the end", end));
+    }
+    let cones = cones(problem, &plant.layout(), joints);
+    for (at, posture) in places {
+        let rest = Resting(JointStates::at_rest(posture));
+        let dense = Dense::new(plant, &rest)?;
+        let margins = dense.margins(problem, &cones, joints);
+        let exceeded = margins.into_iter().find(|margin| margin.used > 1.0);
+        if let Some(Margin { limit, used, .. }) = exceeded {
+            return Err(ExcitationError::Impossible { limit, used, at });
+        }
+    }
+    Ok(())
+}
+
+/// A robot that rests for a moment.
+struct Resting(JointStates);
+
+impl crate::motion::Motion for Resting {
+    fn duration_s(&self) -> f64 {
+        1e-3
+    }
+
+    fn at(&self, _time_s: f64) -> JointStates {
+        self.0.clone()
+    }
+}

@@ -1,0 +1,92 @@
+//! Why a motion cannot be designed.
+
+use tactid_dynamics::{ModelError, StateError};
+use tactid_identify::IdentifyError;
+
+use crate::limits::Limit;
+
+/// Why a motion cannot be designed.
+#[derive(Debug, thiserror::Error)]
+pub enum ExcitationError {
+    /// The robot lacks a link or a mass.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A slice does not fit the robot.
+    #[error(transparent)]
+    State(#[from] StateError),
+    /// The equations cannot be formed.
+    #[error(transparent)]
+    Identify(#[from] IdentifyError),
+    /// A number is out of range.
+    #[error("`{name}` is {given}; expected {expected}")]
+    Value {
+        /// Name of the field.
+        name: &'static str,
+        /// Its value.
+        given: f64,
+        /// What is valid.
+        expected: &'static str,
+    },
+    /// The base is fixed, so that its motion cannot be bounded.
+    #[error("the motion of the base is bounded, but the base is fixed")]
+    FixedBase,
+    /// The URDF does not limit the velocity of a joint.
+    #[error("the URDF has no velocity limit for joint {joint}")]
+    NoVelocityLimit {
+        /// Name of the joint.
+        joint: String,
+    },
+    /// The noise of a source is not known.
+    #[error(
+        "the noise of channel {channel} is unknown, so that no interval can be predicted: give `wrench_noise`, \
+         `effort_noise` or `base_noise`"
+    )]
+    UnknownNoise {
+        /// Name of the first channel without known noise.
+        channel: String,
+    },
+    /// A limit is exceeded where the robot does not even move.
+    #[error("no motion is possible: {limit} is {used:.3} times its limit {at}")]
+    Impossible {
+        /// The limit.
+        limit: Limit,
+        /// Fraction of the limit that is used.
+        used: f64,
+        /// Where: at the start or at the end.
+        at: &'static str,
+    },
+    /// The motion is shorter than what the filter needs.
+    #[error(
+        "a motion of {duration_s} s is too short: the averaging window is {window_s:.3} s long"
+    )]
+    TooShort {
+        /// Duration of the motion, s.
+        duration_s: f64,
+        /// Length of a window, s.
+        window_s: f64,
+    },
+    /// No motion that was tried determines all ten values.
+    #[error("no motion of these joints within the limits determines all ten values of the payload")]
+    NotObservable,
+    /// No motion of the longest duration reaches the targets.
+    #[error(
+        "no motion of up to {longest_s} s was found that reaches the targets: the interval of {value} is {ratio:.2} times \
+         its target{}", .binding.as_ref().map(|limit| format!(", and {limit} binds")).unwrap_or_default()
+    )]
+    OutOfReach {
+        /// Longest duration that was tried, s.
+        longest_s: f64,
+        /// The value whose interval is the largest relative to its target.
+        value: &'static str,
+        /// Ratio of that interval to its target.
+        ratio: f64,
+        /// A limit that binds the longest motion.
+        binding: Option<Limit>,
+    },
+    /// The caller stopped the design.
+    #[error("the design was interrupted")]
+    Interrupted,
+    /// The conic solver failed.
+    #[error("the conic solver failed: {0}")]
+    Solver(String),
+}

@@ -1,0 +1,96 @@
+//! Limits on position, velocity and acceleration as linear inequalities for the variables of the splines.
+
+use crate::joint_limits::JointLimits;
+use crate::limits::Limit;
+use crate::spline::{HullPoint, Variables};
+
+/// Fraction of each limit that control points may use, so that rounding in the solver and in the splines exceeds none.
+const USABLE: f64 = 1.0 - 1e-9;
+
+/// An affine function of the variables that must stay between -1 and 1: a point of the hull of a derivative, relative to
+/// its limit.
+#[derive(Clone, Debug)]
+pub(crate) struct JointRow {
+    pub(crate) limit: Limit,
+    pub(crate) terms: Vec<(usize, f64)>,
+    constant: f64,
+}
+
+impl JointRow {
+    /// Returns the fraction of the limit that is used, with the sign of the side.
+    pub(crate) fn value(&self, values: &[f64]) -> f64 {
+        let terms = self.terms.iter();
+        self.constant
+            + terms
+                .map(|(variable, f)| f * values[*variable])
+                .sum::<f64>()
+    }
+}
+
+/// Returns the rows of all joints that move; `limits` and `names` are theirs.
+pub(crate) fn joint_rows(
+    variables: &Variables,
+    limits: &[JointLimits],
+    names: &[&str],
+) -> Vec<JointRow> {
+    let mut rows = Vec::new();
+    for (joint, (limits, name)) in limits.iter().zip(names).enumerate() {
+        let name = || (*name).to_owned();
+        let (low, high) = limits.position;
+        let middle = if low.is_finite() && high.is_finite() {
+            0.5 * (low + high)
+        } else {
+            0.0
+        };
+        let of_orders = [
+            (Limit::Position(name()), high - middle, middle),
+            (Limit::Velocity(name()), limits.velocity, 0.0),
+            (Limit::Acceleration(name()), limits.acceleration, 0.0),
+        ];
+        for (order, (limit, half, middle)) in of_orders.into_iter().enumerate() {
+            if !half.is_finite() {
+                continue;
+            }
+            let unit = 1.0 / (half * USABLE);
+            for point in variables.basis.hull(order) {
+                let row = row(variables, joint, &point, unit, limit.clone());
+                if !row.terms.is_empty() {
+                    rows.push(JointRow {
+                        constant: row.constant - middle * unit,
+                        ..row
+                    });
+                }
+            }
+        }
+    }
+    rows
+}
+
+/// Returns a point of the hull of a joint's spline or of its derivative, times `unit`.
+fn row(
+    variables: &Variables,
+    joint: usize,
+    point: &HullPoint,
+    unit: f64,
+    limit: Limit,
+) -> JointRow {
+    let mut row = JointRow {
+        limit,
+        terms: Vec::new(),
+        constant: 0.0,
+    };
+    for (k, weight) in point.weights.iter().enumerate() {
+        if *weight == 0.0 {
+            continue;
+        }
+        let coefficient = weight * unit;
+        match variables.variable(joint, point.first + k) {
+            Err(fixed) => row.constant += coefficient * fixed,
+            Ok(variable) => match row.terms.iter_mut().find(|(own, _)| *own == variable) {
+                Some((_, sum)) => *sum += coefficient,
+                None => row.terms.push((variable, coefficient)),
+            },
+        }
+    }
+    row
+}

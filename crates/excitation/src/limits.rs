@@ -1,0 +1,54 @@
+//! Limits of a motion, and how much of them it uses.
+
+use std::fmt;
+
+/// One of the limits of a motion.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Limit {
+    /// Position of a joint.
+    Position(String),
+    /// Velocity of a joint.
+    Velocity(String),
+    /// Acceleration of a joint.
+    Acceleration(String),
+    /// Torque of a joint, or force of a prismatic joint.
+    Effort(String),
+    /// One of the entries of the wrench on the payload in the tool frame, such as `force x`.
+    Wrench(&'static str),
+    /// Friction of the grip at one of the two pads: 0 is that towards which the grip's normal points.
+    Grip(usize),
+    /// Angle by which a free-floating base turns.
+    BaseAttitude,
+    /// Distance by which the origin of a free-floating base moves.
+    BasePosition,
+}
+
+impl fmt::Display for Limit {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Position(joint) => write!(formatter, "the position of joint {joint}"),
+            Self::Velocity(joint) => write!(formatter, "the velocity of joint {joint}"),
+            Self::Acceleration(joint) => write!(formatter, "the acceleration of joint {joint}"),
+            Self::Effort(joint) => write!(formatter, "the torque of joint {joint}"),
+            Self::Wrench(entry) => write!(formatter, "the {entry} on the payload"),
+            Self::Grip(pad) => write!(formatter, "the friction of the grip at pad {pad}"),
+            Self::BaseAttitude => formatter.write_str("the attitude of the base"),
+            Self::BasePosition => formatter.write_str("the position of the base"),
+        }
+    }
+}
+
+/// How much of one limit a motion uses.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Margin {
+    /// The limit.
+    pub limit: Limit,
+    /// Largest fraction of the limit that is used at any time: 1 at the limit. Of a position, the fraction of the way
+    /// from the middle of the range to its end.
+    pub used: f64,
+    /// Time at which it is used, s.
+    pub time_s: f64,
+    /// Whether the limit keeps the motion from giving more information. A limit on velocity or acceleration binds where a
+    /// control point of the derivative reaches it, which the motion itself then nearly does.
+    pub binds: bool,
+}

@@ -1,0 +1,231 @@
+//! Everything that a design needs to know of the robot at one state of its joints, as one vector of outputs.
+
+use nalgebra::{DMatrix, Isometry3, SMatrix, Vector3};
+use tactid_dynamics::{
+    BaseKind, FrameId, FrameMotion, InertialParameters, Workspace, free_base_motion,
+    inverse_dynamics, wrench_regressor,
+};
+use tactid_identify::equations::Row;
+use tactid_identify::{Channels, Method, MotionRows};
+
+use crate::ExcitationError;
+use crate::motion::JointStates;
+use crate::problem::{Problem, Sensing};
+
+/// Number of entries of a wrench or a twist.
+const SIX: usize = 6;
+
+/// Number of parameters of a payload.
+const PARAMETERS: usize = 10;
+
+/// Places of the quantities in the vector of outputs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Layout {
+    /// Number of rows.
+    pub(crate) channels: usize,
+    dof: usize,
+    pub(crate) payloads: usize,
+    pub(crate) floats: bool,
+}
+
+impl Layout {
+    /// Place of a row's ten entries, whitened by the noise of one second of samples.
+    pub(crate) fn row(&self, channel: usize) -> usize {
+        channel * PARAMETERS
+    }
+
+    /// Place of the effort of a joint with a payload, N m or N.
+    pub(crate) fn effort(&self, payload: usize, joint: usize) -> usize {
+        self.of_payload(payload) + joint
+    }
+
+    /// Place of an entry of the wrench on a payload in the tool frame, N and N m.
+    pub(crate) fn wrench(&self, payload: usize, entry: usize) -> usize {
+        self.of_payload(payload) + self.dof + entry
+    }
+
+    /// Place of an entry of the base's twist in its own frame with a payload: angular velocity, then velocity, rad/s and m/s.
+    /// A fixed base has none.
+    pub(crate) fn twist(&self, payload: usize, entry: usize) -> usize {
+        self.of_payload(payload) + self.dof + SIX + entry
+    }
+
+    fn of_payload(&self, payload: usize) -> usize {
+        let each = self.dof + SIX + if self.floats { SIX } else { 0 };
+        self.channels * PARAMETERS + payload * each
+    }
+
+    /// Number of outputs.
+    pub(crate) fn count(&self) -> usize {
+        self.of_payload(self.payloads)
+    }
+}
+
+/// A robot with each payload of a problem.
+#[derive(Clone, Debug)]
+pub(crate) struct Plant {
+    rows: MotionRows,
+    loaded: Vec<(Workspace, InertialParameters)>,
+    tool: FrameId,
+    gravity: Vector3<f64>,
+    whitening: DMatrix<f64>,
+    layout: Layout,
+    /// Number of leading channels that have an unknown constant offset.
+    pub(crate) offsets: usize,
+}
+
+impl Plant {
+    /// Creates the plant of a problem whose numbers have been checked.
+    pub(crate) fn new(problem: &Problem) -> Result<Self, ExcitationError> {
+        let (robot, sensing) = (&problem.robot, &problem.sensing);
+        let tool = robot.frame(&problem.tool)?;
+        let load = |payload: &InertialParameters| {
+            let loaded = robot.with_payload(tool, payload);
+            (Workspace::new(&loaded), *payload)
+        };
+        let mut plant = Self {
+            rows: motion_rows(problem)?,
+            loaded: problem.payloads.iter().map(load).collect(),
+            tool,
+            gravity: problem.gravity(),
+            whitening: DMatrix::zeros(0, 0),
+            layout: Layout {
+                channels: 0,
+                dof: robot.dof(),
+                payloads: problem.payloads.len(),
+                floats: robot.base_kind() == BaseKind::Floating,
+            },
+            offsets: 0,
+        };
+        let states = JointStates::at_rest(&problem.start);
+        let base = plant.base_motion(0, &Isometry3::identity(), &states)?;
+        plant.rows.at(&base, states.joints())?;
+        let channels = plant.rows.channels();
+        plant.layout.channels = channels.count();
+        plant.offsets = channels.offsets;
+        plant.whitening = whitening(&channels, sensing)? * sensing.rate_hz.sqrt();
+        Ok(plant)
+    }
+
+    /// Returns the places of the outputs.
+    pub(crate) fn layout(&self) -> Layout {
+        self.layout
+    }
+
+    /// Returns the product of the whitening of one second of samples with rows.
+    pub(crate) fn whitened(&self, rows: &[Row]) -> Vec<[f64; PARAMETERS]> {
+        let mut white = vec![[0.0; PARAMETERS]; rows.len()];
+        whiten(&self.whitening, rows, white.as_flattened_mut());
+        white
+    }
+
+    /// Returns the motion of the base with one of the payloads. The workspace of this payload then holds the motion of the
+    /// whole robot and its forces.
+    pub(crate) fn base_motion(
+        &mut self,
+        payload: usize,
+        pose: &Isometry3<f64>,
+        states: &JointStates,
+    ) -> Result<FrameMotion, ExcitationError> {
+        let (workspace, _) = &mut self.loaded[payload];
+        if self.layout.floats {
+            return Ok(free_base_motion(workspace, pose, states.joints())?);
+        }
+        let base = FrameMotion::at_rest(Isometry3::identity());
+        inverse_dynamics(workspace, &base, states.joints(), &self.gravity)?;
+        Ok(base)
+    }
+
+    /// Computes all outputs at one state of the joints. A floating base has the velocity for which the momentum vanishes.
+    pub(crate) fn evaluate(
+        &mut self,
+        states: &JointStates,
+        outputs: &mut [f64],
+    ) -> Result<(), ExcitationError> {
+        let layout = self.layout;
+        for payload in 0..self.loaded.len() {
+            let base = self.base_motion(payload, &Isometry3::identity(), states)?;
+            let (workspace, parameters) = &self.loaded[payload];
+            for (joint, torque) in workspace.joint_torques()?.iter().enumerate() {
+                outputs[layout.effort(payload, joint)] = *torque;
+            }
+            let regressor: SMatrix<f64, 6, 10> =
+                wrench_regressor(&workspace.tool_motion(self.tool, &self.gravity));
+            let wrench = regressor * parameters.as_vector();
+            let first = layout.wrench(payload, 0);
+            outputs[first..first + SIX].copy_from_slice(wrench.as_slice());
+            if layout.floats {
+                let first = layout.twist(payload, 0);
+                let twist = base.angular_velocity.iter().chain(&base.velocity);
+                for (output, entry) in outputs[first..].iter_mut().zip(twist) {
+                    *output = *entry;
+                }
+            }
+            if payload == 0 {
+                let rows = self.rows.at(&base, states.joints())?;
+                whiten(
+                    &self.whitening,
+                    rows,
+                    &mut outputs[..layout.row(layout.channels)],
+                );
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Writes the product of a lower triangular whitening with the regressors of rows, ten entries for each row.
+fn whiten(whitening: &DMatrix<f64>, rows: &[Row], white: &mut [f64]) {
+    for (channel, white) in white.chunks_exact_mut(PARAMETERS).enumerate() {
+        white.fill(0.0);
+        for (other, row) in rows.iter().enumerate().take(channel + 1) {
+            let factor = whitening[(channel, other)];
+            for (entry, value) in white.iter_mut().zip(&row.regressor) {
+                *entry += factor * value;
+            }
+        }
+    }
+}
+
+/// Returns the rows of a problem's method.
+fn motion_rows(problem: &Problem) -> Result<MotionRows, ExcitationError> {
+    let sensing = &problem.sensing;
+    let sensors: Vec<&str> = sensing.sensors.iter().map(String::as_str).collect();
+    let rows = MotionRows::new(&problem.robot, &problem.tool, &sensors, &sensing.equations)?;
+    Ok(rows)
+}
+
+/// Returns the inverse of the Cholesky factor of the noise of one sample across the channels.
+fn whitening(channels: &Channels, sensing: &Sensing) -> Result<DMatrix<f64>, ExcitationError> {
+    let count = channels.count();
+    let mut covariance = DMatrix::<f64>::zeros(count, count);
+    let mut first = 0;
+    for &size in &channels.sources {
+        let channel = &channels.channels[first].name;
+        let known = channels
+            .known_noise
+            .iter()
+            .find(|noise| noise.first_channel == first);
+        let of_base =
+            sensing.equations.method == Method::JointSensing || channel.starts_with("base ");
+        let mut block = covariance.view_mut((first, first), (size, size));
+        match (known, sensing.base_noise) {
+            (Some(known), _) => block.copy_from(&known.covariance),
+            (None, Some(std_devs)) if of_base => {
+                let variances = std_devs.map(|std_dev| std_dev * std_dev);
+                block.set_diagonal(&nalgebra::DVector::from_column_slice(&variances));
+            }
+            _ => return Err(unknown_noise(channel)),
+        }
+        first += size;
+    }
+    let factor = covariance.cholesky();
+    let inverse = factor.and_then(|factor| factor.l().try_inverse());
+    inverse.ok_or_else(|| unknown_noise(&channels.channels[0].name))
+}
+
+fn unknown_noise(channel: &str) -> ExcitationError {
+    ExcitationError::UnknownNoise {
+        channel: channel.to_owned(),
+    }
+}

@@ -1,0 +1,148 @@
+//! How good designs are, and what they cost.
+
+#![allow(clippy::unwrap_used)]
+
+#[allow(dead_code, reason = "not each test uses all of it")]
+mod common;
+
+use std::ops::ControlFlow;
+
+use rand::{SeedableRng, rngs::StdRng};
+use tactid_excitation::{
+    Criterion, DesignSettings, ExcitationError, FourierMotion, Problem, ShortestSettings, design,
+    design_observed, margins, predict, shortest,
+};
+use tactid_identify::Method;
+
+use common::{in_orbit, on_ground};
+
+/// Returns the least largest interval of so many random Fourier motions within the limits, relative to its target.
+fn best_of_random(problem: &Problem, count: usize) -> f64 {
+    let mut random = StdRng::seed_from_u64(3);
+    let mut best = f64::INFINITY;
+    for _ in 0..count {
+        let motion = FourierMotion::within_limits(&mut random, problem).unwrap();
+        let (margins, _) = margins(problem, &motion).unwrap();
+        assert!(
+            margins.iter().all(|margin| margin.used <= 1.0),
+            "{margins:?}"
+        );
+        assert!(
+            margins.iter().any(|margin| margin.used > 0.9),
+            "{margins:?}"
+        );
+        best = best.min(predict(problem, &motion).unwrap().largest().1);
+    }
+    best
+}
+
+/// At equal limits a design is better than the best of random motions, by a factor of two on the ground and of three in
+/// orbit.
+#[test]
+fn designs_beat_random_motions() {
+    let mut ground = on_ground();
+    ground.duration_s = 10.0;
+    for (problem, bar) in [(ground, 0.5), (in_orbit(), 0.33)] {
+        let design = design(&problem, &DesignSettings::default()).unwrap();
+        let ratio = design.prediction.largest().1 / best_of_random(&problem, 20);
+        assert!(ratio < bar, "{ratio}");
+    }
+}
+
+/// The same seed gives the same motion, to the last digit; another seed gives another one.
+#[test]
+fn a_seed_determines_the_motion() {
+    let problem = on_ground();
+    let with = |seed| {
+        let settings = DesignSettings {
+            seed,
+            starts: 1,
+            iterations: 4,
+            ..DesignSettings::default()
+        };
+        let design = design(&problem, &settings).unwrap();
+        let splines = design.trajectory.splines();
+        splines
+            .flat_map(|(_, s)| s.control_points().to_vec())
+            .collect::<Vec<f64>>()
+    };
+    assert_eq!(with(5), with(5));
+    assert_ne!(with(5), with(6));
+}
+
+/// The criterion of volume gives a smaller ellipsoid, that of intervals a smaller largest interval.
+#[test]
+fn each_criterion_is_the_better_at_its_own() {
+    let mut problem = on_ground();
+    let intervals = design(&problem, &DesignSettings::default())
+        .unwrap()
+        .prediction;
+    problem.criterion = Criterion::Volume;
+    let volume = design(&problem, &DesignSettings::default())
+        .unwrap()
+        .prediction;
+    assert!(intervals.largest().1 < volume.largest().1);
+    assert!(volume.covariance.determinant() < intervals.covariance.determinant());
+}
+
+/// Joint efforts and the combination of all measurements have designs, too, and the combination is the better.
+#[test]
+fn other_methods_have_designs() {
+    let settings = DesignSettings {
+        starts: 1,
+        iterations: 10,
+        ..DesignSettings::default()
+    };
+    let mut problem = on_ground();
+    problem.sensing.equations.effort_noise = vec![0.3];
+    problem.sensing.equations.method = Method::Effort;
+    let effort = design(&problem, &settings).unwrap().prediction.largest().1;
+    problem.sensing.equations.method = Method::Combined { effort: true };
+    let combined = design(&problem, &settings).unwrap().prediction.largest().1;
+    assert!(combined < effort, "{combined} {effort}");
+    let mut orbit = in_orbit();
+    orbit.sensing.equations.method = Method::JointSensing;
+    let failed = design(&orbit, &settings);
+    assert!(matches!(failed, Err(ExcitationError::UnknownNoise { .. })));
+    orbit.sensing.base_noise = Some([1.0, 1.0, 1.0, 0.5, 0.5, 0.5]);
+    assert!(design(&orbit, &settings).unwrap().prediction.largest().1 > 0.0);
+}
+
+/// The shortest motion reaches its targets without exceeding them much, and targets out of reach are an error.
+#[test]
+fn the_shortest_motion_just_reaches_the_targets() {
+    let mut problem = on_ground();
+    problem.targets = problem.targets.map(|target| 3.0 * target);
+    let settings = ShortestSettings::default();
+    let mut observer = |_: &_| ControlFlow::Continue(());
+    let found = shortest(&problem, &settings, &mut observer).unwrap();
+    let (_, ratio) = found.prediction.largest();
+    assert!((0.8..=1.0).contains(&ratio), "{ratio}");
+    problem.targets = problem.targets.map(|target| 1e-5 * target);
+    let settings = ShortestSettings {
+        longest_s: 4.0,
+        ..settings
+    };
+    let error = shortest(&problem, &settings, &mut observer).unwrap_err();
+    let message = error.to_string();
+    assert!(message.starts_with("no motion of up to 4 s"), "{message}");
+    assert!(message.contains(" binds"), "{message}");
+}
+
+/// The observer sees the search progress, and stops it.
+#[test]
+fn an_observer_stops_the_search() {
+    let problem = on_ground();
+    let mut seen = Vec::new();
+    let result = design_observed(&problem, &DesignSettings::default(), &mut |progress| {
+        seen.push(progress.objective);
+        if seen.len() < 6 {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
+    });
+    assert!(matches!(result, Err(ExcitationError::Interrupted)));
+    assert_eq!(seen.len(), 6);
+    assert!(seen[5] < seen[0]);
+}

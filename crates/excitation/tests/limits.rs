@@ -1,0 +1,285 @@
+//! Limits of designed motions, checked by the dynamics alone at closely spaced times.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+#[allow(dead_code, reason = "not each test uses all of it")]
+mod common;
+
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use rand::{RngExt, SeedableRng, rngs::StdRng};
+use tactid_dynamics::{
+    BaseKind, FrameMotion, InertialParameters, Workspace, free_base_motion, inverse_dynamics,
+    wrench_regressor,
+};
+use tactid_excitation::{
+    BaseBounds, Criterion, Design, DesignSettings, End, ExcitationError, Grip, Limit, Motion,
+    Problem, design,
+};
+
+use common::{TOOL, in_orbit, on_ground};
+
+/// Excess of a limit, as a fraction of it, that counts as none.
+const TOLERANCE: f64 = 1e-6;
+
+fn grip() -> Grip {
+    Grip {
+        center: Point3::new(0.22, 0.0, 0.075),
+        normal: Vector3::y_axis(),
+        distance_m: 0.04,
+        grip_force_n: 1500.0,
+        friction: 0.8,
+        torsion_radius_m: 0.06,
+        used_fraction: 0.7,
+    }
+}
+
+/// Returns the largest fraction of the friction that two pads use, from forces at the pads and not from cones.
+fn friction_used(grip: &Grip, force: Vector3<f64>, moment: Vector3<f64>) -> f64 {
+    let n = grip.normal.into_inner();
+    let moment = moment - grip.center.coords.cross(&force);
+    let of_pad = |side: f64| {
+        let arm = n * (0.5 * side * grip.distance_m);
+        // The pads carry the moment across the normal by ±g: arm × g - arm × -g = m.
+        let across = moment - n * moment.dot(&n);
+        let couple = across.cross(&n) * (side / grip.distance_m);
+        assert!((arm.cross(&couple) * 2.0 - across).norm() < 1e-9 * (1.0 + across.norm()));
+        let along = (force - n * force.dot(&n)) * 0.5 + couple;
+        let torsion = 0.5 * moment.dot(&n) / grip.torsion_radius_m;
+        let pressed_n = grip.grip_force_n - 0.5 * side * force.dot(&n);
+        along.norm().hypot(torsion) / (grip.used_fraction * grip.friction * pressed_n)
+    };
+    of_pad(1.0).max(of_pad(-1.0))
+}
+
+/// Returns the largest fraction of any limit that a motion uses.
+fn used(problem: &Problem, motion: &dyn Motion, steps: usize) -> f64 {
+    let mut worst = 0.0f64;
+    let tool = problem.robot.frame(TOOL).unwrap();
+    let gravity = problem.robot.base_kind().default_gravity();
+    for payload in &problem.payloads {
+        let mut workspace = Workspace::new(&problem.robot.with_payload(tool, payload));
+        let mut base = FrameMotion::at_rest(Isometry3::identity());
+        let step_s = motion.duration_s() / steps as f64;
+        for k in 0..=steps {
+            let states = motion.at(k as f64 * step_s);
+            if problem.robot.base_kind() == BaseKind::Floating {
+                base = free_base_motion(&mut workspace, &base.pose, states.joints()).unwrap();
+            } else {
+                inverse_dynamics(&mut workspace, &base, states.joints(), &gravity).unwrap();
+            }
+            for joint in 0..6 {
+                let limits = &problem.limits[joint];
+                let (low, high) = limits.position;
+                let middle = 0.5 * (low + high);
+                worst = worst
+                    .max((states.position[joint] - middle).abs() / (high - middle))
+                    .max(states.velocity[joint].abs() / limits.velocity)
+                    .max(states.acceleration[joint].abs() / limits.acceleration)
+                    .max(workspace.joint_torques().unwrap()[joint].abs() / limits.effort);
+            }
+            let wrench =
+                wrench_regressor(&workspace.tool_motion(tool, &gravity)) * payload.as_vector();
+            for (entry, limit) in wrench.iter().zip(problem.wrench.iter().flatten()) {
+                worst = worst.max(entry.abs() / limit);
+            }
+            if let Some(grip) = &problem.grip {
+                let (force, moment) = (wrench.fixed_rows::<3>(0), wrench.fixed_rows::<3>(3));
+                worst = worst.max(friction_used(grip, force.into(), moment.into()));
+            }
+            if let Some(bound) = problem.base.attitude_rad {
+                worst = worst.max(base.pose.rotation.angle() / bound);
+            }
+            if let Some(bound) = problem.base.position_m {
+                worst = worst.max(base.pose.translation.vector.norm() / bound);
+            }
+            base.pose = later(&base, step_s);
+        }
+    }
+    worst
+}
+
+/// Returns the pose of the base a step later, to second order.
+fn later(base: &FrameMotion, step_s: f64) -> Isometry3<f64> {
+    let half = 0.5 * step_s * step_s;
+    let turn = base.angular_velocity * step_s + base.angular_acceleration * half;
+    let shift = base.velocity * step_s + base.acceleration * half;
+    Isometry3::from_parts(
+        (base.pose.translation.vector + shift).into(),
+        UnitQuaternion::from_scaled_axis(turn) * base.pose.rotation,
+    )
+}
+
+fn quick(seed: u64) -> DesignSettings {
+    DesignSettings {
+        seed,
+        starts: 1,
+        iterations: 8,
+        ..DesignSettings::default()
+    }
+}
+
+fn steps(problem: &Problem) -> usize {
+    (problem.duration_s * 1000.0) as usize
+}
+
+/// All limits hold at each millisecond for random limits, postures, durations, ends and criteria, also those that depend on
+/// the payload.
+#[test]
+fn limits_hold_for_random_problems() {
+    let mut random = StdRng::seed_from_u64(1);
+    let (mut designs, mut binding) = (0, 0);
+    for seed in 0..30 {
+        let mut problem = on_ground();
+        problem.duration_s = random.random_range(0.6..4.0);
+        for joint in 0..6 {
+            let limits = &mut problem.limits[joint];
+            let start = &mut problem.start[joint];
+            *start += random.random_range(-0.3..0.3);
+            limits.position = (
+                *start - random.random_range(0.05..2.0),
+                *start + random.random_range(0.05..2.0),
+            );
+            limits.velocity = random.random_range(0.5..3.0);
+            limits.acceleration = random.random_range(2.0..12.0);
+        }
+        problem.limits[3].effort = 10.0;
+        problem.limits[4].effort = random.random_range(4.0..9.0);
+        problem.wrench = Some([40.0, 40.0, 40.0, 2.5, 2.5, 2.5]);
+        problem.end = if seed % 2 == 0 { End::Start } else { End::Free };
+        if seed % 3 == 0 {
+            problem.criterion = Criterion::Volume;
+        }
+        let heavier = problem.payloads[0].as_vector() * 1.15;
+        problem
+            .payloads
+            .push(InertialParameters::from_vector(heavier));
+        match design(&problem, &quick(seed)) {
+            Ok(design) => {
+                let used = used(&problem, &design.trajectory, steps(&problem));
+                assert!(used <= 1.0 + TOLERANCE, "{seed}: {used}");
+                (designs, binding) = (designs + 1, binding + usize::from(used > 0.95));
+            }
+            // Some postures cannot hold the payload.
+            Err(ExcitationError::Impossible { at, .. }) => assert_eq!(at, "at the start"),
+            Err(error) => panic!("{seed}: {error}"),
+        }
+    }
+    assert!(
+        designs > 10 && 2 * binding > designs,
+        "{binding} of {designs}"
+    );
+}
+
+/// A free-floating base keeps its attitude with the grip, for the payload and for one that is 10 % heavier, and all ten
+/// values are still determined.
+#[test]
+fn a_free_base_keeps_its_attitude() {
+    let mut problem = in_orbit();
+    problem.base = BaseBounds {
+        attitude_rad: Some(0.1f64.to_radians()),
+        position_m: Some(0.01),
+    };
+    problem.grip = Some(grip());
+    let design = design(&problem, &quick(0)).unwrap();
+    assert!(used(&problem, &design.trajectory, steps(&problem)) <= 1.0 + TOLERANCE);
+    assert!(
+        design
+            .prediction
+            .ratios
+            .iter()
+            .all(|ratio| ratio.is_finite())
+    );
+    let attitude = &design.excursion.attitude_rad;
+    assert!((0.03..=0.1).contains(&attitude.to_degrees()), "{attitude}");
+    let heavier = problem.payloads[0].as_vector() * 1.1;
+    let other = Problem {
+        payloads: vec![InertialParameters::from_vector(heavier)],
+        base: BaseBounds {
+            attitude_rad: Some(0.2f64.to_radians()),
+            position_m: None,
+        },
+        ..problem.clone()
+    };
+    assert!(used(&other, &design.trajectory, steps(&problem)) <= 1.0);
+    let without = tactid_excitation::design(&in_orbit(), &quick(0)).unwrap();
+    assert!(without.excursion.attitude_rad.to_degrees() > 1.0);
+    assert!(without.prediction.largest().1 < design.prediction.largest().1);
+}
+
+/// A weak grip limits the motion, and the design says so.
+#[test]
+fn a_weak_grip_binds() {
+    let mut problem = in_orbit();
+    let weak = Grip {
+        grip_force_n: 200.0,
+        ..grip()
+    };
+    problem.grip = Some(weak);
+    let design = design(&problem, &quick(0)).unwrap();
+    let used = used(&problem, &design.trajectory, steps(&problem));
+    assert!((0.95..=1.0 + TOLERANCE).contains(&used), "{used}");
+    let is_grip = |limit: &Limit| matches!(limit, Limit::Grip(_));
+    assert!(design.binding().any(is_grip), "{:?}", design.margins);
+}
+
+fn message(problem: &Problem) -> String {
+    let failed = |design: Design| panic!("{:?}", design.prediction);
+    design(problem, &quick(0)).map_or_else(|error| error.to_string(), failed)
+}
+
+/// A problem without a solution names the limit that makes it impossible.
+#[test]
+fn impossible_problems_name_the_limit() {
+    let mut outside = on_ground();
+    outside.limits[2].position = (-1.0, 1.0);
+    let expected = "no motion is possible: the position of joint joint_3 is 1.600 times its limit at the start";
+    assert_eq!(message(&outside), expected);
+    let mut weak = on_ground();
+    weak.limits[1].effort = 10.0;
+    assert!(
+        message(&weak).contains("the torque of joint joint_2"),
+        "{}",
+        message(&weak)
+    );
+    let mut slipping = on_ground();
+    slipping.grip = Some(Grip {
+        grip_force_n: 5.0,
+        ..grip()
+    });
+    assert!(
+        message(&slipping).contains("friction of the grip"),
+        "{}",
+        message(&slipping)
+    );
+    let mut sensor = on_ground();
+    sensor.wrench = Some([1.0; 6]);
+    assert!(
+        message(&sensor).contains("on the payload is"),
+        "{}",
+        message(&sensor)
+    );
+    let mut short = on_ground();
+    short.duration_s = 0.05;
+    assert!(message(&short).contains("too short"), "{}", message(&short));
+    let mut single = on_ground();
+    single.joints = vec![5];
+    assert!(
+        message(&single).contains("determines all ten"),
+        "{}",
+        message(&single)
+    );
+    let mut noise = on_ground();
+    noise.sensing.equations.wrench_noise = Vec::new();
+    assert!(
+        message(&noise).contains("force x is unknown"),
+        "{}",
+        message(&noise)
+    );
+    let mut bounded = on_ground();
+    bounded.base.attitude_rad = Some(0.1);
+    assert!(
+        message(&bounded).contains("the base is fixed"),
+        "{}",
+        message(&bounded)
+    );
+}
