@@ -287,7 +287,8 @@ fn impossible_problems_name_the_limit() {
 /// A number that is out of range is an error that names the field.
 #[test]
 fn bad_numbers_are_errors() {
-    let changes: [(&str, fn(&mut Problem)); 9] = [
+    type Change = fn(&mut Problem);
+    let changes: [(&str, Change); 9] = [
         ("`start` is NaN", |p| p.start[1] = f64::NAN),
         ("`end` is inf", |p| p.end = End::At(vec![f64::INFINITY; 8])),
         ("start", |p| p.start.truncate(3)),
