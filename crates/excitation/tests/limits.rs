@@ -159,8 +159,13 @@ fn limits_hold_for_random_problems() {
                 assert!(used <= 1.0 + TOLERANCE, "{seed}: {used}");
                 (designs, binding) = (designs + 1, binding + usize::from(used > 0.95));
             }
-            // Some postures cannot hold the payload.
-            Err(ExcitationError::Impossible { at, .. }) => assert_eq!(at, "at the start"),
+            // Some postures cannot hold the payload, or hardly.
+            Err(ExcitationError::Impossible { limit, .. }) => {
+                assert!(
+                    matches!(limit, Limit::Effort(_) | Limit::Wrench(_)),
+                    "{limit}"
+                );
+            }
             Err(error) => panic!("{seed}: {error}"),
         }
     }
