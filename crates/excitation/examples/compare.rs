@@ -2,7 +2,10 @@
 //!
 //! `cargo run --release -p tactid-excitation --example compare -- BUILT_IN.urdf [ARM.urdf TIP]...`
 //!
-//! The first robot floats and is bounded in its attitude; the others stand on the ground.
+//! The first robot floats, free and then with its grip and its attitude bounded; the others stand on the ground, at full speed and
+//! at 30 %. The columns are the largest predicted 95 % interval relative to 1 % of the largest value of its kind, that of the
+//! best random motion, their ratio, the time of the design, the largest fraction of a limit that the design uses, and the
+//! largest angle of the base.
 
 use std::error::Error;
 use std::path::Path;
@@ -84,9 +87,7 @@ fn compare(name: &str, problem: &Problem) -> Result<()> {
     let largest = found.prediction.largest().1;
     let worst = found.margins.iter().map(|m| m.used).fold(0.0, f64::max);
     println!(
-        "{name:28} {:8.4} {:8.4} {:6.3} {seconds:7.2} s  used {worst:.6}  base {:.4} deg",
-        largest,
-        best,
+        "{name:28} {largest:8.4} {best:8.4} {:6.3} {seconds:9.2} {worst:9.6} {:8.4}",
         largest / best,
         found.excursion.attitude_rad.to_degrees()
     );
@@ -129,8 +130,13 @@ fn spacecraft(path: &str) -> Result<()> {
     compare("spacecraft, grip, 0.1 deg", &bounded)
 }
 
+#[expect(clippy::print_stdout, reason = "an example prints its table")]
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
+    println!(
+        "{:28} {:>8} {:>8} {:>6} {:>9} {:>9} {:>8}",
+        "largest interval over 1 %", "design", "random", "ratio", "seconds", "used", "base deg"
+    );
     let (built_in, arms) = arguments.split_first().ok_or("no URDF")?;
     for arm in arms.chunks(2) {
         let [path, tool] = arm else {

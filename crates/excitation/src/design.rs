@@ -39,6 +39,9 @@ const LEAST_RADIUS_OF_ROUND: f64 = 0.03;
 /// Fraction of a limit that a motion is moved away from it where it exceeded it.
 const CLEARANCE: f64 = 1e-5;
 
+/// Least factor by which a motion is shrunk to be within all limits.
+const LEAST_FACTOR: f64 = 1e-3;
+
 /// Fraction of the control points' limit from which on a limit of a joint binds.
 const BINDING: f64 = 0.999;
 
@@ -240,19 +243,19 @@ impl<'a> Designer<'a> {
         }
         // Smaller motions use less of each limit.
         let mut factor = 1.0;
-        for _ in 0..1000 {
+        while factor > LEAST_FACTOR {
             let values = self.search.shrunk(&point.values, factor);
             if self.worst(&values)?.is_none_or(|(_, excess)| excess <= 0.0) {
                 return self.design(&values);
             }
-            factor *= 0.995;
+            factor *= if factor > 0.5 { 0.995 } else { 0.9 };
         }
         let worst = self.worst(&point.values)?;
         let (limit, excess) = worst.ok_or(ExcitationError::NotObservable)?;
         Err(ExcitationError::Impossible {
             limit,
             used: 1.0 + excess,
-            at: "on the way to the end",
+            at: "in every motion that was tried",
         })
     }
 

@@ -45,14 +45,14 @@ pub enum ExcitationError {
         /// Name of the first channel without known noise.
         channel: String,
     },
-    /// A limit is exceeded where the robot does not even move.
+    /// A limit is exceeded where the robot does not even move, or where it moves by hardly anything.
     #[error("no motion is possible: {limit} is {used:.3} times its limit {at}")]
     Impossible {
         /// The limit.
         limit: Limit,
         /// Fraction of the limit that is used.
         used: f64,
-        /// Where: at the start or at the end.
+        /// Where: at the start, at the end, on the way there, or in every motion that was tried.
         at: &'static str,
     },
     /// The motion is shorter than what the filter needs.

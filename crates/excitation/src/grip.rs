@@ -1,6 +1,6 @@
 //! What a grip between two flat pads can carry by friction.
 
-use nalgebra::{Matrix3, Point3, RowVector6, Unit, Vector3};
+use nalgebra::{Matrix3, Point3, RowVector3, RowVector6, Unit, Vector3};
 
 /// A grip of two flat pads that face each other, in the tool frame.
 ///
@@ -28,8 +28,8 @@ pub struct Grip {
     pub used_fraction: f64,
 }
 
-/// Number of entries of the load of a pad that friction bounds.
-pub(crate) const TAIL: usize = 4;
+/// Number of entries of the load of a pad that friction bounds: two forces along the surface, and torsion.
+const TAIL: usize = 3;
 
 /// Load of one pad as a function of the wrench on the payload in the tool frame, relative to the friction of the grip.
 #[derive(Clone, Copy, Debug)]
@@ -69,20 +69,23 @@ impl Grip {
         let along_force = (across * 0.5 + couple * lever) / allowed;
         let along_moment = couple / allowed;
         let torsion = n.transpose() * (0.5 / (self.torsion_radius_m * allowed));
-        let row = |force: [f64; 3], moment: [f64; 3]| {
-            RowVector6::from_iterator(force.into_iter().chain(moment))
+        let row = |force: RowVector3<f64>, moment: RowVector3<f64>| {
+            RowVector6::from_iterator(force.iter().chain(&moment).copied())
         };
-        let of = |m: &Matrix3<f64>, k: usize| [m[(k, 0)], m[(k, 1)], m[(k, 2)]];
-        let of_force = torsion * lever;
+        // Any two directions along the surface: three would make the cones of the conic program larger.
+        let first = n.cross(&Vector3::ith(n.iamin(), 1.0)).normalize();
+        let along = |direction: Vector3<f64>| {
+            let direction = direction.transpose();
+            row(direction * along_force, direction * along_moment)
+        };
         // The payload presses on the pad towards which its inertia pulls it: the pad pushes back along -n.
-        let pressure = n * (-0.5 * side / self.grip_force_n);
+        let pressure = n.transpose() * (-0.5 * side / self.grip_force_n);
         PadLoad {
-            head: row(pressure.into(), [0.0; 3]),
+            head: row(pressure, RowVector3::zeros()),
             tail: [
-                row(of(&along_force, 0), of(&along_moment, 0)),
-                row(of(&along_force, 1), of(&along_moment, 1)),
-                row(of(&along_force, 2), of(&along_moment, 2)),
-                row(of_force.transpose().into(), torsion.transpose().into()),
+                along(first),
+                along(n.cross(&first)),
+                row(torsion * lever, torsion),
             ],
         }
     }

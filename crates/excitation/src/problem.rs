@@ -105,9 +105,9 @@ impl Problem {
     /// Returns [`ExcitationError::State`] for a wrong number of joints, [`ExcitationError::Value`] for a number that is out of
     /// range, and [`ExcitationError::Impossible`] for a posture outside of its limits.
     pub(crate) fn check(&self) -> Result<(), ExcitationError> {
-        self.robot.check_length("start", &self.start)?;
+        self.check_posture("start", &self.start)?;
         if let End::At(end) = &self.end {
-            self.robot.check_length("end", end)?;
+            self.check_posture("end", end)?;
         }
         let (limits, dof) = (self.limits.len(), self.robot.dof());
         value("limits", limits as f64, limits == dof, "one for each joint")?;
@@ -126,6 +126,10 @@ impl Problem {
             positive("payloads", payload.mass())?;
         }
         for limits in &self.limits {
+            let (low, high) = limits.position;
+            let is_range = low < high && low.is_finite() == high.is_finite();
+            let expected = "a range whose ends are both finite or both infinite";
+            value("position", low, is_range, expected)?;
             positive("velocity", limits.velocity)?;
             positive("acceleration", limits.acceleration)?;
             value(
@@ -147,6 +151,15 @@ impl Problem {
             value("grip", grip.grip_force_n, grip.is_valid(), expected)?;
         }
         self.check_base()
+    }
+
+    /// Checks that there is a finite position for each joint.
+    fn check_posture(&self, name: &'static str, posture: &[f64]) -> Result<(), ExcitationError> {
+        self.robot.check_length(name, posture)?;
+        for &position in posture {
+            value(name, position, position.is_finite(), "finite")?;
+        }
+        Ok(())
     }
 
     /// Checks that a base that floats does so without gravity, and that only such a base has bounds.

@@ -27,6 +27,11 @@ const GOOD: f64 = 0.7;
 /// Factor by which the radius grows.
 const GROWTH: f64 = 1.6;
 
+/// Slack below which a limit is in the conic program from the start. The others are added where a solution exceeds them by
+/// more than what is negligible.
+const NEAR: f64 = 0.25;
+const NEGLIGIBLE: f64 = 1e-4;
+
 /// Excess beyond what was predicted from which a step is corrected.
 const CURVED: f64 = 2e-4;
 
@@ -268,14 +273,14 @@ impl Search {
         let linearised =
             |cone: &Cone| cone.linearised(&self.sampler, &linear.samples, &self.scales, radius);
         let mut cones: Vec<Vec<LinearCone>> = self.cones.iter().map(linearised).collect();
-        let mut step = self.step(point, linear, cones.concat(), radius)?;
+        let mut step = self.step(point, linear, &cones.concat(), radius)?;
         let mut candidate = self.point(step.values.clone())?;
         let merit = |point: &Option<Point>| point.as_ref().map_or(f64::INFINITY, Point::merit);
         let excess = candidate.as_ref().map_or(0.0, |candidate| candidate.excess);
         let is_poor = point.merit() - merit(&candidate) < POOR * step.predicted;
         if is_poor && excess > step.excess + CURVED {
             self.correct(&mut cones, &step)?;
-            let corrected = self.step(point, linear, cones.concat(), radius)?;
+            let corrected = self.step(point, linear, &cones.concat(), radius)?;
             let second = self.point(corrected.values.clone())?;
             if merit(&second) < merit(&candidate) {
                 candidate = second;
@@ -335,29 +340,45 @@ impl Search {
         })
     }
 
-    /// Returns the best step within the trust region for functions and limits that are linear.
+    /// Returns the best step within the trust region for functions and limits that are linear. Few of the limits bind, so the
+    /// program has those that are near and grows by those that its solutions exceed.
     fn step(
         &self,
         point: &Point,
         linear: &Linear,
-        cones: Vec<LinearCone>,
+        cones: &[LinearCone],
         radius: f64,
     ) -> Result<Step, ExcitationError> {
         let inequalities = self.inequalities(&point.values, radius);
-        let change = Subproblem {
-            functions: &linear.functions,
-            inequalities: &inequalities,
-            cones: &cones,
-            radius,
-            variables: self.scales.len(),
-        }
-        .solve()?;
+        let near = |cone: &LinearCone| cone.value.slack() < NEAR;
+        let (mut kept, mut others): (Vec<&LinearCone>, Vec<&LinearCone>) =
+            cones.iter().partition(|cone| near(cone));
+        let change = loop {
+            let change = Subproblem {
+                functions: &linear.functions,
+                inequalities: &inequalities,
+                cones: &kept,
+                radius,
+                variables: self.scales.len(),
+            }
+            .solve()?;
+            let excess = |cone: &&LinearCone| cone.excess_after(&change);
+            let allowed = kept.iter().map(excess).fold(0.0, f64::max) + NEGLIGIBLE;
+            let count = kept.len();
+            others.retain(|cone| {
+                let holds = excess(cone) <= allowed;
+                if !holds {
+                    kept.push(cone);
+                }
+                holds
+            });
+            if kept.len() == count {
+                break change;
+            }
+        };
         let functions = linear.functions.iter().map(|(f, g)| f + along(g, &change));
         let largest = functions.fold(f64::NEG_INFINITY, f64::max);
-        let excess = cones.iter().map(|cone| {
-            let (head, tail) = cone.after(&change);
-            tail.iter().map(|x| x * x).sum::<f64>().sqrt() - head
-        });
+        let excess = cones.iter().map(|cone| cone.excess_after(&change));
         let excess = excess.fold(0.0, f64::max);
         let pairs = point.values.iter().zip(&change).zip(&self.scales);
         let values: Vec<f64> = pairs.map(|((x, d), scale)| x + d * scale).collect();

@@ -32,7 +32,7 @@ pub(crate) struct Subproblem<'a> {
     /// Inequalities that hold strictly.
     pub(crate) inequalities: &'a [Inequality],
     /// Cones that hold up to their excess.
-    pub(crate) cones: &'a [LinearCone],
+    pub(crate) cones: &'a [&'a LinearCone],
     /// Largest magnitude of each entry of the step.
     pub(crate) radius: f64,
     /// Number of entries of the step.
@@ -75,6 +75,12 @@ impl LinearCone {
             self.value.head + along(&self.head, step),
             tail.map(|(value, g)| value + along(g, step)).collect(),
         )
+    }
+
+    /// Returns by how much the limit is exceeded after a step; negative where it holds.
+    pub(crate) fn excess_after(&self, step: &[f64]) -> f64 {
+        let (head, tail) = self.after(step);
+        tail.iter().map(|x| x * x).sum::<f64>().sqrt() - head
     }
 }
 

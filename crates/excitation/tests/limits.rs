@@ -159,8 +159,13 @@ fn limits_hold_for_random_problems() {
                 assert!(used <= 1.0 + TOLERANCE, "{seed}: {used}");
                 (designs, binding) = (designs + 1, binding + usize::from(used > 0.95));
             }
-            // Some postures cannot hold the payload.
-            Err(ExcitationError::Impossible { at, .. }) => assert_eq!(at, "at the start"),
+            // Some postures cannot hold the payload, or hardly.
+            Err(ExcitationError::Impossible { limit, .. }) => {
+                assert!(
+                    matches!(limit, Limit::Effort(_) | Limit::Wrench(_)),
+                    "{limit}"
+                );
+            }
             Err(error) => panic!("{seed}: {error}"),
         }
     }
@@ -282,4 +287,29 @@ fn impossible_problems_name_the_limit() {
         "{}",
         message(&bounded)
     );
+}
+
+/// A number that is out of range is an error that names the field.
+#[test]
+fn bad_numbers_are_errors() {
+    type Change = fn(&mut Problem);
+    let changes: [(&str, Change); 9] = [
+        ("`start` is NaN", |p| p.start[1] = f64::NAN),
+        ("`end` is inf", |p| p.end = End::At(vec![f64::INFINITY; 8])),
+        ("start", |p| p.start.truncate(3)),
+        ("`limits` is 7", |p| p.limits.truncate(7)),
+        ("`position` is 2", |p| p.limits[0].position = (2.0, 1.0)),
+        ("`position` is -1", |p| {
+            p.limits[0].position = (-1.0, f64::INFINITY)
+        }),
+        ("`payloads` is 0", |p| p.payloads.clear()),
+        ("`targets` is 0", |p| p.targets[4] = 0.0),
+        ("`joints` is 9", |p| p.joints = vec![0, 9]),
+    ];
+    for (expected, change) in changes {
+        let mut problem = on_ground();
+        change(&mut problem);
+        let found = message(&problem);
+        assert!(found.contains(expected), "{found} does not name {expected}");
+    }
 }
