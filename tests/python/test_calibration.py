@@ -184,18 +184,18 @@ def test_shortages_are_sentences() -> None:
 
 
 def test_contradictions_are_sentences() -> None:
-    data = {"size": 0.0349, "std_dev": 0.0035, "joint": "elbow"}
-    cases = {
-        "gravity_tilted": "gravity tilted by 2 ± 0.39 degrees. ",
-        "joint_zero_off": "positions of elbow that are larger by 2 ± 0.39 degrees. ",
-        "gain_contradicted": "other gains, most at elbow (+3.5 ± 0.69 %). ",
-        "payload_com_contradicted": (
-            "payload of loaded recording 2 35 ± 6.9 mm from the given one. "
-        ),
-    }
-    assert set(cases) == set(CONTRADICTION_KINDS)
-    for kind, part in cases.items():
-        assert part in str(tactid.Finding(kind, data | {"payload": 1}))
+    data = {"std_dev": 0.0035, "joint": "elbow", "payload": 1}
+    cases = [
+        ("gravity_tilted", 0.0349, "tilted by 2 ± 0.39 degrees, which the efforts of elbow"),
+        ("joint_zero_off", 0.0349, "positions of elbow that are larger by 2 ± 0.39 degrees. "),
+        ("joint_zero_off", -0.0349, "positions of elbow that are smaller by 2 ± 0.39 degrees. "),
+        ("gain_contradicted", 0.0349, "other gains, most at elbow (+3.5 ± 0.69 %). "),
+        ("gain_contradicted", -1.32, "other gains, most at elbow (-130 ± 0.69 %). "),
+        ("payload_com_contradicted", 0.123, "recording 2 120 ± 6.9 mm from the given one, which"),
+    ]
+    assert {kind for kind, *_ in cases} == set(CONTRADICTION_KINDS)
+    for kind, size, part in cases:
+        assert part in str(tactid.Finding(kind, data | {"size": size}))
 
 
 @pytest.mark.usefixtures("arm")

@@ -234,14 +234,13 @@ SENTENCES = {
         " temperature, wear and what else has changed, and calibrate anew."
     ),
     "friction_changed": (
-        "Friction differs from the calibration by about 12 % (most at elbow, +21 %), as happens"
-        " with the temperature and with wear; the values take it into account. Record an unloaded"
-        " motion of the same day, too, or calibrate anew."
+        "Friction differs from the calibration by about 12 % (most at elbow, +21 %). Temperature"
+        " and wear do that. Record an unloaded motion of the same day, or calibrate anew."
     ),
     "gains_changed": (
-        "The gains of the efforts differ from the calibration by about 6 % (most at elbow, -7 %),"
-        " as happens with the temperature; the values take it into account. The unloaded recording"
-        " shows it, too, and has updated the calibration."
+        "The gains of the efforts differ from the calibration by about 6 % (most at elbow, -7 %)."
+        " Temperature changes gains by a few percent. The unloaded recording has updated the"
+        " calibration."
     ),
     "joint_uncalibrated": (
         "elbow moves, but did not move when the arm was calibrated: its friction is not known, and"

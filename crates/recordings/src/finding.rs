@@ -135,7 +135,7 @@ pub struct ArmChanged {
     pub joint: String,
     /// Its change; positive where the quantity is larger now.
     pub joint_change: f64,
-    /// Whether an unloaded recording of the day shows the change, too.
+    /// Whether an unloaded recording updated the calibration.
     pub has_unloaded: bool,
 }
 

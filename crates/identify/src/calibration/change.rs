@@ -34,7 +34,7 @@ const PAYLOAD_PRECISION: f64 = 1e-4;
 const GAIN_ODDS: f64 = 3.0;
 
 /// Precision of the scale of all gains while it is fixed, relative to that of its prior.
-const FIXED_SCALE: f64 = 1e4;
+const HELD_PRECISION_RATIO: f64 = 1e4;
 
 /// How much an arm has changed since its calibration: standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -170,7 +170,7 @@ impl Changes {
 fn fix_direction(precision: &mut DMatrix<f64>, direction: &DVector<f64>) -> f64 {
     let product = &*precision * direction;
     let of_direction = direction.dot(&product);
-    *precision += FIXED_SCALE / of_direction * &product * product.transpose();
+    *precision += HELD_PRECISION_RATIO / of_direction * &product * product.transpose();
     1.0 / of_direction
 }
 

@@ -1,7 +1,6 @@
 //! Wrong assumptions that the residuals of a calibration show.
 //!
-//! A calibration explains much of what it should not: a joint whose zero is wrong, or gravity that is tilted, changes links
-//! and gains, and the rest looks like noise. So each assumption is tested by the unknown that would replace it, such as a tilt of
+//! A wrong zero of a joint or a tilted gravity is partly absorbed by links and gains; the rest looks like noise. So each assumption is tested by the unknown that would replace it, such as a tilt of
 //! gravity: one more step of the fit with this unknown gives its size and by how much it lowers the sum of squares (a score
 //! test). The noise is that of the calibration, which contains the misfit: a test is rather too cautious than too bold. Its
 //! threshold is Fisher's distribution with the degrees of freedom of the noise.
@@ -24,30 +23,29 @@ const PROBABILITY: f64 = 1e-3;
 
 /// Least tilt of gravity and least error of a joint's zero that count, rad: 1.5 degrees. The measured arms of the tests stay
 /// below it.
-const LEAST_ANGLE_RAD: f64 = 0.026;
+const MIN_ANGLE_RAD: f64 = 0.026;
 
 /// Least error of a gain that was taken for exact, a fraction: less is usual where efforts are torques.
-const LEAST_GAIN: f64 = 0.05;
+const MIN_GAIN: f64 = 0.05;
 
-/// Least error of a known centre of mass, m.
-const LEAST_CENTER_M: f64 = 0.005;
-
-/// Largest angle, fraction or distance for which one linear step is a measure.
-const MOST: f64 = 0.35;
+/// Least error of a known centre of mass, m: what a ruler shows.
+const MIN_CENTER_M: f64 = 0.005;
 
 /// Fraction of the information on an unknown below which the other unknowns of the fit stand for it.
-const DETERMINED: f64 = 1e-9;
+const MIN_INFORMATION_FRACTION: f64 = 1e-9;
 
 /// An assumption of a calibration that its recordings contradict, with what they show instead.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contradiction {
     /// The assumption.
     pub assumption: Assumption,
-    /// Size of its error: an angle, rad, a fraction of the gain, or a distance, m.
+    /// Size of its error by one linear step, rough where it is large: the angle between the given and the true gravity, rad;
+    /// the true position less the measured one, rad; the true gain over the given one, less 1; or the distance of the true
+    /// centre of mass from the given one, m.
     pub size: f64,
     /// Standard deviation of the size, widened as in [`CalibratedEstimate`](super::CalibratedEstimate).
     pub std_dev: f64,
-    /// The joint whose efforts show it most.
+    /// The joint whose zero or gain is wrong; for gravity and a centre of mass, the joint whose efforts show it most.
     pub joint: String,
 }
 
@@ -58,7 +56,7 @@ pub enum Assumption {
     Gravity,
     /// The zero of the position of [`Contradiction::joint`].
     JointZero,
-    /// The gains of the efforts, which are taken for exact.
+    /// The gain of [`Contradiction::joint`], where gains are taken for exact.
     Gains,
     /// The centre of mass of a known payload: its place among the loaded recordings.
     PayloadCenter(usize),
@@ -74,7 +72,26 @@ struct Test {
     least: f64,
 }
 
-/// Returns the assumption whose replacement explains the residuals best, if there is one that they contradict.
+/// What the residuals show in place of one assumption.
+struct Evidence {
+    /// Probability that noise lowers the sum of squares by as much.
+    probability: f64,
+    /// By how much the sum of squares is lower.
+    squares: f64,
+    contradiction: Contradiction,
+    /// Whether the error is large enough to count.
+    is_relevant: bool,
+}
+
+impl Evidence {
+    /// Whether it is stronger than another one. Small probabilities are zero.
+    fn is_stronger(&self, other: &Self) -> bool {
+        (self.probability, -self.squares) < (other.probability, -other.squares)
+    }
+}
+
+/// Returns the assumption whose replacement explains the residuals best, if it is one that they contradict. The others are
+/// not looked at: one wrong assumption makes others look wrong, too.
 pub(crate) fn contradiction(
     recordings: &[(&EffortRecording, Option<KnownPayload>)],
     fitted: &Fitted,
@@ -88,16 +105,17 @@ pub(crate) fn contradiction(
     let factor = factor.ok_or(IdentifyError::CalibrationFailed)?;
     let sums = sums(&problem, fitted, count);
     let information = &sums.information - &sums.coupling * factor.solve(&sums.coupling.transpose());
-    let mut worst: Option<(f64, Contradiction)> = None;
+    let mut strongest: Option<Evidence> = None;
     for test in &tests {
-        let Some((squares, found)) = test.contradiction(&sums, &information, recordings) else {
-            continue;
+        let found = test.evidence(&sums, &information, recordings);
+        strongest = match (strongest, found) {
+            (Some(strongest), Some(found)) if !found.is_stronger(&strongest) => Some(strongest),
+            (strongest, found) => found.or(strongest),
         };
-        if worst.as_ref().is_none_or(|(most, _)| squares > *most) {
-            worst = Some((squares, found));
-        }
     }
-    Ok(worst.map(|(_, found)| found))
+    Ok(strongest
+        .filter(|found| found.probability < PROBABILITY && found.is_relevant)
+        .map(|found| found.contradiction))
 }
 
 /// Returns all tests: gravity, zeros of revolute joints, gains that are taken for exact, and known centres of mass.
@@ -108,14 +126,14 @@ fn tests(recordings: &[(&EffortRecording, Option<KnownPayload>)], fitted: &Fitte
         assumption: Assumption::Gravity,
         columns: 0..TILTS,
         joint: None,
-        least: LEAST_ANGLE_RAD,
+        least: MIN_ANGLE_RAD,
     }];
     let revolute = (0..joints).filter(|&joint| arm.units[joint] == "N m");
     tests.extend(revolute.map(|joint| Test {
         assumption: Assumption::JointZero,
         columns: TILTS + joint..TILTS + joint + 1,
         joint: Some(joint),
-        least: LEAST_ANGLE_RAD,
+        least: MIN_ANGLE_RAD,
     }));
     let gains = fitted.model.layout.range(Group::InverseGain);
     let first = TILTS + joints;
@@ -124,7 +142,7 @@ fn tests(recordings: &[(&EffortRecording, Option<KnownPayload>)], fitted: &Fitte
             assumption: Assumption::Gains,
             columns: first..first + joints,
             joint: None,
-            least: LEAST_GAIN,
+            least: MIN_GAIN,
         });
     }
     let held = recordings.iter().filter_map(|(_, held)| *held);
@@ -135,7 +153,7 @@ fn tests(recordings: &[(&EffortRecording, Option<KnownPayload>)], fitted: &Fitte
         assumption: Assumption::PayloadCenter(payload),
         columns: first + joints + 3 * payload..first + joints + 3 * (payload + 1),
         joint: None,
-        least: LEAST_CENTER_M,
+        least: MIN_CENTER_M,
     }));
     tests
 }
@@ -178,7 +196,9 @@ fn sums(problem: &Problem<'_>, fitted: &Fitted, count: usize) -> Sums {
     sums
 }
 
-/// Returns the derivatives of the modelled effort of a joint with respect to the unknowns of all tests.
+/// Returns the derivatives of the modelled effort of a joint with respect to the unknowns of all tests. Those of gravity and
+/// of the zeros are of the links as described: without the share of a payload, whose size they would need, so that the zero
+/// of a joint may show as the centre of mass of a known payload.
 fn columns(block: &Block<'_>, joint: usize, fitted: &Fitted, count: usize) -> DMatrix<f64> {
     let (model, at) = (&fitted.model, &fitted.unknowns);
     let joints = model.layout.joints;
@@ -210,22 +230,22 @@ fn columns(block: &Block<'_>, joint: usize, fitted: &Fitted, count: usize) -> DM
 }
 
 impl Test {
-    /// Returns what the residuals show in place of the assumption, and by how much that lowers the sum of squares; `None`
-    /// where they do not contradict it.
-    fn contradiction(
+    /// Returns what the residuals show in place of the assumption; `None` where they show nothing.
+    fn evidence(
         &self,
         sums: &Sums,
         information: &DMatrix<f64>,
         recordings: &[(&EffortRecording, Option<KnownPayload>)],
-    ) -> Option<(f64, Contradiction)> {
+    ) -> Option<Evidence> {
         let (first, count) = (self.columns.start, self.columns.len());
         let all: DVector<f64> = sums.scores.column_sum();
         let score = all.rows(first, count).into_owned();
         let of_test = information
             .view((first, first), (count, count))
             .into_owned();
-        let is_determined =
-            |k: usize| of_test[(k, k)] > DETERMINED * sums.information[(first + k, first + k)];
+        let is_determined = |k: usize| {
+            of_test[(k, k)] > MIN_INFORMATION_FRACTION * sums.information[(first + k, first + k)]
+        };
         if !(0..count).all(is_determined) {
             return None;
         }
@@ -235,7 +255,9 @@ impl Test {
         let covariance = factor.inverse();
         let (size, variance, largest) = match self.assumption {
             Assumption::Gains => {
-                let largest = found.icamax();
+                let significance = |k: usize| found[k].powi(2) / covariance[(k, k)];
+                let largest =
+                    (0..count).max_by(|&a, &b| significance(a).total_cmp(&significance(b)))?;
                 (
                     found[largest],
                     covariance[(largest, largest)],
@@ -248,21 +270,20 @@ impl Test {
                 (size, direction.dot(&(&covariance * &direction)), self.joint)
             }
         };
-        let of_noise = CalibratedEstimate::DEGREES_OF_FREEDOM;
-        let is_contradicted = f_p(squares, count as f64, of_noise) < PROBABILITY
-            && (self.least..MOST).contains(&size.abs());
         // The joint whose residuals gain most by the step.
         let of_joints = sums.scores.rows(first, count).tr_mul(&found);
         let joint = largest.unwrap_or_else(|| of_joints.imax());
-        is_contradicted.then(|| {
-            let signed = if count == 1 { found[0] } else { size };
-            let found = Contradiction {
+        let of_noise = CalibratedEstimate::DEGREES_OF_FREEDOM;
+        Some(Evidence {
+            probability: f_p(squares, count as f64, of_noise),
+            squares,
+            is_relevant: size.abs() >= self.least,
+            contradiction: Contradiction {
                 assumption: self.assumption,
-                size: signed,
+                size: if count == 1 { found[0] } else { size },
                 std_dev: WIDENING * variance.sqrt(),
                 joint: recordings[0].0.arm.joints[joint].clone(),
-            };
-            (squares, found)
+            },
         })
     }
 }

@@ -1,4 +1,4 @@
-//! The scale of all torques, which no effort shows.
+//! The common scale of all torques, which efforts alone do not determine.
 //!
 //! Links and payloads times a factor, and inverse gains divided by it, give the same efforts. What decides the factor are the
 //! masses of known payloads and what was known of the gains. The prior of the links must not: its distances from the
@@ -11,8 +11,9 @@ use super::layout::{Group, Layout};
 use super::payload::KnownPayload;
 use super::rows::Unknowns;
 
-/// Standard deviation of the scale while it is held, far below that of any weight.
-pub(crate) const FIXED_SCALE: f64 = 1e-4;
+/// Standard deviation of the scale while it is held: far below that of weighed masses. Masses that are exact hold it
+/// themselves.
+pub(crate) const HELD_SCALE_STD_DEV: f64 = 1e-4;
 
 /// The scale of all torques as known payloads and gains give it.
 #[derive(Clone, Debug)]
@@ -26,9 +27,10 @@ pub(crate) struct KnownScale {
 }
 
 impl KnownScale {
-    /// Returns the mean of what masses and gains say, with their precisions as weights. The gains count as one, because
-    /// their errors may be alike; `scales` are the standard deviations of the arm's unknowns before the calibration. Returns `None` where a gain or all masses are unknown: then there is
-    /// nothing to hold.
+    /// Returns the precision-weighted mean of the scales that known masses and gains imply. The errors of the gains may be
+    /// alike, and so may those of the masses, which one balance has weighed: neither becomes more precise by their number.
+    /// `scales` are the standard deviations of the arm's unknowns before the calibration. Returns `None` where a gain is
+    /// known exactly, which fixes the scale, and without a mass.
     pub(crate) fn new(
         layout: &Layout,
         scales: &[f64],
@@ -43,14 +45,17 @@ impl KnownScale {
             return None;
         }
         let of_gains = std_devs.iter().map(|s| s.powi(-2)).sum::<f64>() / std_devs.len() as f64;
-        let precision = of_gains + masses.iter().map(|(_, precision)| precision).sum::<f64>();
+        let weights: f64 = masses.iter().map(|(_, precision)| precision).sum();
+        let roots: f64 = masses.iter().map(|(_, precision)| precision.sqrt()).sum();
+        let of_masses = (weights / roots).powi(2);
+        let precision = of_gains + of_masses;
         let arm = layout.len();
         let mut gradient = DVector::zeros(arm + 10 * masses.len());
         for k in gains.clone() {
             gradient[k] = -of_gains / precision / gains.len() as f64;
         }
         for (payload, (mass_kg, of_mass)) in masses.iter().enumerate() {
-            gradient[arm + 10 * payload] = of_mass / precision / mass_kg;
+            gradient[arm + 10 * payload] = of_mass / weights * of_masses / precision / mass_kg;
         }
         Some(Self {
             gradient,
@@ -89,4 +94,47 @@ pub(crate) fn scale_direction(
             0.0
         }
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::rows::Vector;
+    use super::*;
+
+    /// The scale of some known masses, kg with standard deviations, and of two gains known to 20 %.
+    fn known(masses: &[(f64, f64)]) -> KnownScale {
+        let layout = Layout {
+            joints: 2,
+            links: 1,
+            widths: Vec::new(),
+        };
+        let mut scales = vec![1.0; layout.len()];
+        scales[layout.range(Group::InverseGain)].fill(0.2);
+        let held = masses
+            .iter()
+            .map(|(mass, std_dev)| KnownPayload::of_mass(*mass, *std_dev));
+        KnownScale::new(&layout, &scales, held).unwrap()
+    }
+
+    /// A weight that is known to 5 % decides more than gains, and as much where it is in four recordings as in one.
+    #[test]
+    fn one_balance_has_one_error() {
+        let one = known(&[(4.0, 0.2)]);
+        let expected = 1.0 / (0.2f64.powi(-2) + 0.05f64.powi(-2));
+        assert!((one.variance - expected).abs() < 1e-15);
+        let four = known(&[(4.0, 0.2); 4]);
+        assert!((four.variance - expected).abs() < 1e-15);
+        // What is known is the scale 1; masses and gains that are 1 % larger are 1 % from it.
+        for (known, payloads) in [(one, 1), (four, 4)] {
+            for factor in [1.0, 1.01] {
+                let mut payload = Vector::zeros();
+                payload[0] = 4.0 * factor;
+                let at = Unknowns {
+                    arm: vec![2.0 - factor; known.gradient.len() - 10 * payloads],
+                    payloads: vec![payload; payloads],
+                };
+                assert!((known.value(&at) - (factor - 1.0)).abs() < 1e-12);
+            }
+        }
+    }
 }

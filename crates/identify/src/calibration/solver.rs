@@ -6,7 +6,7 @@ use super::noise::{EffortNoise, Whitening};
 use super::payload::PayloadRow;
 use super::recording::EffortRecording;
 use super::rows::{EffortModel, Unknowns};
-use super::scale::{FIXED_SCALE, KnownScale};
+use super::scale::{HELD_SCALE_STD_DEV, KnownScale};
 
 /// Windows of one recording that a solution uses.
 #[derive(Clone, Debug)]
@@ -154,7 +154,7 @@ impl Problem<'_> {
         }
         if let Some(scale) = &self.scale {
             let gradient = DVector::from_fn(all, |k, _| scale.gradient[k] * self.scale(k));
-            let precision = FIXED_SCALE.powi(-2);
+            let precision = HELD_SCALE_STD_DEV.powi(-2);
             let distance = -scale.value(at);
             matrix += precision * &gradient * gradient.transpose();
             rhs += precision * distance * gradient;

@@ -9,6 +9,9 @@ from tactid.values import Z95
 
 Data = Mapping[str, Any]
 
+LARGEST_CHANGE_OF_GAINS = 0.1
+"""Largest rms change of the gains, a fraction, that an arm can have from temperature."""
+
 
 def _effort_noisier(data: Data, _: Style) -> str:
     return efforts_noisier([data])
@@ -64,68 +67,86 @@ def _gain_uncertain(data: Data, _: Style) -> str:
 
 
 def _friction_changed(data: Data, _: Style) -> str:
-    return _arm_changed("Friction differs", data, "with the temperature and with wear")
+    return _arm_changed("Friction differs", data, "Temperature and wear do that.")
 
 
 def _gains_changed(data: Data, _: Style) -> str:
-    return _arm_changed("The gains of the efforts differ", data, "with the temperature")
+    cause = "Temperature changes gains by a few percent."
+    if data["change"] > LARGEST_CHANGE_OF_GAINS:
+        cause = (
+            "No temperature does that: check gravity, the mounting, the zeros and the order of the"
+            " joints and the units; the intervals do not contain such an error."
+        )
+    return _arm_changed("The gains of the efforts differ", data, cause)
 
 
 def _arm_changed(subject: str, data: Data, cause: str) -> str:
     """Says how much has changed, and what makes the result better."""
-    size = f"{subject} from the calibration by about {100 * data['change']:.2g} %"
-    most = f"most at {data['joint']}, {100 * data['joint_change']:+.2g} %"
+    size = f"{subject} from the calibration by about {two_figures(100 * data['change'])} %"
+    change = 100 * data["joint_change"]
+    most = f"most at {data['joint']}, {'-' if change < 0 else '+'}{two_figures(abs(change))} %"
     advice = (
-        "The unloaded recording shows it, too, and has updated the calibration."
+        "The unloaded recording has updated the calibration."
         if data["has_unloaded"]
-        else "Record an unloaded motion of the same day, too, or calibrate anew."
+        else "Record an unloaded motion of the same day, or calibrate anew."
     )
-    return f"{size} ({most}), as happens {cause}; the values take it into account. {advice}"
+    return f"{size} ({most}). {cause} {advice}"
 
 
 def _gravity_tilted(data: Data, style: Style) -> str:
     return _contradicted(
-        f"with gravity tilted by {_degrees(data)}",
-        data,
+        f"with gravity tilted by {_degrees(data)}{_most(data)}",
         f"Check {option_name('gravity', style)}, and how the arm is mounted",
     )
 
 
 def _joint_zero_off(data: Data, _: Style) -> str:
     return _contradicted(
-        f"with positions of {data['joint']} that are larger by {_degrees(data)}",
-        data,
+        f"with positions of {data['joint']} that are"
+        f" {'larger' if data['size'] > 0 else 'smaller'} by {_degrees(data)}",
         "Check the zero of this joint, and the origin of the joint in the URDF",
     )
 
 
 def _gain_contradicted(data: Data, style: Style) -> str:
-    size = f"{100 * data['size']:+.2g} ± {100 * Z95 * data['std_dev']:.2g} %"
+    sign = "-" if data["size"] < 0 else "+"
+    size = f"{sign}{_interval(abs(data['size']), data['std_dev'], 100)} %"
     options = f"{option_name('loaded', style)} and {option_name('payload_mass', style)}"
     what = f"with other gains, most at {data['joint']} ({size})"
-    return _contradicted(what, data, f"Find the gains with {options}")
+    return _contradicted(what, f"Find the gains with {options}")
 
 
 def _payload_com_contradicted(data: Data, style: Style) -> str:
-    size = f"{1e3 * data['size']:.2g} ± {1e3 * Z95 * data['std_dev']:.2g} mm"
+    size = f"{_interval(data['size'], data['std_dev'], 1e3)} mm"
     which = f"of the payload of loaded recording {data['payload'] + 1}"
     return _contradicted(
-        f"with the centre of mass {which} {size} from the given one",
-        data,
-        f"Check {option_name('payload_com', style)}, or leave it out",
+        f"with the centre of mass {which} {size} from the given one{_most(data)}",
+        f"Check {option_name('payload_com', style)} and the zeros of the joints",
     )
 
 
-def _contradicted(what: str, data: Data, advice: str) -> str:
+def _contradicted(what: str, advice: str) -> str:
     return (
-        f"The efforts, those of {data['joint']} most, fit far better {what}. The error is in the"
+        f"The efforts fit far better {what}. The error is in the"
         f" calibration, and its intervals do not contain it. {advice}, and calibrate anew."
     )
 
 
+def _most(data: Data) -> str:
+    return f", which the efforts of {data['joint']} show most"
+
+
 def _degrees(data: Data) -> str:
-    size, half_width = math.degrees(data["size"]), math.degrees(Z95 * data["std_dev"])
-    return f"{size:.2g} ± {half_width:.2g} degrees"
+    return f"{_interval(abs(data['size']), data['std_dev'], math.degrees(1))} degrees"
+
+
+def _interval(size: float, std_dev: float, unit: float) -> str:
+    return f"{two_figures(unit * size)} ± {two_figures(unit * Z95 * std_dev)}"
+
+
+def two_figures(number: float) -> str:
+    """Formats a number with two significant figures and without an exponent."""
+    return f"{float(f'{number:.2g}'):.15g}"
 
 
 CALIBRATION_FINDINGS: dict[str, Callable[[Data, Style], str]] = {
