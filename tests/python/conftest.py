@@ -1,6 +1,7 @@
 """What the tests share: our robot, and one short run with its log."""
 
 import json
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -14,6 +15,9 @@ from expectations import Identify, Record, assert_fits_schema
 from tactid.values import values_of
 
 TactidCommand = Callable[..., "subprocess.CompletedProcess[str]"]
+
+# A shell starts what runs in the background with Ctrl-C ignored, and processes inherit that.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

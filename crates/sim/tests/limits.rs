@@ -158,8 +158,9 @@ fn a_file_is_checked_against_its_robot() {
         ),
     ] {
         std::fs::write(&path, text).unwrap();
+        let expected = format!("{}: {expected}", path.display());
         let error = Experiment::from_file(&path).unwrap_err().to_string();
-        assert!(error.starts_with(expected), "{text}: {error}");
+        assert!(error.starts_with(&expected), "{text}: {error}");
     }
 }
 
