@@ -98,8 +98,8 @@ pub(crate) fn scale_direction(
 
 #[cfg(test)]
 mod tests {
-    use super::super::rows::Vector;
     use super::*;
+    use crate::solve::subspace::Vector;
 
     /// The scale of some known masses, kg with standard deviations, and of two gains known to 20 %.
     fn known(masses: &[(f64, f64)]) -> KnownScale {
