@@ -34,8 +34,8 @@ pub enum LogError {
     },
     /// Messages of the same time, which are read together, need more memory than the reader may use.
     #[error(
-        "reading {} needs more than {} MB of memory at once: its chunks are too large, or overlap in time; `ros2 bag \
-         convert` writes smaller ones in the order of time", path.display(), budget >> 20
+        "reading {} needs more than {:.1} MiB of memory at once: its chunks or messages are too large, or its chunks overlap in \
+         time; `ros2 bag convert` writes smaller ones in the order of time", path.display(), *budget as f64 / 1_048_576.0
     )]
     Memory {
         /// Path of the file.

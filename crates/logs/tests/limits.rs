@@ -1,4 +1,4 @@
-//! What a log claims or contains never exhausts the memory, and names no file of somebody else.
+//! A log cannot exhaust the memory, and a bag cannot name files outside its folder.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -46,11 +46,12 @@ fn overlapping() -> Vec<u64> {
     (0..20).flat_map(|k| [k, 100 + k]).collect()
 }
 
-fn assert_refused(result: Result<usize, LogError>, budget: usize) {
+/// Asserts that a budget is refused, which the message gives in MiB.
+fn assert_refused(result: Result<usize, LogError>, shown: &str) {
     let error = result.unwrap_err();
     assert!(matches!(&error, LogError::Memory { .. }), "{error}");
     let text = error.to_string();
-    let limit = format!("more than {} MB of memory", budget / MEGABYTE);
+    let limit = format!("more than {shown} MiB of memory");
     assert!(
         text.contains("bomb.mcap") && text.contains(&limit),
         "{text}"
@@ -61,8 +62,12 @@ fn assert_refused(result: Result<usize, LogError>, budget: usize) {
 fn chunks_that_overlap_need_a_budget() {
     let steps = overlapping();
     assert_eq!(read(&steps, MEGABYTE, 50 * MEGABYTE, false).unwrap(), 40);
-    for budget in [MEGABYTE / 2, 4 * MEGABYTE, 38 * MEGABYTE] {
-        assert_refused(read(&steps, MEGABYTE, budget, false), budget);
+    for (budget, shown) in [
+        (MEGABYTE / 2, "0.5"),
+        (4 * MEGABYTE, "4.0"),
+        (38 * MEGABYTE, "38.0"),
+    ] {
+        assert_refused(read(&steps, MEGABYTE, budget, false), shown);
     }
 }
 
@@ -77,7 +82,7 @@ fn chunks_in_order_need_the_budget_of_one() {
 fn messages_that_are_compressed_one_by_one_need_a_budget() {
     let one = [0];
     assert_eq!(read(&one, 8 * MEGABYTE, 9 * MEGABYTE, true).unwrap(), 1);
-    assert_refused(read(&one, 8 * MEGABYTE, 7 * MEGABYTE, true), 7 * MEGABYTE);
+    assert_refused(read(&one, 8 * MEGABYTE, 7 * MEGABYTE, true), "7.0");
 }
 
 /// The headers of empty messages need more memory than the chunk.

@@ -26,8 +26,8 @@ use crate::{error::LogError, messages::Message};
 /// Memory that messages of overlapping times may occupy by default, bytes: hundreds of usual chunks.
 const MEMORY_BUDGET: u64 = 256 << 20;
 
-/// Most topics that an error lists.
-const LISTED: usize = 16;
+/// Largest number of topics that an error lists.
+const MAX_LISTED: usize = 16;
 
 /// A topic of a log.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -194,7 +194,7 @@ impl LogReader {
         Ok(self.select(|topic| names.iter().any(|name| name.as_ref() == topic.name)))
     }
 
-    /// Lists the topics for an error, of many those that stand beside a name in their order.
+    /// Lists the topics for an error message: of more than [`MAX_LISTED`] the alphabetic neighbours of a name.
     fn topics_beside(&self, name: &str) -> String {
         if self.topics.is_empty() {
             return "no topics".to_owned();
@@ -202,8 +202,8 @@ impl LogReader {
         let place = self
             .topics
             .partition_point(|topic| topic.name.as_str() < name);
-        let first = place.saturating_sub(LISTED / 2);
-        let beside = self.topics.iter().skip(first).take(LISTED);
+        let first = place.saturating_sub(MAX_LISTED / 2);
+        let beside = self.topics.iter().skip(first).take(MAX_LISTED);
         let listed: Vec<&str> = beside.map(|topic| topic.name.as_str()).collect();
         match self.topics.len() - listed.len() {
             0 => listed.join(", "),

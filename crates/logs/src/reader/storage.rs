@@ -20,26 +20,27 @@ pub(super) type Metadata = BTreeMap<String, BTreeMap<String, String>>;
 /// exhaust memory.
 pub(super) const MAX_RECORD: u64 = 1 << 28;
 
-/// Memory for the segments of a log that are read together, bytes.
+/// Memory for the segments that are open together.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Room {
-    /// What the segments in memory leave.
-    pub(super) left: u64,
-    pub(super) budget: u64,
+pub(super) struct MemoryBudget {
+    /// Bytes that the open segments leave.
+    pub(super) remaining: u64,
+    /// Bytes of the whole budget, for the error.
+    pub(super) total: u64,
 }
 
-impl Room {
-    /// Room for one segment alone.
+impl MemoryBudget {
+    /// The budget of one segment alone.
     pub(super) const ONE: Self = Self {
-        left: MAX_RECORD,
-        budget: MAX_RECORD,
+        remaining: MAX_RECORD,
+        total: MAX_RECORD,
     };
 
     /// Returns the error of a file whose next segment exceeds what is left.
     pub(super) fn exceeded(self, path: &Path) -> Stop {
         Stop::Error(LogError::Memory {
             path: path.to_owned(),
-            budget: self.budget,
+            budget: self.total,
         })
     }
 }
@@ -96,8 +97,13 @@ pub(super) trait Storage: fmt::Debug + Send + Sync {
 /// An open file whose segments are read one by one.
 pub(super) trait SegmentReader: fmt::Debug + Send {
     /// Reads the messages of the selected channels in a segment, which is given by its place in
-    /// [`FileIndex::segments`]. A segment that says that it needs more than the room that is left is not read.
-    fn read(&mut self, segment: usize, selected: &Selected, room: Room) -> Result<Block, Stop>;
+    /// [`FileIndex::segments`]. An MCAP chunk whose header gives a size above `budget.remaining` is not decompressed.
+    fn read(
+        &mut self,
+        segment: usize,
+        selected: &Selected,
+        budget: MemoryBudget,
+    ) -> Result<Block, Stop>;
 }
 
 /// Messages of a segment in memory, in the order of the file.

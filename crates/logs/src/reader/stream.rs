@@ -12,7 +12,7 @@ use std::{
 use super::{
     Topic,
     compression::MessageDecompressor,
-    storage::{Block, Damage, FileIndex, Room, SegmentReader, Selected, Stop},
+    storage::{Block, Damage, FileIndex, MemoryBudget, SegmentReader, Selected, Stop},
 };
 use crate::{cdr, error::LogError, messages::Message};
 
@@ -98,8 +98,8 @@ impl fmt::Debug for RawMessage {
 /// keep the order of the log.
 ///
 /// Only segments of the log with overlapping times are in memory together: chunks of an MCAP file, or about a megabyte of a
-/// SQLite bag. Segments that need more memory together than the reader's budget are an error. The messages of a damaged file end at the damage, which [`damage`](Self::damage) reports; it is not an error
-/// of the iteration.
+/// SQLite bag. Segments that need more memory together than the reader's budget are an error. The messages of a damaged
+/// file end at the damage, which [`damage`](Self::damage) reports; it is not an error of the iteration.
 #[derive(Debug)]
 pub struct Messages {
     files: Arc<[FileIndex]>,
@@ -187,14 +187,14 @@ impl Messages {
             other => &mut other.insert((f, self.files[f].storage.open()?)).1,
         };
         let selected = &self.selected[f];
-        let room = Room {
-            left: self.budget.saturating_sub(self.open_bytes),
-            budget: self.budget,
+        let budget = MemoryBudget {
+            remaining: self.budget.saturating_sub(self.open_bytes),
+            total: self.budget,
         };
-        let mut block = reader.read(s, selected, room)?;
-        let left = room.left.checked_sub(block.memory());
+        let mut block = reader.read(s, selected, budget)?;
+        let left = budget.remaining.checked_sub(block.memory());
         if !left.is_some_and(|left| self.decompressor.decompress(&mut block, selected, left)) {
-            return Err(room.exceeded(&self.files[f].path));
+            return Err(budget.exceeded(&self.files[f].path));
         }
         // The sort is stable, and costs almost nothing if the log is already in order.
         block.entries.sort_by_key(|entry| entry.log_time_ns);

@@ -6,7 +6,7 @@ use mcap::records::op;
 use zstd::zstd_safe::{DCtx, ResetDirective};
 
 use super::file::RECORD_HEADER;
-use crate::reader::storage::{Entry, MAX_RECORD, Room};
+use crate::reader::storage::{Entry, MAX_RECORD, MemoryBudget};
 
 /// Size of a message's channel, sequence, log time and publish time, bytes.
 const MESSAGE_HEADER: usize = 22;
@@ -50,16 +50,8 @@ struct ChunkHeader<'a> {
 }
 
 impl Records {
-    /// Wraps records that are stored outside of chunks.
-    pub(super) fn plain(bytes: Vec<u8>) -> Self {
-        Self {
-            bytes,
-            start: 0,
-            cut: false,
-        }
-    }
-
-    fn decompressed(bytes: Vec<u8>, cut: bool) -> Self {
+    /// Wraps records from the beginning of some bytes. `cut` says whether the end of the file cuts them off.
+    pub(super) fn new(bytes: Vec<u8>, cut: bool) -> Self {
         Self {
             bytes,
             start: 0,
@@ -72,7 +64,7 @@ impl Records {
     pub(super) fn of_chunk(
         body: Vec<u8>,
         cut: bool,
-        room: Room,
+        budget: MemoryBudget,
         decompressor: &mut ChunkDecompressor,
     ) -> Result<Self, ChunkFault> {
         let header = ChunkHeader::parse(&body);
@@ -84,7 +76,7 @@ impl Records {
         if header.uncompressed_size > MAX_RECORD && !cut {
             return Err("a chunk of impossible size".into());
         }
-        if header.uncompressed_size.min(MAX_RECORD) > room.left {
+        if header.uncompressed_size.min(MAX_RECORD) > budget.remaining {
             return Err(ChunkFault::TooLarge);
         }
         let (size, crc) = (header.uncompressed_size, header.uncompressed_crc);
@@ -102,11 +94,11 @@ impl Records {
                 bytes.truncate(end);
                 Self { bytes, start, cut }
             }
-            b"zstd" => Self::decompressed(decompressor.decompress(data, size, cut)?, cut),
+            b"zstd" => Self::new(decompressor.decompress(data, size, cut)?, cut),
             b"lz4" => {
                 let decoder = lz4::Decoder::new(data);
                 let decoder = decoder.map_err(|error| error.to_string())?;
-                Self::decompressed(decompress(decoder, size, cut)?, cut)
+                Self::new(decompress(decoder, size, cut)?, cut)
             }
             other => {
                 let name = String::from_utf8_lossy(other);

@@ -8,7 +8,7 @@ use super::{
     chunk::{ChunkDecompressor, ChunkFault, Records},
     file::LogFile,
 };
-use crate::reader::storage::{Channel, ChannelId, Damage, Metadata, Room, Segment, Stop};
+use crate::reader::storage::{Channel, ChannelId, Damage, MemoryBudget, Metadata, Segment, Stop};
 
 /// Content of a file.
 #[derive(Debug, Default)]
@@ -41,20 +41,20 @@ impl Place {
     pub(super) fn read(
         &self,
         file: &mut LogFile,
-        room: Room,
+        budget: MemoryBudget,
         decompressor: &mut ChunkDecompressor,
     ) -> Result<Records, Stop> {
         if self.kind == PlaceKind::Plain {
-            return Ok(Records::plain(file.read(self.at_byte, self.length)?));
+            return Ok(Records::new(file.read(self.at_byte, self.length)?, false));
         }
         match file.record_at(self.at_byte)? {
             Some(record) if record.opcode == op::CHUNK => {
                 let cut = self.kind == PlaceKind::CutChunk;
                 let body = file.body(record)?;
-                let records = Records::of_chunk(body, cut, room, decompressor);
+                let records = Records::of_chunk(body, cut, budget, decompressor);
                 records.map_err(|fault| match fault {
                     ChunkFault::Damage(what) => file.damage(self.at_byte, what),
-                    ChunkFault::TooLarge => room.exceeded(&file.path),
+                    ChunkFault::TooLarge => budget.exceeded(&file.path),
                 })
             }
             _ => Err(file.damage(self.at_byte, "no chunk at the position in the index")),

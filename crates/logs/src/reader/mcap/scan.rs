@@ -14,7 +14,7 @@ use crate::{
     error::LogError,
     reader::{
         source::Source,
-        storage::{Entry, Room, Segment, Stop},
+        storage::{Entry, MemoryBudget, Segment, Stop},
     },
 };
 
@@ -90,7 +90,7 @@ impl Scan {
                 PlaceKind::Chunk
             },
         };
-        let records = place.read(file, Room::ONE, &mut self.decompressor)?;
+        let records = place.read(file, MemoryBudget::ONE, &mut self.decompressor)?;
         let mut segment = Segment::default();
         let end = self.chunk_records(&records, &mut segment);
         self.index.segments.push((place, segment));
@@ -112,7 +112,7 @@ impl Scan {
 
     /// Adds a message outside of chunks to the index.
     fn message(&mut self, file: &mut LogFile, record: RecordHead) -> Result<(), Stop> {
-        let body = Records::plain(file.body(record)?);
+        let body = Records::new(file.body(record)?, false);
         let (mut place, mut segment) = match self.plain.take() {
             Some((place, segment)) if record.end() - place.at_byte <= PLAIN_SEGMENT => {
                 (place, segment)

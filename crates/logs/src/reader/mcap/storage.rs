@@ -13,8 +13,8 @@ use crate::{
     reader::{
         source::Source,
         storage::{
-            Block, ChannelId, Entry, FileIndex, Room, Segment, SegmentReader, Selected, Stop,
-            Storage,
+            Block, ChannelId, Entry, FileIndex, MemoryBudget, Segment, SegmentReader, Selected,
+            Stop, Storage,
         },
     },
 };
@@ -67,18 +67,23 @@ struct McapReader {
 }
 
 impl SegmentReader for McapReader {
-    fn read(&mut self, segment: usize, selected: &Selected, room: Room) -> Result<Block, Stop> {
+    fn read(
+        &mut self,
+        segment: usize,
+        selected: &Selected,
+        budget: MemoryBudget,
+    ) -> Result<Block, Stop> {
         let Some(place) = self.places.get(segment) else {
             return Ok(Block::default());
         };
-        let records = place.read(&mut self.file, room, &mut self.decompressor)?;
+        let records = place.read(&mut self.file, budget, &mut self.decompressor)?;
         // The shortest messages need more memory for their headers than for themselves.
-        let most = room.left as usize / size_of::<Entry>();
+        let most = budget.remaining as usize / size_of::<Entry>();
         let mut entries = Vec::new();
         let damage = match self.select(&records, selected, most, &mut entries) {
             Ok(()) => None,
             Err(ChunkFault::Damage(what)) => Some(self.file.damage_at(place.at_byte, what)),
-            Err(ChunkFault::TooLarge) => return Err(room.exceeded(&self.file.path)),
+            Err(ChunkFault::TooLarge) => return Err(budget.exceeded(&self.file.path)),
         };
         Ok(Block {
             bytes: records.into_bytes(),

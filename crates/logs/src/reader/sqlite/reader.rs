@@ -12,7 +12,7 @@ use crate::{
     error::LogError,
     reader::{
         source::Source,
-        storage::{Block, Entry, Room, SegmentReader, Selected, Stop, Storage},
+        storage::{Block, Entry, MemoryBudget, SegmentReader, Selected, Stop, Storage},
     },
 };
 
@@ -47,8 +47,13 @@ struct SqliteReader {
 }
 
 impl SegmentReader for SqliteReader {
-    fn read(&mut self, segment: usize, selected: &Selected, _: Room) -> Result<Block, Stop> {
-        // A range is about a megabyte.
+    fn read(
+        &mut self,
+        segment: usize,
+        selected: &Selected,
+        _: MemoryBudget,
+    ) -> Result<Block, Stop> {
+        // A range has about a megabyte and at most one larger message; the caller checks the budget once it is read.
         let Some(&range) = self.ranges.get(segment) else {
             return Ok(Block::default());
         };
