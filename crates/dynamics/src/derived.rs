@@ -57,15 +57,15 @@ impl Manipulator {
         robot
     }
 
-    /// Returns the robot with only those joints that move one of some frames; all other joints are locked at position zero.
-    /// The number and the order of the joints stay, and what a locked joint is given has no effect. Motions of the frames
-    /// are those of the whole robot, and need a pass over fewer bodies.
+    /// Returns the robot with all joints locked at position zero that move none of the given frames. The number and order
+    /// of joints stay; values given for a locked joint have no effect. The frames move as in the whole robot, at the cost
+    /// of fewer bodies.
     #[must_use]
     pub fn locked_beyond(&self, frames: &[FrameId]) -> Self {
         let carried: Vec<usize> = frames.iter().map(|&frame| self.link(frame).body).collect();
         let mut robot = self.clone();
         robot.bodies.clear();
-        // Where each body is in the new robot: the index of a body, and its pose in the frame of that.
+        // For each body, the index of the body in the new robot that carries it, and its pose there.
         let mut places: Vec<(usize, Isometry3<f64>)> = Vec::with_capacity(self.bodies.len());
         for (index, (body, end)) in self
             .bodies

@@ -20,11 +20,11 @@ pub fn wrench_on_end_effector(workspace: &Workspace, tool: FrameId) -> Wrench {
         let mut inertial = *state;
         inertial.acceleration = inertial.acceleration + placement.rotation.tr_mul(gravity);
         inertial.set_inertial_wrench(body);
-        placement.of_wrench(&Wrench {
+        placement.transform_wrench(&Wrench {
             force: inertial.force.into(),
             moment: inertial.moment.into(),
         })
     });
     let sum = on_rest.fold(Wrench::zero(), |sum, wrench| sum + wrench); // f_K, below (29), and -n_U, (44)
-    -workspace.frame_on_base(tool).wrench_in(&sum)
+    -workspace.frame_on_base(tool).inverse_transform_wrench(&sum)
 }

@@ -54,7 +54,7 @@ impl Workspace {
             angular_acceleration: seen.angular_acceleration.into(),
         };
         if *gravity != self.gravity {
-            motion.acceleration += self.in_frame(frame, &(self.gravity - gravity));
+            motion.acceleration += self.vector_in_frame(frame, &(self.gravity - gravity));
         }
         motion
     }
@@ -77,26 +77,26 @@ impl Workspace {
         above_a.inverse().followed_by(&above_b).pose()
     }
 
-    /// Returns a wrench in frame `a` and about its origin, where `wrench` is in frame `b` and about the origin of that: the
-    /// [`Wrench::expressed_in`] of [`relative_pose`](Self::relative_pose), in less time.
+    /// Returns a wrench expressed in frame `a`, about its origin. `wrench` is expressed in frame `b`, about its origin. Equals
+    /// [`Wrench::expressed_in`] with [`relative_pose`](Self::relative_pose), in less time.
     #[must_use]
     pub fn wrench_in_frame(&self, a: FrameId, b: FrameId, wrench: &Wrench) -> Wrench {
         let [a, b] = [a, b].map(|frame| &self.frames[self.robot.position(frame)]);
         let common = self.common_body(a.body, b.body);
-        let mut wrench = b.placement().of_wrench(wrench);
+        let mut wrench = b.placement().transform_wrench(wrench);
         let mut index = b.body;
         while index != common {
-            wrench = Placement::in_parent(&self.states[index]).of_wrench(&wrench);
+            wrench = Placement::in_parent(&self.states[index]).transform_wrench(&wrench);
             index = self.bodies[index].parent;
         }
         let above_a = self.placement_above(a.placement(), a.body, common);
-        above_a.wrench_in(&wrench)
+        above_a.inverse_transform_wrench(&wrench)
     }
 
     /// Returns a vector of the inertial frame, such as gravity, expressed in a frame. The cost is one product for each body
     /// above the frame.
     #[must_use]
-    pub fn in_frame(&self, frame: FrameId, vector: &Vector3<f64>) -> Vector3<f64> {
+    pub fn vector_in_frame(&self, frame: FrameId, vector: &Vector3<f64>) -> Vector3<f64> {
         let fixed = &self.frames[self.robot.position(frame)];
         let in_body = self.in_body(fixed.body, vector);
         fixed.rotation.tr_mul(in_body).into()
@@ -111,7 +111,7 @@ impl Workspace {
         })
     }
 
-    /// Returns the last body that carries two bodies, or is one of them.
+    /// Returns the body farthest from the base of those that carry both bodies; a body carries itself, too.
     fn common_body(&self, a: usize, b: usize) -> usize {
         let (mut common, last) = (a.min(b), a.max(b));
         // In depth-first order, the bodies that one carries have the indices that follow its own.
@@ -151,7 +151,7 @@ impl Workspace {
         mut index: usize,
     ) -> MovingPlacement {
         while index != 0 {
-            moving = self.placement_on_parent(index).followed_by(&moving);
+            moving = self.moving_placement_in_parent(index).followed_by(&moving);
             index = self.bodies[index].parent;
         }
         moving
@@ -159,7 +159,7 @@ impl Workspace {
 
     /// Returns the moving placement of a body's joint frame in that of its parent.
     #[inline(always)]
-    fn placement_on_parent(&self, index: usize) -> MovingPlacement {
+    fn moving_placement_in_parent(&self, index: usize) -> MovingPlacement {
         let parent = &self.states[self.bodies[index].parent];
         MovingPlacement::in_parent(&self.states[index], parent.angular_velocity)
     }
@@ -174,7 +174,7 @@ impl Workspace {
         bodies.map(move |(index, (body, state))| {
             let placement = match &last {
                 Some((above, placement)) if *above == body.parent => {
-                    placement.followed_by(&self.placement_on_parent(index))
+                    placement.followed_by(&self.moving_placement_in_parent(index))
                 }
                 _ => self.moving_placement_above(MovingPlacement::identity(), index),
             };

@@ -96,8 +96,8 @@ pub(crate) struct Link {
 ///
 /// [`Manipulator::frame`] finds it by the link's name. It holds for that robot and for every robot derived from it by
 /// [`with_frame`](Manipulator::with_frame), [`with_payload`](Manipulator::with_payload),
-/// [`without_subtree`](Manipulator::without_subtree) or [`locked_beyond`](Manipulator::locked_beyond). A method panics, or answers for another link, where it is given
-/// the handle of an unrelated robot.
+/// [`without_subtree`](Manipulator::without_subtree) or [`locked_beyond`](Manipulator::locked_beyond). A method
+/// panics, or answers for another link, where it is given the handle of an unrelated robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameId(usize);
 

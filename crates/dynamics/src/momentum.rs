@@ -39,7 +39,7 @@ fn momentum_about_base(workspace: &Workspace) -> Wrench {
         let placement = moving.placement;
         let velocity = placement.rotation.tr_mul(base_velocity + moving.velocity);
         let (linear, angular) = body.momentum(velocity, state.angular_velocity);
-        placement.of_wrench(&Wrench {
+        placement.transform_wrench(&Wrench {
             force: linear.into(),
             moment: angular.into(),
         })
@@ -48,8 +48,8 @@ fn momentum_about_base(workspace: &Workspace) -> Wrench {
 }
 
 /// Computes the motion of a free-floating base for a motion of its joints if the robot started at rest and nothing acts from
-/// outside: the velocity for which the momentum vanishes, and the acceleration for which the wrench on the base does. Of
-/// `base` only the pose counts.
+/// outside: the velocity for which the momentum vanishes, and the acceleration for which the wrench on the base does.
+/// `pose` is the pose of the base in the inertial frame.
 ///
 /// The workspace then holds the resulting motion and its forces. The cost is three passes for the motion, two for the
 /// forces and the solution of two 3x3 systems. Nothing is allocated.
@@ -110,9 +110,9 @@ pub fn base_acceleration(
     Ok(BaseAcceleration { linear, angular })
 }
 
-/// Returns the linear and the angular acceleration of the robot with locked joints, in the inertial frame, that take a
-/// wrench away: that of the base, in its frame and about its origin, becomes zero. With momenta for force and moment, they
-/// are velocities.
+/// Returns the linear and angular velocity of the base, in the inertial frame, that reduce a momentum of the robot with
+/// locked joints to zero. `on_base` is the momentum in the frame of the base and about its origin. For a wrench in its
+/// place, the result is an acceleration.
 fn twist_that_cancels(workspace: &Workspace, on_base: &Wrench) -> (Vector3<f64>, Vector3<f64>) {
     let base = &workspace.states[0];
     let (force, moment) = (on_base.force, on_base.moment);

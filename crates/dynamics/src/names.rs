@@ -1,11 +1,11 @@
 //! Names in error messages.
 
-/// Most names that a message lists.
-const ALL: usize = 16;
-/// Number of names that a message lists where there are more than [`ALL`].
-const FEW: usize = 8;
-/// Number of characters of a name that are compared and shown. The cost is its square for each name.
-const LONGEST: usize = 64;
+/// Largest number of names that a message lists in full.
+const MAX_LISTED: usize = 16;
+/// Number of most similar names that a message lists where there are more than [`MAX_LISTED`].
+const MOST_SIMILAR: usize = 8;
+/// Largest number of characters of a name that are compared and shown. The cost is its square for each name.
+const MAX_NAME_CHARS: usize = 64;
 
 /// Lists the names among which one was not found, for an error message: all of up to 16, and of more the eight that are
 /// most similar to the given one, with the number of the others.
@@ -21,18 +21,18 @@ const LONGEST: usize = 64;
 #[must_use]
 pub fn list_similar<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let mut known: Vec<String> = known.into_iter().map(shortened).collect();
-    let more = known.len().saturating_sub(FEW);
-    if known.len() <= ALL {
+    let more = known.len().saturating_sub(MOST_SIMILAR);
+    if known.len() <= MAX_LISTED {
         return known.join(", ");
     }
     let name = shortened(name);
     known.sort_by_cached_key(|other| edit_distance(&name, other));
-    known.truncate(FEW);
+    known.truncate(MOST_SIMILAR);
     format!("{} and {more} more", known.join(", "))
 }
 
 fn shortened(name: &str) -> String {
-    match name.char_indices().nth(LONGEST) {
+    match name.char_indices().nth(MAX_NAME_CHARS) {
         Some((end, _)) => format!("{}...", &name[..end]),
         None => name.to_owned(),
     }
@@ -79,7 +79,10 @@ mod tests {
         let long = "ü".repeat(100_000);
         let known = vec![long.as_str(); 17];
         let listed = list_similar(&long, known);
-        assert!(listed.chars().count() < 9 * (LONGEST + 5), "{listed}");
+        assert!(
+            listed.chars().count() < 9 * (MAX_NAME_CHARS + 5),
+            "{listed}"
+        );
         assert!(listed.ends_with("... and 9 more"), "{listed}");
     }
 }

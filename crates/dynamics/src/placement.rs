@@ -122,7 +122,7 @@ impl Placement {
 
     /// Returns a wrench in the frame in which this one is placed, about its origin, where `wrench` is in the placed frame.
     #[inline(always)]
-    pub(crate) fn of_wrench(&self, wrench: &Wrench) -> Wrench {
+    pub(crate) fn transform_wrench(&self, wrench: &Wrench) -> Wrench {
         let force = &self.rotation * Vec3::from(&wrench.force);
         let moment = &self.rotation * Vec3::from(&wrench.moment);
         Wrench {
@@ -133,7 +133,7 @@ impl Placement {
 
     /// Returns a wrench in the placed frame, about its origin, where `wrench` is in the frame in which it is placed.
     #[inline(always)]
-    pub(crate) fn wrench_in(&self, wrench: &Wrench) -> Wrench {
+    pub(crate) fn inverse_transform_wrench(&self, wrench: &Wrench) -> Wrench {
         let force = Vec3::from(&wrench.force);
         let moment = Vec3::from(&wrench.moment) - self.position.cross(force);
         Wrench {

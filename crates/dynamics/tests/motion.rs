@@ -68,7 +68,7 @@ fn frames_relative_to_each_other() {
             let in_world = vector(rng, 10.0);
             let expected = workspace.pose(a).rotation.inverse() * in_world;
             assert_close(
-                &workspace.in_frame(a, &in_world),
+                &workspace.vector_in_frame(a, &in_world),
                 &expected,
                 1e-13,
                 "vector",

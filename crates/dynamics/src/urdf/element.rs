@@ -12,10 +12,13 @@ use crate::ModelError;
 /// bounds the depth of every recursion over the tree, that of its destructor included.
 const MAX_DEPTH: usize = 200;
 
-/// Size of a text, number of its elements, and number of the attributes of one that are read: each far above those of any
-/// robot. They bound the memory to some 200 MB, and the comparisons of attributes with one another.
+/// Largest size of a URDF, bytes; far above that of any robot.
 const MAX_BYTES: usize = 16 << 20;
+
+/// Largest number of elements; bounds the memory to about 200 MB.
 const MAX_ELEMENTS: usize = 1_000_000;
+
+/// Largest number of attributes of one element; they are compared with one another.
 const MAX_ATTRIBUTES: usize = 1_000;
 
 /// An element of an XML document with its attributes and child elements. Text and comments are not kept.
@@ -59,8 +62,8 @@ impl Element {
 /// elements, or is larger than any robot needs.
 pub(super) fn parse(xml: &str) -> Result<Element, ModelError> {
     if xml.len() > MAX_BYTES {
-        let (given, most) = (xml.len() >> 20, MAX_BYTES >> 20);
-        let message = format!("it has {given} MB, but at most {most} MB are read");
+        let (given, most) = (xml.len().div_ceil(1 << 20), MAX_BYTES >> 20);
+        let message = format!("it has {given} MiB, but at most {most} MiB are read");
         return Err(ModelError::Syntax(message));
     }
     let mut elements = 0;

@@ -96,7 +96,7 @@ impl<'a> RobotState<'a> {
         let in_tool = if *gravity == Vector3::zeros() {
             *gravity
         } else {
-            workspace.in_frame(tool, gravity)
+            workspace.vector_in_frame(tool, gravity)
         };
         Self {
             workspace,
