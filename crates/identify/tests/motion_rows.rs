@@ -66,6 +66,8 @@ fn rows_are_those_of_the_stream() {
         assert!(compared > 50, "{compared}");
         let (planned, streamed) = (planned.channels(), stream.channels());
         assert_eq!(planned.channels, streamed.channels);
+        assert!(!planned.known_noise.is_empty());
+        assert_eq!(planned.known_noise.len(), streamed.known_noise.len());
         let covariances = planned.known_noise.iter().zip(&streamed.known_noise);
         for (planned, streamed) in covariances {
             assert_eq!(planned.covariance, streamed.covariance);

@@ -15,8 +15,8 @@ pub(crate) struct StoredSample {
     /// Time, s; minus infinity before a sample is stored.
     pub(crate) time_s: f64,
     base: BaseState,
-    /// Rotation, angular velocity and velocity of the base, padded with zeros to whole vectors. Of the two quaternions of the
-    /// rotation it is the one on the side of that of the sample before.
+    /// Quaternion of the base's rotation, its angular velocity and its velocity, padded to four entries. The quaternion has
+    /// the sign that is nearest to the previous sample's.
     base_vectors: [Vector4<f64>; 3],
     /// Joint values, padded with zeros to whole vectors.
     joint_position: Vec<Vector4<f64>>,
@@ -42,7 +42,7 @@ impl StoredSample {
         }
     }
 
-    /// The quaternion of the base's rotation that is averaged with others.
+    /// Returns the quaternion of the base's rotation, with the sign nearest to the previous sample's.
     pub(crate) fn base_rotation(&self) -> Vector4<f64> {
         self.base_vectors[0]
     }
@@ -241,24 +241,26 @@ fn motion_of_positions(
 /// sample.
 fn base_motion(samples: &[&StoredSample], weights: &Weights) -> FrameMotion {
     let center = &samples[samples.len() / 2].base;
-    let [mut rotation, mut rate, mut rate_of_rate, mut acceleration] = [Vector4::zeros(); 4];
+    let [mut rotation, mut acceleration] = [Vector4::zeros(); 2];
+    let [mut angular_velocity, mut angular_acceleration] = [Vector4::zeros(); 2];
     for (k, sample) in samples.iter().enumerate() {
         let (value, first) = (weights.value[k], weights.first[k]);
-        let [quaternion, angular_velocity, velocity] = &sample.base_vectors;
+        let [quaternion, turning, velocity] = &sample.base_vectors;
         rotation += quaternion * value;
-        rate += angular_velocity * value;
-        rate_of_rate += angular_velocity * first;
+        angular_velocity += turning * value;
+        angular_acceleration += turning * first;
         acceleration += velocity * first;
     }
-    let (measured, measured_angular) = (center.acceleration, center.angular_acceleration);
+    let measured_acceleration = center.acceleration;
+    let measured_angular_acceleration = center.angular_acceleration;
     FrameMotion {
         pose: Isometry3::from_parts(
             center.pose.translation,
             UnitQuaternion::new_normalize(rotation.into()),
         ),
         velocity: center.velocity,
-        angular_velocity: rate.xyz(),
-        acceleration: measured.unwrap_or(acceleration.xyz()),
-        angular_acceleration: measured_angular.unwrap_or(rate_of_rate.xyz()),
+        angular_velocity: angular_velocity.xyz(),
+        acceleration: measured_acceleration.unwrap_or(acceleration.xyz()),
+        angular_acceleration: measured_angular_acceleration.unwrap_or(angular_acceleration.xyz()),
     }
 }

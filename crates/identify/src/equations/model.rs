@@ -30,7 +30,8 @@ pub(crate) struct Model {
     includes_gripper: bool,
     robot: Manipulator,
     tool: FrameId,
-    /// State of the bodies whose parameters are known; of those that carry the tool and the sensors, where no mass matters.
+    /// State of the bodies whose parameters are known. Where no mass matters, joints that move neither the tool nor a sensor
+    /// are locked.
     workspace: Workspace,
     /// Entries of an instant: the targets of all rows, then the other entries of each source.
     entries: Vec<f64>,
@@ -100,7 +101,7 @@ impl Model {
         used.map(Finding::Model)
     }
 
-    /// The robot.
+    /// Returns the robot.
     pub(crate) fn robot(&self) -> &Manipulator {
         &self.robot
     }

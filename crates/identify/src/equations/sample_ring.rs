@@ -74,11 +74,12 @@ impl SampleRing {
         let is_wide = |side| self.span_s(lag + 2 * side, lag - 2 * side) > 2.0 * self.half_width_s;
         // Every second sample to both sides as far as the half width, or neighbours where samples are sparse.
         let mut side = lag / 2;
-        let mut step = if is_wide(side) { 1 } else { 2 };
-        while side > MIN_NODES / 2 && step == 1 {
+        let mut wide = is_wide(side);
+        while wide && side > MIN_NODES / 2 {
             side -= 1;
-            step = if is_wide(side) { 1 } else { 2 };
+            wide = is_wide(side);
         }
+        let step = if wide { 1 } else { 2 };
         let count = 2 * side + 1;
         let mut place = self.place(lag + step * side);
         let mut nodes = [&self.samples[place]; MAX_NODES];
