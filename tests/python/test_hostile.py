@@ -1,6 +1,8 @@
 """Hostile input ends in one error of tactid, whatever Python or the system would raise."""
 
+import errno
 import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -8,10 +10,18 @@ import pytest
 
 import tactid
 from conftest import TactidCommand
+from tactid import __main__, cli
 from test_cli import assert_refused
 
 NO_TEXT = os.fsdecode(b"\xff")
 """What Python makes of bytes that are no text, such as those of the name of a file."""
+
+
+def assert_ordinary(call: Callable[[], object]) -> None:
+    """Asserts that a call raises an error of tactid that is no fault of tactid."""
+    with pytest.raises(tactid.TactidError) as error:
+        call()
+    assert not isinstance(error.value, tactid.InternalError)
 
 
 def from_urdf(urdf: str = "<robot/>", **options: str) -> tactid.Manipulator:
@@ -33,8 +43,7 @@ def from_urdf(urdf: str = "<robot/>", **options: str) -> tactid.Manipulator:
     ],
 )
 def test_characters_that_are_no_text_are_an_error_of_tactid(call: Callable[[], object]) -> None:
-    with pytest.raises(tactid.TactidError):
-        call()
+    assert_ordinary(call)
 
 
 def test_names_that_are_no_text_are_an_error_of_tactid(
@@ -48,8 +57,7 @@ def test_names_that_are_no_text_are_an_error_of_tactid(
         lambda: tactid.Identifier(robot, NO_TEXT),
     ]
     for call in calls:
-        with pytest.raises(tactid.TactidError):
-            call()
+        assert_ordinary(call)
 
 
 @pytest.mark.parametrize("size", [-1, 0, 11, 2**80, -(2**80)])
@@ -109,5 +117,33 @@ def test_a_simulation_that_fails_leaves_a_link_and_its_target(tmp_path: Path) ->
     tactid.info(link)
 
 
-def test_a_fault_of_tactid_is_an_error_of_tactid() -> None:
+def test_a_fault_of_tactid_ends_with_70_and_is_printed_by_the_panic_hook_alone(
+    run_info: Callable[[Exception], int], capsys: pytest.CaptureFixture[str]
+) -> None:
     assert issubclass(tactid.InternalError, tactid.TactidError)
+    assert run_info(tactid.InternalError("x")) == 70
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_pipe_whose_reader_leaves_is_named(
+    run_info: Callable[[Exception], int], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Standard output without a reader ends without a message; an output file is an error."""
+    assert run_info(BrokenPipeError(errno.EPIPE, "Broken pipe", "report")) == 2
+    assert capsys.readouterr() == ("", "tactid: error: cannot use report: Broken pipe\n")
+
+
+@pytest.fixture
+def run_info(monkeypatch: pytest.MonkeyPatch) -> Callable[[Exception], int]:
+    """Runs ``tactid info`` in this process where reading raises an error; gives the exit code."""
+
+    def run(error: Exception) -> int:
+        def fail(_log: Path) -> None:
+            raise error
+
+        monkeypatch.setattr(cli, "log_info", fail)
+        monkeypatch.setattr(sys, "argv", ["tactid", "info", "a"])
+        monkeypatch.setenv("MPLBACKEND", "agg")
+        return __main__._run()
+
+    return run

@@ -207,6 +207,15 @@ def test_a_named_pipe_is_written_through(tmp_path: Path) -> None:
     assert pipe.is_fifo()
 
 
+def test_a_folder_of_temporary_files_that_is_missing_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "missing"))
+    with pytest.raises(FileNotFoundError) as error:
+        write_atomically(Path("/dev/null"), "text")
+    assert error.value.filename == "the folder of temporary files (TMPDIR)"
+
+
 def test_a_full_device_is_named_and_stays(tmp_path: Path) -> None:
     """The null device, too, which may be both outputs."""
     full, null = tmp_path / "full", tmp_path / "null"

@@ -25,10 +25,10 @@ pyo3::import_exception!(tactid.errors, InternalError);
 /// Runs a computation with the interpreter released.
 ///
 /// # Errors
-/// Returns `InternalError` for a panic, which is a fault of tactid. PyO3 would raise an exception that is no `Exception`, so
-/// that a caller who catches every error would end. The panic hook has reported the place.
+/// Returns `InternalError` if the work panics, which is a fault of tactid. PyO3 would raise `PanicException`, which `except
+/// Exception` does not catch. The panic hook prints the place.
 pub(crate) fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
-    // What a computation has left behind is dropped, or is a solver, whose numbers are then wrong but whose memory is sound.
+    // Safe to resume: state is dropped or belongs to a solver whose memory stays valid.
     py.detach(|| catch_unwind(AssertUnwindSafe(work)))
         .map_err(|panic| {
             let text = panic.downcast_ref::<String>().map(String::as_str);

@@ -1,5 +1,6 @@
 //! Python classes of the recursive filters, whose number of parameters is chosen at run time.
 
+use std::fmt::Display;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use nalgebra::SVector;
@@ -64,9 +65,7 @@ macro_rules! with_size {
             8 => $make::<8>($($argument),*),
             9 => $make::<9>($($argument),*),
             10 => $make::<10>($($argument),*),
-            other => Err(ArgumentError::new_err(format!(
-                "`size` is {other}: expected 1 to 10 parameters"
-            ))),
+            other => Err(size_error(other)),
         }
     };
 }
@@ -260,14 +259,16 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Size {
     fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
         match given.extract::<usize>() {
             Err(error) if error.is_instance_of::<PyOverflowError>(given.py()) => {
-                let given = given.to_owned();
-                Err(ArgumentError::new_err(format!(
-                    "`size` is {given}: expected 1 to 10 parameters"
-                )))
+                Err(size_error(given.to_owned()))
             }
             size => size.map(Self),
         }
     }
+}
+
+/// The error of a number of parameters out of range.
+fn size_error(given: impl Display) -> PyErr {
+    ArgumentError::new_err(format!("`size` is {given}: expected 1 to 10 parameters"))
 }
 
 /// Reads the initial parameters, of length `size`; ones by default.

@@ -6,7 +6,7 @@ use tactid_recordings::Arrays;
 
 use crate::arrays::{Series, common_length};
 
-/// Joints of N samples; matrices are flat, row by row.
+/// Times, positions, velocities and efforts of the joints, N samples each; matrices are stored row by row.
 pub(crate) struct JointArrays {
     pub(crate) time: Vec<f64>,
     pub(crate) q: Vec<f64>,

@@ -18,7 +18,7 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Text {
         let text = given.cast::<PyString>()?;
         let text = text.to_str().map_err(|_| {
             ArgumentError::new_err(format!(
-                "expected a text, but {} has characters that are no Unicode",
+                "expected text, but {} contains characters that are not valid Unicode",
                 text.repr()
                     .map_or_else(|_| "it".to_owned(), |repr| repr.to_string())
             ))

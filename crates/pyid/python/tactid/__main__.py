@@ -5,9 +5,11 @@ that was asked for; 2 invalid input; 70 an internal error of tactid; 130 interru
 standard output was closed early, which is 128 and the number of SIGPIPE.
 """
 
+import os
 import sys
 
 from tactid import terminal
+from tactid.errors import InternalError
 from tactid.startup import INTERRUPTED, leave_interruption_to_command
 
 
@@ -18,6 +20,8 @@ def main() -> None:
 
 def _run() -> int:
     terminal.set_up()
+    # Only files are drawn, and the name of an unknown backend is an error in matplotlib.
+    os.environ["MPLBACKEND"] = "agg"
     try:
         from tactid import cli
 
@@ -30,13 +34,16 @@ def _run() -> int:
         terminal.discard_output()
         return 141
     except SystemExit as error:
-        # Rich ends the help in this way when its reader has gone away.
-        if isinstance(error.__context__, BrokenPipeError):
+        # Click and Rich end in this way when a reader has gone away.
+        cause = error.__context__
+        if not isinstance(cause, BrokenPipeError):
+            raise
+        if cause.filename is None:
             return 141
-        raise
+        return _report(f"error: cannot use {cause.filename}: {cause.strerror}", 2)
+    except InternalError:
+        return 70  # a panic of the native part, which its hook has reported
     except Exception as error:
-        if type(error).__name__ == "InternalError":
-            return 70  # a panic of the native part, which its hook has reported
         if isinstance(error, OSError) and error.errno is not None and error.filename is None:
             terminal.discard_output()
             return _report(f"error: cannot use standard output: {error.strerror}", 2)
@@ -49,7 +56,7 @@ def _run() -> int:
 
 
 def _report(message: str, code: int) -> int:
-    print("tactid:", terminal.printable(" ".join(message.split())), file=sys.stderr)
+    terminal.report(message)
     return code
 
 

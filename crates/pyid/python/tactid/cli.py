@@ -1,6 +1,5 @@
 """The commands of ``tactid``. Results go to standard output, all else to standard error."""
 
-import sys
 import tempfile
 from pathlib import Path
 from typing import Annotated
@@ -8,7 +7,7 @@ from typing import Annotated
 import typer
 from typer.exceptions import TyperException
 
-from tactid import log_contents, table
+from tactid import log_contents, table, terminal
 from tactid._native import VERSION, Experiment
 from tactid._native import info as log_info
 from tactid.calibrate_command import calibrate_arm
@@ -29,7 +28,6 @@ from tactid.number_lists import NumberListCommand
 from tactid.options import Estimator
 from tactid.output_files import check_outputs
 from tactid.simulation import simulate, urdf_file
-from tactid.terminal import printable
 from tactid.truth import momentum_drift
 
 EXIT_CODES = (
@@ -72,7 +70,7 @@ def run() -> int:
 
 
 def _fail(message: str) -> int:
-    print("tactid: error:", printable(" ".join(message.split())), file=sys.stderr)
+    terminal.report(f"error: {message}")
     return 2
 
 

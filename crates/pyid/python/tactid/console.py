@@ -84,7 +84,7 @@ def interruptible(outcome: str | None = None) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        print("tactid: interrupted" + (f": {outcome}" if outcome else ""), file=sys.stderr)
+        terminal.report("interrupted" + (f": {outcome}" if outcome else ""))
         raise typer.Exit(INTERRUPTED) from None
 
 

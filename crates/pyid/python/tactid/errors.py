@@ -63,7 +63,10 @@ class CalibrationError(TactidError):
 
 
 class InternalError(TactidError):
-    """A fault of tactid itself, which is to be reported."""
+    """A fault of tactid itself.
+
+    Please report it with the line that it printed on standard error.
+    """
 
 
 class IdentificationError(TactidError):

@@ -21,7 +21,7 @@ from tactid.errors import TactidError
 def atomic_path(path: Path) -> Iterator[Path]:
     """Yields a temporary path, whose file becomes ``path`` if the block ends without an error."""
     through, target = is_stream(path), Path(os.path.realpath(path))
-    with _errors_name(path, None):
+    with _errors_name("the folder of temporary files (TMPDIR)" if through else path, None):
         handle, name = tempfile.mkstemp(
             dir=None if through else target.parent, prefix=f".{path.name}."
         )
@@ -40,7 +40,10 @@ def atomic_path(path: Path) -> Iterator[Path]:
 
 
 def is_stream(path: Path) -> bool:
-    """Returns whether a path is a device, a named pipe or a standard stream, and no file."""
+    """Returns whether a path is written through and not replaced.
+
+    It is a device, a named pipe, or the file behind standard output or error.
+    """
     try:
         status = path.stat()
     except OSError:  # there is nothing yet
@@ -78,8 +81,8 @@ def _write_through(source: Path, path: Path) -> None:
 
 
 @contextmanager
-def _errors_name(path: Path, temporary: Path | None) -> Iterator[None]:
-    """Makes errors name the path that the user gave: the temporary one is nobody's business."""
+def _errors_name(path: Path | str, temporary: Path | None) -> Iterator[None]:
+    """Makes errors name the path that the user gave, not the temporary one."""
     try:
         yield
     except OSError as error:

@@ -4,7 +4,6 @@ Its parameters are the fields of ``tactid.Options``, and those below, which choo
 """
 
 import inspect
-import sys
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, fields
 from enum import StrEnum
@@ -23,6 +22,7 @@ from tactid import (
     result_json,
     summary,
     table,
+    terminal,
 )
 from tactid._native import info
 from tactid.combined import Combination
@@ -140,7 +140,7 @@ def identify_recording(
     if wrote:
         notes.print(wrote)
     if refusal is not None:
-        print("tactid: error:", printable(refusal.worded("command-line")), file=sys.stderr)
+        terminal.report(f"error: {refusal.worded('command-line')}")
     if refusal is not None or result.is_contradicted:
         raise typer.Exit(1)
 

@@ -37,7 +37,7 @@ BRAILLE = range(0x2800, 0x2900)
 
 
 def set_up() -> None:
-    """Makes the standard streams usable, and matplotlib independent of any screen.
+    """Makes the standard streams usable.
 
     A closed standard input or error becomes the null device, and a closed standard output a pipe
     that nobody reads; otherwise the next file that is opened would take their place. Characters
@@ -47,8 +47,6 @@ def set_up() -> None:
     codecs.register_error("tactid-ascii", _replace)
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="tactid-ascii")  # type: ignore[union-attr]
-    # Only files are drawn, and the name of an unknown backend is an error in matplotlib.
-    os.environ["MPLBACKEND"] = "agg"
 
 
 def is_utf8(stream: TextIO) -> bool:
@@ -62,6 +60,11 @@ def printable(text: str) -> str:
     A name from a file would otherwise control the terminal that shows it.
     """
     return re.sub(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", lambda found: f"\\x{ord(found[0]):02x}", text)
+
+
+def report(message: str) -> None:
+    """Prints a message of the command as one line on standard error."""
+    print("tactid:", printable(" ".join(message.split())), file=sys.stderr)
 
 
 def discard_output() -> None:
