@@ -180,11 +180,14 @@ void *online_new(std::size_t joint_count, const char *const *kinds, const std::s
   return robot;
 }
 
-// `samples` has for each of `count` samples a time, positions and velocities of the joints, and the wrench at the tool.
+// Runs a kernel and returns whether there is one of this name. `samples` has for each of `count` samples a time, positions
+// and velocities of the joints, and the wrench at the tool.
 bool online_run(void *handle, const char *name, const double *samples, std::size_t count, std::size_t repetitions,
                 double *out) {
   Robot &robot = *static_cast<Robot *>(handle);
-  const auto kernel = std::string(name) == "rows" ? rows_of_last_window : parameters_at_end;
+  const std::string n = name;
+  if (n != "rows" && n != "update") return false;
+  const auto kernel = n == "rows" ? rows_of_last_window : parameters_at_end;
   for (std::size_t repetition = 0; repetition < repetitions; ++repetition) kernel(robot, samples, count, out);
   return true;
 }
