@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release -p tactid-excitation --example compare -- BUILT_IN.urdf [ARM.urdf TIP]...`
 //!
-//! The first robot floats, free and then with its grip and its attitude bounded; the others stand on the ground, at full speed and
-//! at 30 %. The columns are the largest predicted 95 % interval relative to 1 % of the largest value of its kind, that of the
+//! The first robot floats, free and then with its grip and its attitude bounded, and its rows come last; the others stand on the
+//! ground, at full speed and at 30 %. The columns are the largest predicted 95 % interval relative to 1 % of the largest value of its kind, that of the
 //! best random motion, their ratio, the time of the design, the largest fraction of a limit that the design uses, and the
 //! largest angle of the base.
 

@@ -11,19 +11,19 @@ use crate::samples::{Sampler, Samples};
 pub(crate) const REACH: f64 = 0.4;
 
 /// Names of the entries of a wrench.
-const WRENCH_ENTRIES: [&str; 6] = [
+const WRENCH_LABELS: [&str; 6] = [
     "force x", "force y", "force z", "moment x", "moment y", "moment z",
 ];
 
 /// An affine function of the outputs of one sample.
 #[derive(Clone, Debug)]
-pub(crate) struct Form {
+pub(crate) struct AffineForm {
     constant: f64,
     /// Places of outputs with their factors.
     terms: Vec<(usize, f64)>,
 }
 
-impl Form {
+impl AffineForm {
     fn constant(constant: f64) -> Self {
         Self {
             constant,
@@ -44,14 +44,14 @@ impl Form {
     }
 }
 
-/// A limit that holds where the norm of the tail is at most the head. Both are dimensionless: the head is one in rest.
+/// A limit that holds where the norm of the tail is at most the head. Both are dimensionless: the head is one without load.
 #[derive(Clone, Debug)]
 pub(crate) struct Cone {
     pub(crate) limit: Limit,
     /// Index of the payload for which it must hold.
     pub(crate) payload: usize,
-    head: Form,
-    tail: Vec<Form>,
+    head: AffineForm,
+    tail: Vec<AffineForm>,
     /// Whether the tail is integrated over the time since the beginning: velocities then become excursions.
     is_integral: bool,
     /// What is subtracted from the head, so that the limit holds between the samples, too.
@@ -94,8 +94,8 @@ pub(crate) struct LinearCone {
     pub(crate) tail: Vec<Vec<f64>>,
 }
 
-/// Returns the cones of a problem, for joints that move.
-pub(crate) fn cones(problem: &Problem, layout: &Layout, joints: &[usize]) -> Vec<Cone> {
+/// Returns the cones of a problem. The torques of joints that rest change with the motion of the others, so all joints have one.
+pub(crate) fn cones(problem: &Problem, layout: &Layout) -> Vec<Cone> {
     let cone = |payload, limit, head, tail| Cone {
         limit,
         payload,
@@ -106,26 +106,31 @@ pub(crate) fn cones(problem: &Problem, layout: &Layout, joints: &[usize]) -> Vec
     };
     let mut cones = Vec::new();
     for payload in 0..problem.payloads.len() {
-        for &joint in joints {
+        for joint in 0..problem.robot.dof() {
             let limit = problem.limits[joint].effort;
             if limit.is_finite() {
-                let effort = Form::output(layout.effort(payload, joint), limit.recip());
+                let effort = AffineForm::output(layout.effort(payload, joint), limit.recip());
                 let name = problem.robot.joint_names()[joint].clone();
                 cones.push(cone(
                     payload,
                     Limit::Effort(name),
-                    Form::constant(1.0),
+                    AffineForm::constant(1.0),
                     vec![effort],
                 ));
             }
         }
         for (entry, limit) in problem.wrench.iter().flatten().enumerate() {
-            let of_entry = Form::output(layout.wrench(payload, entry), limit.recip());
-            let name = Limit::Wrench(WRENCH_ENTRIES[entry]);
-            cones.push(cone(payload, name, Form::constant(1.0), vec![of_entry]));
+            let of_entry = AffineForm::output(layout.wrench(payload, entry), limit.recip());
+            let name = Limit::Wrench(WRENCH_LABELS[entry]);
+            cones.push(cone(
+                payload,
+                name,
+                AffineForm::constant(1.0),
+                vec![of_entry],
+            ));
         }
         for (pad, grip) in problem.grip.iter().flat_map(|grip| [(0, grip), (1, grip)]) {
-            let (head, tail) = of_pad(grip, pad, payload, layout);
+            let (head, tail) = pad_cone(grip, pad, payload, layout);
             cones.push(cone(payload, Limit::Grip(pad), head, tail));
         }
         let bounds = [
@@ -134,13 +139,14 @@ pub(crate) fn cones(problem: &Problem, layout: &Layout, joints: &[usize]) -> Vec
         ];
         for (limit, bound, first) in bounds {
             let Some(bound) = bound else { continue };
-            let entry = |k: usize| Form::output(layout.twist(payload, first + k), bound.recip());
+            let entry =
+                |k: usize| AffineForm::output(layout.twist(payload, first + k), bound.recip());
             cones.push(Cone {
                 is_integral: true,
                 ..cone(
                     payload,
                     limit,
-                    Form::constant(1.0),
+                    AffineForm::constant(1.0),
                     (0..3).map(entry).collect(),
                 )
             });
@@ -150,9 +156,14 @@ pub(crate) fn cones(problem: &Problem, layout: &Layout, joints: &[usize]) -> Vec
 }
 
 /// Returns head and tail of the friction of a pad.
-fn of_pad(grip: &Grip, pad: usize, payload: usize, layout: &Layout) -> (Form, Vec<Form>) {
+fn pad_cone(
+    grip: &Grip,
+    pad: usize,
+    payload: usize,
+    layout: &Layout,
+) -> (AffineForm, Vec<AffineForm>) {
     let load = grip.pad(pad);
-    let form = |constant, row: &nalgebra::RowVector6<f64>| Form {
+    let form = |constant, row: &nalgebra::RowVector6<f64>| AffineForm {
         constant,
         terms: row
             .iter()
@@ -212,7 +223,7 @@ impl Cone {
         let mut sums = vec![vec![0.0; count]; self.tail.len()];
         let mut reachable = Vec::new();
         for (sample, value) in self.values(samples, step_s).into_iter().enumerate() {
-            let gradient = |form: &Form, factor: f64, sum: &mut Vec<f64>, at: usize| {
+            let gradient = |form: &AffineForm, factor: f64, sum: &mut Vec<f64>, at: usize| {
                 let scaled: Vec<(usize, f64)> =
                     form.terms.iter().map(|(p, f)| (*p, f * factor)).collect();
                 sampler.add_gradient(samples, at, &scaled, sum);

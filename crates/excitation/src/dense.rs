@@ -30,7 +30,7 @@ pub struct Excursion {
 }
 
 /// A motion at closely spaced times.
-pub(crate) struct Dense {
+pub(crate) struct DenseMotion {
     step_s: f64,
     states: Vec<JointStates>,
     samples: Samples,
@@ -40,22 +40,31 @@ pub(crate) struct Dense {
 
 /// Largest use of one limit.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Use {
+pub(crate) struct Usage {
     pub(crate) used: f64,
     /// What is left of the limit at least: negative where it is exceeded.
     pub(crate) slack: f64,
     time_s: f64,
 }
 
-impl Dense {
-    /// Computes a motion at times so close that nothing happens between them.
+impl DenseMotion {
+    /// Computes a motion at times at most [`STEP_S`] apart.
     pub(crate) fn new(plant: &mut Plant, motion: &dyn Motion) -> Result<Self, ExcitationError> {
         let duration_s = motion.duration_s();
         let steps = (duration_s / STEP_S).max(FEWEST).ceil();
         let step_s = duration_s / steps;
-        let layout = plant.layout();
         let times = (0..=steps as usize).map(|k| k as f64 * step_s);
-        let states: Vec<JointStates> = times.map(|time_s| motion.at(time_s)).collect();
+        let states = times.map(|time_s| motion.at(time_s)).collect();
+        Self::of_states(plant, states, step_s)
+    }
+
+    /// Computes a motion from its states at times that are `step_s` apart.
+    pub(crate) fn of_states(
+        plant: &mut Plant,
+        states: Vec<JointStates>,
+        step_s: f64,
+    ) -> Result<Self, ExcitationError> {
+        let layout = plant.layout();
         let outputs = layout.count();
         let mut samples = Samples::of_values(outputs, vec![0.0; states.len() * outputs]);
         for (states, values) in states.iter().zip(samples.values.chunks_exact_mut(outputs)) {
@@ -70,7 +79,7 @@ impl Dense {
     }
 
     /// Returns how much of a cone is used, without its tightening. The base is moved by its true rotation.
-    pub(crate) fn used(&self, cone: &Cone, problem: &Problem) -> Use {
+    pub(crate) fn used(&self, cone: &Cone, problem: &Problem) -> Usage {
         let bounds = [problem.base.attitude_rad, problem.base.position_m];
         let of_base = match cone.limit {
             Limit::BaseAttitude => bounds[0].map(|bound| (0, bound)),
@@ -91,10 +100,10 @@ impl Dense {
 
     /// Returns the largest use, given use and slack at each time. Between samples both follow the parabola through three of
     /// them.
-    fn largest(&self, uses: impl Iterator<Item = (f64, f64)>) -> Use {
+    fn largest(&self, uses: impl Iterator<Item = (f64, f64)>) -> Usage {
         let (used, slack): (Vec<f64>, Vec<f64>) = uses.map(|(used, slack)| (used, -slack)).unzip();
         let (place, used) = peak(&used);
-        Use {
+        Usage {
             used,
             slack: -peak(&slack).1,
             time_s: place as f64 * self.step_s,
@@ -158,7 +167,7 @@ fn peak(values: &[f64]) -> (usize, f64) {
     peaks.fold((0, f64::NEG_INFINITY), |a, b| if b.1 > a.1 { b } else { a })
 }
 
-fn margin(limit: Limit, worst: Use) -> Margin {
+fn margin(limit: Limit, worst: Usage) -> Margin {
     Margin {
         limit,
         used: worst.used,
@@ -167,10 +176,10 @@ fn margin(limit: Limit, worst: Use) -> Margin {
     }
 }
 
-type UseOf<'a> = Box<dyn Fn(&JointStates, usize) -> f64 + 'a>;
+type UsageOf<'a> = Box<dyn Fn(&JointStates, usize) -> f64 + 'a>;
 
 /// Returns the limits of a joint with the fraction that a state uses of each.
-fn of_joint<'a>(name: &str, limits: &'a JointLimits) -> [(Limit, UseOf<'a>); 3] {
+fn of_joint<'a>(name: &str, limits: &'a JointLimits) -> [(Limit, UsageOf<'a>); 3] {
     let (low, high) = limits.position;
     let position = move |states: &JointStates, joint: usize| {
         let used = (states.position[joint] - 0.5 * (low + high)).abs() / (0.5 * (high - low));
@@ -216,7 +225,12 @@ fn paths(layout: &Layout, samples: &Samples, step_s: f64) -> Vec<Vec<[f64; 2]>> 
 }
 
 /// Returns how much of each limit a motion uses, and the excursion of a floating base. The motion may be any, not only a
-/// designed one.
+/// designed one. Limits on position, velocity and acceleration are checked for the joints of
+/// [`Problem::moving_joints`] only; torques are those of all joints.
+///
+/// Times are at most 10 ms apart, and peaks between them are those of parabolas.
+///
+/// Cost: for each of these times (at least 501), one inverse dynamics with each payload and one row set of the method.
 ///
 /// # Errors
 /// Returns the errors of a design for a problem that is not valid.
@@ -227,7 +241,7 @@ pub fn margins(
     problem.check()?;
     let mut plant = Plant::new(problem)?;
     let joints = problem.moving_joints()?;
-    let cones = cones(problem, &plant.layout(), &joints);
-    let dense = Dense::new(&mut plant, motion)?;
+    let cones = cones(problem, &plant.layout());
+    let dense = DenseMotion::new(&mut plant, motion)?;
     Ok((dense.margins(problem, &cones, &joints), dense.excursion()))
 }

@@ -6,17 +6,18 @@ use tactid_identify::equations::window;
 
 use crate::ExcitationError;
 use crate::cones::cones;
-use crate::dense::{Dense, Excursion};
+use crate::dense::{DenseMotion, Excursion};
 use crate::joint_limits::JointLimits;
-use crate::joint_rows::joint_rows;
+use crate::joint_rows::{ROUNDING, joint_rows};
 use crate::limits::{Limit, Margin};
 use crate::motion::{JointStates, Trajectory};
 use crate::objective::Objective;
 use crate::plant::Plant;
 use crate::prediction::{Prediction, predict};
 use crate::problem::Problem;
+use crate::progress::{Observer, report};
 use crate::samples::{Grid, Sampler};
-use crate::search::{FIRST_RADIUS, Observer, Point, Search};
+use crate::search::{FIRST_RADIUS, Point, Search};
 use crate::spline::{End, FEWEST_CONTROL_POINTS, SplineBasis, Variables};
 
 /// Samples of the outputs in each span of the splines. Products of five polynomials are integrated to a few thousandths.
@@ -41,6 +42,9 @@ const CLEARANCE: f64 = 1e-5;
 
 /// Least factor by which a motion is shrunk to be within all limits.
 const LEAST_FACTOR: f64 = 1e-3;
+
+/// Accuracy of that factor.
+const LEAST_SHRINKING: f64 = 5e-3;
 
 /// Fraction of the control points' limit from which on a limit of a joint binds.
 const BINDING: f64 = 0.999;
@@ -84,14 +88,14 @@ pub struct Design {
 }
 
 impl Design {
-    /// Returns the limits that keep the motion from giving more information.
+    /// Returns the limits that are active: relaxing one allows smaller intervals.
     pub fn binding(&self) -> impl Iterator<Item = &Limit> {
         let binding = self.margins.iter().filter(|margin| margin.binds);
         binding.map(|margin| &margin.limit)
     }
 }
 
-/// Designs the motion of a problem: [`design_observed`] without an observer.
+/// Designs the motion of a problem: [`design_observed`] without an observer, at the same cost.
 ///
 /// # Errors
 /// Returns the errors of [`design_observed`].
@@ -101,7 +105,15 @@ pub fn design(problem: &Problem, settings: &DesignSettings) -> Result<Design, Ex
 
 /// Designs the motion of a problem. The observer is called in each step of the search and can stop it.
 ///
-/// All limits hold on the motion that is returned, for all payloads of the problem.
+/// For all payloads of the problem, limits on position, velocity and acceleration hold at all times; those on torques, wrench,
+/// grip and base at samples 10 ms apart (at least 500) and at the peaks of the parabolas through them.
+///
+/// With [`End::At`], the search starts from one smooth step from the start to the end. It does not look for another way: where
+/// this step exceeds a limit on position, velocity or acceleration, the design is [`ExcitationError::Impossible`] although a
+/// detour may exist; and where it exceeds torques, grip or base, the search may not find the motions that hold them.
+///
+/// Cost: each step of the search evaluates the dynamics of each payload some 19 times at each sample, for six joints, and solves
+/// one to a few conic programs; there are up to `10 * starts + iterations + 20` steps.
 ///
 /// # Errors
 /// Returns [`ExcitationError::Impossible`], which names the limit, where the robot cannot even rest in its posture,
@@ -116,7 +128,7 @@ pub fn design_observed(
     design_like(problem, settings, None, observer)
 }
 
-/// Designs the motion of a problem, where another motion of the same joints is one more start.
+/// Designs the motion of a problem, where another motion of the same joints replaces the first start.
 pub(crate) fn design_like(
     problem: &Problem,
     settings: &DesignSettings,
@@ -131,6 +143,7 @@ pub(crate) fn design_like(
     let mut best: Option<(Point, f64)> = None;
     let starts = settings.starts.max(1);
     for start in 0..starts {
+        // Up to a thousand starts do not share their seeds with those of another design.
         let seed = settings.seed.wrapping_mul(1000).wrapping_add(start as u64);
         let point = match &like {
             Some(values) if start == 0 => search.start_like(values.clone())?,
@@ -198,16 +211,17 @@ impl<'a> Designer<'a> {
         );
         let search = Search {
             objective: Objective::new(problem, &sampler)?,
-            cones: cones(problem, &plant.layout(), &joints),
+            cones: cones(problem, &plant.layout()),
             sampler,
             rows,
             scales,
             direct,
+            failure: None,
         };
         let exceeded = search
             .rows
             .iter()
-            .find(|row| row.value(&search.direct).abs() > 1.0);
+            .find(|row| row.value(&search.direct).abs() > 1.0 + ROUNDING);
         if let Some(row) = exceeded {
             return Err(ExcitationError::Impossible {
                 limit: row.limit.clone(),
@@ -241,14 +255,26 @@ impl<'a> Designer<'a> {
             let search = &mut self.search;
             point = search.improve(from, &mut radius, start, ROUND_ITERATIONS, observer)?;
         }
-        // Smaller motions use less of each limit.
-        let mut factor = 1.0;
-        while factor > LEAST_FACTOR {
+        // Smaller motions use less of each limit, so the largest one within all of them is bracketed.
+        let (mut possible, mut impossible) = (None, 1.0);
+        let mut factor = 1.0 - LEAST_SHRINKING;
+        while factor > LEAST_FACTOR && possible.is_none_or(|low| impossible - low > LEAST_SHRINKING)
+        {
+            report(observer, point.progress(start, 0))?;
             let values = self.search.shrunk(&point.values, factor);
             if self.worst(&values)?.is_none_or(|(_, excess)| excess <= 0.0) {
-                return self.design(&values);
+                possible = Some(factor);
+            } else {
+                impossible = factor;
             }
-            factor *= if factor > 0.5 { 0.995 } else { 0.9 };
+            factor = possible.map_or(0.5 * impossible, |low| 0.5 * (low + impossible));
+        }
+        if let Some(factor) = possible {
+            let values = self.search.shrunk(&point.values, factor);
+            return self.design(&values);
+        }
+        if let Some(failure) = self.search.failure.take() {
+            return Err(ExcitationError::Solver(failure));
         }
         let worst = self.worst(&point.values)?;
         let (limit, excess) = worst.ok_or(ExcitationError::NotObservable)?;
@@ -268,11 +294,12 @@ impl<'a> Designer<'a> {
     /// Tightens the cones that a motion exceeds at closely spaced times, and returns whether there are any.
     fn tighten(&mut self, point: &Point) -> Result<bool, ExcitationError> {
         let trajectory = self.trajectory(&point.values);
-        let dense = Dense::new(&mut self.plant, &trajectory)?;
+        let dense = DenseMotion::new(&mut self.plant, &trajectory)?;
         let mut any = false;
         for cone in &mut self.search.cones {
             let slack = dense.used(cone, self.problem).slack;
             if slack < 0.0 {
+                // A little more than the excess, because the motion moves towards the limit again.
                 cone.tightening += CLEARANCE - 1.1 * slack;
                 any = true;
             }
@@ -283,7 +310,7 @@ impl<'a> Designer<'a> {
     /// Returns the limit that a motion exceeds most or uses most, and the fraction by which.
     fn worst(&mut self, values: &[f64]) -> Result<Option<(Limit, f64)>, ExcitationError> {
         let trajectory = self.trajectory(values);
-        let dense = Dense::new(&mut self.plant, &trajectory)?;
+        let dense = DenseMotion::new(&mut self.plant, &trajectory)?;
         let cones = self.search.cones.iter();
         let excesses = cones.map(|c| (c.limit.clone(), -dense.used(c, self.problem).slack));
         Ok(excesses.max_by(|a, b| a.1.total_cmp(&b.1)))
@@ -291,7 +318,7 @@ impl<'a> Designer<'a> {
 
     fn design(mut self, values: &[f64]) -> Result<Design, ExcitationError> {
         let trajectory = self.trajectory(values);
-        let dense = Dense::new(&mut self.plant, &trajectory)?;
+        let dense = DenseMotion::new(&mut self.plant, &trajectory)?;
         let mut margins = dense.margins(self.problem, &self.search.cones, &self.joints);
         for row in &self.search.rows {
             if row.value(values).abs() > BINDING {
@@ -341,28 +368,16 @@ fn check_rest(
     if let End::At(end) = &problem.end {
         places.push(("at the end", end));
     }
-    let cones = cones(problem, &plant.layout(), joints);
+    let cones = cones(problem, &plant.layout());
     for (at, posture) in places {
-        let rest = Resting(JointStates::at_rest(posture));
-        let dense = Dense::new(plant, &rest)?;
+        let dense = DenseMotion::of_states(plant, vec![JointStates::at_rest(posture)], 0.0)?;
         let margins = dense.margins(problem, &cones, joints);
-        let exceeded = margins.into_iter().find(|margin| margin.used > 1.0);
+        let exceeded = margins
+            .into_iter()
+            .find(|margin| margin.used > 1.0 + ROUNDING);
         if let Some(Margin { limit, used, .. }) = exceeded {
             return Err(ExcitationError::Impossible { limit, used, at });
         }
     }
     Ok(())
-}
-
-/// A robot that rests for a moment.
-struct Resting(JointStates);
-
-impl crate::motion::Motion for Resting {
-    fn duration_s(&self) -> f64 {
-        1e-3
-    }
-
-    fn at(&self, _time_s: f64) -> JointStates {
-        self.0.clone()
-    }
 }

@@ -21,17 +21,19 @@ pub enum ExcitationError {
     #[error("`{name}` is {given}; expected {expected}")]
     Value {
         /// Name of the field.
-        name: &'static str,
+        name: String,
         /// Its value.
         given: f64,
         /// What is valid.
-        expected: &'static str,
+        expected: String,
     },
     /// The base is fixed, so that its motion cannot be bounded.
     #[error("the motion of the base is bounded, but the base is fixed")]
     FixedBase,
     /// The URDF does not limit the velocity of a joint.
-    #[error("the URDF has no velocity limit for joint {joint}")]
+    #[error(
+        "the URDF has no positive velocity limit for joint {joint}: set `JointLimits::velocity`"
+    )]
     NoVelocityLimit {
         /// Name of the joint.
         joint: String,
@@ -46,11 +48,11 @@ pub enum ExcitationError {
         channel: String,
     },
     /// A limit is exceeded where the robot does not even move, or where it moves by hardly anything.
-    #[error("no motion is possible: {limit} is {used:.3} times its limit {at}")]
+    #[error("no motion is possible: {} {at}", exceeded(.limit, *.used))]
     Impossible {
         /// The limit.
         limit: Limit,
-        /// Fraction of the limit that is used.
+        /// Fraction of the limit that is used: infinite where the payload pulls off a pad.
         used: f64,
         /// Where: at the start, at the end, on the way there, or in every motion that was tried.
         at: &'static str,
@@ -89,4 +91,12 @@ pub enum ExcitationError {
     /// The conic solver failed.
     #[error("the conic solver failed: {0}")]
     Solver(String),
+}
+
+/// Returns how a limit is exceeded.
+fn exceeded(limit: &Limit, used: f64) -> String {
+    match limit {
+        Limit::Grip(pad) if used.is_infinite() => format!("the payload pulls off pad {pad}"),
+        _ => format!("{limit} is {used:.3} times its limit"),
+    }
 }

@@ -7,11 +7,16 @@ use rand_distr::{Distribution, StandardNormal};
 
 use crate::ExcitationError;
 use crate::dense::margins;
+use crate::joint_limits::JointLimits;
+use crate::limits::Margin;
 use crate::motion::{JointStates, Motion};
 use crate::problem::Problem;
 
 /// Most factors that are tried for a motion to be within all limits.
 const MOST_TRIALS: usize = 40;
+
+/// Steps of a motion at which it is compared with the limits of the joints: a hundred for each period of the fastest harmonic.
+const STEPS: u32 = 500;
 
 /// A sum of sines and cosines for each joint that moves, one period long, which begins in a given posture.
 #[derive(Clone, Debug)]
@@ -32,7 +37,7 @@ struct Harmonics {
 impl FourierMotion {
     /// Draws a motion of some joints with so many harmonics, whose accelerations are normal with a standard deviation of
     /// about one, rad/s² or m/s².
-    pub fn random(
+    fn random(
         random: &mut impl Rng,
         duration_s: f64,
         posture: &[f64],
@@ -57,8 +62,7 @@ impl FourierMotion {
     }
 
     /// Returns the motion with all amplitudes multiplied by a factor.
-    #[must_use]
-    pub fn scaled(&self, factor: f64) -> Self {
+    fn scaled(&self, factor: f64) -> Self {
         let mut scaled = self.clone();
         for place in 0..self.joints.len() {
             scaled.scale(place, factor);
@@ -67,64 +71,73 @@ impl FourierMotion {
     }
 
     /// Multiplies the amplitudes of the joint at a place among those that move.
-    pub fn scale(&mut self, place: usize, factor: f64) {
+    fn scale(&mut self, place: usize, factor: f64) {
         for amplitude in self.joints[place].amplitudes.iter_mut().flatten() {
             *amplitude *= factor;
         }
     }
-}
 
-impl FourierMotion {
     /// Draws a motion with five harmonics of the problem's duration, scaled into the limits of the problem: each joint as
     /// far as its own limits allow, and then all joints together as far as the other limits do.
     ///
     /// # Errors
-    /// Returns the errors of [`margins`].
+    /// Returns [`ExcitationError::Impossible`] where no multiple that was tried is within the limits, and the errors of
+    /// [`margins`].
     pub fn within_limits(
         random: &mut impl Rng,
         problem: &Problem,
     ) -> Result<Self, ExcitationError> {
+        problem.check()?;
         let joints = problem.moving_joints()?;
         let mut motion = Self::random(random, problem.duration_s, &problem.start, &joints, 5);
-        let (of_joints, _) = margins(problem, &motion)?;
-        for (place, limits) in of_joints.chunks(3).take(joints.len()).enumerate() {
-            // The way from the start to the end of the range is what a position has left.
-            let [position, others @ ..] = limits else {
-                continue;
-            };
-            let at_rest = margins_at_rest(problem, joints[place]);
-            let excursion = (position.used - at_rest) / (1.0 - at_rest);
-            let used = others.iter().map(|m| m.used).fold(excursion, f64::max);
-            motion.scale(place, 0.999 / used.max(f64::MIN_POSITIVE));
+        let times = (0..=STEPS).map(|k| problem.duration_s * f64::from(k) / f64::from(STEPS));
+        let states: Vec<JointStates> = times.map(|time_s| motion.at(time_s)).collect();
+        for (place, &joint) in joints.iter().enumerate() {
+            let factor = largest_factor(&states, joint, &problem.limits[joint]);
+            motion.scale(place, 0.999 * factor);
         }
         // The other limits are not homogeneous: gravity uses some of a torque. So the largest factor is bracketed.
-        let (mut possible, mut impossible) = (0.0, None);
+        let mut possible: Option<f64> = None;
+        let mut impossible: Option<(f64, Margin)> = None;
         let mut factor = 1.0;
         for _ in 0..MOST_TRIALS {
-            let scaled = motion.scaled(factor);
-            let (all, _) = margins(problem, &scaled)?;
-            if all.iter().all(|margin| margin.used <= 1.0) {
-                possible = factor;
-            } else {
-                impossible = Some(factor);
+            let (all, _) = margins(problem, &motion.scaled(factor))?;
+            match all.into_iter().find(|margin| margin.used > 1.0) {
+                None => possible = Some(factor),
+                Some(exceeded) => impossible = Some((factor, exceeded)),
             }
-            factor = match impossible {
-                None => break,
-                Some(high) if possible == 0.0 => 0.5 * high,
-                Some(high) if possible > 0.98 * high => break,
-                Some(high) => 0.5 * (possible + high),
+            factor = match (possible, &impossible) {
+                (_, None) => break,
+                (None, Some((high, _))) => 0.5 * high,
+                (Some(low), Some((high, _))) if low > 0.98 * high => break,
+                (Some(low), Some((high, _))) => 0.5 * (low + high),
             };
         }
-        motion = motion.scaled(possible);
-        Ok(motion)
+        match (possible, impossible) {
+            (Some(factor), _) => Ok(motion.scaled(factor)),
+            (None, Some((_, Margin { limit, used, .. }))) => Err(ExcitationError::Impossible {
+                limit,
+                used,
+                at: "in every motion that was tried",
+            }),
+            (None, None) => Err(ExcitationError::NotObservable),
+        }
     }
 }
 
-/// Returns the fraction of the range of a joint's position that the start uses.
-fn margins_at_rest(problem: &Problem, joint: usize) -> f64 {
-    let (low, high) = problem.limits[joint].position;
-    let used = (problem.start[joint] - 0.5 * (low + high)).abs() / (0.5 * (high - low));
-    if used.is_finite() { used } else { 0.0 }
+/// Returns the factor by which the excursion of a joint from its start reaches the first of its own limits.
+fn largest_factor(states: &[JointStates], joint: usize, limits: &JointLimits) -> f64 {
+    let start = states[0].position[joint];
+    let largest = |of: &dyn Fn(&JointStates) -> f64| states.iter().map(of).fold(0.0, f64::max);
+    let up = largest(&|states| states.position[joint] - start);
+    let down = largest(&|states| start - states.position[joint]);
+    let velocity = largest(&|states| states.velocity[joint].abs());
+    let acceleration = largest(&|states| states.acceleration[joint].abs());
+    // A start on a limit that the motion does not pass leaves 0 / 0, which a minimum ignores.
+    ((limits.position.1 - start) / up)
+        .min((start - limits.position.0) / down)
+        .min(limits.velocity / velocity)
+        .min(limits.acceleration / acceleration)
 }
 
 impl Motion for FourierMotion {
@@ -172,6 +185,33 @@ mod tests {
                 assert!((later - at.position[joint]).abs() < 1e-12);
             }
             assert_eq!(at.position[1], 0.1);
+        }
+    }
+
+    /// The factor moves a joint exactly to the end of its range that it reaches first, wherever in the range it starts.
+    #[test]
+    fn the_factor_reaches_the_first_limit() {
+        let mut random = SmallRng::seed_from_u64(2);
+        for k in 0..40 {
+            let mut motion = FourierMotion::random(&mut random, 4.0, &[0.3], &[0], 5);
+            let times = (0..=STEPS).map(|k| 4.0 * f64::from(k) / f64::from(STEPS));
+            let at = |motion: &FourierMotion| -> Vec<JointStates> {
+                times.clone().map(|time_s| motion.at(time_s)).collect()
+            };
+            let limits = JointLimits {
+                position: (0.3 - 0.05 * f64::from(k), 0.3 + 0.05 * f64::from(40 - k)),
+                velocity: 1e3,
+                acceleration: 1e3,
+                effort: 1.0,
+            };
+            motion.scale(0, largest_factor(&at(&motion), 0, &limits));
+            let (low, high) = limits.position;
+            let room = |states: &JointStates| {
+                let position = states.position[0];
+                (high - position).min(position - low)
+            };
+            let least = at(&motion).iter().map(room).fold(f64::INFINITY, f64::min);
+            assert!(least.abs() < 1e-12, "{least}");
         }
     }
 }

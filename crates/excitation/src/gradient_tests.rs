@@ -16,7 +16,7 @@ use crate::{DesignSettings, End, Grip};
 /// A step along a random direction, in units of the variables' scales, that differences are taken over.
 const STEP: f64 = 1e-4;
 
-/// Returns the values of all cones at all samples, heads and tails, without those that no step can exceed.
+/// Returns the numbers of all cones in one vector.
 fn flat(cones: &[LinearCone], of: impl Fn(&LinearCone) -> Vec<f64>) -> Vec<f64> {
     cones.iter().flat_map(of).collect()
 }

@@ -2,13 +2,19 @@
 
 use nalgebra::{Matrix3, Point3, RowVector3, RowVector6, Unit, Vector3};
 
+use crate::ExcitationError;
+use crate::checks::{positive, value};
+
 /// A grip of two flat pads that face each other, in the tool frame.
 ///
-/// Each pad carries half of the force along its surface and half of the moment about the normal. The moment about the
-/// axes across the normal is carried by opposite forces along the surfaces of both pads, as many times larger as the pads
-/// are closer than a metre. A pad holds by friction as long as its point in the limit surface of a soft finger is inside:
-/// `|[f, m / r]| <= friction · N`, with the force `f` along the surface, the moment `m` about the normal, the radius `r` of
-/// torsion and the normal force `N`.
+/// Each pad carries half of the force along its surface and half of the moment about the normal. A moment `m` across the
+/// normal is carried by opposite forces `m / distance_m` along the two surfaces. A force `f` of the payload along the normal,
+/// taken positive towards a pad's side, changes the normal force of that pad by `-f/2`, and that of the other by `+f/2`: both
+/// pads are equally stiff. A pad of a finger that controls its force does not share the load like this.
+///
+/// A pad holds while `|[t, m_n / r]| <= used_fraction * friction * N`, with the force `t` along the surface, the moment `m_n`
+/// about the normal, the torsion radius `r` and the normal force `N` (limit surface of a soft finger as an ellipsoid; Howe and
+/// Cutkosky 1996).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grip {
     /// Point in the middle between the pads, m.
@@ -19,7 +25,7 @@ pub struct Grip {
     pub distance_m: f64,
     /// Force with which each pad presses, N.
     pub grip_force_n: f64,
-    /// Coefficient of friction between pad and payload.
+    /// Coefficient of friction between pad and payload, dimensionless.
     pub friction: f64,
     /// Moment about the normal that a pad carries by friction for each newton that the same friction carries along its
     /// surface, m. For a disc with uniform pressure it is two thirds of the radius.
@@ -41,19 +47,25 @@ pub(crate) struct PadLoad {
 }
 
 impl Grip {
-    /// Returns whether all numbers are finite and those that must be positive are.
-    pub(crate) fn is_valid(&self) -> bool {
-        let positive = [
-            self.distance_m,
-            self.grip_force_n,
-            self.friction,
-            self.torsion_radius_m,
-            self.used_fraction,
+    /// Checks that all numbers are finite and those that must be positive are.
+    pub(crate) fn check(&self) -> Result<(), ExcitationError> {
+        positive("grip.distance_m", self.distance_m)?;
+        positive("grip.grip_force_n", self.grip_force_n)?;
+        positive("grip.friction", self.friction)?;
+        positive("grip.torsion_radius_m", self.torsion_radius_m)?;
+        positive("grip.used_fraction", self.used_fraction)?;
+        let used = self.used_fraction;
+        value("grip.used_fraction", used, used <= 1.0, "at most 1")?;
+        let vectors = [
+            ("grip.center", self.center.coords),
+            ("grip.normal", self.normal.into_inner()),
         ];
-        let vectors = self.center.iter().chain(self.normal.iter());
-        positive.iter().all(|x| *x > 0.0 && x.is_finite())
-            && vectors.clone().all(|x| x.is_finite())
-            && self.used_fraction <= 1.0
+        for (name, vector) in vectors {
+            for &entry in &vector {
+                value(name, entry, entry.is_finite(), "finite entries")?;
+            }
+        }
+        Ok(())
     }
 
     /// Returns the load of pad 0 or 1.

@@ -2,10 +2,14 @@
 
 use crate::joint_limits::JointLimits;
 use crate::limits::Limit;
-use crate::spline::{HullPoint, Variables};
+use crate::spline::{ControlPoint, HullPoint, Variables};
 
-/// Fraction of each limit that control points may use, so that rounding in the solver and in the splines exceeds none.
-const USABLE: f64 = 1.0 - 1e-9;
+/// Fraction of a limit that counts as rounding.
+pub(crate) const ROUNDING: f64 = 1e-9;
+
+/// Fraction of a limit on velocity or acceleration that control points may use, so that rounding exceeds none. A position may
+/// use all of its range, because a motion may start at its end.
+const USABLE: f64 = 1.0 - ROUNDING;
 
 /// An affine function of the variables that must stay between -1 and 1: a point of the hull of a derivative, relative to
 /// its limit.
@@ -24,6 +28,16 @@ impl JointRow {
             + terms
                 .map(|(variable, f)| f * values[*variable])
                 .sum::<f64>()
+    }
+}
+
+/// Moves variables that are control points of a position into the range of the joint.
+pub(crate) fn clamp_positions(rows: &[JointRow], values: &mut [f64]) {
+    for row in rows {
+        if let (Limit::Position(_), [(variable, factor)]) = (&row.limit, row.terms.as_slice()) {
+            let ends = [-1.0, 1.0].map(|end| (end - row.constant) / factor);
+            values[*variable] = values[*variable].clamp(ends[0], ends[1]);
+        }
     }
 }
 
@@ -51,7 +65,7 @@ pub(crate) fn joint_rows(
             if !half.is_finite() {
                 continue;
             }
-            let unit = 1.0 / (half * USABLE);
+            let unit = 1.0 / if order == 0 { half } else { half * USABLE };
             for point in variables.basis.hull(order) {
                 let row = row(variables, joint, &point, unit, limit.clone());
                 if !row.terms.is_empty() {
@@ -84,12 +98,14 @@ fn row(
             continue;
         }
         let coefficient = weight * unit;
-        match variables.variable(joint, point.first + k) {
-            Err(fixed) => row.constant += coefficient * fixed,
-            Ok(variable) => match row.terms.iter_mut().find(|(own, _)| *own == variable) {
-                Some((_, sum)) => *sum += coefficient,
-                None => row.terms.push((variable, coefficient)),
-            },
+        match variables.control_point(joint, point.first + k) {
+            ControlPoint::Fixed(fixed) => row.constant += coefficient * fixed,
+            ControlPoint::Variable(variable) => {
+                match row.terms.iter_mut().find(|(own, _)| *own == variable) {
+                    Some((_, sum)) => *sum += coefficient,
+                    None => row.terms.push((variable, coefficient)),
+                }
+            }
         }
     }
     row

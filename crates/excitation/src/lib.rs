@@ -1,9 +1,55 @@
 //! Designs joint motions from which a payload is identified quickly, within the limits of the robot.
 //!
-//! What a motion does not excite, no estimator can know. [`design`] chooses the motion whose predicted confidence
+//! An estimator cannot determine a parameter that the motion does not excite. [`design`] chooses the motion whose predicted confidence
 //! intervals are the smallest relative to their targets, for the method and the noise by which the payload is then
 //! identified, within the [limits](Limit) of the joints, the torques, the wrench and the [`Grip`], and with the attitude of
 //! a free-floating base [held within a bound](BaseBounds).
+//!
+//! ```
+//! # use tactid_dynamics::{BaseKind, MassProperties, Urdf};
+//! # use tactid_excitation::*;
+//! # use tactid_identify::EquationSettings;
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let urdf = Urdf::from_xml(include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../sim/robots/tactid.urdf")))?;
+//! let robot = urdf.manipulator(BaseKind::Fixed)?;
+//! // A box of 1.5 kg: what is expected of the payload.
+//! let payload = MassProperties {
+//!     mass_kg: 1.5,
+//!     center_of_mass: [0.03, -0.02, 0.08].into(),
+//!     inertia: nalgebra::Matrix3::from_diagonal(&[0.005, 0.008, 0.007].into()),
+//! }
+//! .into();
+//! let problem = Problem {
+//!     tool: "tool0".to_owned(),
+//!     start: vec![0.0, -1.2, 1.6, -0.4, 1.5, 0.0, 0.0, 0.0],
+//!     end: End::Start,
+//!     joints: Vec::new(),
+//!     duration_s: 4.0,
+//!     limits: JointLimits::of_urdf(&urdf, &robot, 5.0, 1.0)?, // 5 rad/s², full speed
+//!     sensing: Sensing {
+//!         sensors: vec!["tool0".to_owned()],
+//!         equations: EquationSettings {
+//!             wrench_noise: vec![[0.5, 0.5, 0.5, 0.05, 0.05, 0.05]], // N and N m
+//!             ..EquationSettings::default()
+//!         },
+//!         rate_hz: 200.0,
+//!         base_noise: None,
+//!     },
+//!     targets: targets_within(&payload, 0.05).ok_or("no mass")?,
+//!     payloads: vec![payload],
+//!     criterion: Criterion::LargestInterval,
+//!     base: BaseBounds::default(),
+//!     wrench: None,
+//!     grip: None,
+//!     robot,
+//! };
+//! let quick = DesignSettings { starts: 1, iterations: 15, ..DesignSettings::default() };
+//! let design = design(&problem, &quick)?;
+//! let (_, ratio) = design.prediction.largest();
+//! assert!(ratio < 1.0); // all ten intervals are within their targets
+//! # Ok(())
+//! # }
+//! ```
 //!
 //! # How the crate works
 //!
@@ -19,6 +65,7 @@
 #[cfg(test)]
 extern crate self as tactid_excitation;
 
+mod checks;
 mod cones;
 mod dense;
 mod design;
@@ -35,6 +82,7 @@ mod objective;
 mod plant;
 mod prediction;
 mod problem;
+mod progress;
 mod samples;
 mod search;
 mod shortest;
@@ -51,6 +99,6 @@ pub use limits::{Limit, Margin};
 pub use motion::{JointStates, Motion, Trajectory};
 pub use prediction::{Prediction, predict};
 pub use problem::{BaseBounds, Criterion, Problem, Sensing, targets_within};
-pub use search::{Observer, Progress};
+pub use progress::{Observer, Progress};
 pub use shortest::{ShortestSettings, shortest};
-pub use spline::{End, FEWEST_CONTROL_POINTS, Spline, SplineBasis};
+pub use spline::{End, FEWEST_CONTROL_POINTS, Spline};

@@ -29,7 +29,7 @@ impl fmt::Display for Limit {
             Self::Position(joint) => write!(formatter, "the position of joint {joint}"),
             Self::Velocity(joint) => write!(formatter, "the velocity of joint {joint}"),
             Self::Acceleration(joint) => write!(formatter, "the acceleration of joint {joint}"),
-            Self::Effort(joint) => write!(formatter, "the torque of joint {joint}"),
+            Self::Effort(joint) => write!(formatter, "the effort of joint {joint}"),
             Self::Wrench(entry) => write!(formatter, "the {entry} on the payload"),
             Self::Grip(pad) => write!(formatter, "the friction of the grip at pad {pad}"),
             Self::BaseAttitude => formatter.write_str("the attitude of the base"),
@@ -44,11 +44,11 @@ pub struct Margin {
     /// The limit.
     pub limit: Limit,
     /// Largest fraction of the limit that is used at any time: 1 at the limit. Of a position, the fraction of the way
-    /// from the middle of the range to its end.
+    /// from the middle of the range to its end. Of a grip, infinite where the payload pulls off the pad.
     pub used: f64,
     /// Time at which it is used, s.
     pub time_s: f64,
-    /// Whether the limit keeps the motion from giving more information. A limit on velocity or acceleration binds where a
+    /// Whether the limit is active: relaxing it allows smaller intervals. A limit on velocity or acceleration binds where a
     /// control point of the derivative reaches it, which the motion itself then nearly does.
     pub binds: bool,
 }

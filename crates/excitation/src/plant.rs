@@ -1,4 +1,4 @@
-//! Everything that a design needs to know of the robot at one state of its joints, as one vector of outputs.
+//! Outputs of the robot model at one state of the joints: regressor rows, torques, wrench on the payload and twist of the base.
 
 use nalgebra::{DMatrix, Isometry3, SMatrix, Vector3};
 use tactid_dynamics::{
@@ -13,7 +13,7 @@ use crate::motion::JointStates;
 use crate::problem::{Problem, Sensing};
 
 /// Number of entries of a wrench or a twist.
-const SIX: usize = 6;
+const WRENCH_ENTRIES: usize = 6;
 
 /// Number of parameters of a payload.
 const PARAMETERS: usize = 10;
@@ -47,11 +47,11 @@ impl Layout {
     /// Place of an entry of the base's twist in its own frame with a payload: angular velocity, then velocity, rad/s and m/s.
     /// A fixed base has none.
     pub(crate) fn twist(&self, payload: usize, entry: usize) -> usize {
-        self.of_payload(payload) + self.dof + SIX + entry
+        self.of_payload(payload) + self.dof + WRENCH_ENTRIES + entry
     }
 
     fn of_payload(&self, payload: usize) -> usize {
-        let each = self.dof + SIX + if self.floats { SIX } else { 0 };
+        let each = self.dof + WRENCH_ENTRIES + if self.floats { WRENCH_ENTRIES } else { 0 };
         self.channels * PARAMETERS + payload * each
     }
 
@@ -153,7 +153,7 @@ impl Plant {
                 wrench_regressor(&workspace.tool_motion(self.tool, &self.gravity));
             let wrench = regressor * parameters.as_vector();
             let first = layout.wrench(payload, 0);
-            outputs[first..first + SIX].copy_from_slice(wrench.as_slice());
+            outputs[first..first + WRENCH_ENTRIES].copy_from_slice(wrench.as_slice());
             if layout.floats {
                 let first = layout.twist(payload, 0);
                 let twist = base.angular_velocity.iter().chain(&base.velocity);

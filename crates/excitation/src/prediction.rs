@@ -15,7 +15,7 @@ use crate::problem::Problem;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
     /// Covariance of the ten linear parameters, in the order of
-    /// [`InertialParameters`](tactid_dynamics::InertialParameters).
+    /// [`InertialParameters`](tactid_dynamics::InertialParameters), in the tool frame and in SI units.
     pub covariance: SMatrix<f64, 10, 10>,
     /// Standard deviations of the ten values, in the order and the units of
     /// [`VALUE_NAMES`](tactid_identify::VALUE_NAMES).
@@ -38,6 +38,8 @@ impl Prediction {
 /// The samples of the motion pass the equation stream of the estimators, and the covariance is that of least squares over
 /// its averaging windows: weights follow from the noise of the sensors, and the noise of overlapping windows is
 /// correlated. Noise of the joints' motion is not part of it.
+///
+/// Cost: one inverse dynamics and one sample of the equation stream per `1 / rate_hz`.
 ///
 /// # Errors
 /// Returns [`ExcitationError::TooShort`] for a motion without a whole window, [`ExcitationError::NotObservable`] for one

@@ -1,9 +1,12 @@
 //! What is to be designed: the robot, what it measures, what it holds, what is to be known, and what limits the motion.
 
+use std::f64::consts::PI;
+
 use tactid_dynamics::{BaseKind, InertialParameters, Manipulator};
 use tactid_identify::{EquationSettings, largest_of_kind, values_of_body};
 
 use crate::ExcitationError;
+use crate::checks::{positive, value};
 use crate::grip::Grip;
 use crate::joint_limits::JointLimits;
 use crate::spline::End;
@@ -19,7 +22,7 @@ pub struct Sensing {
     /// Samples per second, Hz.
     pub rate_hz: f64,
     /// Standard deviations of the white noise of one sample of the wrench that follows from the motion of a floating base:
-    /// three forces, N, and three moments, N m. The combined method on a floating base and joint sensing use it.
+    /// three forces, N, and three moments, N m, in the frame of the base. The combined method on a floating base and joint sensing use it.
     pub base_noise: Option<[f64; 6]>,
 }
 
@@ -36,7 +39,7 @@ pub enum Criterion {
 /// Bounds on the motion of a free-floating base.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BaseBounds {
-    /// Largest angle by which the base may turn from where it starts, rad.
+    /// Largest angle of the rotation by which the base may turn from where it starts, rad: at most pi.
     pub attitude_rad: Option<f64>,
     /// Largest distance by which the origin of the base may move from where it starts, m.
     pub position_m: Option<f64>,
@@ -53,7 +56,7 @@ pub struct Problem {
     pub start: Vec<f64>,
     /// Where the motion ends. Default: where it starts.
     pub end: End,
-    /// Indices of the joints that may move; empty for those that move the tool.
+    /// Indices of the joints that may move, each once; empty for those that move the tool. Torques are limited for all joints.
     pub joints: Vec<usize>,
     /// Duration, s.
     pub duration_s: f64,
@@ -79,6 +82,9 @@ pub struct Problem {
 
 /// Returns targets for the half widths of the 95 % intervals of the ten values: a fraction, such as 0.01, of the largest
 /// value of its kind (mass, centre of mass, inertia). `None` for a payload without mass.
+///
+/// The target of the centre of mass is zero, which a design refuses, for a payload whose centre of mass is at the origin of the
+/// tool frame.
 #[must_use]
 pub fn targets_within(payload: &InertialParameters, fraction: f64) -> Option<[f64; 10]> {
     let values = values_of_body(&payload.mass_properties()?);
@@ -103,52 +109,31 @@ impl Problem {
     ///
     /// # Errors
     /// Returns [`ExcitationError::State`] for a wrong number of joints, [`ExcitationError::Value`] for a number that is out of
-    /// range, and [`ExcitationError::Impossible`] for a posture outside of its limits.
+    /// range, and the errors of [`Problem::moving_joints`].
     pub(crate) fn check(&self) -> Result<(), ExcitationError> {
-        self.check_posture("start", &self.start)?;
-        if let End::At(end) = &self.end {
-            self.check_posture("end", end)?;
-        }
         let (limits, dof) = (self.limits.len(), self.robot.dof());
         value("limits", limits as f64, limits == dof, "one for each joint")?;
-        let payloads = self.payloads.len();
-        value("payloads", payloads as f64, payloads > 0, "at least one")?;
-        for &joint in &self.joints {
-            value("joints", joint as f64, joint < dof, "an index of a joint")?;
+        self.check_posture("start", &self.start)?;
+        self.check_joints()?;
+        if let End::At(end) = &self.end {
+            self.check_end(end)?;
         }
-        let positive = |name, x: f64| value(name, x, x > 0.0 && x.is_finite(), "more than zero");
         positive("duration_s", self.duration_s)?;
         positive("rate_hz", self.sensing.rate_hz)?;
-        for target in self.targets {
-            positive("targets", target)?;
+        for &noise in self.sensing.base_noise.iter().flatten() {
+            positive("base_noise", noise)?;
         }
-        for payload in &self.payloads {
-            positive("payloads", payload.mass())?;
+        for (k, &target) in self.targets.iter().enumerate() {
+            positive(&format!("targets[{k}]"), target)?;
         }
-        for limits in &self.limits {
-            let (low, high) = limits.position;
-            let is_range = low < high && low.is_finite() == high.is_finite();
-            let expected = "a range whose ends are both finite or both infinite";
-            value("position", low, is_range, expected)?;
-            positive("velocity", limits.velocity)?;
-            positive("acceleration", limits.acceleration)?;
-            value(
-                "effort",
-                limits.effort,
-                limits.effort > 0.0,
-                "more than zero",
-            )?;
-        }
-        let bounds = [self.base.attitude_rad, self.base.position_m];
-        for bound in bounds.into_iter().flatten() {
-            positive("base", bound)?;
-        }
-        for limit in self.wrench.iter().flatten() {
-            value("wrench", *limit, *limit > 0.0, "more than zero")?;
+        self.check_payloads()?;
+        self.check_limits()?;
+        for (entry, limit) in self.wrench.iter().flatten().enumerate() {
+            let name = format!("wrench[{entry}]");
+            value(&name, *limit, *limit > 0.0, "more than zero")?;
         }
         if let Some(grip) = &self.grip {
-            let expected = "of positive size, with a used fraction of at most 1";
-            value("grip", grip.grip_force_n, grip.is_valid(), expected)?;
+            grip.check()?;
         }
         self.check_base()
     }
@@ -156,14 +141,96 @@ impl Problem {
     /// Checks that there is a finite position for each joint.
     fn check_posture(&self, name: &'static str, posture: &[f64]) -> Result<(), ExcitationError> {
         self.robot.check_length(name, posture)?;
-        for &position in posture {
-            value(name, position, position.is_finite(), "finite")?;
+        for (joint, &position) in posture.iter().enumerate() {
+            let name = format!("{name}[{joint}]{}", self.named(joint));
+            value(&name, position, position.is_finite(), "a finite number")?;
         }
         Ok(())
     }
 
-    /// Checks that a base that floats does so without gravity, and that only such a base has bounds.
+    /// Checks that the joints that may move exist and are given once.
+    fn check_joints(&self) -> Result<(), ExcitationError> {
+        for (place, &joint) in self.joints.iter().enumerate() {
+            let name = format!("joints[{place}]");
+            let exists = joint < self.robot.dof();
+            value(&name, joint as f64, exists, "an index of a joint")?;
+            let is_new = !self.joints[..place].contains(&joint);
+            value(&name, joint as f64, is_new, "each joint once")?;
+        }
+        Ok(())
+    }
+
+    /// Checks the posture at the end: joints that do not move are where they start.
+    fn check_end(&self, end: &[f64]) -> Result<(), ExcitationError> {
+        self.check_posture("end", end)?;
+        let moving = self.moving_joints()?;
+        for (joint, (&end, start)) in end.iter().zip(&self.start).enumerate() {
+            let name = format!("end[{joint}]{}", self.named(joint));
+            let expected = format!("{start} as at the start, because this joint does not move");
+            value(
+                &name,
+                end,
+                moving.contains(&joint) || end == *start,
+                &expected,
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Checks that all payloads are finite and have mass.
+    fn check_payloads(&self) -> Result<(), ExcitationError> {
+        let count = self.payloads.len();
+        value("payloads", count as f64, count > 0, "at least one")?;
+        for (k, payload) in self.payloads.iter().enumerate() {
+            let name = format!("payloads[{k}]");
+            for &entry in payload.as_vector().iter() {
+                value(&name, entry, entry.is_finite(), "finite parameters")?;
+            }
+            let mass = payload.mass();
+            value(&name, mass, mass > 0.0, "a mass above zero")?;
+        }
+        Ok(())
+    }
+
+    /// Checks the limits of the joints.
+    fn check_limits(&self) -> Result<(), ExcitationError> {
+        for (joint, limits) in self.limits.iter().enumerate() {
+            let name = |field| format!("limits[{joint}].{field}{}", self.named(joint));
+            let (low, high) = limits.position;
+            let below = format!("less than its upper end {high}");
+            value(&name("position"), low, low < high, &below)?;
+            let is_range = low.is_finite() == high.is_finite();
+            let expected = "a range whose ends are both finite or both infinite";
+            value(&name("position"), low, is_range, expected)?;
+            positive(&name("velocity"), limits.velocity)?;
+            positive(&name("acceleration"), limits.acceleration)?;
+            let is_positive = limits.effort > 0.0;
+            value(
+                &name("effort"),
+                limits.effort,
+                is_positive,
+                "more than zero",
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Returns the name of a joint in parentheses after a space.
+    fn named(&self, joint: usize) -> String {
+        format!(" ({})", self.robot.joint_names()[joint])
+    }
+
+    /// Checks the bounds of the base, that a base that floats does so without gravity, and that only such a base has bounds.
     fn check_base(&self) -> Result<(), ExcitationError> {
+        if let Some(attitude) = self.base.attitude_rad {
+            positive("base.attitude_rad", attitude)?;
+            // The angle of a rotation is never larger.
+            let expected = "at most pi, the largest angle of a rotation";
+            value("base.attitude_rad", attitude, attitude <= PI, expected)?;
+        }
+        if let Some(position) = self.base.position_m {
+            positive("base.position_m", position)?;
+        }
         let floats = self.robot.base_kind() == BaseKind::Floating;
         let gravity = self.gravity().norm();
         if floats {
@@ -185,21 +252,4 @@ impl Problem {
     pub(crate) fn gravity(&self) -> nalgebra::Vector3<f64> {
         self.sensing.equations.gravity_for(self.robot.base_kind())
     }
-}
-
-/// Returns an error for a value that is out of range.
-fn value(
-    name: &'static str,
-    given: f64,
-    is_valid: bool,
-    expected: &'static str,
-) -> Result<(), ExcitationError> {
-    if is_valid {
-        return Ok(());
-    }
-    Err(ExcitationError::Value {
-        name,
-        given,
-        expected,
-    })
 }

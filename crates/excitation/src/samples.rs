@@ -3,7 +3,7 @@
 use crate::ExcitationError;
 use crate::motion::JointStates;
 use crate::plant::Plant;
-use crate::spline::{LOCAL, LocalBasis, Variables};
+use crate::spline::{ControlPoint, LOCAL, LocalBasis, Variables};
 
 /// Step of the finite differences, rad, rad/s or rad/s² (m for a prismatic joint). The outputs are smooth and of the size
 /// of their derivatives, so that rounding and curvature both leave some six digits.
@@ -165,9 +165,9 @@ impl Sampler {
     }
 
     fn point(&self, values: &[f64], place: usize, point: usize) -> f64 {
-        match self.variables.variable(place, point) {
-            Ok(variable) => values[variable],
-            Err(fixed) => fixed,
+        match self.variables.control_point(place, point) {
+            ControlPoint::Variable(variable) => values[variable],
+            ControlPoint::Fixed(fixed) => fixed,
         }
     }
 
@@ -197,7 +197,10 @@ impl Sampler {
         let local = &self.grid.bases[sample];
         let weights = local.values[input % ORDERS];
         for (k, weight) in weights.iter().enumerate() {
-            if let Ok(variable) = self.variables.variable(input / ORDERS, local.first + k) {
+            let point = self
+                .variables
+                .control_point(input / ORDERS, local.first + k);
+            if let ControlPoint::Variable(variable) = point {
                 gradient[variable] += slope * weight;
             }
         }

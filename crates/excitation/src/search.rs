@@ -1,15 +1,14 @@
 //! Sequential conic programming with a trust region.
 
-use std::ops::ControlFlow;
-
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::ExcitationError;
 use crate::cones::{Cone, LinearCone};
-use crate::joint_rows::JointRow;
+use crate::joint_rows::{JointRow, ROUNDING, clamp_positions};
 use crate::objective::{Objective, Uncertainty};
+use crate::progress::{Observer, Progress, report};
 use crate::samples::{Sampler, Samples};
 use crate::subproblem::{Inequality, PENALTY, Subproblem, along};
 
@@ -48,23 +47,6 @@ const RANDOM_FRACTION: f64 = 0.8;
 const MOST_HALVINGS: i32 = 12;
 const START_EXCESS: f64 = 0.1;
 
-/// Progress of a design.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
-    /// Index of the start.
-    pub start: usize,
-    /// Steps that were tried from this start.
-    pub iteration: usize,
-    /// Largest ratio of a predicted interval to its target; for [`Criterion::Volume`](crate::Criterion::Volume), the mean
-    /// semi-axis of the confidence ellipsoid.
-    pub objective: f64,
-    /// Largest fraction by which a limit is exceeded: zero for a motion that is possible.
-    pub excess: f64,
-}
-
-/// Called in each step of a design, which stops when it returns [`ControlFlow::Break`].
-pub type Observer<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + 'a;
-
 /// A motion with its functions.
 #[derive(Clone, Debug)]
 pub(crate) struct Point {
@@ -79,6 +61,15 @@ impl Point {
     pub(crate) fn objective(&self) -> f64 {
         let functions = self.uncertainty.functions.iter();
         functions.fold(f64::NEG_INFINITY, |a, &b| a.max(b))
+    }
+
+    pub(crate) fn progress(&self, start: usize, iteration: usize) -> Progress {
+        Progress {
+            start,
+            iteration,
+            objective: self.objective().exp(),
+            excess: self.excess,
+        }
     }
 
     /// Returns what a search minimises.
@@ -113,6 +104,15 @@ struct Trial {
     ratio: f64,
 }
 
+impl Trial {
+    /// A step that the conic solver did not find: the trust region shrinks.
+    const REJECTED: Self = Self {
+        point: None,
+        predicted: f64::INFINITY,
+        ratio: f64::NEG_INFINITY,
+    };
+}
+
 /// A search for the best motion.
 #[derive(Clone, Debug)]
 pub(crate) struct Search {
@@ -124,6 +124,8 @@ pub(crate) struct Search {
     pub(crate) scales: Vec<f64>,
     /// Variables of the motion without excursion.
     pub(crate) direct: Vec<f64>,
+    /// Why a conic program had no solution, if that happened.
+    pub(crate) failure: Option<String>,
 }
 
 impl Search {
@@ -160,12 +162,13 @@ impl Search {
             .collect()
     }
 
-    /// Draws a motion within all limits; `None` if no such motion determines all values.
+    /// Draws a motion that exceeds a limit by at most [`START_EXCESS`] where possible; `None` if no such motion determines all values.
     pub(crate) fn random_start(&mut self, seed: u64) -> Result<Option<Point>, ExcitationError> {
         let mut random = StdRng::seed_from_u64(seed);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
         let pairs = self.direct.iter().zip(&self.scales);
         let mut values: Vec<f64> = pairs.map(|(x, scale)| x + scale * normal()).collect();
+        clamp_positions(&self.rows, &mut values);
         self.fit_joints(&mut values, RANDOM_FRACTION);
         self.start_at(&values)
     }
@@ -175,14 +178,14 @@ impl Search {
         &mut self,
         mut values: Vec<f64>,
     ) -> Result<Option<Point>, ExcitationError> {
-        if self.used_by_joints(&values) > 1.0 {
+        if self.used_by_joints(&values) > 1.0 + ROUNDING {
             self.fit_joints(&mut values, 1.0);
         }
         self.start_at(&values)
     }
 
-    /// Returns the largest multiple of a motion, by a power of one half, that is within all limits. The motion without
-    /// excursion is, and so is one that is close to it.
+    /// Returns the largest multiple of a motion, by a power of one half, that exceeds no limit by more than [`START_EXCESS`], or
+    /// the one that exceeds them least. A motion that ends where it starts is within all limits if it is small enough.
     fn start_at(&mut self, values: &[f64]) -> Result<Option<Point>, ExcitationError> {
         let mut best: Option<Point> = None;
         for halvings in 0..MOST_HALVINGS {
@@ -209,7 +212,7 @@ impl Search {
             let change = whole - direct;
             let room = fraction.max(direct.abs()) - direct * change.signum();
             let joint = row.terms[0].0 / of_joint;
-            if change != 0.0 {
+            if change.abs() > ROUNDING {
                 factors[joint] = factors[joint].min(room / change.abs());
             }
         }
@@ -233,12 +236,18 @@ impl Search {
         let mut slow = 0;
         let mut linear = None;
         for iteration in 0..iterations {
-            report(observer, start, iteration, &point)?;
+            report(observer, point.progress(start, iteration))?;
             let current = match linear.take() {
                 Some(current) => current,
                 None => self.linearise(&point)?,
             };
-            let trial = self.try_step(&point, &current, *radius)?;
+            let trial = match self.try_step(&point, &current, *radius) {
+                Err(ExcitationError::Solver(failure)) => {
+                    self.failure = Some(failure);
+                    Trial::REJECTED
+                }
+                trial => trial?,
+            };
             if trial.ratio > GOOD {
                 *radius = (GROWTH * *radius).min(LARGEST_RADIUS);
             } else if trial.ratio < POOR {
@@ -381,11 +390,12 @@ impl Search {
         let excess = cones.iter().map(|cone| cone.excess_after(&change));
         let excess = excess.fold(0.0, f64::max);
         let pairs = point.values.iter().zip(&change).zip(&self.scales);
-        let values: Vec<f64> = pairs.map(|((x, d), scale)| x + d * scale).collect();
+        let mut values: Vec<f64> = pairs.map(|((x, d), scale)| x + d * scale).collect();
+        clamp_positions(&self.rows, &mut values);
         // The solver meets the limits of the joints to its tolerance only.
         let used = self.used_by_joints(&values);
         Ok(Step {
-            values: if used > 1.0 {
+            values: if used > 1.0 + ROUNDING {
                 self.shrunk(&values, used.recip())
             } else {
                 values
@@ -415,24 +425,5 @@ impl Search {
             }
         }
         inequalities
-    }
-}
-
-/// Reports progress to the observer.
-fn report(
-    observer: &mut Observer<'_>,
-    start: usize,
-    iteration: usize,
-    point: &Point,
-) -> Result<(), ExcitationError> {
-    let progress = Progress {
-        start,
-        iteration,
-        objective: point.objective().exp(),
-        excess: point.excess,
-    };
-    match observer(&progress) {
-        ControlFlow::Continue(()) => Ok(()),
-        ControlFlow::Break(()) => Err(ExcitationError::Interrupted),
     }
 }

@@ -4,10 +4,11 @@ use tactid_identify::VALUE_NAMES;
 use tactid_identify::equations::window;
 
 use crate::ExcitationError;
+use crate::checks::value;
 use crate::design::{Design, DesignSettings, design_like};
 use crate::motion::Trajectory;
 use crate::problem::Problem;
-use crate::search::Observer;
+use crate::progress::Observer;
 
 /// Shortest duration that is tried, in averaging windows.
 const SHORTEST_IN_WINDOWS: f64 = 2.0;
@@ -21,9 +22,9 @@ const LARGEST_FACTOR: f64 = 3.0;
 pub struct ShortestSettings {
     /// Settings of each design.
     pub design: DesignSettings,
-    /// Longest duration, s. Default: 60.
+    /// Longest duration, s, at least two averaging windows. Default: 60.
     pub longest_s: f64,
-    /// Ratio of two durations that count as the same. Default: 1.03.
+    /// Ratio of two durations that count as the same, more than 1. Default: 1.03.
     pub precision: f64,
 }
 
@@ -37,38 +38,43 @@ impl Default for ShortestSettings {
     }
 }
 
+impl ShortestSettings {
+    /// Checks the settings, given the shortest duration that is tried, s.
+    fn check(&self, shortest_s: f64) -> Result<(), ExcitationError> {
+        let is_long = self.longest_s >= shortest_s && self.longest_s.is_finite();
+        value(
+            "longest_s",
+            self.longest_s,
+            is_long,
+            &format!("at least two averaging windows, {shortest_s:.3} s"),
+        )?;
+        let is_ratio = self.precision > 1.0 && self.precision.is_finite();
+        value("precision", self.precision, is_ratio, "more than 1")
+    }
+}
+
 /// Designs the shortest motion whose predicted intervals are all within their targets. The duration of `problem` is the
 /// first that is tried.
 ///
 /// Cost: some eight designs.
 ///
 /// # Errors
-/// Returns [`ExcitationError::OutOfReach`] where the longest motion does not reach the targets, and the errors of
-/// [`design_observed`](crate::design_observed).
+/// Returns [`ExcitationError::OutOfReach`] where the longest motion does not reach the targets, [`ExcitationError::Value`] for
+/// settings that are out of range, and the errors of [`design_observed`](crate::design_observed) for the longest motion.
 pub fn shortest(
     problem: &Problem,
     settings: &ShortestSettings,
     observer: &mut Observer<'_>,
 ) -> Result<Design, ExcitationError> {
+    problem.check()?;
     let shortest_s = SHORTEST_IN_WINDOWS * window::length_s(problem.sensing.equations.cutoff_hz);
-    let mut tried = |duration_s: f64, like: Option<&Trajectory>| {
-        let problem = Problem {
-            duration_s,
-            ..problem.clone()
-        };
-        match design_like(&problem, &settings.design, like, observer) {
-            Ok(design) => Ok(Some(design)),
-            // Too short a motion may not determine everything.
-            Err(ExcitationError::NotObservable) if duration_s < settings.longest_s => Ok(None),
-            Err(error) => Err(error),
-        }
-    };
+    settings.check(shortest_s)?;
     let mut short_s = shortest_s;
     let mut duration_s = problem.duration_s.clamp(shortest_s, settings.longest_s);
     let mut found: Option<(f64, Design)> = None;
     let mut last: Option<Trajectory> = None;
     loop {
-        let design = tried(duration_s, last.as_ref())?;
+        let design = tried(problem, duration_s, settings, last.as_ref(), observer)?;
         if let Some(design) = &design {
             last = Some(design.trajectory.clone());
         }
@@ -100,6 +106,30 @@ pub fn shortest(
                 }
             }
         };
+    }
+}
+
+/// Designs a motion of a duration; `None` where there is none, but a longer one may be possible.
+fn tried(
+    problem: &Problem,
+    duration_s: f64,
+    settings: &ShortestSettings,
+    like: Option<&Trajectory>,
+    observer: &mut Observer<'_>,
+) -> Result<Option<Design>, ExcitationError> {
+    let problem = Problem {
+        duration_s,
+        ..problem.clone()
+    };
+    match design_like(&problem, &settings.design, like, observer) {
+        Ok(design) => Ok(Some(design)),
+        // In a short time it may not be possible to determine everything, or to reach the end.
+        Err(
+            ExcitationError::NotObservable
+            | ExcitationError::TooShort { .. }
+            | ExcitationError::Impossible { .. },
+        ) if duration_s < settings.longest_s => Ok(None),
+        Err(error) => Err(error),
     }
 }
 

@@ -31,7 +31,7 @@ pub(crate) struct LocalBasis {
 /// A spline lies in the hull of its control points, and its derivatives are splines of lower degree whose control points
 /// are differences of its own. A limit on the control points of a derivative therefore holds at all times.
 #[derive(Clone, Debug)]
-pub struct SplineBasis {
+pub(crate) struct SplineBasis {
     knots: Vec<f64>,
     count: usize,
     duration_s: f64,
@@ -53,14 +53,12 @@ impl SplineBasis {
     }
 
     /// Returns the number of control points.
-    #[must_use]
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.count
     }
 
     /// Returns the duration of the motion, s.
-    #[must_use]
-    pub fn duration_s(&self) -> f64 {
+    pub(crate) fn duration_s(&self) -> f64 {
         self.duration_s
     }
 
@@ -217,12 +215,6 @@ impl Spline {
         }
     }
 
-    /// Returns the control points, rad or m.
-    #[must_use]
-    pub fn control_points(&self) -> &[f64] {
-        &self.control_points
-    }
-
     /// Returns position, velocity and acceleration at a time, s. Before the beginning and after the end the spline rests.
     #[must_use]
     pub fn at(&self, time_s: f64) -> [f64; 3] {
@@ -231,19 +223,6 @@ impl Spline {
         local
             .values
             .map(|values| values.iter().zip(points).map(|(b, c)| b * c).sum())
-    }
-
-    /// Returns bounds of the position, the velocity or the acceleration (order 0, 1 or 2) at all times, which are close to
-    /// what is reached.
-    #[must_use]
-    pub fn bounds(&self, order: usize) -> [f64; 2] {
-        let points = self.basis.hull(order).map(|point| {
-            let points = &self.control_points[point.first..];
-            point.weights.iter().zip(points).map(|(a, c)| a * c).sum()
-        });
-        points.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x: f64| {
-            [low.min(x), high.max(x)]
-        })
     }
 }
 
@@ -255,8 +234,17 @@ pub enum End {
     Start,
     /// Anywhere within the limits.
     Free,
-    /// In a given posture: a position for each joint of the robot, rad or m.
+    /// In a given posture: a position for each joint of the robot, rad or m. Joints that do not move end where they start.
     At(Vec<f64>),
+}
+
+/// A control point of a joint.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum ControlPoint {
+    /// The variable with this index.
+    Variable(usize),
+    /// A value that a condition at one of the ends gives, rad or m.
+    Fixed(f64),
 }
 
 /// The control points of several joints as functions of the variables that the conditions at both ends leave free.
@@ -290,13 +278,13 @@ impl Variables {
         self.joints() * self.of_joint()
     }
 
-    /// Returns the variable that a control point of a joint is, or its fixed value.
-    pub(crate) fn variable(&self, joint: usize, point: usize) -> Result<usize, f64> {
+    /// Returns what a control point of a joint is.
+    pub(crate) fn control_point(&self, joint: usize, point: usize) -> ControlPoint {
         let after = self.basis.count() - AT_REST;
         match &self.end {
-            _ if point < AT_REST => Err(self.start[joint]),
-            Some(end) if point >= after => Err(end[joint]),
-            _ => Ok(joint * self.of_joint() + point.min(after) - AT_REST),
+            _ if point < AT_REST => ControlPoint::Fixed(self.start[joint]),
+            Some(end) if point >= after => ControlPoint::Fixed(end[joint]),
+            _ => ControlPoint::Variable(joint * self.of_joint() + point.min(after) - AT_REST),
         }
     }
 
@@ -307,7 +295,7 @@ impl Variables {
         let last = (self.basis.count() - 2 * AT_REST + 1) as f64;
         for joint in 0..self.joints() {
             for point in AT_REST..self.basis.count() {
-                if let Ok(variable) = self.variable(joint, point) {
+                if let ControlPoint::Variable(variable) = self.control_point(joint, point) {
                     let start = self.start[joint];
                     let end = self.end.as_ref().map_or(start, |end| end[joint]);
                     let fraction = ((point + 1 - AT_REST) as f64 / last).min(1.0);
@@ -335,9 +323,9 @@ impl Variables {
     /// Returns the splines of all joints.
     pub(crate) fn splines(&self, values: &[f64]) -> Vec<Spline> {
         let spline = |joint| {
-            let point = |k| match self.variable(joint, k) {
-                Ok(variable) => values[variable],
-                Err(fixed) => fixed,
+            let point = |k| match self.control_point(joint, k) {
+                ControlPoint::Variable(variable) => values[variable],
+                ControlPoint::Fixed(fixed) => fixed,
             };
             let points = (0..self.basis.count()).map(point);
             Spline::new(self.basis.clone(), points.collect())
@@ -413,6 +401,17 @@ mod tests {
         }
     }
 
+    /// Returns the ends of the hull of the position, the velocity or the acceleration (order 0, 1 or 2).
+    fn bounds(spline: &Spline, order: usize) -> [f64; 2] {
+        let points = spline.basis.hull(order).map(|point| {
+            let points = &spline.control_points[point.first..];
+            point.weights.iter().zip(points).map(|(a, c)| a * c).sum()
+        });
+        points.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x: f64| {
+            [low.min(x), high.max(x)]
+        })
+    }
+
     /// No value of a spline or of its derivatives is outside of its bounds, and those of the acceleration are close to
     /// what is reached.
     #[test]
@@ -421,7 +420,7 @@ mod tests {
         for _ in 0..100 {
             let spline = random_spline(&mut random, None);
             for order in 0..3 {
-                let [low, high] = spline.bounds(order);
+                let [low, high] = bounds(&spline, order);
                 let slack = 1e-11 * (high - low);
                 let mut reached = [f64::INFINITY, f64::NEG_INFINITY];
                 for k in 0..=500 {

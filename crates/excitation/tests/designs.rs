@@ -9,12 +9,20 @@ use std::ops::ControlFlow;
 
 use rand::{SeedableRng, rngs::StdRng};
 use tactid_excitation::{
-    Criterion, DesignSettings, ExcitationError, FourierMotion, Problem, ShortestSettings, design,
-    design_observed, margins, predict, shortest,
+    Criterion, DesignSettings, End, ExcitationError, FourierMotion, Limit, Motion, Problem,
+    ShortestSettings, design, design_observed, margins, predict, shortest,
 };
 use tactid_identify::Method;
 
 use common::{in_orbit, on_ground};
+
+/// Returns the joint of a limit that depends on the motion of this joint only.
+fn joint_of(limit: &Limit) -> Option<&String> {
+    match limit {
+        Limit::Position(joint) | Limit::Velocity(joint) | Limit::Acceleration(joint) => Some(joint),
+        _ => None,
+    }
+}
 
 /// Returns the least largest interval of so many random Fourier motions within the limits, relative to its target.
 fn best_of_random(problem: &Problem, count: usize) -> f64 {
@@ -27,10 +35,15 @@ fn best_of_random(problem: &Problem, count: usize) -> f64 {
             margins.iter().all(|margin| margin.used <= 1.0),
             "{margins:?}"
         );
-        assert!(
-            margins.iter().any(|margin| margin.used > 0.9),
-            "{margins:?}"
-        );
+        let reaches = |is_of: &dyn Fn(&Limit) -> bool| {
+            let mut all = margins.iter();
+            all.any(|margin| is_of(&margin.limit) && margin.used > 0.9)
+        };
+        let is_common = |limit: &Limit| joint_of(limit).is_none();
+        let mut joints = problem.moving_joints().unwrap().into_iter();
+        let names = problem.robot.joint_names();
+        let all = joints.all(|joint| reaches(&|limit| joint_of(limit) == Some(&names[joint])));
+        assert!(all || reaches(&is_common), "{margins:?}");
         best = best.min(predict(problem, &motion).unwrap().largest().1);
     }
     best
@@ -63,8 +76,8 @@ fn a_seed_determines_the_motion() {
         let design = design(&problem, &settings).unwrap();
         let splines = design.trajectory.splines();
         splines
-            .flat_map(|(_, s)| s.control_points().to_vec())
-            .collect::<Vec<f64>>()
+            .flat_map(|(_, spline)| [0.7, 1.5, 2.2].map(|time_s| spline.at(time_s)))
+            .collect::<Vec<[f64; 3]>>()
     };
     assert_eq!(with(5), with(5));
     assert_ne!(with(5), with(6));
@@ -105,7 +118,15 @@ fn other_methods_have_designs() {
     let failed = design(&orbit, &settings);
     assert!(matches!(failed, Err(ExcitationError::UnknownNoise { .. })));
     orbit.sensing.base_noise = Some([1.0, 1.0, 1.0, 0.5, 0.5, 0.5]);
-    assert!(design(&orbit, &settings).unwrap().prediction.largest().1 > 0.0);
+    let noisy = orbit
+        .sensing
+        .base_noise
+        .map(|noise| noise.map(|std_dev| 3.0 * std_dev));
+    let prediction = |problem: &Problem| design(problem, &settings).unwrap().prediction;
+    let quiet = prediction(&orbit).largest().1;
+    orbit.sensing.base_noise = noisy;
+    let ratio = prediction(&orbit).largest().1 / quiet;
+    assert!((ratio - 3.0).abs() < 1.0, "{ratio}");
 }
 
 /// The shortest motion reaches its targets without exceeding them much, and targets out of reach are an error.
@@ -127,6 +148,59 @@ fn the_shortest_motion_just_reaches_the_targets() {
     let message = error.to_string();
     assert!(message.starts_with("no motion of up to 4 s"), "{message}");
     assert!(message.contains(" binds"), "{message}");
+}
+
+/// A first duration in which the end cannot be reached is not the last one that is tried.
+#[test]
+fn the_shortest_motion_is_long_enough_for_its_end() {
+    let mut problem = on_ground();
+    problem.targets = problem.targets.map(|target| 30.0 * target);
+    problem.duration_s = 0.4;
+    let mut end = problem.start.clone();
+    end[5] += 2.0;
+    problem.end = End::At(end);
+    let quick = DesignSettings {
+        starts: 1,
+        iterations: 4,
+        ..DesignSettings::default()
+    };
+    let alone = design(&problem, &quick);
+    assert!(matches!(alone, Err(ExcitationError::Impossible { .. })));
+    let settings = ShortestSettings {
+        design: quick,
+        precision: 1.2,
+        ..ShortestSettings::default()
+    };
+    let mut observer = |_: &_| ControlFlow::Continue(());
+    let found = shortest(&problem, &settings, &mut observer).unwrap();
+    let turned = found.trajectory.at(60.0).position[5] - problem.start[5];
+    assert!((turned - 2.0).abs() < 1e-12, "{turned}");
+}
+
+/// Settings of a search that would not end, or that have no duration to try, are errors.
+#[test]
+fn bad_settings_of_the_shortest_motion_are_errors() {
+    let problem = on_ground();
+    let settings = ShortestSettings::default();
+    let with = |longest_s, precision| ShortestSettings {
+        longest_s,
+        precision,
+        ..settings
+    };
+    let cases = [
+        (
+            with(0.01, 1.03),
+            "`longest_s` is 0.01; expected at least two",
+        ),
+        (with(f64::NAN, 1.03), "`longest_s` is NaN"),
+        (with(60.0, 1.0), "`precision` is 1; expected more than 1"),
+        (with(60.0, f64::NAN), "`precision` is NaN"),
+    ];
+    for (settings, expected) in cases {
+        let mut observer = |_: &_| ControlFlow::Continue(());
+        let error = shortest(&problem, &settings, &mut observer).unwrap_err();
+        assert!(error.to_string().starts_with(expected), "{error}");
+    }
 }
 
 /// The observer sees the search progress, and stops it.

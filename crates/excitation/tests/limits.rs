@@ -12,8 +12,8 @@ use tactid_dynamics::{
     wrench_regressor,
 };
 use tactid_excitation::{
-    BaseBounds, Criterion, Design, DesignSettings, End, ExcitationError, Grip, Limit, Motion,
-    Problem, design,
+    BaseBounds, Criterion, Design, DesignSettings, End, ExcitationError, Grip, JointStates, Limit,
+    Motion, Problem, design, margins,
 };
 
 use common::{TOOL, in_orbit, on_ground};
@@ -187,13 +187,6 @@ fn a_free_base_keeps_its_attitude() {
     problem.grip = Some(grip());
     let design = design(&problem, &quick(0)).unwrap();
     assert!(used(&problem, &design.trajectory, steps(&problem)) <= 1.0 + TOLERANCE);
-    assert!(
-        design
-            .prediction
-            .ratios
-            .iter()
-            .all(|ratio| ratio.is_finite())
-    );
     let attitude = &design.excursion.attitude_rad;
     assert!((0.03..=0.1).contains(&attitude.to_degrees()), "{attitude}");
     let heavier = problem.payloads[0].as_vector() * 1.1;
@@ -225,6 +218,13 @@ fn a_weak_grip_binds() {
     assert!((0.95..=1.0 + TOLERANCE).contains(&used), "{used}");
     let is_grip = |limit: &Limit| matches!(limit, Limit::Grip(_));
     assert!(design.binding().any(is_grip), "{:?}", design.margins);
+    let mut loose = on_ground();
+    loose.grip = Some(Grip {
+        grip_force_n: 0.5,
+        ..grip()
+    });
+    let expected = "no motion is possible: the payload pulls off pad 0 at the start";
+    assert_eq!(message(&loose), expected);
 }
 
 fn message(problem: &Problem) -> String {
@@ -242,13 +242,13 @@ fn impossible_problems_name_the_limit() {
     let mut weak = on_ground();
     weak.limits[1].effort = 10.0;
     assert!(
-        message(&weak).contains("the torque of joint joint_2"),
+        message(&weak).contains("the effort of joint joint_2"),
         "{}",
         message(&weak)
     );
     let mut slipping = on_ground();
     slipping.grip = Some(Grip {
-        grip_force_n: 5.0,
+        grip_force_n: 10.0,
         ..grip()
     });
     assert!(
@@ -289,22 +289,110 @@ fn impossible_problems_name_the_limit() {
     );
 }
 
+/// Torques of joints that rest are limited, too: they change with the motion of the others.
+#[test]
+fn torques_of_resting_joints_are_limited() {
+    let mut problem = on_ground();
+    problem.duration_s = 2.0;
+    problem.joints = vec![3, 4, 5];
+    let name = Limit::Effort(problem.robot.joint_names()[1].clone());
+    let effort_used = |problem: &Problem, motion: &dyn Motion| {
+        let (all, _) = margins(problem, motion).unwrap();
+        all.into_iter().find(|m| m.limit == name).unwrap().used
+    };
+    let rest = Problem {
+        joints: vec![5],
+        ..problem.clone()
+    };
+    let holding = problem.limits[1].effort * effort_used(&rest, &Resting(problem.start.clone()));
+    let free = design(&problem, &quick(0)).unwrap();
+    problem.limits[1].effort = 1.01 * holding;
+    let exceeded = effort_used(&problem, &free.trajectory);
+    assert!(exceeded > 1.01, "{exceeded}");
+    let design = design(&problem, &quick(0)).unwrap();
+    let used = used(&problem, &design.trajectory, steps(&problem));
+    assert!((0.99..=1.0 + TOLERANCE).contains(&used), "{used}");
+}
+
+/// A motion at rest.
+struct Resting(Vec<f64>);
+
+impl Motion for Resting {
+    fn duration_s(&self) -> f64 {
+        1.0
+    }
+
+    fn at(&self, _time_s: f64) -> JointStates {
+        JointStates::at_rest(&self.0)
+    }
+}
+
+/// A motion may start exactly at the end of a range.
+#[test]
+fn a_start_on_a_limit_is_possible() {
+    let mut problem = on_ground();
+    for joint in [1, 4] {
+        problem.limits[joint].position = (problem.start[joint], problem.start[joint] + 1.1);
+    }
+    let design = design(&problem, &quick(0)).unwrap();
+    let used = used(&problem, &design.trajectory, steps(&problem));
+    assert!(used <= 1.0 + TOLERANCE, "{used}");
+    let largest = |joint: usize| {
+        let at = |k: u32| design.trajectory.at(0.03 * f64::from(k)).position[joint];
+        (0..100).map(at).fold(f64::NEG_INFINITY, f64::max) - problem.start[joint]
+    };
+    assert!(largest(1) > 0.02 && largest(4) > 0.02);
+}
+
 /// A number that is out of range is an error that names the field.
 #[test]
 fn bad_numbers_are_errors() {
     type Change = fn(&mut Problem);
-    let changes: [(&str, Change); 9] = [
-        ("`start` is NaN", |p| p.start[1] = f64::NAN),
-        ("`end` is inf", |p| p.end = End::At(vec![f64::INFINITY; 8])),
+    let changes: [(&str, Change); 16] = [
+        ("`start[1] (joint_2)` is NaN", |p| p.start[1] = f64::NAN),
+        ("`end[0] (joint_1)` is inf", |p| {
+            p.end = End::At(vec![f64::INFINITY; 8])
+        }),
         ("start", |p| p.start.truncate(3)),
         ("`limits` is 7", |p| p.limits.truncate(7)),
-        ("`position` is 2", |p| p.limits[0].position = (2.0, 1.0)),
-        ("`position` is -1", |p| {
+        ("less than its upper end 1", |p| {
+            p.limits[0].position = (2.0, 1.0)
+        }),
+        ("`limits[0].position (joint_1)` is -1", |p| {
             p.limits[0].position = (-1.0, f64::INFINITY)
         }),
         ("`payloads` is 0", |p| p.payloads.clear()),
-        ("`targets` is 0", |p| p.targets[4] = 0.0),
-        ("`joints` is 9", |p| p.joints = vec![0, 9]),
+        ("`targets[4]` is 0", |p| p.targets[4] = 0.0),
+        ("`joints[1]` is 9", |p| p.joints = vec![0, 9]),
+        ("`joints[2]` is 3; expected each joint once", |p| {
+            p.joints = vec![3, 4, 3];
+        }),
+        ("does not move", |p| {
+            p.joints = vec![3, 4, 5];
+            let mut end = p.start.clone();
+            end[0] += 0.1;
+            p.end = End::At(end);
+        }),
+        (
+            "`limits[3].velocity (joint_4)` is inf; expected a finite",
+            |p| p.limits[3].velocity = f64::INFINITY,
+        ),
+        ("`base_noise` is NaN", |p| {
+            p.sensing.base_noise = Some([1.0, 1.0, f64::NAN, 1.0, 1.0, 1.0]);
+        }),
+        ("`payloads[1]` is NaN", |p| {
+            let broken = p.payloads[0].as_vector() * f64::NAN;
+            p.payloads.push(InertialParameters::from_vector(broken));
+        }),
+        ("`grip.friction` is 0", |p| {
+            p.grip = Some(Grip {
+                friction: 0.0,
+                ..grip()
+            });
+        }),
+        ("`base.attitude_rad` is 4; expected at most pi", |p| {
+            p.base.attitude_rad = Some(4.0);
+        }),
     ];
     for (expected, change) in changes {
         let mut problem = on_ground();
