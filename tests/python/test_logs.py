@@ -99,9 +99,12 @@ def test_a_killed_run_leaves_a_readable_log(tmp_path: Path, moment: float) -> No
     assert code == -signal.SIGKILL
     log = tmp_path / "run.mcap"
     assert tactid.info(log).damage
-    counts, truncated = decoded_by_mcap_ros2(log)
+    complete, truncated = decoded_by_mcap_ros2(log)
     assert truncated
-    assert counts == counts_of(log)
+    counts = Counter(counts_of(log))
+    # A chunk of at most a second may be cut, of which the other reader has nothing.
+    assert complete <= counts
+    assert counts["/joint_states"] - complete["/joint_states"] < 1000
     if counts["/joint_states"] >= 100:
         found = tactid.identify(log)
         assert found.damage
