@@ -4,6 +4,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use strsim::levenshtein;
+
 use crate::error::LogError;
 
 /// Largest number of characters that are inserted, removed or replaced between similar names.
@@ -26,7 +28,7 @@ fn similar(path: &Path) -> Option<PathBuf> {
     let entries = fs::read_dir(folder.unwrap_or(Path::new("."))).ok()?;
     let distance = |name: &str| {
         let has_stem = stem(name) == stem(given_name) && !stem(name).is_empty();
-        let edits = edits(&name.to_lowercase(), &given_name.to_lowercase());
+        let edits = levenshtein(&name.to_lowercase(), &given_name.to_lowercase());
         let is_similar = edits <= MOST_EDITS && 2 * edits < given_name.chars().count();
         (has_stem || is_similar).then_some(edits)
     };
@@ -42,41 +44,11 @@ fn stem(name: &str) -> &str {
     name.split('.').next().unwrap_or_default()
 }
 
-/// Returns the least number of characters that are inserted, removed or replaced to make one name of the other (Levenshtein).
-fn edits(from: &str, to: &str) -> usize {
-    let to: Vec<char> = to.chars().collect();
-    let mut row: Vec<usize> = (0..=to.len()).collect();
-    for (i, a) in from.chars().enumerate() {
-        let mut diagonal = i;
-        row[0] = i + 1;
-        for (k, b) in to.iter().enumerate() {
-            let replaced = diagonal + usize::from(a != *b);
-            diagonal = row[k + 1];
-            row[k + 1] = replaced.min(1 + diagonal.min(row[k]));
-        }
-    }
-    row[to.len()]
-}
-
 #[cfg(test)]
 mod tests {
     use std::fs;
 
-    use super::{edits, no_such_log};
-
-    #[test]
-    fn edits_are_counted() {
-        let cases = [
-            ("run", "run", 0),
-            ("run1", "run2", 1),
-            ("kitten", "sitting", 3),
-            ("", "ab", 2),
-            ("ab", "", 2),
-        ];
-        for (a, b, expected) in cases {
-            assert_eq!(edits(a, b), expected, "{a} {b}");
-        }
-    }
+    use super::no_such_log;
 
     /// A name with a slip, another case or another extension is suggested, and an unrelated one is not.
     #[test]
