@@ -23,8 +23,9 @@ const SIGN_WIDTH: f64 = 0.01;
 /// Number of quantities of a joint beside the regressors and the slopes.
 const SCALARS: usize = 4 + WIDTHS.len();
 
-/// Step of the angle for the slopes, rad: their error and the rounding are a millionth.
-const SLOPE_STEP_RAD: f64 = 1e-5;
+/// Step of the positions and of the tilt for the slopes, rad or m. A forward difference is off by about half the step, and by
+/// rounding of 1e-11.
+const SLOPE_STEP: f64 = 1e-5;
 
 /// Number of directions into which gravity is tilted.
 pub(crate) const TILTS: usize = 2;
@@ -47,6 +48,8 @@ pub(crate) struct Arm {
     pub(crate) first_links: Vec<usize>,
     /// For each joint the place of its entries; then the number of all entries.
     places: Vec<usize>,
+    /// Number of [slopes](JointColumns::slopes) of each joint.
+    pub(crate) slopes: usize,
     pub(crate) gravity: Vector3<f64>,
     pub(crate) cutoff_hz: f64,
     /// What is wrong in the description of the robot.
@@ -69,7 +72,7 @@ pub(crate) struct JointColumns<'a> {
     /// Smoothed signs of the velocity for [`WIDTHS`].
     pub(crate) friction: &'a [f64],
     /// Change of the torque as described with a tilt of gravity about two axes, per rad, and then with the zero of each joint of
-    /// the arm, per rad or m.
+    /// the arm, per rad or m. Empty where contradictions are not to be found.
     pub(crate) slopes: &'a [f64],
 }
 
@@ -102,9 +105,14 @@ impl Arm {
             bodies.iter().position(moved).unwrap_or(0)
         };
         let first_links: Vec<usize> = joints.iter().map(first_link).collect();
+        let slopes = if settings.finds_contradictions {
+            TILTS + joints.len()
+        } else {
+            0
+        };
         let mut places = vec![0];
         for first in &first_links {
-            let entries = 10 * (bodies.len() - first) + 10 + SCALARS + TILTS + joints.len();
+            let entries = 10 * (bodies.len() - first) + 10 + SCALARS + slopes;
             places.push(places[places.len() - 1] + entries);
         }
         let unit = |&joint: &usize| match robot.joint_kind(joint) {
@@ -127,6 +135,7 @@ impl Arm {
             descriptions: LinkDescription::of_bodies(robot, frame, &bodies),
             first_links,
             places,
+            slopes,
             gravity: settings.gravity(),
             cutoff_hz: settings.cutoff_hz,
             findings: robot.findings().into_iter().map(Finding::Model).collect(),
@@ -157,8 +166,7 @@ impl Arm {
 
     /// Number of entries of the regressors of links and payload of a joint.
     fn regressors(&self, joint: usize) -> usize {
-        let others = SCALARS + TILTS + self.joints.len();
-        self.places[joint + 1] - self.places[joint] - others
+        self.places[joint + 1] - self.places[joint] - SCALARS - self.slopes
     }
 
     /// Returns gravity tilted by a small angle about the two axes that are perpendicular to it.
@@ -213,7 +221,7 @@ impl ArmColumns {
     }
 
     /// Computes the entries of all joints at an instant, and then their efforts. Cost: a product for each joint and each body
-    /// below it.
+    /// below it, and an inverse dynamics for each slope.
     pub(crate) fn at(&mut self, arm: &Arm, instant: &Instant) -> Result<&[f64], StateError> {
         let joints = JointMotion {
             position: &instant.joint_position,
@@ -260,12 +268,12 @@ impl ArmColumns {
 
     /// Computes the slopes of the torques as described.
     fn add_slopes(&mut self, arm: &Arm, instant: &Instant) -> Result<(), StateError> {
-        let tilted = arm.tilted_gravity(SLOPE_STEP_RAD);
+        let tilted = arm.tilted_gravity(SLOPE_STEP);
         self.moved.copy_from_slice(&instant.joint_position);
-        for slope in 0..TILTS + self.joints.len() {
+        for slope in 0..arm.slopes {
             let moved = slope.checked_sub(TILTS).map(|joint| self.joints[joint]);
             if let Some(index) = moved {
-                self.moved[index] += SLOPE_STEP_RAD;
+                self.moved[index] += SLOPE_STEP;
             }
             let joints = JointMotion {
                 position: &self.moved,
@@ -278,8 +286,7 @@ impl ArmColumns {
             for (joint, &index) in self.joints.iter().enumerate() {
                 let scalars = arm.places[joint] + arm.regressors(joint);
                 let described = self.entries[scalars];
-                self.entries[scalars + SCALARS + slope] =
-                    (torques[index] - described) / SLOPE_STEP_RAD;
+                self.entries[scalars + SCALARS + slope] = (torques[index] - described) / SLOPE_STEP;
             }
             if let Some(index) = moved {
                 self.moved[index] = instant.joint_position[index];

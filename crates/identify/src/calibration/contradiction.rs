@@ -96,6 +96,12 @@ pub(crate) fn contradiction(
     recordings: &[(&EffortRecording, Option<KnownPayload>)],
     fitted: &Fitted,
 ) -> Result<Option<Contradiction>, IdentifyError> {
+    if recordings
+        .iter()
+        .any(|(recording, _)| recording.arm.slopes == 0)
+    {
+        return Ok(None);
+    }
     let problem = problem(recordings, &fitted.model, fitted.prior.clone());
     let tests = tests(recordings, fitted);
     // Gravity, zeros, gains, and centres of mass.

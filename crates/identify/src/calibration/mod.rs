@@ -14,7 +14,7 @@
 //! because the inverse gain is the unknown: nothing biases the gains.
 //!
 //! 1. An [`EffortRecorder`] turns the samples of one recording into window means of all these columns, an
-//!    [`EffortRecording`]. One pass over the samples is enough, and an hour needs some 100 MB.
+//!    [`EffortRecording`]. One pass over the samples is enough, and an hour needs some 120 MB.
 //! 2. [`calibrate()`] fits the unknowns of the arm and the noise of each joint to recordings without payload, and with
 //!    payloads of which something is known. The result, a [`Calibration`], is the mean **and the precision** of all
 //!    unknowns, as plain data that can be written to a file.

@@ -20,6 +20,9 @@ pub struct CalibrationSettings {
     /// calibration. 0 where efforts are torques, 0.05 where gains are claimed, 0.2 where they are found with a recording
     /// of a known mass. Default: 0.
     pub gain_std_dev: f64,
+    /// Whether recordings keep what a [`Contradiction`](super::Contradiction) is found from. It takes an inverse dynamics for
+    /// each joint and sample, which an identification does not need. Default: true.
+    pub finds_contradictions: bool,
 }
 
 impl Default for CalibrationSettings {
@@ -29,6 +32,7 @@ impl Default for CalibrationSettings {
             cutoff_hz: 2.0,
             max_gap_s: 0.1,
             gain_std_dev: 0.0,
+            finds_contradictions: true,
         }
     }
 }

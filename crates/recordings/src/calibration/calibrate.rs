@@ -108,7 +108,7 @@ pub struct CalibrationRun {
 /// Of the request, robot, tip, joints and their topics, gravity, the longest bridged gap and effort gains are used; its
 /// cutoff is that of the window means, 2 Hz by default. The arm's base is fixed.
 ///
-/// Recordings are read one after the other. Memory: some 110 MB for an hour of a seven-axis arm. The observer is called several
+/// Recordings are read one after the other. Memory: some 130 MB for an hour of a seven-axis arm. The observer is called several
 /// times a second.
 ///
 /// # Errors
