@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from peers.harness import Array, Comparison, Contender
-from peers.native import MissingPeerError, pinocchio_library, tactid_library, thread_seconds
+from peers.native import MissingPeerError, robot_library, tactid_library, thread_seconds
 
 TOOL = "tool0"
 SECONDS = 0.02
@@ -109,7 +109,7 @@ class Robot:
 
     def pinocchio(self, name: str, width: int, *flags: str) -> Kernel:
         """A kernel of Pinocchio in C++, compiled with further flags."""
-        library = pinocchio_library(*flags)
+        library = robot_library("pinocchio", *flags)
         root = (pin.JointModelFreeFlyer(),) if self.floating else ()
         model = pin.buildModelFromXML(self.urdf, *root)
         states = self.states.pinocchio(floating=self.floating)

@@ -56,30 +56,16 @@ def tactid_library() -> ctypes.CDLL:
 
 
 @cache
-def pinocchio_library(*flags: str) -> ctypes.CDLL:
-    """The kernels of Pinocchio in C++, against the headers of the wheel.
-
-    Raises:
-        MissingPeerError: There is no compiler, or no headers.
-    """
-    needs = ("pinocchio/algorithm/rnea.hpp", "eigen3/Eigen/Core")
-    loaded = cxx_library("pinocchio.cpp", *flags, needs=needs)
-    loaded.pinocchio_new.restype = ctypes.c_void_p
-    loaded.pinocchio_run.restype = ctypes.c_bool
-    return loaded
-
-
-@cache
-def online_library(*flags: str) -> ctypes.CDLL:
-    """The online loop in C++ with Eigen and Pinocchio.
+def robot_library(name: str, *flags: str) -> ctypes.CDLL:
+    """Kernels in C++ with Pinocchio, whose source, constructor and runner have the same name.
 
     Raises:
         MissingPeerError: There is no compiler, or no headers.
     """
     needs = ("pinocchio/algorithm/regressor.hpp", "eigen3/Eigen/Core")
-    loaded = cxx_library("online.cpp", *flags, needs=needs)
-    loaded.online_new.restype = ctypes.c_void_p
-    loaded.online_run.restype = ctypes.c_bool
+    loaded = cxx_library(f"{name}.cpp", *flags, needs=needs)
+    getattr(loaded, f"{name}_new").restype = ctypes.c_void_p
+    getattr(loaded, f"{name}_run").restype = ctypes.c_bool
     return loaded
 
 

@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from peers.dynamics import PARAMETERS, TOOL, model_arguments
 from peers.harness import Array, Comparison, Contender
-from peers.native import MissingPeerError, online_library, tactid_library, thread_seconds
+from peers.native import MissingPeerError, robot_library, tactid_library, thread_seconds
 
 SAMPLES = 10_000
 """Samples of one measurement, at 1 kHz."""
@@ -96,7 +96,7 @@ def tactid(samples: Array):
 
 def cxx(samples: Array, *flags: str):
     """Runs the loop in C++ on samples."""
-    library = online_library(*flags)
+    library = robot_library("online", *flags)
     handle = ctypes.c_void_p(library.online_new(*model_arguments(ur5e())))
 
     def run(name: bytes, out: Array) -> bool:

@@ -106,8 +106,7 @@ pub use method::Method;
 pub use online::Identifier;
 pub use paper::{PaperFilter, PaperSettings, SingularValues};
 pub use result::{
-    HistoryPoint, Observability, PayloadEstimate, VALUE_NAMES, WrenchOffset,
-    values as values_of_body,
+    HistoryPoint, Observability, PayloadEstimate, VALUE_NAMES, WrenchOffset, values_of_body,
 };
 pub use solve::{
     BoundingBox, HALF_WIDTH_95, KnownMass, PrincipalMoments, largest_of_kind, value_jacobian,

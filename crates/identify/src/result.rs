@@ -72,7 +72,7 @@ impl PayloadEstimate {
     /// kg m².
     #[must_use]
     pub fn values(&self) -> [f64; 10] {
-        values(&self.body)
+        values_of_body(&self.body)
     }
 
     /// Returns whether each of [`VALUE_NAMES`] is identifiable: 1.96 standard deviations are less than the largest value
@@ -177,7 +177,7 @@ impl HistoryPoint {
     #[must_use]
     pub fn without(&self, known: &MassProperties) -> Self {
         Self {
-            values: values(&subtract_known_body(&body(&self.values), &(*known).into())),
+            values: values_of_body(&subtract_known_body(&body(&self.values), &(*known).into())),
             ..*self
         }
     }
@@ -185,7 +185,7 @@ impl HistoryPoint {
 
 /// Returns the ten values of a body, in the order of [`VALUE_NAMES`].
 #[must_use]
-pub fn values(body: &MassProperties) -> [f64; 10] {
+pub fn values_of_body(body: &MassProperties) -> [f64; 10] {
     let a = &body.center_of_mass;
     let [xx, xy, xz, yy, yz, zz] = symmetric_entries(&body.inertia);
     [body.mass_kg, a.x, a.y, a.z, xx, xy, xz, yy, yz, zz]
@@ -228,7 +228,7 @@ mod tests {
     fn nothing_remains_of_a_body_without_itself() {
         let known = body(&[2.0, 0.1, 0.0, 0.2, 0.3, 0.0, 0.0, 0.3, 0.0, 0.3]);
         let rest = subtract_known_body(&known, &known.into());
-        assert_eq!(values(&rest), [0.0; 10]);
+        assert_eq!(values_of_body(&rest), [0.0; 10]);
         assert!(!is_physical(&rest));
     }
 }

@@ -6,7 +6,7 @@ use crate::equations::Equation;
 use crate::fit::Fit;
 use crate::fit::normal_equations::NormalEquations;
 use crate::solve::spectrum::Spectrum;
-use crate::solve::uncertainty::{HALF_WIDTH_95, jacobian, largest_of_kind};
+use crate::solve::uncertainty::{HALF_WIDTH_95, largest_of_kind, value_jacobian};
 
 /// Beyond this many times the length of the recording the forecast is infinite: noise alone then excites the
 /// direction.
@@ -57,7 +57,7 @@ impl Forecast {
             root.set_column(k, &(direction / information.sqrt()));
         }
         let growth = SymmetricEigen::new(root.transpose() * second.information() * root / second_s);
-        let mut slopes = jacobian(parameters)?;
+        let mut slopes = value_jacobian(parameters)?;
         for (mut column, scale) in slopes.column_iter_mut().zip(fit.scales()) {
             column *= *scale;
         }

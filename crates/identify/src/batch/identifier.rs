@@ -246,7 +246,7 @@ impl BatchIdentifier {
         let unknown = self.unknown();
         let body = body_of(*parameters).unwrap_or(unknown.body);
         let has_gripper = self.stream.gripper_to_subtract().is_some();
-        let values = result::values(&body);
+        let values = result::values_of_body(&body);
         let observability = observability(&values, &std_devs, &observable);
         for (std_dev, of) in std_devs.iter_mut().zip(observability) {
             if of == Observability::Unobservable {

@@ -43,18 +43,18 @@ pub(crate) struct Change {
     pub(crate) friction: f64,
     /// Change of the gains, a fraction.
     pub(crate) gain: f64,
-    /// Logarithm of the odds of this change against that without a change of the friction.
-    pub(crate) friction_log_odds: f64,
-    /// Logarithm of the odds of this change against that without a change of the gains.
-    pub(crate) gain_log_odds: f64,
+    /// Log evidence of this change less that of the best one without a change of the friction.
+    pub(crate) friction_evidence: f64,
+    /// Log evidence of this change less that of the best one without a change of the gains.
+    pub(crate) gain_evidence: f64,
 }
 
 impl Change {
     pub(crate) const NONE: Self = Self {
         friction: 0.0,
         gain: 0.0,
-        friction_log_odds: 0.0,
-        gain_log_odds: 0.0,
+        friction_evidence: 0.0,
+        gain_evidence: 0.0,
     };
 }
 
@@ -152,15 +152,15 @@ impl Changes {
         };
         let failed = || IdentifyError::CalibrationFailed;
         let (log_evidence, best) = best_of(|_| true).ok_or_else(failed)?;
-        let log_odds = |without: Option<(f64, &Candidate)>| {
+        let log_evidence = |without: Option<(f64, &Candidate)>| {
             without.map_or(f64::INFINITY, |(other, _)| log_evidence - other)
         };
         problem.prior.precision.copy_from(&best.precision);
         let change = Change {
             friction: best.friction,
             gain: best.gain,
-            friction_log_odds: log_odds(best_of(|candidate| candidate.friction == 0.0)),
-            gain_log_odds: log_odds(best_of(|candidate| candidate.gain == 0.0)),
+            friction_evidence: log_evidence(best_of(|candidate| candidate.friction == 0.0)),
+            gain_evidence: log_evidence(best_of(|candidate| candidate.gain == 0.0)),
         };
         Ok((change, best.scale_variance))
     }

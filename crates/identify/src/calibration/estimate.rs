@@ -45,8 +45,8 @@ pub struct ArmChange {
     /// Change of each joint, a fraction of what it was at the calibration; positive where it is larger now. That of friction is
     /// the change of the friction at the velocities of the loaded recordings, without that which depends on the load.
     pub by_joint: Vec<f64>,
-    /// Logarithm of the odds that something has changed.
-    pub log_odds: f64,
+    /// Log evidence of the change less that of no such change.
+    pub log_evidence: f64,
 }
 
 impl ArmChange {

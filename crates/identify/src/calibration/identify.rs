@@ -23,7 +23,7 @@ use crate::result::{self, PayloadEstimate, is_physical};
 use crate::solve::HALF_WIDTH_95;
 use crate::solve::intervals::intervals;
 use crate::solve::subspace::{Matrix, Vector};
-use crate::solve::uncertainty::{ValueStdDevs, jacobian, observability, std_devs};
+use crate::solve::uncertainty::{ValueStdDevs, observability, std_devs, value_jacobian};
 use crate::solve::{KnownMass, PrincipalMoments};
 use crate::{IdentifyError, Method};
 
@@ -36,8 +36,8 @@ const MIN_WINDOWS: usize = 6;
 const UNEXPLAINED: f64 = 5.0 * 5.0;
 const UNEXPLAINED_FRACTION: f64 = 0.1;
 
-/// Logarithm of the odds above which the arm counts as changed since its calibration: 150 to 1.
-const CHANGED_LOG_ODDS: f64 = 5.0;
+/// Log evidence from which on the arm counts as changed since its calibration: the recording is 150 times as probable.
+const CHANGED_EVIDENCE: f64 = 5.0;
 
 /// Unloaded recordings hold a payload if its mass is so many standard deviations, and the mean squares of the residuals are
 /// so many times as large without it.
@@ -200,7 +200,7 @@ impl Solution<'_> {
 
     /// Returns how friction has changed, where the recordings show that it has.
     fn friction_change(&self) -> Option<ArmChange> {
-        let log_odds = self.best.change.friction_log_odds;
+        let log_evidence = self.best.change.friction_evidence;
         let of_joint = |joint: usize| {
             let (mut products, mut squares) = (0.0, 0.0);
             for recording in self.loaded {
@@ -218,20 +218,20 @@ impl Solution<'_> {
                 0.0
             }
         };
-        (log_odds > CHANGED_LOG_ODDS).then(|| ArmChange {
+        (log_evidence > CHANGED_EVIDENCE).then(|| ArmChange {
             by_joint: (0..self.model.layout.joints).map(of_joint).collect(),
-            log_odds,
+            log_evidence,
         })
     }
 
     /// Returns how gains have changed, where the recordings show that they have.
     fn gain_change(&self) -> Option<ArmChange> {
-        let log_odds = self.best.change.gain_log_odds;
+        let log_evidence = self.best.change.gain_evidence;
         let inverse_gains = self.model.layout.range(Group::InverseGain);
         let of_gain = |k: usize| self.calibrated.parameters[k] / self.best.arm[k] - 1.0;
-        (log_odds > CHANGED_LOG_ODDS).then(|| ArmChange {
+        (log_evidence > CHANGED_EVIDENCE).then(|| ArmChange {
             by_joint: inverse_gains.map(of_gain).collect(),
-            log_odds,
+            log_evidence,
         })
     }
 
@@ -249,7 +249,7 @@ impl Solution<'_> {
         let body = InertialParameters::from_vector(*parameters)
             .mass_properties()
             .unwrap_or(result::body(&[0.0; 10]));
-        let values = result::values(&body);
+        let values = result::values_of_body(&body);
         let bounding_box = self.settings.bounding_box.as_ref();
         let loaded = self.loaded.iter();
         PayloadEstimate {
@@ -403,7 +403,7 @@ fn mass_std_dev(of: &Posterior) -> f64 {
 /// Returns the fraction of the variance of each of the ten values that is noise; zero where the mass is zero or a value is
 /// not determined.
 fn noise_fraction(best: &Posterior, parameters: &Vector) -> [f64; 10] {
-    let Some(jacobian) = jacobian(parameters) else {
+    let Some(jacobian) = value_jacobian(parameters) else {
         return [0.0; 10];
     };
     let variances = |covariance: &Matrix| (jacobian * covariance * jacobian.transpose()).diagonal();

@@ -6,7 +6,7 @@ use super::scatter::Scatter;
 use super::term::{Pooled, Term};
 use crate::result::VALUE_NAMES;
 use crate::solve::subspace::{Matrix, Vector};
-use crate::solve::uncertainty::{jacobian, values_of};
+use crate::solve::uncertainty::{value_jacobian, values_of};
 
 /// Probability below which the chi-square over all runs and parameters counts as a disagreement.
 const RARE: f64 = 0.01;
@@ -113,7 +113,7 @@ impl Test {
 impl<'a> Comparison<'a> {
     /// Prepares a comparison at these parameters.
     pub(crate) fn new(terms: &'a [Term], at: &'a Vector) -> Self {
-        let linearization = values_of(at).zip(jacobian(at));
+        let linearization = values_of(at).zip(value_jacobian(at));
         let inverses: Vec<_> = terms
             .iter()
             .map(|term| pseudo_inverse(&term.weight))

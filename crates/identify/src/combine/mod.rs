@@ -52,7 +52,7 @@ use crate::result::{self, PayloadEstimate, is_physical};
 use crate::solve::consistency::project;
 use crate::solve::intervals::intervals;
 use crate::solve::subspace::{Matrix, Vector};
-use crate::solve::uncertainty::{ValueStdDevs, jacobian, observability, std_devs};
+use crate::solve::uncertainty::{ValueStdDevs, observability, std_devs, value_jacobian};
 use crate::solve::{BoundingBox, KnownMass, PrincipalMoments};
 
 /// Standard deviation of a run's parameters, relative to a body of the payload's size, below which runs are not
@@ -215,7 +215,7 @@ fn pooled(
     known_mass: Option<KnownMass>,
 ) -> Pooled {
     let of_values = Matrix::from_diagonal(&Vector::from_fn(|k, _| between[k].powi(2)));
-    let inverse = jacobian(at).and_then(Matrix::try_inverse);
+    let inverse = value_jacobian(at).and_then(Matrix::try_inverse);
     let covariance = inverse.map(|inverse| inverse * of_values * inverse.transpose());
     let mut terms = terms.to_vec();
     if let Some(covariance) = covariance.filter(|covariance| *covariance != Matrix::zeros()) {
@@ -269,7 +269,7 @@ fn combination(
     let covariance = covariance * of_inertia.powi(2);
     let body = InertialParameters::from_vector(parameters).mass_properties();
     let body = body.unwrap_or(result::body(&[0.0; 10]));
-    let values = result::values(&body);
+    let values = result::values_of_body(&body);
     let disagreement = Disagreement::of(&agreement).map(Finding::RunsDisagree);
     Combination {
         estimate: PayloadEstimate {

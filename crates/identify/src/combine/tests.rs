@@ -70,7 +70,7 @@ fn covariance_is_divided_by_the_number_of_runs() {
     let body = InertialParameters::from_vector(one.parameters);
     assert_near(
         alone.estimate.values(),
-        result::values(&body.mass_properties().unwrap()),
+        result::values_of_body(&body.mass_properties().unwrap()),
         1e-9,
     );
     assert!((half_widths(&alone)[0] / (1.96 * covariance[(0, 0)].sqrt()) - 1.0).abs() < 1e-6);

@@ -43,14 +43,14 @@ impl Model {
     /// Creates the model of a robot at its zero posture.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Model`] if the robot does not have one of the links, and [`IdentifyError::NoMasses`] if
-    /// the method needs masses that the robot's description does not have.
+    /// Returns the errors of [`EquationStream::new`](super::EquationStream::new).
     pub(crate) fn new(
         robot: &Manipulator,
         tool: &str,
         sensors: &[&str],
         settings: &EquationSettings,
     ) -> Result<Self, IdentifyError> {
+        settings.check(robot, sensors)?;
         let tool = robot.frame(tool)?;
         let sources = sources_of(robot, tool, sensors, settings)?;
         check_masses(robot, tool, &sources).map_err(|source| IdentifyError::NoMasses {

@@ -10,7 +10,7 @@ use super::settings::EquationSettings;
 use crate::IdentifyError;
 
 /// Computes the regressor rows that an [`EquationStream`](super::EquationStream) averages, for single states of a motion
-/// that is planned and not measured. What a motion will tell about the payload follows from them.
+/// that is planned and not measured. The information of a planned motion is computed from them.
 ///
 /// The targets of the rows are those of a robot that measures zero efforts and wrenches.
 #[derive(Clone, Debug)]
@@ -32,7 +32,6 @@ impl MotionRows {
         sensors: &[&str],
         settings: &EquationSettings,
     ) -> Result<Self, IdentifyError> {
-        settings.check(robot, sensors)?;
         let model = Model::new(robot, tool, sensors, settings)?;
         Ok(Self {
             instant: Instant::new(robot.dof(), sensors.len()),
@@ -41,7 +40,9 @@ impl MotionRows {
         })
     }
 
-    /// Returns the rows at one state, in the order of the [`channels`](Self::channels). Allocates nothing.
+    /// Returns the rows at one state, in the order of the [`channels`](Self::channels). `base` is the motion of the base frame
+    /// in the inertial frame, gravity is that of the settings, and the regressors are those of the payload's parameters in
+    /// the tool frame. Cost: one pass over the robot's bodies; no allocation.
     ///
     /// # Errors
     /// Returns [`IdentifyError::State`] if a slice of `joints` does not have one entry for each joint.

@@ -56,7 +56,6 @@ impl EquationStream {
         sensors: &[&str],
         settings: &EquationSettings,
     ) -> Result<Self, IdentifyError> {
-        settings.check(robot, sensors)?;
         let model = Model::new(robot, tool, sensors, settings)?;
         let (joints, wrenches) = (robot.dof(), sensors.len());
         Ok(Self {

@@ -17,7 +17,7 @@ use crate::solve::offsets::Offsets;
 use crate::solve::prior::KnownMass;
 use crate::solve::spectrum::{Excitation, Spectrum};
 use crate::solve::subspace::NullSpace;
-use crate::solve::uncertainty::{ValueStdDevs, jacobian, observable, std_dev, std_devs};
+use crate::solve::uncertainty::{ValueStdDevs, observable, std_dev, std_devs, value_jacobian};
 use crate::solve::weights::OUTLIER;
 
 /// What a fit may use, and what it estimates besides the parameters.
@@ -150,7 +150,7 @@ impl Fit {
     /// Returns the fraction of the variance of each of the ten values that is noise, at parameters near those of the fit:
     /// 1 where the gains are exact. The rest is caused by errors of the gains.
     pub(crate) fn noise_fraction(&self, parameters: &SVector<f64, 10>) -> [f64; 10] {
-        let Some(slopes) = jacobian(parameters) else {
+        let Some(slopes) = value_jacobian(parameters) else {
             return [1.0; 10];
         };
         let variances = |of: &SMatrix<f64, 10, 10>| (slopes * of * slopes.transpose()).diagonal();

@@ -11,7 +11,7 @@ use super::staged_update::StagedUpdate;
 use crate::checks::OnlineChecks;
 use crate::diagnosis::findings_without_prior;
 use crate::equations::{EquationSettings, EquationStream, PushOutcome, Sample};
-use crate::result::values;
+use crate::result::values_of_body;
 use crate::solve::intervals::intervals;
 use crate::solve::subspace::Matrix;
 use crate::solve::uncertainty::observability;
@@ -254,7 +254,7 @@ impl Identifier {
     pub fn estimate(&self) -> PayloadEstimate {
         let readout = self.update.readout();
         let std_devs = readout.uncertainty.std_devs;
-        let values = values(&readout.body);
+        let values = values_of_body(&readout.body);
         PayloadEstimate {
             frame: self.frame.clone(),
             body: readout.body,

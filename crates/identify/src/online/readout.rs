@@ -3,7 +3,7 @@
 use tactid_dynamics::{InertialParameters, MassProperties};
 
 use super::least_squares::OnlineLeastSquares;
-use crate::result::{self, is_physical, values};
+use crate::result::{self, is_physical, values_of_body};
 use crate::solve::consistency::ProjectionTracker;
 use crate::solve::subspace::{Matrix, Vector};
 use crate::solve::uncertainty::{ValueStdDevs, std_devs, widened};
@@ -66,10 +66,10 @@ impl Readout {
         let linear = covariance.map_or(ValueStdDevs::UNKNOWN, |covariance| {
             std_devs(&estimate, &covariance, &estimator.null_space())
         });
-        let estimate = values(&body_of(&estimate));
+        let estimate = values_of_body(&body_of(&estimate));
         let body = body_of(&reported);
         let uncertainty = Uncertainty {
-            std_devs: widened(&estimate, &values(&body), &linear.std_devs),
+            std_devs: widened(&estimate, &values_of_body(&body), &linear.std_devs),
             observable: linear.observable,
             estimate,
             linear: linear.std_devs,
@@ -84,7 +84,7 @@ impl Readout {
         self.body = body_of(&projection.parameters());
         self.is_physical = is_physical(&self.body);
         if projection.is_far() {
-            let reported = values(&self.body);
+            let reported = values_of_body(&self.body);
             let uncertainty = &mut self.uncertainty;
             uncertainty.std_devs = widened(&uncertainty.estimate, &reported, &uncertainty.linear);
         }

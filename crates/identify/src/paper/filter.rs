@@ -11,7 +11,7 @@ use super::rows::{inertia_rows, mass_rows};
 use super::singular_values::{RowProducts, SingularValues};
 use crate::equations::{Equation, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::result::{
-    self, Observability, PayloadEstimate, is_physical, subtract_known_body, values,
+    self, Observability, PayloadEstimate, is_physical, subtract_known_body, values_of_body,
 };
 use crate::{Finding, IdentifyError, Method};
 
@@ -168,7 +168,7 @@ impl PaperFilter {
             self.set_latest();
             let time_s = self.stream.time_s();
             if let Some(recent) = &mut self.recent {
-                recent.push(time_s, &values(&self.latest.body));
+                recent.push(time_s, &values_of_body(&self.latest.body));
             }
         }
         Ok(outcome)
@@ -207,7 +207,7 @@ impl PaperFilter {
     /// Returns the latest ten values, not averaged, in the order of [`VALUE_NAMES`](crate::VALUE_NAMES).
     #[must_use]
     pub fn latest_values(&self) -> [f64; 10] {
-        values(&self.latest.body)
+        values_of_body(&self.latest.body)
     }
 
     /// Returns the strength with which the motion has excited mass and inertia. Cost: two eigenvalue problems.

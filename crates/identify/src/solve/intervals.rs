@@ -196,7 +196,7 @@ mod tests {
                         inertia: nalgebra::Matrix3::zeros(),
                     });
             }
-            let truth = result::values(&body.mass_properties().unwrap());
+            let truth = result::values_of_body(&body.mass_properties().unwrap());
             let mut std_devs = [f64::INFINITY; 10];
             std_devs[0] = 0.0;
             // The limits depend on the mass alone: the estimate is elsewhere.

@@ -15,4 +15,4 @@ pub(crate) mod weights;
 
 pub use principal_moments::PrincipalMoments;
 pub use prior::{BoundingBox, KnownMass};
-pub use uncertainty::{HALF_WIDTH_95, jacobian as value_jacobian, largest_of_kind};
+pub use uncertainty::{HALF_WIDTH_95, largest_of_kind, value_jacobian};

@@ -5,7 +5,7 @@ use tactid_dynamics::InertialParameters;
 
 use super::intervals::moment_intervals;
 use super::subspace::NullSpace;
-use super::uncertainty::{HALF_WIDTH_95, jacobian, std_dev};
+use super::uncertainty::{HALF_WIDTH_95, std_dev, value_jacobian};
 
 /// The three principal moments of inertia about the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +56,7 @@ impl PrincipalMoments {
         let mut order = [0, 1, 2];
         order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
         let axes = order.map(|k| eigen.eigenvectors.column(k).into_owned());
-        let about_com = jacobian(parameters)?.fixed_rows::<6>(4).into_owned();
+        let about_com = value_jacobian(parameters)?.fixed_rows::<6>(4).into_owned();
         // Variance of each entry of dI along the principal axes.
         let variances = Matrix3::from_fn(|i, j| {
             let (u, v) = (&axes[i], &axes[j]);

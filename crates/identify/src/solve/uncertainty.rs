@@ -4,7 +4,7 @@ use nalgebra::RowSVector;
 use tactid_dynamics::InertialParameters;
 
 use super::subspace::{Matrix, NullSpace, Vector};
-use crate::result::{KINDS, Observability, values};
+use crate::result::{KINDS, Observability, values_of_body};
 
 /// Largest relative standard deviation of the mass with which quantities that are divided by the mass are
 /// reported: beyond, they are far from linear in the parameters.
@@ -16,7 +16,7 @@ pub const HALF_WIDTH_95: f64 = 1.96;
 /// Returns the ten values that a user reads, of linear parameters; `None` for a mass of zero.
 pub(crate) fn values_of(parameters: &Vector) -> Option<[f64; 10]> {
     let body = InertialParameters::from_vector(*parameters).mass_properties()?;
-    Some(values(&body))
+    Some(values_of_body(&body))
 }
 
 /// The entries of a symmetric matrix, in the order of the ten values.
@@ -25,7 +25,7 @@ const ENTRIES: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2
 /// Returns the derivatives of the ten values of [`VALUE_NAMES`](crate::VALUE_NAMES) with respect to the linear parameters,
 /// a row for each value; `None` for a mass of zero.
 #[must_use]
-pub fn jacobian(parameters: &Vector) -> Option<Matrix> {
+pub fn value_jacobian(parameters: &Vector) -> Option<Matrix> {
     let mass = parameters[0];
     if mass == 0.0 {
         return None;
@@ -77,7 +77,7 @@ pub(crate) fn std_devs(
     covariance: &Matrix,
     null_space: &NullSpace,
 ) -> ValueStdDevs {
-    let Some(jacobian) = jacobian(parameters) else {
+    let Some(jacobian) = value_jacobian(parameters) else {
         return ValueStdDevs::UNKNOWN;
     };
     let mut std_devs: [f64; 10] =
@@ -172,7 +172,7 @@ pub(crate) fn std_dev(
 /// Returns whether the directions outside of a null space determine each value at these parameters. For a mass of zero
 /// they determine none.
 pub(crate) fn observable(parameters: &Vector, null_space: &NullSpace) -> [bool; 10] {
-    let jacobian = jacobian(parameters);
+    let jacobian = value_jacobian(parameters);
     std::array::from_fn(|k| {
         let row = jacobian.as_ref().map(|jacobian| jacobian.row(k).into());
         row.is_some_and(|row| null_space.determines(&row))
@@ -225,7 +225,7 @@ mod tests {
         for _ in 0..100 {
             let mut parameters = SVector::<f64, 10>::from_fn(|_, _| random.random_range(-1.0..1.0));
             parameters[0] = random.random_range(0.5..2.0);
-            let jacobian = jacobian(&parameters).unwrap();
+            let jacobian = value_jacobian(&parameters).unwrap();
             for k in 0..10 {
                 let at = |step: f64| {
                     let mut moved = parameters;
@@ -236,6 +236,6 @@ mod tests {
                 assert!((slope - jacobian.column(k)).norm() < 1e-7, "{k}: {slope}");
             }
         }
-        assert!(super::jacobian(&SVector::zeros()).is_none());
+        assert!(super::value_jacobian(&SVector::zeros()).is_none());
     }
 }

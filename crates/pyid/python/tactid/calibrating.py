@@ -163,14 +163,14 @@ def _number(name: str, given: float | None) -> float | None:
 
 
 def _payloads(
-    logs: list[_Source],
+    sources: list[_Source],
     masses: float | Sequence[float] | None,
     std_dev: float | None,
     coms: ArrayLike | None,
     inertias: ArrayLike | None,
 ) -> list[_Payload]:
     """Returns each loaded recording with what is known of its payload."""
-    if not logs:
+    if not sources:
         given = {
             "payload_mass": masses,
             "payload_mass_std_dev": std_dev,
@@ -191,8 +191,8 @@ def _payloads(
             option="payload_mass",
         )
     each = np.atleast_1d(np.asarray(masses, dtype=float)).tolist()
-    if len(each) != len(logs):
-        counts = f"{counted(len(each), 'mass', 'masses')} for {counted(len(logs), 'loaded log')}"
+    if len(each) != len(sources):
+        counts = f"{counted(len(each), 'mass', 'masses')} for {counted(len(sources), 'loaded log')}"
         raise ArgumentError(
             f"`payload_mass` has {counts}: give one for each", option="payload_mass"
         )
@@ -201,10 +201,10 @@ def _payloads(
             "`payload_inertia` is about the centre of mass, which is not given",
             option="payload_inertia",
         )
-    centers = _for_each(len(logs), "payload_com", coms, (3,))
-    about = _for_each(len(logs), "payload_inertia", inertias, (3, 3))
-    std_devs = [_number("payload_mass_std_dev", std_dev) or 0.0] * len(logs)
-    return list(zip(logs, each, std_devs, centers, about, strict=True))
+    centers = _for_each(len(sources), "payload_com", coms, (3,))
+    about = _for_each(len(sources), "payload_inertia", inertias, (3, 3))
+    std_devs = [_number("payload_mass_std_dev", std_dev) or 0.0] * len(sources)
+    return list(zip(sources, each, std_devs, centers, about, strict=True))
 
 
 def _for_each(count: int, name: str, given: ArrayLike | None, shape: tuple[int, ...]) -> list[Any]:

@@ -90,7 +90,8 @@ def _errors_name(path: Path | str, temporary: Path | None) -> Iterator[None]:
             error.filename, error.filename2 = str(path), None
         raise
     except TactidError as error:
-        error.message = error.message.replace(str(temporary), str(path))
+        if temporary is not None:
+            error.message = error.message.replace(str(temporary), str(path))
         raise
 
 
