@@ -15,8 +15,8 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 use tactid_dynamics::{BaseKind, InertialParameters, MassProperties, Urdf};
 use tactid_excitation::{
-    BaseBounds, Criterion, DesignSettings, End, FourierMotion, Grip, JointLimits, Problem, Sensing,
-    design, predict, targets_within,
+    BaseBounds, DesignSettings, FourierMotion, Grip, JointLimits, Problem, Sensing, design,
+    predict, targets_within,
 };
 use tactid_identify::EquationSettings;
 
@@ -38,30 +38,21 @@ fn problem(path: &str, tool: &str, base: BaseKind, payload: InertialParameters) 
     let urdf = Urdf::from_file(Path::new(path))?;
     let robot = urdf.manipulator(base)?;
     let acceleration = if base == BaseKind::Fixed { 5.0 } else { 1.0 };
-    Ok(Problem {
-        tool: tool.to_owned(),
-        start: vec![0.0; robot.dof()],
-        end: End::Start,
-        joints: Vec::new(),
-        duration_s: 10.0,
-        limits: JointLimits::of_urdf(&urdf, &robot, acceleration, 1.0)?,
-        sensing: Sensing {
-            sensors: vec![tool.to_owned()],
-            equations: EquationSettings {
-                wrench_noise: vec![[0.5, 0.5, 0.5, 0.05, 0.05, 0.05]],
-                ..EquationSettings::default()
-            },
-            rate_hz: 500.0,
-            base_noise: None,
+    let limits = JointLimits::of_urdf(&urdf, &robot, acceleration, 1.0)?;
+    let sensing = Sensing {
+        sensors: vec![tool.to_owned()],
+        equations: EquationSettings {
+            wrench_noise: vec![[0.5, 0.5, 0.5, 0.05, 0.05, 0.05]],
+            ..EquationSettings::default()
         },
-        payloads: vec![payload],
-        targets: targets_within(&payload, 0.01).ok_or("no mass")?,
-        criterion: Criterion::LargestInterval,
-        base: BaseBounds::default(),
-        wrench: None,
-        grip: None,
-        robot,
-    })
+        rate_hz: 500.0,
+        base_noise: None,
+    };
+    let start = vec![0.0; robot.dof()];
+    let targets = targets_within(&payload, 0.01).ok_or("no mass")?;
+    Ok(Problem::new(
+        robot, tool, &start, limits, sensing, payload, targets,
+    ))
 }
 
 #[expect(clippy::print_stdout, reason = "an example prints its table")]
@@ -123,11 +114,8 @@ fn spacecraft(path: &str) -> Result<()> {
     compare("spacecraft", &free)?;
     free.grip = Some(grip);
     compare("spacecraft, grip", &free)?;
-    let bounded = Problem {
-        base: bounded,
-        ..free
-    };
-    compare("spacecraft, grip, 0.1 deg", &bounded)
+    free.base = bounded;
+    compare("spacecraft, grip, 0.1 deg", &free)
 }
 
 #[expect(clippy::print_stdout, reason = "an example prints its table")]

@@ -19,30 +19,20 @@
 //!     inertia: nalgebra::Matrix3::from_diagonal(&[0.005, 0.008, 0.007].into()),
 //! }
 //! .into();
-//! let problem = Problem {
-//!     tool: "tool0".to_owned(),
-//!     start: vec![0.0, -1.2, 1.6, -0.4, 1.5, 0.0, 0.0, 0.0],
-//!     end: End::Start,
-//!     joints: Vec::new(),
-//!     duration_s: 4.0,
-//!     limits: JointLimits::of_urdf(&urdf, &robot, 5.0, 1.0)?, // 5 rad/s², full speed
-//!     sensing: Sensing {
-//!         sensors: vec!["tool0".to_owned()],
-//!         equations: EquationSettings {
-//!             wrench_noise: vec![[0.5, 0.5, 0.5, 0.05, 0.05, 0.05]], // N and N m
-//!             ..EquationSettings::default()
-//!         },
-//!         rate_hz: 200.0,
-//!         base_noise: None,
+//! let limits = JointLimits::of_urdf(&urdf, &robot, 5.0, 1.0)?; // 5 rad/s², full speed
+//! let sensing = Sensing {
+//!     sensors: vec!["tool0".to_owned()],
+//!     equations: EquationSettings {
+//!         wrench_noise: vec![[0.5, 0.5, 0.5, 0.05, 0.05, 0.05]], // N and N m
+//!         ..EquationSettings::default()
 //!     },
-//!     targets: targets_within(&payload, 0.05).ok_or("no mass")?,
-//!     payloads: vec![payload],
-//!     criterion: Criterion::LargestInterval,
-//!     base: BaseBounds::default(),
-//!     wrench: None,
-//!     grip: None,
-//!     robot,
+//!     rate_hz: 200.0,
+//!     base_noise: None,
 //! };
+//! let start = [0.0, -1.2, 1.6, -0.4, 1.5, 0.0, 0.0, 0.0];
+//! let targets = targets_within(&payload, 0.05).ok_or("no mass")?;
+//! let mut problem = Problem::new(robot, "tool0", &start, limits, sensing, payload, targets);
+//! problem.duration_s = 4.0;
 //! let quick = DesignSettings { starts: 1, iterations: 15, ..DesignSettings::default() };
 //! let design = design(&problem, &quick)?;
 //! let (_, ratio) = design.prediction.largest();

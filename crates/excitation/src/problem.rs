@@ -45,8 +45,12 @@ pub struct BaseBounds {
     pub position_m: Option<f64>,
 }
 
-/// A motion to be designed.
+/// Duration of a motion of which nothing else is said, s.
+const DURATION_S: f64 = 10.0;
+
+/// A motion to be designed: [`Problem::new`] makes one, whose fields can then be changed.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Problem {
     /// The robot. A floating base starts at rest and nothing acts on it from outside.
     pub robot: Manipulator,
@@ -92,6 +96,40 @@ pub fn targets_within(payload: &InertialParameters, fraction: f64) -> Option<[f6
 }
 
 impl Problem {
+    /// Returns the problem of a motion of 10 s that ends where it starts, of all joints that move the tool, for the smallest
+    /// largest interval relative to its target. Only the limits of the joints bound it.
+    ///
+    /// `tool` is the link in whose frame `payload` is described, `start` has the positions of all joints in rad or m, `limits` has
+    /// one entry for each joint, and `targets` are half widths of 95 % intervals, such as [`targets_within`]
+    /// returns. A design checks all of them.
+    #[must_use]
+    pub fn new(
+        robot: Manipulator,
+        tool: &str,
+        start: &[f64],
+        limits: Vec<JointLimits>,
+        sensing: Sensing,
+        payload: InertialParameters,
+        targets: [f64; 10],
+    ) -> Self {
+        Self {
+            robot,
+            tool: tool.to_owned(),
+            start: start.to_vec(),
+            end: End::Start,
+            joints: Vec::new(),
+            duration_s: DURATION_S,
+            limits,
+            sensing,
+            payloads: vec![payload],
+            targets,
+            criterion: Criterion::LargestInterval,
+            base: BaseBounds::default(),
+            wrench: None,
+            grip: None,
+        }
+    }
+
     /// Returns the indices of the joints that move.
     ///
     /// # Errors

@@ -190,13 +190,11 @@ fn a_free_base_keeps_its_attitude() {
     let attitude = &design.excursion.attitude_rad;
     assert!((0.03..=0.1).contains(&attitude.to_degrees()), "{attitude}");
     let heavier = problem.payloads[0].as_vector() * 1.1;
-    let other = Problem {
-        payloads: vec![InertialParameters::from_vector(heavier)],
-        base: BaseBounds {
-            attitude_rad: Some(0.2f64.to_radians()),
-            position_m: None,
-        },
-        ..problem.clone()
+    let mut other = problem.clone();
+    other.payloads = vec![InertialParameters::from_vector(heavier)];
+    other.base = BaseBounds {
+        attitude_rad: Some(0.2f64.to_radians()),
+        position_m: None,
     };
     assert!(used(&other, &design.trajectory, steps(&problem)) <= 1.0);
     let without = tactid_excitation::design(&in_orbit(), &quick(0)).unwrap();
@@ -300,10 +298,8 @@ fn torques_of_resting_joints_are_limited() {
         let (all, _) = margins(problem, motion).unwrap();
         all.into_iter().find(|m| m.limit == name).unwrap().used
     };
-    let rest = Problem {
-        joints: vec![5],
-        ..problem.clone()
-    };
+    let mut rest = problem.clone();
+    rest.joints = vec![5];
     let holding = problem.limits[1].effort * effort_used(&rest, &Resting(problem.start.clone()));
     let free = design(&problem, &quick(0)).unwrap();
     problem.limits[1].effort = 1.01 * holding;

@@ -35,10 +35,9 @@ struct Exact {
 
 /// Returns a problem of a short motion.
 fn short() -> Problem {
-    Problem {
-        duration_s: 2.0,
-        ..on_ground()
-    }
+    let mut problem = on_ground();
+    problem.duration_s = 2.0;
+    problem
 }
 
 fn exact(problem: &Problem, design: &Design, offset: &Wrench) -> Vec<Exact> {

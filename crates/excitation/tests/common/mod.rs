@@ -2,9 +2,7 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use tactid_dynamics::{BaseKind, InertialParameters, Manipulator, MassProperties, Urdf};
-use tactid_excitation::{
-    BaseBounds, Criterion, End, JointLimits, Problem, Sensing, targets_within,
-};
+use tactid_excitation::{JointLimits, Problem, Sensing, targets_within};
 use tactid_identify::EquationSettings;
 
 pub(crate) const TOOL: &str = "tool0";
@@ -33,30 +31,20 @@ pub(crate) fn body(mass_kg: f64, center: [f64; 3], size_m: [f64; 3]) -> Inertial
 }
 
 fn problem(robot: Manipulator, payload: InertialParameters, acceleration: f64) -> Problem {
-    Problem {
-        tool: TOOL.to_owned(),
-        start: POSTURE.to_vec(),
-        end: End::Start,
-        joints: Vec::new(),
-        duration_s: 3.0,
-        limits: JointLimits::of_urdf(&urdf(), &robot, acceleration, 1.0).unwrap(),
-        sensing: Sensing {
-            sensors: vec![TOOL.to_owned()],
-            equations: EquationSettings {
-                wrench_noise: vec![NOISE],
-                ..EquationSettings::default()
-            },
-            rate_hz: 200.0,
-            base_noise: None,
+    let limits = JointLimits::of_urdf(&urdf(), &robot, acceleration, 1.0).unwrap();
+    let sensing = Sensing {
+        sensors: vec![TOOL.to_owned()],
+        equations: EquationSettings {
+            wrench_noise: vec![NOISE],
+            ..EquationSettings::default()
         },
-        payloads: vec![payload],
-        targets: targets_within(&payload, 0.01).unwrap(),
-        criterion: Criterion::LargestInterval,
-        base: BaseBounds::default(),
-        wrench: None,
-        grip: None,
-        robot,
-    }
+        rate_hz: 200.0,
+        base_noise: None,
+    };
+    let targets = targets_within(&payload, 0.01).unwrap();
+    let mut problem = Problem::new(robot, TOOL, &POSTURE, limits, sensing, payload, targets);
+    problem.duration_s = 3.0;
+    problem
 }
 
 /// Returns the problem of the arm on the ground with a payload of 1.5 kg.
@@ -70,8 +58,7 @@ pub(crate) fn on_ground() -> Problem {
 pub(crate) fn in_orbit() -> Problem {
     let payload = body(60.0, [0.4, 0.05, -0.03], [0.8, 0.5, 0.6]);
     let robot = urdf().manipulator(BaseKind::Floating).unwrap();
-    Problem {
-        duration_s: 6.0,
-        ..problem(robot, payload, 1.0)
-    }
+    let mut problem = problem(robot, payload, 1.0);
+    problem.duration_s = 6.0;
+    problem
 }
