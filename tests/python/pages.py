@@ -29,7 +29,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 RUN = ("python", "sh")
-SHOWN = ("text", "toml", "xml", "json", "rust", "math")
+SHOWN = ("text", "csv", "toml", "xml", "json", "rust", "math")
 OUTPUT = "Output"
 
 FENCE = re.compile(

@@ -135,3 +135,23 @@ def test_a_broken_experiment_names_its_file(command: TactidCommand, tmp_path: Pa
         assert done.returncode == 2
         assert done.stderr.startswith("tactid: error: broken.toml: "), done.stderr
         assert what in done.stderr
+
+
+def test_a_motion_is_followed_by_file_and_folder(tmp_path: Path) -> None:
+    """Posture and duration become those of the motion, and the log begins in its first posture."""
+    joints = [f"joint_{k}" for k in range(1, 7)]
+    header = ["time_s", *(f"q_{name}" for name in joints), *(f"qd_{name}" for name in joints)]
+    start = [0.1, -1.0, 1.4, -0.4, 1.5, 0.2]
+    rows = [[time, *start, *[0.0] * 6] for time in (0.0, 0.2)]
+    lines = [",".join(header), *(",".join(map(str, row)) for row in rows)]
+    (tmp_path / "trajectory.csv").write_text("\n".join(lines) + "\n")
+    paper = tactid.Experiment.paper()
+    experiment = paper.following(tmp_path)
+    assert experiment == paper.following(tmp_path / "trajectory.csv")
+    assert experiment.duration == pytest.approx(0.2)
+    log = tmp_path / "run.mcap"
+    assert tactid.simulate(experiment, log).steps == 200
+    with pytest.raises(tactid.ArgumentError, match="the experiment's motion"):
+        tactid.simulate(experiment, tmp_path / "trajectory.csv")
+    with pytest.raises(tactid.ExperimentError, match=r"none\.csv"):
+        paper.following(tmp_path / "none.csv")

@@ -325,6 +325,7 @@ impl IntoPyErr for tactid_sim::SimError {
             Self::Log(error) => error.into_py_err(),
             Self::File { .. }
             | Self::InFile { .. }
+            | Self::Motion { .. }
             | Self::Syntax(_)
             | Self::Value { .. }
             | Self::Model(_)

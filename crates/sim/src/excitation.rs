@@ -1,5 +1,5 @@
-//! Commanded joint velocities: each joint starts at rest and is accelerated with `amplitude · cos(2π · frequency · t)`
-//! plus noise.
+//! Commanded joint velocities: those of a given motion, or of joints that start at rest and are accelerated with
+//! `amplitude · cos(2π · frequency · t)` plus noise.
 
 use std::f64::consts::TAU;
 
@@ -8,6 +8,8 @@ use rand::rngs::StdRng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::experiment::{Excitation, ExcitationMode, JointExcitation};
+use crate::motion::JointMotion;
+use crate::roles::Roles;
 use crate::{Experiment, SimError};
 
 /// Excitation of one joint and the interval in which it is driven.
@@ -23,6 +25,8 @@ struct Driven {
 /// Generator of the commanded velocities, step by step.
 pub(crate) struct Commands {
     driven: Vec<Driven>,
+    /// The motion that all joints follow in place of `driven`.
+    motion: Option<JointMotion>,
     noise: f64,
     random: StdRng,
     dt: f64,
@@ -30,13 +34,13 @@ pub(crate) struct Commands {
 }
 
 impl Commands {
-    /// Returns the generator for an arm with so many joints, of which the excitation drives those with the indices
-    /// `driven`, one for each entry of its list.
-    pub(crate) fn new(experiment: &Experiment, joints: usize, driven: &[usize]) -> Self {
+    /// Returns the generator for the arm of an experiment.
+    pub(crate) fn new(experiment: &Experiment, roles: &Roles) -> Self {
         let Excitation {
             mode,
             joints: excitations,
             command_noise,
+            ..
         } = &experiment.excitation;
         let share_s = experiment.duration_s / excitations.len() as f64;
         let motion = |(i, (one, &joint)): (usize, (&JointExcitation, &usize))| {
@@ -52,18 +56,26 @@ impl Commands {
                 end_s,
             }
         };
-        let pairs = excitations.iter().zip(driven);
+        let pairs = excitations.iter().zip(&roles.driven);
         Self {
             driven: pairs.enumerate().map(motion).collect(),
+            motion: roles.motion.clone(),
             noise: *command_noise,
             random: StdRng::seed_from_u64(experiment.seed),
             dt: experiment.step_s,
-            velocity: vec![0.0; joints],
+            velocity: vec![0.0; roles.arm.len()],
         }
     }
 
     /// Returns the velocities at the end of the step that starts at `time_s`, rad/s or m/s.
     pub(crate) fn step(&mut self, time_s: f64) -> &[f64] {
+        if let Some(motion) = &self.motion {
+            // The mean velocity of the step leads to the position at its end.
+            for (joint, velocity) in self.velocity.iter_mut().enumerate() {
+                let [before, after] = [time_s, time_s + self.dt].map(|t| motion.position(joint, t));
+                *velocity = (after - before) / self.dt;
+            }
+        }
         for one in &self.driven {
             let velocity = &mut self.velocity[one.joint];
             let tolerance = 1e-6 * self.dt; // times are multiples of the step up to rounding
@@ -105,10 +117,12 @@ impl Commands {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::roles::robot_with_roles;
 
     /// Runs the commands of an arm with six joints, of which joints 3, 5 and 6 are driven.
     fn run(experiment: &Experiment) -> Vec<Vec<f64>> {
-        let mut commands = Commands::new(experiment, 6, &[2, 4, 5]);
+        let (_, roles) = robot_with_roles(experiment).unwrap();
+        let mut commands = Commands::new(experiment, &roles);
         let steps = (experiment.duration_s / experiment.step_s).round() as usize;
         (0..steps)
             .map(|k| commands.step(k as f64 * experiment.step_s).to_vec())

@@ -1,6 +1,8 @@
 //! Description of an experiment, as one plain struct and as the TOML file that it is read from.
 
 mod check;
+mod excitation;
+mod lines;
 mod noise;
 
 use std::path::{Path, PathBuf};
@@ -9,7 +11,9 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::{BaseKind, MassProperties, symmetric_matrix};
 
-pub(crate) use self::check::{refuse, with_line};
+pub(crate) use self::check::refuse;
+pub use self::excitation::{Excitation, ExcitationKind, ExcitationMode, JointExcitation};
+pub(crate) use self::lines::{is_given, with_line};
 pub use self::noise::{Noise, StdDev};
 use crate::{BUILT_IN_URDF, SimError};
 
@@ -288,67 +292,6 @@ impl Default for Gripper {
     }
 }
 
-/// Motion of the joints: each starts at rest and is driven with the acceleration `amplitude · cos(2π · frequency · t)`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default, expecting = "a table")]
-pub struct Excitation {
-    /// Order in which the joints are driven.
-    pub mode: ExcitationMode,
-    /// Standard deviation of the white noise on each commanded acceleration, as a fraction of its amplitude, with a new
-    /// value in every step.
-    pub command_noise: f64,
-    /// The joints that are driven, in this order. All other joints are held still.
-    pub joints: Vec<JointExcitation>,
-}
-
-impl Default for Excitation {
-    fn default() -> Self {
-        let joint = |name: &str| JointExcitation {
-            name: name.to_owned(),
-            amplitude_rad_s2: default_amplitude(),
-            frequency_hz: default_frequency(),
-        };
-        Self {
-            mode: ExcitationMode::default(),
-            command_noise: 0.01,
-            joints: ["joint_3", "joint_5", "joint_6"].map(joint).to_vec(),
-        }
-    }
-}
-
-/// Order in which the joints are driven.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ExcitationMode {
-    /// One after another, each for an equal fraction of the duration.
-    #[default]
-    Sequence,
-    /// All at once for the whole duration.
-    Together,
-}
-
-/// Motion of one joint.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table")]
-pub struct JointExcitation {
-    /// Name of the joint in the URDF.
-    pub name: String,
-    /// Amplitude of the acceleration, rad/s² (m/s² for a prismatic joint).
-    #[serde(default = "default_amplitude")]
-    pub amplitude_rad_s2: f64,
-    /// Frequency, Hz.
-    #[serde(default = "default_frequency")]
-    pub frequency_hz: f64,
-}
-
-fn default_amplitude() -> f64 {
-    1.0
-}
-
-fn default_frequency() -> f64 {
-    0.2
-}
-
 /// Bounds whose violation aborts a run with [`SimError::Bound`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
@@ -388,10 +331,8 @@ impl Experiment {
     /// # Errors
     /// Returns [`SimError::Syntax`] or [`SimError::Value`] with the line.
     pub fn from_toml(text: &str) -> Result<Self, SimError> {
-        let experiment: Self = toml::from_str(text).map_err(|e| check::syntax(&e, text))?;
-        experiment
-            .check()
-            .map_err(|error| check::with_line(error, text))?;
+        let experiment: Self = toml::from_str(text).map_err(|e| lines::syntax(&e, text))?;
+        experiment.check().map_err(|error| with_line(error, text))?;
         Ok(experiment)
     }
 

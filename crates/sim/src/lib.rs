@@ -49,6 +49,7 @@ mod experiment;
 mod file;
 mod gripper;
 mod log;
+mod motion;
 mod robot;
 mod roles;
 mod run;
@@ -60,8 +61,9 @@ mod simulation;
 pub use checks::Checks;
 pub use error::SimError;
 pub use experiment::{
-    BaseMount, BaseProperties, Bounds, Excitation, ExcitationMode, Experiment, Gripper, Handle,
-    JointExcitation, NamedPosture, Noise, PAPER_TOML, Payload, Posture, RobotChoice, StdDev,
+    BaseMount, BaseProperties, Bounds, Excitation, ExcitationKind, ExcitationMode, Experiment,
+    Gripper, Handle, JointExcitation, NamedPosture, Noise, PAPER_TOML, Payload, Posture,
+    RobotChoice, StdDev,
 };
 pub use robot::BUILT_IN_URDF;
 pub use run::{Progress, RunReport, run};

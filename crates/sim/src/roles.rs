@@ -2,7 +2,8 @@
 
 use tactid_dynamics::{MassProperties, list_similar};
 
-use crate::experiment::{BaseProperties, JointExcitation, Noise, StdDev, refuse};
+use crate::experiment::{BaseProperties, ExcitationKind, JointExcitation, Noise, StdDev, refuse};
+use crate::motion::JointMotion;
 use crate::robot::{LinkFrame, MovingJoint, Robot};
 use crate::{Experiment, SimError};
 
@@ -15,8 +16,10 @@ pub(crate) struct Roles {
     pub fingers: [usize; 2],
     /// Indices of the bodies that the arm's joints move, in the order of the posture.
     pub arm: Vec<usize>,
-    /// Position in `arm` of each joint that the excitation drives.
+    /// Position in `arm` of each joint that a cosine drives; empty where the arm follows a motion.
     pub driven: Vec<usize>,
+    /// The motion that the arm's joints follow, in the order of `arm`.
+    pub motion: Option<JointMotion>,
 }
 
 /// Reads the robot of an experiment and finds the roles of its links and joints.
@@ -25,14 +28,65 @@ pub(crate) struct Roles {
 /// Returns [`SimError::File`] or [`SimError::Model`] for a robot that cannot be read or modelled, [`SimError::Robot`]
 /// for one that cannot be simulated, and [`SimError::Value`] for a field that does not fit the robot.
 pub(crate) fn robot_with_roles(experiment: &Experiment) -> Result<(Robot, Roles), SimError> {
+    let robot = robot(experiment)?;
+    let roles = Roles::find(&robot, experiment)?;
+    Ok((robot, roles))
+}
+
+/// Reads the robot of an experiment.
+fn robot(experiment: &Experiment) -> Result<Robot, SimError> {
     let mass: Option<MassProperties> = experiment
         .base
         .as_ref()
         .map(BaseProperties::mass_properties);
     let kind = experiment.robot.base.kind();
-    let robot = Robot::from_urdf(&experiment.urdf()?, kind, mass.as_ref())?;
-    let roles = Roles::find(&robot, experiment)?;
-    Ok((robot, roles))
+    Robot::from_urdf(&experiment.urdf()?, kind, mass.as_ref())
+}
+
+/// Reads the motion of the arm's joints from the file of an experiment's excitation; `None` where cosines drive them.
+///
+/// # Errors
+/// Returns the errors of reading the robot, and [`SimError::File`] or [`SimError::Motion`] for a file that is no motion of its arm.
+pub(crate) fn arm_motion(experiment: &Experiment) -> Result<Option<JointMotion>, SimError> {
+    let robot = robot(experiment)?;
+    let (_, arm) = fingers_and_arm(&robot, experiment)?;
+    motion(&robot, &arm, experiment)
+}
+
+fn motion(
+    robot: &Robot,
+    arm: &[usize],
+    experiment: &Experiment,
+) -> Result<Option<JointMotion>, SimError> {
+    let (ExcitationKind::Designed, Some(file)) =
+        (experiment.excitation.kind, &experiment.excitation.file)
+    else {
+        return Ok(None);
+    };
+    let motion = JointMotion::read(file)?.of_joints(&joint_names(robot, arm))?;
+    for (line, positions) in motion.rows() {
+        for (&body, position) in arm.iter().zip(positions) {
+            if let Some((joint, (lower, upper))) = exceeded(robot, body, position) {
+                let what =
+                    format!("q_{joint} is {position}, outside its limits {lower} to {upper}");
+                return Err(motion.fault(line, what));
+            }
+        }
+    }
+    Ok(Some(motion))
+}
+
+/// Returns the bodies that the finger joints move, and those that the arm's joints move.
+fn fingers_and_arm(
+    robot: &Robot,
+    experiment: &Experiment,
+) -> Result<([usize; 2], Vec<usize>), SimError> {
+    let fingers = [finger(robot, experiment, 0)?, finger(robot, experiment, 1)?];
+    let bodies = robot.joints().map(|(body, _)| body);
+    Ok((
+        fingers,
+        bodies.filter(|body| !fingers.contains(body)).collect(),
+    ))
 }
 
 impl Roles {
@@ -47,15 +101,21 @@ impl Roles {
             let why = format!("there is no such link; the robot has {links}");
             refuse("robot.tool", name, &why)
         })?;
-        let fingers = [finger(robot, experiment, 0)?, finger(robot, experiment, 1)?];
-        let bodies = robot.joints().map(|(body, _)| body);
-        let arm: Vec<usize> = bodies.filter(|body| !fingers.contains(body)).collect();
+        let (fingers, arm) = fingers_and_arm(robot, experiment)?;
         check_posture(robot, &arm, experiment)?;
+        let motion = motion(robot, &arm, experiment)?;
+        if let Some(motion) = &motion {
+            check_start(motion, experiment)?;
+        }
         check_noise(robot.joints().count(), &experiment.noise)?;
         Ok(Self {
             tool: tool.clone(),
             fingers,
-            driven: driven(robot, &arm, experiment)?,
+            driven: match &motion {
+                Some(_) => Vec::new(),
+                None => driven(robot, &arm, experiment)?,
+            },
+            motion,
             arm,
         })
     }
@@ -131,6 +191,25 @@ fn check_posture(robot: &Robot, arm: &[usize], experiment: &Experiment) -> Resul
         }
     }
     Ok(())
+}
+
+/// Distance between the posture and the beginning of a motion that is rounding, rad or m.
+const SAME_POSITION: f64 = 1e-6;
+
+/// Checks that a motion begins in the posture of the experiment.
+fn check_start(motion: &JointMotion, experiment: &Experiment) -> Result<(), SimError> {
+    let positions = experiment.posture.positions();
+    let start = motion.start();
+    let is_start = |(a, b): (&f64, &f64)| (a - b).abs() <= SAME_POSITION;
+    if positions.iter().zip(&start).all(is_start) {
+        return Ok(());
+    }
+    let why = format!("the motion of excitation.file begins at {start:?}");
+    Err(refuse(
+        "posture",
+        format_args!("{}", experiment.posture),
+        &why,
+    ))
 }
 
 /// Returns the name and the limits of a body's joint if a position is outside the limits.

@@ -27,7 +27,7 @@ from tactid.identify_command import identify_recording
 from tactid.number_lists import NumberListCommand
 from tactid.options import Estimator
 from tactid.output_files import check_outputs
-from tactid.simulation import simulate, urdf_file
+from tactid.simulation import files_of, simulate
 from tactid.truth import momentum_drift
 
 EXIT_CODES = (
@@ -165,13 +165,19 @@ def run_simulation(
     experiment: Annotated[
         Path | None, typer.Argument(help="A TOML file; the paper's experiment where left out.")
     ] = None,
+    motion: Annotated[
+        Path | None,
+        typer.Option(
+            help="A motion that the arm follows: its CSV file, or the folder of a designed motion."
+        ),
+    ] = None,
     out: Annotated[Path, typer.Option(help="The log to write.")] = Path("run.mcap"),
 ) -> None:
     """Simulates an experiment and writes its log."""
     chosen = Experiment.paper() if experiment is None else Experiment.from_file(experiment)
-    check_outputs(
-        {"--out": out}, {"the experiment": experiment, "the experiment's URDF": urdf_file(chosen)}
-    )
+    if motion is not None:
+        chosen = chosen.following(motion)
+    check_outputs({"--out": out}, {"the experiment": experiment} | files_of(chosen))
     with interruptible(f"{out} holds the run up to here"), progress("simulating") as done:
         report = simulate(chosen, out, progress=done)
     notes.print(

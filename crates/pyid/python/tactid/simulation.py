@@ -31,17 +31,22 @@ def simulate(
         How the run went.
 
     Raises:
-        ArgumentError: The folder of ``out`` does not exist, or ``out`` is the experiment's URDF.
+        ArgumentError: The folder of ``out`` does not exist, or ``out`` is one of
+            the experiment's files.
         ExperimentError: The experiment or its robot is impossible.
         SimulationError: The payload slipped, or a check exceeded its bound. The log up to there has
             the name of ``out`` with ``.failed.mcap`` instead of ``.mcap``.
         LogError: The log cannot be written.
     """
-    check_outputs({"`out`": Path(out)}, {"the experiment's URDF": urdf_file(experiment)})
+    check_outputs({"`out`": Path(out)}, files_of(experiment))
     return _native.simulate(experiment, out, progress=progress)
 
 
-def urdf_file(experiment: Experiment) -> Path | None:
-    """Returns the URDF file that an experiment names; None for the built-in robot."""
-    name = tomllib.loads(experiment.to_toml())["robot"].get("urdf")
-    return None if name is None else Path(name)
+def files_of(experiment: Experiment) -> dict[str, Path]:
+    """Returns the files that an experiment names, by what they are."""
+    fields = tomllib.loads(experiment.to_toml())
+    named = {
+        "the experiment's URDF": fields["robot"].get("urdf"),
+        "the experiment's motion": fields["excitation"].get("file"),
+    }
+    return {what: Path(name) for what, name in named.items() if name is not None}

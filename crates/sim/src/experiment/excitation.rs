@@ -1,0 +1,87 @@
+//! What moves the joints of an experiment.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+/// Motion of the joints: cosines, or a designed motion.
+///
+/// With cosines each joint starts at rest and is driven with the acceleration `amplitude · cos(2π · frequency · t)`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
+pub struct Excitation {
+    /// What the joints follow. A designed motion has neither mode nor command noise, and moves the joints of its file.
+    pub kind: ExcitationKind,
+    /// CSV file of a designed motion, relative to the experiment's file, with the columns `time_s`, and `q_NAME` (rad or m) and
+    /// `qd_NAME` (rad/s or m/s) for each joint of the arm, as a design writes it. Default none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
+    /// Order in which the joints are driven.
+    pub mode: ExcitationMode,
+    /// Standard deviation of the white noise on each commanded acceleration, as a fraction of its amplitude, with a new
+    /// value in every step.
+    pub command_noise: f64,
+    /// The joints that are driven, in this order. All other joints are held still.
+    pub joints: Vec<JointExcitation>,
+}
+
+impl Default for Excitation {
+    fn default() -> Self {
+        let joint = |name: &str| JointExcitation {
+            name: name.to_owned(),
+            amplitude_rad_s2: default_amplitude(),
+            frequency_hz: default_frequency(),
+        };
+        Self {
+            kind: ExcitationKind::default(),
+            file: None,
+            mode: ExcitationMode::default(),
+            command_noise: 0.01,
+            joints: ["joint_3", "joint_5", "joint_6"].map(joint).to_vec(),
+        }
+    }
+}
+
+/// What the joints follow.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ExcitationKind {
+    /// Accelerations that are cosines of time, joint by joint.
+    #[default]
+    Cosine,
+    /// The positions in the file of a designed motion.
+    Designed,
+}
+
+/// Order in which the joints are driven.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ExcitationMode {
+    /// One after another, each for an equal fraction of the duration.
+    #[default]
+    Sequence,
+    /// All at once for the whole duration.
+    Together,
+}
+
+/// Motion of one joint.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table")]
+pub struct JointExcitation {
+    /// Name of the joint in the URDF.
+    pub name: String,
+    /// Amplitude of the acceleration, rad/s² (m/s² for a prismatic joint).
+    #[serde(default = "default_amplitude")]
+    pub amplitude_rad_s2: f64,
+    /// Frequency, Hz.
+    #[serde(default = "default_frequency")]
+    pub frequency_hz: f64,
+}
+
+fn default_amplitude() -> f64 {
+    1.0
+}
+
+fn default_frequency() -> f64 {
+    0.2
+}

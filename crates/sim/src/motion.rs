@@ -1,0 +1,267 @@
+//! A given motion of the joints: the table that a designed motion is written as.
+
+use std::path::{Path, PathBuf};
+
+use crate::SimError;
+
+/// Column of the times, s.
+const TIME: &str = "time_s";
+
+/// Prefixes of the columns of a joint's positions and velocities, before its name.
+const POSITION: &str = "q_";
+const VELOCITY: &str = "qd_";
+
+/// Motion of some joints as a table of positions and velocities over time.
+///
+/// It is read from a CSV file with the columns `time_s` (s, increasing), `q_NAME` (rad or m) and `qd_NAME` (rad/s or m/s) for
+/// each joint; other columns are ignored. Between two rows the position is the cubic with the positions and velocities of
+/// both, and after the last row the joints rest.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct JointMotion {
+    file: PathBuf,
+    joints: Vec<String>,
+    /// Times since the first row, s.
+    times_s: Vec<f64>,
+    /// Positions and velocities of the joints, row by row.
+    states: Vec<Vec<(f64, f64)>>,
+}
+
+impl JointMotion {
+    /// Reads a motion.
+    ///
+    /// # Errors
+    /// Returns [`SimError::File`] if the file cannot be read, and [`SimError::Motion`] with the line if it is not such a table.
+    pub(crate) fn read(file: &Path) -> Result<Self, SimError> {
+        let text = std::fs::read(file).map_err(|source| SimError::File {
+            path: file.to_owned(),
+            source,
+        })?;
+        let fault = |line, what| SimError::Motion {
+            path: file.to_owned(),
+            line,
+            what,
+        };
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .from_reader(text.as_slice());
+        let header = reader
+            .headers()
+            .map_err(|error| fault(1, error.to_string()))?;
+        let header: Vec<String> = header.iter().map(str::to_owned).collect();
+        let (joints, columns) = columns(&header).map_err(|what| fault(1, what))?;
+        let mut motion = Self {
+            file: file.to_owned(),
+            joints,
+            times_s: Vec::new(),
+            states: Vec::new(),
+        };
+        let mut first_s = None;
+        for record in reader.records() {
+            let record =
+                record.map_err(|error| fault(line_of(error.position()), error.to_string()))?;
+            let line = line_of(record.position());
+            let number = |column: usize| {
+                let text = record.get(column).unwrap_or_default();
+                let number = text.parse().ok().filter(|number: &f64| number.is_finite());
+                let what = || format!("{} is {text:?}, which is no finite number", header[column]);
+                number.ok_or_else(|| fault(line, what()))
+            };
+            let time_s = number(columns.time)?;
+            let time_s = time_s - *first_s.get_or_insert(time_s);
+            if motion
+                .times_s
+                .last()
+                .is_some_and(|&last_s| time_s <= last_s)
+            {
+                return Err(fault(line, "the times do not increase".to_owned()));
+            }
+            let states = columns.joints.iter();
+            let states = states.map(|&(q, qd)| Ok((number(q)?, number(qd)?)));
+            motion.states.push(states.collect::<Result<_, SimError>>()?);
+            motion.times_s.push(time_s);
+        }
+        if motion.times_s.len() < 2 {
+            return Err(fault(1, "a motion needs two rows or more".to_owned()));
+        }
+        Ok(motion)
+    }
+
+    /// Returns the motion of some joints alone, in their order.
+    ///
+    /// # Errors
+    /// Returns [`SimError::Motion`] if one of them has no columns.
+    pub(crate) fn of_joints(&self, names: &[&str]) -> Result<Self, SimError> {
+        let place = |name: &&str| {
+            let place = self.joints.iter().position(|joint| joint == name);
+            place.ok_or_else(|| {
+                let what = format!(
+                    "there are no columns {POSITION}{name} and {VELOCITY}{name}, but the arm has this joint; the file \
+                     moves {}",
+                    self.joints.join(", ")
+                );
+                self.fault(1, what)
+            })
+        };
+        let places: Vec<usize> = names.iter().map(place).collect::<Result<_, _>>()?;
+        let selected = |row: &Vec<(f64, f64)>| places.iter().map(|&place| row[place]).collect();
+        Ok(Self {
+            joints: names.iter().map(|&name| name.to_owned()).collect(),
+            states: self.states.iter().map(selected).collect(),
+            ..self.clone()
+        })
+    }
+
+    /// Returns the time from the first row to the last, s.
+    pub(crate) fn duration_s(&self) -> f64 {
+        self.times_s.last().copied().unwrap_or_default()
+    }
+
+    /// Returns where the motion begins: the positions of all joints, rad or m.
+    pub(crate) fn start(&self) -> Vec<f64> {
+        self.rows().next().map(|(_, q)| q).unwrap_or_default()
+    }
+
+    /// Returns the positions of all joints, rad or m, row by row, with the line of the file.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = (usize, Vec<f64>)> {
+        let positions = |row: &Vec<(f64, f64)>| row.iter().map(|state| state.0).collect();
+        // The header is the first line.
+        self.states
+            .iter()
+            .map(positions)
+            .zip(2..)
+            .map(|(q, line)| (line, q))
+    }
+
+    /// Returns the position of a joint, by its index, at a time since the first row, rad or m.
+    pub(crate) fn position(&self, joint: usize, time_s: f64) -> f64 {
+        let after = self.times_s.partition_point(|&time| time <= time_s);
+        let (Some(before), true) = (after.checked_sub(1), after < self.times_s.len()) else {
+            let end = if after == 0 {
+                self.states.first()
+            } else {
+                self.states.last()
+            };
+            return end.map_or(0.0, |row| row[joint].0);
+        };
+        let length_s = self.times_s[after] - self.times_s[before];
+        let fraction = (time_s - self.times_s[before]) / length_s;
+        let ((p0, v0), (p1, v1)) = (self.states[before][joint], self.states[after][joint]);
+        // Cubic Hermite interpolation.
+        let rest = 1.0 - fraction;
+        rest * rest * ((1.0 + 2.0 * fraction) * p0 + fraction * length_s * v0)
+            + fraction * fraction * ((1.0 + 2.0 * rest) * p1 - rest * length_s * v1)
+    }
+
+    /// Returns the error of a line of the file.
+    pub(crate) fn fault(&self, line: usize, what: String) -> SimError {
+        SimError::Motion {
+            path: self.file.clone(),
+            line,
+            what,
+        }
+    }
+}
+
+/// Indices of columns.
+struct Columns {
+    time: usize,
+    /// Positions and velocities of each joint.
+    joints: Vec<(usize, usize)>,
+}
+
+/// Finds the columns of the times and of the joints, with the names of the joints.
+fn columns(header: &[String]) -> Result<(Vec<String>, Columns), String> {
+    let place = |name: &str| header.iter().position(|column| column == name);
+    let time = place(TIME).ok_or_else(|| format!("there is no column {TIME}"))?;
+    let (mut names, mut joints) = (Vec::new(), Vec::new());
+    for (q, column) in header.iter().enumerate() {
+        let Some(name) = column.strip_prefix(POSITION) else {
+            continue;
+        };
+        let velocity = format!("{VELOCITY}{name}");
+        let qd = place(&velocity)
+            .ok_or_else(|| format!("there is a column {column}, but none {velocity}"))?;
+        names.push(name.to_owned());
+        joints.push((q, qd));
+    }
+    if names.is_empty() {
+        return Err(format!(
+            "there is no joint: expected columns {POSITION}NAME and {VELOCITY}NAME"
+        ));
+    }
+    Ok((names, Columns { time, joints }))
+}
+
+/// Returns the line of a position in a file, counted from 1.
+fn line_of(position: Option<&csv::Position>) -> usize {
+    position.map_or(1, |position| position.line() as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<JointMotion, SimError> {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("trajectory.csv");
+        std::fs::write(&file, text).unwrap();
+        JointMotion::read(&file)
+    }
+
+    /// A cubic is interpolated exactly, the joints rest before the first and after the last row, and columns may be in any
+    /// order.
+    #[test]
+    fn positions_between_rows_are_cubic() {
+        let q = |t: f64| 0.3 - t + 2.0 * t * t - 0.7 * t * t * t;
+        let qd = |t: f64| -1.0 + 4.0 * t - 2.1 * t * t;
+        let mut text = "qd_b, time_s, qdd_b, q_a, q_b, qd_a\n".to_owned();
+        for t in [0.0, 0.5, 0.8, 2.0] {
+            text += &format!("{}, {}, 7, 1.5, {}, 0\n", qd(t), t + 10.0, q(t));
+        }
+        let motion = read(&text).unwrap().of_joints(&["b", "a"]).unwrap();
+        assert!((motion.duration_s() - 2.0).abs() < 1e-15);
+        for t in [0.0, 0.1, 0.5, 0.6, 1.3, 1.999] {
+            assert!((motion.position(0, t) - q(t)).abs() < 1e-14, "{t}");
+            assert!((motion.position(1, t) - 1.5).abs() < 1e-15);
+        }
+        assert!((motion.position(0, -1.0) - q(0.0)).abs() < 1e-14);
+        assert!((motion.position(0, 3.0) - q(2.0)).abs() < 1e-14);
+    }
+
+    /// Each fault of a file is reported with its line.
+    #[test]
+    fn faults_name_their_line() {
+        for (text, expected) in [
+            ("", "line 1: there is no column time_s"),
+            ("t,q_a,qd_a\n0,0,0\n", "line 1: there is no column time_s"),
+            (
+                "time_s,a\n0,0\n1,0\n",
+                "line 1: there is no joint: expected columns q_NAME",
+            ),
+            (
+                "time_s,q_a\n0,0\n1,0\n",
+                "line 1: there is a column q_a, but none qd_a",
+            ),
+            (
+                "time_s,q_a,qd_a\n0,0,0\n",
+                "line 1: a motion needs two rows",
+            ),
+            (
+                "time_s,q_a,qd_a\n0,0,0\n0,0,0\n",
+                "line 3: the times do not increase",
+            ),
+            (
+                "time_s,q_a,qd_a\n0,0,0\n1,x,0\n",
+                "line 3: q_a is \"x\", which is no finite number",
+            ),
+            (
+                "time_s,q_a,qd_a\n0,0,inf\n1,0,0\n",
+                "line 2: qd_a is \"inf\", which",
+            ),
+            ("time_s,q_a,qd_a\n0,0,0\n1,0\n", "line 3: "),
+        ] {
+            let message = read(text).unwrap_err().to_string();
+            assert!(message.contains(expected), "{text}: {message}");
+        }
+    }
+}
