@@ -1,6 +1,7 @@
 """A calibration is made from arrays, compared, copied and pickled, and refused for other robots."""
 
 import copy
+import dataclasses
 import pickle
 import re
 from pathlib import Path
@@ -57,9 +58,9 @@ def test_arrays_give_what_their_logs_give(folder: Path, arm: tactid.Calibration)
     assert np.abs(arm.gain / GAINS - 1).max() < 0.02
     np.testing.assert_allclose(arm.gain, logs.gain, rtol=1e-6)
     np.testing.assert_allclose(arm.gain_std_dev, logs.gain_std_dev, rtol=1e-5)
-    np.testing.assert_allclose(arm.logs[0].measured, logs.logs[0].measured, atol=1e-6)
-    assert [str(log.path) for log in arm.logs] == ["unloaded[0]", "loaded[0]"]
-    assert "unloaded[0]" in repr(arm.logs[0])
+    np.testing.assert_allclose(arm.recordings[0].measured, logs.recordings[0].measured, atol=1e-6)
+    assert [str(log.path) for log in arm.recordings] == ["unloaded[0]", "loaded[0]"]
+    assert "unloaded[0]" in repr(arm.recordings[0])
     assert '"path": "loaded[0]"' in arm.to_json()
     assert list(arm.inputs) == []
 
@@ -77,8 +78,16 @@ def test_wrong_arrays_are_named(folder: Path, robot: tactid.Manipulator) -> None
         (whole | {"qd": whole["qd"][1:]}, {"robot": robot}, ["unloaded[0]: `qd` has"]),
         (whole, {}, ["unloaded[0]", "give `robot`"]),
         (log, {"robot": robot}, ["`robot` belongs to arrays"]),
-        ([whole, dict(whole)], {"robot": robot}, ["unloaded[1] is given twice"]),
-        (whole, {"robot": robot, "hold_out": whole}, ["hold_out[0] is given twice", "check"]),
+        (
+            [whole, dict(whole)],
+            {"robot": robot},
+            ["unloaded[0] and unloaded[1] are the same", "twice"],
+        ),
+        (
+            whole,
+            {"robot": robot, "hold_out": whole},
+            ["unloaded[0] and hold_out[0] are", "twice", "check"],
+        ),
         (reordered, {"robot": robot}, ["unloaded[0]: ", "`time`"]),
         (degrees, {"robot": robot}, ["unloaded[0]: ", "degrees"]),
         (3, {"robot": robot}, ["`unloaded` is 3", "path", "arrays"]),
@@ -99,6 +108,15 @@ def test_degrees_are_refused_where_the_fit_would_not_notice(
         tactid.calibrate(arrays, robot=robot, effort_gain=GAINS.tolist(), **SETTINGS)
 
 
+@pytest.mark.parametrize("name", ["gain", "friction", "delay", "cutoff", "tip"])
+def test_numbers_of_the_model_cannot_be_replaced(arm: tactid.Calibration, name: str) -> None:
+    value = getattr(arm, name)
+    other = "other" if name == "tip" else 2 * value
+    with pytest.raises(tactid.ArgumentError, match=f"`{name}` is not that of .*edit the file"):
+        dataclasses.replace(arm, **{name: other})
+    assert dataclasses.replace(arm, inputs={}) == arm
+
+
 def test_copies_are_equal(arm: tactid.Calibration, tmp_path: Path) -> None:
     arm.write(tmp_path / "arm.toml")
     read = tactid.Calibration.read(tmp_path / "arm.toml")
@@ -109,8 +127,8 @@ def test_copies_are_equal(arm: tactid.Calibration, tmp_path: Path) -> None:
             assert str(again) == str(original)
             assert again.model == original.model
         assert copy.copy(original) == original
-    assert read != arm  # a file has no logs
-    assert read.model == arm.model
+    assert read == arm
+    assert (len(read.recordings), len(arm.recordings)) == (0, 2)
     text = (tmp_path / "arm.toml").read_text(encoding="utf-8")
     (tmp_path / "edited.toml").write_text(
         re.sub(r"reference_torque = .*", "reference_torque = 7.0", text, count=1), encoding="utf-8"

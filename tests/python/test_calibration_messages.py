@@ -1,5 +1,6 @@
 """What a user of calibrations does wrong is named: the recording, the joint or the option."""
 
+import shutil
 import sys
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from recorded_arm import ur5e
 from tactid import cli
 from tactid.calibration_wording import efforts_noisier
 from tactid.combination_text import combined_remarks
+from tactid.remarks import remarks
 
 BASE = 0
 
@@ -51,6 +53,7 @@ def test_the_command_names_what_is_wrong(
     unloaded, loaded = simulated(folder, None, 11), simulated(folder, KNOWN, 12)
     link = tmp_path / "link"
     link.symlink_to(unloaded)
+    copy = Path(shutil.copytree(unloaded, tmp_path / "copy"))
     run = ("--urdf", folder / "arm.urdf", "--cutoff", 6, "--out", tmp_path / "out.toml")
     alone = (*run, "--unloaded", unloaded)
     both = (*alone, "--loaded", loaded)
@@ -59,10 +62,14 @@ def test_the_command_names_what_is_wrong(
     cases: list[tuple[tuple[object, ...], list[str]]] = [
         ((*alone, "--gain-std-dev", "0.2"), ["--gain-std-dev is '0.2'", "5%"]),
         ((*alone, "--gain-std-dev", "5%,5%"), ["--gain-std-dev", "one percentage"]),
+        ((*alone, "--gain-std-dev", "1000%"), ["less than 100%", "positive", "--effort-gain"]),
+        ((*alone, "--gravity", "0,0,-9", "--gravity", "0,0,-8"), ["--gravity is given 2 times"]),
+        ((*alone, "--hold-out", loaded), [f"{loaded}: ", "holds a payload of 2.4"]),
+        ((*alone, "--unloaded", copy), [f"{unloaded} and {copy} are the same", "noise"]),
         ((*alone, "--unloaded", link), [str(link), "twice", "noise"]),
         ((*alone, "--hold-out", unloaded), ["twice", "no independent check"]),
         ((*alone, "--loaded", unloaded, "--payload-mass", 1), ["twice", "payload or not"]),
-        ((*both, "--payload-mass", "4,8"), ["--payload-mass has 2 masses for 1 loaded log:"]),
+        ((*both, "--payload-mass", "4,8"), ["--payload-mass has 2 masses for 1 loaded recording:"]),
         ((*both, "--payload-mass", "x"), ["--payload-mass is 'x': expected numbers"]),
         ((*run, "--unloaded", degrees), ["degrees", "limits", "_joint", "rad"]),
         ((*run, *swapped), ["negative", "`shoulder_lift_joint`", "exchanged"]),
@@ -75,6 +82,40 @@ def test_the_command_names_what_is_wrong(
         line = refused(capsys, *arguments)
         assert all(part in line for part in parts), (parts, line)
     assert not (tmp_path / "out.toml").exists()
+
+
+@pytest.mark.parametrize(
+    "amperes",
+    [
+        np.full(6, 0.01),
+        np.array([0.08, 0.09, 0.11, 0.3, 0.33, 0.4]),
+    ],
+)
+def test_gains_of_currents_are_printed_as_an_option(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], amperes: np.ndarray
+) -> None:
+    """The message has the gains that calibrate the arm when they are given."""
+    logs = simulated(folder, None, 11), simulated(folder, KNOWN, 12)
+    names = ("unloaded", "loaded")
+    unloaded, loaded = (
+        changed(log, tmp_path / name, effort=amperes) for log, name in zip(logs, names, strict=True)
+    )
+    urdf = folder / "arm.urdf"
+    run = ("--unloaded", unloaded, "--loaded", loaded, "--payload-mass", KNOWN.mass)
+    line = refused(capsys, *run, "--urdf", urdf, "--cutoff", 6, "--out", tmp_path / "out.toml")
+    before, flag, gains = line.partition("--effort-gain ")
+    assert flag, line
+    assert "such as currents" in before
+    given = [float(gain) for gain in gains.split(",")]
+    found = tactid.calibrate(
+        unloaded,
+        loaded=loaded,
+        payload_mass=KNOWN.mass,
+        urdf=urdf,
+        cutoff=6.0,
+        effort_gain=given,
+    )
+    assert np.allclose(found.effort_gain * found.gain * amperes, GAINS, rtol=0.02)
 
 
 @pytest.mark.parametrize(
@@ -151,7 +192,7 @@ def test_a_calibration_without_an_unloaded_recording_says_so(folder: Path) -> No
     loaded, urdf = simulated(folder, KNOWN, 12), folder / "arm.urdf"
     found = tactid.calibrate([], loaded=loaded, payload_mass=2.8, urdf=urdf, cutoff=6.0)
     assert "No recording is without a payload" in str(found)
-    assert "simulated12, loaded" in repr(found.logs[0])
+    assert "simulated12, loaded" in repr(found.recordings[0])
 
 
 @pytest.mark.usefixtures("arm")
@@ -167,3 +208,16 @@ def test_efforts_that_are_noisier_are_one_sentence() -> None:
     joints = [{"joint": name, "noise_ratio": ratio} for name, ratio in (("a", 3.26), ("b", 9873.2))]
     sentence = efforts_noisier(joints)
     assert sentence.startswith("The efforts of a and b are 3.3 and more than 1000 times as noisy")
+
+
+def test_degrees_are_the_first_cause_that_is_named(
+    arm: tactid.Calibration, folder: Path, tmp_path: Path
+) -> None:
+    """The gains, the sign and the friction are off because the positions are in degrees."""
+    log = simulated(folder, OTHER, 13)
+    factor = np.full(6, 180 / np.pi)
+    for name, more in (("q", {}), ("qd", {"velocity": factor})):
+        degrees = changed(log, tmp_path / name, position=factor, **more)
+        result = tactid.identify(degrees, urdf=folder / "arm.urdf", calibration=arm)
+        assert result.is_contradicted
+        assert "They are in degrees, but must be in rad" in remarks(result)[0]

@@ -96,3 +96,35 @@ def test_ctrl_c_while_files_are_written_names_them(
         for path in paths:
             path.unlink(missing_ok=True)
     assert console.write_files({}) == ""
+
+
+def test_ctrl_c_while_a_result_is_printed_names_the_files(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "a.json"
+    cases = (
+        (console.printing_before, f"did not write {path}"),
+        (console.printing_after, f"wrote {path}"),
+    )
+    for printing, outcome in cases:
+        with pytest.raises(typer.Exit) as end, printing({path: Path.touch}):
+            interrupt()
+        assert end.value.exit_code == 130
+        assert capsys.readouterr().err == f"tactid: interrupted: {outcome}\n"
+        assert path.exists() == (outcome == f"wrote {path}")
+
+
+def test_files_are_written_where_nobody_reads_the_result(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    with pytest.raises(BrokenPipeError), console.printing_before({path: Path.touch}):
+        raise BrokenPipeError
+    assert path.exists()
+
+
+def test_ctrl_c_while_arguments_are_read_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(cli.Group, "parse_args", interrupt)
+    monkeypatch.setattr(sys, "argv", ["tactid", "info", "run.mcap"])
+    assert cli.run() == 130
+    assert capsys.readouterr().err == "tactid: interrupted\n"

@@ -189,6 +189,8 @@ pub enum IdentifyError {
         gain: f64,
         /// Standard deviation that was given, a fraction.
         std_dev: f64,
+        /// Gains of all joints, relative to the given ones: those that were found, and for the others their geometric mean.
+        gains: Vec<f64>,
     },
     /// The gains of all joints are far from what was known of them before a calibration, by the same factor.
     #[error(
@@ -198,6 +200,8 @@ pub enum IdentifyError {
     GainsUnexpected {
         /// Their geometric mean, relative to the given ones.
         factor: f64,
+        /// Gains of all joints, relative to the given ones: those that were found, and for the others their geometric mean.
+        gains: Vec<f64>,
     },
     /// A recording without payload, which should update a calibration, shows one.
     #[error(
@@ -258,7 +262,7 @@ pub enum IdentifyError {
         /// Name in the robot, or in the other recording; empty where there is none.
         found: String,
     },
-    /// A calibration or a recording is of another robot, whose joints and links have the same names.
+    /// A calibration is of another robot, whose joints and links have the same names.
     #[error(
         "the calibration is of another robot, whose link `{link}` has the {property} {expected} instead of {found}"
     )]
@@ -269,10 +273,24 @@ pub enum IdentifyError {
         /// in that of the moving link before, the axis of its joint, or gravity in its frame where the base is mounted at
         /// another angle.
         property: &'static str,
-        /// Its value in the calibration, or in the first recording.
+        /// Its value in the calibration.
         expected: String,
-        /// Its value in the robot, or in the other recording.
+        /// Its value in the robot.
         found: String,
+    },
+    /// Recordings are of different robots, whose joints and links have the same names.
+    #[error(
+        "the recordings are of different robots: the link `{link}` has the {property} {first} in the first one, and {other} in another"
+    )]
+    RecordingLink {
+        /// The first link that differs, from the base outwards.
+        link: String,
+        /// What differs, as in [`Self::CalibrationLink`].
+        property: &'static str,
+        /// Its value in the first recording.
+        first: String,
+        /// Its value in the other recording.
+        other: String,
     },
     /// Recordings have different settings.
     #[error("recordings with different {what} cannot be combined: {expected} and {found}")]

@@ -7,7 +7,9 @@ use nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
 use tactid_dynamics::Manipulator;
 use tactid_identify::calibration::{EffortComparison, KnownPayload};
-use tactid_recordings::{CalibrationSource, CalibrationSources, LogRole, UsedLog};
+use tactid_recordings::{
+    CalibrationRecording, CalibrationSource, CalibrationSources, RecordingRole,
+};
 
 use crate::arguments::read_robot;
 use crate::arm_model::ArmModel;
@@ -21,9 +23,9 @@ use crate::joint_arrays::JointArrays;
 use crate::keywords;
 use crate::options;
 
-/// `tactid.calibration_data.CalibrationLog`.
+/// `tactid.calibration_data.CalibrationRecording`.
 #[derive(IntoPyObject)]
-struct LogData {
+struct RecordingData {
     path: PathBuf,
     role: &'static str,
     duration: f64,
@@ -38,9 +40,9 @@ struct LogData {
     damage: Vec<String>,
 }
 
-impl LogData {
-    fn new(py: Python<'_>, mut log: UsedLog) -> PyResult<Self> {
-        keywords::name_arrays_of_faults(&mut log.faults);
+impl RecordingData {
+    fn new(py: Python<'_>, mut recording: CalibrationRecording) -> PyResult<Self> {
+        keywords::name_arrays_of_faults(&mut recording.faults);
         let EffortComparison {
             joints,
             times_s,
@@ -49,29 +51,29 @@ impl LogData {
             described,
             calibrated,
             friction,
-        } = log.comparison;
+        } = recording.comparison;
         let shape = [times_s.len(), joints.len()];
         let by_joint = |values: Vec<f64>| array(py, values, &shape);
-        let findings = log.findings.iter();
+        let findings = recording.findings.iter();
         Ok(Self {
-            path: log.path,
-            role: match log.role {
-                LogRole::Unloaded => "unloaded",
-                LogRole::Loaded => "loaded",
-                LogRole::HeldOut => "hold_out",
+            path: recording.path,
+            role: match recording.role {
+                RecordingRole::Unloaded => "unloaded",
+                RecordingRole::Loaded => "loaded",
+                RecordingRole::HeldOut => "hold_out",
             },
-            duration: log.duration_s,
+            duration: recording.duration_s,
             time: array(py, times_s, &shape[..1])?,
             velocity: by_joint(velocities)?,
             measured: by_joint(measured)?,
             described: by_joint(described)?,
             calibrated: by_joint(calibrated)?,
             friction: by_joint(friction)?,
-            faults: log.faults.iter().map(FaultData::from).collect(),
+            faults: recording.faults.iter().map(FaultData::from).collect(),
             findings: findings
                 .map(|each| finding_data(py, each, false))
                 .collect::<PyResult<_>>()?,
-            damage: log.damage,
+            damage: recording.damage,
         })
     }
 }
@@ -82,7 +84,7 @@ pub(crate) struct RunData {
     model: Py<ArmModel>,
     gain_prior: f64,
     contradictions: Vec<FindingData>,
-    logs: Vec<LogData>,
+    recordings: Vec<RecordingData>,
 }
 
 /// A recording with its payload: log or arrays, mass, its standard deviation, centre of mass, inertia about it.
@@ -143,14 +145,17 @@ pub(crate) fn calibrate_arm(
     })?;
     let found = interruption.finish(py, result.map_err(IntoPyErr::into_py_err));
     let run = urdf_errors(py, &request, found)?;
-    let logs = run.logs.into_iter().map(|log| LogData::new(py, log));
+    let recordings = run
+        .recordings
+        .into_iter()
+        .map(|each| RecordingData::new(py, each));
     let contradictions = run.contradiction.iter();
     Ok(RunData {
         contradictions: contradictions
             .map(|each| contradiction_data(py, each))
             .collect::<PyResult<_>>()?,
         gain_prior: run.gain_std_dev,
-        logs: logs.collect::<PyResult<_>>()?,
+        recordings: recordings.collect::<PyResult<_>>()?,
         model: Py::new(py, ArmModel(Arc::new(run.arm)))?,
     })
 }

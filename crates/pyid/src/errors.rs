@@ -178,6 +178,7 @@ impl IntoPyErr for IdentifyError {
             | Self::NoMotion { .. }
             | Self::CalibrationRobot { .. }
             | Self::CalibrationLink { .. }
+            | Self::RecordingLink { .. }
             | Self::CalibrationMismatch { .. }
             | Self::CalibrationFailed
             | Self::CalibrationData { .. } => CalibrationError::new_err(message),
@@ -191,9 +192,7 @@ impl IntoPyErr for RecordingError {
         match self {
             Self::Identify(error) => error.into_py_err(),
             Self::Log(error) => error.into_py_err(),
-            Self::SameLogTwice(_) | Self::CalibratingLogTwice { .. } | Self::NotTheSame { .. } => {
-                ArgumentError::new_err(message)
-            }
+            Self::SameRecording { .. } | Self::NotTheSame { .. } => ArgumentError::new_err(message),
             Self::UnloadedLog(_) => LogError::new_err((message, "unloaded")),
             Self::NoSuchTopic { kind, .. } => option_error(message, topic_option(kind)),
             Self::EffortGains { .. } => option_error(message, "effort_gain"),
@@ -271,9 +270,18 @@ fn several_or_calibration_error(error: RecordingError, message: String) -> PyErr
             let keyword = keyword_of(name);
             option_error(message.replacen(name, keyword, 1), keyword)
         }
-        RecordingError::CalibrationIo { .. } | RecordingError::CalibrationFile { .. } => {
-            CalibrationError::new_err(message)
+        RecordingError::EffortGainsUnexpected { .. } => {
+            let name = "effort_gain";
+            let message = message.replacen(
+                "effort gains must be given first:",
+                &format!("gains must be given first: `{name}`"),
+                1,
+            );
+            CalibrationError::new_err((message, name))
         }
+        RecordingError::CalibrationIo { .. }
+        | RecordingError::CalibrationText(_)
+        | RecordingError::CalibrationFile { .. } => CalibrationError::new_err(message),
         other => identification_error(&message, remedy(&other)),
     }
 }

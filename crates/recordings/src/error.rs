@@ -8,7 +8,9 @@ use tactid_identify::{IdentifyError, three_digits};
 use tactid_logs::LogError;
 use thiserror::Error;
 
-use crate::phrases::{at_line, calibration_reason, list_sensors, positions};
+use crate::phrases::{
+    at_line, calibration_reason, gains, given_delay, given_twice, list_sensors, positions,
+};
 use crate::time_unit::{TimeUnit, rare_advice};
 
 /// Kind of a topic, as the fields of [`Topics`](crate::Topics) distinguish them.
@@ -64,9 +66,14 @@ pub enum RecordingError {
         /// Frame of the base.
         base: String,
     },
-    /// Two of several logs are the same.
-    #[error("{0} is given twice: its noise would count as agreement")]
-    SameLogTwice(String),
+    /// Two of several recordings are the same, by their path or by their content.
+    #[error("{}, but {because}", given_twice(paths))]
+    SameRecording {
+        /// Paths of both, or names of their arrays.
+        paths: [PathBuf; 2],
+        /// Why it may be given once only.
+        because: &'static str,
+    },
     /// A result has nothing that could be combined with others.
     #[error(
         "the result of recording {run} has no information to combine: several recordings need least squares, and windows in each"
@@ -230,17 +237,23 @@ pub enum RecordingError {
     /// Neither an unloaded nor a loaded recording is given for a calibration.
     #[error("a calibration needs at least one recording, without a payload or with a known one")]
     NothingToCalibrate,
-    /// Two of the logs of a calibration are the same.
-    #[error("{} is given twice, but {because}", path.display())]
-    CalibratingLogTwice {
-        /// Path of the log.
-        path: PathBuf,
-        /// Why it may be given once only.
-        because: &'static str,
+    /// Gains of efforts are far from what was known of them before a calibration.
+    #[error(
+        "{source}; where efforts are not torques, such as currents, rough effort gains must be given first: {}",
+        gains(effort_gain)
+    )]
+    EffortGainsUnexpected {
+        /// The gains that fit, of all joints of the robot in its order, N m or N for one unit of the recorded value.
+        effort_gain: Vec<f64>,
+        /// Which gains are unexpected.
+        source: IdentifyError,
     },
     /// Joint positions are beyond the limits of the URDF, and the efforts do not fit them.
     #[error("the efforts do not fit the positions, which are beyond the limits of the URDF: {}", positions(.0))]
     PositionsBeyondLimits(PositionsBeyondLimits),
+    /// A calibration has what its file cannot have.
+    #[error("the calibration cannot be written as TOML: {0}")]
+    CalibrationText(String),
     /// The file of a calibration cannot be read or written.
     #[error("cannot {action} the calibration {}: {source}", path.display())]
     CalibrationIo {
@@ -433,12 +446,4 @@ impl RecordingError {
             },
         }
     }
-}
-
-/// Returns what to check about a delay, s, that was given, and the conjunction before the last check.
-fn given_delay(delay_s: f64) -> String {
-    if delay_s == 0.0 {
-        return "and ".to_owned();
-    }
-    format!("that the given delay of {delay_s} s is in seconds, and ")
 }

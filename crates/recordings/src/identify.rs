@@ -60,16 +60,18 @@ pub fn identify_log(
 ///
 /// # Errors
 /// Returns [`RecordingError::InRecording`] with the error of the first log that cannot be identified, as [`identify_log`] lists them,
-/// and [`RecordingError::SameLogTwice`] if two paths are the same log: its noise would count as agreement.
+/// and [`RecordingError::SameRecording`] if two paths are the same log: its noise would count as agreement. A copy of a log gives the
+/// same result, which [`combine`](crate::combine) refuses.
 pub fn identify_logs<P: AsRef<Path>>(
     paths: &[P],
     request: &Request,
     observer: &mut Observer<'_>,
 ) -> Result<Vec<Identification>, RecordingError> {
-    if let Some((_, second)) = same_log(paths) {
-        return Err(RecordingError::SameLogTwice(
-            paths[second].as_ref().display().to_string(),
-        ));
+    if let Some((first, second)) = same_log(paths) {
+        return Err(RecordingError::SameRecording {
+            paths: [first, second].map(|index| paths[index].as_ref().to_owned()),
+            because: "its noise would count as agreement",
+        });
     }
     let paths: Vec<&Path> = paths.iter().map(AsRef::as_ref).collect();
     let identify_one = |index: usize, observer: &mut Observer<'_>| {

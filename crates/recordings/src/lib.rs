@@ -86,8 +86,8 @@ mod unloaded;
 
 pub use arrays::{Arrays, UnloadedArrays};
 pub use calibration::{
-    ArmCalibration, CalibrationRun, CalibrationSource, CalibrationSources, LogRole, UsedLog,
-    calibrate_arm,
+    ArmCalibration, CalibrationRecording, CalibrationRun, CalibrationSource, CalibrationSources,
+    RecordingRole, calibrate_arm,
 };
 pub use clock::Clock;
 pub use combination::combine;

@@ -1,5 +1,7 @@
 //! Phrases within the messages of errors.
 
+use std::path::PathBuf;
+
 use tactid_identify::checks::PositionsBeyondLimits;
 use tactid_identify::three_digits;
 
@@ -37,4 +39,31 @@ pub(crate) fn positions(beyond: &PositionsBeyondLimits) -> String {
         "check their units, the order of the joints and the URDF"
     };
     format!("`{joint}` reaches {position} of {lower} to {upper}; {advice}")
+}
+
+/// Says that two recordings are the same.
+pub(crate) fn given_twice([first, second]: &[PathBuf; 2]) -> String {
+    let (first, second) = (first.display(), second.display());
+    if first.to_string() == second.to_string() {
+        format!("{first} is given twice")
+    } else {
+        format!("{first} and {second} are the same recording, which is given twice")
+    }
+}
+
+/// Lists gains to three digits, as options of numbers have them.
+pub(crate) fn gains(gains: &[f64]) -> String {
+    let rounded: Vec<String> = gains
+        .iter()
+        .map(|&gain| three_digits(gain).to_string())
+        .collect();
+    rounded.join(",")
+}
+
+/// Returns what to check about a delay, s, that was given, and the conjunction before the last check.
+pub(crate) fn given_delay(delay_s: f64) -> String {
+    if delay_s == 0.0 {
+        return "and ".to_owned();
+    }
+    format!("that the given delay of {delay_s} s is in seconds, and ")
 }

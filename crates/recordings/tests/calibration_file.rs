@@ -22,13 +22,27 @@ impl Numbers {
             .0
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1);
-        let mantissa = (self.0 >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
+        let mantissa = (self.0 >> 11) as f64 / (1_u64 << 53) as f64 + 0.5;
         let exponent = ((self.0 >> 3) % 40) as i32 - 20;
         mantissa * 10_f64.powi(exponent)
     }
 
     fn some(&mut self, count: usize) -> Vec<f64> {
         (0..count).map(|_| self.one()).collect()
+    }
+
+    /// Returns the lower triangle of a matrix with a large diagonal.
+    fn triangle(&mut self, rows: usize) -> Vec<f64> {
+        let entries = (0..rows).flat_map(|row| (0..=row).map(move |column| (row, column)));
+        let entry = |(row, column)| {
+            let small = 1e-22 * self.one();
+            if row == column {
+                1.0 + 3.0 / (row as f64 + 7.0)
+            } else {
+                -small
+            }
+        };
+        entries.map(entry).collect()
     }
 
     fn ten(&mut self) -> [f64; 10] {
@@ -47,7 +61,10 @@ const LINKS: [&str; 2] = ["upper", "lower"];
 /// A calibration of two joints and links with three friction terms, of which each number is another.
 fn arm() -> ArmCalibration {
     let mut numbers = Numbers(7);
-    let parameters = numbers.some(UNKNOWNS);
+    let mut parameters = numbers.some(UNKNOWNS);
+    for parameter in parameters.iter_mut().take(36).step_by(3) {
+        *parameter = -*parameter;
+    }
     let noise = || EffortNoise {
         white: 0.1,
         slow: 1.0 / 3.0,
@@ -77,9 +94,9 @@ fn arm() -> ArmCalibration {
             links: LINKS.map(str::to_owned).to_vec(),
             gravity: Vector3::new(numbers.one(), 0.0, -9.81),
             cutoff_hz: numbers.one(),
-            friction_widths: numbers.some(3),
+            friction_widths: vec![0.005, 0.05, 0.5],
             scales: numbers.some(UNKNOWNS),
-            precision: numbers.some(UNKNOWNS * (UNKNOWNS + 1) / 2),
+            precision: numbers.triangle(UNKNOWNS),
             noise: vec![noise(), noise()],
             reference_torques: numbers.some(2),
             log_evidence: numbers.one(),
@@ -100,7 +117,7 @@ fn joint(
         name: NAMES[index].to_owned(),
         unit: ["N m", "N"][index],
         gain: 1.0 / parameters[36 + index],
-        gain_std_dev: numbers.one().abs(),
+        gain_std_dev: numbers.one(),
         offset: parameters[20 + index],
         viscous: parameters[22 + index],
         friction: (0..3).map(|k| parameters[24 + 2 * k + index]).collect(),
@@ -216,17 +233,17 @@ fn what_is_wrong_is_named_with_its_line() {
         (without("cutoff_hz"), Some(1), "cutoff_hz"),
         (
             text.replacen("unit = \"N\"", "unit = \"kN\"", 1),
-            None,
-            "`slide` is `kN`",
+            Some(line_of("unit = \"N\"")),
+            "`unit` of the joint `slide` is not valid: `kN`",
         ),
         (
             text.replacen("friction = [", "friction = [1.0, ", 1),
-            None,
+            Some(line_of("friction = [")),
             "has 4 numbers",
         ),
         (
             text.replacen("scales = [", "scales = [1.0, ", 1),
-            None,
+            Some(line_of("scales = [")),
             "has 10 numbers",
         ),
         (longer, Some(first_row), "must have 1 numbers"),
@@ -279,67 +296,111 @@ impl Edited {
     }
 }
 
-/// A number that is not finite, and one that does not fit the number that it is derived from, are named with their line.
+/// A number of a joint that is out of range, or does not fit the number that it is derived from, is named with its line.
 #[test]
-fn numbers_that_were_edited_are_checked() {
+fn edited_numbers_of_joints_are_checked() {
     let text = Edited(written(&arm()));
     let cases = [
         (
-            "slide",
             "gain",
             "1.9",
             "`gain` of the joint `slide` is not valid: 1.9 is not 1 / ",
         ),
-        ("slide", "gain_std_dev", "-1.0", "it is negative"),
+        ("gain_std_dev", "-1.0", "-1 is not finite and not negative"),
+        ("effort_gain", "0.0", "0 is not finite and not zero"),
+        ("inverse_gain", "-2.0", "-2 is not finite and more"),
         (
-            "slide",
             "friction",
             "[1.0, nan, 1.0]",
             "`friction` of the joint `slide` is not valid: NaN is not finite",
         ),
-        (
-            "lower",
-            "scales",
-            "[1.0, 1.0, inf, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]",
-            "`scales` of the link `lower` is not valid: inf is not finite",
-        ),
-        (
-            "lower",
-            "std_devs",
-            "[1.0, 1.0, nan, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]",
-            "`std_devs` of the link `lower` is not valid: NaN is not finite",
-        ),
-        (
-            "lower",
-            "axis",
-            "[1.0, 1.0, 0.0]",
-            "`axis` of the link `lower` is not valid: its length is 1.4142135623730951 instead of 1",
-        ),
-        (
-            "upper",
-            "rotation",
-            "[0.0, 0.0, 0.0, nan]",
-            "`rotation` of the link `upper` is not valid: its length is NaN instead of 1",
-        ),
+        ("scales", "[1.0]", "it has 1 numbers, but must have "),
+        ("noise_white", "0.0", "`noise_white` of the joint"),
+        ("noise_slow_time_s", "nan", "NaN is not finite"),
+        ("reference_torque", "-1.0", "-1 is not finite and more"),
+        ("max_velocity", "[1.0, -1.0]", "-1 is not finite"),
+        ("residual_after", "inf", "inf is not finite"),
+        ("residual_held_out", "-1.0", "-1 is not finite"),
+        ("unit", "\"Nm\"", "`Nm` is neither `N m` nor `N`"),
     ];
-    for (name, key, value, part) in cases {
-        text.assert_refused(name, key, value, part);
+    for (key, value, part) in cases {
+        text.assert_refused("slide", key, value, part);
     }
 }
 
-/// A number that is no standard deviation of the delay is named with its line.
+/// A number of a link that is out of range, and a direction whose length is not one, are named with their line.
 #[test]
-fn an_edited_delay_is_checked() {
-    let text = written(&arm());
-    let mut lines = text.lines();
-    let delay = lines.position(|line| line.starts_with("delay_std_dev_s"));
-    let delay = delay.unwrap();
-    for value in ["nan", "-0.001"] {
-        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-        lines[delay] = format!("delay_std_dev_s = {value}");
-        let expected = "`delay_std_dev_s` is not valid";
-        assert_refused(&lines.join("\n"), Some(delay + 1), expected);
+fn edited_numbers_of_links_are_checked() {
+    let text = Edited(written(&arm()));
+    let ten = |third: &str| format!("[1.0, 1.0, {third}, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]");
+    let cases = [
+        (
+            "scales",
+            ten("inf"),
+            "`scales` of the link `lower` is not valid: inf is not finite",
+        ),
+        ("scales", ten("0.0"), "0 is not finite and more than zero"),
+        (
+            "std_devs",
+            ten("nan"),
+            "`std_devs` of the link `lower` is not valid: NaN is not finite",
+        ),
+        ("std_devs", ten("-2.0"), "-2 is not finite and not negative"),
+        (
+            "axis",
+            "[1.0, 1.0, 0.0]".to_owned(),
+            "its length is 1.4142135623730951 instead of 1",
+        ),
+        (
+            "rotation",
+            "[0.0, 0.0, 0.0, nan]".to_owned(),
+            "its length is NaN instead of 1",
+        ),
+    ];
+    for (key, value, part) in cases {
+        text.assert_refused("lower", key, &value, part);
     }
+}
+
+/// A number before the first table is named with its line.
+#[test]
+fn edited_keys_before_the_tables_are_checked() {
+    let text = written(&arm());
+    let cases = [
+        ("delay_std_dev_s", "nan"),
+        ("delay_std_dev_s", "-0.001"),
+        ("delay_s", "inf"),
+        ("delay_scale_s", "0.0"),
+        ("gravity_m_s2", "[0.0, nan, 1.0]"),
+        ("cutoff_hz", "-2.0"),
+        ("window_s", "0.0"),
+        ("log_evidence", "nan"),
+        ("friction_velocities", "[0.005, 0.05, 7.0]"),
+    ];
+    for (key, value) in cases {
+        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+        let start = format!("{key} = ");
+        let place = lines.iter().position(|line| line.starts_with(&start));
+        let place = place.unwrap();
+        let mut end = place + 1;
+        while lines[place].ends_with('[') && lines[end - 1] != "]" {
+            end += 1;
+        }
+        lines.splice(place..end, [start + value]);
+        let expected = format!("`{key}` is not valid");
+        assert_refused(&lines.join("\n"), Some(place + 1), &expected);
+    }
+}
+
+/// A precision that no covariance has is refused with its line.
+#[test]
+fn an_edited_precision_is_checked() {
+    let text = written(&arm());
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let header = lines.iter().position(|line| line == "[precision]").unwrap();
+    lines[header + 2] = "  \"-1.0\",".to_owned();
+    let expected = "not positive definite";
+    assert_refused(&lines.join("\n"), Some(header + 1), expected);
 }
 
 /// A file that is not there, and a folder that is not, are errors that name the file.

@@ -97,7 +97,10 @@ fn an_error_names_its_log() {
     assert!(path.ends_with("broken.mcap") && error.to_string().contains(&named));
     paths[1] = folder.path().join(".").join("run0.mcap");
     let error = identified(&paths, &request()).unwrap_err();
-    assert!(matches!(error, RecordingError::SameLogTwice(_)), "{error}");
+    assert!(
+        matches!(error, RecordingError::SameRecording { .. }),
+        "{error}"
+    );
 }
 
 /// Where the observer stops the reading, the logs that follow the first one that was stopped are left out.

@@ -48,34 +48,36 @@ impl LinkDescription {
     /// Returns the first property that differs from that of another description of the link.
     fn difference(&self, other: &Self, place: Place<'_>) -> Option<Difference> {
         let placed = match place {
-            Place::OnBase(gravity) => self.differently_mounted(other, gravity),
-            Place::OnLink => self.differently_placed(other),
+            Place::OnBase(gravity) => self.mounting_difference(other, gravity),
+            Place::OnLink => self.pose_difference(other),
         };
         let axes = [self.axis, other.axis];
         placed
-            .or_else(|| differing_vectors("joint axis", "", axes, are_parallel(&axes)))
-            .or_else(|| self.differently_massive(other))
+            .or_else(|| vector_difference("joint axis", "", axes, are_parallel(&axes)))
+            .or_else(|| self.mass_difference(other))
     }
 
-    /// Compares links that move relative to the base. Where the base stands, and how it is turned about the vertical,
+    /// Returns the difference of the gravity in links that move relative to the base. Where the base stands, and how it is turned about the vertical,
     /// changes no effort.
-    fn differently_mounted(&self, other: &Self, gravity: &Vector3<f64>) -> Option<Difference> {
+    fn mounting_difference(&self, other: &Self, gravity: &Vector3<f64>) -> Option<Difference> {
         let in_link = [self, other].map(|link| link.parent_from_link.rotation.inverse() * gravity);
-        differing_vectors("gravity", " m/s²", in_link, are_parallel(&in_link))
+        vector_difference("gravity", " m/s²", in_link, are_parallel(&in_link))
     }
 
-    fn differently_placed(&self, other: &Self) -> Option<Difference> {
+    /// Returns the difference of the poses in the link before.
+    fn pose_difference(&self, other: &Self) -> Option<Difference> {
         let poses = [&self.parent_from_link, &other.parent_from_link];
         let points = poses.map(|pose| pose.translation.vector);
         let is_same = (points[0] - points[1]).norm() <= SAME_POINT_M;
-        differing_vectors("origin", " m", points, is_same).or_else(|| {
+        vector_difference("origin", " m", points, is_same).or_else(|| {
             let [own, its] = poses.map(|pose| pose.rotation);
             let angles = [own, its].map(roll_pitch_yaw);
-            differing_vectors("rpy", " rad", angles, own.angle_to(&its) <= SAME_DIRECTION)
+            vector_difference("rpy", " rad", angles, own.angle_to(&its) <= SAME_DIRECTION)
         })
     }
 
-    fn differently_massive(&self, other: &Self) -> Option<Difference> {
+    /// Returns the difference of the masses, the centres of mass or the inertias.
+    fn mass_difference(&self, other: &Self) -> Option<Difference> {
         let masses = [self, other].map(|link| link.parameters.mass());
         if (masses[0] - masses[1]).abs() > SAME_MASS * masses[0].abs().max(masses[1].abs()) {
             return Some(Difference::new(
@@ -89,7 +91,7 @@ impl LinkDescription {
         ];
         let centers = [own.center_of_mass, its.center_of_mass];
         let is_same = (centers[0] - centers[1]).norm() <= SAME_POINT_M;
-        differing_vectors("centre of mass", " m", centers, is_same).or_else(|| {
+        vector_difference("centre of mass", " m", centers, is_same).or_else(|| {
             let inertias = [own.inertia, its.inertia];
             let size = inertias[0].trace().abs().max(inertias[1].trace().abs());
             let is_other = (inertias[0] - inertias[1]).amax() > SAME_INERTIA * size;
@@ -123,10 +125,17 @@ impl Difference {
 /// Checks that two descriptions of the links of an arm are the same, from the base outwards.
 pub(crate) fn check_descriptions<'a>(
     names: &[String],
-    expected: impl Iterator<Item = &'a LinkDescription>,
+    expected: impl ExactSizeIterator<Item = &'a LinkDescription>,
     found: &[LinkDescription],
     gravity: &Vector3<f64>,
 ) -> Result<(), IdentifyError> {
+    if [expected.len(), found.len()] != [names.len(); 2] {
+        let [links, expected, found] = [names.len(), expected.len(), found.len()];
+        return Err(IdentifyError::CalibrationData {
+            field: "links",
+            reason: format!("{expected} and {found} descriptions of {links} links"),
+        });
+    }
     for (index, ((name, expected), found)) in names.iter().zip(expected).zip(found).enumerate() {
         let place = if index == 0 {
             Place::OnBase(gravity)
@@ -150,7 +159,8 @@ fn are_parallel(vectors: &[Vector3<f64>; 2]) -> bool {
     vectors[0].angle(&vectors[1]) <= SAME_DIRECTION
 }
 
-fn differing_vectors(
+/// Returns a property with both of its values, unless they are the same.
+fn vector_difference(
     property: &'static str,
     unit: &str,
     vectors: [Vector3<f64>; 2],
@@ -274,6 +284,20 @@ mod tests {
         }
         let both = compared(&[("2.275", "3.87"), ("8.3931", "12.93")]);
         assert!(both.contains("`upper`"), "{both}");
+    }
+
+    /// Descriptions of fewer links are no arm that is the same.
+    #[test]
+    fn lists_of_different_lengths_are_refused() {
+        let (own, names) = (read(ARM), ["upper", "lower"].map(String::from));
+        let gravity = Vector3::new(0.0, 0.0, -9.81);
+        for (expected, found) in [(1, 2), (2, 1)] {
+            let checked =
+                check_descriptions(&names, own[..expected].iter(), &own[..found], &gravity);
+            let error = checked.unwrap_err().to_string();
+            let counts = format!("{expected} and {found} descriptions of 2 links");
+            assert!(error.contains(&counts), "{error}");
+        }
     }
 
     /// Rounding, the place of the base and its turn about the vertical, and links beyond the tip make no other robot.

@@ -28,20 +28,24 @@ pub(crate) fn check_gains(joints: &[JointCalibration], std_dev: f64) -> Result<(
     let Some(first) = found.iter().find(|joint| is_far(joint)) else {
         return Ok(());
     };
-    let gains = || found.iter().map(|joint| joint.gain);
+    let found_gains = || found.iter().map(|joint| joint.gain);
     let (low, high) = (
-        gains().fold(f64::INFINITY, f64::min),
-        gains().fold(0.0, f64::max),
+        found_gains().fold(f64::INFINITY, f64::min),
+        found_gains().fold(0.0, f64::max),
     );
     // All are off by one factor where their mean is farther from one than they are from it.
-    let mean = gains().map(f64::ln).sum::<f64>() / found.len() as f64;
+    let mean = found_gains().map(f64::ln).sum::<f64>() / found.len() as f64;
     let half_range = 0.5 * (high / low).ln();
+    let factor = mean.exp();
+    let gain = |joint| if is_found(&joint) { joint.gain } else { factor };
+    let gains = joints.iter().map(gain).collect();
     if found.len() > 1 && high < SAME * low && mean.abs() > half_range {
-        return Err(IdentifyError::GainsUnexpected { factor: mean.exp() });
+        return Err(IdentifyError::GainsUnexpected { factor, gains });
     }
     Err(IdentifyError::GainUnexpected {
         joint: first.name.clone(),
         gain: first.gain,
         std_dev,
+        gains,
     })
 }

@@ -14,7 +14,9 @@ use crate::equations::window;
 /// the tool, in the robot's order.
 ///
 /// Memory: 3.6 kB for each window of a seven-axis arm, so 85 MB for an hour at a cutoff of 2 Hz.
-#[derive(Clone, Debug)]
+///
+/// Two recordings are equal where they have the same motion, efforts and times, bit by bit, and so are one recording.
+#[derive(Clone, Debug, PartialEq)]
 pub struct EffortRecording {
     pub(crate) arm: Arc<Arm>,
     times_s: Vec<f64>,
@@ -102,7 +104,22 @@ impl EffortRecording {
         check_names("joint", &arm.joints, &other.joints)?;
         check_names("link", &arm.links, &other.links)?;
         let descriptions = arm.descriptions.iter();
-        check_descriptions(&arm.links, descriptions, &other.descriptions, &arm.gravity)
+        check_descriptions(&arm.links, descriptions, &other.descriptions, &arm.gravity).map_err(
+            |error| match error {
+                IdentifyError::CalibrationLink {
+                    link,
+                    property,
+                    expected,
+                    found,
+                } => IdentifyError::RecordingLink {
+                    link,
+                    property,
+                    first: expected,
+                    other: found,
+                },
+                error => error,
+            },
+        )
     }
 }
 

@@ -5,6 +5,9 @@ use tactid_dynamics::BaseKind;
 
 use crate::IdentifyError;
 
+/// Range of [`CalibrationSettings::gain_std_dev`], in words.
+const GAIN_STD_DEV: &str = "at least zero and less than one, because a gain is positive: rough gains must be given where efforts have another unit";
+
 /// How efforts are recorded and calibrated. Recordings can be combined only if gravity and cutoff are the same.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CalibrationSettings {
@@ -62,7 +65,7 @@ impl CalibrationSettings {
         for (name, given, is_valid) in checks {
             if !(is_valid && given.is_finite()) {
                 let expected = if name == "gain_std_dev" {
-                    "at least zero and less than one"
+                    GAIN_STD_DEV
                 } else {
                     "more than zero"
                 };

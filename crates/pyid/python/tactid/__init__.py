@@ -62,7 +62,7 @@ from tactid._native import (
 from tactid.calibrated_fit import CalibratedFit
 from tactid.calibrating import calibrate
 from tactid.calibration import Calibration
-from tactid.calibration_data import CalibrationLog
+from tactid.calibration_data import CalibrationRecording
 from tactid.combination import Agreement, RunDistance
 from tactid.combined import Combination, combine
 from tactid.comparison import Attempt, compare
@@ -107,7 +107,7 @@ __all__ = [
     "CalibratedFit",
     "Calibration",
     "CalibrationError",
-    "CalibrationLog",
+    "CalibrationRecording",
     "Channel",
     "Combination",
     "DataFault",

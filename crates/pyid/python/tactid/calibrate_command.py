@@ -16,8 +16,8 @@ from tactid.console import (
     notes,
     print_json,
     print_whole,
+    printing_after,
     progress,
-    write_files,
 )
 from tactid.errors import ArgumentError
 from tactid.identify_command import option_parameters, read_options
@@ -122,9 +122,8 @@ def calibrate_arm(
             progress=done,
         )
     reports = {} if report is None else {report: partial(_write_report, arm)}
-    wrote = write_files({out: arm.write, **reports})
-    _print(arm, as_json=as_json)
-    notes.print(wrote)
+    with printing_after({out: arm.write, **reports}):
+        _print(arm, as_json=as_json)
     if arm.contradictions:
         raise typer.Exit(1)
 

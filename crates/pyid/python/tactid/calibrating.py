@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from tactid import _native
 from tactid._native import Manipulator
 from tactid.calibration import Calibration, from_model
-from tactid.calibration_data import CalibrationLog
+from tactid.calibration_data import CalibrationRecording
 from tactid.declaration import with_options
 from tactid.errors import ArgumentError
 from tactid.findings import DataFault, Finding
@@ -65,8 +65,8 @@ def calibrate(
     A recording is the path of a log (the folder of a rosbag2 bag or one of its files, ``.mcap`` or
     ``.db3``), or a dictionary of arrays as :func:`identify` takes them: ``time``, (N,), s, ``q``
     and ``effort``, (N, n), and ``qd``, which is derived from ``q`` where it is left out. Arrays
-    need the ``robot`` or a ``urdf``. Messages and :attr:`CalibrationLog.path` call them by their
-    places, such as ``unloaded[0]``.
+    need the ``robot`` or a ``urdf``. Messages and :attr:`CalibrationRecording.path` call them by
+    their places, such as ``unloaded[0]``.
 
         arm = tactid.calibrate("bag0/", urdf="arm.urdf", tip="tool0")
         arm.write("arm.toml")
@@ -120,7 +120,7 @@ def calibrate(
         run["model"],
         gain_prior=run["gain_prior"],
         contradictions=[Finding(kind, found) for kind, found in run["contradictions"]],
-        logs=[_log(log) for log in run["logs"]],
+        recordings=[_recording(each) for each in run["recordings"]],
         inputs={words: Path(path).absolute() for words, path in inputs.items()},
     )
 
@@ -178,21 +178,22 @@ def _payloads(
             "payload_inertia": inertias,
         }
         for name in (name for name, value in given.items() if value is not None):
-            raise ArgumentError(f"`{name}` is given, but no loaded log", option=name)
+            raise ArgumentError(f"`{name}` is given, but no loaded recording", option=name)
         return []
     if masses is None:
         raise ArgumentError(
-            "`payload_mass` is missing: give the mass of each loaded log's payload",
+            "`payload_mass` is missing: give the mass of each loaded recording's payload",
             option="payload_mass",
         )
     if isinstance(masses, str) or np.ndim(masses) > 1:
         raise ArgumentError(
-            f"`payload_mass` is {masses!r}: expected a number for each loaded log",
+            f"`payload_mass` is {masses!r}: expected a number for each loaded recording",
             option="payload_mass",
         )
     each = np.atleast_1d(np.asarray(masses, dtype=float)).tolist()
     if len(each) != len(sources):
-        counts = f"{counted(len(each), 'mass', 'masses')} for {counted(len(sources), 'loaded log')}"
+        loaded = counted(len(sources), "loaded recording")
+        counts = f"{counted(len(each), 'mass', 'masses')} for {loaded}"
         raise ArgumentError(
             f"`payload_mass` has {counts}: give one for each", option="payload_mass"
         )
@@ -208,7 +209,7 @@ def _payloads(
 
 
 def _for_each(count: int, name: str, given: ArrayLike | None, shape: tuple[int, ...]) -> list[Any]:
-    """Returns what is given once for all loaded logs, or once for each, as a list for each."""
+    """Returns what is given once for all recordings, or once for each, as a list for each."""
     if given is None:
         return [None] * count
     values = np.asarray(given, dtype=float)
@@ -221,7 +222,7 @@ def _for_each(count: int, name: str, given: ArrayLike | None, shape: tuple[int, 
     return found
 
 
-def _log(data: dict[str, Any]) -> CalibrationLog:
+def _recording(data: dict[str, Any]) -> CalibrationRecording:
     faults = [DataFault(**fault) for fault in data["faults"]]
     findings = [Finding(kind, found) for kind, found in data["findings"]]
-    return CalibrationLog(**data | {"faults": faults, "findings": findings})
+    return CalibrationRecording(**data | {"faults": faults, "findings": findings})

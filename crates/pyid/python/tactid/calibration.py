@@ -6,9 +6,12 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from tactid import _native, calibration_text
-from tactid.calibration_data import CalibrationData, CalibrationLog
+from tactid.calibration_data import CalibrationData, CalibrationRecording
+from tactid.equality import are_equal
+from tactid.errors import ArgumentError
 from tactid.field_docs import with_fields
 from tactid.files import atomic_path
 from tactid.findings import Finding
@@ -21,12 +24,23 @@ class Calibration(CalibrationData):
     """The calibrated model of an arm's joint efforts, as :func:`tactid.calibrate` returns it.
 
     ``print`` shows a row for each joint. Give it to ``tactid.identify(..., calibration=...)``, or
-    write it to a file, from which :meth:`read` gets the same numbers.
+    write it to a file, from which :meth:`read` gets an equal calibration. The numbers are those of
+    its ``model`` and cannot be replaced; a file can be edited.
     """
+
+    def __post_init__(self) -> None:
+        """Checks that the numbers are those of the model, which identifications use."""
+        of_model = _fields_of(self.model)
+        others = (name for name in of_model if not are_equal(getattr(self, name), of_model[name]))
+        for name in others:
+            raise ArgumentError(
+                f"`{name}` is not that of the calibration's `model`, which identifications use:"
+                " write the calibration to a file, edit the file, and read it"
+            )
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Calibration:
-        """Reads the file of a calibration, which has all but the logs.
+        """Reads the file of a calibration, which has all but the recordings.
 
         Args:
             path: A file that :meth:`write` or ``tactid calibrate`` wrote.
@@ -65,7 +79,7 @@ class Calibration(CalibrationData):
         calibration_report.write_report(self, self._checked(path))
 
     def to_json(self) -> str:
-        """Returns the numbers of each joint and each log as a JSON document."""
+        """Returns the numbers of each joint and each recording as a JSON document."""
         return calibration_text.to_json(self)
 
     def __repr__(self) -> str:
@@ -86,18 +100,22 @@ def from_model(
     *,
     contradictions: Sequence[Finding] = (),
     gain_prior: float | None = None,
-    logs: Sequence[CalibrationLog] = (),
+    recordings: Sequence[CalibrationRecording] = (),
     inputs: Mapping[str, Path] | None = None,
 ) -> Calibration:
-    """Returns the calibration of a model, with the logs that it is from where they are known."""
-    data = model.data()
-    shortages = [Finding(kind, found) for kind, found in data.pop("shortages")]
+    """Returns the calibration of a model, with the recordings that it is from, if known."""
     return Calibration(
         model=model,
-        shortages=shortages,
         contradictions=contradictions,
         gain_prior=gain_prior,
-        logs=logs,
+        recordings=recordings,
         inputs=inputs or {},
-        **data,
+        **_fields_of(model),
     )
+
+
+def _fields_of(model: _native.ArmModel) -> dict[str, Any]:
+    """Returns the fields of a calibration that its model has."""
+    data = model.data()
+    shortages = [Finding(kind, found) for kind, found in data.pop("shortages")]
+    return {**data, "shortages": shortages}

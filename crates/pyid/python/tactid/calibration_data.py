@@ -1,4 +1,4 @@
-"""What a calibration finds: plain data of the joints, the links and the logs.
+"""What a calibration finds: plain data of the joints, the links and the recordings.
 
 All arrays are NumPy arrays of SI units. W is the number of windows, n that of the joints.
 """
@@ -17,22 +17,22 @@ from tactid.findings import DataFault, Finding
 from tactid.fit import Array
 
 Role = Literal["unloaded", "loaded", "hold_out"]
-"""What a log is to a calibration: without a payload, with a known one, or not used."""
+"""What a recording is to a calibration: without a payload, with a known one, or not used."""
 
 
 @with_fields
 @dataclass(frozen=True, eq=False, repr=False)
-class CalibrationLog(ComparedByValue):
+class CalibrationRecording(ComparedByValue):
     """A recording of a calibration: measured and modelled efforts of W windows and n joints."""
 
     path: Path
     """Path of the log; of arrays, their place among the arguments, such as ``unloaded[0]``."""
     role: Role
-    """What the log is to the calibration."""
+    """What the recording is to the calibration."""
     duration: float
     """Time from the first sample to the last, s."""
     time: Array
-    """Time of the middle of each window on the log's clock, s, (W,)."""
+    """Time of the middle of each window on the recording's clock, s, (W,)."""
     velocity: Array
     """Joint velocities, rad/s or m/s, (W, n)."""
     measured: Array
@@ -46,7 +46,7 @@ class CalibrationLog(ComparedByValue):
     faults: Sequence[DataFault] = ()
     """What was wrong with messages or samples, and how often."""
     findings: Sequence[Finding] = ()
-    """What was noticed about the log."""
+    """What was noticed about the recording."""
     damage: Sequence[str] = ()
     """Where the log could not be read further, and why, a line each."""
 
@@ -62,13 +62,16 @@ class CalibrationLog(ComparedByValue):
 
     def __repr__(self) -> str:
         about = f"{self.role}, {self.duration:.1f} s, {len(self.time)} windows"
-        return f"<tactid.CalibrationLog: {self.path.name}, {about}>"
+        return f"<tactid.CalibrationRecording: {self.path.name}, {about}>"
 
 
 @with_fields
 @dataclass(frozen=True, eq=False, repr=False)
 class CalibrationData(ComparedByValue):
-    """The fields of :class:`tactid.Calibration`."""
+    """The fields of :class:`tactid.Calibration`.
+
+    Two calibrations are equal where all that the file has is equal.
+    """
 
     model: _native.ArmModel
     """The model behind the numbers, which identifications use."""
@@ -130,22 +133,22 @@ class CalibrationData(ComparedByValue):
     std_devs: Array
     """Standard deviations of the calibrated parameters, (B, 10)."""
     payloads: Array
-    """Ten parameters of the identified payload of each loaded log, in the tip's frame, (L, 10)."""
+    """Ten parameters of the payload of each loaded recording, in the tip's frame, (L, 10)."""
     windows: int
-    """Number of windows of all logs that were used."""
+    """Number of windows of all recordings that were used."""
     window: float
     """Length of a window, s."""
     shortages: Sequence[Finding] = ()
     """What the motion does not determine."""
-    contradictions: Sequence[Finding] = ()
-    """The assumption that the logs contradict most, such as the direction of gravity; none where
-    they contradict none, or where the calibration was read from a file."""
-    gain_prior: float | None = None
+    contradictions: Sequence[Finding] = field(default=(), compare=False)
+    """The assumption that the recordings contradict most, such as the direction of gravity; none
+    where they contradict none, or where the calibration was read from a file."""
+    gain_prior: float | None = field(default=None, compare=False)
     """Standard deviation of the gains before the calibration; None where the calibration was read
     from a file."""
-    logs: Sequence[CalibrationLog] = ()
-    """The logs: unloaded, loaded, held out; none where the calibration was read from a file."""
-    inputs: Mapping[str, Path] = field(default_factory=dict)
+    recordings: Sequence[CalibrationRecording] = field(default=(), compare=False)
+    """The recordings: unloaded, loaded, held out; none where the calibration is from a file."""
+    inputs: Mapping[str, Path] = field(default_factory=dict, compare=False)
     """Files and folders that were read, by the words that name them."""
 
     @property

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tactid import calibration_text, drawing, page
-from tactid.calibration_data import CalibrationData, CalibrationLog
+from tactid.calibration_data import CalibrationData, CalibrationRecording
 from tactid.drawing import EARLIER, ESTIMATE, TRUE
 from tactid.files import write_atomically
 from tactid.fit import Array
@@ -21,15 +21,15 @@ MEASURED = "#8a94a0"
 STYLE = drawing.STYLE | {"axes.axisbelow": True, "axes.titlelocation": "left"}
 
 PAUSE_S = 1.0
-"""Time between two logs in a figure, s."""
+"""Time between two recordings in a figure, s."""
 
 TITLES = {"unloaded": "unloaded", "loaded": "loaded", "hold_out": "held out"}
 
 CAPTION = (
     "{joint}. Left: friction over velocity, that is the measured effort less the torque of the"
     " calibrated links, and the friction of the model. The model's points do not lie on one curve"
-    " where friction depends on the load. Right: the effort over time, one log after the other, as"
-    " it was measured, as the URDF alone gives it, and as the calibration does."
+    " where friction depends on the load. Right: the effort over time, one recording after another,"
+    " as it was measured, as the URDF alone gives it, and as the calibration does."
 )
 
 
@@ -61,8 +61,8 @@ def render(arm: CalibrationData, style: Style = "keyword") -> str:
 
 
 def joint_figures(arm: CalibrationData) -> list[bytes]:
-    """Draws a figure of each joint, as PNG; none where the calibration has no logs."""
-    if not arm.logs:
+    """Draws a figure of each joint, as PNG; none where the calibration has no recordings."""
+    if not arm.recordings:
         return []
     with mpl.rc_context(STYLE):
         return [drawing.png(_joint_figure(arm, joint)) for joint in range(len(arm.joints))]
@@ -72,10 +72,10 @@ def _joint_figure(arm: CalibrationData, joint: int) -> Figure:
     figure = Figure(figsize=(9.0, 3.1))
     left, right = figure.subplots(1, 2, width_ratios=(1, 2))
     unit = arm.units[joint]
-    _over_velocity(left, arm.logs, joint)
+    _over_velocity(left, arm.recordings, joint)
     left.set_xlabel("velocity / (m/s)" if unit == "N" else "velocity / (rad/s)")
     left.set_ylabel(f"friction / {unit}" if unit == "N" else "friction / (N m)")
-    _over_time(right, arm.logs, joint)
+    _over_time(right, arm.recordings, joint)
     right.set_xlabel("time / s")
     right.set_ylabel(f"effort / {unit}" if unit == "N" else "effort / (N m)")
     left.set_title(arm.joints[joint].replace("$", r"\$"))  # no formula
@@ -84,22 +84,24 @@ def _joint_figure(arm: CalibrationData, joint: int) -> Figure:
     return figure
 
 
-def _over_velocity(axes: Axes, logs: Sequence[CalibrationLog], joint: int) -> None:
-    for log in logs:
-        velocity, friction = log.velocity[:, joint], log.friction[:, joint]
-        torque = log.calibrated[:, joint] - friction
-        axes.plot(velocity, log.measured[:, joint] - torque, ".", color=MEASURED, markersize=3)
+def _over_velocity(axes: Axes, recordings: Sequence[CalibrationRecording], joint: int) -> None:
+    for recording in recordings:
+        velocity, friction = recording.velocity[:, joint], recording.friction[:, joint]
+        torque = recording.calibrated[:, joint] - friction
+        axes.plot(
+            velocity, recording.measured[:, joint] - torque, ".", color=MEASURED, markersize=3
+        )
         axes.plot(velocity, friction, ".", color=ESTIMATE, markersize=2)
 
 
-def _over_time(axes: Axes, logs: Sequence[CalibrationLog], joint: int) -> None:
+def _over_time(axes: Axes, recordings: Sequence[CalibrationRecording], joint: int) -> None:
     start = 0.0
-    for number, log in enumerate(logs):
-        time = start + log.time - log.time[0]
+    for number, recording in enumerate(recordings):
+        time = start + recording.time - recording.time[0]
         series: tuple[tuple[str, Array, str, float], ...] = (
-            ("measured", log.measured, MEASURED, 2.2),
-            ("URDF alone", log.described, TRUE, 0.8),
-            ("calibrated", log.calibrated, ESTIMATE, 1.0),
+            ("measured", recording.measured, MEASURED, 2.2),
+            ("URDF alone", recording.described, TRUE, 0.8),
+            ("calibrated", recording.calibrated, ESTIMATE, 1.0),
         )
         for label, values, color, width in series:
             shown = label if number == 0 else None
@@ -109,7 +111,11 @@ def _over_time(axes: Axes, logs: Sequence[CalibrationLog], joint: int) -> None:
             axes.axvline(start - PAUSE_S / 2, color=EARLIER, linewidth=0.8)
         place = (float(time[0]), 1.0)
         axes.annotate(
-            TITLES[log.role], place, xycoords=("data", "axes fraction"), fontsize=8, color=EARLIER
+            TITLES[recording.role],
+            place,
+            xycoords=("data", "axes fraction"),
+            fontsize=8,
+            color=EARLIER,
         )
         start = float(time[-1]) + PAUSE_S
 
@@ -124,8 +130,11 @@ def _with_gaps(time: Array, values: Array) -> tuple[Array, NDArray[np.float64]]:
 
 
 def _sources(arm: CalibrationData) -> str:
-    logs = [f"{log.path.name} ({TITLES[log.role]}, {log.duration:.0f} s)" for log in arm.logs]
-    return f"From {', '.join(logs)}." if logs else "Read from its file."
+    recordings = [
+        f"{recording.path.name} ({TITLES[recording.role]}, {recording.duration:.0f} s)"
+        for recording in arm.recordings
+    ]
+    return f"From {', '.join(recordings)}." if recordings else "Read from its file."
 
 
 def _table(arm: CalibrationData) -> str:

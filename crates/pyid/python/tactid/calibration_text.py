@@ -13,12 +13,12 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from tactid.calibration_data import CalibrationData, CalibrationLog
+from tactid.calibration_data import CalibrationData, CalibrationRecording
 from tactid.naming import Style, listed
 from tactid.table import whole_width
 from tactid.values import Z95, all_finite, digits_of, finite
 
-SCHEMA = "tactid.calibration/1"
+SCHEMA = "tactid.calibration/2"
 """Name and version of the JSON layout: a change that breaks a reader increments the version."""
 
 
@@ -80,8 +80,12 @@ def lines(arm: CalibrationData, style: Style = "keyword") -> list[str]:
         *(each.worded(style) for each in arm.contradictions),
         *(each.worded(style) for each in arm.shortages),
         *_without_unloaded(arm),
-        *(_hold_out(arm, log) for log in arm.logs if log.role == "hold_out"),
-        *(line for log in arm.logs for line in _of_log(log, style)),
+        *(
+            _hold_out(arm, recording)
+            for recording in arm.recordings
+            if recording.role == "hold_out"
+        ),
+        *(line for recording in arm.recordings for line in _of_recording(recording, style)),
         gains(arm),
         _delay(arm),
         _data(arm),
@@ -90,7 +94,7 @@ def lines(arm: CalibrationData, style: Style = "keyword") -> list[str]:
 
 def _without_unloaded(arm: CalibrationData) -> list[str]:
     """Says what the masses of the payloads mean where no recording is without a payload."""
-    if not arm.logs or any(log.role == "unloaded" for log in arm.logs):
+    if not arm.recordings or any(recording.role == "unloaded" for recording in arm.recordings):
         return []
     return [
         "No recording is without a payload: the masses of the payloads are what the arm holds"
@@ -168,7 +172,7 @@ def record(arm: CalibrationData, style: Style = "keyword") -> dict[str, Any]:
         "delay_std_dev_s": finite(arm.delay_std_dev),
         "joints": joints,
         "payloads": arm.payloads.tolist(),
-        "logs": [_log_record(log) for log in arm.logs],
+        "recordings": [_recording_record(recording) for recording in arm.recordings],
         "findings": [
             {"kind": each.kind, "text": each.worded(style), **each.data}
             for each in arm.contradictions
@@ -177,34 +181,36 @@ def record(arm: CalibrationData, style: Style = "keyword") -> dict[str, Any]:
     }
 
 
-def _log_record(log: CalibrationLog) -> dict[str, Any]:
+def _recording_record(recording: CalibrationRecording) -> dict[str, Any]:
     return {
-        "path": str(log.path),
-        "role": log.role,
-        "duration_s": finite(log.duration),
-        "windows": len(log.time),
-        "residual_before": [finite(value) for value in log.residual_before.tolist()],
-        "residual_after": [finite(value) for value in log.residual_after.tolist()],
+        "path": str(recording.path),
+        "role": recording.role,
+        "duration_s": finite(recording.duration),
+        "windows": len(recording.time),
+        "residual_before": [finite(value) for value in recording.residual_before.tolist()],
+        "residual_after": [finite(value) for value in recording.residual_after.tolist()],
     }
 
 
-def _hold_out(arm: CalibrationData, log: CalibrationLog) -> str:
-    pairs = zip(arm.joints, log.residual_before, log.residual_after, arm.units, strict=True)
+def _hold_out(arm: CalibrationData, recording: CalibrationRecording) -> str:
+    pairs = zip(
+        arm.joints, recording.residual_before, recording.residual_after, arm.units, strict=True
+    )
     each = [
         f"{name} {_number(before)} → {_number(after)} {unit}" for name, before, after, unit in pairs
     ]
-    return f"Held out, {log.path.name}: rms residual {listed(each)}."
+    return f"Held out, {recording.path.name}: rms residual {listed(each)}."
 
 
-def _of_log(log: CalibrationLog, style: Style) -> list[str]:
+def _of_recording(recording: CalibrationRecording, style: Style) -> list[str]:
     noticed = [
-        *(finding.worded(style) for finding in log.findings),
-        *map(str, log.faults),
+        *(finding.worded(style) for finding in recording.findings),
+        *map(str, recording.faults),
     ]
     return [
-        *(f"{log.path.name}: {sentence}" for sentence in noticed),
+        *(f"{recording.path.name}: {sentence}" for sentence in noticed),
         # These name the file.
-        *(f"{damage}; what stands before was used." for damage in log.damage),
+        *(f"{damage}; what stands before was used." for damage in recording.damage),
     ]
 
 

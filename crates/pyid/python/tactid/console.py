@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import typer
 from rich.console import Console
@@ -29,6 +29,11 @@ class Group(TyperGroup):
     def get_help_option(self, ctx: Any) -> Any:
         """Returns the option ``--help`` of the group."""
         return _without_value(super().get_help_option(ctx))
+
+    def make_context(self, *arguments: Any, **keywords: Any) -> Any:
+        """Reads the arguments; Ctrl-C is one line and exit code 130, as in :meth:`invoke`."""
+        with interruptible():
+            return super().make_context(*arguments, **keywords)
 
     def invoke(self, ctx: Any) -> Any:
         """Runs a command; Ctrl-C that it does not handle is one line and exit code 130."""
@@ -88,7 +93,52 @@ def interruptible(outcome: str | None = None) -> Iterator[None]:
         raise typer.Exit(INTERRUPTED) from None
 
 
-def write_files(writers: Mapping[Path, Callable[[Path], object]]) -> str:
+Writers: TypeAlias = Mapping[Path, Callable[[Path], object]]
+"""What writes each of some files."""
+
+
+@contextmanager
+def printing_before(writers: Writers) -> Iterator[None]:
+    """Prints a result in its block, then writes files, also where nobody reads the result.
+
+    Ctrl-C in the block says that the files are not written.
+    """
+    names = [str(path) for path in writers]
+    try:
+        with interruptible(f"did not write {listed(names)}" if names else None):
+            yield
+    except typer.Exit:
+        raise
+    except BaseException:
+        write_files(writers)
+        raise
+    wrote = write_files(writers)
+    with interruptible(_clause(wrote)):
+        _print_sentence(wrote)
+
+
+@contextmanager
+def printing_after(writers: Writers) -> Iterator[None]:
+    """Writes files, then prints a result in its block, and then the names of the files.
+
+    Ctrl-C in the block says which files are written.
+    """
+    wrote = write_files(writers)
+    with interruptible(_clause(wrote)):
+        yield
+        _print_sentence(wrote)
+
+
+def _clause(sentence: str) -> str | None:
+    return sentence[:1].lower() + sentence[1:].removesuffix(".") if sentence else None
+
+
+def _print_sentence(sentence: str) -> None:
+    if sentence:
+        notes.print(sentence, markup=False)
+
+
+def write_files(writers: Writers) -> str:
     """Writes files one after the other; Ctrl-C says which of them are written.
 
     Returns:

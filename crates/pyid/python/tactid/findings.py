@@ -12,14 +12,15 @@ from tactid import faults, wording
 from tactid.naming import Style
 
 CONTRADICTIONS = (
+    "positions_beyond_limits",
+    "velocities_contradicted",
+    "twist_contradicted",
     "gravity_contradicted",
     "negative_mass",
     "known_bodies_too_heavy",
-    "velocities_contradicted",
-    "twist_contradicted",
-    "positions_beyond_limits",
 )
-"""Findings that show the result, or the measurements behind it, to be wrong, the gravest first."""
+"""Findings that show the measurements or the result to be wrong. Those about the measurements come
+first, because wrong measurements cause the others, which guess at another cause."""
 
 DOUBTS = (
     "nothing_held",

@@ -32,8 +32,8 @@ from tactid.console import (
     notes,
     print_json,
     print_whole,
+    printing_before,
     progress,
-    write_files,
 )
 from tactid.controllers import MAKERS
 from tactid.declaration import Declaration
@@ -132,13 +132,8 @@ def identify_recording(
         )
     with interruptible("no result"), progress("identifying") as done:
         result = identify(tuple(logs), options=read_options(options), progress=done)
-    writers = _writers(logs[0], result, output)
-    try:
+    with printing_before(_writers(logs[0], result, output)):
         refusal = _print(logs[0], result, output)
-    finally:  # the files are written even where nobody reads what is printed
-        wrote = write_files(writers)
-    if wrote:
-        notes.print(wrote)
     if refusal is not None:
         terminal.report(f"error: {refusal.worded('command-line')}")
     if refusal is not None or result.is_contradicted:

@@ -1,9 +1,11 @@
-"""Options of several numbers on the command line, separated by commas or by spaces."""
+"""Options on the command line: numbers separated by commas or spaces, and each option once."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from typer.core import TyperCommand, TyperOption
+
+from tactid.errors import ArgumentError
 
 
 class NumberListCommand(TyperCommand):
@@ -21,7 +23,22 @@ class NumberListCommand(TyperCommand):
             if isinstance(option, TyperOption) and option.metavar and "," in option.metavar
             for flag in option.opts
         }
-        return super().parse_args(ctx, list(joined(args, counts)))
+        whole = list(joined(args, counts))
+        check_given_once(self.make_parser(ctx).parse_args(args=list(whole))[2])
+        return super().parse_args(ctx, whole)
+
+
+def check_given_once(given: Sequence[Any]) -> None:
+    """Checks that an option of one value is given once: of several, only the last would count.
+
+    Args:
+        given: The arguments and options of a command line, each as often as it is given.
+    """
+    for option in given:
+        is_single = isinstance(option, TyperOption) and not (option.multiple or option.is_flag)
+        if is_single and given.count(option) > 1:
+            flag, count = option.opts[0], given.count(option)
+            raise ArgumentError(f"{flag} is given {count} times, but once is possible only")
 
 
 def joined(arguments: Sequence[str], counts: Mapping[str, int | None]) -> Iterator[str]:

@@ -94,8 +94,14 @@ def std_dev_of_gains(flag: str, text: str | None) -> float | None:
     if text.strip() == "0":
         return 0.0
     each = fractions(flag, text)
-    if len(each) != 1 or not 0.0 <= each[0] < float("inf"):
-        raise ArgumentError(f"{flag} is {text!r}: expected one percentage that is not negative")
+    if len(each) != 1:
+        raise ArgumentError(f"{flag} is {text!r}: expected one percentage")
+    if not 0.0 <= each[0] < 1.0:
+        raise ArgumentError(
+            f"{flag} is {text!r}: expected 0% or more and less than 100%, because a gain is"
+            " positive; where efforts are not torques, such as currents, give rough gains with"
+            " --effort-gain"
+        )
     return each[0]
 
 

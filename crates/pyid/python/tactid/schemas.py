@@ -11,7 +11,7 @@ def calibration_schema() -> dict[str, Any]:
     :meth:`Calibration.to_json` returns such a document.
 
     >>> tactid.calibration_schema()["properties"]["schema"]["const"]
-    'tactid.calibration/1'
+    'tactid.calibration/2'
     """
     return _schema("calibration")
 

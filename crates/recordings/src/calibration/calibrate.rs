@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use tactid_dynamics::Manipulator;
 use tactid_identify::calibration::{
     CalibrationResult, CalibrationSettings, Contradiction, EffortComparison, EffortRecording,
     KnownPayload, calibrate_interruptibly,
@@ -9,6 +10,7 @@ use tactid_identify::calibration::{
 use tactid_identify::{Finding as DataFinding, IdentifyError};
 
 use super::arm::ArmCalibration;
+use super::held_out::check_empty;
 use super::record::Recorded;
 use crate::arrays::ArrayRecording;
 use crate::defaults::{CLAIMED_GAIN_STD_DEV, effort_gains};
@@ -62,7 +64,7 @@ pub struct CalibrationSources<'a> {
 
 /// What a recording is to a calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LogRole {
+pub enum RecordingRole {
     /// It has no payload.
     Unloaded,
     /// It has a payload of which something is known.
@@ -73,11 +75,11 @@ pub enum LogRole {
 
 /// A recording of a calibration, and how the calibrated model explains it.
 #[derive(Clone, Debug)]
-pub struct UsedLog {
+pub struct CalibrationRecording {
     /// Path of the log, or the name of the arrays.
     pub path: PathBuf,
     /// What it is to the calibration.
-    pub role: LogRole,
+    pub role: RecordingRole,
     /// Time from the first aligned sample to the last, s.
     pub duration_s: f64,
     /// Measured and modelled efforts. The payload is the identified one.
@@ -100,7 +102,7 @@ pub struct CalibrationRun {
     /// The assumption that the recordings contradict most; `None` where they contradict none.
     pub contradiction: Option<Contradiction>,
     /// The recordings: unloaded, loaded and held out, each in the order in which they were given.
-    pub logs: Vec<UsedLog>,
+    pub recordings: Vec<CalibrationRecording>,
 }
 
 /// Calibrates the joint efforts of an arm from logs and arrays.
@@ -112,8 +114,8 @@ pub struct CalibrationRun {
 /// times a second.
 ///
 /// # Errors
-/// Returns [`RecordingError::NothingToCalibrate`] if no recording is given, [`RecordingError::CalibratingLogTwice`] if two are
-/// the same log or have the same times and efforts, [`RecordingError::InRecording`] with the recording and the
+/// Returns [`RecordingError::NothingToCalibrate`] if no recording is given, [`RecordingError::SameRecording`] if two are
+/// the same log or have the same content, [`RecordingError::InRecording`] with the recording and the
 /// reason if one cannot be used (its positions are in degrees, for instance), [`RecordingError::Interrupted`] if the observer stops the work, and
 /// [`RecordingError::Identify`] if a value is out of range or the recordings do not suffice.
 pub fn calibrate_arm(
@@ -135,18 +137,24 @@ pub fn calibrate_arm(
         ..request.for_efforts(&settings)
     };
     let all = sources.by_role();
-    check_different(&all)?;
+    check_paths(&all)?;
     let (mut calibrating, mut held_out, mut used) = (Vec::new(), Vec::new(), Vec::new());
     let mut effort_gain = Vec::new();
-    for (index, log) in all.iter().enumerate() {
-        let mut of_log = part_of(observer, index, all.len());
-        let read = read(log, &efforts, &settings, &mut of_log);
-        let (windows, notes) = read.map_err(|error| error.in_recording(log.source.path()))?;
-        effort_gain.clone_from(&notes.effort_gain);
-        used.push((log, notes));
-        match log.role {
-            LogRole::HeldOut => held_out.push(windows),
-            LogRole::Unloaded | LogRole::Loaded => calibrating.push((windows, log.payload)),
+    for (index, given) in all.iter().enumerate() {
+        let mut of_recording = part_of(observer, index, all.len());
+        let read = read(given, &efforts, &settings, &mut of_recording);
+        let (windows, notes) = read.map_err(|error| error.in_recording(given.source.path()))?;
+        effort_gain = notes.gains.of_arm();
+        let earlier = calibrating.iter().map(|(windows, _)| windows);
+        if let Some(first) = earlier.chain(&held_out).position(|each| *each == windows) {
+            return Err(given_twice(&all[first], given));
+        }
+        used.push((given, notes));
+        match given.role {
+            RecordingRole::HeldOut => held_out.push(windows),
+            RecordingRole::Unloaded | RecordingRole::Loaded => {
+                calibrating.push((windows, given.payload))
+            }
         }
     }
     let result = calibrate_interruptibly(&calibrating, &settings, &mut || {
@@ -154,12 +162,13 @@ pub fn calibrate_arm(
     });
     let result = result.map_err(|error| cause(error, &used))?;
     let comparisons = compare(&result, &calibrating, &held_out)?;
-    let logs = used.into_iter().zip(comparisons);
+    check_held_out(&result, &all[calibrating.len()..], &held_out, &comparisons)?;
+    let recordings = used.into_iter().zip(comparisons);
     Ok(CalibrationRun {
         gain_std_dev: settings.gain_std_dev,
         contradiction: result.contradiction,
-        logs: logs
-            .map(|((log, notes), comparison)| notes.of(log, comparison))
+        recordings: recordings
+            .map(|((given, notes), comparison)| notes.of(given, comparison))
             .collect(),
         arm: ArmCalibration {
             model: result.calibration,
@@ -170,20 +179,10 @@ pub fn calibrate_arm(
 }
 
 /// A recording of a calibration with its role.
-struct Log<'a> {
+struct GivenRecording<'a> {
     source: &'a CalibrationSource<'a>,
-    role: LogRole,
+    role: RecordingRole,
     payload: Option<KnownPayload>,
-}
-
-impl<'a> Log<'a> {
-    /// Returns the times and efforts of arrays.
-    fn numbers(&self) -> Option<(&'a [f64], &'a [f64])> {
-        match self.source {
-            CalibrationSource::Arrays { arrays, .. } => Some((arrays.times_s, arrays.joint_effort)),
-            CalibrationSource::Log(_) => None,
-        }
-    }
 }
 
 impl CalibrationSources<'_> {
@@ -205,48 +204,43 @@ impl CalibrationSources<'_> {
     }
 
     /// Returns all recordings: those that calibrate, then those that are held out.
-    fn by_role(&self) -> Vec<Log<'_>> {
-        let log = |source, role, payload| Log {
+    fn by_role(&self) -> Vec<GivenRecording<'_>> {
+        let given = |source, role, payload| GivenRecording {
             source,
             role,
             payload,
         };
         let unloaded = self.unloaded.iter();
-        let unloaded = unloaded.map(|source| log(source, LogRole::Unloaded, None));
+        let unloaded = unloaded.map(|source| given(source, RecordingRole::Unloaded, None));
         let loaded = self.loaded.iter();
-        let loaded = loaded.map(|(source, payload)| log(source, LogRole::Loaded, Some(*payload)));
+        let loaded =
+            loaded.map(|(source, payload)| given(source, RecordingRole::Loaded, Some(*payload)));
         let held_out = self.held_out.iter();
-        let held_out = held_out.map(|source| log(source, LogRole::HeldOut, None));
+        let held_out = held_out.map(|source| given(source, RecordingRole::HeldOut, None));
         unloaded.chain(loaded).chain(held_out).collect()
     }
 }
 
-/// Checks that no recording is given twice.
-fn check_different(logs: &[Log<'_>]) -> Result<(), RecordingError> {
-    let paths: Vec<&Path> = logs.iter().map(|log| log.source.path()).collect();
-    let Some((first, second)) = same_log(&paths).or_else(|| same_arrays(logs)) else {
-        return Ok(());
-    };
-    let is_held_out = logs[second].role == LogRole::HeldOut;
-    Err(RecordingError::CalibratingLogTwice {
-        path: paths[second].to_owned(),
-        because: if logs[first].role == logs[second].role {
-            "its noise would count twice"
-        } else if is_held_out {
-            "a recording that calibrates the arm is no independent check"
-        } else {
-            "it either has a payload or not"
-        },
-    })
+/// Checks that no log is given twice, before any is read.
+fn check_paths(recordings: &[GivenRecording<'_>]) -> Result<(), RecordingError> {
+    let paths: Vec<&Path> = recordings.iter().map(|each| each.source.path()).collect();
+    match same_log(&paths) {
+        Some((first, second)) => Err(given_twice(&recordings[first], &recordings[second])),
+        None => Ok(()),
+    }
 }
 
-/// Returns the indices of two recordings whose arrays have the same times and efforts.
-fn same_arrays(logs: &[Log<'_>]) -> Option<(usize, usize)> {
-    (0..logs.len()).find_map(|second| {
-        let given = logs[second].numbers()?;
-        let first = (0..second).find(|&first| logs[first].numbers() == Some(given))?;
-        Some((first, second))
-    })
+/// Returns the error that two recordings are the same.
+fn given_twice(first: &GivenRecording<'_>, second: &GivenRecording<'_>) -> RecordingError {
+    let paths = [first, second].map(|each| each.source.path().to_owned());
+    let because = if first.role == second.role {
+        "its noise would count twice"
+    } else if second.role == RecordingRole::HeldOut {
+        "a recording that calibrates the arm is no independent check"
+    } else {
+        "it either has a payload or not"
+    };
+    RecordingError::SameRecording { paths, because }
 }
 
 /// Checks that positions are not in degrees: sines of other angles explain nothing, which the fit itself does not always
@@ -270,30 +264,75 @@ fn wrong_positions(findings: &[Finding]) -> Option<RecordingError> {
     })
 }
 
-/// Returns why logs could not calibrate an arm.
-fn cause(error: IdentifyError, used: &[(&Log<'_>, Notes)]) -> RecordingError {
+/// Returns why recordings could not calibrate an arm.
+fn cause(error: IdentifyError, used: &[(&GivenRecording<'_>, Notes)]) -> RecordingError {
     if matches!(error, IdentifyError::Interrupted) {
         return RecordingError::Interrupted;
     }
     let mut noted = used.iter();
-    let cause = noted.find_map(|(log, notes)| {
-        Some(wrong_positions(&notes.findings)?.in_recording(log.source.path()))
+    let cause = noted.find_map(|(given, notes)| {
+        Some(wrong_positions(&notes.findings)?.in_recording(given.source.path()))
     });
-    cause.unwrap_or(error.into())
+    if let Some(cause) = cause {
+        return cause;
+    }
+    match (&error, used.first()) {
+        (
+            IdentifyError::GainUnexpected { gains, .. }
+            | IdentifyError::GainsUnexpected { gains, .. },
+            Some((_, notes)),
+        ) => RecordingError::EffortGainsUnexpected {
+            effort_gain: notes.gains.times(gains),
+            source: error,
+        },
+        _ => error.into(),
+    }
 }
 
-/// What was counted and noticed while a log was read.
+/// The effort gains of a recording before the calibration, N m or N for one unit of the recorded value.
+struct GivenGains {
+    /// Those of all joints of the robot.
+    of_robot: Vec<f64>,
+    /// For each joint of the arm, its index in the robot.
+    joints: Vec<usize>,
+}
+
+impl GivenGains {
+    fn new(request: &Request, robot: &Manipulator, arm: &[String]) -> Self {
+        let index = |joint: &String| robot.joint_index(joint);
+        Self {
+            of_robot: effort_gains(request, robot.joint_names()),
+            joints: arm.iter().filter_map(index).collect(),
+        }
+    }
+
+    /// Returns the gains of the joints of the arm.
+    fn of_arm(&self) -> Vec<f64> {
+        self.joints.iter().map(|&k| self.of_robot[k]).collect()
+    }
+
+    /// Returns the gains of all joints of the robot, those of the arm times some factors.
+    fn times(&self, factors: &[f64]) -> Vec<f64> {
+        let mut gains = self.of_robot.clone();
+        for (&joint, factor) in self.joints.iter().zip(factors) {
+            gains[joint] *= factor;
+        }
+        gains
+    }
+}
+
+/// What was counted and noticed while a recording was read.
 struct Notes {
-    effort_gain: Vec<f64>,
+    gains: GivenGains,
     run: Run,
     findings: Vec<Finding>,
 }
 
 impl Notes {
-    fn of(self, log: &Log<'_>, comparison: EffortComparison) -> UsedLog {
-        UsedLog {
-            path: log.source.path().to_owned(),
-            role: log.role,
+    fn of(self, given: &GivenRecording<'_>, comparison: EffortComparison) -> CalibrationRecording {
+        CalibrationRecording {
+            path: given.source.path().to_owned(),
+            role: given.role,
             duration_s: self.run.duration_s,
             comparison,
             faults: self.run.faults.to_vec(),
@@ -305,19 +344,19 @@ impl Notes {
 
 /// Reads one log or its arrays, and checks their positions and efforts.
 fn read(
-    log: &Log<'_>,
+    given: &GivenRecording<'_>,
     request: &Request,
     settings: &CalibrationSettings,
     observer: &mut Observer<'_>,
 ) -> Result<(EffortRecording, Notes), RecordingError> {
-    match log.source {
+    match given.source {
         CalibrationSource::Log(path) => {
             let recording = LogRecording::open(path, request, observer)?;
-            read_recording(&recording, log.payload, request, settings, observer)
+            read_recording(&recording, given.payload, request, settings, observer)
         }
         CalibrationSource::Arrays { arrays, .. } => {
             let recording = ArrayRecording::new(arrays, request)?;
-            read_recording(&recording, log.payload, request, settings, observer)
+            read_recording(&recording, given.payload, request, settings, observer)
         }
     }
 }
@@ -340,15 +379,27 @@ fn read_recording(
     windows
         .check_efforts(payload.as_ref())
         .map_err(|error| wrong_positions(&findings).unwrap_or(error.into()))?;
-    let robot = &plan.sources.robot;
-    let gains = effort_gains(request, robot.joint_names());
-    let gain = |joint: &String| robot.joint_index(joint).map_or(1.0, |index| gains[index]);
     let notes = Notes {
-        effort_gain: windows.joint_names().iter().map(gain).collect(),
+        gains: GivenGains::new(request, &plan.sources.robot, windows.joint_names()),
         run,
         findings,
     };
     Ok((windows, notes))
+}
+
+/// Checks that the held-out recordings hold nothing. `comparisons` are those of all recordings, these the last.
+fn check_held_out(
+    result: &CalibrationResult,
+    given: &[GivenRecording<'_>],
+    held_out: &[EffortRecording],
+    comparisons: &[EffortComparison],
+) -> Result<(), RecordingError> {
+    let of_held_out = &comparisons[comparisons.len() - held_out.len()..];
+    for ((windows, comparison), given) in held_out.iter().zip(of_held_out).zip(given) {
+        check_empty(&result.calibration, windows, comparison)
+            .map_err(|error| RecordingError::from(error).in_recording(given.source.path()))?;
+    }
+    Ok(())
 }
 
 /// Compares all recordings with the model, those that calibrated it with the payload that was found.

@@ -1,6 +1,7 @@
 //! Checks of numbers that people may have edited in the file of a calibration.
 
-use tactid_identify::calibration::LinkDescription;
+use nalgebra::DMatrix;
+use tactid_identify::calibration::{LinkDescription, MotionShortage};
 
 use super::arm::ArmCalibration;
 use super::layout::Layout;
@@ -18,21 +19,61 @@ pub(super) struct Fault {
     pub(super) reason: String,
 }
 
-/// Checks that the numbers of joints, links and the delay are finite, and that those which are derived from others fit them: an edit
-/// of one of the two alone would have no effect.
+/// Checks that all numbers are in range, and that those which are derived from others fit them: an edit of one of the two alone
+/// would have no effect.
 pub(super) fn check_numbers(arm: &ArmCalibration, text: &str) -> Result<(), Fault> {
-    let layout = Layout::of(&arm.model);
-    let delay_std_dev_s = arm.report.delay.std_dev_s;
-    if !(delay_std_dev_s >= 0.0 && delay_std_dev_s.is_finite()) {
-        let key = "delay_std_dev_s";
-        return Err(Fault {
-            line: text
-                .lines()
-                .position(|line| is_key(line, key))
-                .map(|number| number + 1),
-            reason: format!("`{key}` is not valid: {delay_std_dev_s} is no standard deviation"),
-        });
+    check_whole(arm, text)?;
+    check_joints(arm, text)?;
+    check_links(arm, text)?;
+    for (index, payload) in arm.report.payloads.iter().enumerate() {
+        let place = Place::numbered(text, "payload", index);
+        place.check("parameters", payload.as_vector().as_slice(), FINITE)?;
     }
+    for (index, shortage) in arm.report.shortages.iter().enumerate() {
+        let place = Place::numbered(text, "shortage", index);
+        match shortage {
+            MotionShortage::Still { max_velocity, .. } => {
+                place.check("max_velocity", &[*max_velocity], NOT_NEGATIVE)?;
+            }
+            MotionShortage::Gain { std_dev, .. } => {
+                place.check("std_dev", &[*std_dev], NOT_NEGATIVE)?;
+            }
+            MotionShortage::OneDirection { .. } => (),
+        }
+    }
+    check_precision(arm, text)
+}
+
+/// Checks the keys before the first table.
+fn check_whole(arm: &ArmCalibration, text: &str) -> Result<(), Fault> {
+    let (model, report) = (&arm.model, &arm.report);
+    let layout = Layout::of(model);
+    let place = Place {
+        text,
+        kind: "",
+        index: 0,
+        name: "",
+    };
+    if layout.joints == 0 || layout.links == 0 {
+        let reason = "a calibration has at least one [[joint]] and one [[link]]".to_owned();
+        return Err(Fault { line: None, reason });
+    }
+    place.check("gravity_m_s2", model.gravity.as_slice(), FINITE)?;
+    place.check("cutoff_hz", &[model.cutoff_hz], POSITIVE)?;
+    place.check("friction_velocities", &model.friction_widths, POSITIVE)?;
+    if let Err(error) = model.parameter_names() {
+        return Err(place.fault("friction_velocities", &error.to_string()));
+    }
+    place.check("window_s", &[report.window_s], POSITIVE)?;
+    place.check("log_evidence", &[model.log_evidence], FINITE)?;
+    place.check("delay_s", &[report.delay.delay_s], FINITE)?;
+    place.check("delay_std_dev_s", &[report.delay.std_dev_s], NOT_NEGATIVE)?;
+    place.check("delay_scale_s", &[layout.delay(&model.scales)], POSITIVE)
+}
+
+/// Checks the numbers of joints.
+fn check_joints(arm: &ArmCalibration, text: &str) -> Result<(), Fault> {
+    let layout = Layout::of(&arm.model);
     for (index, joint) in arm.report.joints.iter().enumerate() {
         let place = Place {
             text,
@@ -42,29 +83,48 @@ pub(super) fn check_numbers(arm: &ArmCalibration, text: &str) -> Result<(), Faul
         };
         let unknowns = layout.joint(&arm.model.parameters, index);
         let inverse_gain = unknowns.last().copied().unwrap_or(f64::NAN);
-        place.check_finite("gain", &[joint.gain])?;
-        place.check_finite("gain_std_dev", &[joint.gain_std_dev])?;
-        place.check_finite("offset", &[joint.offset])?;
-        place.check_finite("viscous", &[joint.viscous])?;
-        place.check_finite("friction", &joint.friction)?;
-        place.check_finite("load_friction", &[joint.load_friction])?;
-        place.check_finite("payload_friction", &[joint.payload_friction])?;
-        place.check_finite("rotor_inertia", &[joint.rotor_inertia])?;
-        place.check_finite("inverse_gain", &[inverse_gain])?;
-        place.check_finite("scales", &layout.joint(&arm.model.scales, index))?;
+        let (noise, residual) = (&joint.noise, joint.residual_held_out);
+        place.check("effort_gain", &[arm.effort_gain[index]], NOT_ZERO)?;
+        place.check("gain", &[joint.gain], POSITIVE)?;
+        place.check("gain_std_dev", &[joint.gain_std_dev], NOT_NEGATIVE)?;
+        place.check("offset", &[joint.offset], FINITE)?;
+        place.check("viscous", &[joint.viscous], FINITE)?;
+        place.check("friction", &joint.friction, FINITE)?;
+        place.check("load_friction", &[joint.load_friction], FINITE)?;
+        place.check("payload_friction", &[joint.payload_friction], FINITE)?;
+        place.check("rotor_inertia", &[joint.rotor_inertia], FINITE)?;
+        place.check("inverse_gain", &[inverse_gain], POSITIVE)?;
+        place.check(
+            "scales",
+            &layout.joint(&arm.model.scales, index),
+            NOT_NEGATIVE,
+        )?;
+        place.check("noise_white", &[noise.white], POSITIVE)?;
+        place.check("noise_slow", &[noise.slow], POSITIVE)?;
+        place.check("noise_slow_time_s", &[noise.slow_time_s], POSITIVE)?;
+        place.check("noise_standstill", &[noise.standstill], POSITIVE)?;
+        place.check(
+            "reference_torque",
+            &[arm.model.reference_torques[index]],
+            POSITIVE,
+        )?;
+        place.check("max_velocity", &joint.max_velocity, NOT_NEGATIVE)?;
+        place.check("residual_before", &[joint.residual_before], NOT_NEGATIVE)?;
+        place.check("residual_after", &[joint.residual_after], NOT_NEGATIVE)?;
+        // NaN where the windows are too few.
+        let known = if residual.is_nan() { 0.0 } else { residual };
+        place.check("residual_held_out", &[known], NOT_NEGATIVE)?;
         if (joint.gain * inverse_gain - 1.0).abs() > ROUNDING {
             let reason = format!("{} is not 1 / {inverse_gain}, the inverse gain", joint.gain);
             return Err(place.fault("gain", &reason));
         }
-        if joint.gain_std_dev < 0.0 {
-            return Err(place.fault("gain_std_dev", "it is negative"));
-        }
     }
-    check_links(arm, layout, text)
+    Ok(())
 }
 
-/// Checks that the numbers of links are finite, and that directions have the length one.
-fn check_links(arm: &ArmCalibration, layout: Layout, text: &str) -> Result<(), Fault> {
+/// Checks the numbers of links, and that directions have the length one.
+fn check_links(arm: &ArmCalibration, text: &str) -> Result<(), Fault> {
+    let layout = Layout::of(&arm.model);
     for (index, link) in arm.report.links.iter().enumerate() {
         let place = Place {
             text,
@@ -77,31 +137,68 @@ fn check_links(arm: &ArmCalibration, layout: Layout, text: &str) -> Result<(), F
             axis,
             parameters,
         } = &link.description;
-        place.check_finite("origin", parent_from_link.translation.vector.as_slice())?;
+        let origin = parent_from_link.translation.vector;
+        place.check("origin", origin.as_slice(), FINITE)?;
         place.check_unit("rotation", parent_from_link.rotation.coords.as_slice())?;
         place.check_unit("axis", axis.as_slice())?;
-        place.check_finite("without_tool", parameters.as_vector().as_slice())?;
-        place.check_finite("described", link.described.as_vector().as_slice())?;
-        place.check_finite("calibrated", link.calibrated.as_vector().as_slice())?;
-        place.check_finite("std_devs", &link.std_devs)?;
-        place.check_finite("scales", &layout.link(&arm.model.scales, index))?;
+        place.check("without_tool", parameters.as_vector().as_slice(), FINITE)?;
+        place.check("described", link.described.as_vector().as_slice(), FINITE)?;
+        place.check("calibrated", link.calibrated.as_vector().as_slice(), FINITE)?;
+        place.check("std_devs", &link.std_devs, NOT_NEGATIVE)?;
+        place.check("scales", &layout.link(&arm.model.scales, index), POSITIVE)?;
     }
     Ok(())
 }
 
-/// The table of a joint or a link in a file.
-struct Place<'a> {
-    text: &'a str,
-    /// `joint` or `link`.
-    kind: &'static str,
-    index: usize,
-    name: &'a str,
+/// Checks that the precision is that of a covariance. It is symmetric because the file has one triangle.
+fn check_precision(arm: &ArmCalibration, text: &str) -> Result<(), Fault> {
+    let count = arm.model.parameters.len();
+    let entry = |i: usize, k: usize| arm.model.precision[i * (i + 1) / 2 + k];
+    let precision = DMatrix::from_fn(count, count, |i, k| entry(i.max(k), i.min(k)));
+    if precision.cholesky().is_some() {
+        return Ok(());
+    }
+    let header = text.lines().position(|line| line.trim() == "[precision]");
+    Err(Fault {
+        line: header.map(|number| number + 1),
+        reason: "the precision is no inverse of a covariance: it is not positive definite"
+            .to_owned(),
+    })
 }
 
-impl Place<'_> {
-    fn check_finite(&self, key: &str, numbers: &[f64]) -> Result<(), Fault> {
-        match numbers.iter().find(|number| !number.is_finite()) {
-            Some(number) => Err(self.fault(key, &format!("{number} is not finite"))),
+/// Range of numbers: whether a number is in it, and the range in words.
+type Range = (fn(f64) -> bool, &'static str);
+
+const FINITE: Range = (f64::is_finite, "finite");
+const POSITIVE: Range = (|x| x > 0.0 && x.is_finite(), "finite and more than zero");
+const NOT_NEGATIVE: Range = (|x| x >= 0.0 && x.is_finite(), "finite and not negative");
+const NOT_ZERO: Range = (|x| x != 0.0 && x.is_finite(), "finite and not zero");
+
+/// A table of a file, or the keys before the first table.
+pub(super) struct Place<'a> {
+    pub(super) text: &'a str,
+    /// Kind of the table, such as `joint`; empty for the keys before the first table.
+    pub(super) kind: &'static str,
+    /// Place of the table among those of its kind.
+    pub(super) index: usize,
+    /// Name that the table has; empty where it has none.
+    pub(super) name: &'a str,
+}
+
+impl<'a> Place<'a> {
+    /// Returns the place of a table without a name.
+    fn numbered(text: &'a str, kind: &'static str, index: usize) -> Self {
+        Self {
+            text,
+            kind,
+            index,
+            name: "",
+        }
+    }
+
+    fn check(&self, key: &str, numbers: &[f64], (is_valid, words): Range) -> Result<(), Fault> {
+        match numbers.iter().find(|number| !is_valid(**number)) {
+            Some(number) => Err(self.fault(key, &format!("{number} is not {words}"))),
             None => Ok(()),
         }
     }
@@ -115,11 +212,17 @@ impl Place<'_> {
         Err(self.fault(key, &format!("its length is {norm} instead of 1")))
     }
 
-    fn fault(&self, key: &str, reason: &str) -> Fault {
+    /// Returns the fault of the value of a key.
+    pub(super) fn fault(&self, key: &str, reason: &str) -> Fault {
         let Self { kind, name, .. } = self;
+        let table = match (kind.is_empty(), name.is_empty()) {
+            (true, _) => String::new(),
+            (false, true) => format!(" of the {kind} {}", self.index + 1),
+            (false, false) => format!(" of the {kind} `{name}`"),
+        };
         Fault {
             line: self.line_of(key),
-            reason: format!("`{key}` of the {kind} `{name}` is not valid: {reason}"),
+            reason: format!("`{key}`{table} is not valid: {reason}"),
         }
     }
 
@@ -127,10 +230,15 @@ impl Place<'_> {
     fn line_of(&self, key: &str) -> Option<usize> {
         let header = format!("[[{}]]", self.kind);
         let lines = self.text.lines().enumerate();
-        let mut tables = lines.clone().filter(|(_, line)| line.trim() == header);
-        let (first, _) = tables.nth(self.index)?;
-        let of_table = lines.skip(first + 1);
-        let mut of_table = of_table.take_while(|(_, line)| !line.trim_start().starts_with('['));
+        let first = if self.kind.is_empty() {
+            0
+        } else {
+            let mut tables = lines.clone().filter(|(_, line)| line.trim() == header);
+            tables.nth(self.index)?.0 + 1
+        };
+        let mut of_table = lines
+            .skip(first)
+            .take_while(|(_, line)| !line.trim_start().starts_with('['));
         of_table
             .find(|(_, line)| is_key(line, key))
             .map(|(number, _)| number + 1)

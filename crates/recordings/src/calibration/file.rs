@@ -35,17 +35,16 @@ impl ArmCalibration {
     /// Returns the text of the file of the calibration, which has every number bit by bit.
     ///
     /// # Errors
-    /// Returns [`RecordingError::CalibrationIo`] if the calibration cannot be expressed in TOML.
+    /// Returns [`RecordingError::CalibrationText`] if the calibration has what TOML does not.
     pub fn to_toml(&self) -> Result<String, RecordingError> {
-        let failed = |error| io_error("express", Path::new("in TOML"), io::Error::other(error));
-        text::text(self).map_err(failed)
+        text::text(self).map_err(|error| RecordingError::CalibrationText(error.to_string()))
     }
 
     /// Writes the calibration as a TOML file, from which [`Self::read`] gets the same numbers, bit by bit. The file is
     /// there whole or not at all.
     ///
     /// # Errors
-    /// Returns [`RecordingError::CalibrationIo`] if the file cannot be written.
+    /// Returns [`RecordingError::CalibrationIo`] if the file cannot be written, and the error of [`Self::to_toml`].
     pub fn write(&self, path: &Path) -> Result<(), RecordingError> {
         let failed = |source| io_error("write", path, source);
         let text = self.to_toml()?;

@@ -4,6 +4,7 @@ mod arm;
 mod calibrate;
 mod check;
 mod file;
+mod held_out;
 mod layout;
 mod link;
 mod payload;
@@ -13,6 +14,7 @@ mod text;
 
 pub use arm::ArmCalibration;
 pub use calibrate::{
-    CalibrationRun, CalibrationSource, CalibrationSources, LogRole, UsedLog, calibrate_arm,
+    CalibrationRecording, CalibrationRun, CalibrationSource, CalibrationSources, RecordingRole,
+    calibrate_arm,
 };
 pub(crate) use payload::{identify_calibrated_arrays, identify_calibrated_log};

@@ -9,7 +9,7 @@ use tactid_identify::calibration::{Calibration, CalibrationReport, EffortNoise, 
 use toml::Spanned;
 
 use super::arm::ArmCalibration;
-use super::check::{Fault, check_numbers};
+use super::check::{Fault, Place, check_numbers};
 use super::layout::{Layout, OF_LINK};
 use super::link::{Link, body};
 use super::shortage::Shortage;
@@ -198,7 +198,7 @@ impl File {
 
     fn into_arm(self, text: &str) -> Result<ArmCalibration, Fault> {
         let layout = self.layout();
-        self.check_joints(layout)?;
+        self.check_lengths(layout, text)?;
         let precision = self.precision.numbers(text, layout.unknowns())?;
         let joints = || self.joints.iter();
         let parameters = joints().map(Joint::parameters);
@@ -236,7 +236,8 @@ impl File {
             joints: self
                 .joints
                 .into_iter()
-                .map(Joint::report)
+                .enumerate()
+                .map(|(index, joint)| joint.report(text, index))
                 .collect::<Result<_, _>>()?,
         };
         Ok(ArmCalibration {
@@ -246,19 +247,18 @@ impl File {
         })
     }
 
-    fn check_joints(&self, layout: Layout) -> Result<(), Fault> {
-        for joint in &self.joints {
+    /// Checks the lengths of the lists of joints.
+    fn check_lengths(&self, layout: Layout, text: &str) -> Result<(), Fault> {
+        for (index, joint) in self.joints.iter().enumerate() {
             let lengths = [
                 ("friction", joint.friction.len(), layout.frictions),
                 ("scales", joint.scales.len(), layout.of_joint()),
             ];
             for (key, given, expected) in lengths {
                 if given != expected {
-                    let name = &joint.name;
-                    let reason = format!(
-                        "`{key}` of the joint `{name}` has {given} numbers, but must have {expected}"
-                    );
-                    return Err(Fault { line: None, reason });
+                    let place = joint.place(text, index);
+                    let reason = format!("it has {given} numbers, but must have {expected}");
+                    return Err(place.fault(key, &reason));
                 }
             }
         }
@@ -324,15 +324,23 @@ impl Joint {
         }
     }
 
-    fn report(self) -> Result<JointCalibration, Fault> {
+    /// Returns where the joint with an index stands in a text.
+    fn place<'a>(&'a self, text: &'a str, index: usize) -> Place<'a> {
+        Place {
+            text,
+            kind: "joint",
+            index,
+            name: &self.name,
+        }
+    }
+
+    fn report(self, text: &str, index: usize) -> Result<JointCalibration, Fault> {
         let unit = match self.unit.as_str() {
             "N m" => "N m",
             "N" => "N",
             other => {
-                let name = &self.name;
-                let reason =
-                    format!("`unit` of the joint `{name}` is `{other}`: expected `N m` or `N`");
-                return Err(Fault { line: None, reason });
+                let reason = format!("`{other}` is neither `N m` nor `N`");
+                return Err(self.place(text, index).fault("unit", &reason));
             }
         };
         Ok(JointCalibration {

@@ -1,0 +1,44 @@
+//! Check that a recording without payload, which did not calibrate the arm, holds none.
+
+use tactid_identify::calibration::{Calibration, EffortComparison, EffortRecording};
+use tactid_identify::{BatchSettings, IdentifyError};
+
+/// Half width of a 95 % interval, in standard deviations.
+const HALF_WIDTH_95: f64 = 1.96;
+
+/// A recording holds a payload if its mass is so many standard deviations, and the sum of squares of the residuals of some
+/// joint is so many times as large without it.
+const HELD_STD_DEVS: f64 = 5.0;
+const HELD_RATIO: f64 = 4.0;
+
+/// Checks that a recording holds nothing. `comparison` is that without payload.
+///
+/// # Errors
+/// Returns [`IdentifyError::UnloadedHolds`] if a payload explains far more of the recording than a change of the arm does.
+pub(super) fn check_empty(
+    model: &Calibration,
+    recording: &EffortRecording,
+    comparison: &EffortComparison,
+) -> Result<(), IdentifyError> {
+    let settings = BatchSettings::default();
+    // What is too short for a payload is only compared.
+    let Ok(found) = model.identify(std::slice::from_ref(recording), &[], &settings) else {
+        return Ok(());
+    };
+    let (mass_kg, std_dev_kg) = (found.parameters[0], found.covariance[(0, 0)].sqrt());
+    let count = comparison.times_s.len() as f64;
+    let joints = comparison.joints.len();
+    let is_worse = |joint: usize| {
+        let pairs = comparison.measured.iter().zip(&comparison.calibrated);
+        let of_joint = pairs.skip(joint).step_by(joints);
+        let squares: f64 = of_joint.map(|(a, b)| (a - b).powi(2)).sum();
+        squares / count > HELD_RATIO * found.result.fit.residual_rms[joint].powi(2)
+    };
+    if std_dev_kg > 0.0 && mass_kg > HELD_STD_DEVS * std_dev_kg && (0..joints).any(is_worse) {
+        return Err(IdentifyError::UnloadedHolds {
+            mass_kg,
+            half_width_kg: HALF_WIDTH_95 * std_dev_kg,
+        });
+    }
+    Ok(())
+}
