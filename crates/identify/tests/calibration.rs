@@ -184,7 +184,7 @@ fn contradictions_are_reported() {
     );
     let heavy = BatchSettings {
         known_tool: Some(MassProperties {
-            mass_kg: 3.0,
+            mass_kg: 5.0,
             ..upwards
         }),
         ..BatchSettings::default()

@@ -35,7 +35,7 @@ pub struct CalibratedEstimate {
     /// How the friction of the joints has changed since the calibration; `None` where the recordings do not show that it has.
     pub friction_change: Option<ArmChange>,
     /// How the gains of the joints have changed since the calibration; `None` where the recordings do not show that they
-    /// have, and where they are known. A change of all gains by the same factor shows only with an unloaded recording.
+    /// have, and where the change is that of every day.
     pub gain_change: Option<ArmChange>,
 }
 

@@ -208,7 +208,7 @@ impl Solution<'_> {
                     let columns = recording.columns(window, joint);
                     let friction = |arm| self.model.dry_and_viscous_friction(joint, &columns, arm);
                     let before = friction(&self.calibrated.parameters);
-                    products += before * friction(&self.best.arm);
+                    products += before * friction(&self.best.changed);
                     squares += before * before;
                 }
             }
@@ -228,7 +228,7 @@ impl Solution<'_> {
     fn gain_change(&self) -> Option<ArmChange> {
         let log_evidence = self.best.change.gain_evidence;
         let inverse_gains = self.model.layout.range(Group::InverseGain);
-        let of_gain = |k: usize| self.calibrated.parameters[k] / self.best.arm[k] - 1.0;
+        let of_gain = |k: usize| self.calibrated.parameters[k] / self.best.changed[k] - 1.0;
         (log_evidence > CHANGED_EVIDENCE).then(|| ArmChange {
             by_joint: inverse_gains.map(of_gain).collect(),
             log_evidence,

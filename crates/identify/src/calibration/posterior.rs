@@ -43,6 +43,8 @@ pub(crate) struct Posterior {
     pub(crate) change: Change,
     /// Unknowns of the arm.
     pub(crate) arm: Vec<f64>,
+    /// Unknowns of the arm at its calibration with the change since, as far as it is no error of the calibration.
+    pub(crate) changed: Vec<f64>,
 }
 
 /// One step of the unknowns, and the information on the payload.
@@ -98,8 +100,8 @@ fn solve(
     // A known mass determines the scale of the gains.
     let fixes_scale = problem.payload_rows[0].is_empty();
     let changes = Changes::new(&problem.model.layout, &problem.prior, fixes_scale)?;
-    let mut change = Change::NONE;
-    let mut scale_variance = 0.0;
+    problem.prior = changes.start();
+    let mut chosen = None;
     let mut at = problem.start();
     let mut misfit = vec![1.0; noise.len()];
     let mut last = None;
@@ -113,7 +115,7 @@ fn solve(
             .collect();
         let data = problem.data_equations(&at, &enlarged);
         if chooses {
-            (change, scale_variance) = changes.choose(problem, &at, &data)?;
+            chosen = Some(changes.choose(problem, &at, &data)?);
         }
         let step = step(problem, &data.plus(problem.prior_equations(&at)))?;
         misfit = problem.misfit(&at, &step.step, &enlarged);
@@ -124,7 +126,9 @@ fn solve(
         problem.add(&mut at, &step.step);
         last = Some((step, enlarged));
     }
-    let (last, enlarged) = last.ok_or(IdentifyError::CalibrationFailed)?;
+    let failed = || IdentifyError::CalibrationFailed;
+    let (last, enlarged) = last.ok_or_else(failed)?;
+    let (change, scale_variance) = chosen.ok_or_else(failed)?;
     let before = precision_before(problem, &at, &enlarged)?;
     let Unknowns { arm, payloads } = at;
     if !payloads[0].iter().all(|entry| entry.is_finite()) {
@@ -142,6 +146,7 @@ fn solve(
         null_space: last.spectrum.null_space(scales),
         excitation: last.spectrum.excitation(),
         misfit,
+        changed: changes.changed(&change, problem, &arm),
         change,
         arm,
     })

@@ -1,4 +1,4 @@
-//! A simulated arm of four joints whose efforts have gains, friction, load-dependent friction and noise.
+//! Simulated arms of four and six joints whose efforts have gains, friction, load-dependent friction and noise.
 
 #![allow(dead_code, reason = "each test file uses its own part")]
 
@@ -22,58 +22,120 @@ pub(crate) const TOOL: &str = "tool";
 pub(crate) const RATE_HZ: f64 = 125.0;
 const NOISE: f64 = 0.01;
 
-/// Returns the arm with the mass and inertia of each link multiplied by a factor.
-pub(crate) fn arm(factors: &[f64; JOINTS], base: BaseKind) -> Manipulator {
-    let joints = [
+/// What an arm of `N` joints is built like.
+struct Design<const N: usize> {
+    /// Origin and axis of each joint, and mass, kg, and centre of mass of the link that it moves.
+    joints: [(&'static str, &'static str, f64, &'static str); N],
+    /// Pose of the tool on the last link.
+    mount: &'static str,
+    /// Typical friction of each joint, N m and N m s/rad.
+    friction: [f64; N],
+    /// Middle of the motion of each joint, rad.
+    middle: [f64; N],
+}
+
+const FOUR_AXES: Design<JOINTS> = Design {
+    joints: [
         ("0 0 0.13", "0 0 1", 7.8, "0 0 0.02"),
         ("0 0.1 0", "0 1 0", 13.0, "0.25 0 0.05"),
         ("0.6 0 0", "0 1 0", 4.0, "0.2 0 0.02"),
         ("0.5 0 0.1", "1 0 0", 2.0, "0.05 0.02 0.01"),
-    ];
-    let mut urdf = String::from("<robot name='arm'><link name='link_0'/>");
-    for (k, ((origin, axis, mass, center), factor)) in joints.iter().zip(factors).enumerate() {
-        let (mass, inertia) = (mass * factor, 0.02 * mass * factor);
-        let (parent, child) = (k, k + 1);
-        urdf += &format!(
-            "<link name='link_{child}'><inertial><origin xyz='{center}'/><mass value='{mass}'/>\
-             <inertia ixx='{inertia}' ixy='0' ixz='0' iyy='{inertia}' iyz='0' izz='{inertia}'/></inertial></link>\
-             <joint name='joint_{child}' type='continuous'><parent link='link_{parent}'/><child link='link_{child}'/>\
-             <origin xyz='{origin}'/><axis xyz='{axis}'/></joint>"
-        );
-    }
+    ],
     // The tool is beside the axis of the last joint, which would otherwise feel little of a payload.
-    urdf += "<link name='tool'/><joint name='mount' type='fixed'><parent link='link_4'/><child link='tool'/>\
-             <origin xyz='0.05 0 0.15' rpy='0.2 0.3 0.1'/></joint></robot>";
-    Manipulator::from_urdf(&urdf, base).unwrap()
+    mount: "xyz='0.05 0 0.15' rpy='0.2 0.3 0.1'",
+    friction: [12.0, 12.0, 8.0, 3.0],
+    middle: [0.0, -1.0, 1.0, 0.0],
+};
+
+/// An arm like a UR10.
+const SIX_AXES: Design<6> = Design {
+    joints: [
+        ("0 0 0.13", "0 0 1", 7.8, "0 0 0.02"),
+        ("0 0.18 0", "0 1 0", 12.9, "0.3 0 0.05"),
+        ("0.61 -0.14 0", "0 1 0", 3.9, "0.25 0 0.02"),
+        ("0.57 0 0", "0 1 0", 2.0, "0 0.05 0"),
+        ("0 0.115 0", "0 0 1", 2.0, "0 0 0.05"),
+        ("0 0 0.115", "0 1 0", 0.4, "0 0.03 0"),
+    ],
+    mount: "xyz='0 0.09 0' rpy='-1.57 0 0'",
+    friction: [12.0, 12.0, 8.0, 3.0, 2.0, 1.5],
+    middle: [0.0, -1.0, 1.2, 0.3, 1.0, 0.0],
+};
+
+impl<const N: usize> Design<N> {
+    /// Returns the arm with the mass and inertia of each link multiplied by a factor.
+    fn arm(&self, factors: &[f64; N], base: BaseKind) -> Manipulator {
+        let mut urdf = String::from("<robot name='arm'><link name='link_0'/>");
+        for (k, ((origin, axis, mass, center), factor)) in
+            self.joints.iter().zip(factors).enumerate()
+        {
+            let (mass, inertia) = (mass * factor, 0.02 * mass * factor);
+            let (parent, child) = (k, k + 1);
+            urdf += &format!(
+                "<link name='link_{child}'><inertial><origin xyz='{center}'/><mass value='{mass}'/>\
+                 <inertia ixx='{inertia}' ixy='0' ixz='0' iyy='{inertia}' iyz='0' izz='{inertia}'/></inertial></link>\
+                 <joint name='joint_{child}' type='continuous'><parent link='link_{parent}'/><child link='link_{child}'/>\
+                 <origin xyz='{origin}'/><axis xyz='{axis}'/></joint>"
+            );
+        }
+        let mount = self.mount;
+        urdf += &format!(
+            "<link name='tool'/><joint name='mount' type='fixed'><parent link='link_{N}'/><child link='tool'/>\
+             <origin {mount}/></joint></robot>"
+        );
+        Manipulator::from_urdf(&urdf, base).unwrap()
+    }
 }
 
-/// Returns the arm as its description says.
+/// Returns the arm of four joints with the mass and inertia of each link multiplied by a factor.
+pub(crate) fn arm(factors: &[f64; JOINTS], base: BaseKind) -> Manipulator {
+    FOUR_AXES.arm(factors, base)
+}
+
+/// Returns the arm of four joints as its description says.
 pub(crate) fn described() -> Manipulator {
     arm(&[1.0; JOINTS], BaseKind::Fixed)
 }
 
 /// The true arm.
-pub(crate) struct World {
+pub(crate) struct World<const N: usize = JOINTS> {
     pub(crate) random: SmallRng,
     robot: Manipulator,
+    /// The arm as its description says.
+    pub(crate) described: Manipulator,
+    /// Middle of the motion of each joint, rad.
+    middle: [f64; N],
     /// Torque over measured effort.
-    pub(crate) gains: [f64; JOINTS],
-    efficiencies: [f64; JOINTS],
-    coulomb: [f64; JOINTS],
-    viscous: [f64; JOINTS],
+    pub(crate) gains: [f64; N],
+    efficiencies: [f64; N],
+    coulomb: [f64; N],
+    viscous: [f64; N],
     /// Scale of the motion of each joint; 0 for one that stands still.
-    pub(crate) motion: [f64; JOINTS],
+    pub(crate) motion: [f64; N],
     /// Velocity that is added to each joint, rad/s.
-    pub(crate) drift: [f64; JOINTS],
+    pub(crate) drift: [f64; N],
     /// Time by which efforts lag the motion, s.
     pub(crate) delay_s: f64,
 }
 
 impl World {
-    /// Draws gains 5 to 20 % off, efficiencies of 0.85 to 0.95, friction, and links 10 % off.
+    /// Draws an arm of four joints with gains 5 to 20 % off, efficiencies of 0.85 to 0.95, friction, and links 10 % off.
     pub(crate) fn new(seed: u64) -> Self {
+        Self::of(&FOUR_AXES, seed)
+    }
+}
+
+impl World<6> {
+    /// Draws an arm of six joints as [`World::new`] does.
+    pub(crate) fn six_axes(seed: u64) -> Self {
+        Self::of(&SIX_AXES, seed)
+    }
+}
+
+impl<const N: usize> World<N> {
+    fn of(design: &Design<N>, seed: u64) -> Self {
         let mut random = SmallRng::seed_from_u64(seed);
-        let factors = [(); JOINTS].map(|()| random.random_range(0.9..1.1));
+        let factors = [(); N].map(|()| random.random_range(0.9..1.1));
         let gain = |random: &mut SmallRng| {
             let off: f64 = random.random_range(0.05..0.2);
             if random.random_bool(0.5) {
@@ -82,15 +144,17 @@ impl World {
                 1.0 - off
             }
         };
-        let friction = [12.0, 12.0, 8.0, 3.0];
+        let friction = design.friction;
         Self {
-            robot: arm(&factors, BaseKind::Fixed),
-            gains: [(); JOINTS].map(|()| gain(&mut random)),
-            efficiencies: [(); JOINTS].map(|()| random.random_range(0.85..0.95)),
+            robot: design.arm(&factors, BaseKind::Fixed),
+            described: design.arm(&[1.0; N], BaseKind::Fixed),
+            middle: design.middle,
+            gains: [(); N].map(|()| gain(&mut random)),
+            efficiencies: [(); N].map(|()| random.random_range(0.85..0.95)),
             coulomb: friction.map(|f| f * random.random_range(0.7..1.3)),
             viscous: friction.map(|f| f * random.random_range(0.7..1.3)),
-            motion: [1.0; JOINTS],
-            drift: [0.0; JOINTS],
+            motion: [1.0; N],
+            drift: [0.0; N],
             delay_s: 0.0,
             random,
         }
@@ -105,11 +169,10 @@ impl World {
 
     /// Returns the exact motion of a random Fourier series at 125 Hz, up to 0.5 Hz, and that at times which are earlier by
     /// the delay.
-    fn trajectory(&mut self, duration_s: f64) -> [Vec<[[f64; JOINTS]; 3]>; 2] {
+    fn trajectory(&mut self, duration_s: f64) -> [Vec<[[f64; N]; 3]>; 2] {
         let count = (duration_s * RATE_HZ) as usize;
-        let mut both =
-            [0.0, self.delay_s].map(|delay_s| (delay_s, vec![[[0.0; JOINTS]; 3]; count]));
-        for joint in 0..JOINTS {
+        let mut both = [0.0, self.delay_s].map(|delay_s| (delay_s, vec![[[0.0; N]; 3]; count]));
+        for joint in 0..N {
             let mut waves: [(f64, f64); 5] = [(0.0, 0.0); 5];
             for (k, wave) in waves.iter_mut().enumerate() {
                 let amplitude = self.random.random_range(0.3..1.0) / (k + 1) as f64;
@@ -138,7 +201,7 @@ impl World {
                     state[1][joint] += scale * amplitude * rate * cos;
                     state[2][joint] -= scale * amplitude * rate * rate * sin;
                 }
-                state[0][joint] += [0.0, -1.0, 1.0, 0.0][joint] + self.drift[joint] * t;
+                state[0][joint] += self.middle[joint] + self.drift[joint] * t;
                 state[1][joint] += self.drift[joint];
             }
         }
@@ -146,17 +209,13 @@ impl World {
     }
 
     /// Returns measured efforts of a motion: torques of arm and payload, friction, and gains.
-    fn efforts(
-        &self,
-        states: &[[[f64; JOINTS]; 3]],
-        held: Option<&MassProperties>,
-    ) -> Vec<[f64; JOINTS]> {
+    fn efforts(&self, states: &[[[f64; N]; 3]], held: Option<&MassProperties>) -> Vec<[f64; N]> {
         let gravity = BaseKind::Fixed.default_gravity();
         let mut workspace = Workspace::new(&self.robot);
         let tool = self.robot.frame(TOOL).unwrap();
         let base = FrameMotion::at_rest(Isometry3::identity());
         let load = held.map_or(InertialParameters::zero(), |body| (*body).into());
-        let of_state = |[position, velocity, acceleration]: &[[f64; JOINTS]; 3]| {
+        let of_state = |[position, velocity, acceleration]: &[[f64; N]; 3]| {
             let joints = JointMotion {
                 position,
                 velocity,
@@ -164,7 +223,7 @@ impl World {
             };
             motion(&mut workspace, &base, joints).unwrap();
             forces(&mut workspace, &gravity);
-            let mut jacobian = vec![nalgebra::Vector6::zeros(); JOINTS];
+            let mut jacobian = vec![nalgebra::Vector6::zeros(); N];
             workspace.jacobian(tool, &mut jacobian).unwrap();
             let in_tool = workspace.frame_motion(tool).in_frame(&gravity);
             let wrench = wrench_regressor(&in_tool) * load.as_vector();
@@ -198,13 +257,13 @@ impl World {
         &mut self,
         held: Option<&MassProperties>,
         duration_s: f64,
-    ) -> Vec<[[f64; JOINTS]; 3]> {
+    ) -> Vec<[[f64; N]; 3]> {
         let [mut states, earlier] = self.trajectory(duration_s);
         let efforts = self.efforts(&earlier, held);
         for (state, effort) in states.iter_mut().zip(efforts) {
             state[2] = effort;
         }
-        for joint in 0..JOINTS {
+        for joint in 0..N {
             for kind in 0..3 {
                 self.add_noise(states.iter_mut().map(|state| &mut state[kind][joint]));
             }
@@ -214,19 +273,19 @@ impl World {
 }
 
 /// Returns a recording of a random motion, with the arm as described.
-pub(crate) fn record(
-    world: &mut World,
+pub(crate) fn record<const N: usize>(
+    world: &mut World<N>,
     held: Option<&MassProperties>,
     duration_s: f64,
 ) -> EffortRecording {
     let measured = world.measure(held, duration_s);
-    recorded(&described(), &measured, &CalibrationSettings::default())
+    recorded(&world.described, &measured, &CalibrationSettings::default())
 }
 
 /// Returns the recording of measured positions, velocities and efforts.
-pub(crate) fn recorded(
+pub(crate) fn recorded<const N: usize>(
     robot: &Manipulator,
-    measured: &[[[f64; JOINTS]; 3]],
+    measured: &[[[f64; N]; 3]],
     settings: &CalibrationSettings,
 ) -> EffortRecording {
     let mut recorder = EffortRecorder::new(robot, TOOL, settings).unwrap();
@@ -245,7 +304,7 @@ pub(crate) fn recorded(
 }
 
 /// Returns a random body of so many kg, some 12 cm off the tool frame's origin.
-pub(crate) fn payload(mass_kg: f64, world: &mut World) -> MassProperties {
+pub(crate) fn payload<const N: usize>(mass_kg: f64, world: &mut World<N>) -> MassProperties {
     let mut vector =
         |low: f64, high: f64| Vector3::from_fn(|_, _| world.random.random_range(low..high));
     let size = vector(0.03, 0.1);
@@ -276,7 +335,10 @@ pub(crate) fn uncertain_gains() -> CalibrationSettings {
 
 /// Calibrates an arm with unknown gains by a recording without payload, and one with a payload of known mass, each of a
 /// duration, s.
-pub(crate) fn calibrated(world: &mut World, duration_s: f64) -> CalibrationResult {
+pub(crate) fn calibrated<const N: usize>(
+    world: &mut World<N>,
+    duration_s: f64,
+) -> CalibrationResult {
     let weight = payload(2.805, world);
     let unloaded = record(world, None, duration_s);
     let loaded = record(world, Some(&weight), duration_s);
