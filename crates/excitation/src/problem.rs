@@ -45,7 +45,7 @@ pub struct BaseBounds {
     pub position_m: Option<f64>,
 }
 
-/// Duration of a motion of which nothing else is said, s.
+/// Duration of a motion where no other is given, s.
 const DURATION_S: f64 = 10.0;
 
 /// A motion to be designed: [`Problem::new`] makes one, whose fields can then be changed.

@@ -18,6 +18,7 @@ pyo3::import_exception!(tactid.errors, ModelError);
 pyo3::import_exception!(tactid.errors, LogError);
 pyo3::import_exception!(tactid.errors, ExperimentError);
 pyo3::import_exception!(tactid.errors, SimulationError);
+pyo3::import_exception!(tactid.errors, ExcitationError);
 pyo3::import_exception!(tactid.errors, IdentificationError);
 pyo3::import_exception!(tactid.errors, CalibrationError);
 pyo3::import_exception!(tactid.errors, InternalError);

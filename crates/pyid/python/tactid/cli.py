@@ -22,6 +22,7 @@ from tactid.console import (
     progress,
 )
 from tactid.errors import ArgumentError, InternalError, TactidError
+from tactid.excite_command import excite
 from tactid.files import new_folder
 from tactid.identify_command import identify_recording
 from tactid.number_lists import NumberListCommand
@@ -182,6 +183,7 @@ def run_simulation(
 
 app.command("identify", cls=NumberListCommand, epilog=EXIT_CODES)(identify_recording)
 app.command("calibrate", cls=NumberListCommand)(calibrate_arm)
+app.command("excite", cls=NumberListCommand)(excite)
 app.command("compare", cls=NumberListCommand)(compare_recording)
 
 
