@@ -13,6 +13,7 @@ from ruamel.yaml import YAML
 
 import tactid
 from conftest import TactidCommand
+from tactid.values import flat
 
 URDF = Path(__file__).parents[2] / "crates" / "sim" / "robots" / "tactid.urdf"
 START = [0.0, -1.2, 1.6, -0.4, 1.5, 0.0]
@@ -219,3 +220,59 @@ def test_command_names_the_limit_that_binds_and_writes_nothing(
     assert "pad" in held.stderr
     assert "--grip" in held.stderr
     assert not out.exists()
+
+
+def test_simulated_motion_is_identified_as_precisely_as_predicted(
+    command: TactidCommand, tmp_path: Path
+) -> None:
+    """From the design through the simulation and its log to the payload, on a floating base."""
+    experiment = tactid.Experiment.paper()
+    robot = tactid.Manipulator.from_urdf(experiment.urdf, base="floating")
+    noise = [1.0] * 3 + [0.1] * 3
+    motion = tactid.design_excitation(
+        robot,
+        start=START,
+        duration=5.0,
+        payload=experiment.payload,
+        sensors=["finger_left_link", "finger_right_link"],
+        wrench_noise=noise,
+        acceleration=0.5,
+        grip=tactid.Grip([0.22, 0, 0.075], [0, 1, 0], 0.04, 1500, 0.8, 0.05),
+        base_attitude=np.radians(0.1),
+    )
+    assert motion.base_attitude_deg is not None
+    assert motion.base_attitude_deg <= 0.1 * (1 + 1e-6)
+    motion.write(tmp_path / "motion")
+    (tmp_path / "noisy.toml").write_text(
+        "[noise]\nfinger_force_n = 1.0\nfinger_moment_nm = 0.1\n"
+        '[excitation]\nkind = "designed"\nfile = "motion/trajectory.csv"\n'
+    )
+    for arguments in (["noisy.toml"], ["noisy.toml", "--motion", "motion"]):
+        done = command("simulate", *arguments, "--out", "run.mcap")
+        assert done.returncode == 0, done.stderr
+    result = tactid.identify(tmp_path / "run.mcap", cutoff=10.0, delay=0.0)
+    achieved = np.array(result.estimate.std_devs)
+    predicted = np.array(flat(dict(motion.predicted_std_dev)))
+    np.testing.assert_allclose(achieved, predicted, rtol=0.25)
+    # The base of the simulation is bounded, too.
+    quaternion = tactid.read(tmp_path / "run.mcap", "/base/odom")["pose"][:, 3:]
+    cosine = np.abs(quaternion @ quaternion[0]).clip(max=1)
+    assert np.degrees(2 * np.arccos(cosine)).max() < 0.11
+
+
+def test_motion_of_another_robot_or_posture_is_an_error(
+    motion: tactid.DesignedMotion, command: TactidCommand, tmp_path: Path
+) -> None:
+    motion.write(tmp_path / "motion")
+    table = tmp_path / "motion" / "trajectory.csv"
+    table.write_text(table.read_text().replace("joint_6", "joint_9"))
+    done = command("simulate", "--motion", table)
+    assert done.returncode == 2
+    assert "joint_9" in done.stderr
+    (tmp_path / "table1.toml").write_text(
+        'posture = "table1"\n[excitation]\nkind = "designed"\nfile = "motion"\n'
+    )
+    done = command("simulate", "table1.toml")
+    assert done.returncode == 2
+    assert "begins at -1.2" in done.stderr
+    assert command("simulate", "--motion", tmp_path / "no").returncode == 2

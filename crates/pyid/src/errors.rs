@@ -328,6 +328,7 @@ impl IntoPyErr for tactid_sim::SimError {
             | Self::InFile { .. }
             | Self::Syntax(_)
             | Self::Value { .. }
+            | Self::Motion { .. }
             | Self::Model(_)
             | Self::Robot(_) => ExperimentError::new_err(message),
             Self::Command { .. } => ArgumentError::new_err(message),

@@ -88,6 +88,19 @@ impl Experiment {
         }
     }
 
+    /// Returns the experiment with its excitation replaced by a motion, which also gives posture and duration.
+    ///
+    /// Args:
+    ///     motion: The folder that :meth:`DesignedMotion.write` wrote, its ``trajectory.mcap`` or its ``trajectory.csv``.
+    ///
+    /// Raises:
+    ///     ExperimentError: The motion cannot be followed, or is that of another robot.
+    ///     LogError: ``trajectory.mcap`` cannot be read.
+    fn following(&self, motion: PathBuf) -> PyResult<Self> {
+        let following = self.0.clone().following(&motion);
+        following.map(Self).map_err(IntoPyErr::into_py_err)
+    }
+
     /// Returns the experiment as the text of a file.
     fn to_toml(&self) -> PyResult<String> {
         self.0.to_toml().map_err(IntoPyErr::into_py_err)

@@ -40,6 +40,14 @@ pub enum SimError {
         /// The values that are allowed.
         why: String,
     },
+    /// A file has no motion that can be followed.
+    #[error("the motion `{}` cannot be followed: {why}", path.display())]
+    Motion {
+        /// Path of the file.
+        path: PathBuf,
+        /// The reason.
+        why: String,
+    },
     /// The URDF does not describe a robot that can be modelled.
     #[error("robot: {0}")]
     Model(#[from] ModelError),

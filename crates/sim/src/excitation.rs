@@ -8,6 +8,7 @@ use rand::rngs::StdRng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::experiment::{Excitation, ExcitationMode, JointExcitation};
+use crate::joint_table::JointTable;
 use crate::{Experiment, SimError};
 
 /// Excitation of one joint and the interval in which it is driven.
@@ -20,8 +21,15 @@ struct Driven {
     end_s: f64,
 }
 
+/// A motion that is followed, and the index in the commanded velocities of each of its joints.
+struct Followed {
+    motion: JointTable,
+    joints: Vec<usize>,
+}
+
 /// Generator of the commanded velocities, step by step.
 pub(crate) struct Commands {
+    followed: Option<Followed>,
     driven: Vec<Driven>,
     noise: f64,
     random: StdRng,
@@ -31,13 +39,29 @@ pub(crate) struct Commands {
 
 impl Commands {
     /// Returns the generator for an arm with so many joints, of which the excitation drives those with the indices
-    /// `driven`, one for each entry of its list.
-    pub(crate) fn new(experiment: &Experiment, joints: usize, driven: &[usize]) -> Self {
+    /// `driven`, one for each entry of its list or each joint of its motion.
+    ///
+    /// # Errors
+    /// Returns the errors of [`JointTable::read`] for a motion that cannot be read.
+    pub(crate) fn new(
+        experiment: &Experiment,
+        joints: usize,
+        driven: &[usize],
+    ) -> Result<Self, SimError> {
         let Excitation {
             mode,
             joints: excitations,
             command_noise,
+            file,
+            ..
         } = &experiment.excitation;
+        let followed = match file {
+            Some(path) => Some(Followed {
+                motion: JointTable::read(path)?,
+                joints: driven.to_vec(),
+            }),
+            None => None,
+        };
         let share_s = experiment.duration_s / excitations.len() as f64;
         let motion = |(i, (one, &joint)): (usize, (&JointExcitation, &usize))| {
             let (start_s, end_s) = match mode {
@@ -53,17 +77,29 @@ impl Commands {
             }
         };
         let pairs = excitations.iter().zip(driven);
-        Self {
-            driven: pairs.enumerate().map(motion).collect(),
+        Ok(Self {
+            driven: match followed {
+                Some(_) => Vec::new(),
+                None => pairs.enumerate().map(motion).collect(),
+            },
+            followed,
             noise: *command_noise,
             random: StdRng::seed_from_u64(experiment.seed),
             dt: experiment.step_s,
             velocity: vec![0.0; joints],
-        }
+        })
     }
 
     /// Returns the velocities at the end of the step that starts at `time_s`, rad/s or m/s.
     pub(crate) fn step(&mut self, time_s: f64) -> &[f64] {
+        if let Some(Followed { motion, joints }) = &self.followed {
+            // The velocities that lead the joints from one position to the next, which the physics add up.
+            let now = motion.positions_at(time_s);
+            let next = motion.positions_at(time_s + self.dt);
+            for (k, &joint) in joints.iter().enumerate() {
+                self.velocity[joint] = (next[k] - now[k]) / self.dt;
+            }
+        }
         for one in &self.driven {
             let velocity = &mut self.velocity[one.joint];
             let tolerance = 1e-6 * self.dt; // times are multiples of the step up to rounding
@@ -108,7 +144,7 @@ mod tests {
 
     /// Runs the commands of an arm with six joints, of which joints 3, 5 and 6 are driven.
     fn run(experiment: &Experiment) -> Vec<Vec<f64>> {
-        let mut commands = Commands::new(experiment, 6, &[2, 4, 5]);
+        let mut commands = Commands::new(experiment, 6, &[2, 4, 5]).unwrap();
         let steps = (experiment.duration_s / experiment.step_s).round() as usize;
         (0..steps)
             .map(|k| commands.step(k as f64 * experiment.step_s).to_vec())

@@ -288,10 +288,18 @@ impl Default for Gripper {
     }
 }
 
-/// Motion of the joints: each starts at rest and is driven with the acceleration `amplitude · cos(2π · frequency · t)`.
+/// Motion of the joints: each starts at rest and is driven with the acceleration `amplitude · cos(2π · frequency · t)`, or
+/// follows a designed motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct Excitation {
+    /// Where the motion comes from.
+    #[serde(skip_serializing_if = "ExcitationKind::is_harmonic")]
+    pub kind: ExcitationKind,
+    /// Of a designed motion: its folder, its log or its CSV file, relative to the experiment's file. The other fields of a
+    /// harmonic motion then have no effect.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
     /// Order in which the joints are driven.
     pub mode: ExcitationMode,
     /// Standard deviation of the white noise on each commanded acceleration, as a fraction of its amplitude, with a new
@@ -309,10 +317,29 @@ impl Default for Excitation {
             frequency_hz: default_frequency(),
         };
         Self {
+            kind: ExcitationKind::default(),
+            file: None,
             mode: ExcitationMode::default(),
             command_noise: 0.01,
             joints: ["joint_3", "joint_5", "joint_6"].map(joint).to_vec(),
         }
+    }
+}
+
+/// Where the motion of an experiment comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ExcitationKind {
+    /// Each joint is driven by a cosine.
+    #[default]
+    Harmonic,
+    /// The joints follow the motion of a file.
+    Designed,
+}
+
+impl ExcitationKind {
+    fn is_harmonic(&self) -> bool {
+        *self == Self::Harmonic
     }
 }
 

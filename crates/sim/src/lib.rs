@@ -48,6 +48,7 @@ mod excitation;
 mod experiment;
 mod file;
 mod gripper;
+mod joint_table;
 mod log;
 mod robot;
 mod roles;
@@ -60,8 +61,9 @@ mod simulation;
 pub use checks::Checks;
 pub use error::SimError;
 pub use experiment::{
-    BaseMount, BaseProperties, Bounds, Excitation, ExcitationMode, Experiment, Gripper, Handle,
-    JointExcitation, NamedPosture, Noise, PAPER_TOML, Payload, Posture, RobotChoice, StdDev,
+    BaseMount, BaseProperties, Bounds, Excitation, ExcitationKind, ExcitationMode, Experiment,
+    Gripper, Handle, JointExcitation, NamedPosture, Noise, PAPER_TOML, Payload, Posture,
+    RobotChoice, StdDev,
 };
 pub use robot::BUILT_IN_URDF;
 pub use run::{Progress, RunReport, run};

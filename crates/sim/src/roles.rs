@@ -3,8 +3,12 @@
 use tactid_dynamics::{MassProperties, list_similar};
 
 use crate::experiment::{BaseProperties, JointExcitation, Noise, StdDev, refuse};
+use crate::joint_table::JointTable;
 use crate::robot::{LinkFrame, MovingJoint, Robot};
 use crate::{Experiment, SimError};
+
+/// Largest distance of the posture from the beginning of a motion, rad or m: the rounding of its files.
+const START_TOLERANCE: f64 = 1e-6;
 
 /// The tool, the fingers and the arm of an experiment's robot.
 #[derive(Clone, Debug)]
@@ -144,6 +148,10 @@ pub(crate) fn exceeded(robot: &Robot, body: usize, position: f64) -> Option<(&st
 /// Returns the position in the arm of each joint that the excitation drives.
 fn driven(robot: &Robot, arm: &[usize], experiment: &Experiment) -> Result<Vec<usize>, SimError> {
     let names = joint_names(robot, arm);
+    if let Some(path) = &experiment.excitation.file {
+        let motion = JointTable::read(path)?;
+        return followed(&names, &motion, experiment);
+    }
     let joints = experiment.excitation.joints.iter().enumerate();
     let position = |(index, joint): (usize, &JointExcitation)| {
         let found = names.iter().position(|name| *name == joint.name);
@@ -155,6 +163,35 @@ fn driven(robot: &Robot, arm: &[usize], experiment: &Experiment) -> Result<Vec<u
         })
     };
     joints.map(position).collect()
+}
+
+/// Returns the position in the arm of each joint of a motion, which must begin in the posture.
+fn followed(
+    arm: &[&str],
+    motion: &JointTable,
+    experiment: &Experiment,
+) -> Result<Vec<usize>, SimError> {
+    let positions = experiment.posture.positions();
+    let start = motion.positions_at(0.0);
+    let place = |(name, start): (&String, f64)| {
+        let found = arm.iter().position(|joint| joint == name);
+        let place = found.ok_or_else(|| {
+            let known = list_similar(name, arm.iter().copied());
+            let why = format!("its motion is that of a joint `{name}`; the arm has {known}");
+            refuse("excitation.file", &experiment.excitation.file, &why)
+        })?;
+        if (positions[place] - start).abs() > START_TOLERANCE {
+            let why =
+                format!("the motion of joint `{name}` begins at {start}: leave the posture out");
+            return Err(refuse(
+                "posture",
+                format_args!("{}", experiment.posture),
+                &why,
+            ));
+        }
+        Ok(place)
+    };
+    motion.names.iter().zip(start).map(place).collect()
 }
 
 /// Checks that each list of noise has one entry for each of the robot's moving joints.

@@ -68,7 +68,7 @@ impl Simulation {
             .collect();
         let joints = roles.arm.len();
         Ok(Self {
-            commands: Commands::new(experiment, joints, &roles.driven),
+            commands: Commands::new(experiment, joints, &roles.driven)?,
             efforts: vec![0.0; joints],
             sample: Sample::new(joint_names.len()),
             payload_in_tool: payload_in_tool(

@@ -167,12 +167,24 @@ def run_simulation(
         Path | None, typer.Argument(help="A TOML file; the paper's experiment where left out.")
     ] = None,
     out: Annotated[Path, typer.Option(help="The log to write.")] = Path("run.mcap"),
+    motion: Annotated[
+        Path | None,
+        typer.Option(
+            help="A folder that tactid excite wrote, or its trajectory.mcap or .csv: the arm follows"
+            " it instead of the experiment's excitation."
+        ),
+    ] = None,
 ) -> None:
     """Simulates an experiment and writes its log."""
     chosen = Experiment.paper() if experiment is None else Experiment.from_file(experiment)
-    check_outputs(
-        {"--out": out}, {"the experiment": experiment, "the experiment's URDF": urdf_file(chosen)}
-    )
+    if motion is not None:
+        chosen = chosen.following(motion)
+    inputs = {
+        "the experiment": experiment,
+        "the experiment's URDF": urdf_file(chosen),
+        "--motion": motion,
+    }
+    check_outputs({"--out": out}, inputs)
     with interruptible(f"{out} holds the run up to here"), progress("simulating") as done:
         report = simulate(chosen, out, progress=done)
     notes.print(

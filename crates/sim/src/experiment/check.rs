@@ -4,7 +4,7 @@ use nalgebra::SymmetricEigen;
 use tactid_dynamics::symmetric_matrix;
 use toml::de::{DeTable, DeValue};
 
-use super::{BaseMount, Experiment, JointExcitation, Noise, Posture, StdDev};
+use super::{BaseMount, ExcitationKind, Experiment, JointExcitation, Noise, Posture, StdDev};
 use crate::SimError;
 
 /// Returns the error for a field's value; `why` states which values are allowed.
@@ -130,6 +130,11 @@ fn payload(e: &Experiment) -> Result<(), SimError> {
 }
 
 fn excitation(e: &Experiment) -> Result<(), SimError> {
+    let is_designed = e.excitation.kind == ExcitationKind::Designed;
+    if is_designed != e.excitation.file.is_some() {
+        let why = "belongs to kind = \"designed\", and is needed there: the folder or a file of tactid excite";
+        return Err(refuse("excitation.file", &e.excitation.file, why));
+    }
     let joints = &e.excitation.joints;
     not_negative("excitation.command_noise", e.excitation.command_noise)?;
     if joints.is_empty() {
