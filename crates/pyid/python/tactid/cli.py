@@ -170,8 +170,8 @@ def run_simulation(
     motion: Annotated[
         Path | None,
         typer.Option(
-            help="A folder that tactid excite wrote, or its trajectory.mcap or .csv: the arm follows"
-            " it instead of the experiment's excitation."
+            help="A folder that tactid excite wrote, or its trajectory.mcap or .csv: the arm"
+            " follows it instead of the experiment's excitation."
         ),
     ] = None,
 ) -> None:

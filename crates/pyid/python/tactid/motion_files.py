@@ -19,8 +19,8 @@ FRANKA_PERIOD_S = 0.001
 """Period of the control loop of libfranka, s."""
 
 MOVEIT_PERIOD_S = 0.02
-"""Time between two points for MoveIt, s; controllers interpolate by position, velocity and
-acceleration, which is exact to a micrometre or so."""
+"""Time between two points for MoveIt, s: controllers interpolate by position, velocity and
+acceleration."""
 
 Writer = Callable[[MotionData, Path], None]
 
