@@ -276,3 +276,15 @@ def test_motion_of_another_robot_or_posture_is_an_error(
     assert done.returncode == 2
     assert "begins at -1.2" in done.stderr
     assert command("simulate", "--motion", tmp_path / "no").returncode == 2
+
+
+def test_advice_of_identify_ends_with_the_command_that_designs_the_motion(
+    command: TactidCommand, log: Path, urdf: str, tmp_path: Path
+) -> None:
+    (tmp_path / "an arm.urdf").write_text(urdf)
+    options = ("--urdf", "an arm.urdf", "--tip", "tool0", "--within", "0.0001%")
+    done = command("identify", log, *options)
+    assert done.returncode == 0, done.stderr
+    expected = "tactid excite --urdf 'an arm.urdf' --tip tool0 --payload-mass-max KG"
+    assert expected in done.stderr
+    assert "tactid excite" not in command("identify", log, "--within", "0.0001%").stderr
