@@ -1,17 +1,19 @@
 //! Manipulators on whole arrays.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use tactid_dynamics::{BaseKind, ToolMotion};
+use tactid_dynamics::{BaseKind, ModelError, ToolMotion, Urdf};
 
 use crate::arrays::{Series, common_length, extend_with, homogeneous, output};
-use crate::errors::{ArgumentError, IntoPyErr, detached};
+use crate::errors::{IntoPyErr, detached};
 use crate::findings::model_finding;
 use crate::inertia::MassProperties;
 use crate::states::States;
 use crate::text::Text;
-use crate::urdf::urdf_text;
+use crate::urdf::{base_kind, urdf_text};
 use crate::workspaces::Workspaces;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -40,6 +42,8 @@ type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 #[pyclass(module = "tactid", frozen)]
 pub(crate) struct Manipulator {
     pub(crate) robot: tactid_dynamics::Manipulator,
+    /// What the robot was read from: it has the limits of velocities and efforts.
+    pub(crate) urdf: Arc<Urdf>,
     workspaces: Workspaces,
     /// Whether the dynamics know the mass of something that moves.
     has_mass: bool,
@@ -85,21 +89,14 @@ impl Manipulator {
         text_signature = "(urdf, base=\"fixed\", *, base_link=None)"
     )]
     fn from_urdf(urdf: &Bound<'_, PyAny>, base: Text, base_link: Option<Text>) -> PyResult<Self> {
-        let kind = match &*base {
-            "floating" => BaseKind::Floating,
-            "fixed" => BaseKind::Fixed,
-            _ => {
-                return Err(ArgumentError::new_err(format!(
-                    "`base` is {:?}: expected \"fixed\" or \"floating\"",
-                    &*base
-                )));
-            }
-        };
+        let kind = base_kind(&base)?;
         let text = urdf_text(urdf)?;
-        let robot = detached(urdf.py(), || {
-            tactid_dynamics::Manipulator::from_urdf_below(&text, kind, base_link.as_deref())
-        })?;
-        robot.map(Self::new).map_err(IntoPyErr::into_py_err)
+        let read = || {
+            let urdf = Arc::new(Urdf::from_xml(&text)?);
+            let base = base_link.as_deref().unwrap_or(urdf.root_link());
+            Ok::<_, ModelError>(Self::new(urdf.manipulator_below(kind, base)?, urdf))
+        };
+        detached(urdf.py(), read)?.map_err(IntoPyErr::into_py_err)
     }
 
     /// How many independent joints there are; mimic joints do not count.
@@ -157,7 +154,11 @@ impl Manipulator {
     ///     ModelError: There is no such link.
     fn with_payload(&self, frame: Text, body: &MassProperties) -> PyResult<Self> {
         let frame = self.robot.frame(&frame).map_err(IntoPyErr::into_py_err)?;
-        Ok(Self::new(self.robot.with_payload(frame, &body.0.into())))
+        let body = body.0.into();
+        Ok(Self::new(
+            self.robot.with_payload(frame, &body),
+            self.urdf.clone(),
+        ))
     }
 
     /// The robot without the masses of the links below ``frame`` (its own stays); joints stay.
@@ -166,7 +167,10 @@ impl Manipulator {
     ///     ModelError: There is no such link.
     fn without_subtree(&self, frame: Text) -> PyResult<Self> {
         let frame = self.robot.frame(&frame).map_err(IntoPyErr::into_py_err)?;
-        Ok(Self::new(self.robot.without_subtree(frame)))
+        Ok(Self::new(
+            self.robot.without_subtree(frame),
+            self.urdf.clone(),
+        ))
     }
 
     /// How a link's frame moves, equations (1)-(20).
@@ -376,8 +380,9 @@ impl Manipulator {
 }
 
 impl Manipulator {
-    fn new(robot: tactid_dynamics::Manipulator) -> Self {
+    fn new(robot: tactid_dynamics::Manipulator, urdf: Arc<Urdf>) -> Self {
         Self {
+            urdf,
             has_mass: robot.check_masses(None).is_ok(),
             workspaces: Workspaces::default(),
             robot,

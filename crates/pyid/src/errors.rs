@@ -18,6 +18,7 @@ pyo3::import_exception!(tactid.errors, ModelError);
 pyo3::import_exception!(tactid.errors, LogError);
 pyo3::import_exception!(tactid.errors, ExperimentError);
 pyo3::import_exception!(tactid.errors, SimulationError);
+pyo3::import_exception!(tactid.errors, ExcitationError);
 pyo3::import_exception!(tactid.errors, IdentificationError);
 pyo3::import_exception!(tactid.errors, CalibrationError);
 pyo3::import_exception!(tactid.errors, InternalError);
@@ -333,9 +334,9 @@ impl IntoPyErr for tactid_sim::SimError {
             Self::Log(error) => error.into_py_err(),
             Self::File { .. }
             | Self::InFile { .. }
-            | Self::Motion { .. }
             | Self::Syntax(_)
             | Self::Value { .. }
+            | Self::Motion { .. }
             | Self::Model(_)
             | Self::Robot(_) => ExperimentError::new_err(message),
             Self::Command { .. } => ArgumentError::new_err(message),

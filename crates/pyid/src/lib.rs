@@ -11,6 +11,8 @@ mod combine;
 mod dynamics;
 mod errors;
 mod estimators;
+mod excitation;
+mod excitation_errors;
 mod experiment_fields;
 mod faults;
 mod findings;
@@ -49,6 +51,8 @@ mod _native {
     use crate::dynamics::{FrameMotion, Manipulator, wrench_regressor};
     #[pymodule_export]
     use crate::estimators::{Estimator, Lms, Nlms, Rls};
+    #[pymodule_export]
+    use crate::excitation::{default_posture, design_excitation, write_trajectory};
     #[pymodule_export]
     use crate::identification::Forecast;
     #[pymodule_export]

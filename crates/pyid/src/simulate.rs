@@ -91,15 +91,15 @@ impl Experiment {
     /// Returns the experiment with a designed motion: the arm begins in its first posture and follows it to its end.
     ///
     /// Args:
-    ///     motion: CSV file with the columns ``time_s`` (s), and ``q_NAME`` (rad or m) and ``qd_NAME`` (rad/s or m/s) for
-    ///         each joint of the arm, or the folder of a motion, which has it as ``trajectory.csv``.
+    ///     motion: The folder that :meth:`DesignedMotion.write` wrote, its ``trajectory.mcap``, or a CSV file with the columns
+    ///         ``time_s`` (s), and ``q_NAME`` (rad or m) and ``qd_NAME`` (rad/s or m/s) for each joint of the arm.
     ///
     /// Raises:
-    ///     ExperimentError: The file cannot be read, is not such a table, lacks a joint of the arm, or leaves the limits of
-    ///         a joint.
+    ///     ExperimentError: The file cannot be read, has no motion, lacks a joint of the arm, or leaves the limits of a joint.
+    ///     LogError: ``trajectory.mcap`` cannot be read.
     fn following(&self, motion: PathBuf) -> PyResult<Self> {
         let mut experiment = self.0.clone();
-        let followed = experiment.follow(&motion_file(motion));
+        let followed = experiment.follow(&motion);
         followed.map_err(IntoPyErr::into_py_err)?;
         Ok(Self(experiment))
     }
@@ -153,18 +153,6 @@ impl Experiment {
 
     fn __eq__(&self, other: &Self) -> bool {
         self.0 == other.0
-    }
-}
-
-/// Name of the file with a motion in its folder.
-const MOTION_FILE: &str = "trajectory.csv";
-
-/// Returns the file of a motion that is given by itself or by its folder.
-fn motion_file(motion: PathBuf) -> PathBuf {
-    if motion.is_dir() {
-        motion.join(MOTION_FILE)
-    } else {
-        motion
     }
 }
 

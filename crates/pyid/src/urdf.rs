@@ -1,9 +1,10 @@
-//! URDFs as Python gives them: text, or the path of a file.
+//! URDFs and kinds of base as Python gives them.
 
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyString;
+use tactid_dynamics::BaseKind;
 
 use crate::errors::{ArgumentError, ModelError};
 
@@ -33,4 +34,15 @@ pub(crate) fn urdf_text(given: &Bound<'_, PyAny>) -> PyResult<String> {
         let path = path.display();
         ModelError::new_err(format!("cannot read the URDF `{path}`: {error}"))
     })
+}
+
+/// Returns the kind of base that has a name.
+pub(crate) fn base_kind(name: &str) -> PyResult<BaseKind> {
+    match name {
+        "floating" => Ok(BaseKind::Floating),
+        "fixed" => Ok(BaseKind::Fixed),
+        _ => Err(ArgumentError::new_err(format!(
+            "`base` is {name:?}: expected \"fixed\" or \"floating\""
+        ))),
+    }
 }

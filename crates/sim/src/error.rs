@@ -17,14 +17,12 @@ pub enum SimError {
         /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The file of a motion is not a table of joint positions and velocities, or does not fit the robot.
-    #[error("{}: line {line}: {what}", path.display())]
+    /// A file has no motion of joints, or one that does not fit the robot.
+    #[error("{}: {what}", path.display())]
     Motion {
         /// Path of the file.
         path: PathBuf,
-        /// Line, counted from 1.
-        line: usize,
-        /// What is wrong.
+        /// What is wrong, and in which line or point.
         what: String,
     },
     /// What an experiment's file describes cannot be simulated.

@@ -1,8 +1,14 @@
-//! A given motion of the joints: the table that a designed motion is written as.
+//! A given motion of the joints, from the files that a designed motion is written as.
 
 use std::path::{Path, PathBuf};
 
+use tactid_logs::LogReader;
+use tactid_logs::messages::JointTrajectory;
+
 use crate::SimError;
+
+/// The file that is read of the folder of a motion.
+const FILE_IN_FOLDER: &str = "trajectory.mcap";
 
 /// Column of the times, s.
 const TIME: &str = "time_s";
@@ -11,15 +17,14 @@ const TIME: &str = "time_s";
 const POSITION: &str = "q_";
 const VELOCITY: &str = "qd_";
 
-/// Motion of some joints as a table of positions and velocities over time.
-///
-/// It is read from a CSV file with the columns `time_s` (s, increasing), `q_NAME` (rad or m) and `qd_NAME` (rad/s or m/s) for
-/// each joint; other columns are ignored. Between two rows the position is the cubic with the positions and velocities of
-/// both, and after the last row the joints rest.
+/// Motion of some joints as a table of positions and velocities over time. Between two rows the position is the cubic with
+/// the positions and velocities of both, and after the last row the joints rest.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct JointMotion {
     file: PathBuf,
     joints: Vec<String>,
+    /// What a row is called in the file, and the number of the first one.
+    first_row: (&'static str, usize),
     /// Times since the first row, s.
     times_s: Vec<f64>,
     /// Positions and velocities of the joints, row by row.
@@ -27,63 +32,116 @@ pub(crate) struct JointMotion {
 }
 
 impl JointMotion {
-    /// Reads a motion.
+    /// Reads a motion: a log with a message of the type `trajectory_msgs/msg/JointTrajectory`, a CSV file, or a folder with
+    /// the log `trajectory.mcap`. A CSV file has the columns `time_s` (s, increasing), and `q_NAME` (rad or m) and `qd_NAME`
+    /// (rad/s or m/s) for each joint; others are ignored.
     ///
     /// # Errors
-    /// Returns [`SimError::File`] if the file cannot be read, and [`SimError::Motion`] with the line if it is not such a table.
-    pub(crate) fn read(file: &Path) -> Result<Self, SimError> {
+    /// Returns [`SimError::File`] or [`SimError::Log`] if the file cannot be read, and [`SimError::Motion`] with the line or the
+    /// point if it has no motion.
+    pub(crate) fn read(path: &Path) -> Result<Self, SimError> {
+        if path.is_dir() {
+            Self::from_log(&path.join(FILE_IN_FOLDER))
+        } else if path.extension().is_some_and(|ending| ending == "mcap") {
+            Self::from_log(path)
+        } else {
+            Self::from_csv(path)
+        }
+    }
+
+    /// Reads the first trajectory of a log.
+    fn from_log(file: &Path) -> Result<Self, SimError> {
+        let log = LogReader::open(file)?;
+        let topics = log.topics_of::<JointTrajectory>();
+        let topics: Vec<&str> = topics.map(|topic| topic.name.as_str()).collect();
+        let Some(message) = log.messages_on(topics)?.next() else {
+            return Err(SimError::Motion {
+                path: file.to_owned(),
+                what: "there is no trajectory_msgs/msg/JointTrajectory".to_owned(),
+            });
+        };
+        let trajectory: JointTrajectory = message?.decode()?;
+        let mut motion = Self::new(file, trajectory.joint_names, ("point", 1));
+        for point in trajectory.points {
+            let states = point.positions.iter().zip(&point.velocities);
+            let states: Vec<_> = states.map(|(&q, &qd)| (q, qd)).collect();
+            motion.push(point.time_from_start.as_s(), states)?;
+        }
+        motion.checked()
+    }
+
+    /// Reads a table.
+    fn from_csv(file: &Path) -> Result<Self, SimError> {
         let text = std::fs::read(file).map_err(|source| SimError::File {
             path: file.to_owned(),
             source,
         })?;
-        let fault = |line, what| SimError::Motion {
+        let fault = |what| SimError::Motion {
             path: file.to_owned(),
-            line,
             what,
         };
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
             .from_reader(text.as_slice());
-        let header = reader
-            .headers()
-            .map_err(|error| fault(1, error.to_string()))?;
+        let header = reader.headers().map_err(|error| fault(error.to_string()))?;
         let header: Vec<String> = header.iter().map(str::to_owned).collect();
-        let (joints, columns) = columns(&header).map_err(|what| fault(1, what))?;
-        let mut motion = Self {
-            file: file.to_owned(),
-            joints,
-            times_s: Vec::new(),
-            states: Vec::new(),
-        };
-        let mut first_s = None;
+        let (joints, columns) = columns(&header).map_err(fault)?;
+        // The header is the first line.
+        let mut motion = Self::new(file, joints, ("line", 2));
         for record in reader.records() {
-            let record =
-                record.map_err(|error| fault(line_of(error.position()), error.to_string()))?;
-            let line = line_of(record.position());
+            let record = record.map_err(|error| fault(error.to_string()))?;
             let number = |column: usize| {
                 let text = record.get(column).unwrap_or_default();
-                let number = text.parse().ok().filter(|number: &f64| number.is_finite());
-                let what = || format!("{} is {text:?}, which is no finite number", header[column]);
-                number.ok_or_else(|| fault(line, what()))
+                let what = || format!("{} is {text:?}, which is no number", header[column]);
+                text.parse::<f64>()
+                    .map_err(|_| motion.fault(motion.times_s.len(), &what()))
             };
             let time_s = number(columns.time)?;
-            let time_s = time_s - *first_s.get_or_insert(time_s);
-            if motion
-                .times_s
-                .last()
-                .is_some_and(|&last_s| time_s <= last_s)
-            {
-                return Err(fault(line, "the times do not increase".to_owned()));
-            }
             let states = columns.joints.iter();
             let states = states.map(|&(q, qd)| Ok((number(q)?, number(qd)?)));
-            motion.states.push(states.collect::<Result<_, SimError>>()?);
-            motion.times_s.push(time_s);
+            let states = states.collect::<Result<_, SimError>>()?;
+            motion.push(time_s, states)?;
         }
-        if motion.times_s.len() < 2 {
-            return Err(fault(1, "a motion needs two rows or more".to_owned()));
+        motion.checked()
+    }
+
+    fn new(file: &Path, joints: Vec<String>, first_row: (&'static str, usize)) -> Self {
+        Self {
+            file: file.to_owned(),
+            joints,
+            first_row,
+            times_s: Vec::new(),
+            states: Vec::new(),
         }
-        Ok(motion)
+    }
+
+    /// Adds a row: a time, s, and the position and velocity of each joint.
+    fn push(&mut self, time_s: f64, states: Vec<(f64, f64)>) -> Result<(), SimError> {
+        let row = self.times_s.len();
+        if states.len() != self.joints.len() {
+            return Err(self.fault(row, "the position or the velocity of a joint is missing"));
+        }
+        let is_finite = states.iter().all(|(q, qd)| q.is_finite() && qd.is_finite());
+        if !(time_s.is_finite() && is_finite) {
+            return Err(self.fault(row, "a number is not finite"));
+        }
+        if self.times_s.last().is_some_and(|&last_s| time_s <= last_s) {
+            return Err(self.fault(row, "the times do not increase"));
+        }
+        self.times_s.push(time_s);
+        self.states.push(states);
+        Ok(())
+    }
+
+    /// Returns the motion with the first row at time zero, if it has two rows.
+    fn checked(mut self) -> Result<Self, SimError> {
+        let &[first_s, _, ..] = &*self.times_s else {
+            return Err(self.refused("a motion needs two rows or more"));
+        };
+        for time_s in &mut self.times_s {
+            *time_s -= first_s;
+        }
+        Ok(self)
     }
 
     /// Returns the motion of some joints alone, in their order.
@@ -94,12 +152,10 @@ impl JointMotion {
         let place = |name: &&str| {
             let place = self.joints.iter().position(|joint| joint == name);
             place.ok_or_else(|| {
-                let what = format!(
-                    "there are no columns {POSITION}{name} and {VELOCITY}{name}, but the arm has this joint; the file \
-                     moves {}",
-                    self.joints.join(", ")
-                );
-                self.fault(1, what)
+                let joints = self.joints.join(", ");
+                self.refused(&format!(
+                    "the arm has the joint {name}, which the motion lacks; it moves {joints}"
+                ))
             })
         };
         let places: Vec<usize> = names.iter().map(place).collect::<Result<_, _>>()?;
@@ -118,18 +174,13 @@ impl JointMotion {
 
     /// Returns where the motion begins: the positions of all joints, rad or m.
     pub(crate) fn start(&self) -> Vec<f64> {
-        self.rows().next().map(|(_, q)| q).unwrap_or_default()
+        self.rows().next().unwrap_or_default()
     }
 
-    /// Returns the positions of all joints, rad or m, row by row, with the line of the file.
-    pub(crate) fn rows(&self) -> impl Iterator<Item = (usize, Vec<f64>)> {
-        let positions = |row: &Vec<(f64, f64)>| row.iter().map(|state| state.0).collect();
-        // The header is the first line.
-        self.states
-            .iter()
-            .map(positions)
-            .zip(2..)
-            .map(|(q, line)| (line, q))
+    /// Returns the positions of all joints, rad or m, row by row.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = Vec<f64>> {
+        let rows = self.states.iter();
+        rows.map(|row| row.iter().map(|state| state.0).collect())
     }
 
     /// Returns the position of a joint, by its index, at a time since the first row, rad or m.
@@ -152,12 +203,17 @@ impl JointMotion {
             + fraction * fraction * ((1.0 + 2.0 * rest) * p1 - rest * length_s * v1)
     }
 
-    /// Returns the error of a line of the file.
-    pub(crate) fn fault(&self, line: usize, what: String) -> SimError {
+    /// Returns the error of a row, by its index.
+    pub(crate) fn fault(&self, row: usize, what: &str) -> SimError {
+        let (name, first) = self.first_row;
+        self.refused(&format!("{name} {}: {what}", first + row))
+    }
+
+    /// Returns the error of the whole motion.
+    fn refused(&self, what: &str) -> SimError {
         SimError::Motion {
             path: self.file.clone(),
-            line,
-            what,
+            what: what.to_owned(),
         }
     }
 }
@@ -190,11 +246,6 @@ fn columns(header: &[String]) -> Result<(Vec<String>, Columns), String> {
         ));
     }
     Ok((names, Columns { time, joints }))
-}
-
-/// Returns the line of a position in a file, counted from 1.
-fn line_of(position: Option<&csv::Position>) -> usize {
-    position.map_or(1, |position| position.line() as usize)
 }
 
 #[cfg(test)]
@@ -232,33 +283,30 @@ mod tests {
     #[test]
     fn faults_name_their_line() {
         for (text, expected) in [
-            ("", "line 1: there is no column time_s"),
-            ("t,q_a,qd_a\n0,0,0\n", "line 1: there is no column time_s"),
+            ("", "trajectory.csv: there is no column time_s"),
+            ("t,q_a,qd_a\n0,0,0\n", "there is no column time_s"),
             (
                 "time_s,a\n0,0\n1,0\n",
-                "line 1: there is no joint: expected columns q_NAME",
+                "there is no joint: expected columns q_NAME",
             ),
             (
                 "time_s,q_a\n0,0\n1,0\n",
-                "line 1: there is a column q_a, but none qd_a",
+                "there is a column q_a, but none qd_a",
             ),
-            (
-                "time_s,q_a,qd_a\n0,0,0\n",
-                "line 1: a motion needs two rows",
-            ),
+            ("time_s,q_a,qd_a\n0,0,0\n", "a motion needs two rows"),
             (
                 "time_s,q_a,qd_a\n0,0,0\n0,0,0\n",
                 "line 3: the times do not increase",
             ),
             (
                 "time_s,q_a,qd_a\n0,0,0\n1,x,0\n",
-                "line 3: q_a is \"x\", which is no finite number",
+                "line 3: q_a is \"x\", which is no number",
             ),
             (
                 "time_s,q_a,qd_a\n0,0,inf\n1,0,0\n",
-                "line 2: qd_a is \"inf\", which",
+                "line 2: a number is not finite",
             ),
-            ("time_s,q_a,qd_a\n0,0,0\n1,0\n", "line 3: "),
+            ("time_s,q_a,qd_a\n0,0,0\n1,0\n", "line: 3"),
         ] {
             let message = read(text).unwrap_err().to_string();
             assert!(message.contains(expected), "{text}: {message}");

@@ -64,12 +64,12 @@ fn motion(
         return Ok(None);
     };
     let motion = JointMotion::read(file)?.of_joints(&joint_names(robot, arm))?;
-    for (line, positions) in motion.rows() {
+    for (row, positions) in motion.rows().enumerate() {
         for (&body, position) in arm.iter().zip(positions) {
             if let Some((joint, (lower, upper))) = exceeded(robot, body, position) {
                 let what =
-                    format!("q_{joint} is {position}, outside its limits {lower} to {upper}");
-                return Err(motion.fault(line, what));
+                    format!("{joint} is at {position}, outside its limits {lower} to {upper}");
+                return Err(motion.fault(row, &what));
             }
         }
     }

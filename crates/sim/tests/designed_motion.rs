@@ -106,11 +106,11 @@ fn faults_are_refused() {
         ("kind = 'designed'\nfile = 'none.csv'", "none.csv`: "),
         (
             "kind = 'designed'\nfile = 'five.csv'",
-            "five.csv: line 1: there are no columns q_joint_6",
+            "five.csv: the arm has the joint joint_6, which the motion lacks; it moves joint_1, ",
         ),
         (
             "kind = 'designed'\nfile = 'far.csv'",
-            "far.csv: line 3: q_joint_1 is 7000.1",
+            "far.csv: line 3: joint_1 is at 7000.1",
         ),
     ] {
         std::fs::write(&file, format!("[excitation]\n{fields}\n")).unwrap();

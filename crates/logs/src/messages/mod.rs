@@ -5,6 +5,7 @@
 
 mod geometry;
 mod schema;
+mod trajectory;
 
 use std::sync::LazyLock;
 
@@ -15,6 +16,7 @@ pub use geometry::{
     Quaternion, Transform, TransformStamped, Twist, TwistStamped, TwistWithCovariance, Vector3,
     Wrench, WrenchStamped,
 };
+pub use trajectory::{Duration, JointTrajectory, JointTrajectoryPoint};
 
 /// A message type that can be the type of a topic.
 pub trait Message: Serialize + DeserializeOwned {
@@ -81,6 +83,11 @@ message!(
 );
 message!(Odometry, "nav_msgs/msg/Odometry", header);
 message!(TFMessage, "tf2_msgs/msg/TFMessage");
+message!(
+    JointTrajectory,
+    "trajectory_msgs/msg/JointTrajectory",
+    header
+);
 
 /// `builtin_interfaces/msg/Time`: a time since the epoch of the log's clock.
 #[derive(

@@ -13,6 +13,7 @@ macro_rules! definition {
 }
 
 const DEFINITIONS: &[(&str, &str)] = &[
+    definition!("builtin_interfaces", "Duration"),
     definition!("builtin_interfaces", "Time"),
     definition!("geometry_msgs", "Accel"),
     definition!("geometry_msgs", "AccelStamped"),
@@ -42,6 +43,8 @@ const DEFINITIONS: &[(&str, &str)] = &[
     definition!("std_msgs", "MultiArrayLayout"),
     definition!("std_msgs", "String"),
     definition!("tf2_msgs", "TFMessage"),
+    definition!("trajectory_msgs", "JointTrajectory"),
+    definition!("trajectory_msgs", "JointTrajectoryPoint"),
 ];
 
 /// Separator between two definitions in a `ros2msg` schema.

@@ -66,9 +66,11 @@ from tactid.calibration_data import CalibrationRecording
 from tactid.combination import Agreement, RunDistance
 from tactid.combined import Combination, combine
 from tactid.comparison import Attempt, compare
+from tactid.designed_motion import DesignedMotion, LimitMargin
 from tactid.errors import (
     ArgumentError,
     CalibrationError,
+    ExcitationError,
     ExperimentError,
     IdentificationError,
     InternalError,
@@ -77,6 +79,7 @@ from tactid.errors import (
     SimulationError,
     TactidError,
 )
+from tactid.excitation import Grip, design_excitation
 from tactid.findings import DataFault, Finding
 from tactid.fit import Channel, Fit, WrenchOffset
 from tactid.identification import (
@@ -94,7 +97,12 @@ from tactid.online import Identifier, PaperFilter
 from tactid.options import Options
 from tactid.payload import PayloadEstimate
 from tactid.result import Identification
-from tactid.schemas import calibration_schema, combination_schema, result_schema
+from tactid.schemas import (
+    calibration_schema,
+    combination_schema,
+    motion_schema,
+    result_schema,
+)
 from tactid.simulation import simulate
 
 __version__ = VERSION
@@ -112,19 +120,23 @@ __all__ = [
     "Combination",
     "DataFault",
     "Delay",
+    "DesignedMotion",
     "Estimator",
+    "ExcitationError",
     "Experiment",
     "ExperimentError",
     "Finding",
     "Fit",
     "Forecast",
     "FrameMotion",
+    "Grip",
     "History",
     "Identification",
     "IdentificationError",
     "Identifier",
     "InternalError",
     "KnownMass",
+    "LimitMargin",
     "LinearEstimate",
     "Lms",
     "LogError",
@@ -153,8 +165,10 @@ __all__ = [
     "combination_schema",
     "combine",
     "compare",
+    "design_excitation",
     "identify",
     "info",
+    "motion_schema",
     "read",
     "result_schema",
     "simulate",

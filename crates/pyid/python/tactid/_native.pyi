@@ -39,6 +39,8 @@ __all__ = [
     "Topic",
     "calibrate_arm",
     "combine",
+    "default_posture",
+    "design_excitation",
     "identify_arrays",
     "identify_log",
     "identify_logs",
@@ -47,6 +49,7 @@ __all__ = [
     "simulate",
     "wrench_regressor",
     "write_estimates",
+    "write_trajectory",
 ]
 
 VERSION: Final[str]
@@ -253,6 +256,22 @@ def calibrate_arm(
     progress: _Progress | None = None,
     robot: Manipulator | None = None,
 ) -> _Data: ...
+def default_posture(robot: Manipulator, tip: str) -> tuple[list[float], list[int]]: ...
+def design_excitation(
+    robot: Manipulator,
+    given: Mapping[str, object],
+    options: object,
+    progress: _Progress | None = None,
+) -> _Data: ...
+def write_trajectory(
+    path: _Path,
+    *,
+    joints: Sequence[str],
+    time: ArrayLike,
+    q: ArrayLike,
+    qd: ArrayLike,
+    qdd: ArrayLike,
+) -> None: ...
 def identify_log(log: _Path, options: object, progress: _Progress | None = None) -> _Data: ...
 def identify_logs(
     logs: Sequence[_Path], options: object, progress: _Progress | None = None

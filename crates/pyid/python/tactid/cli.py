@@ -22,6 +22,7 @@ from tactid.console import (
     progress,
 )
 from tactid.errors import ArgumentError, InternalError, TactidError
+from tactid.excite_command import excite
 from tactid.files import new_folder
 from tactid.identify_command import identify_recording
 from tactid.number_lists import NumberListCommand
@@ -165,13 +166,14 @@ def run_simulation(
     experiment: Annotated[
         Path | None, typer.Argument(help="A TOML file; the paper's experiment where left out.")
     ] = None,
+    out: Annotated[Path, typer.Option(help="The log to write.")] = Path("run.mcap"),
     motion: Annotated[
         Path | None,
         typer.Option(
-            help="A motion that the arm follows: its CSV file, or the folder of a designed motion."
+            help="A folder that tactid excite wrote, or its trajectory.mcap or .csv: the arm"
+            " follows it instead of the experiment's excitation."
         ),
     ] = None,
-    out: Annotated[Path, typer.Option(help="The log to write.")] = Path("run.mcap"),
 ) -> None:
     """Simulates an experiment and writes its log."""
     chosen = Experiment.paper() if experiment is None else Experiment.from_file(experiment)
@@ -188,6 +190,7 @@ def run_simulation(
 
 app.command("identify", cls=NumberListCommand, epilog=EXIT_CODES)(identify_recording)
 app.command("calibrate", cls=NumberListCommand)(calibrate_arm)
+app.command("excite", cls=NumberListCommand)(excite)
 app.command("compare", cls=NumberListCommand)(compare_recording)
 
 

@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import Field, dataclass, field, fields
 from typing import Any, Literal, TypeVar
 
-Use = Literal["log", "arrays", "online", "paper filter", "calibration"]
-"""Where an option can apply: to a log, to arrays, to ``Identifier``, to ``PaperFilter`` or to
-``calibrate``."""
+Use = Literal["log", "arrays", "online", "paper filter", "calibration", "design"]
+"""Where an option can apply: to a log, to arrays, to ``Identifier``, to ``PaperFilter``, to
+``calibrate`` or to ``design_excitation``."""
 
 _KEY = "option"
 _Class = TypeVar("_Class", bound=Callable[..., Any])

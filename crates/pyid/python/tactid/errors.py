@@ -62,6 +62,10 @@ class CalibrationError(TactidError):
     """A calibration that recordings do not allow, whose file is wrong, or of another robot."""
 
 
+class ExcitationError(TactidError):
+    """A motion that cannot be designed: the message names the limit that makes it impossible."""
+
+
 class InternalError(TactidError):
     """A fault of tactid itself.
 

@@ -4,6 +4,7 @@ Its parameters are the fields of ``tactid.Options``, and those below, which choo
 """
 
 import inspect
+import shlex
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, fields
 from enum import StrEnum
@@ -41,6 +42,7 @@ from tactid.errors import ArgumentError, IdentificationError
 from tactid.naming import command_line_flag
 from tactid.offline import identify
 from tactid.options import Options
+from tactid.outlook import needs_another_motion
 from tactid.output_files import check_outputs
 from tactid.payload import PayloadEstimate
 from tactid.result import Identification
@@ -79,6 +81,8 @@ class Output:
     result_file: Path | None
     report: Path | None
     estimates: Path | None
+    design: str | None
+    """The command that designs a better motion; None without a URDF."""
 
 
 def identify_recording(
@@ -116,7 +120,8 @@ def identify_recording(
     The numbers of one option are separated by commas or by spaces: --gravity 0 0 -9.81.
     """
     precision = option_text.fraction("--within", within)
-    output = Output(Form.JSON if as_json else form, precision, result_file, report, estimates)
+    chosen, design = Form.JSON if as_json else form, _design_command(options)
+    output = Output(chosen, precision, result_file, report, estimates, design)
     check_outputs(
         {"--result": result_file, "--report": report, "--estimates": estimates},
         {
@@ -264,7 +269,22 @@ def _table(log: Path, result: Identification | Combination) -> Table:
 def _lines(result: Identification | Combination, output: Output) -> list[str]:
     if isinstance(result, Combination):
         return combination_text.lines(result, "command-line")
-    return summary.lines(result, output.within, "command-line")
+    lines = summary.lines(result, output.within, "command-line")
+    if output.design is not None and needs_another_motion(result, output.within):
+        lines.append(f"A motion that would determine every value: {output.design}")
+    return lines
+
+
+def _design_command(options: dict[str, Any]) -> str | None:
+    """Returns the command that designs a motion for the robot, the tip and the method."""
+    if options["urdf"] is None:
+        return None
+    given = {name: options[name] for name in ("urdf", "tip", "method") if options[name] is not None}
+    words = [
+        word for name, value in given.items() for word in (command_line_flag(name), str(value))
+    ]
+    payload = "--payload-mass-max KG --payload-box X,Y,Z,X,Y,Z"
+    return f"tactid excite {shlex.join(words)} {payload} --out motion"
 
 
 def _in_form(form: Form, payload: PayloadEstimate) -> str:

@@ -32,9 +32,10 @@ ActsOn = Literal["payload", "sensor"]
 
 _LOG: tuple[Use, ...] = ("log",)
 _RECORDING: tuple[Use, ...] = ("log", "arrays")
-_LEAST_SQUARES: tuple[Use, ...] = ("log", "arrays", "online")
-_SAMPLES: tuple[Use, ...] = ("log", "arrays", "online", "paper filter")
-_ALL: tuple[Use, ...] = (*_SAMPLES, "calibration")
+_LEAST_SQUARES: tuple[Use, ...] = ("log", "arrays", "online", "design")
+_STREAM: tuple[Use, ...] = ("log", "arrays", "online", "paper filter", "calibration")
+_METHODS: tuple[Use, ...] = ("log", "arrays", "online", "paper filter", "design")
+_ALL: tuple[Use, ...] = (*_STREAM, "design")
 _EFFORTS: tuple[Use, ...] = ("log", "arrays", "calibration")
 _LOGS: tuple[Use, ...] = ("log", "calibration")
 _PAPER: tuple[Use, ...] = ("log", "arrays", "paper filter")
@@ -136,10 +137,10 @@ class Options:
         " the known gripper is subtracted (joint-sensing); or all that is measured, each channel"
         " weighted by its own residuals (combined).",
         MEASUREMENTS,
-        _SAMPLES,
+        _METHODS,
         rust_field="Request::method",
         default="tactile where there are wrenches, else effort",
-        python="Online, the default is tactile.",
+        python="Online, the default is tactile, as it is for a design.",
     )
     unloaded: str | os.PathLike[str] | Mapping[str, ArrayLike] | None = option(
         "An unloaded recording of the same motion, whose joint efforts are subtracted by the effort"
@@ -170,7 +171,7 @@ class Options:
     max_gap: float | None = option(
         "Longest time between two samples that is bridged.",
         MEASUREMENTS,
-        _ALL,
+        _STREAM,
         rust_field="Request::max_gap_s",
         default="five periods of the slowest stream; 0.1 online and for the paper's filter",
         unit="s",
@@ -268,8 +269,8 @@ class Options:
         NOISE,
         _ALL,
         rust_field="Request::cutoff_hz",
-        default="chosen from the data of a recording; 10 online and for the paper's filter; 2 for a"
-        " calibration",
+        default="chosen from the data of a recording; 10 online, for the paper's filter and for a"
+        " design; 2 for a calibration",
         unit="Hz",
     )
     wrench_noise: ArrayLike | None = option(
@@ -279,7 +280,7 @@ class Options:
         NOISE,
         _LEAST_SQUARES,
         rust_field="Request::wrench_noise",
-        default="estimated from the residuals",
+        default="estimated from the residuals; for a design 0.5 N and 0.05 N m",
         unit="N and N m",
         metavar="FX,FY,FZ,MX,MY,MZ",
         argument=list[str],
@@ -290,7 +291,7 @@ class Options:
         NOISE,
         _LEAST_SQUARES,
         rust_field="Request::effort_noise",
-        default="estimated from the residuals",
+        default="estimated from the residuals; for a design 0.5",
         unit="N m or N",
         metavar="S,S,...",
         argument=str,
@@ -369,6 +370,7 @@ _NAMES: dict[Use, str] = {
     "online": "Identifier",
     "paper filter": "PaperFilter",
     "calibration": "a calibration",
+    "design": "the design of a motion",
 }
 
 

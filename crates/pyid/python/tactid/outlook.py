@@ -51,6 +51,16 @@ def outlook(result: IdentificationData, within: float = WITHIN) -> str | None:
     return f"{every} is known {target} after another {more} of this motion, {last} last."
 
 
+def needs_another_motion(result: IdentificationData, within: float = WITHIN) -> bool:
+    """Returns whether some value stays unknown however long this motion goes on, or almost so."""
+    if result.is_contradicted or any(noticed.kind in DOUBTS for noticed in result.findings):
+        return False
+    identifiable = np.array(result.estimate.identifiable)
+    remaining = result.remaining(within)
+    hopeless = (remaining > TOO_LONG * result.duration) & ~_limited_by_gains(result, within)
+    return not np.isnan(remaining).any() and bool((hopeless | ~identifiable).any())
+
+
 def _limited_by_gains(result: IdentificationData, within: float) -> NDArray[np.bool_]:
     """Returns the values that the uncertainty of the gains alone keeps from the target."""
     limited = np.zeros(len(VALUE_NAMES), bool)

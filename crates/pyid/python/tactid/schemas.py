@@ -31,6 +31,17 @@ def combination_schema() -> dict[str, Any]:
     return found | {"$defs": found["$defs"] | definitions | {"result": single}}
 
 
+def motion_schema() -> dict[str, Any]:
+    """Returns the JSON schema of designed motions, which describes every key with its unit.
+
+    :meth:`DesignedMotion.to_json` returns such a document.
+
+    >>> tactid.motion_schema()["properties"]["schema"]["const"]
+    'tactid.motion/1'
+    """
+    return _schema("motion")
+
+
 def result_schema() -> dict[str, Any]:
     """Returns the JSON schema of results, which describes every key with its unit and frame.
 

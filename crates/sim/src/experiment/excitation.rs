@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 pub struct Excitation {
     /// What the joints follow. A designed motion has neither mode nor command noise, and moves the joints of its file.
     pub kind: ExcitationKind,
-    /// CSV file of a designed motion, relative to the experiment's file, with the columns `time_s`, and `q_NAME` (rad or m) and
-    /// `qd_NAME` (rad/s or m/s) for each joint of the arm, as a design writes it. Default none.
+    /// A designed motion, relative to the experiment's file: its folder, its log, or a CSV file with the columns `time_s`, and
+    /// `q_NAME` (rad or m) and `qd_NAME` (rad/s or m/s) for each joint of the arm. Default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
     /// Order in which the joints are driven.

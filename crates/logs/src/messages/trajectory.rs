@@ -1,0 +1,65 @@
+//! Messages of `trajectory_msgs`: motions of joints over time.
+
+use serde::{Deserialize, Serialize};
+
+use super::Header;
+
+/// `builtin_interfaces/msg/Duration`: a span of time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Duration {
+    /// Whole seconds.
+    pub sec: i32,
+    /// Nanoseconds after `sec`, less than 1e9.
+    pub nanosec: u32,
+}
+
+impl Duration {
+    /// Converts nanoseconds. A span of more than 68 years becomes the longest representable one.
+    #[must_use]
+    pub fn from_ns(ns: u64) -> Self {
+        match i32::try_from(ns / 1_000_000_000) {
+            // The remainder is below 1e9, which fits in u32.
+            Ok(sec) => Self {
+                sec,
+                nanosec: (ns % 1_000_000_000) as u32,
+            },
+            Err(_) => Self {
+                sec: i32::MAX,
+                nanosec: 999_999_999,
+            },
+        }
+    }
+
+    /// Returns the span in seconds.
+    #[must_use]
+    pub fn as_s(self) -> f64 {
+        f64::from(self.sec) + 1e-9 * f64::from(self.nanosec)
+    }
+}
+
+/// `trajectory_msgs/msg/JointTrajectoryPoint`: states of joints at one time. Each sequence is either empty or as long as
+/// the trajectory's list of joint names.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct JointTrajectoryPoint {
+    /// Positions, rad or m.
+    pub positions: Vec<f64>,
+    /// Velocities, rad/s or m/s.
+    pub velocities: Vec<f64>,
+    /// Accelerations, rad/s² or m/s².
+    pub accelerations: Vec<f64>,
+    /// Efforts, N m or N.
+    pub effort: Vec<f64>,
+    /// Time since the start of the trajectory.
+    pub time_from_start: Duration,
+}
+
+/// `trajectory_msgs/msg/JointTrajectory`: a motion of joints.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct JointTrajectory {
+    /// Time at which the motion starts; zero for as soon as it arrives.
+    pub header: Header,
+    /// Names of the joints.
+    pub joint_names: Vec<String>,
+    /// States in order of time.
+    pub points: Vec<JointTrajectoryPoint>,
+}

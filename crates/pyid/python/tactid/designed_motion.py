@@ -1,0 +1,63 @@
+"""A designed motion: its states, what it will determine, and how much of its limits it uses."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from tactid import motion_files, motion_json, motion_text
+from tactid.field_docs import with_fields
+from tactid.motion_data import LimitMargin, MotionData
+from tactid.output_files import checked_output
+
+__all__ = ["DesignedMotion", "LimitMargin"]
+
+
+@with_fields
+@dataclass(frozen=True, eq=False, repr=False)
+class DesignedMotion(MotionData):
+    """A motion of all joints of a robot, as :func:`tactid.design_excitation` returns it.
+
+    ``print`` shows the intervals that it will give and the limits that it uses. The arrays are in
+    the robot's order of joints; joints that do not move the tip rest.
+    """
+
+    def write(self, folder: str | os.PathLike[str]) -> None:
+        """Writes the motion into a folder, which is made where it does not exist.
+
+        The files are those of the command ``tactid excite``: ``trajectory.mcap``,
+        ``trajectory.csv``, ``trajectory.script`` (Universal Robots), ``franka.csv``,
+        ``moveit.yaml`` and ``result.json``.
+
+        Args:
+            folder: The folder to write into.
+
+        Raises:
+            ArgumentError: The folder cannot be written, or is a file.
+            LogError: ``trajectory.mcap`` cannot be written.
+        """
+        motion_files.write(self, Path(folder))
+
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Writes the report: one HTML file with the table and figures of the motion.
+
+        Args:
+            path: The file to write.
+
+        Raises:
+            ArgumentError: The folder does not exist.
+        """
+        from tactid import motion_report  # imports matplotlib, which takes a while to load
+
+        motion_report.write_report(self, checked_output(path, {}))
+
+    def to_json(self) -> str:
+        """Returns the result of the design as JSON, as ``result.json`` has it."""
+        return motion_json.to_json(self)
+
+    def __repr__(self) -> str:
+        return f"<tactid.DesignedMotion: {self.duration_s:g} s, {len(self.joints)} joints>"
+
+    def __str__(self) -> str:
+        return motion_text.text(self)

@@ -1,0 +1,90 @@
+"""The command ``tactid excite``: the motion from which a payload is identified quickly."""
+
+import inspect
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from tactid import excite_options, motion_files, motion_text
+from tactid._native import Manipulator
+from tactid.console import interruptible, notes, print_whole, progress, write_files
+from tactid.designed_motion import DesignedMotion
+from tactid.errors import ArgumentError
+from tactid.excitation import design_excitation
+from tactid.files import new_folder
+from tactid.identify_command import option_parameters, read_options
+from tactid.options import option_names
+from tactid.output_files import check_outputs
+from tactid.terminal import printable
+
+REPORT = "report.html"
+"""Name of the report in the folder of a motion."""
+
+
+def excite(
+    urdf: Annotated[Path, typer.Option(help="The robot's URDF file, without the payload.")],
+    out: Annotated[Path, typer.Option(help="Folder for the motion, its result and its report.")],
+    base: Annotated[
+        Literal["fixed", "floating"] | None,
+        typer.Option(
+            help="Whether the base floats. Default: fixed, unless its motion is bounded.",
+            show_default=False,
+        ),
+    ] = None,
+    **arguments: Any,
+) -> None:
+    """Designs the motion from which a payload is identified quickly, within the robot's limits.
+
+    The numbers of one option are separated by commas or by spaces: --from 0 -1.2 1.6 -0.4 1.5 0.
+    """
+    if out.exists() and not out.is_dir():
+        raise ArgumentError(f"--out {out} is a file: expected a folder")
+    keywords = excite_options.read(arguments)
+    options = {name: arguments[name] for name in option_names("design")}
+    floats = "base_attitude" in keywords or "base_position" in keywords
+    robot = Manipulator.from_urdf(urdf, base or ("floating" if floats else "fixed"))
+    with interruptible("no motion was written"), progress("designing") as done:
+        motion = design_excitation(
+            robot,
+            options=read_options(dict.fromkeys(option_names()) | options),
+            progress=done,
+            **keywords,
+        )
+    with new_folder(out):
+        writers = motion_files.writers(motion, out)
+        writers[out / REPORT] = partial(_write_report, motion)
+        check_outputs({f"{path.name} in --out": path for path in writers}, {"--urdf": urdf})
+        _print(motion)
+        write_files(writers)
+    notes.print(f"Wrote {out}: {', '.join(path.name for path in writers)}.")
+
+
+def _print(motion: DesignedMotion) -> None:
+    print(printable(motion_text.heading(motion)))
+    print_whole(motion_text.rich_table(motion))
+    print_whole(motion_text.limits_table(motion))
+    for line in motion_text.lines(motion, "command-line"):
+        notes.print(line, markup=False)
+
+
+def _write_report(motion: DesignedMotion, path: Path) -> None:
+    with notes.status("drawing"):
+        from tactid import motion_report  # imports matplotlib, which takes a while to load
+
+        motion_report.write_report(motion, path, "command-line")
+
+
+def _show_options() -> None:
+    """Gives the command the signature that typer reads: its own parameters and the options."""
+    signature = inspect.signature(excite)
+    own = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
+    own = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own]
+    options = [p for p in option_parameters() if p.name in option_names("design")]
+    parameters = [*own, *excite_options.parameters(), *options]
+    excite.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+    excite.__annotations__ = {p.name: p.annotation for p in parameters}
+
+
+_show_options()

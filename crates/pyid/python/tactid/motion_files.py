@@ -1,0 +1,167 @@
+"""The files of a designed motion: for tactid, spreadsheets and the controllers of robots."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from tactid import _native, motion_json
+from tactid.errors import ArgumentError
+from tactid.files import atomic_path, new_folder, write_atomically
+from tactid.fit import Array
+from tactid.motion_data import MotionData
+
+UR_PERIOD_S = 0.002
+"""Time between two calls of ``servoj`` on an e-Series robot, s: the manual's default."""
+
+FRANKA_PERIOD_S = 0.001
+"""Period of the control loop of libfranka, s."""
+
+MOVEIT_PERIOD_S = 0.02
+"""Time between two points for MoveIt, s: controllers interpolate by position, velocity and
+acceleration."""
+
+Writer = Callable[[MotionData, Path], None]
+
+
+def write(motion: MotionData, folder: Path) -> None:
+    """Writes all files of a motion into a folder, which is made where it does not exist."""
+    if folder.exists() and not folder.is_dir():
+        raise ArgumentError(f"{folder} is a file: expected a folder")
+    with new_folder(folder):
+        for path, write_file in writers(motion, folder).items():
+            write_file(path)
+
+
+def writers(motion: MotionData, folder: Path) -> dict[Path, Callable[[Path], None]]:
+    """Returns what writes each file of a motion, by its path."""
+    return {folder / name: partial(writer, motion) for name, writer in WRITERS.items()}
+
+
+def _write_mcap(motion: MotionData, path: Path) -> None:
+    places = _moving(motion)
+    states = {name: getattr(motion, name)[:, places] for name in ("q", "qd", "qdd")}
+    with atomic_path(path) as temporary:
+        _native.write_trajectory(temporary, joints=motion.moving, time=motion.time, **states)
+
+
+def _write_csv(motion: MotionData, path: Path) -> None:
+    names = [f"{kind}_{name}" for kind in ("q", "qd", "qdd") for name in motion.moving]
+    places = _moving(motion)
+    states = [values[:, places] for values in (motion.q, motion.qd, motion.qdd)]
+    rows = np.column_stack([motion.time, *states])
+    lines = [",".join(["time_s", *names]), *(",".join(map(_exact, row)) for row in rows.tolist())]
+    write_atomically(path, "\n".join(lines) + "\n")
+
+
+def _write_urscript(motion: MotionData, path: Path) -> None:
+    """Writes a URScript program.
+
+    ``servoj`` is of the script manual of Universal Robots: universal-robots.com/manuals, "Module
+    motion".
+    """
+    first, *others = _at(motion, UR_PERIOD_S).tolist()
+    calls = [f"  servoj({_list(q)}, 0, 0, {UR_PERIOD_S}, 0.1, 300)" for q in others]
+    lines = [
+        "# Written by tactid: joint positions in rad, in the order of the URDF:",
+        f"# {', '.join(motion.moving)}",
+        "def tactid_motion():",
+        f"  movej({_list(first)}, a=0.5, v=0.3)",
+        "  sleep(1.0)",
+        *calls,
+        "  stopj(2.0)",
+        "end",
+    ]
+    write_atomically(path, "\n".join(lines) + "\n")
+
+
+def _write_franka(motion: MotionData, path: Path) -> None:
+    """Writes a row of joint positions for each period of libfranka's control loop.
+
+    Its example ``generate_joint_position_motion.cpp`` returns such a row as
+    ``franka::JointPositions`` from each call of its callback.
+    """
+    rows = _at(motion, FRANKA_PERIOD_S).tolist()
+    write_atomically(path, "".join(",".join(map(_exact, row)) + "\n" for row in rows))
+
+
+def _write_moveit(motion: MotionData, path: Path) -> None:
+    """Writes a ``moveit_msgs/msg/RobotTrajectory`` as YAML, as ``ros2 topic echo`` prints it."""
+    places = _moving(motion)
+    lines = [
+        "joint_trajectory:",
+        "  header: {stamp: {sec: 0, nanosec: 0}, frame_id: ''}",
+        f"  joint_names: [{', '.join(map(_quoted, motion.moving))}]",
+        "  points:",
+    ]
+    times = _times(motion, MOVEIT_PERIOD_S)
+    states = {
+        "positions": motion.q,
+        "velocities": motion.qd,
+        "accelerations": motion.qdd,
+    }
+    columns = {name: _sampled(motion, of[:, places], times) for name, of in states.items()}
+    for k, time in enumerate(times.tolist()):
+        sec, nanosec = divmod(round(time * 1e9), 1_000_000_000)
+        parts = [f"{name}: {_list(of[k].tolist())}" for name, of in columns.items()]
+        parts += ["effort: []", f"time_from_start: {{sec: {sec}, nanosec: {nanosec}}}"]
+        lines.append("  - {" + ", ".join(parts) + "}")
+    lines += [
+        "multi_dof_joint_trajectory:",
+        "  header: {stamp: {sec: 0, nanosec: 0}, frame_id: ''}",
+        "  joint_names: []",
+        "  points: []",
+    ]
+    write_atomically(path, "\n".join(lines) + "\n")
+
+
+def _write_result(motion: MotionData, path: Path) -> None:
+    write_atomically(path, motion_json.to_json(motion))
+
+
+WRITERS: dict[str, Writer] = {
+    "trajectory.mcap": _write_mcap,
+    "trajectory.csv": _write_csv,
+    "trajectory.script": _write_urscript,
+    "franka.csv": _write_franka,
+    "moveit.yaml": _write_moveit,
+    "result.json": _write_result,
+}
+"""What writes each file of a motion, by its name."""
+
+
+def _moving(motion: MotionData) -> list[int]:
+    return [motion.joints.index(name) for name in motion.moving]
+
+
+def _times(motion: MotionData, period_s: float) -> Array:
+    """Returns times from the start to the end, which is a multiple of no period."""
+    times = np.arange(0, motion.duration_s, period_s)
+    return np.append(times, motion.duration_s)
+
+
+def _at(motion: MotionData, period_s: float) -> Array:
+    """Returns the positions of the joints that move, once a period; the last rest at the end."""
+    count = int(np.ceil(motion.duration_s / period_s)) + 1
+    times = np.minimum(np.arange(count) * period_s, motion.duration_s)
+    return _sampled(motion, motion.q[:, _moving(motion)], times)
+
+
+def _sampled(motion: MotionData, values: Array, times: Array) -> Array:
+    """Returns values at times, by lines between the samples of the motion."""
+    columns = [np.interp(times, motion.time, column) for column in values.T]
+    return np.stack(columns, axis=-1)
+
+
+def _list(numbers: list[float]) -> str:
+    return "[" + ", ".join(map(_exact, numbers)) + "]"
+
+
+def _exact(number: float) -> str:
+    """Returns a number with a resolution of a nanoradian, without a minus before zero."""
+    return f"{number:.9f}" if abs(number) >= 5e-10 else "0.000000000"
+
+
+def _quoted(name: str) -> str:
+    return "'" + name.replace("'", "''") + "'"

@@ -1,0 +1,102 @@
+"""The report of a designed motion: one HTML file with its tables and figures."""
+
+import html
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from tactid import drawing, motion_text, page
+from tactid.drawing import ESTIMATE, TRUE
+from tactid.files import write_atomically
+from tactid.motion_data import MotionData
+from tactid.naming import Style
+from tactid.values import KINDS, NAMES, Z95, flat
+
+MOTION_CAPTION = (
+    "Position, velocity and acceleration of the joints that move, rad and s (m for a prismatic"
+    " joint)."
+)
+INTERVALS_CAPTION = (
+    "Half of each predicted 95 % interval over time, in percent of the largest expected value of"
+    " its kind. The line is the target."
+)
+BASE_CAPTION = "Largest angle by which the base has turned, with the expected payload."
+
+
+def write_report(motion: MotionData, path: Path, style: Style = "keyword") -> None:
+    """Writes the report of a designed motion."""
+    write_atomically(path, render(motion, style))
+
+
+def render(motion: MotionData, style: Style = "keyword") -> str:
+    """Returns the report as HTML, figures included."""
+    items = "".join(f"<li>{html.escape(line)}</li>" for line in motion_text.lines(motion, style))
+    with mpl.rc_context(drawing.STYLE):
+        figures = page.figure(drawing.png(_motion(motion)), MOTION_CAPTION)
+        figures += page.figure(drawing.png(_intervals(motion)), INTERVALS_CAPTION)
+        if motion.base_attitude_deg is not None:
+            figures += page.figure(drawing.png(_base(motion)), BASE_CAPTION)
+    values = _table(("value", "unit", "expected", "± 95 %", "of target"), motion_text.rows(motion))
+    margins = [motion_text.margin_cells(margin) for margin in motion_text.most_used(motion)]
+    return page.document(
+        "tactid: designed motion",
+        f"""<h1>Designed motion</h1>
+<p class="lead">{html.escape(motion_text.heading(motion))}</p>
+{values}
+<ul>{items}</ul>
+<h2>Motion</h2>
+{figures}
+<h2>Limits</h2>
+{_table(("limit", "used", "at", ""), margins)}""",
+    )
+
+
+def _table(heads: tuple[str, ...], rows: list[list[str]]) -> str:
+    head = "".join(f"<th>{html.escape(text)}</th>" for text in heads)
+    body = "".join(
+        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>\n"
+        for row in rows
+    )
+    return f'<div class="wide"><table><thead><tr>{head}</tr></thead>\n{body}</table></div>'
+
+
+def _motion(motion: MotionData) -> Figure:
+    figure = Figure(figsize=(9.0, 6.0))
+    axes = figure.subplots(3, 1, sharex=True)
+    places = [motion.joints.index(name) for name in motion.moving]
+    quantities = (("position", motion.q), ("velocity", motion.qd), ("acceleration", motion.qdd))
+    for one, (name, values) in zip(axes, quantities, strict=True):
+        for place in places:
+            one.plot(motion.time, values[:, place], label=motion.joints[place].replace("$", r"\$"))
+        one.set_ylabel(name)
+    axes[-1].set_xlabel("time / s")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=4)
+    return figure
+
+
+def _intervals(motion: MotionData) -> Figure:
+    figure = Figure(figsize=(9.0, 3.2))
+    axes = figure.subplots()
+    expected = np.abs(flat(dict(motion.expected_payload)))
+    for kind in KINDS:
+        for k in range(*kind.indices(len(NAMES))):
+            percent = 100 * Z95 * motion.history_std_devs[:, k] / expected[kind].max()
+            axes.plot(motion.history_time, percent, label=NAMES[k])
+    axes.axhline(100 * motion.within, color=TRUE, linewidth=0.8)
+    axes.set_yscale("log")
+    axes.set_xlabel("time / s")
+    axes.set_ylabel("± 95 % / %")
+    figure.legend(loc="outside right upper")
+    return figure
+
+
+def _base(motion: MotionData) -> Figure:
+    figure = Figure(figsize=(9.0, 2.2))
+    axes = figure.subplots()
+    axes.plot(motion.history_time, motion.history_base_attitude_deg, color=ESTIMATE)
+    axes.set_xlabel("time / s")
+    axes.set_ylabel("angle / degrees")
+    return figure

@@ -1,0 +1,100 @@
+"""A designed motion in words: its table, and what a reader must know besides."""
+
+from rich import box
+from rich.table import Table
+
+from tactid import table
+from tactid.motion_data import LimitMargin, MotionData
+from tactid.naming import Style, listed, option_name
+from tactid.values import NAMES, UNITS, Z95, digits_of, flat
+
+MOST_SHOWN = 6
+"""Largest number of limits in the table of those that are used most."""
+
+
+def heading(motion: MotionData) -> str:
+    """Says what the numbers of the table are."""
+    return (
+        f"Motion of {motion.duration_s:.4g} s for the payload at {motion.tip} ({motion.method}):"
+        " predicted 95 % intervals"
+    )
+
+
+def rich_table(motion: MotionData) -> Table:
+    """Returns the table of predicted intervals: a row for each value."""
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    shown.add_column("value")
+    shown.add_column("unit", style="dim")
+    for name in ("expected", "± 95 %", "of target"):
+        shown.add_column(name, justify="right")
+    for row in rows(motion):
+        shown.add_row(*row)
+    return shown
+
+
+def rows(motion: MotionData) -> list[list[str]]:
+    """Returns the cells of the table: a list for each of the ten values."""
+    expected, ratios = flat(dict(motion.expected_payload)), flat(dict(motion.interval_ratio))
+    std_devs = flat(dict(motion.predicted_std_dev))
+    cells = []
+    for k, (name, unit) in enumerate(zip(NAMES, UNITS, strict=True)):
+        half_width = Z95 * std_devs[k]
+        digits = digits_of(half_width)
+        value, interval = f"{expected[k]:.{digits}f}", f"{half_width:.{digits}f}"
+        cells.append([name, unit, value, interval, f"{100 * ratios[k]:.0f} %"])
+    return cells
+
+
+def limits_table(motion: MotionData) -> Table:
+    """Returns the table of the limits of which most is used."""
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    shown.add_column("limit")
+    for name in ("used", "at"):
+        shown.add_column(name, justify="right")
+    shown.add_column("")
+    for margin in most_used(motion)[:MOST_SHOWN]:
+        shown.add_row(*margin_cells(margin))
+    return shown
+
+
+def most_used(motion: MotionData) -> list[LimitMargin]:
+    """Returns the margins, those of which most is used first."""
+    return sorted(motion.margins, key=lambda margin: -margin.used)
+
+
+def margin_cells(margin: LimitMargin) -> list[str]:
+    """Returns the cells of one limit."""
+    used = f"{100 * margin.used:.1f} %"
+    return [margin.limit, used, f"{margin.time:.2f} s", "binds" if margin.binds else ""]
+
+
+def lines(motion: MotionData, style: Style = "keyword") -> list[str]:
+    """Returns what a reader must know besides the table, a line each."""
+    ratios = flat(dict(motion.interval_ratio))
+    largest = max(ratios)
+    name = NAMES[ratios.index(largest)]
+    target = f"{100 * motion.within:g} %"
+    reached = f"Every value will be known within {target}"
+    if largest > 1:
+        reached = f"Not every value will be known within {target}: {name} needs a longer motion"
+    said = [f"{reached}, if the noise is as it is given."]
+    if motion.assumed_noise:
+        names = listed([option_name(each, style) for each in motion.assumed_noise])
+        said.append(f"The noise is assumed: give {names} of your sensors.")
+    if motion.base_attitude_deg is not None and motion.base_position_m is not None:
+        said.append(
+            f"The base turns by at most {motion.base_attitude_deg:.3g} degrees and moves by at most"
+            f" {1e3 * motion.base_position_m:.3g} mm with the expected payload."
+        )
+    binding = motion.binding_constraints
+    if binding:
+        more = f" and {len(binding) - MOST_SHOWN} more" if len(binding) > MOST_SHOWN else ""
+        said.append(f"What binds: {', '.join(binding[:MOST_SHOWN])}{more}.")
+    said.append("Collisions are not checked: look at the motion before the robot makes it.")
+    return said
+
+
+def text(motion: MotionData) -> str:
+    """Returns heading, tables and remarks as plain text."""
+    parts = [table.as_text(rich_table(motion)), table.as_text(limits_table(motion))]
+    return "\n".join([heading(motion), *parts, *lines(motion)])

@@ -1,0 +1,386 @@
+//! Design of motions. The package's `design_excitation` calls it.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+use nalgebra::{Point3, Unit, Vector3};
+use pyo3::prelude::*;
+use tactid_excitation::{
+    BaseBounds, Criterion, Design, DesignSettings, Grip, JointLimits, JointStates, Motion, Problem,
+    Progress, Sensing, ShortestSettings, design_observed, margins, predict, shortest,
+    targets_within,
+};
+use tactid_identify::{EquationSettings, Method};
+use tactid_logs::messages::{Duration, JointTrajectory, JointTrajectoryPoint};
+use tactid_logs::{Durability, LogError, LogWriter};
+
+use crate::arguments::read_robot;
+use crate::arrays::{Array, Series, array, common_length};
+use crate::errors::{ArgumentError, IntoPyErr, detached, option_error};
+use crate::inertia::MassProperties;
+use crate::interruption::InterruptionCheck;
+use crate::options;
+use crate::text::Text;
+
+/// Number of beginnings of a motion for which intervals are predicted.
+const BEGINNINGS: usize = 24;
+
+/// Number of designs that the search for the shortest motion needs, about.
+const DESIGNS_OF_SHORTEST: usize = 8;
+
+/// Topic of a designed motion.
+const TRAJECTORY_TOPIC: &str = "/joint_trajectory";
+
+/// Time of the message of a designed motion, ns. ROS takes a stamp of zero for a missing one.
+const LOG_TIME_NS: u64 = 1_000_000_000;
+
+/// A grip: centre, normal, distance of the pads, force, friction, torsion radius, fraction that may be used.
+type GripData = ([f64; 3], [f64; 3], f64, f64, f64, f64, f64);
+
+/// The keywords of `design_excitation` that are no options of an identification.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Given {
+    start: Vec<f64>,
+    sensors: Vec<String>,
+    sample_rate: f64,
+    base_noise: Option<[f64; 6]>,
+    speed: f64,
+    acceleration: f64,
+    payloads: Vec<Py<MassProperties>>,
+    duration: Option<f64>,
+    within: f64,
+    longest: f64,
+    wrench_limit: Option<[f64; 6]>,
+    grip: Option<GripData>,
+    base_attitude: Option<f64>,
+    base_position: Option<f64>,
+    volume: bool,
+    seed: u64,
+    rate: f64,
+}
+
+/// `tactid.excitation.LimitMargin`.
+#[derive(IntoPyObject)]
+struct MarginData {
+    limit: String,
+    used: f64,
+    time: f64,
+    binds: bool,
+}
+
+/// What the beginning of a motion up to each time determines, and where the base has been.
+struct Beginnings {
+    times: Vec<f64>,
+    std_devs: Vec<f64>,
+    base_attitude: Vec<f64>,
+}
+
+/// What `tactid.design_excitation` makes its result from.
+#[derive(IntoPyObject)]
+pub(crate) struct DesignData {
+    moving: Vec<usize>,
+    time: Array,
+    q: Array,
+    qd: Array,
+    qdd: Array,
+    std_devs: [f64; 10],
+    ratios: [f64; 10],
+    base_attitude: f64,
+    base_position: f64,
+    margins: Vec<MarginData>,
+    duration: f64,
+    history_time: Array,
+    history_std_devs: Array,
+    history_base_attitude: Array,
+}
+
+/// Returns a posture within the limits of all joints, zero or the middle of a range that excludes it, and the indices of
+/// the joints that move a link.
+#[pyfunction]
+pub(crate) fn default_posture(
+    robot: &Bound<'_, PyAny>,
+    tip: Text,
+) -> PyResult<(Vec<f64>, Vec<usize>)> {
+    let robot = read_robot(robot)?;
+    let robot = &robot.get().robot;
+    let tip = robot.frame(&tip).map_err(IntoPyErr::into_py_err)?;
+    let all = 0..robot.dof();
+    let rest = |joint| match robot.joint_limits(joint) {
+        Some((low, high)) if low > 0.0 || high < 0.0 => 0.5 * (low + high),
+        _ => 0.0,
+    };
+    let moving = all.clone().filter(|&joint| robot.moves(joint, tip));
+    Ok((all.map(rest).collect(), moving.collect()))
+}
+
+/// Designs a motion: see :func:`tactid.design_excitation`.
+#[pyfunction]
+#[pyo3(signature = (robot, given, options, progress=None))]
+pub(crate) fn design_excitation(
+    py: Python<'_>,
+    robot: &Bound<'_, PyAny>,
+    given: Given,
+    options: &Bound<'_, PyAny>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<DesignData> {
+    let robot = read_robot(robot)?;
+    let problem = problem(&robot, &given, options)?;
+    let settings = DesignSettings {
+        seed: given.seed,
+        ..DesignSettings::default()
+    };
+    let mut interruption = InterruptionCheck::new(progress);
+    let result = detached(py, || {
+        let design = designed(&problem, settings, &given, &mut interruption)?;
+        let beginnings = beginnings(&problem, &design, &mut interruption)?;
+        Ok((design, beginnings))
+    })?;
+    let result = result.map_err(|error: tactid_excitation::ExcitationError| error.into_py_err());
+    let (design, beginnings) = interruption.finish(py, result)?;
+    data(py, &problem, &design, beginnings, given.rate)
+}
+
+/// Returns the problem that the keywords describe.
+fn problem(
+    robot: &Bound<'_, crate::dynamics::Manipulator>,
+    given: &Given,
+    options: &Bound<'_, PyAny>,
+) -> PyResult<Problem> {
+    let request = options::request(options)?;
+    let defaults = EquationSettings::default();
+    let equations = EquationSettings {
+        method: request.method.unwrap_or(Method::Tactile),
+        gravity: request.gravity,
+        cutoff_hz: request.cutoff_hz.unwrap_or(defaults.cutoff_hz),
+        wrench_offset: request.wrench_offset.unwrap_or(defaults.wrench_offset),
+        wrench_noise: request.wrench_noise.unwrap_or_default(),
+        effort_noise: request.effort_noise.unwrap_or_default(),
+        ..defaults
+    };
+    let (model, urdf) = (&robot.get().robot, &robot.get().urdf);
+    let limits = JointLimits::of_urdf(urdf, model, given.acceleration, given.speed)
+        .map_err(IntoPyErr::into_py_err)?;
+    let sensing = Sensing {
+        sensors: given.sensors.clone(),
+        equations,
+        rate_hz: given.sample_rate,
+        base_noise: given.base_noise,
+    };
+    let mut payloads = given.payloads.iter().map(|body| body.get().0.into());
+    let missing = || ArgumentError::new_err("`payload` is missing");
+    let expected = payloads.next().ok_or_else(missing)?;
+    let targets = targets_within(&expected, given.within)
+        .ok_or_else(|| option_error("the expected payload has no mass".to_owned(), "payload"))?;
+    if targets.contains(&0.0) {
+        let message = "the centre of mass of the expected payload is at the origin of the tip's frame, so that no \
+                       precision can be a fraction of it: expect it elsewhere";
+        return Err(option_error(message.to_owned(), "payload"));
+    }
+    let tip = request.tip.as_deref().unwrap_or("tool0");
+    let model = model.clone();
+    let mut problem = Problem::new(model, tip, &given.start, limits, sensing, expected, targets);
+    problem.payloads.extend(payloads);
+    problem.duration_s = given
+        .duration
+        .unwrap_or(problem.duration_s.min(given.longest));
+    problem.base = BaseBounds {
+        attitude_rad: given.base_attitude,
+        position_m: given.base_position,
+    };
+    problem.wrench = given.wrench_limit;
+    problem.grip = given.grip.map(grip).transpose()?;
+    if given.volume {
+        problem.criterion = Criterion::Volume;
+    }
+    Ok(problem)
+}
+
+fn grip((center, normal, distance, force, friction, radius, used): GripData) -> PyResult<Grip> {
+    let normal = Unit::try_new(Vector3::from(normal), 0.0);
+    let no_normal = || option_error("the normal of the grip is zero".to_owned(), "grip");
+    Ok(Grip {
+        center: Point3::from(center),
+        normal: normal.ok_or_else(no_normal)?,
+        distance_m: distance,
+        grip_force_n: force,
+        friction,
+        torsion_radius_m: radius,
+        used_fraction: used,
+    })
+}
+
+/// Designs the motion, of the given duration or the shortest.
+fn designed(
+    problem: &Problem,
+    design: DesignSettings,
+    given: &Given,
+    interruption: &mut InterruptionCheck,
+) -> Result<Design, tactid_excitation::ExcitationError> {
+    let steps = 10 * design.starts + design.iterations + 20;
+    let designs = if given.duration.is_some() {
+        1
+    } else {
+        DESIGNS_OF_SHORTEST
+    };
+    let mut done = 0;
+    let mut observer = |_: &Progress| {
+        done += 1;
+        interruption.check((done as f64 / (steps * designs) as f64).min(0.99))
+    };
+    if given.duration.is_some() {
+        return design_observed(problem, &design, &mut observer);
+    }
+    let settings = ShortestSettings {
+        design,
+        longest_s: given.longest,
+        ..ShortestSettings::default()
+    };
+    shortest(problem, &settings, &mut observer)
+}
+
+/// The beginning of a motion.
+struct Beginning<'a> {
+    motion: &'a dyn Motion,
+    duration_s: f64,
+}
+
+impl Motion for Beginning<'_> {
+    fn duration_s(&self) -> f64 {
+        self.duration_s
+    }
+
+    fn at(&self, time_s: f64) -> JointStates {
+        self.motion.at(time_s)
+    }
+}
+
+/// Predicts the intervals after each of some beginnings of a motion; NaN where one does not determine every value.
+fn beginnings(
+    problem: &Problem,
+    design: &Design,
+    interruption: &mut InterruptionCheck,
+) -> Result<Beginnings, tactid_excitation::ExcitationError> {
+    let duration_s = design.trajectory.duration_s();
+    let mut found = Beginnings {
+        times: Vec::new(),
+        std_devs: Vec::new(),
+        base_attitude: Vec::new(),
+    };
+    for k in 1..=BEGINNINGS {
+        let beginning = Beginning {
+            motion: &design.trajectory,
+            duration_s: duration_s * k as f64 / BEGINNINGS as f64,
+        };
+        if let ControlFlow::Break(()) = interruption.check(0.99) {
+            return Err(tactid_excitation::ExcitationError::Interrupted);
+        }
+        // A short beginning does not determine all values.
+        let std_devs = predict(problem, &beginning).map_or([f64::NAN; 10], |found| found.std_devs);
+        let (_, excursion) = margins(problem, &beginning)?;
+        found.times.push(beginning.duration_s);
+        found.std_devs.extend(std_devs);
+        found.base_attitude.push(excursion.attitude_rad);
+    }
+    Ok(found)
+}
+
+fn data(
+    py: Python<'_>,
+    problem: &Problem,
+    design: &Design,
+    beginnings: Beginnings,
+    rate_hz: f64,
+) -> PyResult<DesignData> {
+    let duration_s = design.trajectory.duration_s();
+    let mut times = Vec::new();
+    let mut of_joints = [Vec::new(), Vec::new(), Vec::new()];
+    // The last sample is the end of the motion, at rest.
+    for k in 0..=(duration_s * rate_hz).ceil() as usize {
+        let time_s = (k as f64 / rate_hz).min(duration_s);
+        let states = design.trajectory.at(time_s);
+        times.push(time_s);
+        for (all, one) in
+            of_joints
+                .iter_mut()
+                .zip([states.position, states.velocity, states.acceleration])
+        {
+            all.extend(one);
+        }
+    }
+    let (samples, dof) = (times.len(), problem.robot.dof());
+    let [q, qd, qdd] = of_joints;
+    let margin = |margin: &tactid_excitation::Margin| MarginData {
+        limit: margin.limit.to_string(),
+        used: margin.used,
+        time: margin.time_s,
+        binds: margin.binds,
+    };
+    let moving = problem.moving_joints().map_err(IntoPyErr::into_py_err)?;
+    Ok(DesignData {
+        moving,
+        time: array(py, times, &[samples])?,
+        q: array(py, q, &[samples, dof])?,
+        qd: array(py, qd, &[samples, dof])?,
+        qdd: array(py, qdd, &[samples, dof])?,
+        std_devs: design.prediction.std_devs,
+        ratios: design.prediction.ratios,
+        base_attitude: design.excursion.attitude_rad,
+        base_position: design.excursion.position_m,
+        margins: design.margins.iter().map(margin).collect(),
+        duration: duration_s,
+        history_time: array(py, beginnings.times, &[BEGINNINGS])?,
+        history_std_devs: array(py, beginnings.std_devs, &[BEGINNINGS, 10])?,
+        history_base_attitude: array(py, beginnings.base_attitude, &[BEGINNINGS])?,
+    })
+}
+
+/// Writes a motion as a log with one `trajectory_msgs/msg/JointTrajectory`: see :meth:`tactid.DesignedMotion.write`.
+///
+/// Args:
+///     path: The ``.mcap`` file to write.
+///     joints: Names of the joints.
+///     time: Times since the start of the motion, (N,), s.
+///     q: Positions, (N, n); ``qd`` and ``qdd`` likewise.
+///
+/// Raises:
+///     LogError: The file cannot be written.
+///     ArgumentError: A shape does not fit.
+#[pyfunction]
+#[pyo3(signature = (path, *, joints, time, q, qd, qdd))]
+pub(crate) fn write_trajectory(
+    py: Python<'_>,
+    path: PathBuf,
+    joints: Vec<String>,
+    time: &Bound<'_, PyAny>,
+    q: &Bound<'_, PyAny>,
+    qd: &Bound<'_, PyAny>,
+    qdd: &Bound<'_, PyAny>,
+) -> PyResult<()> {
+    let time = Series::read(time, "time", &[])?;
+    let q = Series::read(q, "q", &[joints.len()])?;
+    let qd = Series::read(qd, "qd", &[joints.len()])?;
+    let qdd = Series::read(qdd, "qdd", &[joints.len()])?;
+    let count = common_length(&[&time, &q, &qd, &qdd])?.unwrap_or(1);
+    let point = |k| JointTrajectoryPoint {
+        positions: q.at(k).to_vec(),
+        velocities: qd.at(k).to_vec(),
+        accelerations: qdd.at(k).to_vec(),
+        effort: Vec::new(),
+        time_from_start: Duration::from_ns((time.at(k)[0] * 1e9).round() as u64),
+    };
+    // A stamp of zero starts the motion as soon as it arrives at a controller.
+    let message = JointTrajectory {
+        points: (0..count).map(point).collect(),
+        joint_names: joints,
+        ..JointTrajectory::default()
+    };
+    let write = || {
+        let mut log = LogWriter::create(&path)?;
+        let channel = log.channel::<JointTrajectory>(TRAJECTORY_TOPIC, Durability::Volatile)?;
+        log.write(&channel, LOG_TIME_NS, &message)?;
+        log.finish()?;
+        Ok::<_, LogError>(())
+    };
+    detached(py, write)?.map_err(IntoPyErr::into_py_err)
+}

@@ -1,0 +1,290 @@
+"""Designed motions: the function, the command, and the files that it writes."""
+
+import json
+from pathlib import Path
+from xml.etree import ElementTree
+
+import jsonschema
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from ruamel.yaml import YAML
+
+import tactid
+from conftest import TactidCommand
+from tactid.values import flat
+
+URDF = Path(__file__).parents[2] / "crates" / "sim" / "robots" / "tactid.urdf"
+START = [0.0, -1.2, 1.6, -0.4, 1.5, 0.0]
+BOX = [[-0.1, -0.08, 0.0], [0.14, 0.1, 0.2]]
+
+
+@pytest.fixture(scope="module")
+def motion() -> tactid.DesignedMotion:
+    robot = tactid.Manipulator.from_urdf(URDF)
+    return tactid.design_excitation(
+        robot, start=START, duration=2.0, payload_mass_max=2.0, payload_box=BOX, rate=500.0
+    )
+
+
+def test_motion_rests_at_both_ends_and_is_within_limits(motion: tactid.DesignedMotion) -> None:
+    assert motion.q.shape == motion.qd.shape == motion.qdd.shape == (len(motion.time), 8)
+    np.testing.assert_allclose(motion.q[[0, -1], :6], [START, START], atol=1e-9)
+    np.testing.assert_allclose(motion.qd[[0, -1]], 0, atol=1e-9)
+    assert motion.time[-1] == motion.duration_s == 2.0
+    assert np.abs(motion.qdd).max() <= 2.0 * (1 + 1e-6)
+    assert all(margin.used <= 1 + 1e-6 for margin in motion.margins)
+    assert motion.binding_constraints
+    # The velocities are the slopes of the positions.
+    slopes = np.gradient(motion.q, motion.time, axis=0)
+    np.testing.assert_allclose(slopes[1:-1], motion.qd[1:-1], atol=1e-4)
+
+
+def test_efforts_hold_with_every_corner_of_the_box(motion: tactid.DesignedMotion) -> None:
+    robot = tactid.Manipulator.from_urdf(URDF)
+    point = tactid.MassProperties(2.0, BOX[1], np.zeros((3, 3)))
+    held = robot.with_payload("tool0", point)
+    efforts, _ = held.inverse_dynamics(motion.q, motion.qd, motion.qdd, gravity=[0, 0, -9.81])
+    used = np.abs(efforts[:, :6]).max(axis=0)
+    margins = {each.limit: each.used for each in motion.margins}
+    for joint in range(6):
+        limit = margins[f"the effort of joint joint_{joint + 1}"]
+        # The corner that needs most may be another one.
+        assert used[joint] <= limit * _effort_limit(joint) * (1 + 1e-6)
+
+
+def _effort_limit(joint: int) -> float:
+    found = ElementTree.parse(URDF).getroot().find(f"joint[@name='joint_{joint + 1}']/limit")
+    assert found is not None
+    return float(found.attrib["effort"])
+
+
+def test_prediction_is_what_a_noisy_identification_achieves(motion: tactid.DesignedMotion) -> None:
+    robot = tactid.Manipulator.from_urdf(URDF)
+    expected = motion.expected_payload
+    inertia = expected["inertia"]
+    body = tactid.MassProperties(
+        expected["mass"],
+        list(expected["com"].values()),
+        [
+            [inertia["xx"], inertia["xy"], inertia["xz"]],
+            [inertia["xy"], inertia["yy"], inertia["yz"]],
+            [inertia["xz"], inertia["yz"], inertia["zz"]],
+        ],
+    )
+    tool = robot.kinematics("tool0", motion.q, motion.qd, motion.qdd)
+    turn = tool.pose[:, :3, :3]
+    moved = (
+        tool.acceleration + np.array([0, 0, 9.81]),
+        tool.angular_velocity,
+        tool.angular_acceleration,
+    )
+    rows = tactid.wrench_regressor(*(np.einsum("nij,ni->nj", turn, each) for each in moved))
+    random = np.random.default_rng(3)
+    errors = []
+    for _ in range(30):
+        noise = random.normal(size=(len(motion.time), 6)) * ([0.5] * 3 + [0.05] * 3)
+        result = tactid.identify(
+            motion.time,
+            robot=robot,
+            q=motion.q,
+            qd=motion.qd,
+            wrench=rows @ body.parameters + noise,
+            sensors="tool0",
+            tip="tool0",
+            cutoff=10.0,
+            delay=0.0,
+        )
+        errors.append(result.estimate.values[0] - body.mass)
+    rms = float(np.sqrt(np.mean(np.square(errors))))
+    assert 0.7 < rms / motion.predicted_std_dev["mass"] < 1.3
+
+
+def test_json_is_as_its_schema_says(motion: tactid.DesignedMotion) -> None:
+    jsonschema.validate(json.loads(motion.to_json()), tactid.motion_schema())
+
+
+def test_files_have_the_same_motion(motion: tactid.DesignedMotion, tmp_path: Path) -> None:
+    motion.write(tmp_path / "motion")
+    folder = tmp_path / "motion"
+    text = (folder / "trajectory.csv").read_text().splitlines()
+    assert text[0].startswith("time_s,q_joint_1,q_joint_2")
+    rows = np.loadtxt(text[1:], delimiter=",")
+    np.testing.assert_allclose(rows[:, 0], motion.time, atol=1e-9)
+    np.testing.assert_allclose(rows[:, 1:7], motion.q[:, :6], atol=1e-9)
+    np.testing.assert_allclose(rows[:, 13:19], motion.qdd[:, :6], atol=1e-9)
+    franka = np.loadtxt(folder / "franka.csv", delimiter=",")
+    assert franka.shape == (2001, 6)
+    script = (folder / "trajectory.script").read_text()
+    assert script.count("servoj(") == 1000
+    assert "nan" not in script
+
+
+def test_a_yaml_reader_reads_the_points_for_moveit(
+    motion: tactid.DesignedMotion, tmp_path: Path
+) -> None:
+    motion.write(tmp_path)
+    text = (tmp_path / "moveit.yaml").read_text()
+    found = YAML(typ="safe").load(text)["joint_trajectory"]
+    assert found["joint_names"] == list(motion.moving)
+    last = found["points"][-1]
+    assert last["time_from_start"] == {"sec": 2, "nanosec": 0}
+    np.testing.assert_allclose(last["positions"], START, atol=1e-8)
+
+
+def test_mcap_ros2_support_reads_the_trajectory(
+    motion: tactid.DesignedMotion, tmp_path: Path
+) -> None:
+    motion.write(tmp_path)
+    with (tmp_path / "trajectory.mcap").open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        ((_, channel, _, trajectory),) = reader.iter_decoded_messages()
+    assert channel.topic == "/joint_trajectory"
+    assert list(trajectory.joint_names) == list(motion.moving)
+    assert len(trajectory.points) == len(motion.time)
+    middle = trajectory.points[500]
+    assert middle.time_from_start.sec == 1
+    np.testing.assert_allclose(middle.velocities, motion.qd[500, :6])
+
+
+def test_progress_rises_and_an_exception_in_it_stops_the_design() -> None:
+    robot = tactid.Manipulator.from_urdf(URDF)
+    seen: list[float] = []
+
+    def stop(done: float) -> None:
+        seen.append(done)
+        if len(seen) == 3:
+            raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        tactid.design_excitation(
+            robot, start=START, payload_mass_max=2.0, payload_box=BOX, progress=stop
+        )
+    assert seen == sorted(seen)
+
+
+@pytest.mark.parametrize(
+    ("keywords", "expected"),
+    [
+        ({}, "the payload is missing: give `payload_mass_max` and `payload_box`"),
+        ({"payload_mass_max": 1.0}, "`payload_box` is missing"),
+        ({"payload_mass_max": 1.0, "payload_box": [1, 2]}, "`payload_box` must have"),
+        ({"duration": 1.0, "within": 0.1}, "`duration` and `within` are both given"),
+        ({"start": [0, 0], "payload_mass_max": 1.0, "payload_box": BOX}, "expected 6, one for"),
+        (
+            {"speed": -1.0, "payload_mass_max": 1.0, "payload_box": BOX},
+            "`speed` is -1.0: expected more than 0",
+        ),
+        ({"base_attitude": 0.1, "payload_mass_max": 1.0, "payload_box": BOX}, "base is fixed"),
+        ({"beta": 0.1}, "`beta` does not apply to the design of a motion"),
+        ({"wrong": 0.1}, "there is no keyword `wrong`"),
+    ],
+)
+def test_bad_arguments_are_errors(keywords: dict[str, object], expected: str) -> None:
+    robot = tactid.Manipulator.from_urdf(URDF)
+    with pytest.raises(tactid.ArgumentError, match=expected):
+        tactid.design_excitation(robot, **keywords)  # type: ignore[arg-type]
+
+
+ARM = ("excite", "--urdf", str(URDF), "--from", "0,-1.2,1.6,-0.4,1.5,0")
+
+
+def test_command_writes_a_folder(command: TactidCommand, tmp_path: Path) -> None:
+    out = tmp_path / "motion"
+    box = ("--payload-mass-max", "2", "--payload-box", "-0.1", "-0.1", "0", "0.1", "0.1", "0.2")
+    done = command(
+        *ARM, *box, "--duration", "2", "--wrench-noise", "1,1,1,.1,.1,.1", "--out", str(out)
+    )
+    assert done.returncode == 0, done.stderr
+    assert "predicted 95 % intervals" in done.stdout
+    assert "binds" in done.stdout
+    assert "assumed" not in done.stderr
+    names = {path.name for path in out.iterdir()}
+    assert {"trajectory.mcap", "trajectory.csv", "result.json", "report.html"} <= names
+    jsonschema.validate(json.loads((out / "result.json").read_text()), tactid.motion_schema())
+
+
+def test_command_names_the_limit_that_binds_and_writes_nothing(
+    command: TactidCommand, tmp_path: Path
+) -> None:
+    out = tmp_path / "motion"
+    heavy = ("--payload", "500,0.5,0,0,10,0,0,20,0,10", "--duration", "2")
+    done = command(*ARM, *heavy, "--out", str(out))
+    assert done.returncode == 2
+    assert "no motion is possible: the effort of joint joint_2 is" in done.stderr
+    assert not out.exists()
+    grip = "0.22,0,0.075,0,1,0,0.04,10,0.1,0.05"
+    held = command(*ARM, "--payload", "1,0.1,0,0,.1,0,0,.1,0,.1", "--grip", grip, "--out", str(out))
+    assert held.returncode == 2
+    assert "pad" in held.stderr
+    assert "--grip" in held.stderr
+    assert not out.exists()
+
+
+def test_simulated_motion_is_identified_as_precisely_as_predicted(
+    command: TactidCommand, tmp_path: Path
+) -> None:
+    """From the design through the simulation and its log to the payload, on a floating base."""
+    experiment = tactid.Experiment.paper()
+    robot = tactid.Manipulator.from_urdf(experiment.urdf, base="floating")
+    noise = [1.0] * 3 + [0.1] * 3
+    motion = tactid.design_excitation(
+        robot,
+        start=START,
+        duration=5.0,
+        payload=experiment.payload,
+        sensors=["finger_left_link", "finger_right_link"],
+        wrench_noise=noise,
+        acceleration=0.5,
+        grip=tactid.Grip([0.22, 0, 0.075], [0, 1, 0], 0.04, 1500, 0.8, 0.05),
+        base_attitude=np.radians(0.1),
+    )
+    assert motion.base_attitude_deg is not None
+    assert motion.base_attitude_deg <= 0.1 * (1 + 1e-6)
+    motion.write(tmp_path / "motion")
+    (tmp_path / "noisy.toml").write_text(
+        "[noise]\nfinger_force_n = 1.0\nfinger_moment_nm = 0.1\n"
+        '[excitation]\nkind = "designed"\nfile = "motion/trajectory.csv"\n'
+    )
+    for arguments in (["noisy.toml"], ["noisy.toml", "--motion", "motion"]):
+        done = command("simulate", *arguments, "--out", "run.mcap")
+        assert done.returncode == 0, done.stderr
+    result = tactid.identify(tmp_path / "run.mcap", cutoff=10.0, delay=0.0)
+    achieved = np.array(result.estimate.std_devs)
+    predicted = np.array(flat(dict(motion.predicted_std_dev)))
+    np.testing.assert_allclose(achieved, predicted, rtol=0.25)
+    # The base of the simulation is bounded, too.
+    quaternion = tactid.read(tmp_path / "run.mcap", "/base/odom")["pose"][:, 3:]
+    cosine = np.abs(quaternion @ quaternion[0]).clip(max=1)
+    assert np.degrees(2 * np.arccos(cosine)).max() < 0.11
+
+
+def test_motion_of_another_robot_or_posture_is_an_error(
+    motion: tactid.DesignedMotion, command: TactidCommand, tmp_path: Path
+) -> None:
+    motion.write(tmp_path / "motion")
+    table = tmp_path / "motion" / "trajectory.csv"
+    table.write_text(table.read_text().replace("joint_6", "joint_9"))
+    done = command("simulate", "--motion", table)
+    assert done.returncode == 2
+    assert "has the joint joint_6, which the motion lacks; it moves joint_1" in done.stderr
+    (tmp_path / "table1.toml").write_text(
+        'posture = "table1"\n[excitation]\nkind = "designed"\nfile = "motion"\n'
+    )
+    done = command("simulate", "table1.toml")
+    assert done.returncode == 2
+    assert "begins at [0.0, -1.2" in done.stderr
+    assert command("simulate", "--motion", tmp_path / "no").returncode == 2
+
+
+def test_advice_of_identify_ends_with_the_command_that_designs_the_motion(
+    command: TactidCommand, log: Path, urdf: str, tmp_path: Path
+) -> None:
+    (tmp_path / "an arm.urdf").write_text(urdf)
+    options = ("--urdf", "an arm.urdf", "--tip", "tool0", "--within", "0.0001%")
+    done = command("identify", log, *options)
+    assert done.returncode == 0, done.stderr
+    expected = "tactid excite --urdf 'an arm.urdf' --tip tool0 --payload-mass-max KG"
+    assert expected in done.stderr
+    assert "tactid excite" not in command("identify", log, "--within", "0.0001%").stderr
