@@ -1,0 +1,10 @@
+//! Distances between links, payload and keep-out boxes.
+
+mod convert;
+mod distance;
+mod mesh;
+mod model;
+mod pairs;
+
+pub(crate) use distance::Distances;
+pub use model::{CollisionFinding, CollisionModel, MeshReader, NotTested};
