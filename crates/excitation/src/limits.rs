@@ -59,7 +59,7 @@ pub struct Margin {
     pub limit: Limit,
     /// Largest fraction of the limit that is used at any time: 1 at the limit. Of a position, the fraction of the way
     /// from the middle of the range to its end. Of a grip, infinite where the payload pulls off the pad. Of a distance, the least
-    /// one that is allowed over the distance, and infinite for bodies that touch.
+    /// one that is allowed over the distance, and infinite for bodies that touch; a distance counts as 0.15 m at most.
     pub used: f64,
     /// Time at which it is used, s.
     pub time_s: f64,

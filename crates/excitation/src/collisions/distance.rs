@@ -12,15 +12,16 @@ use super::pairs::{Pair, Tested, pairs};
 use crate::ExcitationError;
 use crate::problem::Problem;
 
-/// Largest distance that is computed, m. Pairs that are further apart count as so far apart, so that most of them cost a
-/// comparison of spheres only.
-const REACH_M: f64 = 0.3;
+/// Largest distance that is computed, m. Pairs that are further apart count as so far apart, and most of them cost a
+/// comparison of spheres or the first steps of a search only.
+const REACH_M: f64 = 0.15;
 
 /// A shape of a solid, with the sphere around it in the frame of the solid.
 #[derive(Clone, Debug)]
 struct Part {
     pose: Pose,
     shape: SharedShape,
+    margin_m: f64,
     sphere: BoundingSphere,
 }
 
@@ -35,10 +36,11 @@ pub(crate) struct Solid {
 
 impl Solid {
     pub(crate) fn new(name: String, frame: FrameId, shapes: &[Placed]) -> Self {
-        let part = |Placed { pose, shape }: &Placed| Part {
-            pose: *pose,
-            shape: shape.clone(),
-            sphere: shape.compute_bounding_sphere(pose),
+        let part = |placed: &Placed| Part {
+            pose: placed.pose,
+            shape: placed.shape.clone(),
+            margin_m: placed.margin_m,
+            sphere: placed.shape.compute_bounding_sphere(&placed.pose),
         };
         Self {
             name,
@@ -54,6 +56,8 @@ impl Solid {
 struct Witness {
     points: [Vector; 2],
     normal: Vector,
+    /// What the margins of both take from the distance of the points, m.
+    margin_m: f64,
 }
 
 /// Distances between pairs of solids.
@@ -158,7 +162,7 @@ impl Distances {
                 let [first, second] = witness.points;
                 let first = self.poses[pair.first].transform_point(first);
                 let second = self.poses[pair.second].transform_point(second);
-                witness.normal.dot(second - first)
+                witness.normal.dot(second - first) - witness.margin_m
             });
         }
     }
@@ -179,7 +183,9 @@ fn closest(places: [(&Solid, &Pose); 2]) -> Option<(f64, Witness)> {
         let center = first_pose.transform_point(a.sphere.center);
         for b in &second.parts {
             let between = second_pose.transform_point(b.sphere.center) - center;
-            let reach = least.as_ref().map_or(REACH_M, |(distance, _)| *distance);
+            // Distances of the shapes without their margins.
+            let margin_m = a.margin_m + b.margin_m;
+            let reach = margin_m + least.as_ref().map_or(REACH_M, |(distance, _)| *distance);
             if between.length() - a.sphere.radius - b.sphere.radius > reach {
                 continue;
             }
@@ -192,7 +198,14 @@ fn closest(places: [(&Solid, &Pose); 2]) -> Option<(f64, Witness)> {
                     first_pose.inverse_transform_point(points[0]),
                     second_pose.inverse_transform_point(points[1]),
                 ];
-                least = Some((distance, Witness { points, normal }));
+                least = Some((
+                    distance - margin_m,
+                    Witness {
+                        points,
+                        normal,
+                        margin_m,
+                    },
+                ));
             }
         }
     }

@@ -27,6 +27,8 @@ pub struct CollisionModel {
 pub(crate) struct Placed {
     pub(crate) pose: Pose,
     pub(crate) shape: SharedShape,
+    /// Distance from the shape up to which its owner may extend, m.
+    pub(crate) margin_m: f64,
 }
 
 /// What is not part of a test for collisions.
@@ -168,9 +170,14 @@ fn shape_of(
             pose.rotation *= along_z;
             SharedShape::capsule_y(0.5 * length_m, *radius_m)
         }
-        CollisionGeometry::Mesh { file, scale } => read_mesh(file)
-            .and_then(|bytes| convex_hull(file, &bytes, scale))
-            .map_err(|because| (file.clone(), because))?,
+        CollisionGeometry::Mesh { file, scale } => {
+            let hull = read_mesh(file).and_then(|bytes| convex_hull(file, &bytes, scale));
+            let hull = hull.map_err(|because| (file.clone(), because))?;
+            return Ok(Placed {
+                pose: glam_pose(&pose),
+                ..hull
+            });
+        }
         CollisionGeometry::Unknown { element } => {
             return Err((element.clone(), "the format has no such shape".to_owned()));
         }
@@ -178,6 +185,7 @@ fn shape_of(
     Ok(Placed {
         pose: glam_pose(&pose),
         shape,
+        margin_m: 0.0,
     })
 }
 
@@ -188,6 +196,7 @@ impl Placed {
         Self {
             pose: glam_pose(&bounds.pose),
             shape: SharedShape::cuboid(half.x, half.y, half.z),
+            margin_m: 0.0,
         }
     }
 
@@ -196,6 +205,7 @@ impl Placed {
         Self {
             pose: Pose::IDENTITY,
             shape: SharedShape::ball(0.0),
+            margin_m: 0.0,
         }
     }
 }
