@@ -111,7 +111,9 @@ impl Plant {
         let mut unloaded = Workspace::new(robot);
         motion(&mut unloaded, &base, states.joints())?;
         let distances = Distances::new(problem, &unloaded)?;
-        let confined = Confined::of_problem(problem)?;
+        let inside = problem.workspace.inside;
+        let confined = inside.map(|inside| Confined::to_box(inside, tool, problem.payload_box));
+        let confined = confined.unwrap_or_default();
         let mut plant = Self {
             rows: motion_rows(problem)?,
             loaded,

@@ -47,10 +47,10 @@ pub struct BaseBounds {
     pub position_m: Option<f64>,
 }
 
-/// Duration of a motion of which nothing else is said, s.
+/// Default duration of a motion, s.
 const DURATION_S: f64 = 10.0;
 
-/// Least distance of bodies of which nothing else is said, m.
+/// Default least distance of bodies, m.
 const LEAST_DISTANCE_M: f64 = 0.01;
 
 /// A motion to be designed: [`Problem::new`] makes one, whose fields can then be changed.

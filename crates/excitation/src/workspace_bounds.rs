@@ -5,7 +5,6 @@ use tactid_dynamics::{FrameId, Workspace};
 
 use crate::ExcitationError;
 use crate::checks::{positive, value};
-use crate::problem::Problem;
 
 /// A box with a pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,12 +89,12 @@ pub(crate) struct Confined {
 }
 
 impl Confined {
-    /// Returns the bodies of a problem that are confined: the origin of the tool's frame, and the payload if its size is given.
-    pub(crate) fn of_problem(problem: &Problem) -> Result<Vec<Self>, ExcitationError> {
-        let Some(inside) = problem.workspace.inside else {
-            return Ok(Vec::new());
-        };
-        let frame = problem.robot.frame(&problem.tool)?;
+    /// Returns the bodies that are confined to a box: the origin of the tool's frame, and the payload if its box is given.
+    pub(crate) fn to_box(
+        inside: OrientedBox,
+        frame: FrameId,
+        payload_box: Option<OrientedBox>,
+    ) -> Vec<Self> {
         let origin = OrientedBox {
             pose: Isometry3::identity(),
             half_size: Vector3::zeros(),
@@ -106,9 +105,9 @@ impl Confined {
             bounds,
             inside,
         };
-        let payload = problem.payload_box.map(|bounds| ("the payload", bounds));
+        let payload = payload_box.map(|bounds| ("the payload", bounds));
         let bodies = [("the tool", origin)].into_iter().chain(payload);
-        Ok(bodies.map(body).collect())
+        bodies.map(body).collect()
     }
 
     /// Returns along each axis of the box the distance of the body's farthest point from the middle over half the length of the

@@ -1,54 +1,19 @@
 //! Distances of pairs of solids at one state of the joints, and how they change near it.
 
-use parry3d_f64::bounding_volume::BoundingSphere;
 use parry3d_f64::math::{Pose, Vector};
 use parry3d_f64::query;
-use parry3d_f64::shape::SharedShape;
-use tactid_dynamics::{FrameId, Workspace};
+use tactid_dynamics::Workspace;
 
 use super::convert::glam_pose;
-use super::model::{CollisionFinding, Placed};
+use super::model::CollisionFinding;
 use super::pairs::{Pair, Tested, pairs};
+use super::placed::{Part, Solid};
 use crate::ExcitationError;
 use crate::problem::Problem;
 
 /// Largest distance that is computed, m. Pairs that are further apart count as so far apart, and most of them cost a
 /// comparison of spheres or the first steps of a search only.
 const REACH_M: f64 = 0.15;
-
-/// A shape of a solid, with the sphere around it in the frame of the solid.
-#[derive(Clone, Debug)]
-struct Part {
-    pose: Pose,
-    shape: SharedShape,
-    margin_m: f64,
-    sphere: BoundingSphere,
-}
-
-/// Shapes that move together: a link, the payload, or a keep-out box.
-#[derive(Clone, Debug)]
-pub(crate) struct Solid {
-    pub(crate) name: String,
-    /// Frame in which the poses of the parts are expressed; that of the base for a keep-out box.
-    pub(crate) frame: FrameId,
-    parts: Vec<Part>,
-}
-
-impl Solid {
-    pub(crate) fn new(name: String, frame: FrameId, shapes: &[Placed]) -> Self {
-        let part = |placed: &Placed| Part {
-            pose: placed.pose,
-            shape: placed.shape.clone(),
-            margin_m: placed.margin_m,
-            sphere: placed.shape.compute_bounding_sphere(&placed.pose),
-        };
-        Self {
-            name,
-            frame,
-            parts: shapes.iter().map(part).collect(),
-        }
-    }
-}
 
 /// The closest points of two solids, each in the frame of its solid, and the direction from the first to the second in the
 /// frame of the base.

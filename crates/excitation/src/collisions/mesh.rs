@@ -7,7 +7,7 @@ use parry3d_f64::math::{Pose, Vector};
 use parry3d_f64::shape::SharedShape;
 use parry3d_f64::transformation::try_convex_hull;
 
-use super::model::Placed;
+use super::placed::Placed;
 
 /// Directions in which the hull of a mesh is exact. A search for closest points visits all corners, and a mesh may have thousands.
 const DIRECTIONS: usize = 100;

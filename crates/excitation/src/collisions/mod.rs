@@ -5,6 +5,7 @@ mod distance;
 mod mesh;
 mod model;
 mod pairs;
+mod placed;
 
 pub(crate) use distance::Distances;
 pub use model::{CollisionFinding, CollisionModel, MeshReader, NotTested};

@@ -2,12 +2,12 @@
 
 use std::fmt;
 
-use parry3d_f64::math::Pose;
 use parry3d_f64::shape::SharedShape;
 use tactid_dynamics::{CollisionGeometry, CollisionShape, Manipulator, ModelError, Urdf};
 
-use super::convert::{glam_pose, glam_vector};
+use super::convert::glam_pose;
 use super::mesh::convex_hull;
+use super::placed::Placed;
 use crate::ExcitationError;
 
 /// Returns the bytes of a mesh file, given its name as the URDF has it, or the reason why they cannot be read.
@@ -20,15 +20,6 @@ pub struct CollisionModel {
     /// Name of each link that has shapes, with its shapes.
     pub(crate) links: Vec<(String, Vec<Placed>)>,
     findings: Vec<CollisionFinding>,
-}
-
-/// A shape with its pose in the frame of its owner.
-#[derive(Clone, Debug)]
-pub(crate) struct Placed {
-    pub(crate) pose: Pose,
-    pub(crate) shape: SharedShape,
-    /// Distance from the shape up to which its owner may extend, m.
-    pub(crate) margin_m: f64,
 }
 
 /// What is not part of a test for collisions.
@@ -187,25 +178,4 @@ fn shape_of(
         shape,
         margin_m: 0.0,
     })
-}
-
-impl Placed {
-    /// Returns a box.
-    pub(crate) fn cuboid(bounds: &crate::OrientedBox) -> Self {
-        let half = glam_vector(&bounds.half_size);
-        Self {
-            pose: glam_pose(&bounds.pose),
-            shape: SharedShape::cuboid(half.x, half.y, half.z),
-            margin_m: 0.0,
-        }
-    }
-
-    /// Returns a point at the origin.
-    pub(crate) fn point() -> Self {
-        Self {
-            pose: Pose::IDENTITY,
-            shape: SharedShape::ball(0.0),
-            margin_m: 0.0,
-        }
-    }
 }

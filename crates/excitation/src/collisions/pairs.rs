@@ -2,8 +2,8 @@
 
 use tactid_dynamics::{FrameId, Manipulator};
 
-use super::distance::Solid;
-use super::model::{CollisionFinding, NotTested, Placed};
+use super::model::{CollisionFinding, NotTested};
+use super::placed::{Placed, Solid};
 use crate::ExcitationError;
 use crate::problem::Problem;
 
