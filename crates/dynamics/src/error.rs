@@ -49,9 +49,14 @@ pub enum ModelError {
         /// Principal moments about the centre of mass in ascending order, kg m².
         moments: [f64; 3],
     },
-    /// A collision box of a link, named by the field, has a side that is not positive.
-    #[error("link `{0}` has a collision box with a side that is not positive")]
-    BoxSize(String),
+    /// A size of a collision shape of a link is missing or not positive.
+    #[error("link `{link}` has a collision shape <{shape}> with a size that is not positive")]
+    ShapeSize {
+        /// The link at fault.
+        link: String,
+        /// Element of the shape, such as `box`.
+        shape: String,
+    },
     /// A number is infinite or NaN.
     #[error("{what} of `{name}` is not finite")]
     NotFinite {

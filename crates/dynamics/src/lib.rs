@@ -84,7 +84,7 @@ pub use rows::{
 pub use series::{SeriesWorkspace, StateSeries, VectorUnit};
 pub use spatial::{FrameMotion, ToolMotion, Wrench, cross, inertia_product};
 pub use structure::{BodyView, JointView, LinkView};
-pub use urdf::{CollisionBox, Urdf};
+pub use urdf::{CollisionBox, CollisionGeometry, CollisionShape, Urdf};
 pub use workspace::{
     JointMotion, Workspace, forces, inverse_dynamics, motion, motion_under_gravity,
 };

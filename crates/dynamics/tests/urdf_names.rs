@@ -8,7 +8,7 @@ use common::{RandomTree, rng};
 use nalgebra::{Matrix3, Vector3};
 use rand::RngExt;
 use rand::rngs::StdRng;
-use tactid_dynamics::{BaseKind, Manipulator, MassProperties, ModelError, Urdf};
+use tactid_dynamics::{BaseKind, CollisionGeometry, Manipulator, MassProperties, ModelError, Urdf};
 
 /// Additions that no reader of URDFs may notice. Tools write them; `link` and `mass` are names that the format has.
 const ELEMENTS: [&str; 6] = [
@@ -129,13 +129,57 @@ fn boxes_and_limits_are_read() {
     assert!(matches!(error, ModelError::UnknownFrame { .. }), "{error}");
 }
 
+/// Collision shapes are returned in the order of the file, with their sizes; what the format does not have keeps its name.
+#[test]
+fn collision_shapes_are_read() {
+    let all = collision("0 0 1", "<cylinder radius='1' length='3'/>")
+        + &collision("0 0 0", "<sphere radius='2'/>")
+        + &collision("0 0 0", "<capsule radius='1' length='4'/>")
+        + &collision(
+            "0 0 0",
+            "<mesh filename='package://a/b.stl' scale='2 2 2'/>",
+        )
+        + &collision("0 0 0", "<cone radius='1'/>")
+        + "<collision/>";
+    let shapes = described(&all).unwrap().collision_shapes("arm").unwrap();
+    assert_eq!(shapes[0].link_from_shape.translation.z, 1.0);
+    let geometries: Vec<CollisionGeometry> = shapes.into_iter().map(|s| s.geometry).collect();
+    let unknown = |element: &str| CollisionGeometry::Unknown {
+        element: element.to_owned(),
+    };
+    let expected = [
+        CollisionGeometry::Cylinder {
+            radius_m: 1.0,
+            length_m: 3.0,
+        },
+        CollisionGeometry::Sphere { radius_m: 2.0 },
+        CollisionGeometry::Capsule {
+            radius_m: 1.0,
+            length_m: 4.0,
+        },
+        CollisionGeometry::Mesh {
+            file: "package://a/b.stl".to_owned(),
+            scale: Vector3::repeat(2.0),
+        },
+        unknown("cone"),
+        unknown(""),
+    ];
+    assert_eq!(geometries, expected);
+    for shape in ["<sphere/>", "<cylinder radius='1' length='-1'/>"] {
+        let urdf = described(&collision("0 0 0", shape)).unwrap();
+        let error = urdf.collision_shapes("arm").unwrap_err();
+        assert!(matches!(error, ModelError::ShapeSize { .. }), "{error}");
+        assert!(urdf.collision_boxes("arm").unwrap().is_empty());
+    }
+}
+
 /// A box with an impossible size or pose is refused with its link.
 #[test]
 fn impossible_boxes_are_refused() {
     for size in ["0 1 1", "1 -1 1"] {
         let urdf = described(&collision("0 0 0", &format!("<box size='{size}'/>"))).unwrap();
         let error = urdf.collision_boxes("arm").unwrap_err();
-        assert!(matches!(error, ModelError::BoxSize(link) if link == "arm"));
+        assert!(matches!(error, ModelError::ShapeSize { link, .. } if link == "arm"));
     }
     for (origin, size) in [("nan 0 0", "1 1 1"), ("0 0 0", "1 inf 1"), ("0 0 0", "1 1")] {
         let urdf = described(&collision(origin, &format!("<box size='{size}'/>"))).unwrap();

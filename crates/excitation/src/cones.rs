@@ -2,7 +2,7 @@
 
 use crate::grip::Grip;
 use crate::limits::Limit;
-use crate::plant::Layout;
+use crate::plant::{Layout, Plant};
 use crate::problem::Problem;
 use crate::samples::{Sampler, Samples};
 
@@ -52,11 +52,30 @@ pub(crate) struct Cone {
     pub(crate) payload: usize,
     head: AffineForm,
     tail: Vec<AffineForm>,
-    /// Whether the tail is integrated over the time since the beginning: velocities then become excursions.
-    is_integral: bool,
+    pub(crate) kind: Kind,
     /// What is subtracted from the head, so that the limit holds between the samples, too.
     pub(crate) tightening: f64,
 }
+
+/// How a limit depends on the outputs along a motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Kind {
+    /// On those at the same time.
+    Instant,
+    /// The tail is integrated over the time since the beginning: velocities then become excursions.
+    Integral,
+    /// The head is the distance of a pair beyond the least one, in units of [`UNIT_M`], at the same time; the tail is empty.
+    Distance {
+        /// Index of the pair.
+        pair: usize,
+        /// Least distance, m.
+        least_m: f64,
+    },
+}
+
+/// Distance that counts as much as the whole of another limit, m: a motion that exceeds its limits by one percent comes closer
+/// than allowed by one percent of it.
+pub(crate) const UNIT_M: f64 = 0.1;
 
 /// Values of a cone at one sample.
 #[derive(Clone, Debug)]
@@ -95,13 +114,59 @@ pub(crate) struct LinearCone {
 }
 
 /// Returns the cones of a problem. The torques of joints that rest change with the motion of the others, so all joints have one.
-pub(crate) fn cones(problem: &Problem, layout: &Layout) -> Vec<Cone> {
+pub(crate) fn cones(problem: &Problem, plant: &Plant) -> Vec<Cone> {
+    let mut cones = of_payloads(problem, &plant.layout());
+    cones.extend(of_places(plant));
+    cones
+}
+
+/// Names of the axes of a box.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Returns the cones of limits that depend on the positions of bodies, and not on the payload.
+fn of_places(plant: &Plant) -> Vec<Cone> {
+    let layout = plant.layout();
+    let cone = |limit, kind, head, tail| Cone {
+        limit,
+        payload: 0,
+        head,
+        tail,
+        kind,
+        tightening: 0.0,
+    };
+    let mut cones = Vec::new();
+    for (body, confined) in plant.confined.iter().enumerate() {
+        for (axis, name) in AXES.into_iter().enumerate() {
+            let used = AffineForm::output(layout.confined(body, axis), 1.0);
+            let limit = Limit::Workspace(confined.name, name);
+            let head = AffineForm::constant(1.0);
+            cones.push(cone(limit, Kind::Instant, head, vec![used]));
+        }
+    }
+    for (pair, ([first, second], least_m)) in plant.distances.limits().enumerate() {
+        let limit = Limit::Distance(first.to_owned(), second.to_owned());
+        let head = AffineForm {
+            constant: -least_m / UNIT_M,
+            terms: vec![(layout.distance(pair), UNIT_M.recip())],
+        };
+        cones.push(cone(
+            limit,
+            Kind::Distance { pair, least_m },
+            head,
+            Vec::new(),
+        ));
+    }
+    cones
+}
+
+/// Returns the cones of limits that must hold for each payload.
+fn of_payloads(problem: &Problem, layout: &Layout) -> Vec<Cone> {
     let cone = |payload, limit, head, tail| Cone {
         limit,
         payload,
         head,
         tail,
-        is_integral: false,
+        kind: Kind::Instant,
         tightening: 0.0,
     };
     let mut cones = Vec::new();
@@ -142,7 +207,7 @@ pub(crate) fn cones(problem: &Problem, layout: &Layout) -> Vec<Cone> {
             let entry =
                 |k: usize| AffineForm::output(layout.twist(payload, first + k), bound.recip());
             cones.push(Cone {
-                is_integral: true,
+                kind: Kind::Integral,
                 ..cone(
                     payload,
                     limit,
@@ -192,7 +257,7 @@ impl Cone {
         let value = |sample| {
             let outputs = samples.at(sample);
             let mut tail: Vec<f64> = self.tail.iter().map(|form| form.at(outputs)).collect();
-            if self.is_integral {
+            if self.kind == Kind::Integral {
                 for ((entry, sum), before) in tail.iter_mut().zip(&mut sums).zip(&mut before) {
                     if sample > 0 {
                         *sum += 0.5 * step_s * (*before + *entry);
@@ -232,7 +297,7 @@ impl Cone {
             gradient(&self.head, 1.0, &mut head, sample);
             let mut tail = vec![vec![0.0; count]; self.tail.len()];
             for ((form, sum), own) in self.tail.iter().zip(&mut sums).zip(&mut tail) {
-                if !self.is_integral {
+                if self.kind != Kind::Integral {
                     gradient(form, 1.0, own, sample);
                     continue;
                 }

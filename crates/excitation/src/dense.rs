@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::ExcitationError;
-use crate::cones::{Cone, cones};
+use crate::cones::{Cone, Kind, UNIT_M, cones};
 use crate::joint_limits::JointLimits;
 use crate::limits::{Limit, Margin};
 use crate::motion::{JointStates, Motion};
@@ -36,7 +36,18 @@ pub(crate) struct DenseMotion {
     samples: Samples,
     /// For each payload, angle and distance of the base at each time, rad and m.
     paths: Vec<Vec<[f64; 2]>>,
+    closest: Vec<Closest>,
 }
+
+/// Least distance of a pair.
+#[derive(Clone, Copy, Debug)]
+struct Closest {
+    distance_m: f64,
+    time_s: f64,
+}
+
+/// Parts that a time between two samples is divided into where a pair could come too close.
+const PARTS: usize = 10;
 
 /// Largest use of one limit.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +66,46 @@ impl DenseMotion {
         let step_s = duration_s / steps;
         let times = (0..=steps as usize).map(|k| k as f64 * step_s);
         let states = times.map(|time_s| motion.at(time_s)).collect();
-        Self::of_states(plant, states, step_s)
+        let mut dense = Self::of_states(plant, states, step_s)?;
+        dense.refine(plant, motion)?;
+        Ok(dense)
+    }
+
+    /// Computes distances between the samples where a pair could come closer than its least distance.
+    fn refine(&mut self, plant: &mut Plant, motion: &dyn Motion) -> Result<(), ExcitationError> {
+        let layout = plant.layout();
+        let least: Vec<f64> = plant
+            .distances
+            .limits()
+            .map(|(_, least_m)| least_m)
+            .collect();
+        for sample in 1..self.states.len() {
+            let at = |k: usize, pair: usize| {
+                let k = k.min(self.states.len() - 1);
+                self.samples.at(k)[layout.distance(pair)]
+            };
+            let is_close = |(pair, least_m): (usize, &f64)| {
+                // Between two samples a distance falls by no more than half of what it changes nearby from sample to sample.
+                let around = [sample.saturating_sub(2), sample - 1, sample, sample + 1];
+                let distances = around.map(|k| at(k, pair));
+                let steps = distances.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+                let change = steps.fold(0.0, f64::max);
+                distances[1].min(distances[2]) - change < *least_m
+            };
+            if !least.iter().enumerate().any(is_close) {
+                continue;
+            }
+            for part in 1..PARTS {
+                let time_s = self.step_s * ((sample - 1) as f64 + part as f64 / PARTS as f64);
+                let distances = plant.distances_at(&motion.at(time_s))?;
+                for (closest, distance_m) in self.closest.iter_mut().zip(distances) {
+                    if distance_m < closest.distance_m {
+                        *closest = Closest { distance_m, time_s };
+                    }
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Computes a motion from its states at times that are `step_s` apart.
@@ -70,9 +120,17 @@ impl DenseMotion {
         for (states, values) in states.iter().zip(samples.values.chunks_exact_mut(outputs)) {
             plant.evaluate(states, values)?;
         }
+        let closest = |pair: usize| {
+            let distance = |k: usize| samples.at(k)[layout.distance(pair)];
+            let all = (0..samples.count()).map(|k| (distance(k), k as f64 * step_s));
+            let least = all.min_by(|a, b| a.0.total_cmp(&b.0));
+            let (distance_m, time_s) = least.unwrap_or((f64::INFINITY, 0.0));
+            Closest { distance_m, time_s }
+        };
         Ok(Self {
             step_s,
             paths: paths(&layout, &samples, step_s),
+            closest: (0..layout.pairs).map(closest).collect(),
             states,
             samples,
         })
@@ -80,6 +138,19 @@ impl DenseMotion {
 
     /// Returns how much of a cone is used, without its tightening. The base is moved by its true rotation.
     pub(crate) fn used(&self, cone: &Cone, problem: &Problem) -> Usage {
+        if let Kind::Distance { pair, least_m } = cone.kind {
+            let Closest { distance_m, time_s } = self.closest[pair];
+            let is_apart = distance_m > 0.0;
+            return Usage {
+                used: if is_apart {
+                    least_m / distance_m
+                } else {
+                    f64::INFINITY
+                },
+                slack: (distance_m - least_m) / UNIT_M,
+                time_s,
+            };
+        }
         let bounds = [problem.base.attitude_rad, problem.base.position_m];
         let of_base = match cone.limit {
             Limit::BaseAttitude => bounds[0].map(|bound| (0, bound)),
@@ -241,7 +312,7 @@ pub fn margins(
     problem.check()?;
     let mut plant = Plant::new(problem)?;
     let joints = problem.moving_joints()?;
-    let cones = cones(problem, &plant.layout());
+    let cones = cones(problem, &plant);
     let dense = DenseMotion::new(&mut plant, motion)?;
     Ok((dense.margins(problem, &cones, &joints), dense.excursion()))
 }

@@ -5,8 +5,9 @@ use std::ops::ControlFlow;
 use tactid_identify::equations::window;
 
 use crate::ExcitationError;
+use crate::collisions::CollisionFinding;
 use crate::cones::cones;
-use crate::dense::{DenseMotion, Excursion};
+use crate::dense::{DenseMotion, Excursion, Usage};
 use crate::joint_limits::JointLimits;
 use crate::joint_rows::{ROUNDING, joint_rows};
 use crate::limits::{Limit, Margin};
@@ -85,6 +86,8 @@ pub struct Design {
     pub margins: Vec<Margin>,
     /// Where the base goes.
     pub excursion: Excursion,
+    /// What the test for collisions leaves out; empty for a problem without [`Problem::collisions`] and keep-out boxes.
+    pub findings: Vec<CollisionFinding>,
 }
 
 impl Design {
@@ -211,7 +214,7 @@ impl<'a> Designer<'a> {
         );
         let search = Search {
             objective: Objective::new(problem, &sampler)?,
-            cones: cones(problem, &plant.layout()),
+            cones: cones(problem, &plant),
             sampler,
             rows,
             scales,
@@ -262,7 +265,10 @@ impl<'a> Designer<'a> {
         {
             report(observer, point.progress(start, 0))?;
             let values = self.search.shrunk(&point.values, factor);
-            if self.worst(&values)?.is_none_or(|(_, excess)| excess <= 0.0) {
+            if self
+                .worst(&values)?
+                .is_none_or(|(_, worst)| worst.slack >= 0.0)
+            {
                 possible = Some(factor);
             } else {
                 impossible = factor;
@@ -277,10 +283,10 @@ impl<'a> Designer<'a> {
             return Err(ExcitationError::Solver(failure));
         }
         let worst = self.worst(&point.values)?;
-        let (limit, excess) = worst.ok_or(ExcitationError::NotObservable)?;
+        let (limit, worst) = worst.ok_or(ExcitationError::NotObservable)?;
         Err(ExcitationError::Impossible {
             limit,
-            used: 1.0 + excess,
+            used: worst.used,
             at: "in every motion that was tried",
         })
     }
@@ -307,13 +313,13 @@ impl<'a> Designer<'a> {
         Ok(any)
     }
 
-    /// Returns the limit that a motion exceeds most or uses most, and the fraction by which.
-    fn worst(&mut self, values: &[f64]) -> Result<Option<(Limit, f64)>, ExcitationError> {
+    /// Returns the limit that a motion exceeds most or uses most, and how much of it.
+    fn worst(&mut self, values: &[f64]) -> Result<Option<(Limit, Usage)>, ExcitationError> {
         let trajectory = self.trajectory(values);
         let dense = DenseMotion::new(&mut self.plant, &trajectory)?;
         let cones = self.search.cones.iter();
-        let excesses = cones.map(|c| (c.limit.clone(), -dense.used(c, self.problem).slack));
-        Ok(excesses.max_by(|a, b| a.1.total_cmp(&b.1)))
+        let all = cones.map(|c| (c.limit.clone(), dense.used(c, self.problem)));
+        Ok(all.min_by(|a, b| a.1.slack.total_cmp(&b.1.slack)))
     }
 
     fn design(mut self, values: &[f64]) -> Result<Design, ExcitationError> {
@@ -331,6 +337,7 @@ impl<'a> Designer<'a> {
             prediction: predict(self.problem, &trajectory)?,
             margins,
             excursion: dense.excursion(),
+            findings: self.plant.distances.findings().to_vec(),
             trajectory,
         })
     }
@@ -368,7 +375,7 @@ fn check_rest(
     if let End::At(end) = &problem.end {
         places.push(("at the end", end));
     }
-    let cones = cones(problem, &plant.layout());
+    let cones = cones(problem, plant);
     for (at, posture) in places {
         let dense = DenseMotion::of_states(plant, vec![JointStates::at_rest(posture)], 0.0)?;
         let margins = dense.margins(problem, &cones, joints);

@@ -97,6 +97,12 @@ pub enum ExcitationError {
 fn exceeded(limit: &Limit, used: f64) -> String {
     match limit {
         Limit::Grip(pad) if used.is_infinite() => format!("the payload pulls off pad {pad}"),
+        Limit::Distance(first, second) if used.is_infinite() => {
+            format!("{first} and {second} touch")
+        }
+        Limit::Distance(..) => {
+            format!("{limit} is {:.3} times the least one allowed", used.recip())
+        }
         _ => format!("{limit} is {used:.3} times its limit"),
     }
 }

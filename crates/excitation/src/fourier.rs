@@ -6,6 +6,7 @@ use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::ExcitationError;
+use crate::checks::value;
 use crate::dense::margins;
 use crate::joint_limits::JointLimits;
 use crate::limits::Margin;
@@ -35,29 +36,53 @@ struct Harmonics {
 }
 
 impl FourierMotion {
-    /// Draws a motion of some joints with so many harmonics, whose accelerations are normal with a standard deviation of
-    /// about one, rad/s² or m/s².
-    fn random(
-        random: &mut impl Rng,
-        duration_s: f64,
-        posture: &[f64],
-        joints: &[usize],
-        harmonics: usize,
-    ) -> Self {
-        let mut normal = || -> f64 { StandardNormal.sample(random) };
-        let of_joint = |&joint: &usize| Harmonics {
+    /// Number of harmonics of a random motion.
+    const HARMONICS: usize = 5;
+
+    /// Returns the motion of the problem's duration whose accelerations have amplitudes of the given ratios within each joint: for
+    /// each joint that moves, sine and cosine of each harmonic. Each joint moves as far as its own limits allow; the other
+    /// limits are not regarded.
+    ///
+    /// # Errors
+    /// Returns [`ExcitationError::Value`] for a number of amplitudes that is not a multiple of twice the number of joints, and the
+    /// errors of a problem that is not valid.
+    pub fn with_amplitudes(problem: &Problem, amplitudes: &[f64]) -> Result<Self, ExcitationError> {
+        problem.check()?;
+        let joints = problem.moving_joints()?;
+        let count = amplitudes.len();
+        let is_whole = count > 0 && count.is_multiple_of(2 * joints.len());
+        let expected = format!(
+            "a multiple of {}, two for each joint and harmonic",
+            2 * joints.len()
+        );
+        value("amplitudes", count as f64, is_whole, &expected)?;
+        let mut motion = Self::new(problem.duration_s, &problem.start, &joints, amplitudes);
+        let times = (0..=STEPS).map(|k| problem.duration_s * f64::from(k) / f64::from(STEPS));
+        let states: Vec<JointStates> = times.map(|time_s| motion.at(time_s)).collect();
+        for (place, &joint) in joints.iter().enumerate() {
+            let factor = largest_factor(&states, joint, &problem.limits[joint]);
+            motion.scale(place, 0.999 * factor);
+        }
+        Ok(motion)
+    }
+
+    /// Creates a motion of some joints, of which each has the same number of amplitudes of accelerations, rad/s² or m/s².
+    fn new(duration_s: f64, posture: &[f64], joints: &[usize], amplitudes: &[f64]) -> Self {
+        let of_joint = amplitudes.chunks_exact(amplitudes.len() / joints.len());
+        let harmonics = |(&joint, amplitudes): (&usize, &[f64])| Harmonics {
             joint,
-            amplitudes: (1..=harmonics)
-                .map(|k| {
-                    let rate = TAU * k as f64 / duration_s;
-                    [normal(), normal()].map(|a| a / (rate * rate * (harmonics as f64).sqrt()))
+            amplitudes: (1..)
+                .zip(amplitudes.chunks_exact(2))
+                .map(|(k, pair)| {
+                    let rate = TAU * f64::from(k) / duration_s;
+                    [pair[0], pair[1]].map(|a| a / (rate * rate))
                 })
                 .collect(),
         };
         Self {
             duration_s,
             posture: posture.to_vec(),
-            joints: joints.iter().map(of_joint).collect(),
+            joints: joints.iter().zip(of_joint).map(harmonics).collect(),
         }
     }
 
@@ -81,27 +106,29 @@ impl FourierMotion {
     /// far as its own limits allow, and then all joints together as far as the other limits do.
     ///
     /// # Errors
-    /// Returns [`ExcitationError::Impossible`] where no multiple that was tried is within the limits, and the errors of
-    /// [`margins`].
+    /// Returns the errors of [`with_amplitudes`](Self::with_amplitudes) and
+    /// [`scaled_into_limits`](Self::scaled_into_limits).
     pub fn within_limits(
         random: &mut impl Rng,
         problem: &Problem,
     ) -> Result<Self, ExcitationError> {
-        problem.check()?;
-        let joints = problem.moving_joints()?;
-        let mut motion = Self::random(random, problem.duration_s, &problem.start, &joints, 5);
-        let times = (0..=STEPS).map(|k| problem.duration_s * f64::from(k) / f64::from(STEPS));
-        let states: Vec<JointStates> = times.map(|time_s| motion.at(time_s)).collect();
-        for (place, &joint) in joints.iter().enumerate() {
-            let factor = largest_factor(&states, joint, &problem.limits[joint]);
-            motion.scale(place, 0.999 * factor);
-        }
+        let count = 2 * Self::HARMONICS * problem.moving_joints()?.len();
+        let amplitudes: Vec<f64> = StandardNormal.sample_iter(random).take(count).collect();
+        Self::with_amplitudes(problem, &amplitudes)?.scaled_into_limits(problem)
+    }
+
+    /// Returns the motion itself where it is within all limits of a problem, and a smaller one of the same shape otherwise.
+    ///
+    /// # Errors
+    /// Returns [`ExcitationError::Impossible`] where no multiple that was tried is within the limits, and the errors of
+    /// [`margins`].
+    pub fn scaled_into_limits(&self, problem: &Problem) -> Result<Self, ExcitationError> {
         // The other limits are not homogeneous: gravity uses some of a torque. So the largest factor is bracketed.
         let mut possible: Option<f64> = None;
         let mut impossible: Option<(f64, Margin)> = None;
         let mut factor = 1.0;
         for _ in 0..MOST_TRIALS {
-            let (all, _) = margins(problem, &motion.scaled(factor))?;
+            let (all, _) = margins(problem, &self.scaled(factor))?;
             match all.into_iter().find(|margin| margin.used > 1.0) {
                 None => possible = Some(factor),
                 Some(exceeded) => impossible = Some((factor, exceeded)),
@@ -114,7 +141,7 @@ impl FourierMotion {
             };
         }
         match (possible, impossible) {
-            (Some(factor), _) => Ok(motion.scaled(factor)),
+            (Some(factor), _) => Ok(self.scaled(factor)),
             (None, Some((_, Margin { limit, used, .. }))) => Err(ExcitationError::Impossible {
                 limit,
                 used,
@@ -166,11 +193,17 @@ mod tests {
 
     use super::*;
 
+    fn random_motion(random: &mut SmallRng, posture: &[f64], joints: &[usize]) -> FourierMotion {
+        let normal = StandardNormal.sample_iter(random);
+        let amplitudes: Vec<f64> = normal.take(10 * joints.len()).collect();
+        FourierMotion::new(4.0, posture, joints, &amplitudes)
+    }
+
     /// Velocities and accelerations are derivatives, and the motion is periodic and begins in its posture.
     #[test]
     fn derivatives_and_period() {
         let mut random = SmallRng::seed_from_u64(1);
-        let motion = FourierMotion::random(&mut random, 4.0, &[0.3, 0.1, -0.2], &[0, 2], 5);
+        let motion = random_motion(&mut random, &[0.3, 0.1, -0.2], &[0, 2]);
         assert_eq!(motion.at(0.0).position, [0.3, 0.1, -0.2]);
         let step = 1e-6;
         for k in 0..20 {
@@ -193,7 +226,7 @@ mod tests {
     fn the_factor_reaches_the_first_limit() {
         let mut random = SmallRng::seed_from_u64(2);
         for k in 0..40 {
-            let mut motion = FourierMotion::random(&mut random, 4.0, &[0.3], &[0], 5);
+            let mut motion = random_motion(&mut random, &[0.3], &[0]);
             let times = (0..=STEPS).map(|k| 4.0 * f64::from(k) / f64::from(STEPS));
             let at = |motion: &FourierMotion| -> Vec<JointStates> {
                 times.clone().map(|time_s| motion.at(time_s)).collect()

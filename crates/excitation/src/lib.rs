@@ -56,6 +56,7 @@
 extern crate self as tactid_excitation;
 
 mod checks;
+mod collisions;
 mod cones;
 mod dense;
 mod design;
@@ -78,7 +79,9 @@ mod search;
 mod shortest;
 mod spline;
 mod subproblem;
+mod workspace_bounds;
 
+pub use collisions::{CollisionFinding, CollisionModel, MeshReader, NotTested};
 pub use dense::{Excursion, margins};
 pub use design::{Design, DesignSettings, design, design_observed};
 pub use error::ExcitationError;
@@ -92,3 +95,4 @@ pub use problem::{BaseBounds, Criterion, Problem, Sensing, targets_within};
 pub use progress::{Observer, Progress};
 pub use shortest::{ShortestSettings, shortest};
 pub use spline::{End, FEWEST_CONTROL_POINTS, Spline};
+pub use workspace_bounds::{KeepOutBox, OrientedBox, WorkspaceBounds};

@@ -21,6 +21,11 @@ pub enum Limit {
     BaseAttitude,
     /// Distance by which the origin of a free-floating base moves.
     BasePosition,
+    /// Position of the tool or the payload, which the first entry names, in the box that it must stay in, along one of the
+    /// box's axes: `x`, `y` or `z`.
+    Workspace(&'static str, &'static str),
+    /// Distance of two bodies, such as two links, which the entries name.
+    Distance(String, String),
 }
 
 impl fmt::Display for Limit {
@@ -34,6 +39,15 @@ impl fmt::Display for Limit {
             Self::Grip(pad) => write!(formatter, "the friction of the grip at pad {pad}"),
             Self::BaseAttitude => formatter.write_str("the attitude of the base"),
             Self::BasePosition => formatter.write_str("the position of the base"),
+            Self::Workspace(body, axis) => {
+                write!(
+                    formatter,
+                    "the position of {body} along {axis} in the workspace"
+                )
+            }
+            Self::Distance(first, second) => {
+                write!(formatter, "the distance between {first} and {second}")
+            }
         }
     }
 }
@@ -44,7 +58,8 @@ pub struct Margin {
     /// The limit.
     pub limit: Limit,
     /// Largest fraction of the limit that is used at any time: 1 at the limit. Of a position, the fraction of the way
-    /// from the middle of the range to its end. Of a grip, infinite where the payload pulls off the pad.
+    /// from the middle of the range to its end. Of a grip, infinite where the payload pulls off the pad. Of a distance, the least
+    /// one that is allowed over the distance, and infinite for bodies that touch; a distance counts as 0.15 m at most.
     pub used: f64,
     /// Time at which it is used, s.
     pub time_s: f64,

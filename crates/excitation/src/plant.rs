@@ -1,22 +1,28 @@
-//! Outputs of the robot model at one state of the joints: regressor rows, torques, wrench on the payload and twist of the base.
+//! Outputs of the robot model at one state of the joints: regressor rows, torques, wrench on the payload, twist of the base, and
+//! distances of bodies.
 
 use nalgebra::{DMatrix, Isometry3, SMatrix, Vector3};
 use tactid_dynamics::{
     BaseKind, FrameId, FrameMotion, InertialParameters, Workspace, free_base_motion,
-    inverse_dynamics, wrench_regressor,
+    inverse_dynamics, motion, wrench_regressor,
 };
 use tactid_identify::equations::Row;
 use tactid_identify::{Channels, Method, MotionRows};
 
 use crate::ExcitationError;
+use crate::collisions::Distances;
 use crate::motion::JointStates;
 use crate::problem::{Problem, Sensing};
+use crate::workspace_bounds::Confined;
 
 /// Number of entries of a wrench or a twist.
 const WRENCH_ENTRIES: usize = 6;
 
 /// Number of parameters of a payload.
 const PARAMETERS: usize = 10;
+
+/// Number of axes of a box.
+const AXES: usize = 3;
 
 /// Places of the quantities in the vector of outputs.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +32,10 @@ pub(crate) struct Layout {
     dof: usize,
     pub(crate) payloads: usize,
     pub(crate) floats: bool,
+    /// Number of pairs whose distance is limited.
+    pub(crate) pairs: usize,
+    /// Number of bodies that must stay in a box.
+    confined: usize,
 }
 
 impl Layout {
@@ -55,9 +65,19 @@ impl Layout {
         self.channels * PARAMETERS + payload * each
     }
 
+    /// Place of the distance of a pair, m.
+    pub(crate) fn distance(&self, pair: usize) -> usize {
+        self.of_payload(self.payloads) + pair
+    }
+
+    /// Place of the fraction of a box that a body uses along an axis.
+    pub(crate) fn confined(&self, body: usize, axis: usize) -> usize {
+        self.distance(self.pairs) + AXES * body + axis
+    }
+
     /// Number of outputs.
     pub(crate) fn count(&self) -> usize {
-        self.of_payload(self.payloads)
+        self.confined(self.confined, 0)
     }
 }
 
@@ -72,6 +92,8 @@ pub(crate) struct Plant {
     layout: Layout,
     /// Number of leading channels that have an unknown constant offset.
     pub(crate) offsets: usize,
+    pub(crate) distances: Distances,
+    pub(crate) confined: Vec<Confined>,
 }
 
 impl Plant {
@@ -83,9 +105,18 @@ impl Plant {
             let loaded = robot.with_payload(tool, payload);
             (Workspace::new(&loaded), *payload)
         };
+        let loaded: Vec<_> = problem.payloads.iter().map(load).collect();
+        let states = JointStates::at_rest(&problem.start);
+        let base = FrameMotion::at_rest(Isometry3::identity());
+        let mut unloaded = Workspace::new(robot);
+        motion(&mut unloaded, &base, states.joints())?;
+        let distances = Distances::new(problem, &unloaded)?;
+        let inside = problem.workspace.inside;
+        let confined = inside.map(|inside| Confined::to_box(inside, tool, problem.payload_box));
+        let confined = confined.unwrap_or_default();
         let mut plant = Self {
             rows: motion_rows(problem)?,
-            loaded: problem.payloads.iter().map(load).collect(),
+            loaded,
             tool,
             gravity: problem.gravity(),
             whitening: DMatrix::zeros(0, 0),
@@ -94,10 +125,13 @@ impl Plant {
                 dof: robot.dof(),
                 payloads: problem.payloads.len(),
                 floats: robot.base_kind() == BaseKind::Floating,
+                pairs: distances.count(),
+                confined: confined.len(),
             },
             offsets: 0,
+            distances,
+            confined,
         };
-        let states = JointStates::at_rest(&problem.start);
         let base = plant.base_motion(0, &Isometry3::identity(), &states)?;
         plant.rows.at(&base, states.joints())?;
         let channels = plant.rows.channels();
@@ -142,6 +176,46 @@ impl Plant {
         states: &JointStates,
         outputs: &mut [f64],
     ) -> Result<(), ExcitationError> {
+        self.evaluate_dynamics(states, outputs)?;
+        let (workspace, _) = &self.loaded[0];
+        let distances = &mut outputs[self.layout.distance(0)..];
+        self.distances.measure(workspace, distances);
+        Ok(())
+    }
+
+    /// Computes all outputs at a state close to the one that was evaluated last, where distances are those along the direction
+    /// between the points that were the closest there.
+    pub(crate) fn evaluate_near(
+        &mut self,
+        states: &JointStates,
+        outputs: &mut [f64],
+    ) -> Result<(), ExcitationError> {
+        self.evaluate_dynamics(states, outputs)?;
+        let (workspace, _) = &self.loaded[0];
+        let distances = &mut outputs[self.layout.distance(0)..];
+        self.distances.follow(workspace, distances);
+        Ok(())
+    }
+
+    /// Computes the distance of each pair at positions of the joints, m.
+    pub(crate) fn distances_at(
+        &mut self,
+        states: &JointStates,
+    ) -> Result<Vec<f64>, ExcitationError> {
+        let mut distances = vec![0.0; self.layout.pairs];
+        let (workspace, _) = &mut self.loaded[0];
+        let base = FrameMotion::at_rest(Isometry3::identity());
+        motion(workspace, &base, states.joints())?;
+        self.distances.measure(workspace, &mut distances);
+        Ok(distances)
+    }
+
+    /// Computes all outputs except for the distances of pairs.
+    fn evaluate_dynamics(
+        &mut self,
+        states: &JointStates,
+        outputs: &mut [f64],
+    ) -> Result<(), ExcitationError> {
         let layout = self.layout;
         for payload in 0..self.loaded.len() {
             let base = self.base_motion(payload, &Isometry3::identity(), states)?;
@@ -168,6 +242,10 @@ impl Plant {
                     rows,
                     &mut outputs[..layout.row(layout.channels)],
                 );
+                for (body, confined) in self.confined.iter().enumerate() {
+                    let first = layout.confined(body, 0);
+                    outputs[first..first + AXES].copy_from_slice(&confined.used(workspace));
+                }
             }
         }
         Ok(())

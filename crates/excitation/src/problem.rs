@@ -7,9 +7,11 @@ use tactid_identify::{EquationSettings, largest_of_kind, values_of_body};
 
 use crate::ExcitationError;
 use crate::checks::{positive, value};
+use crate::collisions::CollisionModel;
 use crate::grip::Grip;
 use crate::joint_limits::JointLimits;
 use crate::spline::End;
+use crate::workspace_bounds::{OrientedBox, WorkspaceBounds};
 
 /// What the robot measures, and how the payload is identified from it.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,8 +47,11 @@ pub struct BaseBounds {
     pub position_m: Option<f64>,
 }
 
-/// Duration of a motion by default, s.
+/// Default duration of a motion, s.
 const DURATION_S: f64 = 10.0;
+
+/// Default least distance of bodies, m.
+const LEAST_DISTANCE_M: f64 = 0.01;
 
 /// A motion to be designed: [`Problem::new`] makes one, whose fields can then be changed.
 #[derive(Clone, Debug)]
@@ -82,6 +87,17 @@ pub struct Problem {
     pub wrench: Option<[f64; 6]>,
     /// The grip whose friction must hold the payload.
     pub grip: Option<Grip>,
+    /// Bounding box of the payload in the tool frame. Default: none, so that only the origin of the tool's frame is kept in and
+    /// out of the boxes of [`workspace`](Self::workspace), and collisions of the payload are not tested.
+    pub payload_box: Option<OrientedBox>,
+    /// Boxes that tool and payload must stay in or out of.
+    pub workspace: WorkspaceBounds,
+    /// Shapes of the links, which must not touch one another, the payload's bounding box or a keep-out box. Default: none, so
+    /// that collisions of the robot are not tested.
+    pub collisions: Option<CollisionModel>,
+    /// Least distance of links, payload and keep-out boxes, m. Default: 0.01. A pair without a keep-out box that is closer than
+    /// twice that at the start must keep half of its distance at the start.
+    pub least_distance_m: f64,
 }
 
 /// Returns targets for the half widths of the 95 % intervals of the ten values: a fraction, such as 0.01, of the largest
@@ -127,6 +143,10 @@ impl Problem {
             base: BaseBounds::default(),
             wrench: None,
             grip: None,
+            payload_box: None,
+            workspace: WorkspaceBounds::default(),
+            collisions: None,
+            least_distance_m: LEAST_DISTANCE_M,
         }
     }
 
@@ -173,6 +193,11 @@ impl Problem {
         if let Some(grip) = &self.grip {
             grip.check()?;
         }
+        if let Some(bounds) = &self.payload_box {
+            bounds.check("payload_box")?;
+        }
+        self.workspace.check()?;
+        positive("least_distance_m", self.least_distance_m)?;
         self.check_base()
     }
 

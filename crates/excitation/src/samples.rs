@@ -133,7 +133,7 @@ impl Sampler {
             for input in 0..inputs {
                 let slopes = &mut slopes[input * outputs..(input + 1) * outputs];
                 *self.input(&mut states, input) += STEP;
-                self.plant.evaluate(&states, slopes)?;
+                self.plant.evaluate_near(&states, slopes)?;
                 *self.input(&mut states, input) -= STEP;
                 for (slope, value) in slopes.iter_mut().zip(&*at) {
                     *slope = (*slope - value) / STEP;

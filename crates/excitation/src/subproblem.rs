@@ -113,6 +113,10 @@ impl Subproblem<'_> {
                 rows.push(constant, sum.chain([(excess, 1.0)]));
             }
         }
+        for cone in self.cones.iter().filter(|cone| cone.tail.is_empty()) {
+            let head = dense(&cone.head, 1.0).chain([(excess, 1.0)]);
+            rows.push(cone.value.head, head);
+        }
         let mut kinds = vec![SupportedConeT::NonnegativeConeT(rows.constants.len())];
         for cone in self.cones.iter().filter(|cone| cone.tail.len() > 1) {
             let head = dense(&cone.head, 1.0).chain([(excess, 1.0)]);

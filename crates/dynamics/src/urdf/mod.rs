@@ -6,6 +6,7 @@ mod ignored;
 mod inertial;
 mod mimic;
 mod numbers;
+mod shapes;
 mod tree;
 
 use std::path::Path;
@@ -16,8 +17,10 @@ use crate::manipulator::{BaseKind, Manipulator, check_body};
 use crate::{MassProperties, ModelError};
 use build::build;
 use element::{Element, parse, syntax};
-use numbers::{numbers, origin};
+use shapes::shape_of;
 use tree::Tree;
+
+pub use shapes::{CollisionGeometry, CollisionShape};
 
 /// A box that is fixed to a link, from a `<collision>` element.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -151,27 +154,40 @@ impl Urdf {
         Ok(())
     }
 
-    /// Returns the boxes among the collision shapes of a link. Other shapes are skipped.
+    /// Returns the shapes of the `<collision>` elements of a link, in the order of the file.
     ///
     /// # Errors
     /// Returns [`ModelError::UnknownFrame`] for an unknown link, [`ModelError::Numbers`] for a pose or size that is not
-    /// finite numbers, and [`ModelError::BoxSize`] for a side that is not positive.
+    /// finite numbers, and [`ModelError::ShapeSize`] for a size that is not positive.
+    pub fn collision_shapes(&self, link: &str) -> Result<Vec<CollisionShape>, ModelError> {
+        let tree = self.tree()?;
+        let collisions = tree.link(link)?.children("collision");
+        collisions
+            .map(|collision| CollisionShape::of(collision, link))
+            .collect()
+    }
+
+    /// Returns the boxes among the collision shapes of a link. Other shapes are skipped.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Self::collision_shapes`] for the link's boxes.
     pub fn collision_boxes(&self, link: &str) -> Result<Vec<CollisionBox>, ModelError> {
         let mut boxes = Vec::new();
-        for collision in self.tree()?.link(link)?.children("collision") {
-            let geometry = collision.child("geometry");
-            let Some(shape) = geometry.and_then(|geometry| geometry.child("box")) else {
-                continue;
-            };
-            let size = numbers(shape, "size").map_err(|fault| fault.of("link", link))?;
-            let half_size = 0.5 * size.map_or_else(Vector3::zeros, Vector3::from);
-            if half_size.min() <= 0.0 {
-                return Err(ModelError::BoxSize(link.to_owned()));
+        let is_box =
+            |element: &&Element| shape_of(element).is_some_and(|shape| shape.name == "box");
+        for collision in self
+            .tree()?
+            .link(link)?
+            .children("collision")
+            .filter(is_box)
+        {
+            let shape = CollisionShape::of(collision, link)?;
+            if let CollisionGeometry::Box { half_size } = shape.geometry {
+                boxes.push(CollisionBox {
+                    link_from_box: shape.link_from_shape,
+                    half_size,
+                });
             }
-            boxes.push(CollisionBox {
-                link_from_box: origin(collision).map_err(|fault| fault.of("link", link))?,
-                half_size,
-            });
         }
         Ok(boxes)
     }

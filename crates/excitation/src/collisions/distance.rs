@@ -1,0 +1,206 @@
+//! Distances of pairs of solids at one state of the joints, and how they change near it.
+
+use parry3d_f64::math::{Pose, Vector};
+use parry3d_f64::query;
+use tactid_dynamics::Workspace;
+
+use super::convert::glam_pose;
+use super::model::CollisionFinding;
+use super::pairs::{Pair, Tested, pairs};
+use super::placed::{Part, Solid};
+use crate::ExcitationError;
+use crate::problem::Problem;
+
+/// Largest distance that is computed, m. Pairs that are further apart count as so far apart, and most of them cost a
+/// comparison of spheres or the first steps of a search only.
+const REACH_M: f64 = 0.15;
+
+/// The closest points of two solids, each in the frame of its solid, and the direction from the first to the second in the
+/// frame of the base.
+#[derive(Clone, Copy, Debug)]
+struct Witness {
+    points: [Vector; 2],
+    normal: Vector,
+    /// What the margins of both take from the distance of the points, m.
+    margin_m: f64,
+}
+
+/// Distances between pairs of solids.
+#[derive(Clone, Debug)]
+pub(crate) struct Distances {
+    solids: Vec<Solid>,
+    pairs: Vec<Pair>,
+    findings: Vec<CollisionFinding>,
+    /// Pose of each solid in the frame of the base.
+    poses: Vec<Pose>,
+    /// Closest points of each pair within reach at the state that was measured last.
+    witnesses: Vec<Option<Witness>>,
+}
+
+impl Distances {
+    /// Returns the pairs of a problem, of which `workspace` holds the motion at the start.
+    pub(crate) fn new(problem: &Problem, workspace: &Workspace) -> Result<Self, ExcitationError> {
+        let Tested {
+            solids,
+            pairs,
+            mut findings,
+        } = pairs(problem)?;
+        if let Some(model) = &problem.collisions {
+            findings.splice(0..0, model.findings().iter().cloned());
+        }
+        let mut distances = Self {
+            poses: vec![Pose::IDENTITY; solids.len()],
+            solids,
+            pairs,
+            findings,
+            witnesses: Vec::new(),
+        };
+        distances.exclude_contacts(workspace);
+        Ok(distances)
+    }
+
+    /// Removes the pairs that are in contact, except for those with a keep-out box, and limits the others to what they have: a
+    /// pair that starts close keeps half of its distance.
+    fn exclude_contacts(&mut self, workspace: &Workspace) {
+        let mut at_start = vec![0.0; self.pairs.len()];
+        self.measure(workspace, &mut at_start);
+        let mut excluded = Vec::new();
+        let mut kept = Vec::new();
+        for (mut pair, distance) in self.pairs.drain(..).zip(at_start) {
+            if pair.is_with_keep_out {
+                kept.push(pair);
+            } else if distance > 0.0 {
+                pair.least_m = pair.least_m.min(0.5 * distance);
+                kept.push(pair);
+            } else {
+                excluded.push([pair.first, pair.second].map(|k| self.solids[k].name.clone()));
+            }
+        }
+        self.pairs = kept;
+        self.witnesses = vec![None; self.pairs.len()];
+        if !excluded.is_empty() {
+            self.findings.push(CollisionFinding::PairsNotTested {
+                pairs: excluded,
+                because: super::NotTested::InContact,
+            });
+        }
+    }
+
+    /// Number of pairs.
+    pub(crate) fn count(&self) -> usize {
+        self.pairs.len()
+    }
+
+    /// Returns what is not tested.
+    pub(crate) fn findings(&self) -> &[CollisionFinding] {
+        &self.findings
+    }
+
+    /// Returns the names of each pair with its least distance, m.
+    pub(crate) fn limits(&self) -> impl Iterator<Item = ([&str; 2], f64)> {
+        self.pairs.iter().map(|pair| {
+            let names = [pair.first, pair.second].map(|k| self.solids[k].name.as_str());
+            (names, pair.least_m)
+        })
+    }
+
+    /// Computes the signed distance of each pair, m, at the state that a workspace holds, whose base is at the inertial frame:
+    /// negative by the depth of penetration, [`REACH_M`] at most.
+    pub(crate) fn measure(&mut self, workspace: &Workspace, distances: &mut [f64]) {
+        self.place(workspace);
+        self.witnesses.clear();
+        for (pair, distance) in self.pairs.iter().zip(distances) {
+            let places = [pair.first, pair.second].map(|k| (&self.solids[k], &self.poses[k]));
+            let found = closest(places);
+            *distance = found.as_ref().map_or(REACH_M, |(distance, _)| *distance);
+            self.witnesses.push(found.map(|(_, witness)| witness));
+        }
+    }
+
+    /// Computes the distance of each pair along the direction between the points that were the closest when it was measured
+    /// last: to first order that of the pair itself.
+    pub(crate) fn follow(&mut self, workspace: &Workspace, distances: &mut [f64]) {
+        self.place(workspace);
+        let known = self.pairs.iter().zip(&self.witnesses);
+        for ((pair, witness), distance) in known.zip(distances) {
+            *distance = witness.map_or(REACH_M, |witness| {
+                let [first, second] = witness.points;
+                let first = self.poses[pair.first].transform_point(first);
+                let second = self.poses[pair.second].transform_point(second);
+                witness.normal.dot(second - first) - witness.margin_m
+            });
+        }
+    }
+
+    fn place(&mut self, workspace: &Workspace) {
+        for (solid, pose) in self.solids.iter().zip(&mut self.poses) {
+            *pose = glam_pose(&workspace.pose(solid.frame));
+        }
+    }
+}
+
+/// Returns the distance of two solids and their closest points, or `None` for solids that are further apart than
+/// [`REACH_M`].
+fn closest(places: [(&Solid, &Pose); 2]) -> Option<(f64, Witness)> {
+    let [(first, first_pose), (second, second_pose)] = places;
+    let mut least: Option<(f64, Witness)> = None;
+    for a in &first.parts {
+        let center = first_pose.transform_point(a.sphere.center);
+        for b in &second.parts {
+            let between = second_pose.transform_point(b.sphere.center) - center;
+            // Distances of the shapes without their margins.
+            let margin_m = a.margin_m + b.margin_m;
+            let reach = margin_m + least.as_ref().map_or(REACH_M, |(distance, _)| *distance);
+            if between.length() - a.sphere.radius - b.sphere.radius > reach {
+                continue;
+            }
+            let poses = [*first_pose * a.pose, *second_pose * b.pose];
+            let Some((distance, points, normal)) = contact(poses, [a, b], reach.max(0.0)) else {
+                continue;
+            };
+            if distance < reach {
+                let points = [
+                    first_pose.inverse_transform_point(points[0]),
+                    second_pose.inverse_transform_point(points[1]),
+                ];
+                least = Some((
+                    distance - margin_m,
+                    Witness {
+                        points,
+                        normal,
+                        margin_m,
+                    },
+                ));
+            }
+        }
+    }
+    least
+}
+
+/// Returns signed distance, closest points and direction from the first to the second part, in the frame of the base, or
+/// `None` for parts that are further apart than `reach`.
+fn contact(poses: [Pose; 2], parts: [&Part; 2], reach: f64) -> Option<(f64, [Vector; 2], Vector)> {
+    let [a, b] = poses;
+    let shapes = parts.map(|part| part.shape.0.as_ref());
+    // Shapes that parry does not support do not occur, and count as apart.
+    let found = query::contact(&a, shapes[0], &b, shapes[1], reach).ok()?;
+    if let Some(found) = found {
+        return Some((found.dist, [found.point1, found.point2], found.normal1));
+    }
+    // The depth of a penetration is not always found: the centres then are the points, and their spheres the depth.
+    if !query::intersection_test(&a, shapes[0], &b, shapes[1])
+        .ok()?
+        .intersecting
+    {
+        return None;
+    }
+    let centers = [a, b].map(|pose| pose.translation);
+    let normal = (centers[1] - centers[0])
+        .try_normalize()
+        .unwrap_or(Vector::X);
+    Some((
+        (centers[1] - centers[0]).dot(normal).min(0.0),
+        centers,
+        normal,
+    ))
+}

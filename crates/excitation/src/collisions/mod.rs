@@ -1,0 +1,11 @@
+//! Distances between links, payload and keep-out boxes.
+
+mod convert;
+mod distance;
+mod mesh;
+mod model;
+mod pairs;
+mod placed;
+
+pub(crate) use distance::Distances;
+pub use model::{CollisionFinding, CollisionModel, MeshReader, NotTested};

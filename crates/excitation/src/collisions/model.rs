@@ -1,0 +1,181 @@
+//! Collision shapes of a robot's links.
+
+use std::fmt;
+
+use parry3d_f64::shape::SharedShape;
+use tactid_dynamics::{CollisionGeometry, CollisionShape, Manipulator, ModelError, Urdf};
+
+use super::convert::glam_pose;
+use super::mesh::convex_hull;
+use super::placed::Placed;
+use crate::ExcitationError;
+
+/// Returns the bytes of a mesh file, given its name as the URDF has it, or the reason why they cannot be read.
+pub type MeshReader<'a> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'a;
+
+/// Shapes of the links of a robot that must not touch one another, the payload or a keep-out box: boxes, cylinders, capsules,
+/// spheres, and the convex hulls of meshes.
+#[derive(Clone, Debug)]
+pub struct CollisionModel {
+    /// Name of each link that has shapes, with its shapes.
+    pub(crate) links: Vec<(String, Vec<Placed>)>,
+    findings: Vec<CollisionFinding>,
+}
+
+/// What is not part of a test for collisions.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum CollisionFinding {
+    /// No link has a collision shape, so that collisions of the robot are not tested.
+    NoShapes,
+    /// A shape of a link is left out.
+    ShapeLeftOut {
+        /// Name of the link.
+        link: String,
+        /// File of the mesh, or the element of a shape that is unknown.
+        shape: String,
+        /// The reason.
+        because: String,
+    },
+    /// Pairs that are not tested, although one can move relative to the other.
+    PairsNotTested {
+        /// Names of both, such as two links.
+        pairs: Vec<[String; 2]>,
+        /// The reason.
+        because: NotTested,
+    },
+}
+
+/// Why a pair is not tested for collisions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotTested {
+    /// One joint lies between the two links. Shapes of neighbours mostly overlap at their joint.
+    Adjacent,
+    /// They touch at the start of the motion, as finger and payload do.
+    InContact,
+}
+
+impl fmt::Display for CollisionFinding {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoShapes => formatter
+                .write_str("no link has a collision shape: collisions of the robot are not tested"),
+            Self::ShapeLeftOut {
+                link,
+                shape,
+                because,
+            } => write!(
+                formatter,
+                "the collision shape `{shape}` of link {link} is left out: {because}"
+            ),
+            Self::PairsNotTested { pairs, because } => {
+                let reason = match because {
+                    NotTested::Adjacent => "one joint connects them",
+                    NotTested::InContact => "they touch at the start",
+                };
+                let names = pairs
+                    .iter()
+                    .map(|[first, second]| format!("{first} and {second}"));
+                let names: Vec<String> = names.collect();
+                let names = names.join(", ");
+                write!(
+                    formatter,
+                    "not tested for collisions, because {reason}: {names}"
+                )
+            }
+        }
+    }
+}
+
+impl CollisionModel {
+    /// Returns the collision shapes of a robot from its URDF. `read_mesh` reads the files of meshes, of which STL and OBJ are
+    /// understood; other shapes that cannot be used are left out, see [`CollisionModel::findings`].
+    ///
+    /// # Errors
+    /// Returns [`ExcitationError::Model`] for a pose or a size of a shape that is not finite numbers or not positive.
+    pub fn of_urdf(
+        urdf: &Urdf,
+        robot: &Manipulator,
+        read_mesh: &mut MeshReader<'_>,
+    ) -> Result<Self, ExcitationError> {
+        let mut model = Self {
+            links: Vec::new(),
+            findings: Vec::new(),
+        };
+        for link in robot.frame_names() {
+            let shapes = match urdf.collision_shapes(link) {
+                // A frame that was added to the robot.
+                Err(ModelError::UnknownFrame { .. }) => continue,
+                shapes => shapes?,
+            };
+            let mut placed = Vec::new();
+            for shape in &shapes {
+                match shape_of(shape, read_mesh) {
+                    Ok(shape) => placed.push(shape),
+                    Err((shape, because)) => {
+                        model.findings.push(CollisionFinding::ShapeLeftOut {
+                            link: link.to_owned(),
+                            shape,
+                            because,
+                        });
+                    }
+                }
+            }
+            if !placed.is_empty() {
+                model.links.push((link.to_owned(), placed));
+            }
+        }
+        if model.links.is_empty() {
+            model.findings.push(CollisionFinding::NoShapes);
+        }
+        Ok(model)
+    }
+
+    /// Returns what is left out.
+    #[must_use]
+    pub fn findings(&self) -> &[CollisionFinding] {
+        &self.findings
+    }
+}
+
+/// Returns a shape, or its name and the reason why it is left out.
+fn shape_of(
+    shape: &CollisionShape,
+    read_mesh: &mut MeshReader<'_>,
+) -> Result<Placed, (String, String)> {
+    let mut pose = shape.link_from_shape;
+    // Cylinders and capsules of parry are along y.
+    let along_z = nalgebra::UnitQuaternion::from_axis_angle(
+        &nalgebra::Vector3::x_axis(),
+        std::f64::consts::FRAC_PI_2,
+    );
+    let shape = match &shape.geometry {
+        CollisionGeometry::Box { half_size } => {
+            SharedShape::cuboid(half_size.x, half_size.y, half_size.z)
+        }
+        CollisionGeometry::Sphere { radius_m } => SharedShape::ball(*radius_m),
+        CollisionGeometry::Cylinder { radius_m, length_m } => {
+            pose.rotation *= along_z;
+            SharedShape::cylinder(0.5 * length_m, *radius_m)
+        }
+        CollisionGeometry::Capsule { radius_m, length_m } => {
+            pose.rotation *= along_z;
+            SharedShape::capsule_y(0.5 * length_m, *radius_m)
+        }
+        CollisionGeometry::Mesh { file, scale } => {
+            let hull = read_mesh(file).and_then(|bytes| convex_hull(file, &bytes, scale));
+            let hull = hull.map_err(|because| (file.clone(), because))?;
+            return Ok(Placed {
+                pose: glam_pose(&pose),
+                ..hull
+            });
+        }
+        CollisionGeometry::Unknown { element } => {
+            return Err((element.clone(), "the format has no such shape".to_owned()));
+        }
+    };
+    Ok(Placed {
+        pose: glam_pose(&pose),
+        shape,
+        margin_m: 0.0,
+    })
+}

@@ -1,0 +1,113 @@
+//! Pairs of solids that are tested for collisions.
+
+use tactid_dynamics::{FrameId, Manipulator};
+
+use super::model::{CollisionFinding, NotTested};
+use super::placed::{Placed, Solid};
+use crate::ExcitationError;
+use crate::problem::Problem;
+
+/// Two solids that must keep a distance.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pair {
+    /// Indices of the solids.
+    pub(crate) first: usize,
+    pub(crate) second: usize,
+    /// Least distance, m.
+    pub(crate) least_m: f64,
+    pub(crate) is_with_keep_out: bool,
+}
+
+/// What a problem asks to keep apart.
+pub(super) struct Tested {
+    pub(super) solids: Vec<Solid>,
+    pub(super) pairs: Vec<Pair>,
+    /// Which pairs are not tested.
+    pub(super) findings: Vec<CollisionFinding>,
+}
+
+/// Whose shapes a solid has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Link,
+    Payload,
+    Tool,
+    KeepOut,
+}
+
+/// Returns the solids of a problem, the pairs that are tested, and a finding for those that are adjacent.
+///
+/// Pairs whose relative pose no joint of the motion changes are not tested, and no finding reports them.
+pub(super) fn pairs(problem: &Problem) -> Result<Tested, ExcitationError> {
+    let robot = &problem.robot;
+    let (solids, kinds): (Vec<Solid>, Vec<Kind>) = solids(problem)?.into_iter().unzip();
+    let moving = problem.moving_joints()?;
+    let all: Vec<usize> = (0..robot.dof()).collect();
+    let between = |joints: &[usize], a: FrameId, b: FrameId| -> usize {
+        let moves_one = |&&joint: &&usize| robot.moves(joint, a) != robot.moves(joint, b);
+        joints.iter().filter(moves_one).count()
+    };
+    let (mut pairs, mut adjacent) = (Vec::new(), Vec::new());
+    for second in 0..solids.len() {
+        for first in 0..second {
+            let frames = [&solids[first], &solids[second]].map(|solid| solid.frame);
+            let is_tested = match [kinds[first], kinds[second]] {
+                [Kind::Link, Kind::Link | Kind::Payload] => true,
+                [_, Kind::KeepOut] => kinds[first] != Kind::KeepOut,
+                _ => false,
+            };
+            if !is_tested || between(&moving, frames[0], frames[1]) == 0 {
+                continue;
+            }
+            let are_links = kinds[first] == Kind::Link && kinds[second] == Kind::Link;
+            if are_links && between(&all, frames[0], frames[1]) == 1 {
+                adjacent.push([first, second].map(|k| solids[k].name.clone()));
+                continue;
+            }
+            pairs.push(Pair {
+                first,
+                second,
+                least_m: problem.least_distance_m,
+                is_with_keep_out: kinds[second] == Kind::KeepOut,
+            });
+        }
+    }
+    let mut findings = Vec::new();
+    if !adjacent.is_empty() {
+        findings.push(CollisionFinding::PairsNotTested {
+            pairs: adjacent,
+            because: NotTested::Adjacent,
+        });
+    }
+    Ok(Tested {
+        solids,
+        pairs,
+        findings,
+    })
+}
+
+/// Returns the solids of a problem: links, payload, tool, keep-out boxes.
+fn solids(problem: &Problem) -> Result<Vec<(Solid, Kind)>, ExcitationError> {
+    let robot: &Manipulator = &problem.robot;
+    let (base, tool) = (robot.base_frame(), robot.frame(&problem.tool)?);
+    let mut solids = Vec::new();
+    for (link, shapes) in problem.collisions.iter().flat_map(|model| &model.links) {
+        let solid = Solid::new(link.clone(), robot.frame(link)?, shapes);
+        solids.push((solid, Kind::Link));
+    }
+    if let Some(bounds) = &problem.payload_box {
+        let solid = Solid::new("the payload".to_owned(), tool, &[Placed::cuboid(bounds)]);
+        solids.push((solid, Kind::Payload));
+    }
+    let keep_out = &problem.workspace.keep_out;
+    if !keep_out.is_empty() {
+        let solid = Solid::new("the tool".to_owned(), tool, &[Placed::point()]);
+        solids.push((solid, Kind::Tool));
+    }
+    for area in keep_out {
+        let name = format!("the keep-out box {}", area.name);
+        let solid = Solid::new(name, base, &[Placed::cuboid(&area.place)]);
+        solids.push((solid, Kind::KeepOut));
+    }
+    Ok(solids)
+}
