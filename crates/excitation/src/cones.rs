@@ -54,6 +54,8 @@ pub(crate) struct Cone {
     tail: Vec<AffineForm>,
     /// Whether the tail is integrated over the time since the beginning: velocities then become excursions.
     is_integral: bool,
+    /// The tail at the beginning, if it is integrated: the excursion of the base before the motion, relative to its bound.
+    pub(crate) start: [f64; 3],
     /// What is subtracted from the head, so that the limit holds between the samples, too.
     pub(crate) tightening: f64,
 }
@@ -102,6 +104,7 @@ pub(crate) fn cones(problem: &Problem, layout: &Layout) -> Vec<Cone> {
         head,
         tail,
         is_integral: false,
+        start: [0.0; 3],
         tightening: 0.0,
     };
     let mut cones = Vec::new();
@@ -187,7 +190,7 @@ impl Cone {
 
     /// Returns the values at all samples, `step_s` apart.
     pub(crate) fn values(&self, samples: &Samples, step_s: f64) -> Vec<ConeValue> {
-        let mut sums = vec![0.0; self.tail.len()];
+        let mut sums = self.start;
         let mut before = vec![0.0; self.tail.len()];
         let value = |sample| {
             let outputs = samples.at(sample);

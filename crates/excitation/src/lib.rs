@@ -55,6 +55,7 @@
 #[cfg(test)]
 extern crate self as tactid_excitation;
 
+mod active;
 mod checks;
 mod cones;
 mod dense;
@@ -78,7 +79,9 @@ mod search;
 mod shortest;
 mod spline;
 mod subproblem;
+mod variables;
 
+pub use active::{ActiveSettings, Planner, Prior, Step};
 pub use dense::{Excursion, margins};
 pub use design::{Design, DesignSettings, design, design_observed};
 pub use error::ExcitationError;
@@ -91,4 +94,5 @@ pub use prediction::{Prediction, predict};
 pub use problem::{BaseBounds, Criterion, Problem, Sensing, targets_within};
 pub use progress::{Observer, Progress};
 pub use shortest::{ShortestSettings, shortest};
-pub use spline::{End, FEWEST_CONTROL_POINTS, Spline};
+pub use spline::{FEWEST_CONTROL_POINTS, Spline};
+pub use variables::End;

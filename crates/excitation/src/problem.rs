@@ -9,7 +9,7 @@ use crate::ExcitationError;
 use crate::checks::{positive, value};
 use crate::grip::Grip;
 use crate::joint_limits::JointLimits;
-use crate::spline::End;
+use crate::variables::End;
 
 /// What the robot measures, and how the payload is identified from it.
 #[derive(Clone, Debug, PartialEq)]
