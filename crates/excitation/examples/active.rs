@@ -27,7 +27,7 @@ type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
 /// Longest identification, s, and the same with random motions.
 const LONGEST_S: f64 = 30.0;
-const LONGEST_RANDOM_S: f64 = 120.0;
+const LONGEST_RANDOM_S: f64 = 60.0;
 
 /// Random motions that are compared with.
 const RANDOM: usize = 10;

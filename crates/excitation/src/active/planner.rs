@@ -46,6 +46,11 @@ const TIGHTENING: f64 = 0.05;
 const PATIENCE: usize = 6;
 const PROGRESS: f64 = 0.02;
 
+/// Fraction of the bound of the base that a plan uses, unless the base is there already: then it may go further by a stride.
+/// Near its bound the base could hardly be moved, and plans would be slow.
+const USED: f64 = 0.6;
+const STRIDE: f64 = 0.15;
+
 /// Seeds of one plan, and plans of one seed, that are not those of another.
 const SEEDS: u64 = 1000;
 
@@ -317,6 +322,8 @@ impl Planner {
             };
             if let Some(excursion) = excursion {
                 cone.start = excursion.into();
+                let used = (excursion.norm() + STRIDE).clamp(USED, 1.0 - TIGHTENING);
+                cone.tightening = 1.0 - used;
             }
         }
         Ok(search)
