@@ -41,6 +41,9 @@
 //! # }
 //! ```
 //!
+//! A [`Planner`] does the same online: from what is known of the payload so far, it plans the next second of motion, until all
+//! intervals are within their targets.
+//!
 //! # How the crate works
 //!
 //! A motion is a [`Spline`] for each joint. Limits on position, velocity and acceleration are linear in its control points
