@@ -247,11 +247,16 @@ fn bad_settings_are_errors() {
             .to_string();
         assert!(error.contains(expected), "{error}");
     }
+}
+
+/// A prior without mass is an error.
+#[test]
+fn a_bad_prior_is_an_error() {
     let empty = Prior {
         mass_kg: (0.0, 1.0),
         ..HEAVY
     };
-    let error = Planner::new(bounded(), empty, defaults())
+    let error = Planner::new(bounded(), empty, ActiveSettings::default())
         .unwrap_err()
         .to_string();
     assert!(error.contains("prior.mass_kg.0"), "{error}");

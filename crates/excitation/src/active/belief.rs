@@ -104,8 +104,8 @@ impl Belief {
 
     /// Returns a payload, or one on the way to the mean that can exist.
     fn pulled_in(&self, payload: &Vector, exists: impl Fn(&Vector) -> bool) -> Vector {
-        let way = payload - self.mean;
-        let on_the_way = |step| self.mean + way * (f64::from(step) / f64::from(STEPS));
+        let difference = payload - self.mean;
+        let on_the_way = |step| self.mean + difference * (f64::from(step) / f64::from(STEPS));
         let first = (1..=STEPS).rev().map(on_the_way).find(exists);
         first.unwrap_or(self.mean)
     }

@@ -21,7 +21,7 @@ pub(super) struct Checked {
     pub(super) binding: Option<Limit>,
 }
 
-/// Returns the limit of the dynamics that is the nearest along a motion, with what is left of it: negative where it is
+/// Returns the limit of the dynamics that is the nearest along a motion, with its slack: negative where it is
 /// exceeded, infinite without limits.
 fn nearest_limit(
     dense: &mut Search,
