@@ -53,6 +53,8 @@ pub(crate) struct Cone {
     head: AffineForm,
     tail: Vec<AffineForm>,
     pub(crate) kind: Kind,
+    /// The tail at the beginning, if it is integrated: the excursion of the base before the motion, relative to its bound.
+    pub(crate) start: [f64; 3],
     /// What is subtracted from the head, so that the limit holds between the samples, too.
     pub(crate) tightening: f64,
 }
@@ -132,6 +134,7 @@ fn of_places(plant: &Plant) -> Vec<Cone> {
         head,
         tail,
         kind,
+        start: [0.0; 3],
         tightening: 0.0,
     };
     let mut cones = Vec::new();
@@ -167,6 +170,7 @@ fn of_payloads(problem: &Problem, layout: &Layout) -> Vec<Cone> {
         head,
         tail,
         kind: Kind::Instant,
+        start: [0.0; 3],
         tightening: 0.0,
     };
     let mut cones = Vec::new();
@@ -252,7 +256,7 @@ impl Cone {
 
     /// Returns the values at all samples, `step_s` apart.
     pub(crate) fn values(&self, samples: &Samples, step_s: f64) -> Vec<ConeValue> {
-        let mut sums = vec![0.0; self.tail.len()];
+        let mut sums = self.start;
         let mut before = vec![0.0; self.tail.len()];
         let value = |sample| {
             let outputs = samples.at(sample);

@@ -19,7 +19,8 @@ use crate::problem::Problem;
 use crate::progress::{Observer, report};
 use crate::samples::{Grid, Sampler};
 use crate::search::{FIRST_RADIUS, Point, Search};
-use crate::spline::{End, FEWEST_CONTROL_POINTS, SplineBasis, Variables};
+use crate::spline::{FEWEST_CONTROL_POINTS, SplineBasis};
+use crate::variables::{End, Variables};
 
 /// Samples of the outputs in each span of the splines. Products of five polynomials are integrated to a few thousandths.
 const STEPS_PER_SPAN: usize = 8;
@@ -187,40 +188,8 @@ impl<'a> Designer<'a> {
         let mut plant = Plant::new(problem)?;
         check_rest(problem, &mut plant, &joints)?;
         let variables = variables(problem, settings, &joints);
-        let limits: Vec<JointLimits> = joints.iter().map(|&j| problem.limits[j]).collect();
-        let names = problem.robot.joint_names();
-        let names: Vec<&str> = joints.iter().map(|&j| names[j].as_str()).collect();
-        let grid = Grid::new(&variables, STEPS_PER_SPAN);
-        let span_s = variables.basis.duration_s() / variables.basis.spans() as f64;
-        let scale = |limits: &JointLimits| {
-            let range = 0.5 * (limits.position.1 - limits.position.0);
-            range
-                .min(limits.velocity * span_s)
-                .min(limits.acceleration * span_s * span_s)
-        };
-        let of_joint = variables.of_joint();
-        let scales = limits
-            .iter()
-            .flat_map(|l| vec![scale(l); of_joint])
-            .collect();
-        let rows = joint_rows(&variables, &limits, &names);
         let direct = variables.direct();
-        let sampler = Sampler::new(
-            plant.clone(),
-            variables,
-            grid,
-            joints.clone(),
-            problem.start.clone(),
-        );
-        let search = Search {
-            objective: Objective::new(problem, &sampler)?,
-            cones: cones(problem, &plant),
-            sampler,
-            rows,
-            scales,
-            direct,
-            failure: None,
-        };
+        let search = search(problem, &plant, &joints, variables, STEPS_PER_SPAN, direct)?;
         let exceeded = search
             .rows
             .iter()
@@ -341,6 +310,51 @@ impl<'a> Designer<'a> {
             trajectory,
         })
     }
+}
+
+/// Returns the search for the motion of some joints along splines with these variables, sampled so often in each of their
+/// spans. `direct` are the variables of a motion that other motions are shrunk towards.
+pub(crate) fn search(
+    problem: &Problem,
+    plant: &Plant,
+    joints: &[usize],
+    variables: Variables,
+    steps_per_span: usize,
+    direct: Vec<f64>,
+) -> Result<Search, ExcitationError> {
+    let limits: Vec<JointLimits> = joints.iter().map(|&j| problem.limits[j]).collect();
+    let names = problem.robot.joint_names();
+    let names: Vec<&str> = joints.iter().map(|&j| names[j].as_str()).collect();
+    let grid = Grid::new(&variables, steps_per_span);
+    let span_s = variables.basis.duration_s() / variables.basis.spans() as f64;
+    let scale = |limits: &JointLimits| {
+        let range = 0.5 * (limits.position.1 - limits.position.0);
+        range
+            .min(limits.velocity * span_s)
+            .min(limits.acceleration * span_s * span_s)
+    };
+    let of_joint = variables.of_joint();
+    let scales = limits
+        .iter()
+        .flat_map(|l| vec![scale(l); of_joint])
+        .collect();
+    let rows = joint_rows(&variables, &limits, &names);
+    let sampler = Sampler::new(
+        plant.clone(),
+        variables,
+        grid,
+        joints.to_vec(),
+        problem.start.clone(),
+    );
+    Ok(Search {
+        objective: Objective::new(problem, &sampler)?,
+        cones: cones(problem, plant),
+        sampler,
+        rows,
+        scales,
+        direct,
+        failure: None,
+    })
 }
 
 /// Returns the variables of the joints that move.

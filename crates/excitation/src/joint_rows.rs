@@ -2,7 +2,8 @@
 
 use crate::joint_limits::JointLimits;
 use crate::limits::Limit;
-use crate::spline::{ControlPoint, HullPoint, Variables};
+use crate::spline::HullPoint;
+use crate::variables::{ControlPoint, Variables};
 
 /// Fraction of a limit that counts as rounding.
 pub(crate) const ROUNDING: f64 = 1e-9;

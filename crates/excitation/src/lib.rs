@@ -41,6 +41,9 @@
 //! # }
 //! ```
 //!
+//! A [`Planner`] does the same online: from what is known of the payload so far, it plans the next second of motion, until all
+//! intervals are within their targets.
+//!
 //! # How the crate works
 //!
 //! A motion is a [`Spline`] for each joint. Limits on position, velocity and acceleration are linear in its control points
@@ -55,6 +58,7 @@
 #[cfg(test)]
 extern crate self as tactid_excitation;
 
+mod active;
 mod checks;
 mod collisions;
 mod cones;
@@ -79,8 +83,10 @@ mod search;
 mod shortest;
 mod spline;
 mod subproblem;
+mod variables;
 mod workspace_bounds;
 
+pub use active::{ActiveSettings, Planner, Prior, Step};
 pub use collisions::{CollisionFinding, CollisionModel, MeshReader, NotTested};
 pub use dense::{Excursion, margins};
 pub use design::{Design, DesignSettings, design, design_observed};
@@ -94,5 +100,6 @@ pub use prediction::{Prediction, predict};
 pub use problem::{BaseBounds, Criterion, Problem, Sensing, targets_within};
 pub use progress::{Observer, Progress};
 pub use shortest::{ShortestSettings, shortest};
-pub use spline::{End, FEWEST_CONTROL_POINTS, Spline};
+pub use spline::{FEWEST_CONTROL_POINTS, Spline};
+pub use variables::End;
 pub use workspace_bounds::{KeepOutBox, OrientedBox, WorkspaceBounds};

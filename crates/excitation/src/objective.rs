@@ -37,6 +37,8 @@ pub(crate) struct Objective {
     share_s: f64,
     channels: usize,
     offsets: usize,
+    /// Information on the ten parameters before the motion.
+    pub(crate) known: Matrix,
 }
 
 /// Information along a motion, and what follows from it.
@@ -75,13 +77,14 @@ impl Objective {
             share_s: grid.step_s,
             channels: sampler.plant.layout().channels,
             offsets: sampler.plant.offsets,
+            known: Matrix::zeros(),
         })
     }
 
     /// Computes the functions at the samples of a motion; `None` if they do not determine all ten values.
     pub(crate) fn uncertainty(&self, samples: &Samples) -> Option<Uncertainty> {
         let means = self.means(samples);
-        let mut information = Matrix::zeros();
+        let mut information = self.known;
         for mean in &means {
             information += mean.tr_mul(mean).fixed_view::<10, 10>(0, 0) * self.share_s;
         }

@@ -1,7 +1,7 @@
 //! Outputs of the robot model at one state of the joints: regressor rows, torques, wrench on the payload, twist of the base, and
 //! distances of bodies.
 
-use nalgebra::{DMatrix, Isometry3, SMatrix, Vector3};
+use nalgebra::{DMatrix, DVector, Isometry3, SMatrix, Vector3};
 use tactid_dynamics::{
     BaseKind, FrameId, FrameMotion, InertialParameters, Workspace, free_base_motion,
     inverse_dynamics, motion, wrench_regressor,
@@ -137,8 +137,42 @@ impl Plant {
         let channels = plant.rows.channels();
         plant.layout.channels = channels.count();
         plant.offsets = channels.offsets;
-        plant.whitening = whitening(&channels, sensing)? * sensing.rate_hz.sqrt();
+        let covariance = covariance(&channels, sensing)?;
+        plant.whitening = whitening(covariance, &channels)? * sensing.rate_hz.sqrt();
         Ok(plant)
+    }
+
+    /// Adds noise of the joints' accelerations to that of the sensors: an error of the acceleration is one of the load of the
+    /// first payload, in all channels at once. `std_devs` are those of white noise of one sample of each joint, rad/s² or m/s².
+    pub(crate) fn add_acceleration_noise(
+        &mut self,
+        problem: &Problem,
+        std_devs: &[f64],
+    ) -> Result<(), ExcitationError> {
+        let channels = self.rows.channels();
+        let mut covariance = covariance(&channels, &problem.sensing)?;
+        let mut states = JointStates::at_rest(&problem.start);
+        let at_rest = self.load(&states)?;
+        for (joint, std_dev) in std_devs.iter().enumerate() {
+            states.acceleration[joint] = 1.0;
+            let change = (self.load(&states)? - &at_rest) * *std_dev;
+            states.acceleration[joint] = 0.0;
+            covariance.ger(1.0, &change, &change, 1.0);
+        }
+        self.whitening = whitening(covariance, &channels)? * problem.sensing.rate_hz.sqrt();
+        Ok(())
+    }
+
+    /// Returns the load of the first payload in each channel.
+    fn load(&mut self, states: &JointStates) -> Result<DVector<f64>, ExcitationError> {
+        let base = self.base_motion(0, &Isometry3::identity(), states)?;
+        let rows = self.rows.at(&base, states.joints())?;
+        let (_, payload) = &self.loaded[0];
+        let of_row = |row: &Row| {
+            let pairs = row.regressor.iter().zip(payload.as_vector());
+            pairs.map(|(a, b)| a * b).sum()
+        };
+        Ok(DVector::from_iterator(rows.len(), rows.iter().map(of_row)))
     }
 
     /// Returns the places of the outputs.
@@ -273,8 +307,8 @@ fn motion_rows(problem: &Problem) -> Result<MotionRows, ExcitationError> {
     Ok(rows)
 }
 
-/// Returns the inverse of the Cholesky factor of the noise of one sample across the channels.
-fn whitening(channels: &Channels, sensing: &Sensing) -> Result<DMatrix<f64>, ExcitationError> {
+/// Returns the covariance of the sensors' noise of one sample across the channels.
+fn covariance(channels: &Channels, sensing: &Sensing) -> Result<DMatrix<f64>, ExcitationError> {
     let count = channels.count();
     let mut covariance = DMatrix::<f64>::zeros(count, count);
     let mut first = 0;
@@ -291,12 +325,20 @@ fn whitening(channels: &Channels, sensing: &Sensing) -> Result<DMatrix<f64>, Exc
             (Some(known), _) => block.copy_from(&known.covariance),
             (None, Some(std_devs)) if of_base => {
                 let variances = std_devs.map(|std_dev| std_dev * std_dev);
-                block.set_diagonal(&nalgebra::DVector::from_column_slice(&variances));
+                block.set_diagonal(&DVector::from_column_slice(&variances));
             }
             _ => return Err(unknown_noise(channel)),
         }
         first += size;
     }
+    Ok(covariance)
+}
+
+/// Returns the inverse of the Cholesky factor of a covariance across the channels.
+fn whitening(
+    covariance: DMatrix<f64>,
+    channels: &Channels,
+) -> Result<DMatrix<f64>, ExcitationError> {
     let factor = covariance.cholesky();
     let inverse = factor.and_then(|factor| factor.l().try_inverse());
     inverse.ok_or_else(|| unknown_noise(&channels.channels[0].name))

@@ -10,7 +10,7 @@ use crate::checks::{positive, value};
 use crate::collisions::CollisionModel;
 use crate::grip::Grip;
 use crate::joint_limits::JointLimits;
-use crate::spline::End;
+use crate::variables::End;
 use crate::workspace_bounds::{OrientedBox, WorkspaceBounds};
 
 /// What the robot measures, and how the payload is identified from it.

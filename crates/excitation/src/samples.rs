@@ -3,7 +3,8 @@
 use crate::ExcitationError;
 use crate::motion::JointStates;
 use crate::plant::Plant;
-use crate::spline::{ControlPoint, LOCAL, LocalBasis, Variables};
+use crate::spline::{LOCAL, LocalBasis};
+use crate::variables::{ControlPoint, Variables};
 
 /// Step of the finite differences, rad, rad/s or rad/s² (m for a prismatic joint). The outputs are smooth and of the size
 /// of their derivatives, so that rounding and curvature both leave some six digits.
@@ -57,6 +58,14 @@ impl Samples {
             outputs,
             values,
             slopes: Vec::new(),
+        }
+    }
+
+    /// Returns these outputs with the derivatives of other samples: near these, they are almost the same.
+    pub(crate) fn with_slopes_of(self, other: Self) -> Self {
+        Self {
+            slopes: other.slopes,
+            ..self
         }
     }
 

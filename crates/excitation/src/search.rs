@@ -333,6 +333,11 @@ impl Search {
     /// Computes functions and gradients, in units of the variables' scales.
     pub(crate) fn linearise(&mut self, point: &Point) -> Result<Linear, ExcitationError> {
         let samples = self.sampler.sample(&point.values, true)?;
+        Ok(self.linear(point, samples))
+    }
+
+    /// Returns functions and gradients, given the samples of a motion with their derivatives.
+    pub(crate) fn linear(&self, point: &Point, samples: Samples) -> Linear {
         let uncertainty = &point.uncertainty;
         let mut gradients = self
             .objective
@@ -343,10 +348,10 @@ impl Search {
             }
         }
         let functions = uncertainty.functions.iter().copied().zip(gradients);
-        Ok(Linear {
+        Linear {
             functions: functions.collect(),
             samples,
-        })
+        }
     }
 
     /// Returns the best step within the trust region for functions and limits that are linear. Few of the limits bind, so the

@@ -3,8 +3,12 @@
 /// Degree of the splines. Their acceleration is a spline of degree three, which is smooth.
 const DEGREE: usize = 5;
 
-/// Control points at each end that the conditions of rest make equal: position, velocity and acceleration.
-const AT_REST: usize = 3;
+/// Control points at each end that position, velocity and acceleration there determine; at rest they are equal.
+pub(crate) const AT_REST: usize = 3;
+
+/// Equal control points at an end where all derivatives vanish that are continuous between two knots, so that the spline and
+/// the rest after it are one spline.
+pub(crate) const AT_STANDSTILL: usize = DEGREE;
 
 /// Fewest control points of a motion with a free control point beside those at rest.
 pub const FEWEST_CONTROL_POINTS: usize = 2 * AT_REST + 1;
@@ -203,7 +207,7 @@ pub(crate) struct HullPoint {
 #[derive(Clone, Debug)]
 pub struct Spline {
     basis: SplineBasis,
-    control_points: Vec<f64>,
+    pub(crate) control_points: Vec<f64>,
 }
 
 impl Spline {
@@ -213,6 +217,32 @@ impl Spline {
             basis,
             control_points,
         }
+    }
+
+    /// Creates a spline that rests at a position.
+    pub(crate) fn at_rest(basis: SplineBasis, position: f64) -> Self {
+        let control_points = vec![position; basis.count()];
+        Self::new(basis, control_points)
+    }
+
+    /// Returns the spline of the same basis that begins the given number of spans later, and rests where this one ends.
+    ///
+    /// It is the same function where the last five control points are equal: the spline then stands still at its end.
+    pub(crate) fn tail(&self, spans: usize) -> Self {
+        let basis = &self.basis;
+        let span_s = basis.duration_s / basis.spans() as f64;
+        let point = |index: usize| {
+            // The first of the spans that the control point belongs to.
+            let span = spans + index.saturating_sub(DEGREE);
+            if span >= basis.spans() {
+                return self.control_points[basis.count() - 1];
+            }
+            let knot = |k: usize| span_s * spans as f64 + basis.knots[index + 1 + k];
+            let weights = basis.blossom(span, 0, knot);
+            let points = &self.control_points[span..span + LOCAL];
+            weights.iter().zip(points).map(|(w, c)| w * c).sum()
+        };
+        Self::new(basis.clone(), (0..basis.count()).map(point).collect())
     }
 
     /// Returns position, velocity and acceleration at a time, s. Before the beginning and after the end the spline rests.
@@ -226,119 +256,12 @@ impl Spline {
     }
 }
 
-/// Where a motion ends.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub enum End {
-    /// In the posture in which it starts.
-    #[default]
-    Start,
-    /// Anywhere within the limits.
-    Free,
-    /// In a given posture: a position for each joint of the robot, rad or m. Joints that do not move end where they start.
-    At(Vec<f64>),
-}
-
-/// A control point of a joint.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum ControlPoint {
-    /// The variable with this index.
-    Variable(usize),
-    /// A value that a condition at one of the ends gives, rad or m.
-    Fixed(f64),
-}
-
-/// The control points of several joints as functions of the variables that the conditions at both ends leave free.
-#[derive(Clone, Debug)]
-pub(crate) struct Variables {
-    pub(crate) basis: SplineBasis,
-    /// Positions of the joints at the beginning.
-    start: Vec<f64>,
-    /// Positions at the end, where they are given.
-    end: Option<Vec<f64>>,
-}
-
-impl Variables {
-    /// Creates the variables of joints that start at `start` and end at `end`, or anywhere.
-    pub(crate) fn new(basis: SplineBasis, start: Vec<f64>, end: Option<Vec<f64>>) -> Self {
-        Self { basis, start, end }
-    }
-
-    /// Number of joints.
-    pub(crate) fn joints(&self) -> usize {
-        self.start.len()
-    }
-
-    /// Number of variables of one joint.
-    pub(crate) fn of_joint(&self) -> usize {
-        self.basis.count() - 2 * AT_REST + usize::from(self.end.is_none())
-    }
-
-    /// Number of all variables. Those of one joint follow one another.
-    pub(crate) fn count(&self) -> usize {
-        self.joints() * self.of_joint()
-    }
-
-    /// Returns what a control point of a joint is.
-    pub(crate) fn control_point(&self, joint: usize, point: usize) -> ControlPoint {
-        let after = self.basis.count() - AT_REST;
-        match &self.end {
-            _ if point < AT_REST => ControlPoint::Fixed(self.start[joint]),
-            Some(end) if point >= after => ControlPoint::Fixed(end[joint]),
-            _ => ControlPoint::Variable(joint * self.of_joint() + point.min(after) - AT_REST),
-        }
-    }
-
-    /// Returns the values of all variables for the control points of a motion from start to end without excursion: the
-    /// joints rest, or move along one smooth step.
-    pub(crate) fn direct(&self) -> Vec<f64> {
-        let mut values = vec![0.0; self.count()];
-        let last = (self.basis.count() - 2 * AT_REST + 1) as f64;
-        for joint in 0..self.joints() {
-            for point in AT_REST..self.basis.count() {
-                if let ControlPoint::Variable(variable) = self.control_point(joint, point) {
-                    let start = self.start[joint];
-                    let end = self.end.as_ref().map_or(start, |end| end[joint]);
-                    let fraction = ((point + 1 - AT_REST) as f64 / last).min(1.0);
-                    let smooth = fraction * fraction * (3.0 - 2.0 * fraction);
-                    values[variable] = start + (end - start) * smooth;
-                }
-            }
-        }
-        values
-    }
-
-    /// Returns the values of the variables of splines of all joints, or `None` for splines of another basis.
-    pub(crate) fn values<'a>(&self, splines: impl Iterator<Item = &'a Spline>) -> Option<Vec<f64>> {
-        let mut values = Vec::with_capacity(self.count());
-        for spline in splines {
-            let points = spline
-                .control_points
-                .get(AT_REST..AT_REST + self.of_joint());
-            let has_same_basis = spline.control_points.len() == self.basis.count();
-            values.extend_from_slice(points.filter(|_| has_same_basis)?);
-        }
-        (values.len() == self.count()).then_some(values)
-    }
-
-    /// Returns the splines of all joints.
-    pub(crate) fn splines(&self, values: &[f64]) -> Vec<Spline> {
-        let spline = |joint| {
-            let point = |k| match self.control_point(joint, k) {
-                ControlPoint::Variable(variable) => values[variable],
-                ControlPoint::Fixed(fixed) => fixed,
-            };
-            let points = (0..self.basis.count()).map(point);
-            Spline::new(self.basis.clone(), points.collect())
-        };
-        (0..self.joints()).map(spline).collect()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use rand::{RngExt, SeedableRng, rngs::SmallRng};
 
     use super::*;
+    use crate::variables::Variables;
 
     fn random_spline(random: &mut SmallRng, end: Option<f64>) -> Spline {
         let basis = SplineBasis::new(random.random_range(7..16), random.random_range(0.5..9.0));
@@ -398,6 +321,34 @@ mod tests {
             assert!(velocity.abs() < 1e-10 && acceleration.abs() < 1e-9);
             assert!(end.is_none_or(|end| (position - end).abs() < 1e-14));
             assert_eq!(spline.at(1e9), spline.at(spline.basis.duration_s));
+        }
+    }
+
+    /// The tail of a spline that stands still at its end is the same function, and its tail is that of the whole.
+    #[test]
+    fn a_tail_is_the_same_function() {
+        let mut random = SmallRng::seed_from_u64(4);
+        let basis = SplineBasis::new(15, 2.0); // 10 spans of 0.2 s
+        for _ in 0..20 {
+            let rest = [Spline::at_rest(basis.clone(), 0.4)];
+            let variables = Variables::continuing(&basis, &rest);
+            let values: Vec<f64> = (0..variables.count())
+                .map(|_| random.random_range(-1.0..1.0))
+                .collect();
+            let whole = variables.splines(&values).remove(0);
+            let tail = whole.tail(3);
+            // What continues the tail with its own values is the tail.
+            let again = Variables::continuing(&basis, std::slice::from_ref(&tail));
+            let values = again.values([&tail].into_iter()).unwrap();
+            let again = again.splines(&values).remove(0);
+            for k in 0..=200 {
+                let t = f64::from(k) * 0.01;
+                for order in 0..3 {
+                    let expected = whole.at(0.6 + t)[order];
+                    assert!((tail.at(t)[order] - expected).abs() < 1e-9, "{t} {order}");
+                    assert!((again.at(t)[order] - expected).abs() < 1e-9, "{t} {order}");
+                }
+            }
         }
     }
 

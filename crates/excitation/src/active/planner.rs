@@ -1,0 +1,430 @@
+//! The planner: from the present estimate to the next second of motion.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Isometry3, SMatrix};
+use rand::SeedableRng;
+use rand::rngs::StdRng;
+use tactid_dynamics::InertialParameters;
+use tactid_identify::equations::window;
+use tactid_identify::{HALF_WIDTH_95, PayloadEstimate, VALUE_NAMES, largest_of_kind};
+
+use super::belief::Belief;
+use super::check::{Checked, EXCESS, largest_within_limits};
+use super::interior::improve;
+use super::prior::{Prior, Vector};
+use crate::ExcitationError;
+use crate::checks::{positive, value};
+use crate::design::search;
+use crate::limits::Limit;
+use crate::motion::Trajectory;
+use crate::plant::Plant;
+use crate::problem::{Problem, targets_within};
+use crate::search::{Point, Search};
+use crate::spline::{Spline, SplineBasis};
+use crate::variables::{End, Variables};
+
+/// Samples of the outputs in each span of the splines: with spans of 0.15 s, one each 75 ms.
+const STEPS_PER_SPAN: usize = 2;
+
+/// Samples in each span at which the limits of a plan are checked.
+const CHECKED_STEPS_PER_SPAN: usize = 5;
+
+/// Equal control points at the end of a motion and those at its beginning leave one more for each span after the fifth.
+const MORE_CONTROL_POINTS: usize = 5;
+
+/// Halvings of a start that is not within all limits.
+const MORE_HALVINGS: usize = 3;
+
+/// Payloads that are drawn from the confidence region to check a plan.
+const DRAWN: usize = 12;
+
+/// Fraction of a limit that a plan leaves for the noise of the estimate and the time between two samples.
+const TIGHTENING: f64 = 0.05;
+
+/// Plans after which the largest interval must be smaller by a fraction.
+const PATIENCE: usize = 6;
+const PROGRESS: f64 = 0.02;
+
+/// Fraction of the bound of the base that a plan uses, unless the base is there already: then it may go further by a stride.
+/// Near its bound the base could hardly be moved, and plans would be slow.
+const USED: f64 = 0.6;
+const STRIDE: f64 = 0.15;
+
+/// Seeds of one plan, and plans of one seed, that are not those of another.
+const SEEDS: u64 = 1000;
+
+/// Settings of active identification.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ActiveSettings {
+    /// Largest half width of the 95 % intervals, as a fraction of the largest value of their kind (mass, centre of mass,
+    /// inertia). Default: 0.01.
+    pub within: f64,
+    /// Number of spans of the splines in a plan. Default: 10.
+    pub spans: usize,
+    /// Number of spans after which the next plan begins, fewer than `spans`. Default: 6.
+    pub followed_spans: usize,
+    /// Duration of a span, s. Default: 0.15.
+    pub span_s: f64,
+    /// Motions that a plan is searched from, besides the rest of the previous one. Default: 2.
+    pub starts: usize,
+    /// Steps of the search in a plan. Default: 5.
+    pub iterations: usize,
+    /// Seed of the motions that the search starts from.
+    pub seed: u64,
+    /// Standard deviation of the white noise of one sample of each joint's velocity, rad/s or m/s, in the robot's order; empty
+    /// where velocities are exact. An error of the acceleration, which is differentiated from velocities, is an error of the
+    /// load of a heavy payload that can be far above the noise of a wrench sensor.
+    pub velocity_noise: Vec<f64>,
+}
+
+impl Default for ActiveSettings {
+    fn default() -> Self {
+        Self {
+            within: 0.01,
+            spans: 10,
+            followed_spans: 6,
+            span_s: 0.15,
+            starts: 2,
+            iterations: 5,
+            seed: 0,
+            velocity_noise: Vec::new(),
+        }
+    }
+}
+
+impl ActiveSettings {
+    fn check(&self) -> Result<(), ExcitationError> {
+        positive("within", self.within)?;
+        positive("span_s", self.span_s)?;
+        let (spans, followed) = (self.spans as f64, self.followed_spans as f64);
+        value("spans", spans, self.spans > 3, "at least four")?;
+        let is_part = (1..self.spans).contains(&self.followed_spans);
+        let expected = "from 1 to less than `spans`";
+        value("followed_spans", followed, is_part, expected)?;
+        for (joint, &noise) in self.velocity_noise.iter().enumerate() {
+            let is_valid = noise >= 0.0 && noise.is_finite();
+            let name = format!("velocity_noise[{joint}]");
+            value(&name, noise, is_valid, "at least zero and finite")?;
+        }
+        Ok(())
+    }
+}
+
+/// What the robot does next.
+#[derive(Clone, Debug)]
+pub enum Step {
+    /// It follows this motion for [`Planner::followed_s`]. The motion itself goes on to a standstill, where it stays: a robot
+    /// that gets no further plan follows it to its end.
+    Move(Trajectory),
+    /// All ten intervals are within their targets: the robot follows the motion it has to its end.
+    Reached,
+    /// Several plans in a row did not make the largest interval smaller: the robot follows the motion it has to its end.
+    OutOfReach {
+        /// The value whose interval is the largest relative to its target.
+        value: &'static str,
+        /// Ratio of that interval to its target.
+        ratio: f64,
+        /// A limit that binds the last plan.
+        binding: Option<Limit>,
+    },
+}
+
+/// Plans motions that identify a payload, each from the estimate that the ones before have given.
+///
+/// Each plan is the motion after which the predicted intervals, given all that is known already, are the smallest, within the
+/// limits of a [`Problem`]. It begins with the position, the velocity and the acceleration that the previous plan reaches after
+/// [`followed_s`](Self::followed_s), and ends at a standstill, so that the robot can always stop within its limits. All limits hold
+/// for the payloads of a confidence region, which is the whole [`Prior`] before the first estimate: so the motion starts gently.
+#[derive(Clone, Debug)]
+pub struct Planner {
+    problem: Problem,
+    prior: Prior,
+    settings: ActiveSettings,
+    joints: Vec<usize>,
+    of_prior: Belief,
+    basis: SplineBasis,
+    /// Splines of the joints that move in the plan that is followed, from its beginning on.
+    splines: Vec<Spline>,
+    /// Number of plans so far.
+    plans: u64,
+    /// Largest ratio of an interval to its target before each plan.
+    history: Vec<f64>,
+    /// Standard deviation of the noise of one sample of each joint's acceleration, rad/s² or m/s².
+    acceleration_noise: Vec<f64>,
+    binding: Option<Limit>,
+}
+
+impl Planner {
+    /// Creates the planner of a robot that rests at the problem's start. Payloads, targets, duration and end of the problem are
+    /// not used: they follow from the prior, the estimates and the settings.
+    ///
+    /// # Errors
+    /// Returns [`ExcitationError::Value`] for a number that is out of range, and the errors of a design for a problem that is not
+    /// valid.
+    pub fn new(
+        mut problem: Problem,
+        prior: Prior,
+        settings: ActiveSettings,
+    ) -> Result<Self, ExcitationError> {
+        prior.check()?;
+        settings.check()?;
+        let of_prior = Belief::of_prior(&prior).ok_or(ExcitationError::NotObservable)?;
+        problem.duration_s = settings.spans as f64 * settings.span_s;
+        problem.end = End::Free;
+        set_payloads(&mut problem, &of_prior.payloads(&prior), settings.within);
+        problem.check()?;
+        if !settings.velocity_noise.is_empty() {
+            problem
+                .robot
+                .check_length("velocity_noise", &settings.velocity_noise)?;
+        }
+        let joints = problem.moving_joints()?;
+        let count = settings.spans + MORE_CONTROL_POINTS;
+        let basis = SplineBasis::new(count, problem.duration_s);
+        let at_rest = |&joint: &usize| Spline::at_rest(basis.clone(), problem.start[joint]);
+        let slope = differentiation_gain(problem.sensing.equations.cutoff_hz);
+        let acceleration_noise = settings.velocity_noise.iter().map(|noise| noise * slope);
+        Ok(Self {
+            acceleration_noise: acceleration_noise.collect(),
+            splines: joints.iter().map(at_rest).collect(),
+            basis,
+            of_prior,
+            plans: 0,
+            history: Vec::new(),
+            binding: None,
+            problem,
+            prior,
+            settings,
+            joints,
+        })
+    }
+
+    /// Returns the time after which the next plan begins, s.
+    #[must_use]
+    pub fn followed_s(&self) -> f64 {
+        self.settings.followed_spans as f64 * self.settings.span_s
+    }
+
+    /// Returns the largest ratio of a 95 % interval of an estimate to its target, with the index of the value: targets are
+    /// reached where it is at most one. Infinite where a value is not known.
+    #[must_use]
+    pub fn largest_ratio(&self, estimate: &PayloadEstimate) -> (usize, f64) {
+        let largest = largest_of_kind(&estimate.values());
+        let std_devs = estimate.std_devs.unwrap_or([f64::INFINITY; 10]);
+        let ratio = |k: usize| HALF_WIDTH_95 * std_devs[k] / (self.settings.within * largest[k]);
+        let ratios = (0..10).map(|k| (k, ratio(k)));
+        ratios.fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
+    }
+
+    /// Plans the motion that begins where the plan before has been followed for [`followed_s`](Self::followed_s). `covariance` is that
+    /// of [`Identifier::covariance`](tactid_identify::Identifier::covariance), and `base` is the measured pose of a floating
+    /// base relative to the pose in which it started.
+    ///
+    /// Where no motion within the limits is found, the plan is the rest of the one before, which comes to a standstill.
+    ///
+    /// # Errors
+    /// Returns the errors of the dynamics for a robot without masses.
+    pub fn plan(
+        &mut self,
+        estimate: &PayloadEstimate,
+        covariance: Option<&SMatrix<f64, 10, 10>>,
+        base: &Isometry3<f64>,
+    ) -> Result<Step, ExcitationError> {
+        let (place, ratio) = self.largest_ratio(estimate);
+        if ratio <= 1.0 {
+            return Ok(Step::Reached);
+        }
+        if ratio.is_finite() {
+            self.history.push(ratio);
+        }
+        if let [.., before] = self.history[..self.history.len().saturating_sub(PATIENCE)]
+            && ratio > before * (1.0 - PROGRESS)
+        {
+            return Ok(Step::OutOfReach {
+                value: VALUE_NAMES[place],
+                ratio,
+                binding: self.binding.clone(),
+            });
+        }
+        let parameters = InertialParameters::from(estimate.body);
+        let measured = covariance
+            .and_then(|covariance| self.of_prior.with(parameters.as_vector(), covariance));
+        let belief = measured.unwrap_or_else(|| self.of_prior.clone());
+        if self.plans > 0 {
+            let followed = self.settings.followed_spans;
+            let tails = self.splines.iter().map(|spline| spline.tail(followed));
+            self.splines = tails.collect();
+        }
+        self.plans += 1;
+        self.improve(&belief, base)?;
+        let splines = self
+            .joints
+            .iter()
+            .copied()
+            .zip(self.splines.iter().cloned());
+        let trajectory = Trajectory::new(
+            self.problem.duration_s,
+            &self.problem.start,
+            splines.collect(),
+        );
+        Ok(Step::Move(trajectory))
+    }
+
+    /// Replaces the splines by those of a better motion from the same start.
+    fn improve(&mut self, belief: &Belief, base: &Isometry3<f64>) -> Result<(), ExcitationError> {
+        let payloads = belief.payloads(&self.prior);
+        set_payloads(&mut self.problem, &payloads, self.settings.within);
+        let mut search = self.search(STEPS_PER_SPAN, base)?;
+        search.objective.known = belief.information;
+        let Some(best) = self.best_start(&mut search)? else {
+            return Ok(());
+        };
+        let best = improve(&mut search, best, self.settings.iterations)?;
+        let checked = self.checked(belief, &search, &best, base)?;
+        self.splines = search.sampler.variables.splines(&checked.values);
+        self.binding = checked.binding;
+        Ok(())
+    }
+
+    /// Returns the search for the next motion, with limits that include where the base is already.
+    fn search(
+        &self,
+        steps_per_span: usize,
+        base: &Isometry3<f64>,
+    ) -> Result<Search, ExcitationError> {
+        let mut plant = Plant::new(&self.problem)?;
+        plant.add_acceleration_noise(&self.problem, &self.acceleration_noise)?;
+        let variables = Variables::continuing(&self.basis, &self.splines);
+        let direct = variables.values(self.splines.iter());
+        let direct = direct.unwrap_or_else(|| variables.direct());
+        let problem = &self.problem;
+        let mut search = search(
+            problem,
+            &plant,
+            &self.joints,
+            variables,
+            steps_per_span,
+            direct,
+        )?;
+        for cone in &mut search.cones {
+            cone.tightening = TIGHTENING;
+            let excursion = match cone.limit {
+                Limit::BaseAttitude => problem
+                    .base
+                    .attitude_rad
+                    .map(|bound| base.rotation.scaled_axis() / bound),
+                Limit::BasePosition => problem
+                    .base
+                    .position_m
+                    .map(|bound| base.rotation.inverse() * base.translation.vector / bound),
+                _ => None,
+            };
+            if let Some(excursion) = excursion {
+                cone.start = excursion.into();
+                let used = (excursion.norm() + STRIDE).clamp(USED, 1.0 - TIGHTENING);
+                cone.tightening = 1.0 - used;
+            }
+        }
+        Ok(search)
+    }
+
+    /// Returns the first of the seeds of the present plan.
+    fn seed(&self) -> u64 {
+        let plan = self
+            .settings
+            .seed
+            .wrapping_mul(SEEDS)
+            .wrapping_add(self.plans);
+        plan.wrapping_mul(SEEDS)
+    }
+
+    /// Returns the best of the rest of the previous plan and of random motions.
+    fn best_start(&mut self, search: &mut Search) -> Result<Option<Point>, ExcitationError> {
+        let mut best = search.point(search.direct.clone())?;
+        // Where a new estimate shows that even the robot's way to a standstill exceeds a limit, no other motion may exceed it more.
+        let excess = best.as_ref().map_or(0.0, |best| best.excess);
+        if excess > 0.0 {
+            for cone in &mut search.cones {
+                cone.tightening -= excess + EXCESS;
+            }
+            best = search.point(search.direct.clone())?;
+        }
+        for start in 0..self.settings.starts as u64 {
+            let seed = self.seed().wrapping_add(start);
+            let mut point = search.random_start(seed)?;
+            for _ in 0..MORE_HALVINGS {
+                point = match point {
+                    Some(point) if point.excess > 0.0 => {
+                        search.point(search.shrunk(&point.values, 0.5))?
+                    }
+                    inside => inside,
+                };
+            }
+            if let Some(point) = point
+                && best
+                    .as_ref()
+                    .is_none_or(|best| point.merit() < best.merit())
+            {
+                best = Some(point);
+            }
+        }
+        Ok(best)
+    }
+
+    /// Returns the variables of a motion, or of one between the rest of the previous plan and it, for which all limits hold for
+    /// the payloads of the problem and for others of the confidence region, at closely spaced times.
+    fn checked(
+        &mut self,
+        belief: &Belief,
+        search: &Search,
+        point: &Point,
+        base: &Isometry3<f64>,
+    ) -> Result<Checked, ExcitationError> {
+        let mut payloads = belief.payloads(&self.prior);
+        let mut random = StdRng::seed_from_u64(self.seed());
+        for _ in 0..DRAWN {
+            payloads.push(belief.draw(&self.prior, &mut random));
+        }
+        set_payloads(&mut self.problem, &payloads, self.settings.within);
+        let mut dense = self.search(CHECKED_STEPS_PER_SPAN, base)?;
+        largest_within_limits(search, &mut dense, point)
+    }
+}
+
+/// Replaces the payloads of a problem, the first of which is the one that is expected, and the targets that follow from it.
+fn set_payloads(problem: &mut Problem, payloads: &[Vector], within: f64) {
+    let payloads = payloads.iter().copied();
+    problem.payloads = payloads.map(InertialParameters::from_vector).collect();
+    if let Some(targets) = targets_within(&problem.payloads[0], within) {
+        problem.targets = targets;
+    }
+}
+
+/// Returns the standard deviation of the white noise whose mean over an averaging window is as noisy as the mean slope of a
+/// signal with white noise of one, 1/s. The ratio of the mean squares of the slope of `cos⁴(πt/T)` and of itself is
+/// `16 · 5/35 · (π/T)²`.
+fn differentiation_gain(cutoff_hz: f64) -> f64 {
+    (16.0f64 / 7.0).sqrt() * PI / window::length_s(cutoff_hz)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The gain is that of the weights of an averaging window and of their slopes.
+    #[test]
+    fn differentiation_gain_is_that_of_the_window() {
+        let length_s = window::length_s(5.0);
+        let weight = |t: f64| (PI * t / length_s).cos().powi(4);
+        let (mut squares, mut slopes) = (0.0, 0.0);
+        for k in 0..10_000 {
+            let t = length_s * (f64::from(k) / 10_000.0 - 0.5);
+            let slope = (weight(t + 1e-6) - weight(t - 1e-6)) / 2e-6;
+            squares += weight(t).powi(2);
+            slopes += slope * slope;
+        }
+        let expected = (slopes / squares).sqrt();
+        assert!((differentiation_gain(5.0) / expected - 1.0).abs() < 1e-4);
+    }
+}

@@ -1,0 +1,263 @@
+//! Active identification in closed loop, with exact dynamics and noisy sensors.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+#[path = "common/closed_loop.rs"]
+#[allow(dead_code, reason = "the example uses more of it")]
+mod closed_loop;
+#[allow(dead_code, reason = "not each test uses all of it")]
+mod common;
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use tactid_dynamics::InertialParameters;
+use tactid_excitation::{
+    ActiveSettings, BaseBounds, Grip, Limit, Motion, Planner, Prior, Problem, Step, margins,
+};
+use tactid_identify::{HALF_WIDTH_95, Identifier, largest_of_kind, values_of_body};
+
+use closed_loop::{Loop, Noise, Outcome, identify};
+use common::{NOISE, TOOL, in_orbit, on_ground};
+
+const HEAVY: Prior = Prior {
+    mass_kg: (5.0, 100.0),
+    center_of_mass_m: 0.5,
+    half_diagonal_m: 0.7,
+};
+
+const LIGHT: Prior = Prior {
+    mass_kg: (0.2, 3.0),
+    center_of_mass_m: 0.12,
+    half_diagonal_m: 0.2,
+};
+
+/// Returns the spacecraft with its grip and its attitude bounded.
+fn bounded() -> Problem {
+    let mut problem = in_orbit();
+    problem.base = BaseBounds {
+        attitude_rad: Some(0.1f64.to_radians()),
+        position_m: None,
+    };
+    problem.grip = Some(Grip {
+        center: Point3::new(0.22, 0.0, 0.075),
+        normal: Vector3::y_axis(),
+        distance_m: 0.04,
+        grip_force_n: 1500.0,
+        friction: 0.8,
+        torsion_radius_m: 0.06,
+        used_fraction: 0.7,
+    });
+    problem
+}
+
+fn settings(within: f64) -> ActiveSettings {
+    ActiveSettings {
+        within,
+        velocity_noise: vec![1e-3; 8],
+        ..ActiveSettings::default()
+    }
+}
+
+fn noise() -> Noise {
+    Noise {
+        position: vec![1e-4; 8],
+        velocity: vec![1e-3; 8],
+        pose: [1e-5; 6],
+        twist: [1e-5; 6],
+        wrench: NOISE,
+    }
+}
+
+fn run(problem: &Problem, prior: Prior, within: f64, seed: u64) -> Outcome {
+    let mut noise = noise();
+    noise.wrench = problem.sensing.equations.wrench_noise[0];
+    let mut planner = Planner::new(problem.clone(), prior, settings(within)).unwrap();
+    let mut cycles = Loop::new(problem, &problem.payloads[0], &noise, seed).unwrap();
+    identify(&mut cycles, &mut planner, 20.0).unwrap()
+}
+
+/// Returns the largest fraction of any limit that a motion uses, with a payload.
+fn used(problem: &Problem, payload: InertialParameters, motion: &dyn Motion) -> (Limit, f64) {
+    let mut held = problem.clone();
+    held.payloads = vec![payload];
+    let (margins, _) = margins(&held, motion).unwrap();
+    let worst = margins.into_iter().max_by(|a, b| a.used.total_cmp(&b.used));
+    let worst = worst.unwrap();
+    (worst.limit, worst.used)
+}
+
+/// From the prior alone to intervals of 5 %, on the ground and in orbit: the true values are near, all limits hold for the true
+/// payload, and the robot comes to rest.
+#[test]
+fn identifies_a_payload_and_stops() {
+    let mut ground = on_ground();
+    // Its load is a fortieth of that in orbit.
+    ground.sensing.equations.wrench_noise = vec![NOISE.map(|std_dev| 0.02 * std_dev)];
+    for (problem, prior) in [(ground, LIGHT), (bounded(), HEAVY)] {
+        let outcome = run(&problem, prior, 0.05, 1);
+        let Some(reached_s) = outcome.reached_s else {
+            panic!("{:?} {:?}", outcome.ratios, outcome.failure);
+        };
+        assert!((0.5..15.0).contains(&reached_s), "{reached_s}");
+        let truth = values_of_body(&problem.payloads[0].mass_properties().unwrap());
+        let largest = largest_of_kind(&truth);
+        // Half the width is 1.96 standard deviations: five are exceeded once in a million.
+        let allowed = 0.05 * 5.0 / HALF_WIDTH_95;
+        for k in 0..10 {
+            let error = (outcome.values[k] - truth[k]).abs() / largest[k];
+            assert!(error < allowed, "{k}: {error}");
+        }
+        let (limit, used) = used(&problem, problem.payloads[0], &outcome.motion);
+        assert!(used <= 1.0, "{limit} {used}");
+        let end = outcome.motion.at(outcome.motion.duration_s());
+        let still = |rates: &[f64]| rates.iter().all(|rate| rate.abs() < 1e-9);
+        assert!(still(&end.velocity) && still(&end.acceleration), "{end:?}");
+    }
+}
+
+/// Positions, velocities and accelerations are continuous where one plan follows another.
+#[test]
+fn plans_join_smoothly() {
+    let outcome = run(&bounded(), HEAVY, 0.02, 2);
+    let planner = Planner::new(bounded(), HEAVY, settings(0.02)).unwrap();
+    assert!(outcome.plans.len() > 1);
+    for k in 1..outcome.plans.len() {
+        let at_s = k as f64 * planner.followed_s();
+        let before = outcome.motion.at(at_s - 1e-6);
+        let after = outcome.motion.at(at_s + 1e-6);
+        let pairs = [
+            (&before.position, &after.position, 1e-5),
+            (&before.velocity, &after.velocity, 1e-4),
+            (&before.acceleration, &after.acceleration, 1e-3),
+        ];
+        for (before, after, tolerance) in pairs {
+            let mut pairs = before.iter().zip(after);
+            assert!(pairs.all(|(a, b)| (a - b).abs() < tolerance), "{k}");
+        }
+    }
+}
+
+/// Returns the first plan, before any sample.
+fn first_plan(problem: &Problem, prior: Prior) -> impl Motion {
+    let mut planner = Planner::new(problem.clone(), prior, settings(0.01)).unwrap();
+    let equations = &problem.sensing.equations;
+    let identifier = Identifier::new(&problem.robot, TOOL, &[TOOL], equations).unwrap();
+    let base = Isometry3::identity();
+    match planner.plan(&identifier.estimate(), None, &base).unwrap() {
+        Step::Move(motion) => motion,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// The first motion is safe for each extreme of the prior, and a wider prior makes it gentler.
+#[test]
+fn starts_gently() {
+    let problem = bounded();
+    let motion = first_plan(&problem, HEAVY);
+    for payload in HEAVY.extremes() {
+        let (limit, used) = used(&problem, payload, &motion);
+        assert!(used <= 1.0, "{limit} {used}");
+    }
+    let light = Prior {
+        mass_kg: (5.0, 10.0),
+        ..HEAVY
+    };
+    let faster = first_plan(&problem, light);
+    let heaviest = HEAVY.extremes()[1];
+    let (_, used_by_faster) = used(&problem, heaviest, &faster);
+    assert!(used_by_faster > 1.5, "{used_by_faster}");
+}
+
+/// Targets that noise does not allow end the identification, with the value that is the furthest from its target.
+#[test]
+fn stops_where_targets_are_out_of_reach() {
+    let problem = bounded();
+    let mut planner = Planner::new(problem.clone(), HEAVY, settings(1e-4)).unwrap();
+    let noise = noise();
+    let mut cycles = Loop::new(&problem, &problem.payloads[0], &noise, 3).unwrap();
+    // The robot rests: nothing that is planned makes an interval smaller.
+    let first = first_plan(&problem, HEAVY);
+    for _ in 0..600 {
+        cycles.cycle(&first).unwrap();
+    }
+    let estimate = cycles.identifier.estimate();
+    let covariance = cycles.identifier.covariance();
+    let mut steps = Vec::new();
+    for _ in 0..8 {
+        let base = Isometry3::identity();
+        steps.push(planner.plan(&estimate, covariance.as_ref(), &base).unwrap());
+    }
+    let Some(Step::OutOfReach { ratio, .. }) = steps.last() else {
+        panic!("{:?}", steps.last());
+    };
+    assert!(*ratio > 1.0);
+    assert!(matches!(steps[0], Step::Move(_)));
+}
+
+/// Numbers out of range are errors that name them.
+#[test]
+fn bad_settings_are_errors() {
+    let defaults = ActiveSettings::default;
+    let cases = [
+        (
+            ActiveSettings {
+                within: 0.0,
+                ..defaults()
+            },
+            "`within` is 0",
+        ),
+        (
+            ActiveSettings {
+                spans: 3,
+                ..defaults()
+            },
+            "`spans` is 3; expected at least four",
+        ),
+        (
+            ActiveSettings {
+                followed_spans: 10,
+                ..defaults()
+            },
+            "`followed_spans` is 10; expected from 1 to less than `spans`",
+        ),
+        (
+            ActiveSettings {
+                span_s: f64::NAN,
+                ..defaults()
+            },
+            "`span_s` is NaN",
+        ),
+        (
+            ActiveSettings {
+                velocity_noise: vec![0.0, -1.0],
+                ..defaults()
+            },
+            "`velocity_noise[1]` is -1; expected at least zero",
+        ),
+        (
+            ActiveSettings {
+                velocity_noise: vec![0.1],
+                ..defaults()
+            },
+            "velocity_noise",
+        ),
+    ];
+    for (settings, expected) in cases {
+        let error = Planner::new(bounded(), HEAVY, settings)
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+/// A prior without mass is an error.
+#[test]
+fn a_bad_prior_is_an_error() {
+    let empty = Prior {
+        mass_kg: (0.0, 1.0),
+        ..HEAVY
+    };
+    let error = Planner::new(bounded(), empty, ActiveSettings::default())
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("prior.mass_kg.0"), "{error}");
+}
