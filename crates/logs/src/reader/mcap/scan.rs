@@ -13,7 +13,7 @@ use super::{
 use crate::{
     error::LogError,
     reader::{
-        source::Source,
+        source::Content,
         storage::{Entry, MemoryBudget, Segment, Stop},
     },
 };
@@ -23,8 +23,8 @@ const PLAIN_SEGMENT: u64 = 1 << 20;
 
 /// Opens a file with the index in its summary. Without a complete summary the whole file is
 /// read, which takes as long as reading every message.
-pub(super) fn open(source: &Source) -> Result<McapIndex, LogError> {
-    let mut file = LogFile::open(source)?;
+pub(super) fn open(content: &dyn Content) -> Result<McapIndex, LogError> {
+    let mut file = LogFile::open(content)?;
     let why = match summary::read(&mut file)? {
         Summary::Whole(index) => return Ok(index),
         Summary::Absent => None,
