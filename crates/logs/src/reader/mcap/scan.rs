@@ -8,6 +8,7 @@ use super::{
     chunk::{CUT, ChunkDecompressor, Records},
     file::{LogFile, RecordHead},
     index::{McapIndex, Place, PlaceKind},
+    record,
     summary::{self, Summary},
 };
 use crate::{
@@ -152,7 +153,7 @@ impl Scan {
         if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::METADATA) {
             return Ok(());
         }
-        match mcap::parse_record(opcode, body).map_err(|error| error.to_string())? {
+        match record::parse(opcode, body)? {
             Record::Schema { header, .. } => {
                 self.schemas.insert(header.id, header.name);
             }
