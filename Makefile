@@ -8,7 +8,7 @@ SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -t
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.json' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
 .PHONY: help demo test instructions test-rust test-python lint lint-rust lint-python docs pictures bench bench-peers bench-seeds bench-study \
-    bench-study-logs bench-coverage bench-hour bench-swap bench-update clean tools
+    bench-study-logs bench-coverage bench-hour bench-swap bench-update clean tools fuzz soak lint-supply
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | grep -v '^bench-' | sed -E 's/:.*## /\t/' | expand -t 14
@@ -42,6 +42,15 @@ lint-python: $(VENV)/linters
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+
+lint-supply: ## licences, duplicates and sources of the dependencies; it needs cargo-deny (cargo install cargo-deny)
+	cargo deny --offline check licenses bans sources
+
+fuzz: tools ## mutate inputs of each fuzz target for a minute; fuzz/run.py --seconds N TARGET for others
+	$(PYTHON) fuzz/run.py
+
+soak: tools ## a day of samples at 1 kHz through the online identifier, 90 s on an idle core
+	cargo run --release --locked --manifest-path bench/Cargo.toml --bin soak -- 86400
 
 docs: $(VENV)/installed $(VENV)/site-builder ## build the documentation site into site/, with warnings as errors
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet

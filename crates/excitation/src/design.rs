@@ -360,7 +360,7 @@ pub(crate) fn search(
 /// Returns the variables of the joints that move.
 fn variables(problem: &Problem, settings: &DesignSettings, joints: &[usize]) -> Variables {
     let (fewest, most) = CONTROL_POINTS;
-    let usual = (problem.duration_s / SPAN_S) as usize + 5;
+    let usual = ((problem.duration_s / SPAN_S) as usize).saturating_add(5);
     let count = settings.control_points.unwrap_or(usual.clamp(fewest, most));
     let basis = SplineBasis::new(count.max(FEWEST_CONTROL_POINTS), problem.duration_s);
     let of_joints = |all: &[f64]| joints.iter().map(|&joint| all[joint]).collect();

@@ -2,6 +2,8 @@
 
 mod bag;
 mod compression;
+#[cfg(test)]
+mod io_faults;
 mod mcap;
 mod missing;
 mod source;
@@ -97,7 +99,12 @@ impl LogReader {
             .iter()
             .map(|path| open_file(path))
             .collect::<Result<_, _>>()?;
-        Ok(Self {
+        Ok(Self::of_files(path, files))
+    }
+
+    /// Returns the log at a path whose files are open.
+    fn of_files(path: &Path, files: Arc<[FileIndex]>) -> Self {
+        Self {
             path: path.to_owned(),
             topics: topics_of(&files),
             metadata: files
@@ -110,7 +117,7 @@ impl LogReader {
                 .collect(),
             files,
             memory_budget: MEMORY_BUDGET,
-        })
+        }
     }
 
     /// Sets the memory that the messages of overlapping times may occupy together, bytes: 256 MiB by default. A log that

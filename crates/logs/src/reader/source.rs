@@ -1,8 +1,9 @@
 //! The bytes of a log file: the file itself, or its content where the file is compressed as a whole.
 
 use std::{
+    fmt,
     fs::{self, File},
-    io::Read,
+    io::{self, Read, Seek},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -23,6 +24,37 @@ const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
 pub(super) enum Format {
     Mcap,
     Sqlite,
+}
+
+/// Bytes that can be read from any position.
+pub(super) trait Stream: Read + Seek + Send + fmt::Debug {}
+
+impl<S: Read + Seek + Send + fmt::Debug> Stream for S {}
+
+/// What the reader of an MCAP file reads: a file, or, in a test, a stream that fails.
+pub(super) trait Content: Send + Sync + fmt::Debug {
+    /// Returns the path by which errors name the content.
+    fn path(&self) -> &Path;
+
+    /// Opens the content at its beginning.
+    fn open_stream(&self) -> io::Result<Box<dyn Stream>>;
+
+    /// Returns the damage of the compressed file, after which the content is missing.
+    fn damage(&self) -> Option<&Damage>;
+}
+
+impl Content for Source {
+    fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn open_stream(&self) -> io::Result<Box<dyn Stream>> {
+        Ok(Box::new(File::open(self.content())?))
+    }
+
+    fn damage(&self) -> Option<&Damage> {
+        self.decompressed.as_ref()?.damage.as_ref()
+    }
 }
 
 /// A log file, decompressed if it is compressed as a whole.
@@ -61,11 +93,6 @@ impl Source {
             Some(decompressed) => &decompressed.path,
             None => &self.path,
         }
-    }
-
-    /// Returns the damage of the compressed file, after which the content is missing.
-    pub(super) fn damage(&self) -> Option<&Damage> {
-        self.decompressed.as_ref()?.damage.as_ref()
     }
 
     /// Returns the error of a database that is not a whole bag.

@@ -1,7 +1,6 @@
 //! Reading records from a file one by one. Every length is checked against the file's size.
 
 use std::{
-    fs::File,
     io::{self, BufReader, Read, Seek, SeekFrom},
     path::PathBuf,
 };
@@ -9,7 +8,7 @@ use std::{
 use crate::{
     error::LogError,
     reader::{
-        source::Source,
+        source::{Content, Stream},
         storage::{Damage, MAX_RECORD, Stop},
     },
 };
@@ -42,22 +41,22 @@ impl RecordHead {
 pub(super) struct LogFile {
     pub(super) path: PathBuf,
     pub(super) length: u64,
-    file: BufReader<File>,
+    stream: BufReader<Box<dyn Stream>>,
     /// Offset of the next byte to be read.
     position: u64,
 }
 
 impl LogFile {
-    /// Opens a file, which errors name by the path of the source.
-    pub(super) fn open(source: &Source) -> Result<Self, LogError> {
-        let error = |e| LogError::io("open", &source.path, e);
-        let file = File::open(source.content()).map_err(error)?;
-        let length = file.metadata().map_err(error)?.len();
+    /// Opens a file.
+    pub(super) fn open(content: &dyn Content) -> Result<Self, LogError> {
+        let error = |e| LogError::io("open", content.path(), e);
+        let mut stream = content.open_stream().map_err(error)?;
+        let length = stream.seek(SeekFrom::End(0)).map_err(error)?;
         Ok(Self {
-            path: source.path.clone(),
+            path: content.path().to_owned(),
             length,
-            file: BufReader::new(file),
-            position: 0,
+            stream: BufReader::new(stream),
+            position: length,
         })
     }
 
@@ -65,7 +64,7 @@ impl LogFile {
     pub(super) fn read(&mut self, at_byte: u64, length: u64) -> Result<Vec<u8>, LogError> {
         let mut bytes = Vec::with_capacity(usize::try_from(length).unwrap_or_default());
         self.seek(at_byte)
-            .and_then(|()| self.file.by_ref().take(length).read_to_end(&mut bytes))
+            .and_then(|()| self.stream.by_ref().take(length).read_to_end(&mut bytes))
             .map_err(|source| self.error(source))?;
         self.position += bytes.len() as u64;
         if (bytes.len() as u64) < length {
@@ -82,7 +81,7 @@ impl LogFile {
         }
         let mut head = [0; RECORD_HEADER as usize];
         self.seek(at_byte)
-            .and_then(|()| self.file.read_exact(&mut head))
+            .and_then(|()| self.stream.read_exact(&mut head))
             .map_err(|source| self.error(source))?;
         self.position += RECORD_HEADER;
         let [opcode, length @ ..] = head;
@@ -118,8 +117,8 @@ impl LogFile {
     /// Moves to a byte and keeps the buffer where possible.
     fn seek(&mut self, at_byte: u64) -> io::Result<()> {
         match i64::try_from(i128::from(at_byte) - i128::from(self.position)) {
-            Ok(offset) => self.file.seek_relative(offset)?,
-            Err(_) => drop(self.file.seek(SeekFrom::Start(at_byte))?),
+            Ok(offset) => self.stream.seek_relative(offset)?,
+            Err(_) => drop(self.stream.seek(SeekFrom::Start(at_byte))?),
         }
         self.position = at_byte;
         Ok(())

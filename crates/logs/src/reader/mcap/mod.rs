@@ -3,6 +3,7 @@
 mod chunk;
 mod file;
 mod index;
+mod record;
 mod scan;
 mod storage;
 mod summary;

@@ -8,12 +8,13 @@ use super::{
     chunk::{CUT, ChunkDecompressor, Records},
     file::{LogFile, RecordHead},
     index::{McapIndex, Place, PlaceKind},
+    record,
     summary::{self, Summary},
 };
 use crate::{
     error::LogError,
     reader::{
-        source::Source,
+        source::Content,
         storage::{Entry, MemoryBudget, Segment, Stop},
     },
 };
@@ -23,8 +24,8 @@ const PLAIN_SEGMENT: u64 = 1 << 20;
 
 /// Opens a file with the index in its summary. Without a complete summary the whole file is
 /// read, which takes as long as reading every message.
-pub(super) fn open(source: &Source) -> Result<McapIndex, LogError> {
-    let mut file = LogFile::open(source)?;
+pub(super) fn open(content: &dyn Content) -> Result<McapIndex, LogError> {
+    let mut file = LogFile::open(content)?;
     let why = match summary::read(&mut file)? {
         Summary::Whole(index) => return Ok(index),
         Summary::Absent => None,
@@ -152,7 +153,7 @@ impl Scan {
         if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::METADATA) {
             return Ok(());
         }
-        match mcap::parse_record(opcode, body).map_err(|error| error.to_string())? {
+        match record::parse(opcode, body)? {
             Record::Schema { header, .. } => {
                 self.schemas.insert(header.id, header.name);
             }

@@ -11,7 +11,7 @@ use super::{
 use crate::{
     error::LogError,
     reader::{
-        source::Source,
+        source::Content,
         storage::{
             Block, ChannelId, Entry, FileIndex, MemoryBudget, Segment, SegmentReader, Selected,
             Stop, Storage,
@@ -20,18 +20,18 @@ use crate::{
 };
 
 /// Returns the index of a file.
-pub(in crate::reader) fn index(source: Source) -> Result<FileIndex, LogError> {
-    let index = scan::open(&source)?;
+pub(in crate::reader) fn index(content: impl Content + 'static) -> Result<FileIndex, LogError> {
+    let index = scan::open(&content)?;
     let (places, segments): (Vec<Place>, Vec<Segment>) = index.segments.into_iter().unzip();
     // Damage of a compressed file is the reason for that of its content.
-    let damage = source.damage().cloned().or(index.damage);
+    let damage = content.damage().cloned().or(index.damage);
     Ok(FileIndex {
-        path: source.path.clone(),
+        path: content.path().to_owned(),
         segments,
         metadata: index.metadata,
         damage,
         storage: Box::new(McapStorage {
-            source,
+            content: Box::new(content),
             places: places.into(),
             known: Arc::new(index.channels.keys().copied().collect()),
         }),
@@ -41,7 +41,7 @@ pub(in crate::reader) fn index(source: Source) -> Result<FileIndex, LogError> {
 
 #[derive(Debug)]
 struct McapStorage {
-    source: Source,
+    content: Box<dyn Content>,
     places: Arc<[Place]>,
     known: Arc<BTreeSet<ChannelId>>,
 }
@@ -49,7 +49,7 @@ struct McapStorage {
 impl Storage for McapStorage {
     fn open(&self) -> Result<Box<dyn SegmentReader>, LogError> {
         Ok(Box::new(McapReader {
-            file: LogFile::open(&self.source)?,
+            file: LogFile::open(self.content.as_ref())?,
             decompressor: ChunkDecompressor::default(),
             places: self.places.clone(),
             known: self.known.clone(),

@@ -10,6 +10,7 @@ use mcap::{
 use super::{
     file::{LogFile, RECORD_HEADER},
     index::{McapIndex, Place, PlaceKind},
+    record,
 };
 use crate::{
     error::LogError,
@@ -80,7 +81,7 @@ fn parse(file: &mut LogFile, footer_at: u64) -> Result<Option<Parts>, Stop> {
     let broken = |file: &LogFile, at| file.damage(at, "the log's index is damaged");
     let tail = file.read(footer_at, RECORD_HEADER + FOOTER_BODY)?;
     let body = tail.get(RECORD_HEADER as usize..).unwrap_or_default();
-    let Ok(Record::Footer(footer)) = mcap::parse_record(op::FOOTER, body) else {
+    let Ok(Record::Footer(footer)) = record::parse(op::FOOTER, body) else {
         return Err(broken(file, footer_at));
     };
     let start = footer.summary_start;
@@ -120,7 +121,7 @@ impl Parts {
                 return Err(broken(file));
             };
             let body = file.body(record)?;
-            let parsed = mcap::parse_record(record.opcode, &body).map_err(|_| broken(file))?;
+            let parsed = record::parse(record.opcode, &body).map_err(|_| broken(file))?;
             self.add(parsed);
             at_byte = record.end();
         }
@@ -224,11 +225,11 @@ impl Parts {
                 )
             };
             let record = file.record_at(index.offset)?;
-            let Some(record) = record.filter(|record| record.opcode == op::METADATA) else {
+            let Some(record) = record.filter(|head| head.opcode == op::METADATA) else {
                 return Err(broken(file));
             };
             let body = file.body(record)?;
-            match mcap::parse_record(record.opcode, &body) {
+            match record::parse(record.opcode, &body) {
                 Ok(Record::Metadata(record)) => metadata.insert(record.name, record.metadata),
                 _ => return Err(broken(file)),
             };
@@ -263,11 +264,11 @@ fn times_in(
     let broken =
         |file: &LogFile| file.damage(at_byte, "no message index at the position in the index");
     let record = file.record_at(at_byte)?;
-    let Some(record) = record.filter(|record| record.opcode == op::MESSAGE_INDEX) else {
+    let Some(record) = record.filter(|head| head.opcode == op::MESSAGE_INDEX) else {
         return Err(broken(file));
     };
     let body = file.body(record)?;
-    let Ok(Record::MessageIndex(index)) = mcap::parse_record(record.opcode, &body) else {
+    let Ok(Record::MessageIndex(index)) = record::parse(record.opcode, &body) else {
         return Err(broken(file));
     };
     let times = || index.records.iter().map(|entry| entry.log_time);

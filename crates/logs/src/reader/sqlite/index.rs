@@ -13,7 +13,7 @@ use crate::{
     database_fault::DatabaseFault,
     error::LogError,
     reader::{
-        source::Source,
+        source::{Content as _, Source},
         storage::{Channel, ChannelId, FileIndex, Metadata, Segment},
     },
 };

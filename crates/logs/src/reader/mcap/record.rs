@@ -1,0 +1,82 @@
+//! Parsing of a record's body, whose lengths are checked first.
+
+use mcap::records::{Record, op};
+
+/// A part of a record's body.
+#[derive(Clone, Copy)]
+enum Part {
+    /// Numbers of this many bytes.
+    Numbers(usize),
+    /// A length of four bytes, and as many bytes.
+    Bytes,
+    /// As [`Part::Bytes`], which are pairs of texts.
+    Texts,
+}
+
+/// Returns the parts of a record up to the last text.
+fn parts(opcode: u8) -> &'static [Part] {
+    use Part::{Bytes, Numbers, Texts};
+    match opcode {
+        op::SCHEMA => &[Numbers(2), Bytes, Bytes, Bytes],
+        op::CHANNEL => &[Numbers(4), Bytes, Bytes, Texts],
+        op::METADATA => &[Bytes, Texts],
+        op::METADATA_INDEX => &[Numbers(16), Bytes],
+        op::CHUNK_INDEX => &[Numbers(32), Bytes, Numbers(8), Bytes],
+        _ => &[],
+    }
+}
+
+/// Parses the body of a record.
+///
+/// The parser allocates as much memory as a text claims to need before it reads it: a damaged length would take
+/// up to 4 GiB.
+///
+/// # Errors
+/// Returns the reason why the body is not that of such a record.
+pub(super) fn parse(opcode: u8, body: &[u8]) -> Result<Record<'_>, String> {
+    let mut rest = body;
+    for part in parts(opcode) {
+        rest = skip(*part, rest).ok_or("a text that is longer than its record")?;
+    }
+    mcap::parse_record(opcode, body).map_err(|error| error.to_string())
+}
+
+/// Returns the bytes after a part, or `None` where the part is longer than they are.
+fn skip(part: Part, bytes: &[u8]) -> Option<&[u8]> {
+    let Part::Numbers(length) = part else {
+        let (length, rest) = bytes.split_first_chunk()?;
+        let (mut inner, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+        while matches!(part, Part::Texts) && !inner.is_empty() {
+            inner = skip(Part::Bytes, inner)?;
+        }
+        return Some(rest);
+    };
+    bytes.get(length..)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A metadata record with one pair of texts of this claimed length.
+    fn metadata(length: u32) -> Vec<u8> {
+        let mut body = vec![1, 0, 0, 0, b'n', 10, 0, 0, 0, 1, 0, 0, 0, b'k'];
+        body.extend(length.to_le_bytes());
+        body.push(b'v');
+        body
+    }
+
+    #[test]
+    fn a_text_is_no_longer_than_its_record() {
+        let whole = metadata(1);
+        let Ok(Record::Metadata(record)) = parse(op::METADATA, &whole) else {
+            panic!("no metadata");
+        };
+        assert_eq!(record.metadata["k"], "v");
+        for length in [2, 1 << 20, u32::MAX] {
+            let error = parse(op::METADATA, &metadata(length)).err();
+            let error = error.expect("a text that is too long");
+            assert!(error.contains("longer than its record"), "{error}");
+        }
+    }
+}

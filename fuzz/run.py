@@ -1,0 +1,109 @@
+"""Runs the fuzz targets: builds them guided by coverage, and prints what each has executed.
+
+The compiler is the stable one: libFuzzer needs only LLVM's coverage pass, which ``rustc`` has. Inputs
+are mutated from ``corpus/TARGET``; those of findings that have been mended stand in
+``regressions/TARGET`` and are run first. What a run finds is kept in ``found/TARGET``.
+"""
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+
+COVERAGE = [
+    "-Cpasses=sancov-module",
+    "-Cllvm-args=-sanitizer-coverage-level=4",
+    "-Cllvm-args=-sanitizer-coverage-inline-8bit-counters",
+    "-Cllvm-args=-sanitizer-coverage-pc-table",
+    "-Cllvm-args=-sanitizer-coverage-trace-compares",
+]
+"""Flags of the compiler. They must not apply to build scripts, hence ``--target``."""
+
+RSS_MB = 1024
+"""Memory of a process that is a finding, MB: the targets limit that of one input to 512 MB."""
+
+TIMEOUT_S = 10
+"""Time for one input that is a finding, s. On an idle core the bar is 5 s."""
+
+DICTIONARIES = {"experiment": "toml", "calibration": "toml", "urdf": "urdf"}
+"""Words that a target's mutations use: ``dictionaries/NAME.txt``."""
+
+
+def main() -> int:
+    """Runs the targets that the command line names, or all of them."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("targets", nargs="*", metavar="TARGET", help="default: all")
+    parser.add_argument("--seconds", type=int, default=60, help="for each target; 0 runs the corpus alone")
+    parser.add_argument("--seed", type=int, default=0, help="of the mutations; 0: another each time")
+    arguments = parser.parse_args()
+    all_targets = sorted(path.stem for path in (HERE / "targets").glob("*.rs"))
+    unknown = set(arguments.targets) - set(all_targets)
+    if unknown:
+        parser.error(f"no target {', '.join(sorted(unknown))}; there are {', '.join(all_targets)}")
+    programs = build()
+    failed = []
+    total = 0
+    for target in arguments.targets or all_targets:
+        count, summary, passed = run(programs / target, target, arguments.seconds, arguments.seed)
+        total += count
+        print(f"{target:<12} {summary}", flush=True)
+        if not passed:
+            failed.append(target)
+    print(f"{'total':<12} {total} executions")
+    for target in failed:
+        print(f"{target}: an input that fails stands in {HERE / 'found' / target}", file=sys.stderr)
+    return 1 if failed else 0
+
+
+def build() -> Path:
+    """Builds all targets and returns the folder of the programs."""
+    host = subprocess.run(["rustc", "--print", "host-tuple"], check=True, capture_output=True, text=True)
+    target = host.stdout.strip()
+    environment = {**os.environ, "RUSTFLAGS": " ".join(COVERAGE), "CARGO_INCREMENTAL": "0"}
+    command = ["cargo", "build", "--release", "--locked", "--target", target]
+    subprocess.run(command, check=True, cwd=HERE, env=environment)
+    return HERE / "target" / target / "release"
+
+
+def run(program: Path, target: str, seconds: int, seed: int) -> tuple[int, str, bool]:
+    """Runs a target. Returns its executions, a summary, and whether it found nothing."""
+    corpus = HERE / "target" / "corpus" / target
+    found = HERE / "found" / target
+    given = [HERE / "corpus" / target, HERE / "regressions" / target]
+    for folder in (corpus, found):
+        folder.mkdir(parents=True, exist_ok=True)
+    options = [
+        f"-artifact_prefix={found}/",
+        f"-rss_limit_mb={RSS_MB}",
+        f"-timeout={TIMEOUT_S}",
+        f"-seed={seed}",
+        "-print_final_stats=1",
+        "-max_len=65536",
+        # With time 0, the inputs of the corpus alone.
+        *([f"-max_total_time={seconds}"] if seconds else ["-runs=0"]),
+    ]
+    dictionary = HERE / "dictionaries" / f"{DICTIONARIES.get(target)}.txt"
+    if dictionary.exists():
+        options.append(f"-dict={dictionary}")
+    folders = [str(corpus), *(str(folder) for folder in given if folder.exists())]
+    done = subprocess.run([program, *options, *folders], capture_output=True, text=True, errors="replace")
+    (found / "log.txt").write_text(done.stderr)
+    return (*statistics(done.stderr), done.returncode == 0)
+
+
+def statistics(log: str) -> tuple[int, str]:
+    """Returns the executions of a run and a summary of what libFuzzer has printed."""
+    executed = re.findall(r"^stat::number_of_executed_units:\s*(\d+)", log, re.MULTILINE)
+    rate = re.findall(r"^stat::average_exec_per_sec:\s*(\d+)", log, re.MULTILINE)
+    coverage = re.findall(r"\bcov: (\d+)", log)
+    count = int(executed[-1]) if executed else 0
+    covered = coverage[-1] if coverage else "?"
+    return count, f"{count} executions, {rate[-1] if rate else '?'} per second, {covered} edges"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,36 @@
+//! What the fuzz targets share: a limit of the memory that one input may allocate, numbers and robots.
+//!
+//! Each file in `targets/` is a program of libFuzzer, which mutates inputs towards new coverage. A target fails by a
+//! panic, by more than [`MEMORY`] for one input, and by an input that takes longer than libFuzzer's `-timeout`.
+
+mod logs;
+mod numbers;
+mod robots;
+
+use std::alloc::System;
+
+use cap::Cap;
+
+pub use logs::read_log;
+pub use numbers::{Number, numbers};
+pub use robots::{robot, urdf};
+
+/// Allocator of all targets. Memory that SQLite and zstd allocate in C is bounded by libFuzzer's `-rss_limit_mb`.
+#[global_allocator]
+static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
+
+/// Largest memory that one input may need in addition to what is allocated before it, bytes.
+pub const MEMORY: usize = 512 << 20;
+
+/// Runs `check` with an allocator that refuses more than [`MEMORY`], which ends the process.
+///
+/// # Panics
+/// Panics if the limit cannot be set, which is below what is allocated only if other threads allocate meanwhile.
+pub fn within_memory<T>(check: impl FnOnce() -> T) -> T {
+    let limit = ALLOCATOR.allocated().saturating_add(MEMORY);
+    assert!(
+        ALLOCATOR.set_limit(limit).is_ok(),
+        "a limit of {limit} bytes"
+    );
+    check()
+}
