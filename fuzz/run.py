@@ -1,7 +1,7 @@
 """Runs the fuzz targets: builds them guided by coverage, and prints what each has executed.
 
-The compiler is the stable one: libFuzzer needs only LLVM's coverage pass, which ``rustc`` has. Inputs
-are mutated from ``corpus/TARGET``; those of findings that have been mended stand in
+The compiler is the stable one: libFuzzer needs only LLVM's coverage pass, which ``rustc`` has.
+Inputs are mutated from ``corpus/TARGET``; those of findings that have been mended stand in
 ``regressions/TARGET`` and are run first. What a run finds is kept in ``found/TARGET``.
 """
 
@@ -29,16 +29,16 @@ RSS_MB = 1024
 TIMEOUT_S = 10
 """Time for one input that is a finding, s. On an idle core the bar is 5 s."""
 
-DICTIONARIES = {"experiment": "toml", "calibration": "toml", "urdf": "urdf"}
-"""Words that a target's mutations use: ``dictionaries/NAME.txt``."""
-
 
 def main() -> int:
     """Runs the targets that the command line names, or all of them."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    layout = argparse.RawTextHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=layout)
     parser.add_argument("targets", nargs="*", metavar="TARGET", help="default: all")
-    parser.add_argument("--seconds", type=int, default=60, help="for each target; 0 runs the corpus alone")
-    parser.add_argument("--seed", type=int, default=0, help="of the mutations; 0: another each time")
+    of_seconds = "for each target; 0 runs the corpus alone"
+    parser.add_argument("--seconds", type=int, default=60, help=of_seconds)
+    of_seed = "of the mutations; 0: another each time"
+    parser.add_argument("--seed", type=int, default=0, help=of_seed)
     arguments = parser.parse_args()
     all_targets = sorted(path.stem for path in (HERE / "targets").glob("*.rs"))
     unknown = set(arguments.targets) - set(all_targets)
@@ -61,8 +61,7 @@ def main() -> int:
 
 def build() -> Path:
     """Builds all targets and returns the folder of the programs."""
-    host = subprocess.run(["rustc", "--print", "host-tuple"], check=True, capture_output=True, text=True)
-    target = host.stdout.strip()
+    target = subprocess.check_output(["rustc", "--print", "host-tuple"], text=True).strip()
     environment = {**os.environ, "RUSTFLAGS": " ".join(COVERAGE), "CARGO_INCREMENTAL": "0"}
     command = ["cargo", "build", "--release", "--locked", "--target", target]
     subprocess.run(command, check=True, cwd=HERE, env=environment)
@@ -86,11 +85,9 @@ def run(program: Path, target: str, seconds: int, seed: int) -> tuple[int, str, 
         # With time 0, the inputs of the corpus alone.
         *([f"-max_total_time={seconds}"] if seconds else ["-runs=0"]),
     ]
-    dictionary = HERE / "dictionaries" / f"{DICTIONARIES.get(target)}.txt"
-    if dictionary.exists():
-        options.append(f"-dict={dictionary}")
     folders = [str(corpus), *(str(folder) for folder in given if folder.exists())]
-    done = subprocess.run([program, *options, *folders], capture_output=True, text=True, errors="replace")
+    command = [program, *options, *folders]
+    done = subprocess.run(command, capture_output=True, text=True, errors="replace")
     (found / "log.txt").write_text(done.stderr)
     return (*statistics(done.stderr), done.returncode == 0)
 

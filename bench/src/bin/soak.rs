@@ -236,7 +236,7 @@ impl Source {
         (k as f64 * PERIOD_S + self.clock_s, base, wrench)
     }
 
-    /// Puts on another payload, of at least a third more or less mass.
+    /// Puts on the next payload, of at least a third more or less mass.
     fn change(&mut self) {
         let before = self.payload.mass_kg;
         let mass_kg = loop {
