@@ -2,14 +2,18 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 #[path = "common/effort_arm.rs"]
 mod effort_arm;
 
 use effort_arm::{JOINTS, World, described, payload, recorded, uncertain_gains};
 use nalgebra::Vector3;
 use tactid_dynamics::MassProperties;
+use tactid_identify::IdentifyError;
 use tactid_identify::calibration::{
-    Assumption, CalibrationSettings, Contradiction, EffortRecording, KnownPayload, calibrate,
+    Assumption, CalibrationResult, CalibrationSettings, Contradiction, EffortRecording,
+    KnownPayload, calibrate,
 };
 
 /// What is wrong in the recordings or in what is known of them.
@@ -37,8 +41,8 @@ fn record(
     recorded(&described(), &measured, settings)
 }
 
-/// Returns what contradicts the assumptions of a calibration of an arm with gains that are not known.
-fn contradiction(seed: u64, wrong: Wrong) -> Option<Contradiction> {
+/// Calibrates an arm with gains that are not known.
+fn calibrated(seed: u64, wrong: Wrong) -> Result<CalibrationResult, IdentifyError> {
     let mut world = World::new(seed);
     let (sin, cos) = wrong.tilt.sin_cos();
     let settings = CalibrationSettings {
@@ -55,7 +59,12 @@ fn contradiction(seed: u64, wrong: Wrong) -> Option<Contradiction> {
         ..KnownPayload::of_mass(4.0, 0.0)
     };
     let given = [(unloaded, None), (loaded, Some(known))];
-    calibrate(&given, &settings).unwrap().contradiction
+    calibrate(&given, &settings)
+}
+
+/// Returns what contradicts the assumptions of a calibration of an arm with gains that are not known.
+fn contradiction(seed: u64, wrong: Wrong) -> Option<Contradiction> {
+    calibrated(seed, wrong).unwrap().contradiction
 }
 
 /// Returns what contradicts a calibration that must contradict something, with its size.
@@ -89,6 +98,20 @@ fn gravity_that_is_tilted() {
         let (assumption, angle) = contradicted(seed, tilted);
         assert_eq!(assumption, Assumption::Gravity);
         assert!((0.04..0.1).contains(&angle), "{angle}");
+    }
+}
+
+/// Gravity that is horizontal or upside down leaves no plausible gains: the calibration fails, and the error names gravity.
+#[test]
+fn gravity_of_another_mounting() {
+    for (seed, tilt) in (90..96).flat_map(|seed| [FRAC_PI_2, PI].map(|tilt| (seed, tilt))) {
+        let wrong = Wrong {
+            tilt,
+            center: Some([0.0; 3]),
+            ..Wrong::default()
+        };
+        let error = calibrated(seed, wrong).unwrap_err().to_string();
+        assert!(error.contains("the direction of gravity"), "{error}");
     }
 }
 
