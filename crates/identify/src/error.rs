@@ -178,7 +178,7 @@ pub enum IdentifyError {
     },
     /// The gain of a joint is far from what was known of it before a calibration.
     #[error(
-        "the gain of `{joint}` comes out as {}, where 1 ± {} was expected: give the effort gain of this joint, or check that it is this joint's effort",
+        "the gain of `{joint}` comes out as {}, where 1 ± {} was expected: give the effort gain of this joint, or check that it is this joint's effort, and the direction of gravity",
         three_digits(*gain),
         three_digits(*std_dev)
     )]

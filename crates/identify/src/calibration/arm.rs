@@ -30,6 +30,13 @@ const SLOPE_STEP: f64 = 1e-5;
 /// Number of directions into which gravity is tilted.
 pub(crate) const TILTS: usize = 2;
 
+/// Number of parameters of a payload, its mass and first moments, that slopes are computed for. Its weight does not depend on
+/// the others.
+const WEIGHT_PARAMETERS: usize = 4;
+
+/// Number of entries of one slope: that of the links as described, and those of [`WEIGHT_PARAMETERS`].
+const SLOPE_ENTRIES: usize = 1 + WEIGHT_PARAMETERS;
+
 /// The chain from base to tool that a recording is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Arm {
@@ -48,7 +55,7 @@ pub(crate) struct Arm {
     pub(crate) first_links: Vec<usize>,
     /// For each joint the place of its entries; then the number of all entries.
     places: Vec<usize>,
-    /// Number of [slopes](JointColumns::slopes) of each joint.
+    /// Number of [slopes](JointColumns::slope) of each joint.
     pub(crate) slopes: usize,
     pub(crate) gravity: Vector3<f64>,
     pub(crate) cutoff_hz: f64,
@@ -71,15 +78,26 @@ pub(crate) struct JointColumns<'a> {
     pub(crate) sign: f64,
     /// Smoothed signs of the velocity for [`WIDTHS`].
     pub(crate) friction: &'a [f64],
-    /// Change of the torque as described with a tilt of gravity about two axes, per rad, and then with the zero of each joint of
-    /// the arm, per rad or m. Empty where contradictions are not to be found.
-    pub(crate) slopes: &'a [f64],
+    /// [`SLOPE_ENTRIES`] of each slope. Empty where contradictions are not to be found.
+    slopes: &'a [f64],
 }
 
 impl JointColumns<'_> {
     /// Returns 0 for a window in which the joint moves in one direction, and 1 for one at rest or with a reversal.
     pub(crate) fn standstill(&self) -> f64 {
         (1.0 - self.friction[PLAIN].powi(2)).max(0.0).sqrt()
+    }
+
+    /// Returns the change of the torque of the links as described and of a payload, whose parameters refer to the tool frame,
+    /// with the unknown `slope`: a tilt of gravity about each of [`TILTS`] axes, per rad, and then the zero of each joint of the
+    /// arm, per rad or m.
+    pub(crate) fn slope(&self, slope: usize, payload: Option<&SVector<f64, 10>>) -> f64 {
+        let entries = &self.slopes[SLOPE_ENTRIES * slope..SLOPE_ENTRIES * (slope + 1)];
+        let of_payload = payload.map_or(0.0, |payload| {
+            let products = entries[1..].iter().zip(payload.iter());
+            products.map(|(entry, parameter)| entry * parameter).sum()
+        });
+        entries[0] + of_payload
     }
 }
 
@@ -112,7 +130,7 @@ impl Arm {
         };
         let mut places = vec![0];
         for first in &first_links {
-            let entries = 10 * (bodies.len() - first) + 10 + SCALARS + slopes;
+            let entries = 10 * (bodies.len() - first) + 10 + SCALARS + SLOPE_ENTRIES * slopes;
             places.push(places[places.len() - 1] + entries);
         }
         let unit = |&joint: &usize| match robot.joint_kind(joint) {
@@ -166,7 +184,7 @@ impl Arm {
 
     /// Number of entries of the regressors of links and payload of a joint.
     fn regressors(&self, joint: usize) -> usize {
-        self.places[joint + 1] - self.places[joint] - SCALARS - self.slopes
+        self.places[joint + 1] - self.places[joint] - SCALARS - SLOPE_ENTRIES * self.slopes
     }
 
     /// Returns gravity tilted by a small angle about the two axes that are perpendicular to it.
@@ -221,7 +239,7 @@ impl ArmColumns {
     }
 
     /// Computes the entries of all joints at an instant, and then their efforts. Cost: a product for each joint and each body
-    /// below it, and an inverse dynamics for each slope.
+    /// below it, and an inverse dynamics and a payload regressor for each slope.
     pub(crate) fn at(&mut self, arm: &Arm, instant: &Instant) -> Result<&[f64], StateError> {
         let joints = JointMotion {
             position: &instant.joint_position,
@@ -266,7 +284,7 @@ impl ArmColumns {
         Ok(&self.entries)
     }
 
-    /// Computes the slopes of the torques as described.
+    /// Computes the slopes of the torques as described and of the payload's regressor.
     fn add_slopes(&mut self, arm: &Arm, instant: &Instant) -> Result<(), StateError> {
         let tilted = arm.tilted_gravity(SLOPE_STEP);
         self.moved.copy_from_slice(&instant.joint_position);
@@ -282,11 +300,18 @@ impl ArmColumns {
             };
             let gravity = tilted.get(slope).unwrap_or(&arm.gravity);
             inverse_dynamics(&mut self.workspace, &instant.base, joints, gravity)?;
+            self.workspace
+                .torque_regressor(self.tool, gravity, &mut self.rows)?;
             let torques = self.workspace.joint_torques()?;
             for (joint, &index) in self.joints.iter().enumerate() {
                 let scalars = arm.places[joint] + arm.regressors(joint);
+                let first = scalars + SCALARS + SLOPE_ENTRIES * slope;
                 let described = self.entries[scalars];
-                self.entries[scalars + SCALARS + slope] = (torques[index] - described) / SLOPE_STEP;
+                self.entries[first] = (torques[index] - described) / SLOPE_STEP;
+                for (k, moved) in self.rows[index].iter().take(WEIGHT_PARAMETERS).enumerate() {
+                    let unmoved = self.entries[scalars - 10 + k];
+                    self.entries[first + 1 + k] = (moved - unmoved) / SLOPE_STEP;
+                }
             }
             if let Some(index) = moved {
                 self.moved[index] = instant.joint_position[index];

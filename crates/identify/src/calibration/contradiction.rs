@@ -203,8 +203,7 @@ fn sums(problem: &Problem<'_>, fitted: &Fitted, count: usize) -> Sums {
 }
 
 /// Returns the derivatives of the modelled effort of a joint with respect to the unknowns of all tests. Those of gravity and
-/// of the zeros are of the links as described: without the share of a payload, whose size they would need, so that the zero
-/// of a joint may show as the centre of mass of a known payload.
+/// of the zeros are of the links as described and of the payload as estimated.
 fn columns(block: &Block<'_>, joint: usize, fitted: &Fitted, count: usize) -> DMatrix<f64> {
     let (model, at) = (&fitted.model, &fitted.unknowns);
     let joints = model.layout.joints;
@@ -216,9 +215,9 @@ fn columns(block: &Block<'_>, joint: usize, fitted: &Fitted, count: usize) -> DM
     let first = TILTS + joints;
     let mut columns = DMatrix::zeros(block.windows.len(), count);
     for (row, &window) in block.windows.iter().enumerate() {
-        let slopes = block.recording.columns(window, joint).slopes;
-        for (k, slope) in slopes.iter().enumerate() {
-            columns[(row, k)] = at.arm[inverse_gain] * slope;
+        let of_joint = block.recording.columns(window, joint);
+        for k in 0..first {
+            columns[(row, k)] = at.arm[inverse_gain] * of_joint.slope(k, payload);
         }
         if let Some(place) = place {
             // The gain, whose change is opposite to that of its inverse.
