@@ -16,6 +16,9 @@ const ACCELERATIONS: [f64; 2] = [5.0, 20.0];
 const RANDOM: usize = 20;
 const LONGER: f64 = 1.1;
 
+/// Longest duration of the random motions, s: that of the shortest designed motion by default.
+const LONGEST_RANDOM_S: f64 = 60.0;
+
 /// Prints a row for each arm and acceleration.
 pub(crate) fn measure(arms: &[Arm]) -> Result<()> {
     println!(
@@ -44,11 +47,12 @@ pub(crate) fn measure(arms: &[Arm]) -> Result<()> {
     Ok(())
 }
 
-/// Returns the least duration at which half of random motions reach the targets, s.
+/// Returns the least duration at which half of random motions reach the targets, s, or infinity where it exceeds
+/// [`LONGEST_RANDOM_S`].
 fn random_s(problem: &Problem) -> Result<f64> {
     let mut problem = problem.clone();
     problem.duration_s = 0.3;
-    loop {
+    while problem.duration_s <= LONGEST_RANDOM_S {
         let mut random = StdRng::seed_from_u64(1);
         let mut reached = 0;
         for _ in 0..RANDOM {
@@ -60,4 +64,5 @@ fn random_s(problem: &Problem) -> Result<f64> {
         }
         problem.duration_s *= LONGER;
     }
+    Ok(f64::INFINITY)
 }
