@@ -32,8 +32,10 @@ impl Experiment {
                 *file = folder.join(&*file);
             }
         }
-        experiment.begin_with_motion(|field| is_given(field, text))?;
-        robot_with_roles(&experiment).map_err(|error| with_line(error, text))?;
+        experiment
+            .begin_with_motion(|field| is_given(field, text))
+            .and_then(|()| robot_with_roles(&experiment))
+            .map_err(|error| with_line(error, text))?;
         Ok(experiment)
     }
 

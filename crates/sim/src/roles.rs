@@ -48,6 +48,9 @@ fn robot(experiment: &Experiment) -> Result<Robot, SimError> {
 /// # Errors
 /// Returns the errors of reading the robot, and [`SimError::File`] or [`SimError::Motion`] for a file that is no motion of its arm.
 pub(crate) fn arm_motion(experiment: &Experiment) -> Result<Option<JointMotion>, SimError> {
+    if experiment.excitation.kind != ExcitationKind::Designed {
+        return Ok(None);
+    }
     let robot = robot(experiment)?;
     let (_, arm) = fingers_and_arm(&robot, experiment)?;
     motion(&robot, &arm, experiment)

@@ -99,8 +99,7 @@ def std_dev_of_gains(flag: str, text: str | None) -> float | None:
     if not 0.0 <= each[0] < 1.0:
         raise ArgumentError(
             f"{flag} is {text!r}: expected 0% or more and less than 100%, because a gain is"
-            " positive; where efforts are not torques, such as currents, give rough gains with"
-            " --effort-gain"
+            " positive; where efforts are not torques, such as currents, give rough gains"
         )
     return each[0]
 
