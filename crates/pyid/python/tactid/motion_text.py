@@ -74,10 +74,10 @@ def lines(motion: MotionData, style: Style = "keyword") -> list[str]:
     largest = max(ratios)
     name = NAMES[ratios.index(largest)]
     target = f"{100 * motion.within:g} %"
-    reached = f"Every value will be known within {target}"
+    reached = f"every value will be known within {target}"
     if largest > 1:
-        reached = f"Not every value will be known within {target}: {name} needs a longer motion"
-    said = [f"{reached}, if the noise is as it is given."]
+        reached = f"not every value will be known within {target}: {name} needs a longer motion"
+    said = [f"If the noise is as given, {reached}."]
     if motion.assumed_noise:
         names = listed([option_name(each, style) for each in motion.assumed_noise])
         said.append(f"The noise is assumed: give {names} of your sensors.")
