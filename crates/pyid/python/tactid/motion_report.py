@@ -15,8 +15,8 @@ from tactid.naming import Style
 from tactid.values import KINDS, NAMES, Z95, flat
 
 MOTION_CAPTION = (
-    "Position, velocity and acceleration of the joints that move, rad and s (m for a prismatic"
-    " joint)."
+    "Position, velocity and acceleration of the joints that move; in m in place of rad for a"
+    " prismatic joint."
 )
 INTERVALS_CAPTION = (
     "Half of each predicted 95 % interval over time, in percent of the largest expected value of"
@@ -66,7 +66,11 @@ def _motion(motion: MotionData) -> Figure:
     figure = Figure(figsize=(9.0, 6.0))
     axes = figure.subplots(3, 1, sharex=True)
     places = [motion.joints.index(name) for name in motion.moving]
-    quantities = (("position", motion.q), ("velocity", motion.qd), ("acceleration", motion.qdd))
+    quantities = (
+        ("position / rad", motion.q),
+        ("velocity / (rad/s)", motion.qd),
+        ("acceleration / (rad/s²)", motion.qdd),
+    )
     for one, (name, values) in zip(axes, quantities, strict=True):
         for place in places:
             one.plot(motion.time, values[:, place], label=motion.joints[place].replace("$", r"\$"))
