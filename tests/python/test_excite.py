@@ -167,7 +167,7 @@ def test_progress_rises_and_an_exception_in_it_stops_the_design() -> None:
 @pytest.mark.parametrize(
     ("keywords", "expected"),
     [
-        ({}, "the payload is missing: give `payload_mass_max` and `payload_box`"),
+        ({}, "the payload is missing: give the expected one as `payload`, or its largest mass"),
         ({"payload_mass_max": 1.0}, "`payload_box` is missing"),
         ({"payload_mass_max": 1.0, "payload_box": [1, 2]}, "`payload_box` must have"),
         ({"duration": 1.0, "within": 0.1}, "`duration` and `within` are both given"),

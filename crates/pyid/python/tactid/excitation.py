@@ -227,9 +227,9 @@ def _payloads(
     if mass_max is None:
         if payload is None:
             raise ArgumentError(
-                "the payload is missing: give `payload_mass_max` and `payload_box`, or what is"
-                " expected",
-                option="payload_mass_max",
+                "the payload is missing: give the expected one as `payload`, or its largest mass"
+                " and a box",
+                option="payload",
             )
         return [payload]
     corners = np.asarray(box, float)
