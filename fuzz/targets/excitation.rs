@@ -24,7 +24,6 @@ struct Input {
     wrench: Option<[Number; 6]>,
     attitude: Option<Number>,
     position: Option<Number>,
-    control_points: Option<u8>,
 }
 
 fuzz_target!(|input: Input| within_memory(|| {
