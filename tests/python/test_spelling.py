@@ -18,6 +18,8 @@ COMMANDS = {
     "cli.py",
     "calibrate_command.py",
     "compare_command.py",
+    "excite_command.py",
+    "excite_options.py",
     "identify_command.py",
     "number_lists.py",
     "paper_run.py",
