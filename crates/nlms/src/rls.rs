@@ -16,13 +16,14 @@ const BLOCK: usize = 8;
 /// The estimate is the least-squares solution of all rows so far. It is kept as the upper triangular
 /// factor `R` of the QR decomposition of the rows (Golub and Van Loan, *Matrix Computations*, section
 /// 6.5). `AᵀA` is never formed, so that the estimate is accurate to rounding where the recursion on
-/// the covariance loses half of the digits. A direction that no row excites keeps its initial value.
+/// the covariance loses half of the digits. A direction that no row excites keeps its initial value, and all parameters
+/// do where the solution is beyond the range of numbers. The units of rows, targets and parameters do not matter.
 ///
 /// The rows are assumed to be exact, and the noise on the targets white with one standard deviation.
 /// Rows whose noise differs are divided by its standard deviation, the row and its target alike.
 ///
 /// Single rows are kept until there are eight, which enter the factorisation together: a row costs `N²`
-/// multiplications and an eighth of `N` square roots. The estimate costs `N²/2` multiplications, and
+/// multiplications and an eighth of `N` square roots. The estimate costs about `N³` multiplications, and
 /// a factorisation of the rows that are kept, which is repeated each time that a result is asked for.
 ///
 /// ```
@@ -47,6 +48,8 @@ pub struct Rls<const N: usize> {
     pending: [(SVector<f64, N>, f64); BLOCK],
     pending_count: usize,
     counts: Counts,
+    /// Parameters before the first row.
+    start: SVector<f64, N>,
 }
 
 impl<const N: usize> Default for Rls<N> {
@@ -64,15 +67,16 @@ impl<const N: usize> Rls<N> {
 
     /// Returns an estimator without rows whose parameters are `parameters`.
     ///
-    /// The initial values weigh as little as one row of size 1e-6 in each direction. They show only
-    /// in directions that no row excites.
+    /// The initial values weigh as little as rounding, 1.5e-8 of the largest entry of each column. They show only in directions
+    /// that no row excites.
     #[must_use]
     pub fn starting_at(parameters: SVector<f64, N>) -> Self {
         Self {
-            information: SquareRootInformation::starting_at(&parameters),
+            information: SquareRootInformation::new(),
             pending: [(SVector::zeros(), 0.0); BLOCK],
             pending_count: 0,
             counts: Counts::default(),
+            start: parameters,
         }
     }
 
@@ -117,25 +121,47 @@ impl<const N: usize> Rls<N> {
         Cow::Owned(all)
     }
 
-    /// Returns the square root of the information: the upper triangular `R` with a positive diagonal
-    /// and `RᵀR = AᵀA + 1e-12 I`, where `A` are all rows and the last term holds the initial values.
+    /// Returns the square root of the information: the upper triangular `R` with `RᵀR = AᵀA`, where `A` are all rows.
+    ///
+    /// An entry of its diagonal is positive, or its whole row is zero: each row so far is a combination of fewer
+    /// parameters.
     #[must_use]
     pub fn information_root(&self) -> SMatrix<f64, N, N> {
         self.of_all_rows().root()
     }
 
+    /// Returns the targets `z` of the triangular system `R x = z`, where `R` is the
+    /// [square root of the information](Self::information_root): `Rᵀz = Aᵀb` for the rows `A x = b`.
+    #[must_use]
+    pub fn transformed_target(&self) -> SVector<f64, N> {
+        self.of_all_rows().transformed_target()
+    }
+
+    /// Returns the [square root of the information](Self::information_root) of the rows and of the small weights on the
+    /// initial values, which is regular: its diagonal is positive.
+    #[must_use]
+    pub fn regularised_root(&self) -> SMatrix<f64, N, N> {
+        self.of_all_rows().regularised(&self.start).root()
+    }
+
     /// Returns the covariance `s² (AᵀA)⁻¹` of the estimate, or `None` until there are more rows than
-    /// parameters.
+    /// parameters, and they excite every direction.
     ///
     /// The variance `s²` of the noise on the targets is estimated as the sum of squared residuals over
-    /// the number of rows beyond `N`. A direction that no row excites has a variance of `1e12 s²`. The
-    /// covariance costs about `N³` multiplications.
+    /// the number of rows beyond `N`. The covariance costs about `N³` multiplications.
     #[must_use]
     pub fn covariance(&self) -> Option<SMatrix<f64, N, N>> {
         let freedom = self.counts.used as f64 - N as f64;
         let information = self.of_all_rows();
-        let variance = information.residual_squares / freedom;
-        (freedom > 0.0).then(|| information.inverse_information() * variance)
+        if freedom <= 0.0 || !information.is_regular() {
+            return None;
+        }
+        let covariance =
+            information.inverse_information() * (information.residual_squares / freedom);
+        covariance
+            .iter()
+            .all(|entry| entry.is_finite())
+            .then_some(covariance)
     }
 }
 
@@ -153,7 +179,13 @@ impl<const N: usize> Estimator<N> for Rls<N> {
     }
 
     fn parameters(&self) -> SVector<f64, N> {
-        self.of_all_rows().solve()
+        let found = self.of_all_rows().regularised(&self.start).solve();
+        // Rows that are minute beside their targets have solutions beyond the largest number.
+        if found.iter().all(|entry| entry.is_finite()) {
+            found
+        } else {
+            self.start
+        }
     }
 
     fn counts(&self) -> Counts {
@@ -288,6 +320,34 @@ mod tests {
         }
         assert!((known - 3.0).abs() < 0.27, "{known}");
         assert!((estimated - 3.0).abs() < 0.29, "{estimated}");
+    }
+
+    /// Parameters in units of any size are found, and those that no row excites keep their initial value.
+    #[test]
+    fn units_do_not_matter() {
+        let start = Vector3::new(1.0, 2.0, 3.0);
+        let truth = Vector3::new(-4.0, 5.0, 3.0);
+        let direction = Vector3::new(0.6, 0.0, 0.8);
+        for scale in [1e-60, 1e-9, 1.0, 1e9, 1e60] {
+            let units = Vector3::new(1.0, scale, scale * scale);
+            let mut rls = Rls::starting_at(start.component_mul(&units));
+            for k in 0..50 {
+                // The rows do not excite the second direction of the first and third parameter.
+                let row = direction * f64::from(k).cos() + Vector3::y() * f64::from(k).sin();
+                rls.update(&row.component_div(&units), row.dot(&truth));
+            }
+            let found = rls.parameters().component_div(&units);
+            // Relative to their columns, in the ratio of 0.6 to 0.8, both change equally.
+            let change = 0.5 * direction.dot(&(truth - start));
+            let change = Vector3::new(change / 0.6, 3.0, change / 0.8);
+            let expected = start + change;
+            assert!((found - expected).norm() < 1e-6, "{scale:e}: {found}");
+            assert_eq!(rls.covariance(), None);
+            rls.update(&Vector3::z().component_div(&units), truth.z);
+            assert!(rls.covariance().is_some(), "{scale:e}");
+            let found = rls.parameters().component_div(&units);
+            assert!((found - truth).norm() < 1e-6, "{scale:e}: {found}");
+        }
     }
 
     /// There is no covariance before there are more rows than parameters.

@@ -4,10 +4,16 @@ use std::ops::Range;
 
 use nalgebra::{SMatrix, SVector};
 
-/// Initial diagonal of `R`, in the unit of a row's entries: small enough to leave no trace in a
-/// direction that rows of about unit size excite (1e-12 of their information), large enough to
-/// hold every other direction at its initial value.
-const INITIAL_DIAGONAL: f64 = 1e-6;
+/// Weight of the initial value of a parameter relative to the size of its column, the root of the rounding error:
+/// small enough to leave no trace beyond rounding in a direction that the rows excite, large enough to hold at its
+/// initial value a direction that only rounding excites.
+const START_WEIGHT: f64 = 1.5e-8;
+
+/// Weight of the initial value of a parameter whose column is zero: any weight leaves the parameter at its initial value.
+const UNSEEN_WEIGHT: f64 = 1e-100;
+
+/// Ratio of a diagonal entry of `R` to the size of its column below which it is rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// Squared lengths for which the sums of squares in a Householder reflection neither overflow nor
 /// lose digits to underflow.
@@ -17,7 +23,8 @@ const SAFE_SQUARES: Range<f64> = 1e-150..1e150;
 /// where `A x = b` are all rows so far.
 #[derive(Clone, Debug)]
 pub(crate) struct SquareRootInformation<const N: usize> {
-    /// `Rᵀ`, so that a row of `R` is contiguous. Its diagonal is positive, and `RᵀR` is the information matrix.
+    /// `Rᵀ`, so that a row of `R` is contiguous. `RᵀR` is the information matrix. An entry of the diagonal is positive, or
+    /// the whole row of `R` is zero.
     lower: SMatrix<f64, N, N>,
     /// `z`, the targets transformed like the rows.
     transformed_target: SVector<f64, N>,
@@ -26,14 +33,42 @@ pub(crate) struct SquareRootInformation<const N: usize> {
 }
 
 impl<const N: usize> SquareRootInformation<N> {
-    /// Returns the form without rows, with a weight on `parameters` that shows only in directions
-    /// that no row excites. `R` is regular, and stays so because updates never shrink its diagonal.
-    pub(crate) fn starting_at(parameters: &SVector<f64, N>) -> Self {
+    /// Returns the form without rows.
+    pub(crate) fn new() -> Self {
         Self {
-            lower: SMatrix::identity() * INITIAL_DIAGONAL,
-            transformed_target: parameters * INITIAL_DIAGONAL,
+            lower: SMatrix::zeros(),
+            transformed_target: SVector::zeros(),
             residual_squares: 0.0,
         }
+    }
+
+    /// Returns the same form with one more row for each parameter, which says with a small weight that the parameter has
+    /// its initial value: `R` is then regular. The weight is relative to the column of the parameter, so that the
+    /// units of the parameters do not matter.
+    pub(crate) fn regularised(&self, start: &SVector<f64, N>) -> Self {
+        let mut regular = self.clone();
+        for k in 0..N {
+            let size = self.column_size(k);
+            let weight = if size > 0.0 {
+                START_WEIGHT * size
+            } else {
+                UNSEEN_WEIGHT
+            };
+            let mut row = SVector::zeros();
+            row[k] = weight;
+            regular.update(&row, weight * start[k]);
+        }
+        regular
+    }
+
+    /// Size of the column of a parameter in `R`, its largest entry: between its length over `√N` and its length.
+    fn column_size(&self, parameter: usize) -> f64 {
+        self.lower.row(parameter).amax()
+    }
+
+    /// Returns whether the rows determine every parameter.
+    pub(crate) fn is_regular(&self) -> bool {
+        (0..N).all(|k| self.lower[(k, k)] > ROUNDING * self.column_size(k))
     }
 
     /// Updates with one row by Givens rotations (Golub and Van Loan, *Matrix Computations*, section
@@ -97,6 +132,9 @@ impl<const N: usize> SquareRootInformation<N> {
         let (products, target_product) = products(rows, k, first);
         let (diagonal, row_squares) = (self.lower[(k, k)], products[k]);
         let square = diagonal * diagonal + row_squares;
+        if square == 0.0 && rows.iter().all(|(row, _)| row[k] == 0.0) {
+            return true;
+        }
         if !SAFE_SQUARES.contains(&square) {
             return false;
         }
@@ -129,14 +167,14 @@ impl<const N: usize> SquareRootInformation<N> {
         true
     }
 
-    /// Returns the least-squares solution `R⁻¹ z` in `N²/2` multiplications.
+    /// Returns the least-squares solution `R⁻¹ z` in `N²/2` multiplications. `R` must be regular.
     pub(crate) fn solve(&self) -> SVector<f64, N> {
         let mut parameters = self.transformed_target;
         self.lower.tr_solve_lower_triangular_mut(&mut parameters);
         parameters
     }
 
-    /// Returns the inverse of the information matrix, `R⁻¹ R⁻ᵀ`, in about `N³` multiplications.
+    /// Returns the inverse of the information matrix, `R⁻¹ R⁻ᵀ`, in about `N³` multiplications. `R` must be regular.
     pub(crate) fn inverse_information(&self) -> SMatrix<f64, N, N> {
         let mut inverse = SMatrix::<f64, N, N>::identity();
         self.lower.tr_solve_lower_triangular_mut(&mut inverse);
@@ -146,6 +184,11 @@ impl<const N: usize> SquareRootInformation<N> {
     /// Returns `R`.
     pub(crate) fn root(&self) -> SMatrix<f64, N, N> {
         self.lower.transpose()
+    }
+
+    /// Returns `z`.
+    pub(crate) fn transformed_target(&self) -> SVector<f64, N> {
+        self.transformed_target
     }
 }
 
@@ -194,7 +237,7 @@ mod tests {
     use super::*;
 
     fn filled(entries: &[f64]) -> SquareRootInformation<3> {
-        let mut filled = SquareRootInformation::starting_at(&Vector3::zeros());
+        let mut filled = SquareRootInformation::new();
         for row in entries.chunks(4) {
             filled.update(&Vector3::new(row[0], row[1], row[2]), row[3]);
         }

@@ -189,7 +189,7 @@ impl WindowSums for WindowMean {
 #[derive(Clone, Debug)]
 pub(crate) struct Windows<W> {
     length_s: f64,
-    /// Begin of the stretch without a gap; `None` before its first instant.
+    /// Begin of the stretch without a gap, on the clock of the instants; `None` before its first instant.
     begin_s: Option<f64>,
     /// Number of the oldest open window, counted from the begin of the stretch.
     oldest: u64,
@@ -197,8 +197,9 @@ pub(crate) struct Windows<W> {
     finished: W,
     /// The last instant. Its weight depends on the time of the next one.
     pending: Box<[f64]>,
+    /// Time of the pending instant since the begin of the stretch.
     pending_s: f64,
-    /// Time of the instant before the pending one.
+    /// Time of the instant before the pending one since the begin of the stretch.
     previous_s: f64,
     /// Number of windows that were dropped because of too few instants, without those that a gap ends.
     sparse: u64,
@@ -262,8 +263,10 @@ impl<W: WindowSums> Windows<W> {
     /// Adds an instant, later than the one before, and returns the window that ended with it.
     pub(crate) fn push(&mut self, time_s: f64, entries: &[f64]) -> Option<&W> {
         let stride_s = self.length_s / OVERLAP as f64;
-        let begin_s = self.begin_s.filter(|_| time_s - self.pending_s <= stride_s);
-        let Some(begin_s) = begin_s else {
+        // A clock that began decades ago has few digits left for a window: times count from the begin of the stretch.
+        let passed_s = self.begin_s.map(|begin_s| (begin_s, time_s - begin_s));
+        let passed_s = passed_s.filter(|(_, since_s)| since_s - self.pending_s <= stride_s);
+        let Some((begin_s, time_s)) = passed_s else {
             self.sparse += u64::from(self.begin_s.is_some());
             self.begin(time_s, entries);
             return None;
@@ -271,8 +274,8 @@ impl<W: WindowSums> Windows<W> {
         let trapezoid = 0.5 * (time_s - self.previous_s);
         let mut ended = false;
         // The pending instant belongs to at most three windows.
-        let newest = ((self.pending_s - begin_s) / stride_s).floor().max(0.0) as u64;
-        let middle_s = |number: u64| begin_s + (number as f64 + 0.5 * OVERLAP as f64) * stride_s;
+        let newest = (self.pending_s / stride_s).floor().max(0.0) as u64;
+        let middle_s = |number: u64| (number as f64 + 0.5 * OVERLAP as f64) * stride_s;
         let oldest = newest.saturating_sub(OVERLAP as u64 - 1);
         let phase = PI * (self.pending_s - middle_s(oldest)) / self.length_s;
         let (mut sin, mut cos) = phase.sin_cos();
@@ -283,7 +286,7 @@ impl<W: WindowSums> Windows<W> {
                 std::mem::swap(&mut self.finished, window);
                 ended = self.finished.instants() >= MIN_INSTANTS;
                 self.sparse += u64::from(!ended);
-                window.clear(middle_s(number));
+                window.clear(begin_s + middle_s(number));
             }
             let place = Place {
                 sin,
@@ -314,8 +317,8 @@ impl<W: WindowSums> Windows<W> {
         for (number, window) in self.open.iter_mut().enumerate() {
             window.clear(time_s + (number as f64 / OVERLAP as f64 + 0.5) * self.length_s);
         }
-        self.pending_s = time_s;
-        self.set_pending(time_s, entries);
+        self.pending_s = 0.0;
+        self.set_pending(0.0, entries);
     }
 
     fn set_pending(&mut self, time_s: f64, entries: &[f64]) {

@@ -12,6 +12,7 @@ use crate::equations::{Channels, Equation};
 use crate::solve::noise::{Noise, ROUNDING, Whitening};
 use crate::solve::offsets::{MeanRow, Offsets};
 use crate::solve::spectrum::Spectrum;
+use crate::solve::subspace::{Vector, bounded_lengths};
 use crate::solve::weights::{rare_distance, robust_weight};
 
 /// Most passes of reweighting. The noise estimated from the residuals settles in a few.
@@ -32,8 +33,8 @@ const CONVERGED: f64 = 1e-5;
 /// Fewest rows of a fit.
 const MIN_ROWS: usize = 20;
 
-/// Columns smaller than this, relative to the squared length of the largest, are rounding and stay small.
-const MIN_SQUARE: f64 = 1e-16;
+/// Columns shorter than this, relative to what is usual for their kind, are rounding and stay short.
+const MIN_LENGTH: f64 = 1e-8;
 
 /// Fits the parameters to equations; `None` where there are fewer than 20 rows.
 ///
@@ -236,14 +237,15 @@ impl<'a> ReweightedLeastSquares<'a> {
                 }
             }
         }
-        let largest = squares[..10].iter().fold(0.0f64, |a, &b| a.max(b));
-        let least = (largest * MIN_SQUARE).max(f64::MIN_POSITIVE);
+        let lengths = bounded_lengths(&Vector::from_fn(|k, _| squares[k].sqrt()), MIN_LENGTH);
         let known_mass = self.options.known_mass;
         let of_mass = known_mass.map_or(0.0, |mass| mass.information());
-        squares[0] = squares[0].max(least) + of_mass;
-        for (scale, square) in self.scales.iter_mut().zip(squares) {
-            *scale = 1.0 / square.max(least).sqrt();
+        let of_delay = squares[10].sqrt().max(f64::MIN_POSITIVE);
+        self.scales[0] = 1.0 / lengths[0].hypot(of_mass.sqrt());
+        for k in 1..10 {
+            self.scales[k] = 1.0 / lengths[k];
         }
+        self.scales[10] = 1.0 / of_delay;
     }
 
     /// Moves the solution by one step of weighted least squares with errors-in-variables bias correction, and

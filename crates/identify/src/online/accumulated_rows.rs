@@ -6,7 +6,11 @@ use super::innovation::{Innovation, MODEL_ERROR, Prediction, WhitenedRow, Whiten
 use super::noise_tracker::NoiseTracker;
 use crate::equations::window::NOISE_CORRELATION;
 use crate::solve::information::{Information, inverse_of_upper};
-use crate::solve::subspace::{Matrix, Vector};
+use crate::solve::subspace::{Matrix, Vector, bounded_lengths};
+
+/// Least length of a column relative to what is usual for its kind. A parameter without any row then has so large a unit that
+/// it dominates every gradient which contains it.
+const LEAST_LENGTH: f64 = 1e-6;
 
 /// Terms of the score covariance from the last window of one channel.
 #[derive(Clone, Debug)]
@@ -44,7 +48,7 @@ pub(crate) struct AccumulatedRows {
     /// `P = Σ A Cᵀ` of regressors and their [correlated terms](ChannelTerms::correlated).
     correlated: Matrix,
     channels: Vec<ChannelTerms>,
-    /// `R⁻ᵀ` of the triangular factor `R` of all rows, as it was when it was last solved.
+    /// `R⁻ᵀ` of the regularised triangular factor `R` of all rows, as it was when it was last solved.
     inverse_root: Matrix,
     /// Weighted rows of the last window until the triangular factor is updated, which overwrites them.
     pending: Vec<WhitenedRow>,
@@ -53,10 +57,9 @@ pub(crate) struct AccumulatedRows {
 impl AccumulatedRows {
     /// Creates the accumulation of no rows of so many channels.
     pub(crate) fn new(channels: usize) -> Self {
-        let rls = Rls::new();
         Self {
-            start: rls.parameters(),
-            rls,
+            start: Vector::zeros(),
+            rls: Rls::starting_at(Vector::zeros()),
             noise: Matrix::zeros(),
             noise_targets: Vector::zeros(),
             correlated: Matrix::zeros(),
@@ -130,14 +133,14 @@ impl AccumulatedRows {
     /// [start](Self::restart_at).
     pub(crate) fn solve(&mut self) -> (Vector, Information) {
         let root = self.rls.information_root();
-        self.inverse_root = inverse_of_upper(&root).transpose();
-        let biased = self.rls.parameters();
+        self.inverse_root = inverse_of_upper(&self.rls.regularised_root()).transpose();
         let information = Information::new(&root, &self.noise, self.plausible_size(&self.scales()));
         let parameters = if information.is_complete() {
+            let biased = self.rls.parameters();
             biased + information.solve(&(self.noise * biased - self.noise_targets))
         } else {
             // Both sides are reduced by what the start contributes.
-            let target = root.tr_mul(&(root * (biased - self.start)));
+            let target = root.tr_mul(&(self.rls.transformed_target() - root * self.start));
             self.start + information.solve(&(target + self.noise * self.start - self.noise_targets))
         };
         (parameters, information)
@@ -150,10 +153,15 @@ impl AccumulatedRows {
         self.noise + self.correlated + self.correlated.transpose()
     }
 
-    /// Returns units of the parameters in which each column of all rows has length one.
+    /// Returns units of the parameters in which each column of all rows has length one. Before any row, they are as large as
+    /// the parameters that the estimate starts from.
     pub(crate) fn scales(&self) -> Vector {
         let root = self.rls.information_root();
-        Vector::from_fn(|k, _| root.column(k).norm().recip())
+        let lengths = Vector::from_fn(|k, _| root.column(k).norm());
+        if lengths == Vector::zeros() {
+            return bounded_lengths(&self.start.abs(), 1.0);
+        }
+        bounded_lengths(&lengths, LEAST_LENGTH).map(f64::recip)
     }
 
     /// Returns the plausible size of each parameter, in its [unit](Self::scales).
@@ -161,7 +169,7 @@ impl AccumulatedRows {
     /// One parameter of a payload alone hardly causes a larger load than all that is measured; and none is
     /// larger than it was before the first row, as far as that is known.
     fn plausible_size(&self, scales: &Vector) -> f64 {
-        let load = (self.rls.information_root() * self.rls.parameters()).norm();
+        let load = self.rls.transformed_target().norm();
         let scaled = self.start.component_div(scales).norm();
         load.hypot(scaled)
     }

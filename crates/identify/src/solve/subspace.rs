@@ -12,7 +12,6 @@
 //! | pivot, online ([`Information`](super::information::Information)) | at most [`PIVOT_SIGNAL`] of the information of the rows before the bias correction | most of it is noise of the motion, and the sign of the rest is uncertain |
 //! | | at most [`PIVOT_ROUNDING`] of the information of the rows on the parameter alone | below, the subtraction of the other parameters leaves rounding |
 //! | | so little that the parameter would be larger than is plausible from noise alone | its estimate would be noise of any size |
-//! | | at most [`PIVOT_ABSOLUTE`], for rows of unit noise | the information with which the recursion starts |
 //!
 //! The batch fit has all windows. The uncertainty of a small eigenvalue is then in the covariance, and the only
 //! threshold of its solution guards against rounding. An interval that is wider than the values is reported only where the
@@ -32,6 +31,7 @@
 use nalgebra::{RowSVector, SMatrix, SVector};
 
 use crate::equations::window::PRODUCT_CORRELATION;
+use crate::result::KINDS;
 
 /// A 10x10 matrix over the parameters.
 pub(crate) type Matrix = SMatrix<f64, 10, 10>;
@@ -47,9 +47,6 @@ pub(crate) const PIVOT_SIGNAL: f64 = 0.1;
 
 /// Fraction of the information on a parameter alone, the others known.
 const PIVOT_ROUNDING: f64 = 1e-10;
-
-/// Information of rows in units of their noise, in units of the parameter to the power of -2.
-const PIVOT_ABSOLUTE: f64 = 1e-10;
 
 /// Fraction of a quantity's squared gradient in scaled parameters.
 const QUANTITY_FRACTION: f64 = 1e-3;
@@ -75,10 +72,37 @@ pub(crate) fn least_excitation(largest: f64, of_noise: f64, windows: usize) -> f
 /// pivot of the information of the rows before the bias correction, `alone` its diagonal entry, and
 /// `plausible` the largest size of a parameter that can be expected, in units in which `alone` is one.
 pub(crate) fn is_observable_pivot(pivot: f64, rows: f64, alone: f64, plausible: f64) -> bool {
-    let threshold = (PIVOT_SIGNAL * rows)
-        .max(PIVOT_ROUNDING.max(plausible.powi(-2)) * alone)
-        .max(PIVOT_ABSOLUTE);
+    let threshold = (PIVOT_SIGNAL * rows).max(PIVOT_ROUNDING.max(plausible.powi(-2)) * alone);
     pivot > threshold
+}
+
+/// Returns the lengths of the columns of the parameters, at least `least` of what is usual for their kind (mass, first
+/// moments, inertia). The result does not depend on units. Lengths may be infinite.
+///
+/// Usual is the largest length of the kind, or that which continues those of the other two kinds, which differ by a lever
+/// arm each: a kind that only rounding excites has no column of usual length. Where only one kind has rows, no row shows a
+/// lever arm, and any length will do for the others.
+pub(crate) fn bounded_lengths(lengths: &Vector, least: f64) -> Vector {
+    let [mass, first, second] = KINDS.map(|kind| {
+        let of_kind = lengths.as_slice()[kind].iter();
+        of_kind.fold(0.0, |a, &b| f64::max(a, b))
+    });
+    let over = |length: f64, by: f64| if by > 0.0 { length / by } else { 0.0 };
+    let usual = [
+        mass.max(first * over(first, second)),
+        first.max(mass.sqrt() * second.sqrt()),
+        second.max(first * over(first, mass)),
+    ];
+    let any = mass + first + second;
+    let any = if any > 0.0 { any } else { 1.0 };
+    let mut bounded = *lengths;
+    for (kind, usual) in KINDS.into_iter().zip(usual) {
+        let bound = least * if usual > 0.0 { usual } else { any };
+        for length in &mut bounded.as_mut_slice()[kind] {
+            *length = length.max(bound);
+        }
+    }
+    bounded
 }
 
 /// The unobservable directions: the null space of the regressor, within the thresholds of this module.
@@ -150,13 +174,44 @@ mod tests {
     /// The thresholds of pivots are the largest of the three.
     #[test]
     fn a_pivot_must_exceed_every_threshold() {
+        assert!(is_observable_pivot(1e-30, 1e-30, 1e-30, f64::INFINITY));
+        assert!(!is_observable_pivot(0.0, 0.0, 0.0, f64::INFINITY));
         assert!(is_observable_pivot(0.2, 1.0, 1.0, f64::INFINITY));
         assert!(!is_observable_pivot(0.05, 1.0, 1.0, f64::INFINITY));
         assert!(!is_observable_pivot(0.2, 1.0, 1e10, f64::INFINITY));
-        assert!(!is_observable_pivot(1e-11, 1e-11, 1e-11, f64::INFINITY));
         // From noise alone the parameter would be up to four units large.
         assert!(is_observable_pivot(0.2, 1.0, 1.0, 4.0));
         assert!(!is_observable_pivot(0.2, 1.0, 1.0, 2.0));
+    }
+
+    /// A kind of parameters without rows has a length that scales with units like its own, and so do bounds within a kind.
+    #[test]
+    fn lengths_without_rows_have_the_unit_of_their_kind() {
+        for without in [0..1, 1..4, 4..10, 3..9] {
+            for scale in [1e-9, 1.0, 1e9] {
+                let of_kinds = [1.0, 4.0 * scale, 16.0 * scale * scale];
+                let mut lengths = Vector::zeros();
+                for (kind, length) in KINDS.into_iter().zip(of_kinds) {
+                    kind.for_each(|k| lengths[k] = length);
+                }
+                let mut missing = lengths;
+                without.clone().for_each(|k| missing[k] = 0.0);
+                let found = bounded_lengths(&missing, 1e-3);
+                for k in 0..10 {
+                    let factor = if without.contains(&k) { 1e-3 } else { 1.0 };
+                    assert!(
+                        (found[k] / (factor * lengths[k]) - 1.0).abs() < 1e-12,
+                        "{k}"
+                    );
+                }
+            }
+        }
+        assert_eq!(bounded_lengths(&Vector::zeros(), 0.5), Vector::repeat(0.5));
+        let infinite = Vector::from_fn(|k, _| if k < 2 { f64::INFINITY } else { 0.0 });
+        assert_eq!(
+            bounded_lengths(&infinite, 0.5),
+            Vector::repeat(f64::INFINITY)
+        );
     }
 
     /// Without noise only rounding limits the information; with noise, the tenth of it and its scatter do.

@@ -144,7 +144,13 @@ fn units(estimate: &Vector) -> Vector {
     let mass = estimate[0];
     let trace = estimate[4].abs() + estimate[7].abs() + estimate[9].abs();
     let lever = estimate.fixed_rows::<3>(1).norm() / mass;
-    let length = (trace / mass).sqrt().max(lever).max(1e-6);
+    let length = (trace / mass).sqrt().max(lever);
+    // A point at the frame's origin has no size: any unit will do.
+    let length = if (mass * length * length).is_normal() {
+        length
+    } else {
+        1.0
+    };
     let moment = mass * length;
     let inertia = moment * length;
     SVector::from_fn(|k, _| match k {
