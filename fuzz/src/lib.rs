@@ -1,19 +1,12 @@
-//! What the fuzz targets share: a limit of the memory that one input may allocate, numbers and robots.
+//! A limit of the memory that one input of a fuzz target may allocate.
 //!
-//! Each file in `targets/` is a program of libFuzzer, which mutates inputs towards new coverage. A target fails by a
-//! panic, by more than [`MEMORY`] for one input, and by an input that takes longer than libFuzzer's `-timeout`.
-
-mod logs;
-mod numbers;
-mod robots;
+//! Each file in `targets/` is a program of libFuzzer, which mutates inputs towards new coverage, and runs a function of
+//! `checks/`. A target fails by a panic, by more than [`MEMORY`] for one input, and by an input that takes longer than
+//! libFuzzer's `-timeout`.
 
 use std::alloc::System;
 
 use cap::Cap;
-
-pub use logs::read_log;
-pub use numbers::{Number, numbers};
-pub use robots::{robot, urdf};
 
 /// Allocator of all targets. Memory that SQLite and zstd allocate in C is bounded by libFuzzer's `-rss_limit_mb`.
 #[global_allocator]

@@ -2,46 +2,8 @@
 
 #![no_main]
 
-use libfuzzer_sys::arbitrary::{self, Arbitrary};
 use libfuzzer_sys::fuzz_target;
-use nalgebra::{SVector, Vector3};
-use tactid_fuzz::{Number, within_memory};
-use tactid_nlms::{ChangeDetector, ChangeSettings, Estimator, Nlms, Outcome, Rls};
+use tactid_fuzz::within_memory;
+use tactid_fuzz_checks::estimators;
 
-#[derive(Arbitrary, Debug)]
-struct Input {
-    rows: Vec<([Number; 3], Number)>,
-}
-
-fuzz_target!(|input: Input| within_memory(|| {
-    let mut nlms = Nlms::<3>::paper();
-    let mut rls = Rls::<3>::new();
-    let mut changes = ChangeDetector::new(ChangeSettings::default()).expect("the defaults");
-    for (row, target) in &input.rows {
-        let row = Vector3::from(row.map(|number| number.0));
-        check(&mut nlms, &row, target.0);
-        check(&mut rls, &row, target.0);
-        if let Some(covariance) = rls.covariance() {
-            assert!(covariance.iter().all(|x| !x.is_nan()), "{covariance}");
-            assert!(
-                covariance.diagonal().iter().all(|&x| x >= 0.0),
-                "{covariance}"
-            );
-        }
-        changes.update(target.0);
-    }
-}));
-
-/// Asserts that an estimator refuses exactly what it documents, and has finite parameters.
-fn check<const N: usize>(estimator: &mut impl Estimator<N>, row: &SVector<f64, N>, target: f64) {
-    let before = estimator.parameters();
-    let outcome = estimator.update(row, target);
-    let after = estimator.parameters();
-    let usable = row.iter().chain([&target]).all(|x| x.abs() < 1e150);
-    assert_eq!(outcome == Outcome::Used, usable);
-    assert!(
-        usable || before == after,
-        "a refused row changes the estimate"
-    );
-    assert!(after.iter().all(|x| x.is_finite()), "{after}");
-}
+fuzz_target!(|bytes: &[u8]| within_memory(|| estimators::run(bytes)));

@@ -4,16 +4,6 @@
 
 use libfuzzer_sys::fuzz_target;
 use tactid_fuzz::within_memory;
-use tactid_sim::Experiment;
+use tactid_fuzz_checks::experiment;
 
-fuzz_target!(|text: &str| within_memory(|| {
-    let Ok(experiment) = Experiment::from_toml(text) else {
-        return;
-    };
-    if experiment.check().is_err() {
-        return;
-    }
-    let written = experiment.to_toml().expect("a checked experiment");
-    let read = Experiment::from_toml(&written).expect("a written experiment");
-    assert_eq!(read, experiment, "{written}");
-}));
+fuzz_target!(|bytes: &[u8]| within_memory(|| experiment::run(bytes)));

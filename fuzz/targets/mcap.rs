@@ -3,6 +3,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use tactid_fuzz::{read_log, within_memory};
+use tactid_fuzz::within_memory;
+use tactid_fuzz_checks::logs;
 
-fuzz_target!(|bytes: &[u8]| within_memory(|| read_log(bytes)));
+fuzz_target!(|bytes: &[u8]| within_memory(|| logs::run(bytes)));

@@ -1,5 +1,7 @@
 //! One problem in other units of mass, length and time: every relative result is the same to 1e-9.
 
+#![allow(clippy::unwrap_used)]
+
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
@@ -171,12 +173,15 @@ impl Problem {
         let posture = [0.0, -1.2, 1.6, -0.4, FRAC_PI_2, 0.3];
         let mut joints = [posture, [0.0; JOINTS], [0.0; JOINTS]];
         let moving_s = (time_s - self.rest_s).max(0.0);
-        for k in JOINTS - self.moving..JOINTS {
+        let [position, velocity, acceleration] = &mut joints;
+        let all = position.iter_mut().zip(velocity).zip(acceleration);
+        for (k, ((position, velocity), acceleration)) in all.enumerate().skip(JOINTS - self.moving)
+        {
             let w = TAU * (0.3 + 0.11 * k as f64);
             let (sin, cos) = (w * moving_s).sin_cos();
-            joints[0][k] += 0.6 * (1.0 - cos);
-            joints[1][k] = 0.6 * w * sin;
-            joints[2][k] = 0.6 * w * w * cos;
+            *position += 0.6 * (1.0 - cos);
+            *velocity = 0.6 * w * sin;
+            *acceleration = 0.6 * w * w * cos;
         }
         joints
     }
@@ -291,7 +296,7 @@ impl Relative {
 
     /// Asserts that a result differs by less than 1e-9 of the largest value of its kind, and of its standard deviation.
     fn assert_equal(&self, other: &Self, context: &str) {
-        let context = format!("{context}: {self:?} {other:?}");
+        let context = format!("{context}, {}: {self:?} {other:?}", self.name);
         let (own, others) = (&self.estimate, &other.estimate);
         assert_eq!(own.observability, others.observability, "{context}");
         assert_eq!(own.payload_changes, others.payload_changes, "{context}");

@@ -13,7 +13,7 @@ use tempfile::TempDir;
 ///
 /// # Panics
 /// Panics if one of these does not hold, or if the file cannot be written.
-pub fn read_log(bytes: &[u8]) {
+pub fn run(bytes: &[u8]) {
     static FOLDER: LazyLock<TempDir> =
         LazyLock::new(|| TempDir::new().expect("a folder for the log"));
     static PATH: LazyLock<PathBuf> = LazyLock::new(|| FOLDER.path().join("log"));

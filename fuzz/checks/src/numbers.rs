@@ -1,6 +1,6 @@
 //! Numbers that a fuzzer finds quickly: usual ones, those at the borders of their range, and any bits.
 
-use libfuzzer_sys::arbitrary::{self, Arbitrary, Unstructured};
+use arbitrary::{Arbitrary, Unstructured};
 
 /// Values at borders, of which each has broken some numerical program.
 const SPECIAL: [f64; 16] = [
@@ -24,7 +24,7 @@ const SPECIAL: [f64; 16] = [
 
 /// A number of any bits, more often one of a usual magnitude.
 #[derive(Clone, Copy, Debug)]
-pub struct Number(pub f64);
+pub(crate) struct Number(pub(crate) f64);
 
 impl<'a> Arbitrary<'a> for Number {
     fn arbitrary(bytes: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
@@ -44,6 +44,6 @@ impl<'a> Arbitrary<'a> for Number {
 
 /// Returns the values of numbers.
 #[must_use]
-pub fn numbers(all: &[Number]) -> Vec<f64> {
+pub(crate) fn numbers(all: &[Number]) -> Vec<f64> {
     all.iter().map(|number| number.0).collect()
 }

@@ -17,7 +17,7 @@ const ARM: &str = r#"<robot name="arm">
 
 /// Returns the description of the arm.
 #[must_use]
-pub fn urdf() -> &'static str {
+pub(crate) fn urdf() -> &'static str {
     ARM
 }
 
@@ -26,7 +26,7 @@ pub fn urdf() -> &'static str {
 /// # Panics
 /// Never: the description is that of a robot.
 #[must_use]
-pub fn robot(base: BaseKind) -> &'static Manipulator {
+pub(crate) fn robot(base: BaseKind) -> &'static Manipulator {
     static ROBOTS: LazyLock<[Manipulator; 2]> = LazyLock::new(|| {
         let urdf = Urdf::from_xml(ARM).expect("a robot");
         [BaseKind::Fixed, BaseKind::Floating].map(|base| urdf.manipulator(base).expect("a robot"))
