@@ -1,7 +1,7 @@
 use std::{
     collections::BTreeMap,
     fmt,
-    fs::File,
+    fs::{self, File, TryLockError},
     io::{self, BufWriter, Seek, Write},
     marker::PhantomData,
     path::{Path, PathBuf},
@@ -49,19 +49,60 @@ pub struct Channel<M> {
 }
 
 impl LogWriter<BufWriter<File>> {
-    /// Creates a log file. An existing file is replaced.
+    /// Creates a log file. An existing file is replaced, unless another writer has not closed it yet.
     ///
     /// # Errors
-    /// Returns [`LogError::Io`] if the file cannot be created or written.
+    /// Returns [`LogError::Io`] if the file cannot be created or written, if another writer is writing it, or if the path is
+    /// that of a pipe or a socket, which have no positions.
     pub fn create(path: impl AsRef<Path>) -> Result<Self, LogError> {
         let path = path.as_ref();
-        let file = File::create(path).map_err(|source| LogError::Io {
+        let file = create_locked(path).map_err(|source| LogError::Io {
             action: "create",
             path: path.to_owned(),
             source,
         })?;
         Self::with_path(BufWriter::new(file), path.to_owned())
     }
+}
+
+/// Creates an empty file that no other writer has open. The lock ends with the file, or with the process.
+fn create_locked(path: &Path) -> io::Result<File> {
+    // Opening a pipe would wait for its reader, and ignore signals meanwhile.
+    if fs::metadata(path).is_ok_and(|metadata| has_no_positions(metadata.file_type())) {
+        let what = "a log needs a file, and this is a pipe or a socket";
+        return Err(io::Error::new(io::ErrorKind::NotSeekable, what));
+    }
+    // What another writer has written must stay until the lock is there.
+    let mut options = File::options();
+    let file = options
+        .write(true)
+        .create(true)
+        .truncate(false)
+        .open(path)?;
+    if !file.metadata()?.is_file() {
+        return Ok(file);
+    }
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => {
+            let what = "another program is writing this log";
+            return Err(io::Error::new(io::ErrorKind::ResourceBusy, what));
+        }
+        // File systems without locks are usable, too.
+        Err(TryLockError::Error(_)) | Ok(()) => {}
+    }
+    file.set_len(0)?;
+    Ok(file)
+}
+
+#[cfg(unix)]
+fn has_no_positions(kind: fs::FileType) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    kind.is_fifo() || kind.is_socket()
+}
+
+#[cfg(not(unix))]
+fn has_no_positions(_: fs::FileType) -> bool {
+    false
 }
 
 impl<W: Write + Seek> LogWriter<W> {

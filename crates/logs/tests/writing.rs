@@ -205,3 +205,35 @@ fn an_existing_file_is_replaced() {
     LogWriter::create(&path).unwrap().finish().unwrap();
     assert_eq!(LogReader::open(&path).unwrap().damage().len(), 0);
 }
+
+/// Two writers of one log would leave a file that is neither's. The second one is refused, and the first log is whole.
+#[test]
+fn a_log_that_is_being_written_is_not_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    fs::write(&path, "an older file").unwrap();
+    let first = LogWriter::create(&path).unwrap();
+    let second = LogWriter::create(&path).map(drop).unwrap_err().to_string();
+    assert!(
+        second.contains("run.mcap: another program is writing"),
+        "{second}"
+    );
+    first.finish().unwrap();
+    assert!(LogReader::open(&path).unwrap().damage().is_empty());
+    LogWriter::create(&path).unwrap().finish().unwrap();
+}
+
+/// A pipe that nobody reads is refused at once, instead of a wait that no signal ends.
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("pipe");
+    let made = std::process::Command::new("mkfifo")
+        .arg(&path)
+        .status()
+        .unwrap();
+    assert!(made.success());
+    let error = LogWriter::create(&path).map(drop).unwrap_err().to_string();
+    assert!(error.contains("pipe: a log needs a file"), "{error}");
+}

@@ -2,7 +2,7 @@
 
 The codes: 0 success; 1 a result that the data contradict, or that cannot be given in the format
 that was asked for; 2 invalid input; 70 an internal error of tactid; 130 interrupted by Ctrl-C; 141
-standard output was closed early, which is 128 and the number of SIGPIPE.
+standard output was closed early, and 143 SIGTERM, which are 128 and the number of the signal.
 """
 
 import os

@@ -1,0 +1,181 @@
+"""Ends commands that write by signals at random moments, and checks what they leave.
+
+``python tests/python/kills.py 1000`` ends a thousand runs. Whatever the moment: the exit code is
+that of the signal, inputs are unchanged, and a file under its final name is whole. Only the log of
+a simulation grows under its name; two readers read it up to where it ends.
+"""
+
+import argparse
+import hashlib
+import json
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from mcap.exceptions import EndOfFile
+from mcap.reader import NonSeekingReader
+
+import recorded_arm
+import tactid
+from recordings import driven, write_bag
+
+CODES = {
+    signal.SIGKILL: {-signal.SIGKILL},
+    signal.SIGTERM: {-signal.SIGTERM, 143},
+    # Before Python has its handler, the signal itself ends the process.
+    signal.SIGINT: {-signal.SIGINT, 130},
+}
+"""Exit codes of a run that a signal has ended; a shell shows a negative one as 128 more."""
+
+DURATION_S = {"simulate": 2.5, "paper": 8.0, "identify": 4.0, "calibrate": 3.5, "excite": 4.5}
+"""Time within which a signal is sent. Most runs are still busy then."""
+
+ENDS = {".png": b"IEND\xaeB`\x82", ".html": b"</html>", ".csv": b"\n", ".yaml": b"\n"}
+"""Last bytes of whole files, without the white space after them."""
+
+
+@dataclass
+class Inputs:
+    """Files that the commands read, in a folder of their own."""
+
+    folder: Path
+    digests: dict[Path, str] = field(default_factory=dict)
+
+    @classmethod
+    def create(cls, folder: Path) -> "Inputs":
+        """Writes an experiment, its log, an arm and a recording of it."""
+        text = 'duration_s = 3.0\n[excitation]\nmode = "together"\n'
+        (folder / "experiment.toml").write_text(text)
+        tactid.simulate(tactid.Experiment.from_toml(text), folder / "input.mcap")
+        (folder / "arm.urdf").write_text(recorded_arm.ur5e())
+        write_bag(folder / "bag", driven(recorded_arm.FIXED, 15.0, 250.0))
+        inputs = cls(folder)
+        inputs.digests = inputs.present()
+        return inputs
+
+    def present(self) -> dict[Path, str]:
+        """The digest of each file now."""
+        files = sorted(path for path in self.folder.rglob("*") if path.is_file())
+        return {path: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+    def arguments(self, command: str) -> list[str]:
+        """The arguments of a run that writes into its working directory."""
+        arm = ["--urdf", f"{self.folder}/arm.urdf", "--tip", "tool0"]
+        motion = "--from 0,-1.5,1.5,-1.5,-1.5,0 --duration 1 --payload-mass-max 3".split()
+        box = "--payload-box -0.1,-0.1,0,0.1,0.1,0.2 --out motion".split()
+        found = ["--out", "arm.toml", "--report", "arm.html"]
+        return {
+            "simulate": [f"{self.folder}/experiment.toml", "--out", "run.mcap"],
+            "paper": ["--duration", "15", "--out", "."],
+            "identify": [f"{self.folder}/input.mcap", "--result", "r.json", "--report", "r.html"],
+            "calibrate": [*arm, "--unloaded", f"{self.folder}/bag", *found],
+            "excite": [*arm, *motion, *box],
+        }[command]
+
+
+def end(inputs: Inputs, command: str, sent: signal.Signals, moment_s: float) -> list[str]:
+    """Runs a command, sends it a signal, and returns what is wrong afterwards."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        arguments = [sys.executable, "-m", "tactid", command, *inputs.arguments(command)]
+        process = subprocess.Popen(
+            arguments, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+        )
+        time.sleep(moment_s)
+        process.send_signal(sent)
+        _, errors = process.communicate(timeout=60)
+        wrong = list(faults(folder, sent))
+        is_loading = "Fatal Python error: init_import_site" in errors  # no line of tactid has run
+        if process.returncode not in CODES[sent] | {0} and not is_loading:
+            wrong.append(f"exit code {process.returncode}: {errors}")
+        if inputs.present() != inputs.digests:
+            wrong.append("an input has changed")
+    return [f"{command} after {moment_s:.3f} s by {sent.name}: {fault}" for fault in wrong]
+
+
+def faults(folder: Path, sent: signal.Signals) -> Iterator[str]:
+    """What is wrong with the files that a run has left."""
+    for path in sorted(path for path in folder.rglob("*") if path.is_file()):
+        if path.name.startswith("."):
+            # A process that may not clean up leaves what it was writing under a hidden name.
+            if sent is signal.SIGINT:
+                yield f"{path.name} is left"
+            continue
+        try:
+            check(path)
+        except (OSError, ValueError, tactid.TactidError) as error:
+            yield f"{path.name}: {error}"
+
+
+def check(path: Path) -> None:
+    """Raises an error where a file under its final name is not whole."""
+    if path.suffix == ".mcap":
+        counts = {topic.name: topic.count for topic in tactid.info(path).topics}
+        other = Counter(read_by_mcap(path))
+        if any(counts.get(name, 0) < count for name, count in other.items()):
+            raise ValueError(f"{counts} messages, and another reader has {other}")
+        if path.name != "run.mcap" and tactid.info(path).damage:
+            raise ValueError("a log that is not recorded is damaged")
+        return
+    content = path.read_bytes()
+    if path.suffix == ".json":
+        json.loads(content)
+    elif path.suffix == ".toml":
+        tomllib.loads(content.decode())
+        tactid.Calibration.read(path)
+    elif not content or not content.endswith((ENDS.get(path.suffix, b""), b"</html>\n")):
+        raise ValueError(f"the last bytes are {content[-20:]!r}")
+
+
+def read_by_mcap(path: Path) -> Iterator[str]:
+    """The topic of each message that the library of the format reads."""
+    with path.open("rb") as file:
+        try:
+            for _, channel, _ in NonSeekingReader(file).iter_messages(log_time_order=False):
+                yield channel.topic
+        except EndOfFile:
+            return
+
+
+def run(count: int, seed: int, folder: Path) -> list[str]:
+    """Ends so many runs, and returns what was wrong after them."""
+    draw = random.Random(seed)
+    inputs = Inputs.create(folder)
+    wrong: list[str] = []
+    for number in range(count):
+        command = list(DURATION_S)[number % len(DURATION_S)]
+        moment_s = draw.uniform(0.0, DURATION_S[command])
+        wrong += end(inputs, command, draw.choice(list(CODES)), moment_s)
+    return wrong
+
+
+def main() -> int:
+    """Runs what the command line asks for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("count", type=int, help="number of runs that are ended")
+    parser.add_argument("--seed", type=int, default=16, help="of commands, signals and moments")
+    arguments = parser.parse_args()
+    # A shell starts what runs in the background with Ctrl-C ignored, and processes inherit that.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    folder = Path(tempfile.mkdtemp())
+    try:
+        wrong = run(arguments.count, arguments.seed, folder)
+    finally:
+        shutil.rmtree(folder)
+    for line in wrong:
+        print(line, file=sys.stderr)
+    print(f"{arguments.count} runs ended, {len(wrong)} findings")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
