@@ -70,8 +70,8 @@ class Inputs:
     def arguments(self, command: str) -> list[str]:
         """The arguments of a run that writes into its working directory."""
         arm = ["--urdf", f"{self.folder}/arm.urdf", "--tip", "tool0"]
-        motion = "--from 0,-1.5,1.5,-1.5,-1.5,0 --duration 1 --payload-mass-max 3".split()
-        box = "--payload-box -0.1,-0.1,0,0.1,0.1,0.2 --out motion".split()
+        motion = ["--from", "0,-1.5,1.5,-1.5,-1.5,0", "--duration", "1", "--payload-mass-max", "3"]
+        box = ["--payload-box", "-0.1,-0.1,0,0.1,0.1,0.2", "--out", "motion"]
         found = ["--out", "arm.toml", "--report", "arm.html"]
         return {
             "simulate": [f"{self.folder}/experiment.toml", "--out", "run.mcap"],

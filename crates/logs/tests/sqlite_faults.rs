@@ -164,3 +164,63 @@ fn changed_bytes_never_panic() {
     }
     assert!(refused > 100, "{refused}");
 }
+
+/// Returns a bag of three hundred small messages, and its messages.
+fn small_bag(path: &Path) -> (Vec<u8>, Vec<(String, u64, Vec<u8>)>) {
+    fill(&create(path, 4, true), 0..300, <[u8]>::to_vec);
+    let (messages, damage) = read_file(path).unwrap();
+    assert!(damage.is_empty());
+    (fs::read(path).unwrap(), messages)
+}
+
+/// Asserts that a damaged bag is refused in one line, or has no message that the whole bag does not have.
+fn assert_error_or_fewer(path: &Path, whole: &[(String, u64, Vec<u8>)], fault: &str) {
+    match read_file(path) {
+        Ok((messages, _)) => {
+            let strange = messages.iter().find(|message| !whole.contains(message));
+            assert!(strange.is_none(), "{fault}: {strange:?}");
+            assert!(
+                messages.len() <= whole.len(),
+                "{fault}: a message is repeated"
+            );
+        }
+        Err(error) => assert_eq!(error.to_string().lines().count(), 1, "{fault}: {error}"),
+    }
+}
+
+/// A bag that ends after any of its pages, or within it, is refused.
+#[test]
+fn a_bag_cut_at_any_page_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.db3");
+    let (bytes, _) = small_bag(&path);
+    for page in 1..bytes.len() / 4096 {
+        for length in [page * 4096, page * 4096 + 100] {
+            fs::write(&path, &bytes[..length]).unwrap();
+            error(&path);
+        }
+    }
+}
+
+/// A page that was lost, or overwritten by another one or by anything, is an error or costs messages, but no number changes.
+#[test]
+fn a_bad_page_changes_no_message() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.db3");
+    let (bytes, whole) = small_bag(&path);
+    let pages = bytes.len() / 4096;
+    assert!(pages > 10, "{pages} pages");
+    let mut seed = 0x9e37_79b9_7f4a_7c15;
+    for page in 0..pages {
+        let noise = (0..4096).map(|_| random(&mut seed) as u8).collect();
+        let mut contents = vec![vec![0; 4096], vec![0xff; 4096], noise];
+        contents.extend(bytes.chunks(4096).map(<[u8]>::to_vec));
+        for (kind, content) in contents.iter().enumerate() {
+            let mut damaged = bytes.clone();
+            damaged[page * 4096..(page + 1) * 4096].copy_from_slice(content);
+            fs::write(&path, damaged).unwrap();
+            assert_error_or_fewer(&path, &whole, &format!("page {page}, content {kind}"));
+            let _ = fs::remove_file(folder.path().join("run.db3-wal"));
+        }
+    }
+}

@@ -100,6 +100,7 @@ impl Bag {
         previous: Option<Key>,
     ) -> Result<Option<(Rows, Segment)>, Problem> {
         let mut part = Part::default();
+        let mut last = previous;
         for condition in self.order.after(previous) {
             let columns = "rowid, timestamp, topic_id, length(data)";
             let query = self.order.select(columns, &condition, self.last_row);
@@ -109,6 +110,13 @@ impl Bag {
                 && let Some(row) = rows.next()?
             {
                 let message = MessageRow::of(row)?;
+                // SQLite trusts the pages of an index. Rows of a damaged one come again, without end.
+                if last.is_some_and(|last| !self.order.is_before(last, message.key)) {
+                    let what =
+                        "the rows of `messages` are not in the order of their index".to_owned();
+                    return Err(DatabaseFault::Damaged { what }.into());
+                }
+                last = Some(message.key);
                 self.channel(&message)?.count_message(message.log_time_ns);
                 let ValueRef::Integer(length) = row.get_ref(3)? else {
                     let place = ("data", ValueRef::Null);

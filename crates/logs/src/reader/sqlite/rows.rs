@@ -45,6 +45,14 @@ impl Order {
         })
     }
 
+    /// Returns whether a row comes before another one in this order.
+    pub(super) fn is_before(self, first: Key, second: Key) -> bool {
+        match self {
+            Self::Time => (first.timestamp, first.row) < (second.timestamp, second.row),
+            Self::Row => first.row < second.row,
+        }
+    }
+
     /// Returns the query for columns of the messages that meet a condition, up to a row, in this order.
     pub(super) fn select(self, columns: &str, condition: &str, last_row: i64) -> String {
         let order = match self {
