@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -type f \
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.json' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
-.PHONY: help demo test instructions test-rust test-python lint lint-rust lint-python docs pictures bench bench-peers bench-seeds bench-study \
+.PHONY: help demo test miri instructions test-rust test-python lint lint-rust lint-python docs pictures bench bench-peers bench-seeds bench-study \
     bench-study-logs bench-coverage bench-hour bench-swap bench-update clean tools fuzz soak lint-supply
 
 help: ## list the targets
@@ -48,6 +48,11 @@ lint-supply: ## licences, duplicates and sources of the dependencies; it needs c
 
 fuzz: tools ## mutate inputs of each fuzz target for a minute; fuzz/run.py --seconds N TARGET for others
 	$(PYTHON) fuzz/run.py
+
+miri: tools ## run the unit tests of nlms and dynamics under Miri; it needs a nightly toolchain with the component miri
+	@cargo +nightly miri --version >/dev/null 2>&1 || { echo "Miri is missing: rustup toolchain install nightly --component miri rust-src" >&2; exit 1; }
+	MIRIFLAGS=-Zmiri-disable-isolation PROPTEST_CASES=1 cargo +nightly miri test --locked --target-dir target/miri \
+	    -p tactid-nlms -p tactid-dynamics --lib
 
 soak: tools ## a day of samples at 1 kHz through the online identifier, 90 s on an idle core
 	cargo run --release --locked --manifest-path bench/Cargo.toml --bin soak -- 86400

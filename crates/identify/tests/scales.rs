@@ -150,7 +150,7 @@ struct Problem {
     moving: usize,
     /// Time at rest before the motion, s.
     rest_s: f64,
-    /// Time at which another payload is grasped, s.
+    /// Time of a payload change, s.
     swap_s: f64,
     /// Noise, as a fraction of a typical measurement.
     noise: f64,
