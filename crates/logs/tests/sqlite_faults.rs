@@ -7,7 +7,7 @@ mod common;
 use std::{fs, path::Path};
 
 use common::{
-    random, read_file,
+    Read, random, read_file,
     sqlite::{bag, create, fill, message, topic},
 };
 use rusqlite::Connection;
@@ -166,7 +166,7 @@ fn changed_bytes_never_panic() {
 }
 
 /// Returns a bag of three hundred small messages, and its messages.
-fn small_bag(path: &Path) -> (Vec<u8>, Vec<(String, u64, Vec<u8>)>) {
+fn small_bag(path: &Path) -> (Vec<u8>, Vec<Read>) {
     fill(&create(path, 4, true), 0..300, <[u8]>::to_vec);
     let (messages, damage) = read_file(path).unwrap();
     assert!(damage.is_empty());
@@ -174,7 +174,7 @@ fn small_bag(path: &Path) -> (Vec<u8>, Vec<(String, u64, Vec<u8>)>) {
 }
 
 /// Asserts that a damaged bag is refused in one line, or has no message that the whole bag does not have.
-fn assert_error_or_fewer(path: &Path, whole: &[(String, u64, Vec<u8>)], fault: &str) {
+fn assert_error_or_fewer(path: &Path, whole: &[Read], fault: &str) {
     match read_file(path) {
         Ok((messages, _)) => {
             let strange = messages.iter().find(|message| !whole.contains(message));
