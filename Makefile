@@ -107,6 +107,7 @@ $(BIN)/python: | tools
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/installed: $(SOURCES) | $(BIN)/python
+	@echo "building and installing tactid into $(VENV); the first build compiles all dependencies and takes some minutes" >&2
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check .
 	@touch $@
 
