@@ -226,11 +226,11 @@ impl Preview<'_> {
             Some(coarse) if coarse.is_at_end => Ok(DelayEstimate::Doubtful(coarse)),
             Some(coarse) => {
                 let is_far = coarse.delay_s.abs() > 1.5 * window::stride_s(cutoff_hz);
-                let without = residual_size(&equations, &channels).filter(|_| is_far);
+                let without = is_far.then(|| residual_size(&equations, &channels));
                 let delay_s = coarse.delay_s;
                 let found =
                     self.refined_delay(streams, cutoff_hz, delay_s, (equations, channels))?;
-                match (found, without) {
+                match (found, without.flatten()) {
                     (DelayEstimate::Found(delay), Some(without)) => {
                         self.far_delay(streams, cutoff_hz, delay, without)
                     }

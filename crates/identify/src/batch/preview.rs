@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::equations::{Channels, Equation, Row, WRENCH, window};
 use crate::fit::products::{Products, WIDTH, WideRow};
-use crate::fit::{Delay, FitOptions, least_squares};
+use crate::fit::{CONVERGED_ENOUGH, Delay, FitOptions, least_squares};
 use crate::solve::noise;
 
 /// Longest delay that is searched for, s.
@@ -47,6 +47,7 @@ fn power(equations: &[Equation], rows: impl Fn(&Equation) -> &Vec<Row>) -> f64 {
 pub fn residual_size(equations: &[Equation], channels: &Channels) -> Option<f64> {
     let channels = without_known_noise(channels);
     let options = FitOptions {
+        converged: CONVERGED_ENOUGH,
         covariance: false,
         ..FitOptions::new(&channels)
     };

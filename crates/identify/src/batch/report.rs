@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use super::equation_batch::EquationBatch;
 use crate::equations::{Channel, Channels, Equation, OffsetFrame, window};
-use crate::fit::{Fit, FitOptions, least_squares};
+use crate::fit::{CONVERGED_ENOUGH, Fit, FitOptions, least_squares};
 use crate::result::WrenchOffset;
 
 /// Number of sections of a recording, of which some are held out for validation.
@@ -108,6 +108,7 @@ fn validate(
     let options = FitOptions {
         used: Some(&seen),
         known_mass: whole.known_mass,
+        converged: CONVERGED_ENOUGH,
         covariance: false,
         start: Some(whole),
         ..FitOptions::new(channels)

@@ -2,7 +2,7 @@
 
 use super::residuals::determinant_ratio;
 use crate::equations::{Channels, Equation, WRENCH};
-use crate::fit::{Fit, FitOptions, least_squares};
+use crate::fit::{CONVERGED_ENOUGH, Fit, FitOptions, least_squares};
 use crate::result::WrenchOffset;
 
 /// Squared Mahalanobis distance from zero from which a constant offset is reported. With six degrees of freedom, less
@@ -29,6 +29,7 @@ pub(super) fn better_with_offset(
     let with_offsets = channels.clone().with_offsets(true);
     let options = FitOptions {
         start: Some(given),
+        converged: CONVERGED_ENOUGH,
         covariance: false,
         ..FitOptions::new(&with_offsets)
     };

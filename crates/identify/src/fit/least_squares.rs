@@ -2,11 +2,13 @@
 //! motion.
 
 mod covariance;
+mod whitened;
 
 use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector};
 
 use super::products::{Products, WIDTH, WideRow};
 use super::rows::{FitRows, TARGET, UNKNOWNS, remainder};
+use super::vector_unit::Computation;
 use super::{Delay, Fit, FitOptions, GainErrors};
 use crate::equations::{Channels, Equation};
 use crate::solve::noise::{Noise, ROUNDING, Whitening};
@@ -14,6 +16,7 @@ use crate::solve::offsets::{MeanRow, Offsets};
 use crate::solve::spectrum::Spectrum;
 use crate::solve::subspace::{Vector, bounded_lengths};
 use crate::solve::weights::{rare_distance, robust_weight};
+use whitened::ProductsOfRows;
 
 /// Most passes of reweighting. The noise estimated from the residuals settles in a few.
 const MAX_PASSES: usize = 20;
@@ -26,9 +29,6 @@ const STARTED_PASSES: usize = 1;
 
 /// Passes before convergence is tested where weights and noise are those of another fit: the problem is linear then.
 const FIXED_WEIGHT_PASSES: usize = 0;
-
-/// The parameters have converged when a pass moves them by less than this many standard deviations.
-const CONVERGED: f64 = 1e-5;
 
 /// Fewest rows of a fit.
 const MIN_ROWS: usize = 20;
@@ -62,7 +62,7 @@ pub(crate) fn fit(equations: &[Equation], options: FitOptions<'_>) -> Option<Fit
             state.update_weights(options.start.is_none() && pass < MEDIAN_PASSES);
             state.update_means();
         }
-        if pass > min_passes && moved < CONVERGED {
+        if pass > min_passes && moved < options.converged {
             break;
         }
     }
@@ -181,43 +181,6 @@ impl<'a> ReweightedLeastSquares<'a> {
         (0..self.noise.channels()).map(mean).collect()
     }
 
-    /// Calls `take` with each window that is used, its whitened rows less the means, and its whitened half-differences, with
-    /// scaled columns, and with the residual in the place of the target.
-    fn for_each_whitened(&self, mut take: impl FnMut(usize, &[WideRow], &[WideRow])) {
-        let channels = self.noise.channels();
-        let whitening = Whitening::new(&self.noise);
-        let means = self.mean_rows();
-        // Scaled before they are whitened: where sensors measure nothing, only scales of zero keep numbers finite.
-        let scaled = |row: &WideRow, mean: &WideRow, residual: f64| {
-            let mut scaled = [0.0; WIDTH];
-            for (k, scale) in self.scales.iter().enumerate() {
-                scaled[k] = (row[k] - mean[k]) * scale;
-            }
-            scaled[TARGET] = residual;
-            scaled
-        };
-        let zeros = || vec![[0.0; WIDTH]; channels];
-        let (mut wide, mut rows, mut differences) = (zeros(), zeros(), zeros());
-        for window in self.windows() {
-            let residuals = &self.residuals[window * channels..(window + 1) * channels];
-            let of_window = self
-                .rows
-                .of_window(window)
-                .iter()
-                .zip(&means)
-                .zip(residuals);
-            for (wide, ((row, mean), residual)) in wide.iter_mut().zip(of_window) {
-                *wide = scaled(row, mean, *residual);
-            }
-            whitening.apply(&wide, &mut rows);
-            for (wide, row) in wide.iter_mut().zip(self.rows.differences(window)) {
-                *wide = scaled(row, &[0.0; WIDTH], remainder(row, &self.solution));
-            }
-            whitening.apply(&wide, &mut differences);
-            take(window, &rows, &differences);
-        }
-    }
-
     /// Indices of the windows that are used.
     fn windows(&self) -> impl Iterator<Item = usize> + use<'a> {
         let used = self.options.used;
@@ -282,15 +245,7 @@ impl<'a> ReweightedLeastSquares<'a> {
     /// Returns the products of all columns of the whitened rows, and those of the noise of the motion in them, which the
     /// half-differences show.
     fn products(&self) -> [Products; 2] {
-        let (mut of_rows, mut of_noise) = (Products::zero(), Products::zero());
-        self.for_each_whitened(|window, rows, differences| {
-            let weight = self.weights[window];
-            if weight != 0.0 {
-                of_rows.add_lower(rows, weight);
-                of_noise.add_lower(differences, weight);
-            }
-        });
-        [of_rows, of_noise]
+        ProductsOfRows(self).on_widest_unit()
     }
 
     /// Information of a known mass, in scaled parameters.

@@ -5,6 +5,7 @@ pub(crate) mod normal_equations;
 pub(crate) mod products;
 mod rows;
 mod sandwich;
+mod vector_unit;
 
 use nalgebra::{Dyn, OMatrix, RowSVector, SMatrix, SVector, U10};
 
@@ -20,6 +21,13 @@ use crate::solve::subspace::NullSpace;
 use crate::solve::uncertainty::{ValueStdDevs, observable, std_dev, std_devs, value_jacobian};
 use crate::solve::weights::OUTLIER;
 
+/// Step of a pass, in standard deviations, below which parameters that are reported have converged.
+const CONVERGED: f64 = 1e-5;
+
+/// Step of a pass, in standard deviations, below which parameters have converged of which only the size of the residuals is
+/// needed: these change with the square of such a step.
+pub(crate) const CONVERGED_ENOUGH: f64 = 1e-3;
+
 /// What a fit may use, and what it estimates besides the parameters.
 #[derive(Clone, Copy)]
 pub(crate) struct FitOptions<'a> {
@@ -33,6 +41,9 @@ pub(crate) struct FitOptions<'a> {
     pub(crate) weights_of: Option<&'a Fit>,
     /// A fit to almost the same equations, from which this one starts: it then needs fewer passes.
     pub(crate) start: Option<&'a Fit>,
+    /// Step of a pass, in standard deviations, below which the parameters have converged: [`CONVERGED`] or
+    /// [`CONVERGED_ENOUGH`].
+    pub(crate) converged: f64,
     /// Whether the covariance is computed, which takes about as long as a pass.
     pub(crate) covariance: bool,
     /// Scale applied to gravity: 1 as configured, 0 for weightlessness, -1 for the opposite sign.
@@ -50,6 +61,7 @@ impl<'a> FitOptions<'a> {
             used: None,
             weights_of: None,
             start: None,
+            converged: CONVERGED,
             covariance: true,
             gravity_scale: 1.0,
             known_mass: None,

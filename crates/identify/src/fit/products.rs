@@ -26,6 +26,7 @@ impl Products {
     }
 
     /// Adds the products of a window's rows with others.
+    #[inline(always)]
     pub(crate) fn add(&mut self, left: &[WideRow], right: &[WideRow], weight: f64) {
         for first in (0..WIDTH).step_by(BLOCK) {
             for other in (0..WIDTH).step_by(BLOCK) {
@@ -36,6 +37,7 @@ impl Products {
 
     /// Adds the products of a window's rows with themselves to the blocks on and below the diagonal. The blocks above are
     /// left as they are.
+    #[inline(always)]
     pub(crate) fn add_lower(&mut self, rows: &[WideRow], weight: f64) {
         for first in (0..WIDTH).step_by(BLOCK) {
             for other in (0..=first).step_by(BLOCK) {

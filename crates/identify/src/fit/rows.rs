@@ -71,6 +71,7 @@ impl FitRows {
 }
 
 /// Returns the residual of a row: its target less the prediction of a solution.
+#[inline(always)]
 pub(crate) fn remainder(row: &WideRow, solution: &[f64; UNKNOWNS]) -> f64 {
     // Sums that do not wait for each other.
     let mut sums = [0.0; 4];

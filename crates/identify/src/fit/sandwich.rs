@@ -10,10 +10,14 @@
 //! | [`MeatEstimator::local_meat`] | residuals and half-differences of each window | white noise of sensors whose effect changes with the motion |
 //! | [`MeatEstimator::stationary_meat`] | mean products of all residuals | stationary noise of any colour |
 
+mod neighbours;
+
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::products::{Products, WIDTH, WideRow};
+use super::vector_unit::Computation;
 use crate::equations::window::NOISE_CORRELATION;
+use neighbours::ProductsOfNeighbours;
 
 /// A whitened row with scaled columns, times the root of its weight.
 #[derive(Default)]
@@ -290,19 +294,11 @@ impl<'a> MeatEstimator<'a> {
         let covariances: Vec<DMatrix<f64>> = (0..=reach)
             .map(|lag| self.residual_covariance(lag, parameters))
             .collect();
-        let (mut same_window, mut neighbours) = (Products::zero(), Products::zero());
-        let mut weighted = vec![[0.0; WIDTH]; self.channels];
-        for k in 0..self.count() {
-            weighted.fill([0.0; WIDTH]);
-            add_weighted(&mut weighted, &covariances[0], self.entries(k));
-            same_window.add(self.entries(k), &weighted, 1.0);
-            weighted.fill([0.0; WIDTH]);
-            let later = k + 1..self.count();
-            for (covariance, later) in covariances[1..].iter().zip(later) {
-                add_weighted(&mut weighted, covariance, self.entries(later));
-            }
-            neighbours.add(self.entries(k), &weighted, 1.0);
-        }
+        let products = ProductsOfNeighbours {
+            estimator: self,
+            covariances: &covariances,
+        };
+        let [same_window, neighbours] = products.on_widest_unit();
         let same_window = self.over_unknowns(|i, j| same_window.entry(i, j));
         let neighbours = self.over_unknowns(|i, j| neighbours.entry(i, j));
         let whole = &same_window + &neighbours + neighbours.transpose();
@@ -394,6 +390,7 @@ fn score(rows: &[ScoredRow]) -> WideRow {
 }
 
 /// Adds `weight` times a row to a sum.
+#[inline(always)]
 fn add(sum: &mut WideRow, row: &WideRow, weight: f64) {
     for (sum, entry) in sum.iter_mut().zip(row) {
         *sum += weight * entry;
@@ -407,15 +404,6 @@ fn product(row: &WideRow, matrix: &[WideRow; WIDTH]) -> WideRow {
         add(&mut sum, of_matrix, *entry);
     }
     sum
-}
-
-/// Adds a matrix over the channels times rows.
-fn add_weighted(sums: &mut [WideRow], matrix: &DMatrix<f64>, rows: &[WideRow]) {
-    for (column, row) in matrix.column_iter().zip(rows) {
-        for (sum, weight) in sums.iter_mut().zip(&column) {
-            add(sum, row, *weight);
-        }
-    }
 }
 
 /// Returns the standard deviation of Student's t with these degrees of freedom.

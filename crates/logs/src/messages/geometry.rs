@@ -1,12 +1,11 @@
 //! The messages of `geometry_msgs`.
 
-use serde::{Deserialize, Serialize};
-use serde_big_array::BigArray;
+use crate::cdr::fields;
 
 use super::Header;
 
 /// `geometry_msgs/msg/Vector3`: a vector, in the unit of the field that holds it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vector3 {
     /// Component along x.
     pub x: f64,
@@ -15,6 +14,8 @@ pub struct Vector3 {
     /// Component along z.
     pub z: f64,
 }
+
+fields!(Vector3: x, y, z);
 
 impl From<[f64; 3]> for Vector3 {
     fn from([x, y, z]: [f64; 3]) -> Self {
@@ -29,7 +30,7 @@ impl From<Vector3> for [f64; 3] {
 }
 
 /// `geometry_msgs/msg/Point`: a position, m.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Point {
     /// Coordinate along x.
     pub x: f64,
@@ -38,6 +39,8 @@ pub struct Point {
     /// Coordinate along z.
     pub z: f64,
 }
+
+fields!(Point: x, y, z);
 
 impl From<[f64; 3]> for Point {
     fn from([x, y, z]: [f64; 3]) -> Self {
@@ -52,7 +55,7 @@ impl From<Point> for [f64; 3] {
 }
 
 /// `geometry_msgs/msg/Quaternion`: a rotation. The default is the identity.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quaternion {
     /// Component of the vector part along x.
     pub x: f64,
@@ -63,6 +66,8 @@ pub struct Quaternion {
     /// Scalar part.
     pub w: f64,
 }
+
+fields!(Quaternion: x, y, z, w);
 
 impl Default for Quaternion {
     fn default() -> Self {
@@ -76,7 +81,7 @@ impl Default for Quaternion {
 }
 
 /// `geometry_msgs/msg/Pose`: pose of a body in a frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
     /// Position of the body's origin, m.
     pub position: Point,
@@ -84,8 +89,10 @@ pub struct Pose {
     pub orientation: Quaternion,
 }
 
+fields!(Pose: position, orientation);
+
 /// `geometry_msgs/msg/PoseStamped`: a pose with time and frame.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct PoseStamped {
     /// Time stamp and frame of the data.
     pub header: Header,
@@ -93,15 +100,18 @@ pub struct PoseStamped {
     pub pose: Pose,
 }
 
+fields!(PoseStamped: header, pose);
+
 /// `geometry_msgs/msg/PoseWithCovariance`: an estimate of a pose.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseWithCovariance {
     /// The estimate.
     pub pose: Pose,
     /// Row-major 6x6 covariance of x, y, z (m) and the rotations about x, y, z (rad).
-    #[serde(with = "BigArray")]
     pub covariance: [f64; 36],
 }
+
+fields!(PoseWithCovariance: pose, covariance);
 
 impl Default for PoseWithCovariance {
     fn default() -> Self {
@@ -113,7 +123,7 @@ impl Default for PoseWithCovariance {
 }
 
 /// `geometry_msgs/msg/Twist`: velocity of a frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Twist {
     /// Velocity of the frame's origin, m/s.
     pub linear: Vector3,
@@ -121,8 +131,10 @@ pub struct Twist {
     pub angular: Vector3,
 }
 
+fields!(Twist: linear, angular);
+
 /// `geometry_msgs/msg/TwistStamped`: a twist with time and frame.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TwistStamped {
     /// Time stamp and frame of the data.
     pub header: Header,
@@ -130,15 +142,18 @@ pub struct TwistStamped {
     pub twist: Twist,
 }
 
+fields!(TwistStamped: header, twist);
+
 /// `geometry_msgs/msg/TwistWithCovariance`: an estimate of a twist.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwistWithCovariance {
     /// The estimate.
     pub twist: Twist,
     /// Row-major 6x6 covariance of the linear (m/s) and the angular velocity (rad/s).
-    #[serde(with = "BigArray")]
     pub covariance: [f64; 36],
 }
+
+fields!(TwistWithCovariance: twist, covariance);
 
 impl Default for TwistWithCovariance {
     fn default() -> Self {
@@ -150,7 +165,7 @@ impl Default for TwistWithCovariance {
 }
 
 /// `geometry_msgs/msg/Accel`: acceleration of a frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Accel {
     /// Acceleration of the frame's origin, m/s².
     pub linear: Vector3,
@@ -158,8 +173,10 @@ pub struct Accel {
     pub angular: Vector3,
 }
 
+fields!(Accel: linear, angular);
+
 /// `geometry_msgs/msg/AccelStamped`: an acceleration with time and frame.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct AccelStamped {
     /// Time stamp and frame of the data.
     pub header: Header,
@@ -167,8 +184,10 @@ pub struct AccelStamped {
     pub accel: Accel,
 }
 
+fields!(AccelStamped: header, accel);
+
 /// `geometry_msgs/msg/Wrench`: force and moment.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Wrench {
     /// Force, N.
     pub force: Vector3,
@@ -176,8 +195,10 @@ pub struct Wrench {
     pub torque: Vector3,
 }
 
+fields!(Wrench: force, torque);
+
 /// `geometry_msgs/msg/WrenchStamped`: a wrench with time and frame.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct WrenchStamped {
     /// Time stamp and frame of the data.
     pub header: Header,
@@ -185,8 +206,10 @@ pub struct WrenchStamped {
     pub wrench: Wrench,
 }
 
+fields!(WrenchStamped: header, wrench);
+
 /// `geometry_msgs/msg/Inertia`: mass properties of a body.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Inertia {
     /// Mass, kg.
     pub m: f64,
@@ -206,8 +229,10 @@ pub struct Inertia {
     pub izz: f64,
 }
 
+fields!(Inertia: m, com, ixx, ixy, ixz, iyy, iyz, izz);
+
 /// `geometry_msgs/msg/InertiaStamped`: mass properties with time and frame.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct InertiaStamped {
     /// Time stamp and frame of the data.
     pub header: Header,
@@ -215,8 +240,10 @@ pub struct InertiaStamped {
     pub inertia: Inertia,
 }
 
+fields!(InertiaStamped: header, inertia);
+
 /// `geometry_msgs/msg/Transform`: pose of a child frame in its parent frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Transform {
     /// Position of the child's origin in the parent, m.
     pub translation: Vector3,
@@ -224,8 +251,10 @@ pub struct Transform {
     pub rotation: Quaternion,
 }
 
+fields!(Transform: translation, rotation);
+
 /// `geometry_msgs/msg/TransformStamped`: the pose of `child_frame_id` in `header.frame_id`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TransformStamped {
     /// Time stamp and parent frame.
     pub header: Header,
@@ -234,3 +263,5 @@ pub struct TransformStamped {
     /// Transform `parent_from_child`.
     pub transform: Transform,
 }
+
+fields!(TransformStamped: header, child_frame_id, transform);

@@ -9,7 +9,7 @@ mod trajectory;
 
 use std::sync::LazyLock;
 
-use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use crate::cdr::{Field, fields};
 
 pub use geometry::{
     Accel, AccelStamped, Inertia, InertiaStamped, Point, Pose, PoseStamped, PoseWithCovariance,
@@ -19,7 +19,7 @@ pub use geometry::{
 pub use trajectory::{Duration, JointTrajectory, JointTrajectoryPoint};
 
 /// A message type that can be the type of a topic.
-pub trait Message: Serialize + DeserializeOwned {
+pub trait Message: Field + Default {
     /// Full name of the type, for instance `sensor_msgs/msg/JointState`.
     const TYPE: &'static str;
 
@@ -90,15 +90,15 @@ message!(
 );
 
 /// `builtin_interfaces/msg/Time`: a time since the epoch of the log's clock.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Time {
     /// Whole seconds.
     pub sec: i32,
     /// Nanoseconds after `sec`, less than 1e9.
     pub nanosec: u32,
 }
+
+fields!(Time: sec, nanosec);
 
 impl Time {
     /// Converts nanoseconds since the epoch. ROS stores seconds in an `i32`: times after 2038
@@ -126,14 +126,16 @@ impl Time {
 }
 
 /// `std_msgs/msg/String`: a text.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct StringMsg {
     /// The text.
     pub data: String,
 }
 
+fields!(StringMsg: data);
+
 /// `std_msgs/msg/Header`: time and frame of the data of a message.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Header {
     /// Time of measurement.
     pub stamp: Time,
@@ -141,8 +143,10 @@ pub struct Header {
     pub frame_id: String,
 }
 
+fields!(Header: stamp, frame_id);
+
 /// `std_msgs/msg/MultiArrayDimension`: one dimension of an array.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MultiArrayDimension {
     /// Name of the dimension.
     pub label: String,
@@ -152,8 +156,10 @@ pub struct MultiArrayDimension {
     pub stride: u32,
 }
 
+fields!(MultiArrayDimension: label, size, stride);
+
 /// `std_msgs/msg/MultiArrayLayout`: the dimensions of an array.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MultiArrayLayout {
     /// Dimensions, the outermost first.
     pub dim: Vec<MultiArrayDimension>,
@@ -161,8 +167,10 @@ pub struct MultiArrayLayout {
     pub data_offset: u32,
 }
 
+fields!(MultiArrayLayout: dim, data_offset);
+
 /// `std_msgs/msg/Float64MultiArray`: an array of numbers.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Float64MultiArray {
     /// Dimensions of the array.
     pub layout: MultiArrayLayout,
@@ -170,9 +178,11 @@ pub struct Float64MultiArray {
     pub data: Vec<f64>,
 }
 
+fields!(Float64MultiArray: layout, data);
+
 /// `sensor_msgs/msg/JointState`: measurements of joints. Each sequence is either empty, if the
 /// quantity is not measured, or as long as `name`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointState {
     /// Time stamp. The frame is not used.
     pub header: Header,
@@ -186,10 +196,12 @@ pub struct JointState {
     pub effort: Vec<f64>,
 }
 
+fields!(JointState: header, name, position, velocity, effort);
+
 /// `sensor_msgs/msg/Imu`: measurement of an inertial measurement unit, expressed in
 /// `header.frame_id`. Covariances are row-major 3x3 matrices for x, y, z. A first element of -1
 /// marks a quantity that is not measured.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Imu {
     /// Time stamp and frame of the data.
     pub header: Header,
@@ -207,8 +219,10 @@ pub struct Imu {
     pub linear_acceleration_covariance: [f64; 9],
 }
 
+fields!(Imu: header, orientation, orientation_covariance, angular_velocity, angular_velocity_covariance, linear_acceleration, linear_acceleration_covariance);
+
 /// `sensor_msgs/msg/PointField`: one field of the points of a [`PointCloud2`].
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PointField {
     /// Name of the field, for instance `x`.
     pub name: String,
@@ -219,6 +233,8 @@ pub struct PointField {
     /// Number of elements in the field.
     pub count: u32,
 }
+
+fields!(PointField: name, offset, datatype, count);
 
 impl PointField {
     /// Data type `i8`.
@@ -241,7 +257,7 @@ impl PointField {
 
 /// `sensor_msgs/msg/PointCloud2`: points in `header.frame_id`, with the layout that `fields`
 /// describes.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PointCloud2 {
     /// Time stamp and frame of the data.
     pub header: Header,
@@ -263,8 +279,10 @@ pub struct PointCloud2 {
     pub is_dense: bool,
 }
 
+fields!(PointCloud2: header, height, width, fields, is_bigendian, point_step, row_step, data, is_dense);
+
 /// `nav_msgs/msg/Odometry`: pose and twist of a moving body.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Odometry {
     /// Time stamp and frame of the pose.
     pub header: Header,
@@ -276,12 +294,16 @@ pub struct Odometry {
     pub twist: TwistWithCovariance,
 }
 
+fields!(Odometry: header, child_frame_id, pose, twist);
+
 /// `tf2_msgs/msg/TFMessage`: transforms between frames.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TFMessage {
     /// The transforms.
     pub transforms: Vec<TransformStamped>,
 }
+
+fields!(TFMessage: transforms);
 
 #[cfg(test)]
 mod tests {

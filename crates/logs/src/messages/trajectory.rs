@@ -1,17 +1,19 @@
 //! Messages of `trajectory_msgs`: motions of joints over time.
 
-use serde::{Deserialize, Serialize};
+use crate::cdr::fields;
 
 use super::Header;
 
 /// `builtin_interfaces/msg/Duration`: a span of time.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Duration {
     /// Whole seconds.
     pub sec: i32,
     /// Nanoseconds after `sec`, less than 1e9.
     pub nanosec: u32,
 }
+
+fields!(Duration: sec, nanosec);
 
 impl Duration {
     /// Converts nanoseconds. A span of more than 68 years becomes the longest representable one.
@@ -39,7 +41,7 @@ impl Duration {
 
 /// `trajectory_msgs/msg/JointTrajectoryPoint`: states of joints at one time. Each sequence is either empty or as long as
 /// the trajectory's list of joint names.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointTrajectoryPoint {
     /// Positions, rad or m.
     pub positions: Vec<f64>,
@@ -53,8 +55,10 @@ pub struct JointTrajectoryPoint {
     pub time_from_start: Duration,
 }
 
+fields!(JointTrajectoryPoint: positions, velocities, accelerations, effort, time_from_start);
+
 /// `trajectory_msgs/msg/JointTrajectory`: a motion of joints.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointTrajectory {
     /// Time at which the motion starts; zero for as soon as it arrives.
     pub header: Header,
@@ -63,3 +67,5 @@ pub struct JointTrajectory {
     /// States in order of time.
     pub points: Vec<JointTrajectoryPoint>,
 }
+
+fields!(JointTrajectory: header, joint_names, points);

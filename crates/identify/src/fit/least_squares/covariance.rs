@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::ReweightedLeastSquares;
+use super::whitened::WhitenedWindow;
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
 use crate::fit::rows::TARGET;
 use crate::fit::sandwich::{MeatEstimator, NoiseMeat, ScoredRow};
@@ -64,10 +65,12 @@ impl ReweightedLeastSquares<'_> {
     /// weight.
     fn scored_rows(&self) -> Vec<ScoredRow> {
         let mut scored = Vec::new();
-        self.for_each_whitened(|window, rows, differences| {
+        let mut whitened = WhitenedWindow::new(self);
+        for window in self.windows() {
+            whitened.move_to(window);
             let weight = self.weights[window];
             let root = weight.sqrt();
-            for (row, noise) in rows.iter().zip(differences) {
+            for (row, noise) in whitened.rows.iter().zip(&whitened.differences) {
                 let (residual, difference) = (root * row[TARGET], root * noise[TARGET]);
                 let mut scored_row = ScoredRow {
                     residual,
@@ -81,7 +84,7 @@ impl ReweightedLeastSquares<'_> {
                 }
                 scored.push(scored_row);
             }
-        });
+        }
         scored
     }
 }

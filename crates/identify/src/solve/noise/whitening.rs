@@ -30,6 +30,7 @@ impl Whitening {
     }
 
     /// Returns the factors of the channels, up to `channel`, in a whitened row.
+    #[inline(always)]
     fn factors(&self, channel: usize) -> &[f64] {
         let first = channel * self.channels;
         &self.factors[first..=first + channel]
@@ -41,6 +42,7 @@ impl Whitening {
     }
 
     /// Writes the whitened rows of a window, one for each channel.
+    #[inline(always)]
     pub(crate) fn apply<const N: usize>(&self, rows: &[[f64; N]], whitened: &mut [[f64; N]]) {
         for (channel, whitened) in whitened.iter_mut().enumerate() {
             let mut sum = [0.0; N];
@@ -56,6 +58,7 @@ impl Whitening {
     }
 
     /// Returns the squared Mahalanobis distance of a window's residuals, one for each channel.
+    #[inline(always)]
     pub(crate) fn squared_distance(&self, residuals: &[f64]) -> f64 {
         let whitened = |channel| -> f64 {
             let pairs = self.factors(channel).iter().zip(residuals);
