@@ -10,11 +10,11 @@ import sys
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from peers import dynamics, estimators, logs, online, python_calls
+from peers import dynamics, estimators, logs, online, python_calls, simulation
 from peers.harness import report, run
 from peers.native import BUILD
 
-MODULES = (dynamics, estimators, online, python_calls, logs)
+MODULES = (dynamics, estimators, online, python_calls, logs, simulation)
 COMPARISONS = [each.comparisons for each in MODULES]
 PACKAGES = ("tactid", "pin", "cmeel-eigen", "padasip", "mujoco", "rosbags", "numpy")
 
