@@ -19,25 +19,30 @@ use crate::problem::Problem;
 use crate::progress::{Observer, report};
 use crate::samples::{Grid, Sampler};
 use crate::search::{FIRST_RADIUS, Point, Search};
-use crate::spline::{FEWEST_CONTROL_POINTS, SplineBasis};
+use crate::settings::DesignSettings;
+use crate::spline::SplineBasis;
 use crate::variables::{End, Variables};
 
 /// Samples of the outputs in each span of the splines. Products of five polynomials are integrated to a few thousandths.
 const STEPS_PER_SPAN: usize = 8;
 
-/// Time between two knots where the number of control points is not given, s, and the range of their number.
-const SPAN_S: f64 = 0.6;
-const CONTROL_POINTS: (usize, usize) = (11, 22);
+/// Most control points of the motions from each start. Of 40 arms, postures and speeds, a search with all control points from
+/// the start ends in local optima that are up to a third worse, and takes longer.
+const FIRST_CONTROL_POINTS: usize = 11;
 
-/// Steps from each start, before the best of them is improved further.
+/// Steps from each start, before the best of them is improved further with all control points.
 const FIRST_ITERATIONS: usize = 10;
 
-/// Rounds in which limits that are exceeded between the samples are tightened, and steps in each.
-const ROUNDS: usize = 5;
-const ROUND_ITERATIONS: usize = 4;
+/// Least radius of the trust region after control points have been added.
+const REFINED_RADIUS: f64 = 0.1;
 
-/// Least radius of the trust region at the beginning of such a round.
-const LEAST_RADIUS_OF_ROUND: f64 = 0.03;
+/// Rounds in which limits that are exceeded between the samples are tightened, and steps in each.
+const ROUNDS: usize = 10;
+const ROUND_ITERATIONS: usize = 3;
+
+/// Radius of the trust region at the beginning of the first of these rounds. Each round halves it, so that the motion ends to
+/// move from one limit to another.
+const ROUND_RADIUS: f64 = 0.15;
 
 /// Fraction of a limit that a motion is moved away from it where it exceeded it.
 const CLEARANCE: f64 = 1e-5;
@@ -50,31 +55,6 @@ const LEAST_SHRINKING: f64 = 5e-3;
 
 /// Fraction of the control points' limit from which on a limit of a joint binds.
 const BINDING: f64 = 0.999;
-
-/// Settings of a design.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DesignSettings {
-    /// Seed of the motions that the search starts from. The same seed gives the same motion.
-    pub seed: u64,
-    /// Number of starts, at least one. Default: 3.
-    pub starts: usize,
-    /// Most steps of the search from the best start. Default: 50.
-    pub iterations: usize,
-    /// Number of control points of each joint, at least [`FEWEST_CONTROL_POINTS`]. Default (`None`): one for each 0.6 s,
-    /// from 11 to 22.
-    pub control_points: Option<usize>,
-}
-
-impl Default for DesignSettings {
-    fn default() -> Self {
-        Self {
-            seed: 0,
-            starts: 3,
-            iterations: 50,
-            control_points: None,
-        }
-    }
-}
 
 /// A designed motion, and what is to be expected of it.
 #[derive(Clone, Debug)]
@@ -117,7 +97,8 @@ pub fn design(problem: &Problem, settings: &DesignSettings) -> Result<Design, Ex
 /// detour may exist; and where it exceeds torques, grip or base, the search may not find the motions that hold them.
 ///
 /// Cost: each step of the search evaluates the dynamics of each payload some 19 times at each sample, for six joints, and solves
-/// one to a few conic programs; there are up to `10 * starts + iterations + 20` steps.
+/// one to a few conic programs; there are up to `10 * starts + iterations + 20` steps, those of
+/// the starts with at most 11 control points of each joint.
 ///
 /// # Errors
 /// Returns [`ExcitationError::Impossible`], which names the limit, where the robot cannot even rest in its posture,
@@ -140,35 +121,23 @@ pub(crate) fn design_like(
     observer: &mut Observer<'_>,
 ) -> Result<Design, ExcitationError> {
     problem.check()?;
-    let mut designer = Designer::new(problem, settings)?;
-    let search = &mut designer.search;
-    let variables = &search.sampler.variables;
-    let like = like.and_then(|like| variables.values(like.splines().map(|(_, spline)| spline)));
-    let mut best: Option<(Point, f64)> = None;
-    let starts = settings.starts.max(1);
-    for start in 0..starts {
-        // Up to a thousand starts do not share their seeds with those of another design.
-        let seed = settings.seed.wrapping_mul(1000).wrapping_add(start as u64);
-        let point = match &like {
-            Some(values) if start == 0 => search.start_like(values.clone())?,
-            _ => search.random_start(seed)?,
-        };
-        if let Some(point) = point {
-            let steps = FIRST_ITERATIONS.min(settings.iterations);
-            let mut radius = FIRST_RADIUS;
-            let point = search.improve(point, &mut radius, start, steps, observer)?;
-            if best
-                .as_ref()
-                .is_none_or(|(best, _)| point.merit() < best.merit())
-            {
-                best = Some((point, radius));
-            }
-        }
+    let count = settings.control_points_for(problem);
+    let mut designer = Designer::new(problem, count.min(FIRST_CONTROL_POINTS))?;
+    let (mut point, mut radius) = designer.best_start(settings, like, observer)?;
+    if count > FIRST_CONTROL_POINTS {
+        (designer, point) = designer.refined(count, &point)?;
+        radius = radius.max(REFINED_RADIUS);
     }
-    let (best, mut radius) = best.ok_or(ExcitationError::NotObservable)?;
-    let iterations = settings.iterations.saturating_sub(FIRST_ITERATIONS);
-    let best = search.improve(best, &mut radius, starts, iterations, observer)?;
-    designer.finish(best, radius, starts, observer)
+    let starts = settings.starts.max(1);
+    let iterations = settings.iterations - first_iterations(settings);
+    let search = &mut designer.search;
+    let point = search.improve(point, &mut radius, starts, iterations, observer)?;
+    designer.finish(point, starts, observer)
+}
+
+/// Returns the number of steps from each start: at most half of those from the best.
+fn first_iterations(settings: &DesignSettings) -> usize {
+    FIRST_ITERATIONS.min(settings.iterations.div_ceil(2))
 }
 
 /// A search with what it needs to know to check its result.
@@ -180,14 +149,21 @@ pub(crate) struct Designer<'a> {
 }
 
 impl<'a> Designer<'a> {
-    pub(crate) fn new(
-        problem: &'a Problem,
-        settings: &DesignSettings,
-    ) -> Result<Self, ExcitationError> {
+    /// Creates the search for a motion with so many control points of each joint.
+    pub(crate) fn new(problem: &'a Problem, count: usize) -> Result<Self, ExcitationError> {
         let joints = problem.moving_joints()?;
         let mut plant = Plant::new(problem)?;
         check_rest(problem, &mut plant, &joints)?;
-        let variables = variables(problem, settings, &joints);
+        Self::with_plant(problem, plant, joints, count)
+    }
+
+    fn with_plant(
+        problem: &'a Problem,
+        plant: Plant,
+        joints: Vec<usize>,
+        count: usize,
+    ) -> Result<Self, ExcitationError> {
+        let variables = variables(problem, count, &joints);
         let direct = variables.direct();
         let search = search(problem, &plant, &joints, variables, STEPS_PER_SPAN, direct)?;
         let exceeded = search
@@ -209,21 +185,66 @@ impl<'a> Designer<'a> {
         })
     }
 
+    /// Improves each start by a few steps, and returns the best motion with its trust region.
+    fn best_start(
+        &mut self,
+        settings: &DesignSettings,
+        like: Option<&Trajectory>,
+        observer: &mut Observer<'_>,
+    ) -> Result<(Point, f64), ExcitationError> {
+        let search = &mut self.search;
+        let variables = &search.sampler.variables;
+        let like = like.and_then(|like| variables.values(like.splines().map(|(_, spline)| spline)));
+        let mut best: Option<(Point, f64)> = None;
+        for start in 0..settings.starts.max(1) {
+            // Up to a thousand starts do not share their seeds with those of another design.
+            let seed = settings.seed.wrapping_mul(1000).wrapping_add(start as u64);
+            let point = match &like {
+                Some(values) if start == 0 => search.start_like(values.clone())?,
+                _ => search.random_start(seed)?,
+            };
+            if let Some(point) = point {
+                let steps = first_iterations(settings);
+                let mut radius = FIRST_RADIUS;
+                let point = search.improve(point, &mut radius, start, steps, observer)?;
+                if best
+                    .as_ref()
+                    .is_none_or(|(best, _)| point.merit() < best.merit())
+                {
+                    best = Some((point, radius));
+                }
+            }
+        }
+        best.ok_or(ExcitationError::NotObservable)
+    }
+
+    /// Returns the search with more control points of each joint, and a motion as it has it.
+    fn refined(self, count: usize, point: &Point) -> Result<(Self, Point), ExcitationError> {
+        let trajectory = self.trajectory(&point.values);
+        let mut refined = Self::with_plant(self.problem, self.plant, self.joints, count)?;
+        let splines = trajectory.splines().map(|(_, spline)| spline);
+        let values = refined.search.sampler.variables.values(splines);
+        let values = values.ok_or(ExcitationError::NotObservable)?;
+        let point = refined.search.refined_start(values)?;
+        Ok((refined, point.ok_or(ExcitationError::NotObservable)?))
+    }
+
     /// Tightens limits until the motion is within all of them at closely spaced times, and returns the design.
     fn finish(
         mut self,
         mut point: Point,
-        mut radius: f64,
         start: usize,
         observer: &mut Observer<'_>,
     ) -> Result<Design, ExcitationError> {
+        let mut radius_of_round = ROUND_RADIUS;
         for _ in 0..ROUNDS {
             if !self.tighten(&point)? {
                 return self.design(&point.values);
             }
             let again = self.search.point(point.values.clone())?;
             let from = again.ok_or(ExcitationError::NotObservable)?;
-            radius = radius.max(LEAST_RADIUS_OF_ROUND);
+            let mut radius = radius_of_round;
+            radius_of_round *= 0.5;
             let search = &mut self.search;
             point = search.improve(from, &mut radius, start, ROUND_ITERATIONS, observer)?;
         }
@@ -242,7 +263,11 @@ impl<'a> Designer<'a> {
             } else {
                 impossible = factor;
             }
-            factor = possible.map_or(0.5 * impossible, |low| 0.5 * (low + impossible));
+            factor = match possible {
+                // Twice the shrinking.
+                None => (2.0 * impossible - 1.0).max(0.5 * impossible),
+                Some(low) => 0.5 * (low + impossible),
+            };
         }
         if let Some(factor) = possible {
             let values = self.search.shrunk(&point.values, factor);
@@ -358,11 +383,8 @@ pub(crate) fn search(
 }
 
 /// Returns the variables of the joints that move.
-fn variables(problem: &Problem, settings: &DesignSettings, joints: &[usize]) -> Variables {
-    let (fewest, most) = CONTROL_POINTS;
-    let usual = ((problem.duration_s / SPAN_S) as usize).saturating_add(5);
-    let count = settings.control_points.unwrap_or(usual.clamp(fewest, most));
-    let basis = SplineBasis::new(count.max(FEWEST_CONTROL_POINTS), problem.duration_s);
+fn variables(problem: &Problem, count: usize, joints: &[usize]) -> Variables {
+    let basis = SplineBasis::new(count, problem.duration_s);
     let of_joints = |all: &[f64]| joints.iter().map(|&joint| all[joint]).collect();
     let end = match &problem.end {
         End::Start => Some(of_joints(&problem.start)),

@@ -11,10 +11,13 @@ use crate::cones::{Cone, Kind, LinearCone};
 use crate::design::Designer;
 use crate::problem::{BaseBounds, Criterion, Problem};
 use crate::search::Search;
-use crate::{CollisionModel, DesignSettings, End, Grip, KeepOutBox, OrientedBox, WorkspaceBounds};
+use crate::{CollisionModel, End, Grip, KeepOutBox, OrientedBox, WorkspaceBounds};
 
 /// A step along a random direction, in units of the variables' scales, that differences are taken over.
 const STEP: f64 = 1e-4;
+
+/// Control points of each joint.
+const CONTROL_POINTS: usize = 16;
 
 /// Tolerance of slopes, as a fraction of the largest.
 const TOLERANCE: f64 = 2e-4;
@@ -52,8 +55,7 @@ fn count_off(found: &[f64], expected: &[f64], tolerance: f64) -> usize {
 }
 
 fn check(problem: &Problem) {
-    let settings = DesignSettings::default();
-    let mut designer = Designer::new(problem, &settings).unwrap();
+    let mut designer = Designer::new(problem, CONTROL_POINTS).unwrap();
     let search = &mut designer.search;
     let point = search.random_start(3).unwrap().unwrap();
     let mut random = StdRng::seed_from_u64(4);

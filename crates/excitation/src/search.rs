@@ -184,6 +184,18 @@ impl Search {
         self.start_at(&values)
     }
 
+    /// Returns a motion of the shape of another one within all limits of the joints; `None` if it does not determine all values.
+    /// What it exceeds other limits by, the search corrects.
+    pub(crate) fn refined_start(
+        &mut self,
+        mut values: Vec<f64>,
+    ) -> Result<Option<Point>, ExcitationError> {
+        if self.used_by_joints(&values) > 1.0 + ROUNDING {
+            self.fit_joints(&mut values, 1.0);
+        }
+        self.point(values)
+    }
+
     /// Returns the largest multiple of a motion, by a power of one half, that exceeds no limit by more than [`START_EXCESS`], or
     /// the one that exceeds them least. A motion that ends where it starts is within all limits if it is small enough.
     fn start_at(&mut self, values: &[f64]) -> Result<Option<Point>, ExcitationError> {

@@ -5,10 +5,11 @@ use tactid_identify::equations::window;
 
 use crate::ExcitationError;
 use crate::checks::value;
-use crate::design::{Design, DesignSettings, design_like};
+use crate::design::{Design, design_like};
 use crate::motion::Trajectory;
 use crate::problem::Problem;
 use crate::progress::Observer;
+use crate::settings::DesignSettings;
 
 /// Shortest duration that is tried, in averaging windows.
 const SHORTEST_IN_WINDOWS: f64 = 2.0;

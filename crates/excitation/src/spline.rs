@@ -1,5 +1,7 @@
 //! Clamped uniform B-splines of degree five that begin and end at rest.
 
+use nalgebra::{DMatrix, DVector};
+
 /// Degree of the splines. Their acceleration is a spline of degree three, which is smooth.
 const DEGREE: usize = 5;
 
@@ -245,6 +247,27 @@ impl Spline {
         Self::new(basis.clone(), (0..basis.count()).map(point).collect())
     }
 
+    /// Returns the spline of another basis of the same duration that has the positions of this one at as many times as it has
+    /// control points: the same function where the other basis has the knots of this one. `None` where the interpolation
+    /// has no solution.
+    pub(crate) fn in_basis(&self, basis: &SplineBasis) -> Option<Self> {
+        let count = basis.count();
+        let mut functions = DMatrix::zeros(count, count);
+        let mut values = DVector::zeros(count);
+        for row in 0..count {
+            // The mean of the knots inside the support of a function, where it is the largest.
+            let knots = &basis.knots[row + 1..=row + DEGREE];
+            let time_s = knots.iter().sum::<f64>() / DEGREE as f64;
+            let local = basis.at(time_s);
+            for (k, value) in local.values[0].iter().enumerate() {
+                functions[(row, local.first + k)] = *value;
+            }
+            values[row] = self.at(time_s)[0];
+        }
+        let control_points = functions.lu().solve(&values)?;
+        Some(Self::new(basis.clone(), control_points.as_slice().to_vec()))
+    }
+
     /// Returns position, velocity and acceleration at a time, s. Before the beginning and after the end the spline rests.
     #[must_use]
     pub fn at(&self, time_s: f64) -> [f64; 3] {
@@ -321,6 +344,23 @@ mod tests {
             assert!(velocity.abs() < 1e-10 && acceleration.abs() < 1e-9);
             assert!(end.is_none_or(|end| (position - end).abs() < 1e-14));
             assert_eq!(spline.at(1e9), spline.at(spline.basis.duration_s));
+        }
+    }
+
+    /// A spline is the same function in a basis that has its knots, and close to it in one with more of them elsewhere.
+    #[test]
+    fn another_basis_has_the_same_function() {
+        let mut random = SmallRng::seed_from_u64(5);
+        for (count, tolerance) in [(21, 1e-11), (33, 1e-2)] {
+            let basis = SplineBasis::new(13, 2.0); // 8 spans
+            let points = (0..13).map(|_| random.random_range(-1.0..1.0)).collect();
+            let spline = Spline::new(basis, points);
+            let other = spline.in_basis(&SplineBasis::new(count, 2.0)).unwrap();
+            for k in 0..=200 {
+                let t = f64::from(k) * 0.01;
+                let difference = (other.at(t)[0] - spline.at(t)[0]).abs();
+                assert!(difference < tolerance, "{count} {t} {difference}");
+            }
         }
     }
 

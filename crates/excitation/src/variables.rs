@@ -102,15 +102,18 @@ impl Variables {
         values
     }
 
-    /// Returns the values of the variables of splines of all joints, or `None` for splines of another basis.
+    /// Returns the values of the variables of splines of all joints; splines of another basis are interpolated. `None` for
+    /// another number of joints.
     pub(crate) fn values<'a>(&self, splines: impl Iterator<Item = &'a Spline>) -> Option<Vec<f64>> {
         let mut values = Vec::with_capacity(self.count());
         for spline in splines {
-            let points = spline
-                .control_points
-                .get(AT_REST..AT_REST + self.of_joint());
-            let has_same_basis = spline.control_points.len() == self.basis.count();
-            values.extend_from_slice(points.filter(|_| has_same_basis)?);
+            let interpolated = (spline.control_points.len() != self.basis.count())
+                .then(|| spline.in_basis(&self.basis));
+            let spline = match &interpolated {
+                Some(interpolated) => interpolated.as_ref()?,
+                None => spline,
+            };
+            values.extend_from_slice(&spline.control_points[AT_REST..AT_REST + self.of_joint()]);
         }
         (values.len() == self.count()).then_some(values)
     }

@@ -9,12 +9,12 @@ use crate::arms::Arm;
 
 /// Starts, iterations and control points that are tried; `None` for the default number.
 const SETTINGS: [(usize, usize, Option<usize>); 6] = [
-    (3, 50, None),
-    (3, 200, None),
-    (12, 50, None),
-    (3, 50, Some(17)),
-    (3, 50, Some(28)),
-    (3, 50, Some(36)),
+    (6, 50, None),
+    (6, 200, None),
+    (24, 50, None),
+    (6, 50, Some(17)),
+    (6, 50, Some(23)),
+    (6, 50, Some(36)),
 ];
 
 /// Prints for each arm the largest interval and the time of each design.
