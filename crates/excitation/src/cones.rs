@@ -1,5 +1,6 @@
 //! Limits that depend on the robot's dynamics, as second-order cones of the outputs along a motion.
 
+use crate::collisions::REACH_M;
 use crate::grip::Grip;
 use crate::limits::Limit;
 use crate::plant::{Layout, Plant};
@@ -278,6 +279,12 @@ impl Cone {
         (0..samples.count()).map(value).collect()
     }
 
+    /// Returns whether the limit is the distance of a pair that is too far apart at a sample for its distance to be known.
+    fn is_far(&self, samples: &Samples, sample: usize) -> bool {
+        let is_far = |(place, _): &(usize, f64)| samples.at(sample)[*place] >= REACH_M;
+        matches!(self.kind, Kind::Distance { .. }) && self.head.terms.iter().all(is_far)
+    }
+
     /// Returns the values with their gradients at the samples where the limit could be exceeded within the trust region:
     /// where the variables, in units of `scales`, change by at most `radius`.
     pub(crate) fn linearised(
@@ -292,6 +299,9 @@ impl Cone {
         let mut sums = vec![vec![0.0; count]; self.tail.len()];
         let mut reachable = Vec::new();
         for (sample, value) in self.values(samples, step_s).into_iter().enumerate() {
+            if self.is_far(samples, sample) {
+                continue;
+            }
             let gradient = |form: &AffineForm, factor: f64, sum: &mut Vec<f64>, at: usize| {
                 let scaled: Vec<(usize, f64)> =
                     form.terms.iter().map(|(p, f)| (*p, f * factor)).collect();

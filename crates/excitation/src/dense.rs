@@ -56,6 +56,8 @@ pub(crate) struct Usage {
     /// What is left of the limit at least: negative where it is exceeded.
     pub(crate) slack: f64,
     time_s: f64,
+    /// Least distance, m, of a limit on one.
+    distance_m: Option<f64>,
 }
 
 impl DenseMotion {
@@ -84,23 +86,24 @@ impl DenseMotion {
                 let k = k.min(self.states.len() - 1);
                 self.samples.at(k)[layout.distance(pair)]
             };
-            let is_close = |(pair, least_m): (usize, &f64)| {
+            let is_close = |&pair: &usize| {
                 // Between two samples a distance falls by no more than half of what it changes nearby from sample to sample.
                 let around = [sample.saturating_sub(2), sample - 1, sample, sample + 1];
                 let distances = around.map(|k| at(k, pair));
                 let steps = distances.windows(2).map(|pair| (pair[1] - pair[0]).abs());
                 let change = steps.fold(0.0, f64::max);
-                distances[1].min(distances[2]) - change < *least_m
+                distances[1].min(distances[2]) - change < least[pair]
             };
-            if !least.iter().enumerate().any(is_close) {
+            let close: Vec<usize> = (0..least.len()).filter(is_close).collect();
+            if close.is_empty() {
                 continue;
             }
             for part in 1..PARTS {
                 let time_s = self.step_s * ((sample - 1) as f64 + part as f64 / PARTS as f64);
-                let distances = plant.distances_at(&motion.at(time_s))?;
-                for (closest, distance_m) in self.closest.iter_mut().zip(distances) {
-                    if distance_m < closest.distance_m {
-                        *closest = Closest { distance_m, time_s };
+                let distances = plant.distances_at(&motion.at(time_s), &close)?;
+                for (pair, distance_m) in close.iter().zip(distances) {
+                    if distance_m < self.closest[*pair].distance_m {
+                        self.closest[*pair] = Closest { distance_m, time_s };
                     }
                 }
             }
@@ -149,6 +152,7 @@ impl DenseMotion {
                 },
                 slack: (distance_m - least_m) / UNIT_M,
                 time_s,
+                distance_m: Some(distance_m),
             };
         }
         let bounds = [problem.base.attitude_rad, problem.base.position_m];
@@ -178,6 +182,7 @@ impl DenseMotion {
             used,
             slack: -peak(&slack).1,
             time_s: place as f64 * self.step_s,
+            distance_m: None,
         }
     }
 
@@ -243,6 +248,7 @@ fn margin(limit: Limit, worst: Usage) -> Margin {
         limit,
         used: worst.used,
         time_s: worst.time_s,
+        distance_m: worst.distance_m,
         binds: worst.used > BINDING,
     }
 }

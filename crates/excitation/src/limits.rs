@@ -59,10 +59,12 @@ pub struct Margin {
     pub limit: Limit,
     /// Largest fraction of the limit that is used at any time: 1 at the limit. Of a position, the fraction of the way
     /// from the middle of the range to its end. Of a grip, infinite where the payload pulls off the pad. Of a distance, the least
-    /// one that is allowed over the distance, and infinite for bodies that touch; a distance counts as 0.15 m at most.
+    /// one that is allowed over the distance, and infinite for bodies that touch; a distance counts as 0.08 m at most.
     pub used: f64,
     /// Time at which it is used, s.
     pub time_s: f64,
+    /// Of a [`Limit::Distance`], the least distance of the two bodies, m: negative by the depth of penetration, 0.08 at most.
+    pub distance_m: Option<f64>,
     /// Whether the limit is active: relaxing it allows smaller intervals. A limit on velocity or acceleration binds where a
     /// control point of the derivative reaches it, which the motion itself then nearly does.
     pub binds: bool,

@@ -231,17 +231,16 @@ impl Plant {
         Ok(())
     }
 
-    /// Computes the distance of each pair at positions of the joints, m.
+    /// Computes the distances of some pairs at positions of the joints, m.
     pub(crate) fn distances_at(
         &mut self,
         states: &JointStates,
+        pairs: &[usize],
     ) -> Result<Vec<f64>, ExcitationError> {
-        let mut distances = vec![0.0; self.layout.pairs];
         let (workspace, _) = &mut self.loaded[0];
         let base = FrameMotion::at_rest(Isometry3::identity());
         motion(workspace, &base, states.joints())?;
-        self.distances.measure(workspace, &mut distances);
-        Ok(distances)
+        Ok(self.distances.measure_some(workspace, pairs))
     }
 
     /// Computes all outputs except for the distances of pairs.

@@ -7,13 +7,13 @@ use tactid_dynamics::Workspace;
 use super::convert::glam_pose;
 use super::model::CollisionFinding;
 use super::pairs::{Pair, Tested, pairs};
-use super::placed::{Part, Solid};
+use super::placed::{Part, PartPlace, Solid};
 use crate::ExcitationError;
 use crate::problem::Problem;
 
 /// Largest distance that is computed, m. Pairs that are further apart count as so far apart, and most of them cost a
-/// comparison of spheres or the first steps of a search only.
-const REACH_M: f64 = 0.15;
+/// comparison of boxes or the first steps of a search only.
+pub(crate) const REACH_M: f64 = 0.08;
 
 /// The closest points of two solids, each in the frame of its solid, and the direction from the first to the second in the
 /// frame of the base.
@@ -33,6 +33,8 @@ pub(crate) struct Distances {
     findings: Vec<CollisionFinding>,
     /// Pose of each solid in the frame of the base.
     poses: Vec<Pose>,
+    /// Where the parts of each solid are.
+    places: Vec<Vec<PartPlace>>,
     /// Closest points of each pair within reach at the state that was measured last.
     witnesses: Vec<Option<Witness>>,
 }
@@ -50,6 +52,7 @@ impl Distances {
         }
         let mut distances = Self {
             poses: vec![Pose::IDENTITY; solids.len()],
+            places: vec![Vec::new(); solids.len()],
             solids,
             pairs,
             findings,
@@ -108,13 +111,22 @@ impl Distances {
     /// negative by the depth of penetration, [`REACH_M`] at most.
     pub(crate) fn measure(&mut self, workspace: &Workspace, distances: &mut [f64]) {
         self.place(workspace);
+        self.place_parts();
         self.witnesses.clear();
         for (pair, distance) in self.pairs.iter().zip(distances) {
-            let places = [pair.first, pair.second].map(|k| (&self.solids[k], &self.poses[k]));
-            let found = closest(places);
+            let found = self.closest(pair);
             *distance = found.as_ref().map_or(REACH_M, |(distance, _)| *distance);
             self.witnesses.push(found.map(|(_, witness)| witness));
         }
+    }
+
+    /// Returns the signed distances of some of the pairs, as [`Distances::measure`] computes those of all.
+    pub(crate) fn measure_some(&mut self, workspace: &Workspace, pairs: &[usize]) -> Vec<f64> {
+        self.place(workspace);
+        self.place_parts();
+        let found = pairs.iter().map(|&k| self.closest(&self.pairs[k]));
+        let distances = found.map(|found| found.map_or(REACH_M, |(distance, _)| distance));
+        distances.collect()
     }
 
     /// Computes the distance of each pair along the direction between the points that were the closest when it was measured
@@ -137,44 +149,45 @@ impl Distances {
             *pose = glam_pose(&workspace.pose(solid.frame));
         }
     }
-}
 
-/// Returns the distance of two solids and their closest points, or `None` for solids that are further apart than
-/// [`REACH_M`].
-fn closest(places: [(&Solid, &Pose); 2]) -> Option<(f64, Witness)> {
-    let [(first, first_pose), (second, second_pose)] = places;
-    let mut least: Option<(f64, Witness)> = None;
-    for a in &first.parts {
-        let center = first_pose.transform_point(a.sphere.center);
-        for b in &second.parts {
-            let between = second_pose.transform_point(b.sphere.center) - center;
-            // Distances of the shapes without their margins.
-            let margin_m = a.margin_m + b.margin_m;
-            let reach = margin_m + least.as_ref().map_or(REACH_M, |(distance, _)| *distance);
-            if between.length() - a.sphere.radius - b.sphere.radius > reach {
-                continue;
-            }
-            let poses = [*first_pose * a.pose, *second_pose * b.pose];
-            let Some((distance, points, normal)) = contact(poses, [a, b], reach.max(0.0)) else {
-                continue;
-            };
-            if distance < reach {
-                let points = [
-                    first_pose.inverse_transform_point(points[0]),
-                    second_pose.inverse_transform_point(points[1]),
-                ];
-                least = Some((
-                    distance - margin_m,
-                    Witness {
-                        points,
-                        normal,
-                        margin_m,
-                    },
-                ));
-            }
+    fn place_parts(&mut self) {
+        let solids = self.solids.iter().zip(&self.poses);
+        for ((solid, pose), places) in solids.zip(&mut self.places) {
+            places.clear();
+            places.extend(solid.parts.iter().map(|part| part.place(pose)));
         }
     }
-    least
+
+    /// Returns the distance of a pair and its closest points, or `None` for solids that are further apart than [`REACH_M`].
+    fn closest(&self, pair: &Pair) -> Option<(f64, Witness)> {
+        let parts = |solid: usize| self.solids[solid].parts.iter().zip(&self.places[solid]);
+        let mut least: Option<(f64, Witness)> = None;
+        for (a, place_a) in parts(pair.first) {
+            for (b, place_b) in parts(pair.second) {
+                // Distances of the shapes without their margins.
+                let margin_m = a.margin_m + b.margin_m;
+                let reach = margin_m + least.as_ref().map_or(REACH_M, |(distance, _)| *distance);
+                if place_a.is_beyond(place_b, reach.max(0.0)) {
+                    continue;
+                }
+                let found = contact([place_a.pose, place_b.pose], [a, b], reach.max(0.0));
+                let Some((distance, points, normal)) = found.filter(|found| found.0 < reach) else {
+                    continue;
+                };
+                let points = [
+                    self.poses[pair.first].inverse_transform_point(points[0]),
+                    self.poses[pair.second].inverse_transform_point(points[1]),
+                ];
+                let witness = Witness {
+                    points,
+                    normal,
+                    margin_m,
+                };
+                least = Some((distance - margin_m, witness));
+            }
+        }
+        least
+    }
 }
 
 /// Returns signed distance, closest points and direction from the first to the second part, in the frame of the base, or

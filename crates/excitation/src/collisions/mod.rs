@@ -7,5 +7,5 @@ mod model;
 mod pairs;
 mod placed;
 
-pub(crate) use distance::Distances;
+pub(crate) use distance::{Distances, REACH_M};
 pub use model::{CollisionFinding, CollisionModel, MeshReader, NotTested};

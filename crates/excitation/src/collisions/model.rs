@@ -54,6 +54,15 @@ pub enum NotTested {
     InContact,
 }
 
+impl fmt::Display for NotTested {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Adjacent => "one joint connects them",
+            Self::InContact => "they touch at the start",
+        })
+    }
+}
+
 impl fmt::Display for CollisionFinding {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -68,10 +77,6 @@ impl fmt::Display for CollisionFinding {
                 "the collision shape `{shape}` of link {link} is left out: {because}"
             ),
             Self::PairsNotTested { pairs, because } => {
-                let reason = match because {
-                    NotTested::Adjacent => "one joint connects them",
-                    NotTested::InContact => "they touch at the start",
-                };
                 let names = pairs
                     .iter()
                     .map(|[first, second]| format!("{first} and {second}"));
@@ -79,7 +84,7 @@ impl fmt::Display for CollisionFinding {
                 let names = names.join(", ");
                 write!(
                     formatter,
-                    "not tested for collisions, because {reason}: {names}"
+                    "not tested for collisions, because {because}: {names}"
                 )
             }
         }
