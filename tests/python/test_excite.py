@@ -288,3 +288,70 @@ def test_advice_of_identify_ends_with_the_command_that_designs_the_motion(
     expected = "tactid excite --urdf 'an arm.urdf' --tip tool0 --payload-mass-max KG"
     assert expected in done.stderr
     assert "tactid excite" not in command("identify", log, "--within", "0.0001%").stderr
+
+
+def test_the_robot_does_not_touch_itself_or_a_keep_out_box() -> None:
+    robot = tactid.Manipulator.from_urdf(URDF)
+    keywords = {
+        "start": START,
+        "duration": 2.0,
+        "payload": tactid.MassProperties(2.0, [0.02, 0.01, 0.1], 0.01 * np.eye(3)),
+        "payload_box": BOX,
+    }
+    free = tactid.design_excitation(robot, **keywords, collisions=False)
+    assert free.collision_findings is None
+    assert all(margin.distance is None for margin in free.margins)
+    assert "Collisions are not tested" in str(free)
+    height = robot.kinematics("tool0", free.q[0]).pose[2, 3]
+    floor = [[-3.0, -3.0, height - 3.0], [3.0, 3.0, height - 0.25]]
+    kept = tactid.design_excitation(robot, **keywords, keep_out={"floor": floor})
+    assert kept.collision_findings
+    distances = {each.limit: each.distance for each in kept.margins if each.distance is not None}
+    assert distances["the distance between the payload and the keep-out box floor"] >= 0.01 - 1e-7
+    # The corner of the payload's box that is the lowest keeps the distance, too.
+    pose = robot.kinematics("tool0", kept.q).pose
+    corners = np.stack(np.meshgrid(*np.transpose(BOX)), -1).reshape(-1, 3)
+    lowest = (pose[:, None, 2, :3] @ corners.T)[:, 0] + pose[:, 2, 3:]
+    assert lowest.min() >= floor[1][2] + 0.01 - 1e-6
+    reasons = [finding.text for finding in kept.collision_findings]
+    assert "not tested for collisions, because one joint connects them" in reasons
+    jsonschema.validate(json.loads(kept.to_json()), tactid.motion_schema())
+
+
+def test_a_mesh_is_found_beside_its_urdf_or_reported(tmp_path: Path) -> None:
+    corners = [(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.1)]
+    vertices = "".join(f"v {x} {y} {z}\n" for x, y, z in corners)
+    (tmp_path / "arm").mkdir()
+    (tmp_path / "arm" / "link.obj").write_text(vertices + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    tree = ElementTree.parse(URDF)
+    link = tree.getroot().find("link[@name='forearm_link']")
+    assert link is not None
+    for name in ("package://arm/link.obj", "package://arm/missing.stl"):
+        collision = ElementTree.SubElement(link, "collision")
+        geometry = ElementTree.SubElement(collision, "geometry")
+        ElementTree.SubElement(geometry, "mesh", filename=name)
+    path = tmp_path / "arm" / "urdf" / "arm.urdf"
+    path.parent.mkdir()
+    tree.write(path)
+    motion = tactid.design_excitation(
+        tactid.Manipulator.from_urdf(path),
+        start=START,
+        duration=1.0,
+        payload=tactid.MassProperties(2.0, [0.02, 0.01, 0.1], 0.01 * np.eye(3)),
+    )
+    texts = [finding.text for finding in motion.collision_findings or () if not finding.pairs]
+    assert texts == [
+        "the collision shape `package://arm/missing.stl` of link forearm_link is left out: its file"
+        " was not found"
+    ]
+
+
+def test_boxes_on_the_command_line(command: TactidCommand, tmp_path: Path) -> None:
+    options = ("excite", "--urdf", URDF, "--tip", "tool0", "--duration", 1)
+    payload = ("--payload", "2 0.02 0.01 0.1 0.01 0 0 0.01 0 0.01", "--out", tmp_path / "motion")
+    wide = ("--keep-out", "room=-5,-5,-5,5,5,5")
+    failed = command(*options, *payload, *wide)
+    assert "the keep-out box room touch at the start" in failed.stderr
+    assert not (tmp_path / "motion").exists()
+    failed = command(*options, *payload, "--keep-out", "-5,-5,-5,5,5,5")
+    assert "expected a name, an equals sign" in failed.stderr

@@ -13,7 +13,7 @@ use crate::findings::model_finding;
 use crate::inertia::MassProperties;
 use crate::states::States;
 use crate::text::Text;
-use crate::urdf::{base_kind, urdf_text};
+use crate::urdf::{ReadUrdf, base_kind, urdf_folder, urdf_text};
 use crate::workspaces::Workspaces;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -43,7 +43,7 @@ type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 pub(crate) struct Manipulator {
     pub(crate) robot: tactid_dynamics::Manipulator,
     /// What the robot was read from: it has the limits of velocities and efforts.
-    pub(crate) urdf: Arc<Urdf>,
+    pub(crate) urdf: Arc<ReadUrdf>,
     workspaces: Workspaces,
     /// Whether the dynamics know the mass of something that moves.
     has_mass: bool,
@@ -71,7 +71,7 @@ impl Manipulator {
     /// Reads a URDF.
     ///
     /// Args:
-    ///     urdf: The path of a file, or the text itself, which begins with ``<``. Meshes are not looked for.
+    ///     urdf: The path of a file, or the text itself, which begins with ``<``.
     ///     base: ``"fixed"`` for a robot that is bolted down, ``"floating"`` for one whose base moves, such as a
     ///         spacecraft or a mobile robot.
     ///     base_link: Link to take as the base, with what hangs below it; the root where left out.
@@ -90,11 +90,12 @@ impl Manipulator {
     )]
     fn from_urdf(urdf: &Bound<'_, PyAny>, base: Text, base_link: Option<Text>) -> PyResult<Self> {
         let kind = base_kind(&base)?;
-        let text = urdf_text(urdf)?;
+        let (text, folder) = (urdf_text(urdf)?, urdf_folder(urdf));
         let read = || {
-            let urdf = Arc::new(Urdf::from_xml(&text)?);
+            let urdf = Urdf::from_xml(&text)?;
             let base = base_link.as_deref().unwrap_or(urdf.root_link());
-            Ok::<_, ModelError>(Self::new(urdf.manipulator_below(kind, base)?, urdf))
+            let robot = urdf.manipulator_below(kind, base)?;
+            Ok::<_, ModelError>(Self::new(robot, Arc::new(ReadUrdf { urdf, folder })))
         };
         detached(urdf.py(), read)?.map_err(IntoPyErr::into_py_err)
     }
@@ -380,7 +381,7 @@ impl Manipulator {
 }
 
 impl Manipulator {
-    fn new(robot: tactid_dynamics::Manipulator, urdf: Arc<Urdf>) -> Self {
+    fn new(robot: tactid_dynamics::Manipulator, urdf: Arc<ReadUrdf>) -> Self {
         Self {
             urdf,
             has_mass: robot.check_masses(None).is_ok(),

@@ -16,6 +16,7 @@ use tactid_logs::{Durability, LogError, LogWriter};
 
 use crate::arguments::read_robot;
 use crate::arrays::{Array, Series, array, common_length};
+use crate::collision_model::{FindingData, Places, collision_model, finding};
 use crate::errors::{ArgumentError, IntoPyErr, detached, option_error};
 use crate::inertia::MassProperties;
 use crate::interruption::InterruptionCheck;
@@ -55,6 +56,8 @@ pub(crate) struct Given {
     grip: Option<GripData>,
     base_attitude: Option<f64>,
     base_position: Option<f64>,
+    places: Places,
+    read_mesh: Option<Py<PyAny>>,
     volume: bool,
     seed: u64,
     rate: f64,
@@ -66,6 +69,7 @@ struct MarginData {
     limit: String,
     used: f64,
     time: f64,
+    distance: Option<f64>,
     binds: bool,
 }
 
@@ -89,6 +93,7 @@ pub(crate) struct DesignData {
     base_attitude: f64,
     base_position: f64,
     margins: Vec<MarginData>,
+    collision_findings: Option<Vec<FindingData>>,
     duration: f64,
     history_time: Array,
     history_std_devs: Array,
@@ -158,8 +163,8 @@ fn problem(
         effort_noise: request.effort_noise.unwrap_or_default(),
         ..defaults
     };
-    let (model, urdf) = (&robot.get().robot, &robot.get().urdf);
-    let limits = JointLimits::of_urdf(urdf, model, given.acceleration, given.speed)
+    let (model, source) = (&robot.get().robot, &robot.get().urdf);
+    let limits = JointLimits::of_urdf(&source.urdf, model, given.acceleration, given.speed)
         .map_err(IntoPyErr::into_py_err)?;
     let sensing = Sensing {
         sensors: given.sensors.clone(),
@@ -178,6 +183,10 @@ fn problem(
         return Err(option_error(message.to_owned(), "payload"));
     }
     let tip = request.tip.as_deref().unwrap_or("tool0");
+    let read_mesh = given.read_mesh.as_ref();
+    let collisions = read_mesh
+        .map(|read| collision_model(robot, read))
+        .transpose()?;
     let model = model.clone();
     let mut problem = Problem::new(model, tip, &given.start, limits, sensing, expected, targets);
     problem.payloads.extend(payloads);
@@ -190,6 +199,8 @@ fn problem(
     };
     problem.wrench = given.wrench_limit;
     problem.grip = given.grip.map(grip).transpose()?;
+    problem.collisions = collisions;
+    given.places.set(&mut problem);
     if given.volume {
         problem.criterion = Criterion::Volume;
     }
@@ -314,6 +325,7 @@ fn data(
         limit: margin.limit.to_string(),
         used: margin.used,
         time: margin.time_s,
+        distance: margin.distance_m,
         binds: margin.binds,
     };
     let moving = problem.moving_joints().map_err(IntoPyErr::into_py_err)?;
@@ -328,6 +340,10 @@ fn data(
         base_attitude: design.excursion.attitude_rad,
         base_position: design.excursion.position_m,
         margins: design.margins.iter().map(margin).collect(),
+        collision_findings: problem
+            .collisions
+            .is_some()
+            .then(|| design.findings.iter().map(finding).collect()),
         duration: duration_s,
         history_time: array(py, beginnings.times, &[BEGINNINGS])?,
         history_std_devs: array(py, beginnings.std_devs, &[BEGINNINGS, 10])?,

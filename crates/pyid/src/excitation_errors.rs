@@ -57,6 +57,9 @@ fn keyword_of_limit(limit: &Limit) -> Option<&'static str> {
         Limit::Grip(_) => Some("grip"),
         Limit::BaseAttitude => Some("base_attitude"),
         Limit::BasePosition => Some("base_position"),
+        Limit::Workspace(..) => Some("workspace"),
+        Limit::Distance(_, second) if second.starts_with("the keep-out box") => Some("keep_out"),
+        Limit::Distance(..) => Some("least_distance"),
         _ => None,
     }
 }
@@ -72,6 +75,10 @@ fn value_error(field: &str, given: f64, expected: &str) -> PyErr {
         "wrench" => "wrench_limit",
         "grip" => "grip",
         "payloads" => "payload",
+        "payload_box" => "payload_box",
+        "workspace" if field.contains("keep_out") => "keep_out",
+        "workspace" => "workspace",
+        "least_distance_m" => "least_distance",
         "base" if field.ends_with("position_m") => "base_position",
         "base" => "base_attitude",
         "limits" if field.contains("acceleration") => "acceleration",

@@ -7,6 +7,7 @@ mod arguments;
 mod arm_model;
 mod arrays;
 mod calibration;
+mod collision_model;
 mod combine;
 mod dynamics;
 mod errors;

@@ -4,9 +4,23 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyString;
-use tactid_dynamics::BaseKind;
+use tactid_dynamics::{BaseKind, Urdf};
 
 use crate::errors::{ArgumentError, ModelError};
+
+/// A URDF that has been read.
+pub(crate) struct ReadUrdf {
+    pub(crate) urdf: Urdf,
+    /// Folder of its file, from which its meshes are found; `None` for a text.
+    pub(crate) folder: Option<PathBuf>,
+}
+
+/// Returns the folder of the file of a URDF, given as [`urdf_text`] takes it; `None` for a text.
+pub(crate) fn urdf_folder(given: &Bound<'_, PyAny>) -> Option<PathBuf> {
+    let path: PathBuf = given.extract().ok()?;
+    let file = std::path::absolute(path).ok()?;
+    file.is_file().then(|| file.parent().map(PathBuf::from))?
+}
 
 /// Returns the text of a URDF. A `str` that begins with `<` after white space is the text itself; any other `str`,
 /// and an `os.PathLike`, is the path of a file.

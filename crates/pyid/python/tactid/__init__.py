@@ -66,7 +66,7 @@ from tactid.calibration_data import CalibrationRecording
 from tactid.combination import Agreement, RunDistance
 from tactid.combined import Combination, combine
 from tactid.comparison import Attempt, compare
-from tactid.designed_motion import DesignedMotion, LimitMargin
+from tactid.designed_motion import CollisionFinding, DesignedMotion, LimitMargin
 from tactid.errors import (
     ArgumentError,
     CalibrationError,
@@ -117,6 +117,7 @@ __all__ = [
     "CalibrationError",
     "CalibrationRecording",
     "Channel",
+    "CollisionFinding",
     "Combination",
     "DataFault",
     "Delay",

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from tactid import motion_files, motion_json, motion_text
 from tactid.field_docs import with_fields
-from tactid.motion_data import LimitMargin, MotionData
+from tactid.motion_data import CollisionFinding, LimitMargin, MotionData
 from tactid.output_files import checked_output
 
-__all__ = ["DesignedMotion", "LimitMargin"]
+__all__ = ["CollisionFinding", "DesignedMotion", "LimitMargin"]
 
 
 @with_fields

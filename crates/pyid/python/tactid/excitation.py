@@ -8,10 +8,10 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tactid import _native
+from tactid import _native, meshes
 from tactid._native import Manipulator, MassProperties
 from tactid.declaration import with_options
-from tactid.designed_motion import DesignedMotion, LimitMargin
+from tactid.designed_motion import CollisionFinding, DesignedMotion, LimitMargin
 from tactid.errors import ArgumentError
 from tactid.options import Options, collect
 from tactid.values import nested, values_of
@@ -23,7 +23,8 @@ confidence ellipsoid."""
 OWN = (
     "start", "sensors", "duration", "within", "longest", "payload", "payload_mass_max",
     "payload_box", "sample_rate", "base_noise", "speed", "acceleration", "wrench_limit", "grip",
-    "base_attitude", "base_position", "criterion", "seed", "rate", "options", "progress",
+    "base_attitude", "base_position", "collisions", "workspace", "keep_out", "least_distance",
+    "criterion", "seed", "rate", "options", "progress",
 )  # fmt: skip
 """The keywords of :func:`design_excitation` that are no options of an identification."""
 
@@ -87,6 +88,10 @@ def design_excitation(
     grip: Grip | None = None,
     base_attitude: float | None = None,
     base_position: float | None = None,
+    collisions: bool = True,
+    workspace: ArrayLike | None = None,
+    keep_out: Mapping[str, ArrayLike] | None = None,
+    least_distance: float = 0.01,
     criterion: Criterion = "largest-interval",
     seed: int = 0,
     rate: float = 1000.0,
@@ -115,7 +120,8 @@ def design_excitation(
         payload: The expected payload, in the tip's frame.
         payload_mass_max: Largest mass of a payload of which only a box is known, kg. Half of it,
             filling the box evenly, is expected; and all limits hold with all of it at any corner.
-        payload_box: Least and largest corner of the box, in the tip's frame, (2, 3), m.
+        payload_box: Least and largest corner of the box, in the tip's frame, (2, 3), m. It must not
+            touch the robot, either; with ``payload``, it serves for this only.
         sample_rate: Samples of the sensors per second, Hz. Default: ``rate``.
         base_noise: Standard deviations of the wrench that follows from the motion of a floating
             base, (6,), N and N m: for the methods joint-sensing and combined.
@@ -126,6 +132,14 @@ def design_excitation(
         grip: The grip whose friction must hold the payload.
         base_attitude: Largest angle by which a floating base may turn, rad.
         base_position: Largest distance by which the origin of a floating base may move, m.
+        collisions: Whether the links of the robot must not touch one another, the payload's box or
+            a keep-out box. Links without collision shapes in the URDF, and meshes that are not STL
+            or OBJ or not found, are left out; the result lists them.
+        workspace: Least and largest corner of a box that the tip and the payload's box must stay
+            in, in the frame of the base, (2, 3), m.
+        keep_out: Boxes that must not be entered, by their names: least and largest corner, in the
+            frame of the base, (2, 3), m.
+        least_distance: Least distance of links, payload and keep-out boxes, m.
         criterion: What is minimised: the largest interval relative to its target, or the volume of
             the confidence ellipsoid.
         seed: Seed of the search: the same seed gives the same motion.
@@ -144,10 +158,7 @@ def design_excitation(
         ArgumentError: An argument is unknown, missing or out of range, or a shape is wrong.
     """
     collected = collect(options, keywords, "design", ("robot", *OWN))
-    if duration is not None and within is not None:
-        raise ArgumentError(
-            "`duration` and `within` are both given: give one of them", option="within"
-        )
+    _check_duration(duration, within)
     _check_positive(rate=rate, speed=speed, acceleration=acceleration)
     payloads = _payloads(payload, payload_mass_max, payload_box)
     collected, assumed = _with_noise(collected)
@@ -167,12 +178,21 @@ def design_excitation(
         "grip": _grip(grip),
         "base_attitude": base_attitude,
         "base_position": base_position,
+        "places": _places(payload_box, workspace, keep_out, least_distance),
+        "read_mesh": meshes.read if collisions else None,
         "volume": _is_volume(criterion),
         "seed": seed,
         "rate": rate,
     }
     found = _native.design_excitation(robot, given, replace(collected, tip=tip), progress)
     return _result(robot, tip, payloads[0], given, found, collected.method, assumed)
+
+
+def _check_duration(duration: float | None, within: float | None) -> None:
+    if duration is not None and within is not None:
+        raise ArgumentError(
+            "`duration` and `within` are both given: give one of them", option="within"
+        )
 
 
 def _check_positive(**keywords: float) -> None:
@@ -193,6 +213,7 @@ def _result(
 ) -> DesignedMotion:
     floats = robot.base == "floating"
     margins = tuple(LimitMargin(**margin) for margin in found["margins"])
+    findings = found["collision_findings"]
     names = robot.joint_names
     return DesignedMotion(
         tip=tip,
@@ -207,6 +228,7 @@ def _result(
         base_position_m=found["base_position"] if floats else None,
         margins=margins,
         binding_constraints=tuple(margin.limit for margin in margins if margin.binds),
+        collision_findings=None if findings is None else tuple(map(_finding, findings)),
         duration_s=found["duration"],
         seed=given["seed"],
         method=method or "tactile",
@@ -221,10 +243,10 @@ def _payloads(
     payload: MassProperties | None, mass_max: float | None, box: ArrayLike | None
 ) -> list[MassProperties]:
     """Returns the expected payload, and those with which the limits must hold, too."""
-    if (mass_max is None) != (box is None):
+    if (mass_max is None) != (box is None) and (payload is None or box is None):
         missing = "payload_mass_max" if mass_max is None else "payload_box"
         raise ArgumentError(f"`{missing}` is missing: mass and box belong together", missing)
-    if mass_max is None:
+    if mass_max is None or box is None:
         if payload is None:
             raise ArgumentError(
                 "the payload is missing: give the expected one as `payload`, or its largest mass"
@@ -232,12 +254,8 @@ def _payloads(
                 option="payload",
             )
         return [payload]
-    corners = np.asarray(box, float)
-    sides = corners[1] - corners[0] if corners.shape == (2, 3) else np.zeros(3)
-    if not (sides > 0).all() or not np.isfinite(sides).all():
-        raise ArgumentError(
-            "`payload_box` must have a least and a largest corner, (2, 3)", "payload_box"
-        )
+    corners = np.asarray(_corners("payload_box", box))
+    sides = corners[1] - corners[0]
     if not 0 < mass_max < np.inf:
         raise ArgumentError(f"`payload_mass_max` is {mass_max}: expected more than 0 kg")
     x, y, z = sides**2 / 12
@@ -247,6 +265,40 @@ def _payloads(
     # Effort and wrench are linear in the parameters: a body inside the box is between these.
     points = [MassProperties(mass_max, corner, np.zeros((3, 3))) for corner in product(*corners.T)]
     return [payload or even, *points]
+
+
+def _places(
+    payload_box: ArrayLike | None,
+    workspace: ArrayLike | None,
+    keep_out: Mapping[str, ArrayLike] | None,
+    least_distance: float,
+) -> dict[str, Any]:
+    """Returns the boxes around the robot and the least distance of bodies."""
+    _check_positive(least_distance=least_distance)
+    boxes = dict(keep_out or {})
+    return {
+        "payload_box": None if payload_box is None else _corners("payload_box", payload_box),
+        "workspace": None if workspace is None else _corners("workspace", workspace),
+        "keep_out": [(name, _corners("keep_out", box)) for name, box in boxes.items()],
+        "least_distance": least_distance,
+    }
+
+
+def _corners(name: str, box: ArrayLike) -> list[list[float]]:
+    """Returns the least and the largest corner of a box."""
+    try:
+        corners = np.asarray(box, float)
+    except (TypeError, ValueError):
+        corners = np.zeros(0)
+    sides = corners[1] - corners[0] if corners.shape == (2, 3) else np.zeros(3)
+    if not (sides > 0).all() or not np.isfinite(sides).all():
+        raise ArgumentError(f"`{name}` must have a least and a largest corner, (2, 3)", name)
+    found: list[list[float]] = corners.tolist()
+    return found
+
+
+def _finding(found: Mapping[str, Any]) -> CollisionFinding:
+    return CollisionFinding(found["text"], tuple(map(tuple, found["pairs"])))
 
 
 def _with_noise(options: Options) -> tuple[Options, tuple[str, ...]]:

@@ -170,6 +170,38 @@ _ARGUMENTS = (
         "The base floats, and its origin may move so far. Unit: m.",
     ),
     _Argument(
+        "collisions",
+        bool,
+        LIMITS,
+        "Whether to keep the robot from touching itself, the payload's box and the keep-out boxes. "
+        "Default: --collisions.",
+        flags=("--collisions/--no-collisions",),
+    ),
+    _Argument(
+        "workspace",
+        str,
+        LIMITS,
+        "Least and largest corner of a box that the tip and the payload's box must stay in, in "
+        "the frame of the base. Unit: m.",
+        metavar="X,Y,Z,X,Y,Z",
+        parse=option_text.box,
+    ),
+    _Argument(
+        "keep_out",
+        list[str],
+        LIMITS,
+        "A box that must not be entered, such as table=-1,-1,-0.5,1,1,0: its name, then the "
+        "least and the largest corner in the frame of the base. Unit: m.",
+        metavar="NAME=BOX",
+        parse=option_text.named_boxes,
+    ),
+    _Argument(
+        "least_distance",
+        float,
+        LIMITS,
+        "Least distance of links, payload and keep-out boxes. Default: 0.01. Unit: m.",
+    ),
+    _Argument(
         "sensors",
         list[str],
         SENSORS,

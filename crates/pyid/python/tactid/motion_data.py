@@ -19,8 +19,21 @@ class LimitMargin:
     """Largest fraction of the limit that is used at any time: 1 at the limit."""
     time: float
     """Time at which it is used, s."""
+    distance: float | None
+    """Of the distance between two bodies, the least, m: 0.08 at most, and negative where they
+    touch. None for other limits."""
     binds: bool
     """Whether relaxing the limit allows smaller intervals."""
+
+
+@dataclass(frozen=True)
+class CollisionFinding:
+    """What the test for collisions leaves out."""
+
+    text: str
+    """What is left out, and the reason."""
+    pairs: tuple[tuple[str, str], ...]
+    """Names of the bodies of each pair that is not tested; empty for a shape that is left out."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -60,6 +73,8 @@ class MotionData:
     """How much of each limit is used, by the payload that uses most."""
     binding_constraints: tuple[str, ...]
     """The limits that bind: relaxing one allows smaller intervals."""
+    collision_findings: tuple[CollisionFinding, ...] | None
+    """What the test for collisions leaves out; None where the robot's were not tested."""
     duration_s: float
     """Duration, s."""
     seed: int

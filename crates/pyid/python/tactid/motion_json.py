@@ -38,6 +38,9 @@ def record(motion: MotionData) -> dict[str, Any]:
         # JSON has no infinity, of which a payload that pulls off a pad uses its grip.
         "margins": [asdict(each) | {"used": finite(each.used)} for each in motion.margins],
         "binding_constraints": list(motion.binding_constraints),
+        "collision_findings": None
+        if motion.collision_findings is None
+        else [asdict(each) for each in motion.collision_findings],
         "series": {
             "time": motion.history_time.tolist(),
             "std_dev": [all_finite(row) for row in motion.history_std_devs.tolist()],

@@ -4,12 +4,16 @@ from rich import box
 from rich.table import Table
 
 from tactid import table
-from tactid.motion_data import LimitMargin, MotionData
+from tactid.motion_data import CollisionFinding, LimitMargin, MotionData
 from tactid.naming import Style, listed, option_name
 from tactid.values import NAMES, UNITS, Z95, digits_of, flat
 
 MOST_SHOWN = 6
 """Largest number of limits in the table of those that are used most."""
+
+
+MOST_PAIRS_SHOWN = 3
+"""Largest number of pairs in a line on what is not tested for collisions."""
 
 
 def heading(motion: MotionData) -> str:
@@ -65,7 +69,10 @@ def most_used(motion: MotionData) -> list[LimitMargin]:
 def margin_cells(margin: LimitMargin) -> list[str]:
     """Returns the cells of one limit."""
     used = f"{100 * margin.used:.1f} %"
-    return [margin.limit, used, f"{margin.time:.2f} s", "binds" if margin.binds else ""]
+    limit = margin.limit
+    if margin.distance is not None:
+        limit += f" ({1e3 * margin.distance:.0f} mm)"
+    return [limit, used, f"{margin.time:.2f} s", "binds" if margin.binds else ""]
 
 
 def lines(motion: MotionData, style: Style = "keyword") -> list[str]:
@@ -90,8 +97,20 @@ def lines(motion: MotionData, style: Style = "keyword") -> list[str]:
     if binding:
         more = f" and {len(binding) - MOST_SHOWN} more" if len(binding) > MOST_SHOWN else ""
         said.append(f"What binds: {', '.join(binding[:MOST_SHOWN])}{more}.")
-    said.append("Collisions are not checked: look at the motion before the robot makes it.")
+    if motion.collision_findings is None:
+        said.append("Collisions are not tested: look at the motion before the robot makes it.")
+    else:
+        said += [collision_line(finding) for finding in motion.collision_findings]
     return said
+
+
+def collision_line(finding: CollisionFinding) -> str:
+    """Says what the test for collisions leaves out, with the first pairs."""
+    shown = [" and ".join(pair) for pair in finding.pairs[:MOST_PAIRS_SHOWN]]
+    more = len(finding.pairs) - len(shown)
+    pairs = ": " + ", ".join(shown) if shown else ""
+    text = finding.text[0].upper() + finding.text[1:]
+    return text + pairs + (f", and {more} more pairs" if more else "") + "."
 
 
 def text(motion: MotionData) -> str:

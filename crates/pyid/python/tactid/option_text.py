@@ -34,6 +34,22 @@ def box(flag: str, text: str) -> NDArray[np.float64]:
     return np.reshape(numbers(flag, text, 6), (2, 3))
 
 
+def named_boxes(flag: str, texts: list[str]) -> dict[str, NDArray[np.float64]]:
+    """Reads boxes, each with its name before the corners, as in ``table=-1,-1,-0.5,1,1,0``."""
+    boxes = {}
+    for text in texts:
+        name, equals, corners = text.partition("=")
+        if not equals or not name.strip():
+            raise ArgumentError(
+                f"{flag} is {text!r}: expected a name, an equals sign and the least and the largest"
+                " corner of a box, such as table=-1,-1,-0.5,1,1,0"
+            )
+        if name.strip() in boxes:
+            raise ArgumentError(f"{flag} has two boxes of the name {name.strip()}")
+        boxes[name.strip()] = box(flag, corners)
+    return boxes
+
+
 def body(flag: str, text: str) -> MassProperties:
     """Reads the ten values of a body."""
     mass, x, y, z, xx, xy, xz, yy, yz, zz = numbers(flag, text, 10)

@@ -1,17 +1,16 @@
 """The shapes of a robot's links, from its URDF."""
 
-import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
-from urllib.parse import unquote
 from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactid.errors import ModelError
+from tactid.meshes import candidates
 
 Array = NDArray[np.float64]
 Color = tuple[int, int, int, int]
@@ -124,23 +123,7 @@ def _bones(robot: ElementTree.Element, link: str) -> Shape | None:
 
 def _resolve(uri: str, folder: Path | None) -> Path | None:
     """The file of a mesh, if it is there and of a kind that can be shown."""
-    scheme, found, rest = uri.partition("://")
-    candidates: list[Path] = []
-    if not found:
-        candidates = [Path(uri) if folder is None else folder / uri]
-    elif scheme == "file":
-        candidates = [Path(unquote(rest))]
-    elif scheme == "package":
-        package, _, inside = rest.partition("/")
-        prefixes = [Path(p) for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
-        candidates = [prefix / "share" / package / inside for prefix in prefixes]
-        sources = [Path(p) for p in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if p]
-        candidates += [source / package / inside for source in sources]
-        candidates += [source / inside for source in sources if source.name == package]
-        if folder is not None:
-            # A URDF mostly stands in its own package, some folders down.
-            candidates += [above / rest for above in folder.parents]
-    for path in candidates:
+    for path in candidates(uri, folder):
         if path.suffix.lower() in MESHES and path.is_file():
             return path
     return None

@@ -1,0 +1,82 @@
+//! Collision shapes of a robot and boxes around it, from what Python gives.
+
+use pyo3::prelude::*;
+use tactid_excitation::{CollisionFinding, CollisionModel, KeepOutBox, OrientedBox, Problem};
+
+use crate::dynamics::Manipulator;
+use crate::errors::IntoPyErr;
+
+/// `tactid.motion_data.CollisionFinding`.
+#[derive(IntoPyObject)]
+pub(crate) struct FindingData {
+    text: String,
+    pairs: Vec<[String; 2]>,
+}
+
+/// Returns a finding in words, without its pairs, and the pairs.
+pub(crate) fn finding(finding: &CollisionFinding) -> FindingData {
+    match finding {
+        CollisionFinding::PairsNotTested { pairs, because } => FindingData {
+            text: format!("not tested for collisions, because {because}"),
+            pairs: pairs.clone(),
+        },
+        other => FindingData {
+            text: other.to_string(),
+            pairs: Vec::new(),
+        },
+    }
+}
+
+/// Returns the collision shapes of a robot. `read_mesh` is called with the name of each mesh and the folder of the URDF, and
+/// returns the bytes of the mesh or the reason why there are none; an exception of it ends the design.
+pub(crate) fn collision_model(
+    robot: &Bound<'_, Manipulator>,
+    read_mesh: &Py<PyAny>,
+) -> PyResult<CollisionModel> {
+    let (py, source) = (robot.py(), &robot.get().urdf);
+    let mut raised = None;
+    let mut read = |file: &str| {
+        let found = read_mesh.bind(py).call1((file, source.folder.as_ref()));
+        let bytes = found.and_then(|found| match found.extract::<Vec<u8>>() {
+            Ok(bytes) => Ok(Ok(bytes)),
+            Err(_) => found.extract::<String>().map(Err),
+        });
+        bytes.unwrap_or_else(|error| {
+            raised.get_or_insert(error);
+            Err(String::new())
+        })
+    };
+    let model = CollisionModel::of_urdf(&source.urdf, &robot.get().robot, &mut read);
+    match raised {
+        Some(error) => Err(error),
+        None => model.map_err(IntoPyErr::into_py_err),
+    }
+}
+
+/// Corners of a box: the least and the largest, m.
+type Corners = [[f64; 3]; 2];
+
+/// The boxes around a robot, and the least distance of bodies, m.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Places {
+    payload_box: Option<Corners>,
+    workspace: Option<Corners>,
+    keep_out: Vec<(String, Corners)>,
+    least_distance: f64,
+}
+
+impl Places {
+    /// Sets the boxes of a problem and its least distance.
+    pub(crate) fn set(&self, problem: &mut Problem) {
+        let between = |[low, high]: Corners| OrientedBox::between(low, high);
+        problem.payload_box = self.payload_box.map(between);
+        problem.workspace.inside = self.workspace.map(between);
+        let keep_out = self.keep_out.iter().map(|(name, corners)| KeepOutBox {
+            name: name.clone(),
+            place: between(*corners),
+        });
+        problem.workspace.keep_out = keep_out.collect();
+        problem.least_distance_m = self.least_distance;
+    }
+}
