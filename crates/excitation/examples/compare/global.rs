@@ -13,8 +13,8 @@ use crate::random::largest_of;
 const EVALUATIONS: usize = 20_000;
 const RANDOM: usize = 100;
 
-/// Samples per second while a motion is optimised, Hz.
-const RATE_HZ: f64 = 50.0;
+/// Samples per second while a motion is optimised, Hz. At 50 Hz no motion has a prediction.
+const RATE_HZ: f64 = 100.0;
 
 /// Amplitudes of each joint: sine and cosine of five harmonics.
 const AMPLITUDES: usize = 10;
