@@ -74,7 +74,7 @@ fn linear_estimate(given: &Bound<'_, PyAny>) -> PyResult<LinearEstimate> {
         information: square("information")?,
         covariance: square("covariance")?,
         shared: SharedErrors {
-            source: given.getattr("shared_source")?.extract()?,
+            unknowns: given.getattr("shared_unknowns")?.extract()?,
             changes: OMatrix::<f64, U10, Dyn>::from_fn(count, |k, of| changes.at(of)[k]),
         },
         degrees_of_freedom: given.getattr("degrees_of_freedom")?.extract()?,

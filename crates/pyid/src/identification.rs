@@ -75,7 +75,7 @@ struct LinearData {
     information: Array,
     covariance: Array,
     shared_changes: Array,
-    shared_source: u64,
+    shared_unknowns: Vec<u64>,
     degrees_of_freedom: f64,
 }
 
@@ -91,7 +91,7 @@ impl LinearData {
                 linear.shared.changes.as_slice().to_vec(),
                 &[linear.shared.changes.ncols(), 10],
             )?,
-            shared_source: linear.shared.source,
+            shared_unknowns: linear.shared.unknowns.clone(),
             degrees_of_freedom: linear.degrees_of_freedom,
         })
     }

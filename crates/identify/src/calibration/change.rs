@@ -23,6 +23,8 @@ use super::rows::Unknowns;
 use super::scale::scale_direction;
 use super::solver::{NormalEquations, Prior, Problem};
 use crate::IdentifyError;
+use crate::fit::GainErrors;
+use crate::solve::subspace::Vector;
 
 /// Standard deviations of the change of friction that are compared, in units of the friction that joints of the arm
 /// typically have.
@@ -81,32 +83,31 @@ impl Size {
         self.gains != EVERY_DAY
     }
 
-    /// Returns the covariance of the change of the arm's unknowns in their units.
-    fn covariance(&self, layout: &Layout, prior: &Prior) -> DMatrix<f64> {
-        let [own, shared] = self.gains.map(|std_dev| std_dev * std_dev);
-        let mut covariance = DMatrix::zeros(prior.mean.len(), prior.mean.len());
+    /// Returns the root `R` of the covariance `R Rᵀ` of the change of the arm's unknowns in their units. Its columns belong to
+    /// the same independent changes whatever their size is: one for each unknown, and last the factor that all gains share.
+    fn root(&self, layout: &Layout, prior: &Prior) -> DMatrix<f64> {
+        let [own, shared] = self.gains;
+        let count = prior.mean.len();
+        let mut root = DMatrix::zeros(count, count + 1);
         for group in layout.groups() {
             let range = layout.range(group);
             match group {
                 Group::Offset | Group::Viscous | Group::Friction(_) | Group::Load => {
                     for k in range {
-                        covariance[(k, k)] = self.friction * self.friction;
+                        root[(k, k)] = self.friction;
                     }
                 }
                 Group::InverseGain => {
-                    let relative = |k: usize| prior.mean[k] / prior.scales[k];
-                    for (i, k) in range
-                        .clone()
-                        .flat_map(|i| range.clone().map(move |k| (i, k)))
-                    {
-                        let variance = if i == k { own + shared } else { shared };
-                        covariance[(i, k)] = variance * relative(i) * relative(k);
+                    for k in range {
+                        let unit = prior.mean[k] / prior.scales[k];
+                        root[(k, k)] = own * unit;
+                        root[(k, count)] = shared * unit;
                     }
                 }
                 Group::PayloadLoad | Group::Rotor | Group::Delay => {}
             }
         }
-        covariance
+        root
     }
 }
 
@@ -125,7 +126,20 @@ pub(crate) struct Changes {
     layout: Layout,
     /// What the calibration knows, with a unit of every gain.
     prior: Prior,
+    /// Root of the calibration's covariance in these units, the same for all recordings.
+    calibration_root: DMatrix<f64>,
+    /// Direction of the scale of all torques, where it is fixed.
+    scale: Option<DVector<f64>>,
     candidates: Vec<Candidate>,
+}
+
+/// What an error of one standard deviation of each independent unknown of the arm changes in the parameters of a payload.
+#[derive(Clone, Debug)]
+pub(crate) struct ArmErrors {
+    /// Errors of the calibration.
+    pub(crate) calibration: GainErrors,
+    /// Changes since the calibration.
+    pub(crate) change: GainErrors,
 }
 
 impl Changes {
@@ -142,20 +156,24 @@ impl Changes {
         };
         let failed = || IdentifyError::CalibrationFailed;
         let factor = prior.precision.clone().cholesky().ok_or_else(failed)?;
-        let mut covariance = factor.inverse();
+        let lower = factor.l();
+        let inverse =
+            lower.solve_lower_triangular(&DMatrix::identity(lower.nrows(), lower.nrows()));
+        let mut calibration_root = inverse.ok_or_else(failed)?.transpose();
         let mut prior = prior.clone();
         for k in layout.range(Group::InverseGain) {
             if prior.scales[k] == 0.0 {
                 prior.scales[k] = EXACT_GAIN_UNIT * prior.mean[k];
-                covariance.row_mut(k).fill(0.0);
-                covariance.column_mut(k).fill(0.0);
+                calibration_root.row_mut(k).fill(0.0);
             }
         }
+        let covariance = &calibration_root * calibration_root.transpose();
         let sizes = GAINS
             .into_iter()
             .flat_map(|gains| FRICTION.map(|friction| Size { friction, gains }));
         let candidate = |size: Size| -> Result<Candidate, IdentifyError> {
-            let changed = &covariance + size.covariance(layout, &prior);
+            let root = size.root(layout, &prior);
+            let changed = &covariance + &root * root.transpose();
             let factor = changed.cholesky().ok_or_else(failed)?;
             let mut precision = factor.inverse();
             let scale_variance = scale
@@ -172,6 +190,8 @@ impl Changes {
             candidates: sizes.map(candidate).collect::<Result<_, _>>()?,
             layout: layout.clone(),
             prior,
+            calibration_root,
+            scale,
         })
     }
 
@@ -187,12 +207,33 @@ impl Changes {
     pub(crate) fn changed(&self, change: &Change, problem: &Problem<'_>, arm: &[f64]) -> Vec<f64> {
         let Prior { mean, scales, .. } = &self.prior;
         let step = DVector::from_fn(arm.len(), |k, _| (arm[k] - mean[k]) / scales[k]);
-        let covariance = change.size.covariance(&self.layout, &self.prior);
-        let of_change = covariance * (&problem.prior.precision * step);
+        let root = change.size.root(&self.layout, &self.prior);
+        let of_change = &root * root.tr_mul(&(&problem.prior.precision * step));
         let pairs = mean.iter().zip(scales).zip(&of_change);
         pairs
             .map(|((mean, scale), step)| mean + scale * step)
             .collect()
+    }
+
+    /// Returns what the errors of the calibration and its change change in the parameters of a `payload`, given the change
+    /// `of_gradient` of the parameters by the gradient of the prior with the precision of a problem.
+    pub(crate) fn errors(
+        &self,
+        change: &Change,
+        (precision, of_gradient): (&DMatrix<f64>, &GainErrors),
+        payload: &Vector,
+    ) -> ArmErrors {
+        let mut of_arm = of_gradient * precision;
+        if let Some(scale) = &self.scale {
+            // The fixed scale `t = wᵀ e` of an error `e` changes the payload by a factor; the rest, by the fit.
+            let product = precision * scale;
+            let weights = &product / scale.dot(&product);
+            of_arm += (payload - &of_arm * scale) * weights.transpose();
+        }
+        ArmErrors {
+            calibration: &of_arm * &self.calibration_root,
+            change: of_arm * change.size.root(&self.layout, &self.prior),
+        }
     }
 
     /// Gives a problem the prior with the change that the recordings make most probable, about some unknowns at which

@@ -7,6 +7,7 @@ use tactid_dynamics::InertialParameters;
 
 use super::compare::{EffortComparison, compare};
 use super::estimate::{ArmChange, CalibratedEstimate, WIDENING};
+use super::fingerprint::hash;
 use super::layout::Group;
 use super::model::Calibration;
 use super::posterior::{Posterior, posterior};
@@ -19,6 +20,7 @@ use crate::diagnosis::{
 };
 use crate::equations::{Channel, window};
 use crate::finding::{Finding, UnexplainedLoad};
+use crate::fit::GainErrors;
 use crate::result::{self, PayloadEstimate, is_physical};
 use crate::solve::HALF_WIDTH_95;
 use crate::solve::intervals::intervals;
@@ -105,19 +107,22 @@ impl Calibration {
             settings,
             free: &free,
             best: with_mass.as_ref().unwrap_or(&free),
-            source: self.source(unloaded),
+            source: self.source(),
+            day: self.day(unloaded),
         };
         Ok(solution.estimate())
     }
 
-    /// Returns a number that identifies what is known of the arm: this calibration, updated by these recordings (the hash of
-    /// Fowler, Noll and Vo).
-    fn source(&self, unloaded: &[EffortRecording]) -> u64 {
-        let times = unloaded.iter().flat_map(|recording| recording.times_s());
-        let numbers = self.parameters.iter().chain(&self.precision).chain(times);
-        numbers.fold(0xcbf2_9ce4_8422_2325, |hash: u64, number| {
-            (hash ^ number.to_bits()).wrapping_mul(0x0100_0000_01b3)
-        })
+    /// Returns a number that identifies this calibration.
+    fn source(&self) -> u64 {
+        let numbers = self.parameters.iter().chain(&self.precision);
+        hash(numbers.map(|number| number.to_bits()))
+    }
+
+    /// Returns a number that identifies this calibration, updated by unloaded recordings.
+    fn day(&self, unloaded: &[EffortRecording]) -> u64 {
+        let each = unloaded.iter().map(EffortRecording::fingerprint);
+        hash(each.chain([self.source()]))
     }
 }
 
@@ -131,25 +136,29 @@ struct Solution<'a> {
     settings: &'a BatchSettings,
     free: &'a Posterior,
     best: &'a Posterior,
-    /// [`SharedErrors::source`] of the arm's unknowns.
+    /// Numbers that identify the calibration, and what is known of the arm on the day of the recordings.
     source: u64,
+    day: u64,
 }
 
 impl Solution<'_> {
-    /// Returns what the recordings say about the payload without its known mass. The errors of the arm are those of all
-    /// payloads that are identified with the same calibration.
+    /// Returns what the recordings say about the payload without its known mass. All payloads that are identified with one
+    /// calibration share its errors. Those with the same unloaded recordings share the change of the arm and the noise of these
+    /// recordings, too. Without unloaded recordings nothing says when the arm changed: the change counts as shared, so that
+    /// the number of recordings of one day does not reduce it.
     fn linear(&self) -> LinearEstimate {
         let free = self.free;
-        let changes = &free.arm_changes * WIDENING;
+        let shared = shared_errors([
+            (self.source, &free.arm_errors.calibration),
+            (self.day, &free.arm_errors.change),
+            (!self.day, &free.unloaded_errors),
+        ]);
         let covariance = free.covariance * (WIDENING * WIDENING);
         LinearEstimate {
             parameters: free.parameters - self.tool,
             information: information(&covariance, &free.null_space),
-            covariance: covariance - &changes * changes.transpose(),
-            shared: SharedErrors {
-                source: self.source,
-                changes,
-            },
+            covariance: covariance - &shared.changes * shared.changes.transpose(),
+            shared,
             degrees_of_freedom: f64::INFINITY, // the covariance is widened already
         }
     }
@@ -388,6 +397,20 @@ fn check_unloaded(
         });
     }
     Ok(())
+}
+
+/// Returns the widened errors of groups of unknowns, each with the number that identifies its source.
+fn shared_errors(groups: [(u64, &GainErrors); 3]) -> SharedErrors {
+    let columns = |(source, changes): (u64, &GainErrors)| {
+        let unknowns = (0..changes.ncols() as u64).map(move |k| hash([source, k].into_iter()));
+        let changes = changes.column_iter().map(|change| change * WIDENING);
+        unknowns.zip(changes.collect::<Vec<_>>())
+    };
+    let (unknowns, changes): (_, Vec<_>) = groups.into_iter().flat_map(columns).unzip();
+    SharedErrors {
+        unknowns,
+        changes: GainErrors::from_columns(&changes),
+    }
 }
 
 /// Returns the widened standard deviation of the mass of the whole load, kg; infinite where it is not determined.

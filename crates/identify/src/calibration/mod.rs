@@ -34,6 +34,7 @@ mod contradiction;
 mod delay;
 mod description;
 mod estimate;
+mod fingerprint;
 mod fit;
 mod identify;
 mod interruption;

@@ -1,8 +1,8 @@
 //! The payload of recordings and its uncertainty, with a calibration as the prior of the arm.
 
-use nalgebra::{DMatrix, DVector, SMatrix};
+use nalgebra::{DMatrix, DVector, SMatrix, SymmetricEigen};
 
-use super::change::{Change, Changes};
+use super::change::{ArmErrors, Change, Changes};
 use super::fit::PAYLOAD_SCALES;
 use super::noise::EffortNoise;
 use super::payload::PayloadRow;
@@ -32,9 +32,11 @@ pub(crate) struct Posterior {
     pub(crate) covariance: Matrix,
     /// Covariance that would remain if the arm were known exactly.
     pub(crate) noise_covariance: Matrix,
-    /// What an error of one standard deviation of each of the arm's independent unknowns, as they were known before the loaded
-    /// recordings, changes in the parameters. It is part of the covariance.
-    pub(crate) arm_changes: GainErrors,
+    /// What the errors of the calibration and the change of the arm since change in the parameters. It is part of the covariance.
+    pub(crate) arm_errors: ArmErrors,
+    /// What an error of one standard deviation of each independent combination of the unloaded recordings' noise changes in the
+    /// parameters; without columns where there are none. It is part of the covariance.
+    pub(crate) unloaded_errors: GainErrors,
     pub(crate) null_space: NullSpace,
     pub(crate) excitation: Excitation,
     /// Mean square of the whitened residual of each joint, with the noise of the calibration.
@@ -129,7 +131,7 @@ fn solve(
     let failed = || IdentifyError::CalibrationFailed;
     let (last, enlarged) = last.ok_or_else(failed)?;
     let (change, scale_variance) = chosen.ok_or_else(failed)?;
-    let before = precision_before(problem, &at, &enlarged)?;
+    let unloaded = unloaded_information(problem, &at, &enlarged);
     let Unknowns { arm, payloads } = at;
     if !payloads[0].iter().all(|entry| entry.is_finite()) {
         return Err(IdentifyError::CalibrationFailed);
@@ -138,10 +140,18 @@ fn solve(
     let covariance_of = |spectrum| covariance(spectrum, &scales);
     let of_arm = covariance_of(&last.spectrum);
     let of_scale = scale_variance.sqrt() * payloads[0];
+    let of_gradient = of_gradient(&last.coupling, &of_arm, &scales);
     Ok(Posterior {
         parameters: payloads[0],
         covariance: of_arm + of_scale * of_scale.transpose(),
-        arm_changes: arm_changes(&last.coupling, &before, &of_arm, &scales, &of_scale),
+        arm_errors: changes.errors(
+            &change,
+            (&problem.prior.precision, &of_gradient),
+            &payloads[0],
+        ),
+        unloaded_errors: unloaded.map_or(GainErrors::zeros(0), |information| {
+            of_gradient * symmetric_root(information)
+        }),
         noise_covariance: covariance_of(&Spectrum::new(last.alone)),
         null_space: last.spectrum.null_space(scales),
         excitation: last.spectrum.excitation(),
@@ -152,40 +162,28 @@ fn solve(
     })
 }
 
-/// Returns what an error of one standard deviation of each of the arm's unknowns changes in the parameters, given the root of
-/// their precision `before` and the covariance of the parameters; the last column is that of the scale of all gains.
-fn arm_changes(
-    coupling: &DMatrix<f64>,
-    before: &DMatrix<f64>,
-    covariance: &Matrix,
-    scales: &Vector,
-    of_scale: &Vector,
-) -> GainErrors {
-    // In the units of the information.
-    let of_payload = covariance.component_div(&(scales * scales.transpose()));
-    let mut changes = -of_payload * (coupling.tr_mul(before)).fixed_rows::<10>(0);
-    for mut change in changes.column_iter_mut() {
-        change.component_mul_assign(scales);
-    }
-    let count = changes.ncols();
-    let mut changes = changes.insert_column(count, 0.0);
-    changes.set_column(count, of_scale);
-    changes
+/// Returns the change of the parameters by a unit of each entry of the right-hand side of the arm's normal equations, given the
+/// covariance of the parameters.
+fn of_gradient(coupling: &DMatrix<f64>, covariance: &Matrix, scales: &Vector) -> GainErrors {
+    let in_units = Matrix::from_diagonal(&scales.map(f64::recip));
+    let coupling = GainErrors::from_fn(coupling.nrows(), |k, unknown| coupling[(unknown, k)]);
+    -(covariance * in_units * coupling)
 }
 
-/// Returns the root `L` of the precision `L Lᵀ` of the arm's unknowns before the loaded recordings, in units of their scales.
-fn precision_before(
+/// Returns the information of the unloaded recordings on the arm's unknowns, in units of their scales; `None` without any.
+fn unloaded_information(
     problem: &Problem<'_>,
     at: &Unknowns,
     noise: &[EffortNoise],
-) -> Result<DMatrix<f64>, IdentifyError> {
-    let unloaded = problem
-        .blocks
-        .iter()
-        .filter(|block| block.payload.is_none());
+) -> Option<DMatrix<f64>> {
+    let blocks = problem.blocks.iter().cloned();
+    let blocks: Vec<_> = blocks.filter(|block| block.payload.is_none()).collect();
+    if blocks.is_empty() {
+        return None;
+    }
     let without_payload = Problem {
         model: problem.model,
-        blocks: unloaded.cloned().collect(),
+        blocks,
         prior: problem.prior.clone(),
         payload_scales: Vec::new(),
         payload_rows: Vec::new(),
@@ -195,9 +193,17 @@ fn precision_before(
         arm: at.arm.clone(),
         payloads: Vec::new(),
     };
-    let precision = without_payload.normal_equations(&at, noise).matrix;
-    let factor = precision.cholesky();
-    Ok(factor.ok_or(IdentifyError::CalibrationFailed)?.unpack())
+    Some(without_payload.data_equations(&at, noise).matrix)
+}
+
+/// Returns the symmetric root of a positive semidefinite matrix. It changes little where the matrix does, so that its columns
+/// belong to the same unknowns in solutions with a little different noise.
+fn symmetric_root(matrix: DMatrix<f64>) -> DMatrix<f64> {
+    let mut eigen = SymmetricEigen::new(matrix);
+    eigen
+        .eigenvalues
+        .apply(|value| *value = value.max(0.0).sqrt());
+    eigen.recompose()
 }
 
 /// Solves the normal equations: the arm, of which something is known, is eliminated, and the payload moves in observable

@@ -65,6 +65,21 @@ impl EffortRecording {
         self.efforts[window][joint].slope(delay_s, self.window_s())
     }
 
+    /// Returns the times, efforts and velocities of all windows. They do not depend on the robot's links.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
+        let joints = self.arm.joints.len();
+        let of_joints = (0..self.windows()).flat_map(move |window| {
+            let of_joint = move |joint| {
+                [
+                    self.effort(window, joint, 0.0),
+                    self.columns(window, joint).velocity,
+                ]
+            };
+            (0..joints).flat_map(of_joint)
+        });
+        self.times_s.iter().copied().chain(of_joints)
+    }
+
     /// Names of the joints between the base and the tool, n of them, in the robot's order.
     #[must_use]
     pub fn joint_names(&self) -> &[String] {

@@ -60,7 +60,7 @@ fn runs_with_a_gain(
         let at = (1.0 + gains[source(k) as usize]) * truth() + scale * normal(random);
         LinearEstimate {
             shared: SharedErrors {
-                source: source(k),
+                unknowns: vec![source(k)],
                 changes: GainErrors::from_column_slice((0.02 * truth()).as_slice()),
             },
             ..LinearEstimate::with_known_noise(at, (scale * scale).try_inverse().unwrap())

@@ -11,9 +11,6 @@ use crate::solve::subspace::{Matrix, NullSpace, Vector};
 /// direction is unobservable: above the rounding of an inverted covariance.
 const ROUNDING: f64 = 1e-12;
 
-/// [`SharedErrors::source`] of the gains of joints: all recordings of a robot share them.
-const GAINS: u64 = 0;
-
 /// Least variance of an observable direction of a fit, relative to the largest one: below, it is rounding.
 const LEAST_VARIANCE: f64 = 1e-13;
 
@@ -50,9 +47,10 @@ pub struct LinearEstimate {
 /// How errors of unknowns that several recordings may share, such as the gain of a joint, change the parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SharedErrors {
-    /// Number that is the same for recordings which share these unknowns: of the same gains, or of the same calibration.
-    pub source: u64,
-    /// Change of the ten parameters, a column for each independent unknown, by an error of one standard deviation.
+    /// Number of each independent unknown, which is the same in all recordings that share it. The numbers of one recording
+    /// differ from each other.
+    pub unknowns: Vec<u64>,
+    /// Change of the ten parameters by an error of one standard deviation, a column for each of `unknowns`.
     pub changes: OMatrix<f64, U10, Dyn>,
 }
 
@@ -61,8 +59,16 @@ impl SharedErrors {
     #[must_use]
     pub fn none() -> Self {
         Self {
-            source: 0,
+            unknowns: Vec::new(),
             changes: GainErrors::zeros(0),
+        }
+    }
+
+    /// Returns the errors of gains, which all recordings of a robot share.
+    fn of_gains(changes: GainErrors) -> Self {
+        Self {
+            unknowns: (0..changes.ncols() as u64).collect(),
+            changes,
         }
     }
 }
@@ -99,10 +105,7 @@ impl LinearEstimate {
             parameters: fit.parameters - known,
             information: information / ratio,
             covariance,
-            shared: SharedErrors {
-                source: GAINS,
-                changes: fit.gain_errors.clone(),
-            },
+            shared: SharedErrors::of_gains(fit.gain_errors.clone()),
             degrees_of_freedom: fit.weights.len() as f64 / NOISE_CORRELATION,
         }
     }
@@ -118,6 +121,11 @@ impl LinearEstimate {
         let numbers = numbers.chain(self.shared.changes.iter());
         if numbers.copied().any(|number| !number.is_finite()) {
             return wrong("contains a number that is not finite");
+        }
+        let unknowns = &self.shared.unknowns;
+        let is_repeated = |k: usize| unknowns[..k].contains(&unknowns[k]);
+        if unknowns.len() != self.shared.changes.ncols() || (0..unknowns.len()).any(is_repeated) {
+            return wrong("has shared errors without a number of their own for each unknown");
         }
         if self.degrees_of_freedom.is_nan() || self.degrees_of_freedom <= 0.0 {
             return wrong("has no positive number of degrees of freedom");

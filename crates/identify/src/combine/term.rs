@@ -1,5 +1,7 @@
 //! Points with weights and errors, and their weighted mean.
 
+use std::collections::BTreeMap;
+
 use super::linear::{LinearEstimate, PseudoInverse, pseudo_inverse};
 use crate::fit::GainErrors;
 use crate::solve::subspace::{Matrix, Vector};
@@ -21,41 +23,29 @@ pub(crate) struct Term {
 impl Term {
     /// Returns the terms of runs. Unknowns that no two runs share become part of the covariance.
     pub(crate) fn of_runs(runs: &[LinearEstimate]) -> Vec<Self> {
-        let is_shared = |run: &LinearEstimate| {
-            let others = runs.iter().map(|other| &other.shared);
-            let same = others.filter(|other| {
-                let columns = other.changes.ncols();
-                other.source == run.shared.source && columns == run.shared.changes.ncols()
-            });
-            run.shared.changes.ncols() > 0 && same.count() > 1
-        };
-        let mut sources: Vec<(u64, usize)> = Vec::new();
-        for run in runs.iter().filter(|run| is_shared(run)) {
-            let source = (run.shared.source, run.shared.changes.ncols());
-            if !sources.contains(&source) {
-                sources.push(source);
-            }
+        let mut counts: BTreeMap<u64, usize> = BTreeMap::new();
+        for unknown in runs.iter().flat_map(|run| &run.shared.unknowns) {
+            *counts.entry(*unknown).or_default() += 1;
         }
-        let columns = sources.iter().map(|(_, count)| count).sum();
+        let shared = counts.iter().filter(|(_, count)| **count > 1);
+        let places: BTreeMap<u64, usize> = shared
+            .enumerate()
+            .map(|(k, (&unknown, _))| (unknown, k))
+            .collect();
         let term = |run: &LinearEstimate| {
-            let shared = &run.shared.changes;
             let mut term = Self {
                 at: run.parameters,
                 weight: run.information,
                 covariance: run.covariance,
-                changes: GainErrors::zeros(columns),
+                changes: GainErrors::zeros(places.len()),
                 degrees_of_freedom: run.degrees_of_freedom,
             };
-            if is_shared(run) {
-                let is_own =
-                    |source: &&(u64, usize)| **source == (run.shared.source, shared.ncols());
-                let before = sources.iter().take_while(|source| !is_own(source));
-                let first = before.map(|(_, count)| count).sum();
-                term.changes
-                    .columns_mut(first, shared.ncols())
-                    .copy_from(shared);
-            } else {
-                term.covariance += shared * shared.transpose();
+            let columns = run.shared.changes.column_iter();
+            for (unknown, change) in run.shared.unknowns.iter().zip(columns) {
+                match places.get(unknown) {
+                    Some(&place) => term.changes.set_column(place, &change),
+                    None => term.covariance += change * change.transpose(),
+                }
             }
             term
         };

@@ -92,8 +92,8 @@ class LinearEstimate(ComparedByValue):
     shared_changes: Array
     """Change of the parameters by an error of one standard deviation of each unknown that other
     recordings share, as the gain of a joint, (unknowns, 10)."""
-    shared_source: int
-    """Number that is the same for recordings which share these unknowns."""
+    shared_unknowns: list[int]
+    """Number of each of these unknowns, the same in all recordings that share it."""
     degrees_of_freedom: float = math.inf
     """Number of independent windows from which the noise was estimated; infinite where it is known.
 
