@@ -183,7 +183,7 @@ def test_shortages_are_sentences() -> None:
 
 
 def test_contradictions_are_sentences() -> None:
-    data = {"std_dev": 0.0035, "joint": "elbow", "payload": 1}
+    data = {"std_dev": 0.0035, "joint": "elbow", "payload": 1, "prior_std_dev": 0.2}
     cases = [
         ("gravity_tilted", 0.0349, "tilted by 2 ± 0.39 degrees, which the efforts of elbow"),
         ("joint_zero_off", 0.0349, "positions of elbow that are larger by 2 ± 0.39 degrees. "),
@@ -191,6 +191,8 @@ def test_contradictions_are_sentences() -> None:
         ("gain_contradicted", 0.0349, "other gains, most at elbow (+3.5 ± 0.69 %). "),
         ("gain_contradicted", -1.32, "other gains, most at elbow (-130 ± 0.69 %). "),
         ("payload_com_contradicted", 0.123, "recording 2 120 ± 6.9 mm from the given one, which"),
+        ("gain_improbable", 0.83, "The gain of elbow is 1.8 times the given one, which is 4.1 sta"),
+        ("gain_improbable", -0.4, "The gain of elbow is 0.6 times the given one, which is 3.3 sta"),
     ]
     assert {kind for kind, *_ in cases} == set(CONTRADICTION_KINDS)
     for kind, size, part in cases:
@@ -236,7 +238,7 @@ def test_bad_input_of_the_command_is_refused(
 ) -> None:
     unloaded, urdf = simulated(folder, None, 11), folder / "arm.urdf"
     broken = folder / "broken.toml"
-    broken.write_text("version = 3\ntool = 3\n", encoding="utf-8")
+    broken.write_text("version = 4\ntool = 3\n", encoding="utf-8")
     run = ("calibrate", "--urdf", urdf, "--out", folder / "unused.toml")
     short = simulated(folder, None, 15, 0.2)
     loaded = (*run, "--loaded", unloaded, "--payload-mass", 1)

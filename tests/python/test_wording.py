@@ -108,6 +108,11 @@ FINDINGS = [
         {"change": 0.06, "joint": "elbow", "joint_change": -0.07, "has_unloaded": True},
     ),
     Finding("joint_uncalibrated", {"joint": "elbow"}),
+    Finding(
+        "calibration_contradicted",
+        {"assumption": "gravity_tilted", "size": 0.0349, "std_dev": 0.0035, "joint": "elbow"},
+    ),
+    Finding("recording_calibrated", {"is_loaded": True}),
     Finding("unknown_joints", {"joints": ["finger"]}),
     Finding("absent_joints", {"joints": ["head"]}),
     Finding("late_start", {"topic": "/wrench", "late_s": 1.5}),
@@ -247,6 +252,16 @@ SENTENCES = {
         " its effort counts little. Record a motion of this joint in both directions, and calibrate"
         " anew."
     ),
+    "calibration_contradicted": (
+        "The calibration is contradicted by its own recordings. The efforts fit far better with"
+        " gravity tilted by 2 ± 0.39 degrees, which the efforts of elbow show most. The error is in"
+        " the calibration, and its intervals do not contain it. Check `gravity`, and how the arm is"
+        " mounted, and calibrate anew."
+    ),
+    "recording_calibrated": (
+        "This recording calibrated the arm with the payload that was given for it: the result"
+        " repeats what was given, and is no check of it. Identify another recording."
+    ),
     "unknown_joints": (
         "Joints that the URDF does not have, or that do not move in it, were left out: finger."
     ),
@@ -367,7 +382,8 @@ ONLINE_KINDS = (
 
 
 def test_every_kind_of_the_native_part_has_its_words() -> None:
-    findings = (NATIVE / "findings.rs").read_text()
+    files = ("findings.rs", "calibration_findings.rs")
+    findings = "".join((NATIVE / name).read_text() for name in files)
     assert set(re.findall(r'^ *\(?"([a-z_]+)", *(?:data!|$)', findings, re.M)) | set(
         re.findall(r'\("([a-z_]+)", (?:data|fields)', findings)
     ) == {*FINDING_KINDS, *SHORTAGE_KINDS, *CONTRADICTION_KINDS}

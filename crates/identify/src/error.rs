@@ -302,6 +302,11 @@ pub enum IdentifyError {
         /// Its value in the other recording.
         found: String,
     },
+    /// An unloaded recording that is to update a calibration is one of those that it is from.
+    #[error(
+        "the unloaded recording has calibrated the arm, and its noise would count twice: give another one of the day, or none"
+    )]
+    UnloadedCalibrated,
     /// The equations of a calibration cannot be solved: numbers of the recordings are too large.
     #[error("the arm cannot be calibrated: check the units of positions, velocities and efforts")]
     CalibrationFailed,

@@ -62,9 +62,15 @@ fn calibrated(seed: u64, wrong: Wrong) -> Result<CalibrationResult, IdentifyErro
     calibrate(&given, &settings)
 }
 
+/// Returns the only contradiction, if there is one.
+fn only(contradictions: Vec<Contradiction>) -> Option<Contradiction> {
+    assert!(contradictions.len() <= 1, "{contradictions:?}");
+    contradictions.into_iter().next()
+}
+
 /// Returns what contradicts the assumptions of a calibration of an arm with gains that are not known.
 fn contradiction(seed: u64, wrong: Wrong) -> Option<Contradiction> {
-    calibrated(seed, wrong).unwrap().contradiction
+    only(calibrated(seed, wrong).unwrap().report.contradictions)
 }
 
 /// Returns what contradicts a calibration that must contradict something, with its size.
@@ -183,7 +189,7 @@ fn gains_that_are_taken_for_exact() {
     let settings = CalibrationSettings::default();
     let unloaded = record(&mut world, None, (Wrong::default(), &settings));
     let found = calibrate(&[(unloaded, None)], &settings).unwrap();
-    let found = found.contradiction.unwrap();
+    let found = only(found.report.contradictions).unwrap();
     assert_eq!(found.assumption, Assumption::Gains);
     let joint = described()
         .joint_names()

@@ -10,8 +10,9 @@ use tactid_identify::calibration::{CalibrationReport, JointCalibration};
 use tactid_recordings::ArmCalibration;
 
 use crate::arrays::{Array, array};
+use crate::calibration_findings::{contradiction_data, shortage_data};
 use crate::errors::IntoPyErr;
-use crate::findings::{FindingData, shortage_data};
+use crate::finding_data::FindingData;
 
 /// The model of an arm that `tactid.Calibration` contains.
 #[pyclass(module = "tactid._native", frozen)]
@@ -100,6 +101,7 @@ pub(crate) struct CalibrationData {
     windows: usize,
     window: f64,
     shortages: Vec<FindingData>,
+    contradictions: Vec<FindingData>,
 }
 
 impl CalibrationData {
@@ -114,6 +116,7 @@ impl CalibrationData {
         let velocities = joints.iter().flat_map(|joint| joint.max_velocity);
         let gains = arm.effort_gain.clone();
         let shortages = report.shortages.iter();
+        let contradictions = report.contradictions.iter();
         Ok(Self {
             tip: model.tool.clone(),
             joints: model.joints.clone(),
@@ -145,6 +148,9 @@ impl CalibrationData {
             window: report.window_s,
             shortages: shortages
                 .map(|s| shortage_data(py, s))
+                .collect::<PyResult<_>>()?,
+            contradictions: contradictions
+                .map(|each| contradiction_data(py, each))
                 .collect::<PyResult<_>>()?,
         })
     }

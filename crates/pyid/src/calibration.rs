@@ -16,7 +16,8 @@ use crate::arm_model::ArmModel;
 use crate::arrays::{Array, array};
 use crate::errors::{ArgumentError, IntoPyErr, detached, in_recording};
 use crate::faults::FaultData;
-use crate::findings::{FindingData, contradiction_data, finding_data};
+use crate::finding_data::FindingData;
+use crate::findings::finding_data;
 use crate::identify::{dof_of, urdf_errors};
 use crate::interruption::InterruptionCheck;
 use crate::joint_arrays::JointArrays;
@@ -83,7 +84,6 @@ impl RecordingData {
 pub(crate) struct RunData {
     model: Py<ArmModel>,
     gain_prior: f64,
-    contradictions: Vec<FindingData>,
     recordings: Vec<RecordingData>,
 }
 
@@ -149,11 +149,7 @@ pub(crate) fn calibrate_arm(
         .recordings
         .into_iter()
         .map(|each| RecordingData::new(py, each));
-    let contradictions = run.contradiction.iter();
     Ok(RunData {
-        contradictions: contradictions
-            .map(|each| contradiction_data(py, each))
-            .collect::<PyResult<_>>()?,
         gain_prior: run.gain_std_dev,
         recordings: recordings.collect::<PyResult<_>>()?,
         model: Py::new(py, ArmModel(Arc::new(run.arm)))?,

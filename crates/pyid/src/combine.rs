@@ -8,7 +8,8 @@ use tactid_identify::{Agreement, Combination, CombineSettings, LinearEstimate, S
 
 use crate::arrays::{Array, Series, array, common_length};
 use crate::errors::{IntoPyErr, detached};
-use crate::findings::{FindingData, data_finding};
+use crate::finding_data::FindingData;
+use crate::findings::data_finding;
 use crate::identification::{EstimateData, IdentificationData, MomentsData};
 use crate::identify::{run, urdf_errors};
 use crate::options;

@@ -152,8 +152,7 @@ impl IntoPyErr for IdentifyError {
             Self::Box { .. } => option_error(message, "bounding_box"),
             Self::PayloadInertia => payload_inertia(&message),
             Self::PriorNeedsLeastSquares(_) | Self::NeedsLeastSquares(_) => {
-                let name = "estimator";
-                option_error(pointing_to(&message, name), name)
+                option_error(pointing_to(&message, "estimator"), "estimator")
             }
             Self::WrenchCount { .. }
             | Self::NoRuns
@@ -171,6 +170,7 @@ impl IntoPyErr for IdentifyError {
             | Self::GainUnexpected { .. }
             | Self::GainsUnexpected { .. }
             | Self::UnloadedHolds { .. }
+            | Self::UnloadedCalibrated
             | Self::EffortConstant { .. }
             | Self::GainsNotPositive { .. }
             | Self::EffortSignChanged { .. }

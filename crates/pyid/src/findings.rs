@@ -2,9 +2,7 @@
 
 use nalgebra::Vector3;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use tactid_dynamics::{IgnoredPart, MimicFault, ModelFinding};
-use tactid_identify::calibration::{Assumption, Contradiction, MotionShortage};
 use tactid_identify::checks::{
     PositionsBeyondLimits, TwistAxes, TwistContradiction, VelocityCause, VelocityContradiction,
 };
@@ -12,30 +10,11 @@ use tactid_identify::{
     Disagreement, Finding as Found, KnownMass, Method, NoEquations, UnexplainedLoad,
     ValueDifference, WrenchOffset,
 };
-use tactid_recordings::{ArmChanged, ChangedQuantity, Delay, Finding, NotUsedBecause};
+use tactid_recordings::{Delay, Finding, NotUsedBecause};
 
+use crate::calibration_findings::{arm_changed, calibration_contradicted, recording_calibrated};
+use crate::finding_data::{FindingData, data, fields};
 use crate::keywords::keyword_of;
-
-/// The kind of a finding, and its data.
-pub(crate) type FindingData = (&'static str, Py<PyDict>);
-
-/// A dictionary of the listed entries.
-macro_rules! data {
-    ($py:expr $(, $name:literal: $value:expr)*) => {{
-        let data = PyDict::new($py);
-        $(data.set_item($name, $value)?;)*
-        data.unbind()
-    }};
-}
-
-/// A dictionary of variables by their names.
-macro_rules! fields {
-    ($py:expr $(, $name:ident)*) => {{
-        let data = PyDict::new($py);
-        $(data.set_item(stringify!($name), $name)?;)*
-        data.unbind()
-    }};
-}
 
 /// Returns what Python's `tactid.findings.Finding` is made from. `has_unloaded` is whether the efforts of an unloaded
 /// recording were subtracted.
@@ -65,6 +44,8 @@ pub(crate) fn finding_data(
             ("effort_noisier", fields!(py, joint, noise_ratio))
         }
         Finding::ArmChanged(changed) => return arm_changed(py, changed),
+        Finding::CalibrationContradicted(found) => return calibration_contradicted(py, found),
+        Finding::RecordingCalibrated(used) => return recording_calibrated(py, *used),
         Finding::JointUncalibrated { joint } => ("joint_uncalibrated", fields!(py, joint)),
         Finding::UnknownJoints { joints } => ("unknown_joints", fields!(py, joints)),
         Finding::AbsentJoints { joints } => ("absent_joints", fields!(py, joints)),
@@ -88,10 +69,7 @@ pub(crate) fn finding_data(
             delay_s,
             residual_ratio,
             is_at_end,
-        } => (
-            "delay_doubtful",
-            fields!(py, delay_s, residual_ratio, is_at_end),
-        ),
+        } => return delay_doubtful(py, *delay_s, *residual_ratio, *is_at_end),
         Finding::NoStamps => ("no_stamps", data!(py)),
         Finding::DelayCorrected {
             applied_s,
@@ -100,40 +78,15 @@ pub(crate) fn finding_data(
     })
 }
 
-/// Returns what Python's `tactid.findings.Finding` is made from, for what the motion of a calibration does not determine.
-pub(crate) fn shortage_data(py: Python<'_>, shortage: &MotionShortage) -> PyResult<FindingData> {
-    Ok(match shortage {
-        MotionShortage::Still {
-            joint,
-            max_velocity,
-        } => ("joint_still", fields!(py, joint, max_velocity)),
-        MotionShortage::OneDirection { joint, is_positive } => {
-            ("joint_one_direction", fields!(py, joint, is_positive))
-        }
-        MotionShortage::Gain { joint, std_dev } => ("gain_uncertain", fields!(py, joint, std_dev)),
-    })
-}
-
-/// Returns what Python's `tactid.findings.Finding` is made from, for an assumption that the logs of a calibration contradict.
-pub(crate) fn contradiction_data(
+/// Returns the data of a delay that is in doubt.
+fn delay_doubtful(
     py: Python<'_>,
-    contradiction: &Contradiction,
+    delay_s: f64,
+    residual_ratio: f64,
+    is_at_end: bool,
 ) -> PyResult<FindingData> {
-    let Contradiction {
-        assumption,
-        size,
-        std_dev,
-        joint,
-    } = contradiction;
-    Ok(match assumption {
-        Assumption::Gravity => ("gravity_tilted", fields!(py, size, std_dev, joint)),
-        Assumption::JointZero => ("joint_zero_off", fields!(py, size, std_dev, joint)),
-        Assumption::Gains => ("gain_contradicted", fields!(py, size, std_dev, joint)),
-        Assumption::PayloadCenter(payload) => (
-            "payload_com_contradicted",
-            fields!(py, size, std_dev, joint, payload),
-        ),
-    })
+    let data = fields!(py, delay_s, residual_ratio, is_at_end);
+    Ok(("delay_doubtful", data))
 }
 
 /// Returns the data of a delay that was corrected.
@@ -141,22 +94,6 @@ fn delay_corrected(py: Python<'_>, applied_s: f64, estimated: Delay) -> PyResult
     let (estimated_s, std_dev_s) = (estimated.delay_s, estimated.std_dev_s);
     let data = fields!(py, applied_s, estimated_s, std_dev_s);
     Ok(("delay_corrected", data))
-}
-
-/// Returns the data of friction or gains that have changed.
-fn arm_changed(py: Python<'_>, changed: &ArmChanged) -> PyResult<FindingData> {
-    let ArmChanged {
-        quantity,
-        change,
-        joint,
-        joint_change,
-        has_unloaded,
-    } = changed;
-    let data = fields!(py, change, joint, joint_change, has_unloaded);
-    Ok(match quantity {
-        ChangedQuantity::Friction => ("friction_changed", data),
-        ChangedQuantity::Gains => ("gains_changed", data),
-    })
 }
 
 /// Returns the data of an option that has no effect.

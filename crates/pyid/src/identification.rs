@@ -14,7 +14,8 @@ use tactid_recordings::{
 use crate::arrays::{Array, array, output};
 use crate::errors::ArgumentError;
 use crate::faults::FaultData;
-use crate::findings::{FindingData, finding_data};
+use crate::finding_data::FindingData;
+use crate::findings::finding_data;
 use crate::inertia::MassProperties;
 use crate::options::{LEAST_SQUARES, NLMS};
 

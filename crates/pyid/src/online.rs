@@ -12,7 +12,8 @@ use tactid_recordings::{OnlineSetup, RecordingError, Request};
 use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wrenches};
 use crate::arrays::{Poses, Sampled, Series, common_length, output};
 use crate::errors::{ArgumentError, IntoPyErr, detached, option_error, with_option};
-use crate::findings::{FindingData, data_finding};
+use crate::finding_data::FindingData;
+use crate::findings::data_finding;
 use crate::identification::{EstimateData, SingularValuesData, WrenchOffsetData};
 use crate::options;
 

@@ -1,5 +1,6 @@
 //! Findings: what a reader of the result should know of the recording, for a program to match.
 
+use tactid_identify::calibration::{CalibratingRecording, Contradiction};
 use tactid_identify::checks::TwistContradiction;
 use tactid_identify::{Delay, Method};
 
@@ -91,6 +92,10 @@ pub enum Finding {
         /// By how much they differ, and the axes in which the twist would fit the pose.
         contradiction: TwistContradiction,
     },
+    /// The recordings of the calibration contradict an assumption of it: the error is in the result, too.
+    CalibrationContradicted(Contradiction),
+    /// The recording is one of those that calibrated the arm: its payload was given, and the result repeats it.
+    RecordingCalibrated(CalibratingRecording),
     /// The messages have no stamps: their times are those of logging.
     NoStamps,
     /// A delay of the wrenches was corrected.

@@ -201,7 +201,7 @@ fn exchange_halves(recorded: &Recorded) -> [[(f64, f64); 3]; 2] {
         let settings = CalibrationSettings::default();
         let result = calibrate(&[(calibrating, None)], &settings).unwrap();
         // No assumption is wrong by as much as would be reported.
-        assert_eq!(result.contradiction, None);
+        assert_eq!(result.report.contradictions, []);
         let mut errors = [(0.0, 0.0); 3];
         for (k, payload) in payloads.iter().enumerate() {
             let parameters = InertialParameters::from(*payload);

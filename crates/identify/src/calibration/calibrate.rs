@@ -7,7 +7,7 @@ use super::contradiction::contradiction;
 use super::fit::{MOVES, fit};
 use super::interruption::InterruptionCheck;
 use super::payload::KnownPayload;
-use super::plausibility::check_gains;
+use super::plausibility::{check_gains, improbable_gain};
 use super::recording::{EffortRecording, check_settings};
 use super::reference::reference_fit;
 use super::report::{CalibrationResult, report};
@@ -62,10 +62,12 @@ pub fn calibrate_interruptibly(
     } else {
         plain
     };
-    let report = report(&given, &best, settings)?;
+    let mut report = report(&given, &best, settings)?;
     check_gains(&report.joints, settings.gain_std_dev)?;
+    let improbable = improbable_gain(&report.joints, settings.gain_std_dev);
+    let residuals = contradiction(&given, &best)?;
+    report.contradictions = improbable.into_iter().chain(residuals).collect();
     Ok(CalibrationResult {
-        contradiction: contradiction(&given, &best)?,
         calibration: best.calibration(&given[0].0.arm)?,
         report,
     })

@@ -41,7 +41,7 @@ pub struct Contradiction {
     pub assumption: Assumption,
     /// Size of its error by one linear step, rough where it is large: the angle between the given and the true gravity, rad;
     /// the true position less the measured one, rad; the true gain over the given one, less 1; or the distance of the true
-    /// centre of mass from the given one, m.
+    /// centre of mass from the given one, m. That of [`Assumption::GainPrior`] is what the whole calibration found.
     pub size: f64,
     /// Standard deviation of the size, widened as in [`CalibratedEstimate`](super::CalibratedEstimate).
     pub std_dev: f64,
@@ -50,7 +50,7 @@ pub struct Contradiction {
 }
 
 /// What a calibration takes for true.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Assumption {
     /// The direction of gravity in the axes of the base.
     Gravity,
@@ -60,6 +60,8 @@ pub enum Assumption {
     Gains,
     /// The centre of mass of a known payload: its place among the loaded recordings.
     PayloadCenter(usize),
+    /// The gain of [`Contradiction::joint`] as it was known before the calibration, with this standard deviation, a fraction.
+    GainPrior(f64),
 }
 
 /// The columns of the unknowns that replace an assumption.

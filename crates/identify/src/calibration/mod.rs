@@ -67,6 +67,7 @@ pub use payload::KnownPayload;
 pub use recorder::EffortRecorder;
 pub use recording::EffortRecording;
 pub use report::{
-    CalibrationReport, CalibrationResult, JointCalibration, LinkCalibration, MotionShortage,
+    CalibratingRecording, CalibrationReport, CalibrationResult, JointCalibration, LinkCalibration,
+    MotionShortage,
 };
 pub use settings::CalibrationSettings;

@@ -111,10 +111,7 @@ fn solve(
         let chooses = (START_PASSES..START_PASSES + CHANGE_PASSES).contains(&pass);
         let factor = |misfit: &f64| if chooses { 1.0 } else { misfit.max(1.0) };
         let factors: Vec<f64> = misfit.iter().map(factor).collect();
-        let pairs = noise.iter().zip(&factors);
-        let enlarged: Vec<_> = pairs
-            .map(|(noise, factor)| noise.enlarged(*factor))
-            .collect();
+        let enlarged = enlarged(noise, &factors);
         let data = problem.data_equations(&at, &enlarged);
         if chooses {
             chosen = Some(changes.choose(problem, &at, &data)?);
@@ -131,27 +128,22 @@ fn solve(
     let failed = || IdentifyError::CalibrationFailed;
     let (last, enlarged) = last.ok_or_else(failed)?;
     let (change, scale_variance) = chosen.ok_or_else(failed)?;
-    let unloaded = unloaded_information(problem, &at, &enlarged);
-    let Unknowns { arm, payloads } = at;
-    if !payloads[0].iter().all(|entry| entry.is_finite()) {
+    if !at.payloads[0].iter().all(|entry| entry.is_finite()) {
         return Err(IdentifyError::CalibrationFailed);
     }
     let scales = Vector::from(scales);
     let covariance_of = |spectrum| covariance(spectrum, &scales);
     let of_arm = covariance_of(&last.spectrum);
-    let of_scale = scale_variance.sqrt() * payloads[0];
     let of_gradient = of_gradient(&last.coupling, &of_arm, &scales);
+    let unloaded_errors = unloaded_errors(problem, &at, &enlarged, &of_gradient);
+    let Unknowns { arm, payloads } = at;
+    let of_scale = scale_variance.sqrt() * payloads[0];
+    let precision = &problem.prior.precision;
     Ok(Posterior {
         parameters: payloads[0],
         covariance: of_arm + of_scale * of_scale.transpose(),
-        arm_errors: changes.errors(
-            &change,
-            (&problem.prior.precision, &of_gradient),
-            &payloads[0],
-        ),
-        unloaded_errors: unloaded.map_or(GainErrors::zeros(0), |information| {
-            of_gradient * symmetric_root(information)
-        }),
+        arm_errors: changes.errors(&change, (precision, &of_gradient), &payloads[0]),
+        unloaded_errors,
         noise_covariance: covariance_of(&Spectrum::new(last.alone)),
         null_space: last.spectrum.null_space(scales),
         excitation: last.spectrum.excitation(),
@@ -170,16 +162,26 @@ fn of_gradient(coupling: &DMatrix<f64>, covariance: &Matrix, scales: &Vector) ->
     -(covariance * in_units * coupling)
 }
 
-/// Returns the information of the unloaded recordings on the arm's unknowns, in units of their scales; `None` without any.
-fn unloaded_information(
+/// Returns the noise of each joint, enlarged by a factor.
+fn enlarged(noise: &[EffortNoise], factors: &[f64]) -> Vec<EffortNoise> {
+    let pairs = noise.iter().zip(factors);
+    pairs
+        .map(|(noise, factor)| noise.enlarged(*factor))
+        .collect()
+}
+
+/// Returns what an error of one standard deviation of each independent combination of the unloaded recordings' noise changes in
+/// the parameters, given the change `of_gradient` of [`of_gradient`]; no columns without such recordings.
+fn unloaded_errors(
     problem: &Problem<'_>,
     at: &Unknowns,
     noise: &[EffortNoise],
-) -> Option<DMatrix<f64>> {
+    of_gradient: &GainErrors,
+) -> GainErrors {
     let blocks = problem.blocks.iter().cloned();
     let blocks: Vec<_> = blocks.filter(|block| block.payload.is_none()).collect();
     if blocks.is_empty() {
-        return None;
+        return GainErrors::zeros(0);
     }
     let without_payload = Problem {
         model: problem.model,
@@ -193,7 +195,7 @@ fn unloaded_information(
         arm: at.arm.clone(),
         payloads: Vec::new(),
     };
-    Some(without_payload.data_equations(&at, noise).matrix)
+    of_gradient * symmetric_root(without_payload.data_equations(&at, noise).matrix)
 }
 
 /// Returns the symmetric root of a positive semidefinite matrix. It changes little where the matrix does, so that its columns

@@ -16,8 +16,8 @@ use crate::equations::window;
 /// Memory: 3.6 kB for each window of a seven-axis arm, so 85 MB for an hour at a cutoff of 2 Hz; 2.5 kB more for each window
 /// where contradictions are to be found.
 ///
-/// Two recordings are equal where they have the same motion, efforts and times, bit by bit, and so are one recording.
-#[derive(Clone, Debug, PartialEq)]
+/// [`EffortRecording::fingerprint`] shows whether two recordings are the same.
+#[derive(Clone, Debug)]
 pub struct EffortRecording {
     pub(crate) arm: Arc<Arm>,
     times_s: Vec<f64>,

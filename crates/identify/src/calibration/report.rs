@@ -27,8 +27,6 @@ pub struct CalibrationResult {
     pub calibration: Calibration,
     /// How well it explains the recordings, in readable numbers.
     pub report: CalibrationReport,
-    /// The assumption that the recordings contradict most, such as the direction of gravity; `None` where they contradict none.
-    pub contradiction: Option<Contradiction>,
 }
 
 /// How well a calibration explains its recordings, and what it found.
@@ -48,6 +46,20 @@ pub struct CalibrationReport {
     pub payloads: Vec<InertialParameters>,
     /// What the motion does not determine.
     pub shortages: Vec<MotionShortage>,
+    /// Assumptions that the recordings contradict: a gain that is improbable by what was known of it, and the one assumption
+    /// whose replacement explains the efforts best, such as the direction of gravity. Mostly there is none.
+    pub contradictions: Vec<Contradiction>,
+    /// The recordings.
+    pub recordings: Vec<CalibratingRecording>,
+}
+
+/// A recording that calibrated an arm, to be recognised where it is given again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CalibratingRecording {
+    /// [`EffortRecording::fingerprint`] of the recording.
+    pub fingerprint: u64,
+    /// Whether it has a payload.
+    pub is_loaded: bool,
 }
 
 /// The calibrated model of one joint. Efforts are in N m, or in N for a prismatic joint; angles become lengths there.
@@ -103,6 +115,25 @@ pub struct LinkCalibration {
 }
 
 impl CalibrationReport {
+    /// Returns what a recording was to the calibration; `None` where it is another one.
+    #[must_use]
+    pub fn used(&self, recording: &EffortRecording) -> Option<CalibratingRecording> {
+        let fingerprint = recording.fingerprint();
+        let mut recordings = self.recordings.iter().copied();
+        recordings.find(|each| each.fingerprint == fingerprint)
+    }
+
+    /// Checks that an unloaded recording, which is to update the calibration, is not one of its own.
+    ///
+    /// # Errors
+    /// Returns [`IdentifyError::UnloadedCalibrated`] if it is: its noise would count twice.
+    pub fn check_unloaded(&self, recording: &EffortRecording) -> Result<(), IdentifyError> {
+        match self.used(recording) {
+            Some(_) => Err(IdentifyError::UnloadedCalibrated),
+            None => Ok(()),
+        }
+    }
+
     /// Checks that the links between the base of a robot and the link `tool` are those of the calibration: their masses, and
     /// the places of their joints. Links beyond the tool, the place of the base, and rounding do not matter. `gravity` is that
     /// of the calibration, in the axes of the base, m/s².
@@ -201,11 +232,9 @@ pub(crate) fn report(
     let delay = fitted.model.layout.index(Group::Delay, 0);
     let joints: Vec<JointCalibration> = (0..arm.joints.len()).map(of_joint).collect();
     let payloads = fitted.unknowns.payloads.iter();
+    let windows = recordings.iter().map(|(recording, _)| recording.windows());
     Ok(CalibrationReport {
-        windows: recordings
-            .iter()
-            .map(|(recording, _)| recording.windows())
-            .sum(),
+        windows: windows.sum(),
         window_s: recordings[0].0.window_s(),
         delay: Delay {
             delay_s: fitted.unknowns.arm[delay],
@@ -216,11 +245,23 @@ pub(crate) fn report(
             .flat_map(|joint| shortages(joint, settings))
             .collect(),
         joints,
+        contradictions: Vec::new(),
+        recordings: recordings.iter().map(calibrating_recording).collect(),
         links: links(arm, &fitted.unknowns.arm, std_dev),
         payloads: payloads
             .map(|p| InertialParameters::from_vector(*p))
             .collect(),
     })
+}
+
+/// Returns what is stored of a recording.
+fn calibrating_recording(
+    (recording, payload): &(&EffortRecording, Option<KnownPayload>),
+) -> CalibratingRecording {
+    CalibratingRecording {
+        fingerprint: recording.fingerprint(),
+        is_loaded: payload.is_some(),
+    }
 }
 
 /// Returns the parameters of the links, as described and as calibrated.

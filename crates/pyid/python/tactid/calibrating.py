@@ -119,7 +119,6 @@ def calibrate(
     return from_model(
         run["model"],
         gain_prior=run["gain_prior"],
-        contradictions=[Finding(kind, found) for kind, found in run["contradictions"]],
         recordings=[_recording(each) for each in run["recordings"]],
         inputs={words: Path(path).absolute() for words, path in inputs.items()},
     )

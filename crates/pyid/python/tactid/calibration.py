@@ -98,7 +98,6 @@ class Calibration(CalibrationData):
 def from_model(
     model: _native.ArmModel,
     *,
-    contradictions: Sequence[Finding] = (),
     gain_prior: float | None = None,
     recordings: Sequence[CalibrationRecording] = (),
     inputs: Mapping[str, Path] | None = None,
@@ -106,7 +105,6 @@ def from_model(
     """Returns the calibration of a model, with the recordings that it is from, if known."""
     return Calibration(
         model=model,
-        contradictions=contradictions,
         gain_prior=gain_prior,
         recordings=recordings,
         inputs=inputs or {},
@@ -117,5 +115,8 @@ def from_model(
 def _fields_of(model: _native.ArmModel) -> dict[str, Any]:
     """Returns the fields of a calibration that its model has."""
     data = model.data()
-    shortages = [Finding(kind, found) for kind, found in data.pop("shortages")]
-    return {**data, "shortages": shortages}
+    findings = {
+        name: [Finding(kind, found) for kind, found in data.pop(name)]
+        for name in ("shortages", "contradictions")
+    }
+    return data | findings

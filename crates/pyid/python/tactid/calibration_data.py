@@ -140,9 +140,9 @@ class CalibrationData(ComparedByValue):
     """Length of a window, s."""
     shortages: Sequence[Finding] = ()
     """What the motion does not determine."""
-    contradictions: Sequence[Finding] = field(default=(), compare=False)
-    """The assumption that the recordings contradict most, such as the direction of gravity; none
-    where they contradict none, or where the calibration was read from a file."""
+    contradictions: Sequence[Finding] = ()
+    """Assumptions that the recordings contradict: a gain that is improbable by what was known of
+    it, and the one that they contradict most, such as the direction of gravity."""
     gain_prior: float | None = field(default=None, compare=False)
     """Standard deviation of the gains before the calibration; None where the calibration was read
     from a file."""

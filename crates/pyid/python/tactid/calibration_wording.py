@@ -125,6 +125,32 @@ def _payload_com_contradicted(data: Data, style: Style) -> str:
     )
 
 
+def _gain_improbable(data: Data, style: Style) -> str:
+    gain, prior = 1 + data["size"], data["prior_std_dev"]
+    # As far from one as its inverse is, whichever is farther.
+    distance = max(abs(data["size"]), abs(1 / gain - 1)) / prior
+    return (
+        f"The gain of {data['joint']} is {two_figures(gain)} times the given one, which is"
+        f" {distance:.1f} standard deviations away ({option_name('gain_std_dev', style)}"
+        f" {two_figures(100 * prior)} %). Usual causes are the URDF of another robot, efforts in"
+        f" another unit, and a wrong {option_name('payload_mass', style)}. The intervals of the"
+        " calibration do not contain such an error. Check these, and calibrate anew."
+    )
+
+
+def _calibration_contradicted(data: Data, style: Style) -> str:
+    of_calibration = CALIBRATION_CONTRADICTIONS[data["assumption"]](data, style)
+    return f"The calibration is contradicted by its own recordings. {of_calibration}"
+
+
+def _recording_calibrated(data: Data, _: Style) -> str:
+    held = "with the payload that was given for it" if data["is_loaded"] else "without a payload"
+    return (
+        f"This recording calibrated the arm {held}: the result repeats what was given, and is no"
+        " check of it. Identify another recording."
+    )
+
+
 def _contradicted(what: str, advice: str) -> str:
     return (
         f"The efforts fit far better {what}. The error is in the"
@@ -152,6 +178,8 @@ def two_figures(number: float) -> str:
 CALIBRATION_FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "effort_noisier": _effort_noisier,
     "joint_uncalibrated": _joint_uncalibrated,
+    "calibration_contradicted": _calibration_contradicted,
+    "recording_calibrated": _recording_calibrated,
     "friction_changed": _friction_changed,
     "gains_changed": _gains_changed,
 }
@@ -169,5 +197,6 @@ CALIBRATION_CONTRADICTIONS: dict[str, Callable[[Data, Style], str]] = {
     "joint_zero_off": _joint_zero_off,
     "gain_contradicted": _gain_contradicted,
     "payload_com_contradicted": _payload_com_contradicted,
+    "gain_improbable": _gain_improbable,
 }
 """Sentences about an assumption that the recordings of a calibration contradict."""

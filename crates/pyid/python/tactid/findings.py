@@ -16,6 +16,7 @@ CONTRADICTIONS = (
     "velocities_contradicted",
     "twist_contradicted",
     "gravity_contradicted",
+    "calibration_contradicted",
     "negative_mass",
     "known_bodies_too_heavy",
 )
@@ -23,6 +24,7 @@ CONTRADICTIONS = (
 first, because wrong measurements cause the others, which guess at another cause."""
 
 DOUBTS = (
+    "recording_calibrated",
     "nothing_held",
     "load_unexplained",
     "mass_contradicted",

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use tactid_dynamics::Manipulator;
 use tactid_identify::calibration::{
-    CalibrationResult, CalibrationSettings, Contradiction, EffortComparison, EffortRecording,
-    KnownPayload, calibrate_interruptibly,
+    CalibrationResult, CalibrationSettings, EffortComparison, EffortRecording, KnownPayload,
+    calibrate_interruptibly,
 };
 use tactid_identify::{Finding as DataFinding, IdentifyError};
 
@@ -99,8 +99,6 @@ pub struct CalibrationRun {
     pub arm: ArmCalibration,
     /// What was known of the gains before, see [`CalibrationSources::gain_std_dev`].
     pub gain_std_dev: f64,
-    /// The assumption that the recordings contradict most; `None` where they contradict none.
-    pub contradiction: Option<Contradiction>,
     /// The recordings: unloaded, loaded and held out, each in the order in which they were given.
     pub recordings: Vec<CalibrationRecording>,
 }
@@ -139,16 +137,17 @@ pub fn calibrate_arm(
     let all = sources.by_role();
     check_paths(&all)?;
     let (mut calibrating, mut held_out, mut used) = (Vec::new(), Vec::new(), Vec::new());
-    let mut effort_gain = Vec::new();
+    let (mut effort_gain, mut fingerprints) = (Vec::new(), Vec::new());
     for (index, given) in all.iter().enumerate() {
         let mut of_recording = part_of(observer, index, all.len());
         let read = read(given, &efforts, &settings, &mut of_recording);
         let (windows, notes) = read.map_err(|error| error.in_recording(given.source.path()))?;
         effort_gain = notes.gains.of_arm();
-        let earlier = calibrating.iter().map(|(windows, _)| windows);
-        if let Some(first) = earlier.chain(&held_out).position(|each| *each == windows) {
+        let fingerprint = windows.fingerprint();
+        if let Some(first) = fingerprints.iter().position(|each| *each == fingerprint) {
             return Err(given_twice(&all[first], given));
         }
+        fingerprints.push(fingerprint);
         used.push((given, notes));
         match given.role {
             RecordingRole::HeldOut => held_out.push(windows),
@@ -166,7 +165,6 @@ pub fn calibrate_arm(
     let recordings = used.into_iter().zip(comparisons);
     Ok(CalibrationRun {
         gain_std_dev: settings.gain_std_dev,
-        contradiction: result.contradiction,
         recordings: recordings
             .map(|((given, notes), comparison)| notes.of(given, comparison))
             .collect(),

@@ -1,7 +1,7 @@
 //! Checks of numbers that people may have edited in the file of a calibration.
 
 use nalgebra::DMatrix;
-use tactid_identify::calibration::{LinkDescription, MotionShortage};
+use tactid_identify::calibration::{Assumption, LinkDescription, MotionShortage};
 
 use super::arm::ArmCalibration;
 use super::layout::Layout;
@@ -39,6 +39,14 @@ pub(super) fn check_numbers(arm: &ArmCalibration, text: &str) -> Result<(), Faul
                 place.check("std_dev", &[*std_dev], NOT_NEGATIVE)?;
             }
             MotionShortage::OneDirection { .. } => (),
+        }
+    }
+    for (index, contradiction) in arm.report.contradictions.iter().enumerate() {
+        let place = Place::numbered(text, "contradiction", index);
+        place.check("size", &[contradiction.size], FINITE)?;
+        place.check("std_dev", &[contradiction.std_dev], NOT_NEGATIVE)?;
+        if let Assumption::GainPrior(std_dev) = contradiction.assumption {
+            place.check("prior_std_dev", &[std_dev], POSITIVE)?;
         }
     }
     check_precision(arm, text)
@@ -187,7 +195,7 @@ pub(super) struct Place<'a> {
 
 impl<'a> Place<'a> {
     /// Returns the place of a table without a name.
-    fn numbered(text: &'a str, kind: &'static str, index: usize) -> Self {
+    pub(super) fn numbered(text: &'a str, kind: &'static str, index: usize) -> Self {
         Self {
             text,
             kind,

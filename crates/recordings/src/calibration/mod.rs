@@ -3,6 +3,7 @@
 mod arm;
 mod calibrate;
 mod check;
+mod contradiction;
 mod file;
 mod held_out;
 mod layout;
@@ -11,6 +12,7 @@ mod payload;
 mod record;
 mod shortage;
 mod text;
+mod used;
 
 pub use arm::ArmCalibration;
 pub use calibrate::{

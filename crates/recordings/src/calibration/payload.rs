@@ -11,7 +11,9 @@ use crate::arrays::ArrayRecording;
 use crate::identification::CalibratedFit;
 use crate::log::LogRecording;
 use crate::recording::Recording;
-use crate::{Arrays, Identification, Observer, Progress, RecordingError, Request, UnloadedArrays};
+use crate::{
+    Arrays, Finding, Identification, Observer, Progress, RecordingError, Request, UnloadedArrays,
+};
 
 /// Identifies the payload from a log. The unloaded log of the request updates the calibration.
 ///
@@ -131,6 +133,7 @@ fn unloaded_windows(
     if interrupted {
         return Err(RecordingError::Interrupted);
     }
+    calibration.report.check_unloaded(&recorded.windows)?;
     Ok(recorded.windows)
 }
 
@@ -145,6 +148,7 @@ fn identify(
     let Recorded { plan, run, windows } =
         Recorded::new(recording, request, &calibration.settings(), observer)?;
     let joints = windows.joint_names().to_vec();
+    let used = calibration.report.used(&windows);
     let settings = plan.batch_settings();
     let found = calibration
         .model
@@ -157,11 +161,13 @@ fn identify(
         friction_change: found.friction_change,
         gain_change: found.gain_change,
     };
+    let contradictions = calibration.report.contradictions.iter().cloned();
+    let contradictions = contradictions.map(Finding::CalibrationContradicted);
+    let used = used.map(Finding::RecordingCalibrated);
     let shortages = &calibration.report.shortages;
-    let of_payload = found.result;
-    Ok(Identification::of_calibrated(
-        plan, run, of_payload, fit, shortages,
-    ))
+    let mut identified = Identification::of_calibrated(plan, run, found.result, fit, shortages);
+    identified.findings.extend(contradictions.chain(used));
+    Ok(identified)
 }
 
 /// Checks that the calibration is of the robot of a recording.

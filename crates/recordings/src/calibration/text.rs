@@ -10,12 +10,14 @@ use toml::Spanned;
 
 use super::arm::ArmCalibration;
 use super::check::{Fault, Place, check_numbers};
+use super::contradiction::StoredContradiction;
 use super::layout::{Layout, OF_LINK};
 use super::link::{Link, body};
 use super::shortage::Shortage;
+use super::used::Used;
 
 /// Version of the layout: a change that breaks a reader increments it.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 const HEADER: &str = "\
 # Calibrated joint efforts of a robot arm. `tactid calibrate` wrote this file, and `tactid identify --calibration` reads it.
@@ -32,6 +34,8 @@ const HEADER: &str = "\
 # the origin of the link's frame, kg m2, with all links fixed to it; without_tool has none of those beyond the tool.
 # origin, m, and rotation (a quaternion x y z w) place its frame in that of the moving link before it, or of the base, and axis is
 # that of its joint in its own frame: with without_tool they show whether a robot is this one.
+# A [[contradiction]] is an assumption that the recordings contradict: `size` is its error (rad, a fraction of a gain, or m).
+# The fingerprint of a [[recording]] shows where it is given again; paths are not stored.
 # The rows of [precision] are the lower triangle of the inverse covariance of all unknowns, each divided by its scale: links,
 # then every kind of unknown for all joints, then the delay.
 
@@ -65,6 +69,14 @@ struct File {
     payloads: Vec<Payload>,
     #[serde(rename = "shortage", default, skip_serializing_if = "Vec::is_empty")]
     shortages: Vec<Shortage>,
+    #[serde(
+        rename = "contradiction",
+        default,
+        skip_serializing_if = "Vec::is_empty"
+    )]
+    contradictions: Vec<StoredContradiction>,
+    #[serde(rename = "recording")]
+    recordings: Vec<Used>,
     #[serde(skip_serializing)]
     precision: Precision,
 }
@@ -184,6 +196,12 @@ impl File {
                 })
                 .collect(),
             shortages: report.shortages.iter().map(Shortage::of).collect(),
+            contradictions: report
+                .contradictions
+                .iter()
+                .map(StoredContradiction::of)
+                .collect(),
+            recordings: report.recordings.iter().map(Used::of).collect(),
             precision: Precision { rows: Vec::new() },
         }
     }
@@ -219,6 +237,7 @@ impl File {
             log_evidence: self.log_evidence,
         };
         let effort_gain = joints().map(|joint| joint.effort_gain).collect();
+        let contradictions = self.contradictions.into_iter();
         let report = CalibrationReport {
             windows: self.windows,
             window_s: self.window_s,
@@ -233,6 +252,13 @@ impl File {
                 .map(|payload| body(payload.parameters))
                 .collect(),
             shortages: self.shortages.into_iter().map(Shortage::report).collect(),
+            contradictions: contradictions.map(StoredContradiction::report).collect(),
+            recordings: self
+                .recordings
+                .iter()
+                .enumerate()
+                .map(|(index, used)| used.report(text, index))
+                .collect::<Result<_, _>>()?,
             joints: self
                 .joints
                 .into_iter()
