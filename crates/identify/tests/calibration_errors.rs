@@ -187,10 +187,17 @@ fn a_calibration_is_checked_against_robot_and_recordings() {
 fn faulty_calibrations_are_refused() {
     type Fault = fn(&mut Calibration);
     let calibration = calibrated(&mut World::new(3));
-    let broken: [(&str, Fault); 6] = [
+    let broken: [(&str, Fault); 10] = [
         ("`parameters`", |c| c.parameters.truncate(3)),
         ("`precision`", |c| c.precision[7] = f64::NAN),
+        ("`precision`", |c| c.precision[0] = -1.0),
         ("`scales`", |c| c.scales[0] = -1.0),
+        ("`scales`", |c| c.scales[0] = 0.0),
+        ("`parameters`", |c| {
+            let of_last_joint = c.parameters.len() - 2;
+            c.parameters[of_last_joint] = 0.0;
+        }),
+        ("`gravity`", |c| c.gravity.x = f64::NAN),
         ("`noise`", |c| c.noise[1].white = 0.0),
         ("`friction_widths`", |c| c.friction_widths = vec![0.3]),
         ("`reference_torques`", |c| c.reference_torques.push(1.0)),

@@ -64,7 +64,7 @@ pub(crate) struct Change {
     size: Size,
     /// Log evidence of this change less that of the best one without a change of the friction.
     pub(crate) friction_evidence: f64,
-    /// Log evidence of this change less that of the best one without a change of the gains.
+    /// Log evidence of this change less that of the best one without a change of the gains, less [`GAIN_ODDS`].
     pub(crate) gain_evidence: f64,
 }
 
@@ -282,8 +282,8 @@ fn fix_direction(precision: &mut DMatrix<f64>, direction: &DVector<f64>) -> f64 
 }
 
 impl Candidate {
-    /// Returns the logarithm of the evidence of the linearised equations, but for a constant; NaN where they cannot be
-    /// solved.
+    /// Returns the logarithm of the evidence of the linearised equations times the prior probability of the change, but for a
+    /// constant; NaN where they cannot be solved.
     fn log_evidence(&self, problem: &Problem<'_>, at: &Unknowns, data: &NormalEquations) -> f64 {
         let mut normal = data.clone().plus(problem.prior_equations(at));
         for k in problem.arm_len()..problem.len() {

@@ -45,7 +45,8 @@ pub struct ArmChange {
     /// Change of each joint, a fraction of what it was at the calibration; positive where it is larger now. That of friction is
     /// the change of the friction at the velocities of the loaded recordings, without that which depends on the load.
     pub by_joint: Vec<f64>,
-    /// Log evidence of the change less that of no such change.
+    /// Logarithm of the probability of the change less that of no such change: the difference of their evidences, and for gains
+    /// the prior odds `e⁻²`.
     pub log_evidence: f64,
 }
 

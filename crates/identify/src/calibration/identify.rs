@@ -38,7 +38,7 @@ const MIN_WINDOWS: usize = 6;
 const UNEXPLAINED: f64 = 5.0 * 5.0;
 const UNEXPLAINED_FRACTION: f64 = 0.1;
 
-/// Log evidence from which on the arm counts as changed since its calibration: the recording is 150 times as probable.
+/// Log odds from which on the arm counts as changed since its calibration: a change is 150 times as probable as none.
 const CHANGED_EVIDENCE: f64 = 5.0;
 
 /// Unloaded recordings hold a payload if its mass is so many standard deviations, and the mean squares of the residuals are

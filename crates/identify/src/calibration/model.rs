@@ -5,7 +5,7 @@ use tactid_dynamics::{InertialParameters, Manipulator};
 
 use super::arm::{Arm, WIDTHS};
 use super::compare::{EffortComparison, compare};
-use super::layout::Layout;
+use super::layout::{Group, Layout};
 use super::noise::EffortNoise;
 use super::recording::{EffortRecording, check_names, check_settings};
 use super::rows::EffortModel;
@@ -102,12 +102,11 @@ impl Calibration {
                 "a calibration has at least one joint and one link",
             );
         }
-        let fields: [(_, &[f64], _); 5] = [
+        let fields: [(_, &[f64], _); 4] = [
             ("parameters", &self.parameters, unknowns),
             ("scales", &self.scales, unknowns),
             ("precision", &self.precision, unknowns * (unknowns + 1) / 2),
             ("reference_torques", &self.reference_torques, joints),
-            ("gravity", self.gravity.as_slice(), 3),
         ];
         for (field, values, expected) in fields {
             if values.len() != expected {
@@ -124,10 +123,28 @@ impl Calibration {
         let noise = noise.flat_map(|n| [n.white, n.slow, n.slow_time_s, n.standstill]);
         let is_positive = |value: f64| value > 0.0 && value.is_finite();
         check_numbers("noise", noise, is_positive)?;
-        check_numbers("scales", self.scales.iter().copied(), |scale| scale >= 0.0)?;
+        check_numbers("gravity", self.gravity.iter().copied(), f64::is_finite)?;
+        self.check_unknowns(&layout)?;
         let torques = self.reference_torques.iter().copied();
         check_numbers("reference_torques", torques, is_positive)?;
         check_numbers("cutoff_hz", [self.cutoff_hz].into_iter(), is_positive)
+    }
+
+    /// Checks that gains are positive, that only those that are known have no scale, and that the precision is that of a
+    /// covariance.
+    fn check_unknowns(&self, layout: &Layout) -> Result<(), IdentifyError> {
+        let gains = layout.range(Group::InverseGain);
+        let inverse_gains = self.parameters[gains.clone()].iter().copied();
+        check_numbers("parameters", inverse_gains, |gain| gain > 0.0)?;
+        let scales = self.scales.iter().copied().enumerate();
+        let without_unit =
+            scales.filter(|(k, scale)| *scale < 0.0 || *scale == 0.0 && !gains.contains(k));
+        check_numbers("scales", without_unit.map(|(_, scale)| scale), |_| false)?;
+        let (_, prior) = self.model()?;
+        match prior.precision.cholesky() {
+            Some(_) => Ok(()),
+            None => invalid("precision", "it is not positive definite"),
+        }
     }
 
     /// Returns the order of the unknowns.

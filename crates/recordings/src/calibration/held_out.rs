@@ -1,10 +1,7 @@
 //! Check that a recording without payload, which did not calibrate the arm, holds none.
 
 use tactid_identify::calibration::{Calibration, EffortComparison, EffortRecording};
-use tactid_identify::{BatchSettings, IdentifyError};
-
-/// Half width of a 95 % interval, in standard deviations.
-const HALF_WIDTH_95: f64 = 1.96;
+use tactid_identify::{BatchSettings, HALF_WIDTH_95, IdentifyError};
 
 /// A recording holds a payload if its mass is so many standard deviations, and the sum of squares of the residuals of some
 /// joint is so many times as large without it.
@@ -14,18 +11,27 @@ const HELD_RATIO: f64 = 4.0;
 /// Checks that a recording holds nothing. `comparison` is that without payload.
 ///
 /// # Errors
-/// Returns [`IdentifyError::UnloadedHolds`] if a payload explains far more of the recording than a change of the arm does.
+/// Returns [`IdentifyError::UnloadedHolds`] if a payload explains far more of the recording than a change of the arm does, and
+/// the errors of [`Calibration::identify`] but for a recording that is too short.
 pub(super) fn check_empty(
     model: &Calibration,
     recording: &EffortRecording,
     comparison: &EffortComparison,
 ) -> Result<(), IdentifyError> {
     let settings = BatchSettings::default();
-    // What is too short for a payload is only compared.
-    let Ok(found) = model.identify(std::slice::from_ref(recording), &[], &settings) else {
-        return Ok(());
+    let found = match model.identify(std::slice::from_ref(recording), &[], &settings) {
+        Ok(found) => found,
+        // What is too short for a payload is only compared.
+        Err(IdentifyError::TooFewWindows { .. }) => return Ok(()),
+        Err(error) => return Err(error),
     };
-    let (mass_kg, std_dev_kg) = (found.parameters[0], found.covariance[(0, 0)].sqrt());
+    // Infinite where the motion does not determine the mass.
+    let std_dev_kg = found
+        .result
+        .estimate
+        .std_devs
+        .map_or(f64::INFINITY, |each| each[0]);
+    let mass_kg = found.parameters[0];
     let count = comparison.times_s.len() as f64;
     let joints = comparison.joints.len();
     let is_worse = |joint: usize| {
