@@ -49,8 +49,9 @@ const HELD_MISFIT: f64 = 2.0;
 impl Calibration {
     /// Identifies the payload that the arm holds in all of the `loaded` recordings, together with the arm. `unloaded` are
     /// recordings of the same day without payload, which update the calibration first; there may be none. Friction and, where
-    /// they were uncertain, gains may have changed since the calibration, by as much as the recordings show. A change of the
-    /// gains by 2 % or less is often hidden by the payload unless there is an unloaded recording.
+    /// they were uncertain, gains may have changed since the calibration, by as much as the recordings show. A small
+    /// change of the gains is hidden by the payload unless there is an unloaded recording: on simulated arms, one of 1 % changes
+    /// the mass by up to 5 %, by more than its interval.
     ///
     /// The field `delay` of the settings is ignored. Cost: eight passes over all windows, and up to sixteen
     /// where unloaded recordings may hold a payload.
