@@ -158,11 +158,26 @@ fn a_calibration_is_checked_against_robot_and_recordings() {
     );
 
     let measured = world.measure(None, 8.0);
+    let settings = BatchSettings::default();
+    let heavier = arm(&[1.0, 1.2, 1.0, 1.0], BaseKind::Fixed);
+    let of_heavier = recorded(&heavier, &measured, &CalibrationSettings::default());
+    for error in [
+        calibration.check(&heavier, TOOL).unwrap_err(),
+        calibration
+            .identify(&[of_heavier], &[], &settings)
+            .unwrap_err(),
+    ] {
+        let text = error.to_string();
+        assert!(
+            text.contains("link `link_2` has the mass 13 kg instead of 15.6"),
+            "{text}"
+        );
+    }
+
     let faster = CalibrationSettings {
         cutoff_hz: 3.0,
         ..CalibrationSettings::default()
     };
-    let settings = BatchSettings::default();
     let faster = recorded(&robot, &measured, &faster);
     assert_error(
         calibration.identify(std::slice::from_ref(&faster), &[], &settings),

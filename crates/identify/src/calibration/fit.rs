@@ -306,6 +306,7 @@ impl Fitted {
             tool: arm.tool.clone(),
             joints: arm.joints.clone(),
             links: arm.links.clone(),
+            descriptions: arm.descriptions.clone(),
             gravity: arm.gravity,
             cutoff_hz: arm.cutoff_hz,
             friction_widths: widths.map(|&width| WIDTHS[width]).collect(),

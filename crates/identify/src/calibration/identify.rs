@@ -58,7 +58,8 @@ impl Calibration {
     ///
     /// # Errors
     /// Returns [`IdentifyError::TooFewWindows`] if the loaded recordings have fewer than six windows,
-    /// [`IdentifyError::CalibrationRobot`] or [`IdentifyError::CalibrationMismatch`] if a recording is of another robot or
+    /// [`IdentifyError::CalibrationRobot`], [`IdentifyError::CalibrationLink`] or
+    /// [`IdentifyError::CalibrationMismatch`] if a recording is of another robot or
     /// has another cutoff or gravity, [`IdentifyError::EffortConstant`] or [`IdentifyError::EffortSignChanged`] if the efforts
     /// of a joint are constant while it moves or have the opposite sign of those that calibrated the arm,
     /// [`IdentifyError::CalibrationData`] for data that do not fit together, the errors of

@@ -5,6 +5,7 @@ use tactid_dynamics::{InertialParameters, Manipulator};
 
 use super::arm::{Arm, WIDTHS};
 use super::compare::{EffortComparison, compare};
+use super::description::{LinkDescription, check_descriptions};
 use super::layout::{Group, Layout};
 use super::noise::EffortNoise;
 use super::recording::{EffortRecording, check_names, check_settings};
@@ -28,6 +29,8 @@ pub struct Calibration {
     pub joints: Vec<String>,
     /// Names of the `B` links that these joints move, from the base outwards.
     pub links: Vec<String>,
+    /// What the description of the robot says of these links: another robot differs in this where all names are the same.
+    pub descriptions: Vec<LinkDescription>,
     /// Gravitational acceleration in the inertial frame, m/s².
     pub gravity: Vector3<f64>,
     /// Cutoff of the window means, Hz. Recordings for an identification must have the same.
@@ -64,12 +67,14 @@ impl Calibration {
         Ok(self.layout()?.names(&self.links, &self.joints))
     }
 
-    /// Checks that the data fit together, and belong to a robot and the link `tool`.
+    /// Checks that the data fit together, and belong to a robot and the link `tool`: the names of joints and links, the masses of
+    /// the links, and the places of their joints. Links beyond the tool, the place of the base, and rounding do not matter.
     ///
     /// # Errors
     /// Returns [`IdentifyError::CalibrationData`] if a field has the wrong length or a number that is not valid,
     /// [`IdentifyError::Model`] if the robot does not have the link, [`IdentifyError::CalibrationBase`] if the base floats
-    /// or no joint moves the link, and [`IdentifyError::CalibrationRobot`] with the first joint or link that differs.
+    /// or no joint moves the link, and [`IdentifyError::CalibrationRobot`] or [`IdentifyError::CalibrationLink`] with the first
+    /// joint or link that differs.
     pub fn check(&self, robot: &Manipulator, tool: &str) -> Result<(), IdentifyError> {
         self.check_data()?;
         let arm = Arm::new(robot, tool, &CalibrationSettings::default())?;
@@ -89,7 +94,9 @@ impl Calibration {
     fn check_arm(&self, arm: &Arm) -> Result<(), IdentifyError> {
         check_names("joint", &self.joints, &arm.joints)?;
         check_names("link", &self.links, &arm.links)?;
-        check_names("tool", &[&self.tool], &[&arm.tool])
+        check_names("tool", &[&self.tool], &[&arm.tool])?;
+        let own = self.descriptions.iter();
+        check_descriptions(&self.links, own, &arm.descriptions, &self.gravity)
     }
 
     /// Checks that all fields have the right lengths and valid numbers.
@@ -186,8 +193,8 @@ impl Calibration {
     /// of the calibration. `payload` is held in it, in the tool frame; `None` for an unloaded recording.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::CalibrationRobot`], [`IdentifyError::CalibrationMismatch`] or
-    /// [`IdentifyError::CalibrationData`], as [`Self::identify`] does.
+    /// Returns [`IdentifyError::CalibrationRobot`], [`IdentifyError::CalibrationLink`],
+    /// [`IdentifyError::CalibrationMismatch`] or [`IdentifyError::CalibrationData`], as [`Self::identify`] does.
     pub fn compare(
         &self,
         recording: &EffortRecording,

@@ -1,12 +1,11 @@
 //! What a calibration reports beside its data.
 
-use nalgebra::{DMatrix, SVector, Vector3};
-use tactid_dynamics::{InertialParameters, Manipulator};
+use nalgebra::{DMatrix, SVector};
+use tactid_dynamics::InertialParameters;
 
 use super::arm::Arm;
 use super::compare::compare;
 use super::contradiction::Contradiction;
-use super::description::{LinkDescription, check_descriptions};
 use super::estimate::WIDENING;
 use super::fit::{Fitted, MOVES, problem};
 use super::layout::Group;
@@ -104,8 +103,6 @@ pub struct JointCalibration {
 pub struct LinkCalibration {
     /// Name of the link.
     pub name: String,
-    /// What the robot's description says of the link: another robot differs in this, where all names are the same.
-    pub description: LinkDescription,
     /// Parameters of the robot's description, with links beyond the tool.
     pub described: InertialParameters,
     /// Calibrated parameters. Motion determines combinations of several links only; the others stay as described.
@@ -132,26 +129,6 @@ impl CalibrationReport {
             Some(_) => Err(IdentifyError::UnloadedCalibrated),
             None => Ok(()),
         }
-    }
-
-    /// Checks that the links between the base of a robot and the link `tool` are those of the calibration: their masses, and
-    /// the places of their joints. Links beyond the tool, the place of the base, and rounding do not matter. `gravity` is that
-    /// of the calibration, in the axes of the base, m/s².
-    ///
-    /// [`Calibration::check`](super::Calibration::check) compares the names, which this expects to be the same.
-    ///
-    /// # Errors
-    /// Returns [`IdentifyError::Model`] if the robot does not have the link, [`IdentifyError::CalibrationBase`] if the base
-    /// floats or no joint moves the link, and [`IdentifyError::CalibrationLink`] with the first link that differs.
-    pub fn check_robot(
-        &self,
-        robot: &Manipulator,
-        tool: &str,
-        gravity: &Vector3<f64>,
-    ) -> Result<(), IdentifyError> {
-        let arm = Arm::new(robot, tool, &CalibrationSettings::default())?;
-        let own = self.links.iter().map(|link| &link.description);
-        check_descriptions(&arm.links, own, &arm.descriptions, gravity)
     }
 }
 
@@ -271,7 +248,6 @@ fn links(arm: &Arm, calibrated: &[f64], std_dev: impl Fn(usize) -> f64) -> Vec<L
     };
     let of_link = |(link, name): (usize, &String)| LinkCalibration {
         name: name.clone(),
-        description: arm.descriptions[link].clone(),
         described: parameters(&arm.described, link),
         calibrated: parameters(calibrated, link),
         std_devs: std::array::from_fn(|k| std_dev(10 * link + k)),

@@ -144,7 +144,7 @@ fn check_links(arm: &ArmCalibration, text: &str) -> Result<(), Fault> {
             parent_from_link,
             axis,
             parameters,
-        } = &link.description;
+        } = &arm.model.descriptions[index];
         let origin = parent_from_link.translation.vector;
         place.check("origin", origin.as_slice(), FINITE)?;
         place.check_unit("rotation", parent_from_link.rotation.coords.as_slice())?;

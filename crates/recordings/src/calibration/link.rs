@@ -41,13 +41,14 @@ impl Link {
         index: usize,
         link: &LinkCalibration,
     ) -> Self {
-        let pose = &link.description.parent_from_link;
+        let description = &model.descriptions[index];
+        let pose = &description.parent_from_link;
         Self {
             name: link.name.clone(),
             origin: pose.translation.vector.into(),
             rotation: pose.rotation.coords.into(),
-            axis: link.description.axis.into(),
-            without_tool: (*link.description.parameters.as_vector()).into(),
+            axis: description.axis.into(),
+            without_tool: (*description.parameters.as_vector()).into(),
             described: (*link.described.as_vector()).into(),
             calibrated: layout.link(&model.parameters, index),
             std_devs: link.std_devs,
@@ -55,20 +56,24 @@ impl Link {
         }
     }
 
+    /// Returns what the robot's description says of the link.
+    pub(super) fn description(&self) -> LinkDescription {
+        let rotation = Quaternion::from(Vector4::from(self.rotation));
+        LinkDescription {
+            parent_from_link: Isometry3::from_parts(
+                Translation3::from(self.origin),
+                // The numbers come back as they were written, bit by bit.
+                UnitQuaternion::new_unchecked(rotation),
+            ),
+            axis: self.axis.into(),
+            parameters: body(self.without_tool),
+        }
+    }
+
     /// Returns what the report of the calibration says of the link.
     pub(super) fn report(&self) -> LinkCalibration {
-        let rotation = Quaternion::from(Vector4::from(self.rotation));
         LinkCalibration {
             name: self.name.clone(),
-            description: LinkDescription {
-                parent_from_link: Isometry3::from_parts(
-                    Translation3::from(self.origin),
-                    // The numbers come back as they were written, bit by bit.
-                    UnitQuaternion::new_unchecked(rotation),
-                ),
-                axis: self.axis.into(),
-                parameters: body(self.without_tool),
-            },
             described: body(self.described),
             calibrated: body(self.calibrated),
             std_devs: self.std_devs,

@@ -177,7 +177,5 @@ fn check(
     calibration: &ArmCalibration,
 ) -> Result<(), RecordingError> {
     let tip = request.tip.as_deref().unwrap_or(&calibration.model.tool);
-    let (model, robot) = (&calibration.model, &recording.sources().robot);
-    model.check(robot, tip)?;
-    Ok(calibration.report.check_robot(robot, tip, &model.gravity)?)
+    Ok(calibration.model.check(&recording.sources().robot, tip)?)
 }

@@ -226,6 +226,7 @@ impl File {
             tool: self.tool.clone(),
             joints: joints().map(|joint| joint.name.clone()).collect(),
             links: links().map(Link::name).collect(),
+            descriptions: links().map(Link::description).collect(),
             gravity: Vector3::from(self.gravity_m_s2),
             cutoff_hz: self.cutoff_hz,
             friction_widths: self.friction_velocities.clone(),

@@ -118,6 +118,9 @@ pub(crate) fn arm() -> ArmCalibration {
             tool: "tool0".to_owned(),
             joints: NAMES.map(str::to_owned).to_vec(),
             links: LINKS.map(str::to_owned).to_vec(),
+            descriptions: [0, 1]
+                .map(|index| description(&mut numbers, index))
+                .to_vec(),
             gravity: Vector3::new(numbers.one(), 0.0, -9.81),
             cutoff_hz: numbers.one(),
             friction_widths: vec![0.005, 0.05, 0.5],
@@ -162,17 +165,20 @@ fn link(numbers: &mut Numbers, parameters: &[f64], index: usize) -> LinkCalibrat
     let calibrated = &parameters[10 * index..10 * index + 10];
     LinkCalibration {
         name: LINKS[index].to_owned(),
-        description: LinkDescription {
-            parent_from_link: Isometry3::new(
-                Vector3::from_fn(|_, _| numbers.one()),
-                Vector3::new(0.3, -0.2, 1.1 + index as f64),
-            ),
-            axis: Vector3::new(1.0, 2.0, 3.0 + index as f64).normalize(),
-            parameters: numbers.body(),
-        },
         described: numbers.body(),
         calibrated: InertialParameters::from_vector(SVector::from_column_slice(calibrated)),
         std_devs: numbers.ten(),
+    }
+}
+
+fn description(numbers: &mut Numbers, index: usize) -> LinkDescription {
+    LinkDescription {
+        parent_from_link: Isometry3::new(
+            Vector3::from_fn(|_, _| numbers.one()),
+            Vector3::new(0.3, -0.2, 1.1 + index as f64),
+        ),
+        axis: Vector3::new(1.0, 2.0, 3.0 + index as f64).normalize(),
+        parameters: numbers.body(),
     }
 }
 
