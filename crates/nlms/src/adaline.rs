@@ -50,9 +50,9 @@ impl<R: LearningRule, const N: usize> Estimator<N> for Adaline<R, N> {
     fn update(&mut self, row: &SVector<f64, N>, target: f64) -> Outcome {
         let outcome = self.counts.admit(row, target);
         if outcome == Outcome::Used {
-            let step = self.rule.step(row.norm_squared());
+            let direction = row * self.rule.step(row.norm_squared());
             let error = target - dot(row, &self.weights); // residual of (52)
-            self.weights += row * (step * error); // (53)
+            self.weights += direction * error; // (53)
         }
         outcome
     }
@@ -72,7 +72,7 @@ const SUMS: usize = 4;
 /// Returns the dot product in four sums. The weights of the next row wait for it, and it for the last one of as many
 /// additions as there are entries in a sum.
 fn dot<const N: usize>(a: &SVector<f64, N>, b: &SVector<f64, N>) -> f64 {
-    let mut sums = [0.0; SUMS];
+    let mut sums = [-0.0; SUMS]; // The compiler leaves out the addition to -0.0, but not to 0.0, which would change -0.0.
     for (a, b) in a.as_slice().chunks(SUMS).zip(b.as_slice().chunks(SUMS)) {
         for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
             *sum += a * b;

@@ -141,27 +141,35 @@ impl<const N: usize> SquareRootInformation<N> {
         if row_squares <= f64::EPSILON.powi(2) * square {
             rows.iter_mut().for_each(|(row, _)| row[k] = 0.0);
         } else {
+            // The Householder vector is diagonal - length, and below it column k of the rows. Of its reflection
+            // only the last step waits for the root: a division by it is a product with length / square.
+            let inverse_row_squares = row_squares.recip();
+            let inverse_square = square.recip();
             let length = square.sqrt();
-            // First entry of the Householder vector, diagonal - length, written without cancellation. Its
-            // other entries are column k of the rows. The scale is two over its squared length.
-            let leading = -row_squares / (diagonal + length);
-            let scale = (diagonal + length) / (row_squares * length);
-            let mut projection = products;
+            let inverse_length = length * inverse_square;
+            // Returns an entry of row k of R, reflected, and the multiple of column k that its column of the rows loses.
+            let reflect = |above: f64, product: f64| {
+                let ratio = product * inverse_row_squares;
+                (
+                    (diagonal * above + product) * inverse_length,
+                    ratio + (diagonal * ratio - above) * inverse_length,
+                )
+            };
+            let mut multiples = products;
             let above = &mut self.lower.as_mut_slice()[k * N + first..(k + 1) * N];
-            let projection = &mut projection.as_mut_slice()[first..];
-            for (projection, above) in projection.iter_mut().zip(above) {
-                *projection = scale * (*projection + leading * *above);
-                *above -= leading * *projection;
+            let multiples = &mut multiples.as_mut_slice()[first..];
+            for (multiple, above) in multiples.iter_mut().zip(above) {
+                (*above, *multiple) = reflect(*above, *multiple);
             }
             self.lower[(k, k)] = length;
-            projection[k - first] = 1.0; // But for rounding it is one: entry k of the rows vanishes exactly.
+            multiples[k - first] = 1.0; // But for rounding it is one: entry k of the rows vanishes exactly.
             let target_above = &mut self.transformed_target[k];
-            let target_projection = scale * (target_product + leading * *target_above);
-            *target_above -= leading * target_projection;
+            let target_multiple;
+            (*target_above, target_multiple) = reflect(*target_above, target_product);
             for (row, target) in &mut *rows {
                 let entry = row[k];
-                add_scaled(&mut row.as_mut_slice()[first..], -entry, projection);
-                *target -= target_projection * entry;
+                add_scaled(&mut row.as_mut_slice()[first..], -entry, multiples);
+                *target -= target_multiple * entry;
             }
         }
         true
