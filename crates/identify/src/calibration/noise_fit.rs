@@ -28,7 +28,7 @@ pub(crate) struct NoiseWindows<'a> {
     are_all: bool,
 }
 
-/// Chooses stretches of some 2000 windows in all.
+/// Chooses stretches of at most [`MOST_WINDOWS`] windows in all.
 pub(crate) fn noise_windows<'a>(blocks: &[Block<'a>]) -> NoiseWindows<'a> {
     let counts: Vec<usize> = blocks.iter().map(|block| block.windows.len()).collect();
     let kept = blocks.iter().zip(chosen(&counts));
@@ -42,19 +42,35 @@ pub(crate) fn noise_windows<'a>(blocks: &[Block<'a>]) -> NoiseWindows<'a> {
     }
 }
 
-/// Returns the places of the chosen windows in each of several recordings. Stretches are counted across recordings, as
-/// many short ones have no more windows than one that is long.
+/// Returns the places of the chosen windows in each of several recordings, in increasing order. Each recording is divided into
+/// stretches of equal length. Multiples of the golden ratio decide which of them are kept: these are spread evenly over all
+/// recordings, and with no period that could meet always the same part of recordings of one length.
 fn chosen(counts: &[usize]) -> Vec<Vec<usize>> {
-    let all: usize = counts.iter().sum();
-    let every = all.div_ceil(MOST_WINDOWS).max(1);
-    let mut stretches = 0;
-    let of_recording = |count: &usize| {
-        let first = stretches;
-        stretches += count.div_ceil(STRETCH);
-        let is_kept = |place: &usize| (first + place / STRETCH).is_multiple_of(every);
-        (0..*count).filter(is_kept).collect()
+    if counts.iter().sum::<usize>() <= MOST_WINDOWS {
+        return counts.iter().map(|count| (0..*count).collect()).collect();
+    }
+    let of_recording = |(recording, &count): (usize, &usize)| {
+        let stretches = count.div_ceil(STRETCH);
+        let place = move |k: usize| k * count / stretches;
+        (0..stretches).map(move |k| (recording, place(k)..place(k + 1)))
     };
-    counts.iter().map(of_recording).collect()
+    let stretches = counts.iter().enumerate().flat_map(of_recording);
+    let golden_ratio = 0.5 * (1.0 + 5.0_f64.sqrt());
+    let ranked = stretches.enumerate();
+    let mut ranked: Vec<_> = ranked
+        .map(|(k, stretch)| ((k as f64 * golden_ratio).fract(), stretch))
+        .collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut left = MOST_WINDOWS;
+    let mut kept = vec![Vec::new(); counts.len()];
+    for (_, (recording, places)) in ranked {
+        if let Some(rest) = left.checked_sub(places.len()) {
+            left = rest;
+            kept[recording].extend(places);
+        }
+    }
+    kept.iter_mut().for_each(|places| places.sort_unstable());
+    kept
 }
 
 /// Returns how improbable the logarithms of a noise are for a joint with so much friction, N m or N.
@@ -159,13 +175,22 @@ fn with_uncertainty(
 mod tests {
     use super::*;
 
-    /// One long recording and many short ones keep some 2000 windows, spread over all; few windows are all kept.
+    /// One long recording and many short ones keep nearly as many windows as are allowed, and the beginnings of recordings as
+    /// often as their ends; few windows are all kept.
     #[test]
-    fn many_short_recordings_keep_no_more_windows_than_a_long_one() {
-        for counts in [vec![20_000], vec![40; 500], vec![150; 200]] {
+    fn chosen_windows_are_spread_over_all_recordings() {
+        let lengths = [40, 99, 101, 150, 199, 200, 250, 1000];
+        let of_many = lengths.map(|length| vec![length; 30_000 / length]);
+        let of_one = [2001, 2500, 20_000].map(|length| vec![length]);
+        for counts in of_many.into_iter().chain(of_one) {
             let kept = chosen(&counts);
             let windows: usize = kept.iter().map(Vec::len).sum();
-            assert!((1500..=2600).contains(&windows), "{windows}");
+            assert!((1800..=MOST_WINDOWS).contains(&windows), "{windows}");
+            let pairs = || kept.iter().zip(&counts);
+            assert!(pairs().all(|(kept, _)| kept.is_sorted_by(|a, b| a < b)));
+            let all = pairs().flat_map(|(kept, count)| kept.iter().map(|k| (2 * k + 1).cmp(count)));
+            let balance: i64 = all.map(|half| half as i64).sum();
+            assert!(balance.unsigned_abs() < 300, "{balance} {}", counts[0]);
             let last = kept.iter().rposition(|kept| !kept.is_empty());
             assert!(last.is_some_and(|last| 10 * last >= 9 * (counts.len() - 1)));
         }
