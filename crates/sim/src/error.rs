@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use tactid_dynamics::ModelError;
+use tactid_excitation::ExcitationError;
 use tactid_logs::LogError;
 use thiserror::Error;
 
@@ -57,6 +58,9 @@ pub enum SimError {
     /// The fingers did not grasp the payload. The field gives the reason.
     #[error("the grasp failed: {0}")]
     Grasp(String),
+    /// The motion of active excitation cannot be planned.
+    #[error("the motion cannot be planned: {0}")]
+    Planning(#[source] ExcitationError),
     /// A monitored quantity exceeds its bound.
     #[error(
         "at {time_s:.3} s: {what} is {value:.3e} {unit}, above the bound of {bound:.3e} {unit} (bounds.{field}); {advice}"

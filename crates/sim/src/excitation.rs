@@ -1,98 +1,122 @@
-//! Commanded joint velocities: those of a given motion, or of joints that start at rest and are accelerated with
-//! `amplitude · cos(2π · frequency · t)` plus noise.
+//! Commanded joint velocities, step by step: those of cosines, of a designed motion, or of motions that are planned on the way.
 
-use std::f64::consts::TAU;
+mod active;
+mod cosines;
+mod grip;
 
-use rand::SeedableRng;
-use rand::rngs::StdRng;
-use rand_distr::{Distribution, StandardNormal};
-
-use crate::experiment::{Excitation, ExcitationMode, JointExcitation};
+use crate::contact::ContactPoint;
 use crate::motion::JointMotion;
-use crate::roles::Roles;
+use crate::robot::Robot;
+use crate::roles::{ArmDrive, Roles};
+use crate::sample::Sample;
+use crate::scene::State;
 use crate::{Experiment, SimError};
 
-/// Excitation of one joint and the interval in which it is driven.
-struct Driven {
-    /// Index in the commanded velocities.
-    joint: usize,
-    amplitude: f64,
-    frequency_hz: f64,
-    start_s: f64,
-    end_s: f64,
+pub use active::ActiveReport;
+
+use active::ActiveControl;
+use cosines::Cosines;
+
+/// The robot and its grasp when the excitation starts.
+pub(crate) struct Start<'a> {
+    pub robot: &'a Robot,
+    pub roles: &'a Roles,
+    pub state: &'a State,
+    /// Contacts of each finger.
+    pub contacts: &'a [Vec<ContactPoint>; 2],
+    /// Force of each finger on the payload, N.
+    pub grip_force_n: f64,
 }
 
-/// Generator of the commanded velocities, step by step.
+/// Generator of the commanded velocities.
 pub(crate) struct Commands {
-    driven: Vec<Driven>,
-    /// The motion that all joints follow in place of `driven`.
-    motion: Option<JointMotion>,
-    noise: f64,
-    random: StdRng,
+    source: Source,
     dt: f64,
+    /// Velocities at the end of the last step, in the order of the arm's joints, rad/s or m/s.
     velocity: Vec<f64>,
+}
+
+/// Where the velocities come from.
+enum Source {
+    Cosines(Cosines),
+    Designed(JointMotion),
+    Active(Box<ActiveControl>),
 }
 
 impl Commands {
     /// Returns the generator for the arm of an experiment.
-    pub(crate) fn new(experiment: &Experiment, roles: &Roles) -> Self {
-        let Excitation {
-            mode,
-            joints: excitations,
-            command_noise,
-            ..
-        } = &experiment.excitation;
-        let share_s = experiment.duration_s / excitations.len() as f64;
-        let motion = |(i, (one, &joint)): (usize, (&JointExcitation, &usize))| {
-            let (start_s, end_s) = match mode {
-                ExcitationMode::Sequence => (share_s * i as f64, share_s * (i + 1) as f64),
-                ExcitationMode::Together => (0.0, experiment.duration_s),
-            };
-            Driven {
-                joint,
-                amplitude: one.amplitude_rad_s2,
-                frequency_hz: one.frequency_hz,
-                start_s,
-                end_s,
-            }
-        };
-        let pairs = excitations.iter().zip(&roles.driven);
-        Self {
-            driven: pairs.enumerate().map(motion).collect(),
-            motion: roles.motion.clone(),
-            noise: *command_noise,
-            random: StdRng::seed_from_u64(experiment.seed),
+    ///
+    /// # Errors
+    /// Returns [`SimError::Robot`] or [`SimError::Planning`] if no motion of the arm can be planned.
+    pub(crate) fn new(experiment: &Experiment, start: &Start<'_>) -> Result<Self, SimError> {
+        let roles = start.roles;
+        Ok(Self {
+            source: match &roles.drive {
+                ArmDrive::Cosines(driven) => Source::Cosines(Cosines::new(experiment, driven)),
+                ArmDrive::Designed(motion) => Source::Designed(motion.clone()),
+                ArmDrive::Active => {
+                    Source::Active(Box::new(ActiveControl::new(experiment, start)?))
+                }
+            },
             dt: experiment.step_s,
             velocity: vec![0.0; roles.arm.len()],
-        }
+        })
     }
 
     /// Returns the velocities at the end of the step that starts at `time_s`, rad/s or m/s.
-    pub(crate) fn step(&mut self, time_s: f64) -> &[f64] {
-        if let Some(motion) = &self.motion {
-            // The mean velocity of the step leads to the position at its end.
-            for (joint, velocity) in self.velocity.iter_mut().enumerate() {
-                let [before, after] = [time_s, time_s + self.dt].map(|t| motion.position(joint, t));
-                *velocity = (after - before) / self.dt;
+    ///
+    /// # Errors
+    /// Returns [`SimError::Planning`] if the motion cannot be planned further.
+    pub(crate) fn step(&mut self, time_s: f64) -> Result<&[f64], SimError> {
+        let Self {
+            source,
+            dt,
+            velocity,
+        } = self;
+        // The mean velocity of a step leads to the position at its end.
+        let mean = |before: f64, after: f64| (after - before) / *dt;
+        match source {
+            Source::Cosines(cosines) => cosines.accelerate(time_s, velocity),
+            Source::Designed(motion) => {
+                for (joint, velocity) in velocity.iter_mut().enumerate() {
+                    let [before, after] = [time_s, time_s + *dt].map(|t| motion.position(joint, t));
+                    *velocity = mean(before, after);
+                }
+            }
+            Source::Active(control) => {
+                control.plan_if_due(time_s)?;
+                for (joint, velocity) in velocity.iter_mut().enumerate() {
+                    let [before, after] =
+                        [time_s, time_s + *dt].map(|t| control.position(joint, t));
+                    *velocity = mean(before, after);
+                }
             }
         }
-        for one in &self.driven {
-            let velocity = &mut self.velocity[one.joint];
-            let tolerance = 1e-6 * self.dt; // times are multiples of the step up to rounding
-            if time_s < one.start_s - tolerance {
-                continue;
-            }
-            let acceleration = if time_s < one.end_s - tolerance {
-                let noise: f64 = StandardNormal.sample(&mut self.random);
-                let phase = TAU * one.frequency_hz * (time_s - one.start_s);
-                one.amplitude * (phase.cos() + self.noise * noise)
-            } else {
-                // After its interval the joint is stopped with at most the amplitude of its excitation.
-                (-*velocity / self.dt).clamp(-one.amplitude, one.amplitude)
-            };
-            *velocity += acceleration * self.dt;
+        Ok(&self.velocity)
+    }
+
+    /// Takes the measurements of the step that [`step`](Self::step) commanded.
+    ///
+    /// # Errors
+    /// Returns [`SimError::Planning`] if they cannot be used.
+    pub(crate) fn observe(&mut self, sample: &Sample) -> Result<(), SimError> {
+        match &mut self.source {
+            Source::Active(control) => control.observe(sample),
+            Source::Cosines(_) | Source::Designed(_) => Ok(()),
         }
-        &self.velocity
+    }
+
+    /// Returns whether the arm rests for good: nothing more is planned, and the last motion is at its end.
+    pub(crate) fn is_finished(&self, time_s: f64) -> bool {
+        matches!(&self.source, Source::Active(control) if control.is_finished(time_s))
+    }
+
+    /// Returns what active identification has reached; `None` for another kind of excitation.
+    pub(crate) fn active_report(&self) -> Option<ActiveReport> {
+        match &self.source {
+            Source::Active(control) => Some(control.report()),
+            Source::Cosines(_) | Source::Designed(_) => None,
+        }
     }
 
     /// Integrates the given accelerations, rad/s² or m/s², over one step in place of the experiment's excitation and
@@ -111,77 +135,5 @@ impl Commands {
             *velocity += acceleration * self.dt;
         }
         Ok(&self.velocity)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::roles::robot_with_roles;
-
-    /// Runs the commands of an arm with six joints, of which joints 3, 5 and 6 are driven.
-    fn run(experiment: &Experiment) -> Vec<Vec<f64>> {
-        let (_, roles) = robot_with_roles(experiment).unwrap();
-        let mut commands = Commands::new(experiment, &roles);
-        let steps = (experiment.duration_s / experiment.step_s).round() as usize;
-        (0..steps)
-            .map(|k| commands.step(k as f64 * experiment.step_s).to_vec())
-            .collect()
-    }
-
-    /// Without noise the velocity is the integral of the cosine, and each joint is driven for a third of the time.
-    #[test]
-    fn joints_are_driven_one_after_another_from_rest() {
-        let mut experiment = Experiment::paper();
-        experiment.duration_s = 30.0;
-        experiment.excitation.command_noise = 0.0;
-        let velocities = run(&experiment);
-        let integral = |t: f64| (TAU * 0.2 * t).sin() / (TAU * 0.2);
-        for (k, v) in velocities.iter().enumerate() {
-            let t = (k as f64 + 0.5) * 1e-3; // a velocity belongs to the middle of its step
-            for (joint, start) in [(2, 0.0), (4, 10.0), (5, 20.0)] {
-                let expected = if (start..start + 10.0).contains(&t) {
-                    integral(t - start)
-                } else {
-                    0.0
-                };
-                assert!(
-                    (v[joint] - expected).abs() < 6e-4,
-                    "joint {joint} at {t}: {}",
-                    v[joint]
-                );
-            }
-            assert_eq!([v[0], v[1], v[3]], [0.0; 3]);
-        }
-    }
-
-    /// The noise has the requested standard deviation and depends on the seed only.
-    #[test]
-    fn command_noise_is_white_and_seeded() {
-        let mut experiment = Experiment::paper();
-        experiment.duration_s = 30.0;
-        let noisy = run(&experiment);
-        assert_eq!(noisy, run(&experiment));
-        experiment.seed = 1;
-        assert_ne!(noisy, run(&experiment));
-        experiment.excitation.command_noise = 0.0;
-        let clean = run(&experiment);
-        let error = |k: usize| (noisy[k + 1][2] - noisy[k][2]) - (clean[k + 1][2] - clean[k][2]);
-        let variance = (0..9000).map(|k| error(k).powi(2)).sum::<f64>() / 9000.0;
-        assert!((variance.sqrt() / 1e-3 - 0.01).abs() < 5e-4);
-    }
-
-    /// A joint that is not at rest when its interval ends is stopped with at most the amplitude of its excitation.
-    #[test]
-    fn a_joint_is_brought_to_rest() {
-        let mut experiment = Experiment::paper();
-        experiment.duration_s = 6.0; // 2 s each: 0.4 of a period
-        let velocities = run(&experiment);
-        assert!(velocities[1999][2] > 0.4);
-        assert_eq!(velocities[3500][2], 0.0);
-        let hardest = velocities[2000..]
-            .windows(2)
-            .map(|w| (w[1][2] - w[0][2]).abs());
-        assert!(hardest.fold(0.0, f64::max) < 1.0001e-3);
     }
 }

@@ -1,5 +1,6 @@
 //! Description of an experiment, as one plain struct and as the TOML file that it is read from.
 
+mod active;
 mod check;
 mod excitation;
 mod lines;
@@ -11,6 +12,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::{BaseKind, MassProperties, symmetric_matrix};
 
+pub use self::active::ActiveExcitation;
 pub(crate) use self::check::refuse;
 pub use self::excitation::{Excitation, ExcitationKind, ExcitationMode, JointExcitation};
 pub(crate) use self::lines::{is_given, with_line};
@@ -40,7 +42,7 @@ pub const PAPER_TOML: &str = include_str!("../experiments/paper.toml");
 pub struct Experiment {
     /// Seed of the command noise and of the measurement noise. The same seed gives the same log.
     pub seed: u64,
-    /// Simulated time from the start of the excitation, s.
+    /// Simulated time from the start of the excitation, s: the longest one of a run that ends when the payload is identified.
     pub duration_s: f64,
     /// Step of the physics and interval of the samples, s.
     pub step_s: f64,

@@ -48,6 +48,7 @@ impl Experiment {
     pub fn follow(&mut self, file: &Path) -> Result<(), SimError> {
         self.excitation.kind = ExcitationKind::Designed;
         self.excitation.file = Some(file.to_owned());
+        self.excitation.active = None;
         self.begin_with_motion(|_| false)
     }
 

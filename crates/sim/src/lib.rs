@@ -60,11 +60,13 @@ mod simulation;
 
 pub use checks::Checks;
 pub use error::SimError;
+pub use excitation::ActiveReport;
 pub use experiment::{
-    BaseMount, BaseProperties, Bounds, Excitation, ExcitationKind, ExcitationMode, Experiment,
-    Gripper, Handle, JointExcitation, NamedPosture, Noise, PAPER_TOML, Payload, Posture,
-    RobotChoice, StdDev,
+    ActiveExcitation, BaseMount, BaseProperties, Bounds, Excitation, ExcitationKind,
+    ExcitationMode, Experiment, Gripper, Handle, JointExcitation, NamedPosture, Noise, PAPER_TOML,
+    Payload, Posture, RobotChoice, StdDev,
 };
+pub use motion::JointMotion;
 pub use robot::BUILT_IN_URDF;
 pub use run::{Progress, RunReport, run};
 pub use sample::{BaseSample, Contact, FingerSample, ImuSample, Sample, Truth};

@@ -102,7 +102,7 @@ impl Recorder {
         let [left, right] = simulation
             .roles()
             .fingers
-            .map(|body| finger_link(robot, body));
+            .map(|body| robot.moved_link(body));
         let mut recorder = Self {
             joints: Topic::new(&mut writer, "/joint_states", joint_state(simulation))?,
             base: match robot.base {
@@ -208,13 +208,6 @@ fn steps_between(rate_hz: f64, step_s: f64) -> u64 {
 
 fn record(key: &str, value: String) -> BTreeMap<String, String> {
     BTreeMap::from([(key.to_owned(), value)])
-}
-
-/// Returns the name of the link that a finger's joint moves.
-fn finger_link(robot: &Robot, body: usize) -> &str {
-    let mut links = robot.links.iter();
-    let link = links.find(|link| link.body == body && link.carried_by.is_some());
-    link.map_or("", |link| link.name.as_str())
 }
 
 fn moving_frames(robot: &Robot) -> Vec<MovingFrame> {

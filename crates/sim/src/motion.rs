@@ -20,7 +20,7 @@ const VELOCITY: &str = "qd_";
 /// Motion of some joints as a table of positions and velocities over time. Between two rows the position is the cubic with
 /// the positions and velocities of both, and after the last row the joints rest.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct JointMotion {
+pub struct JointMotion {
     file: PathBuf,
     joints: Vec<String>,
     /// What a row is called in the file, and the number of the first one.
@@ -39,7 +39,7 @@ impl JointMotion {
     /// # Errors
     /// Returns [`SimError::File`] or [`SimError::Log`] if the file cannot be read, and [`SimError::Motion`] with the line or the
     /// point if it has no motion.
-    pub(crate) fn read(path: &Path) -> Result<Self, SimError> {
+    pub fn read(path: &Path) -> Result<Self, SimError> {
         if path.is_dir() {
             Self::from_log(&path.join(FILE_IN_FOLDER))
         } else if path.extension().is_some_and(|ending| ending == "mcap") {
@@ -167,8 +167,15 @@ impl JointMotion {
         })
     }
 
+    /// Returns the names of the joints, in the order of the positions.
+    #[must_use]
+    pub fn joint_names(&self) -> &[String] {
+        &self.joints
+    }
+
     /// Returns the time from the first row to the last, s.
-    pub(crate) fn duration_s(&self) -> f64 {
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
         self.times_s.last().copied().unwrap_or_default()
     }
 
@@ -183,8 +190,12 @@ impl JointMotion {
         rows.map(|row| row.iter().map(|state| state.0).collect())
     }
 
-    /// Returns the position of a joint, by its index, at a time since the first row, rad or m.
-    pub(crate) fn position(&self, joint: usize, time_s: f64) -> f64 {
+    /// Returns the position of a joint, by its index in [`joint_names`](Self::joint_names), at a time since the first row, rad or m.
+    ///
+    /// # Panics
+    /// Panics if there is no such joint.
+    #[must_use]
+    pub fn position(&self, joint: usize, time_s: f64) -> f64 {
         let after = self.times_s.partition_point(|&time| time <= time_s);
         let (Some(before), true) = (after.checked_sub(1), after < self.times_s.len()) else {
             let end = if after == 0 {

@@ -115,6 +115,13 @@ impl Robot {
         self.links.iter().find(|link| link.name == name)
     }
 
+    /// Returns the name of the link that a body's joint moves; empty for the base.
+    pub(crate) fn moved_link(&self, body: usize) -> &str {
+        let mut links = self.links.iter();
+        let link = links.find(|link| link.body == body && link.carried_by.is_some());
+        link.map_or("", |link| link.name.as_str())
+    }
+
     /// Returns the index and the joint of each body that a joint moves, in the order of the joint vector.
     pub(crate) fn joints(&self) -> impl Iterator<Item = (usize, &MovingJoint)> {
         self.bodies

@@ -16,10 +16,19 @@ pub(crate) struct Roles {
     pub fingers: [usize; 2],
     /// Indices of the bodies that the arm's joints move, in the order of the posture.
     pub arm: Vec<usize>,
-    /// Position in `arm` of each joint that a cosine drives; empty where the arm follows a motion.
-    pub driven: Vec<usize>,
-    /// The motion that the arm's joints follow, in the order of `arm`.
-    pub motion: Option<JointMotion>,
+    /// What moves the arm's joints.
+    pub drive: ArmDrive,
+}
+
+/// What moves the joints of an arm.
+#[derive(Clone, Debug)]
+pub(crate) enum ArmDrive {
+    /// Cosines move some joints, given by their positions in the arm.
+    Cosines(Vec<usize>),
+    /// A motion of all joints, in the order of the arm.
+    Designed(JointMotion),
+    /// Motions that are planned while the payload is identified.
+    Active,
 }
 
 /// Reads the robot of an experiment and finds the roles of its links and joints.
@@ -43,7 +52,7 @@ fn robot(experiment: &Experiment) -> Result<Robot, SimError> {
     Robot::from_urdf(&experiment.urdf()?, kind, mass.as_ref())
 }
 
-/// Reads the motion of the arm's joints from the file of an experiment's excitation; `None` where cosines drive them.
+/// Reads the motion of the arm's joints from the file of an experiment's excitation; `None` for another kind of excitation.
 ///
 /// # Errors
 /// Returns the errors of reading the robot, and [`SimError::File`] or [`SimError::Motion`] for a file that is no motion of its arm.
@@ -106,21 +115,28 @@ impl Roles {
         })?;
         let (fingers, arm) = fingers_and_arm(robot, experiment)?;
         check_posture(robot, &arm, experiment)?;
-        let motion = motion(robot, &arm, experiment)?;
-        if let Some(motion) = &motion {
-            check_start(motion, experiment)?;
-        }
+        let drive = ArmDrive::find(robot, &arm, experiment)?;
         check_noise(robot.joints().count(), &experiment.noise)?;
         Ok(Self {
             tool: tool.clone(),
             fingers,
-            driven: match &motion {
-                Some(_) => Vec::new(),
-                None => driven(robot, &arm, experiment)?,
-            },
-            motion,
+            drive,
             arm,
         })
+    }
+}
+
+impl ArmDrive {
+    /// Finds what an experiment moves the joints of its arm by.
+    fn find(robot: &Robot, arm: &[usize], experiment: &Experiment) -> Result<Self, SimError> {
+        if let Some(motion) = motion(robot, arm, experiment)? {
+            check_start(&motion, experiment)?;
+            return Ok(Self::Designed(motion));
+        }
+        if experiment.excitation.kind == ExcitationKind::Active {
+            return Ok(Self::Active);
+        }
+        Ok(Self::Cosines(driven(robot, arm, experiment)?))
     }
 }
 

@@ -8,18 +8,18 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use crate::log::{Recorder, RecorderThread};
-use crate::{Checks, Experiment, SimError, Simulation};
+use crate::{ActiveReport, Checks, Experiment, SimError, Simulation};
 
 /// Progress of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
     /// Simulated time since the start of the excitation, s.
     pub time_s: f64,
-    /// Simulated time at which the run ends, s.
+    /// Simulated time at which the run ends at the latest, s.
     pub duration_s: f64,
     /// Number of steps taken.
     pub steps: u64,
-    /// Number of steps of the whole run.
+    /// Largest number of steps of the whole run.
     pub total_steps: u64,
 }
 
@@ -37,6 +37,9 @@ pub struct RunReport {
     pub simulated_time_s: f64,
     /// Whether the observer stopped the run.
     pub interrupted: bool,
+    /// What active excitation has reached; `None` for another kind of excitation.
+    #[serde(default)]
+    pub active: Option<ActiveReport>,
     /// Wall-clock time of the run including grasp and log, s. It is not logged, because the log depends on the experiment
     /// only.
     #[serde(default)]
@@ -55,6 +58,8 @@ struct LoggedReport<'a> {
     steps: u64,
     simulated_time_s: f64,
     interrupted: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    active: Option<ActiveReport>,
     /// Reason why the run was aborted.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<&'a str>,
@@ -63,7 +68,8 @@ struct LoggedReport<'a> {
 /// Simulated time between two calls of the observer, s.
 const OBSERVE_EVERY_S: f64 = 0.02;
 
-/// Runs an experiment and writes its log.
+/// Runs an experiment and writes its log. With active excitation the run ends when the payload is identified and the arm rests, at the
+/// latest after the experiment's duration.
 ///
 /// The function calls `observer` every 20 ms of simulated time. The observer can stop the run: the log is then complete
 /// up to that time, and the report has `interrupted` set. An existing file is replaced. The same experiment gives the
@@ -155,7 +161,7 @@ fn simulate(
     observer: &mut impl FnMut(&Progress) -> ControlFlow<()>,
 ) -> End {
     let every = (OBSERVE_EVERY_S / simulation.experiment().step_s).ceil() as u64;
-    while simulation.steps() < simulation.total_steps() {
+    while !simulation.is_finished() {
         let steps = simulation.steps();
         if steps.is_multiple_of(every) && observer(&progress(simulation)).is_break() {
             return End::Interrupted;
@@ -206,6 +212,7 @@ fn logged<'a>(
         steps: simulation.steps(),
         simulated_time_s: simulation.time_s(),
         interrupted,
+        active: simulation.active_report(),
         error,
     }
 }
@@ -217,6 +224,7 @@ fn report(simulation: &Simulation, interrupted: bool, wall_time_s: f64) -> RunRe
         steps: simulation.steps(),
         simulated_time_s: simulation.time_s(),
         interrupted,
+        active: simulation.active_report(),
         wall_time_s,
         steps_per_second: simulation.steps() as f64 / wall_time_s.max(1e-9),
     }

@@ -5,7 +5,7 @@ use tactid_dynamics::{InertialParameters, MassProperties};
 
 use crate::checks::{Checks, Monitor};
 use crate::contact::ContactPoint;
-use crate::excitation::Commands;
+use crate::excitation::{ActiveReport, Commands, Start};
 use crate::gripper;
 use crate::robot::Robot;
 use crate::roles::{Roles, joint_names};
@@ -50,7 +50,8 @@ impl Simulation {
     ///
     /// # Errors
     /// Returns [`SimError::Value`], [`SimError::File`], [`SimError::Model`] or [`SimError::Robot`] for a fault of the
-    /// experiment or its robot, and [`SimError::Grasp`] if the grasp fails.
+    /// experiment or its robot, [`SimError::Grasp`] if the grasp fails, and [`SimError::Planning`] if the motion of active
+    /// excitation cannot be planned.
     pub fn new(experiment: &Experiment) -> Result<Self, SimError> {
         experiment.check()?;
         let mut scene = Scene::new(experiment)?;
@@ -67,8 +68,17 @@ impl Simulation {
             .map(|(_, joint)| joint.name.clone())
             .collect();
         let joints = roles.arm.len();
+        let mut contacts = [Vec::new(), Vec::new()];
+        scene.contacts(&start.payload, &mut contacts);
+        let held = Start {
+            robot,
+            roles,
+            state: &start,
+            contacts: &contacts,
+            grip_force_n,
+        };
         Ok(Self {
-            commands: Commands::new(experiment, roles),
+            commands: Commands::new(experiment, &held)?,
             efforts: vec![0.0; joints],
             sample: Sample::new(joint_names.len()),
             payload_in_tool: payload_in_tool(
@@ -83,7 +93,7 @@ impl Simulation {
             steps: 0,
             before: start.clone(),
             after: start,
-            contacts: [Vec::new(), Vec::new()],
+            contacts,
             scene,
         })
     }
@@ -92,11 +102,13 @@ impl Simulation {
     ///
     /// # Errors
     /// Returns [`SimError::Bound`] if a check exceeds its bound, [`SimError::Lost`] if no finger touches the payload, and
-    /// [`SimError::Diverged`] if the state is not finite.
+    /// [`SimError::Diverged`] if the state is not finite, and [`SimError::Planning`] if the motion cannot be planned further.
     pub fn step(&mut self) -> Result<&Sample, SimError> {
-        let velocities = self.commands.step(self.time_s());
+        let velocities = self.commands.step(self.time_s())?;
         self.scene.drive(velocities);
-        self.finish_step()
+        self.finish_step()?;
+        self.commands.observe(&self.sample)?;
+        Ok(&self.sample)
     }
 
     /// Simulates one step with the given accelerations of the arm's joints, rad/s² (m/s² for a prismatic joint), in place
@@ -149,7 +161,19 @@ impl Simulation {
         self.steps
     }
 
-    /// Returns the number of steps of the whole experiment.
+    /// Returns whether the experiment is over: its duration has passed, or active excitation has ended and the arm rests.
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        self.steps >= self.total_steps() || self.commands.is_finished(self.time_s())
+    }
+
+    /// Returns what active excitation has reached so far; `None` for another kind of excitation.
+    #[must_use]
+    pub fn active_report(&self) -> Option<ActiveReport> {
+        self.commands.active_report()
+    }
+
+    /// Returns the number of steps of the whole experiment: the most that there are, where it can end early.
     #[must_use]
     pub fn total_steps(&self) -> u64 {
         (self.experiment.duration_s / self.experiment.step_s).round() as u64

@@ -123,7 +123,7 @@ pub enum Step {
     OutOfReach {
         /// The value whose interval is the largest relative to its target.
         value: &'static str,
-        /// Ratio of that interval to its target.
+        /// Ratio of that interval to its target; infinite where the value is not known.
         ratio: f64,
         /// A limit that binds the last plan.
         binding: Option<Limit>,
@@ -235,11 +235,10 @@ impl Planner {
         if ratio <= 1.0 {
             return Ok(Step::Reached);
         }
-        if ratio.is_finite() {
-            self.history.push(ratio);
-        }
+        self.history.push(ratio);
+        // Both are infinite where no motion has determined all values.
         if let [.., before] = self.history[..self.history.len().saturating_sub(PATIENCE)]
-            && ratio > before * (1.0 - PROGRESS)
+            && ratio >= before * (1.0 - PROGRESS)
         {
             return Ok(Step::OutOfReach {
                 value: VALUE_NAMES[place],

@@ -3,7 +3,10 @@
 use nalgebra::SymmetricEigen;
 use tactid_dynamics::symmetric_matrix;
 
-use super::{BaseMount, ExcitationKind, Experiment, JointExcitation, Noise, Posture, StdDev};
+use super::{
+    ActiveExcitation, BaseMount, ExcitationKind, Experiment, JointExcitation, Noise, Posture,
+    StdDev,
+};
 use crate::SimError;
 
 /// Returns the error for a field's value; `why` states which values are allowed.
@@ -129,19 +132,79 @@ fn payload(e: &Experiment) -> Result<(), SimError> {
 }
 
 fn excitation(e: &Experiment) -> Result<(), SimError> {
-    let joints = &e.excitation.joints;
-    match (e.excitation.kind, &e.excitation.file) {
-        (ExcitationKind::Designed, Some(_)) => return Ok(()),
-        (ExcitationKind::Designed, None) => {
-            let why = "needs the motion: give excitation.file, the CSV file of a designed motion";
-            return Err(refuse("excitation.kind", "designed", why));
-        }
-        (ExcitationKind::Cosine, Some(file)) => {
-            let why = "is used only with excitation.kind = \"designed\"";
-            return Err(refuse("excitation.file", file, why));
-        }
-        (ExcitationKind::Cosine, None) => {}
+    let excitation = &e.excitation;
+    let kind = excitation.kind;
+    if let (ExcitationKind::Designed, None) = (kind, &excitation.file) {
+        let why = "needs the motion: give excitation.file, the CSV file of a designed motion";
+        return Err(refuse("excitation.kind", "designed", why));
     }
+    if let (ExcitationKind::Cosine | ExcitationKind::Active, Some(file)) = (kind, &excitation.file)
+    {
+        let why = "is used only with excitation.kind = \"designed\"";
+        return Err(refuse("excitation.file", file, why));
+    }
+    if let (ExcitationKind::Cosine | ExcitationKind::Designed, Some(active)) =
+        (kind, &excitation.active)
+    {
+        let why = "is used only with excitation.kind = \"active\"";
+        return Err(refuse("excitation.active.within", active.within, why));
+    }
+    match kind {
+        ExcitationKind::Cosine => cosines(e),
+        ExcitationKind::Designed => Ok(()),
+        ExcitationKind::Active => active(e),
+    }
+}
+
+/// Checks the table of active excitation.
+fn active(e: &Experiment) -> Result<(), SimError> {
+    let settings = e.excitation.active.clone().unwrap_or_default();
+    let ActiveExcitation {
+        within,
+        mass_kg: [least, most],
+        ..
+    } = settings;
+    let field = |name: &str| format!("excitation.active.{name}");
+    for (name, value) in [
+        ("within", within),
+        ("mass_kg[0]", least),
+        ("mass_kg[1]", most),
+        ("center_of_mass_m", settings.center_of_mass_m),
+        ("half_diagonal_m", settings.half_diagonal_m),
+        ("acceleration_rad_s2", settings.acceleration_rad_s2),
+        ("friction_used", settings.friction_used),
+        ("cutoff_hz", settings.cutoff_hz),
+    ] {
+        positive(field(name), value)?;
+    }
+    if most < least {
+        let why = "must be the least and the largest mass, in this order";
+        return Err(refuse(field("mass_kg"), settings.mass_kg, why));
+    }
+    if settings.friction_used > 1.0 {
+        let why = "must be at most 1, the whole friction";
+        return Err(refuse(field("friction_used"), settings.friction_used, why));
+    }
+    for (name, bound, largest) in [
+        ("base_attitude_deg", settings.base_attitude_deg, 180.0),
+        ("base_position_m", settings.base_position_m, f64::INFINITY),
+    ] {
+        let Some(bound) = bound else { continue };
+        if e.robot.base == BaseMount::Fixed {
+            let why = "bounds the motion of a base that is fixed: leave it out, or set robot.base = \"floating\"";
+            return Err(refuse(field(name), bound, why));
+        }
+        positive(field(name), bound)?;
+        if bound > largest {
+            let why = "must be at most 180, the largest angle of a rotation";
+            return Err(refuse(field(name), bound, why));
+        }
+    }
+    Ok(())
+}
+
+fn cosines(e: &Experiment) -> Result<(), SimError> {
+    let joints = &e.excitation.joints;
     not_negative("excitation.command_noise", e.excitation.command_noise)?;
     if joints.is_empty() {
         let names: [&str; 0] = [];

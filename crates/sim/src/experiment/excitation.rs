@@ -4,18 +4,24 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-/// Motion of the joints: cosines, or a designed motion.
+use super::ActiveExcitation;
+
+/// Motion of the joints: cosines, a designed motion, or motions that are planned while the payload is identified.
 ///
 /// With cosines each joint starts at rest and is driven with the acceleration `amplitude · cos(2π · frequency · t)`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct Excitation {
-    /// What the joints follow. A designed motion has neither mode nor command noise, and moves the joints of its file.
+    /// What the joints follow. Mode, command noise and list of joints are those of cosines alone.
     pub kind: ExcitationKind,
     /// A designed motion, relative to the experiment's file: its folder, its log, or a CSV file with the columns `time_s`, and
     /// `q_NAME` (rad or m) and `qd_NAME` (rad/s or m/s) for each joint of the arm. Default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
+    /// What is known of the payload, the targets and the limits with the kind [`Active`](ExcitationKind::Active), which without this
+    /// table has its defaults. Default none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub active: Option<ActiveExcitation>,
     /// Order in which the joints are driven.
     pub mode: ExcitationMode,
     /// Standard deviation of the white noise on each commanded acceleration, as a fraction of its amplitude, with a new
@@ -35,6 +41,7 @@ impl Default for Excitation {
         Self {
             kind: ExcitationKind::default(),
             file: None,
+            active: None,
             mode: ExcitationMode::default(),
             command_noise: 0.01,
             joints: ["joint_3", "joint_5", "joint_6"].map(joint).to_vec(),
@@ -51,6 +58,9 @@ pub enum ExcitationKind {
     Cosine,
     /// The positions in the file of a designed motion.
     Designed,
+    /// Motions that are planned one after another from what the fingers have measured so far, until all ten values are within their
+    /// targets. Each plan takes no simulated time.
+    Active,
 }
 
 /// Order in which the joints are driven.

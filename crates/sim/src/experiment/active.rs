@@ -1,0 +1,49 @@
+//! Motions that are planned while the payload is identified.
+
+use serde::{Deserialize, Serialize};
+
+/// Bounds on the unknown payload, targets and limits of motions that are planned from what has been identified so far.
+///
+/// Besides the fields, the limits are those of the URDF for positions, velocities and efforts of the joints, and the friction of the
+/// grip. Collisions are not tested.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
+pub struct ActiveExcitation {
+    /// Largest half width of the 95 % intervals, as a fraction of the largest value of its kind (mass, centre of mass, inertia):
+    /// once all ten are within it, the arm comes to rest and the run ends.
+    pub within: f64,
+    /// Least and largest mass that the payload can have, kg.
+    pub mass_kg: [f64; 2],
+    /// Largest distance of the payload's centre of mass from the origin of the tool frame, m.
+    pub center_of_mass_m: f64,
+    /// Half of the diagonal of the largest box that the payload can be, m.
+    pub half_diagonal_m: f64,
+    /// Largest acceleration of each joint, rad/s² (m/s² for a prismatic joint).
+    pub acceleration_rad_s2: f64,
+    /// Largest angle by which a floating base may turn from where it starts, degrees. Default none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub base_attitude_deg: Option<f64>,
+    /// Largest distance by which the origin of a floating base may move from where it starts, m. Default none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub base_position_m: Option<f64>,
+    /// Fraction of the friction between pads and payload that motions may use.
+    pub friction_used: f64,
+    /// Cutoff of the low-pass through which the payload is identified while the arm moves, Hz.
+    pub cutoff_hz: f64,
+}
+
+impl Default for ActiveExcitation {
+    fn default() -> Self {
+        Self {
+            within: 0.01,
+            mass_kg: [5.0, 150.0],
+            center_of_mass_m: 0.5,
+            half_diagonal_m: 0.8,
+            acceleration_rad_s2: 3.0,
+            base_attitude_deg: None,
+            base_position_m: None,
+            friction_used: 0.7,
+            cutoff_hz: 10.0,
+        }
+    }
+}

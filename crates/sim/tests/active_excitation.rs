@@ -1,0 +1,209 @@
+//! An arm that plans its motion while it identifies its payload.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use tactid_dynamics::Urdf;
+use tactid_logs::LogReader;
+use tactid_sim::{
+    ActiveExcitation, BUILT_IN_URDF, ExcitationKind, Experiment, PAPER_TOML, RunReport, Simulation,
+    run,
+};
+
+/// Returns the example: a payload of 100 kg on the spacecraft, and a base that turns by at most 0.1 degrees.
+fn example() -> Experiment {
+    Experiment::from_toml(include_str!("../experiments/active.toml")).unwrap()
+}
+
+/// The run ends when all values are known, with the arm at rest, and no limit is exceeded on the way.
+#[test]
+fn the_run_ends_at_rest_when_the_payload_is_known() {
+    let experiment = example();
+    let urdf = Urdf::from_xml(BUILT_IN_URDF).unwrap();
+    let mut simulation = Simulation::new(&experiment).unwrap();
+    let (mut angle, mut used) = (0.0_f64, 0.0_f64);
+    let mut base = None;
+    let mut speeds = Vec::new();
+    while !simulation.is_finished() {
+        let sample = simulation.step().unwrap().clone();
+        let start = *base.get_or_insert(sample.base.pose.rotation);
+        angle = angle.max(start.angle_to(&sample.base.pose.rotation));
+        let names: Vec<String> = simulation.arm_joint_names().map(str::to_owned).collect();
+        for (name, effort) in names.iter().zip(&sample.joint_torque) {
+            used = used.max(effort.abs() / urdf.effort_limit(name).unwrap());
+        }
+        let speed = |velocity: &f64| velocity.abs();
+        speeds.push(
+            sample.joint_velocity[..6]
+                .iter()
+                .map(speed)
+                .fold(0.0, f64::max),
+        );
+    }
+    let report = simulation.active_report().unwrap();
+    let reached_s = report.reached_s.unwrap();
+    assert!(report.interval_ratio.unwrap() <= 1.0, "{report:?}");
+    assert!(simulation.time_s() < experiment.duration_s, "{report:?}");
+    assert!(
+        reached_s < simulation.time_s() && report.plans > 1,
+        "{report:?}"
+    );
+    assert!(angle.to_degrees() <= 0.1, "{}", angle.to_degrees());
+    assert!(used <= 1.0, "{used}");
+    // The noise of a velocity is 1e-4 rad/s.
+    assert!(speeds.iter().copied().fold(0.0, f64::max) > 0.05);
+    assert!(*speeds.last().unwrap() < 1e-3, "{:?}", speeds.last());
+}
+
+/// Returns the report in a log.
+fn logged(log: &Path) -> serde_json::Value {
+    let log = LogReader::open(log).unwrap();
+    serde_json::from_str(&log.metadata()["tactid.report"]["json"]).unwrap()
+}
+
+/// The same seed gives the same bytes, another one another motion, and a run that is stopped keeps its log.
+#[test]
+fn the_log_depends_on_the_experiment_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut experiment = example();
+    experiment.duration_s = 2.0;
+    let record = |experiment: &Experiment, name: &str| -> (RunReport, Vec<u8>) {
+        let log = folder.path().join(name);
+        let report = run(experiment, &log, |_| ControlFlow::Continue(())).unwrap();
+        (report, std::fs::read(log).unwrap())
+    };
+    let (report, first) = record(&experiment, "first.mcap");
+    assert_eq!((report.steps, report.interrupted), (2000, false));
+    assert_eq!(report.active.as_ref().unwrap().plans, 2);
+    let in_log = logged(&folder.path().join("first.mcap"));
+    assert_eq!(in_log["active"]["plans"], 2);
+    assert!(first == record(&experiment, "second.mcap").1);
+    experiment.seed = 1;
+    assert!(first != record(&experiment, "third.mcap").1);
+    let log = folder.path().join("stopped.mcap");
+    let stopped = run(&experiment, &log, |progress| {
+        if progress.time_s > 1.0 {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    });
+    let stopped = stopped.unwrap();
+    assert!(stopped.interrupted && stopped.steps < 1100);
+    assert_eq!(logged(&log)["interrupted"], true);
+}
+
+/// A bench robot under gravity finds a small payload; no base is bounded, and no noise is given.
+#[test]
+fn a_fixed_base_needs_no_bounds() {
+    let text = "duration_s = 8.0\n[robot]\nbase = 'fixed'\n[payload]\nmass_kg = 4.0\ncenter_of_mass_m = [0.25, 0.01, 0.08]\n\
+                inertia_kg_m2 = [0.02, 0.001, 0.0, 0.03, 0.0, 0.02]\n[excitation]\nkind = 'active'\n[excitation.active]\n\
+                mass_kg = [1.0, 8.0]\ncenter_of_mass_m = 0.35\nhalf_diagonal_m = 0.3\nwithin = 0.05\n";
+    let experiment = Experiment::from_toml(text).unwrap();
+    let mut simulation = Simulation::new(&experiment).unwrap();
+    while !simulation.is_finished() {
+        simulation.step().unwrap();
+    }
+    let report = simulation.active_report().unwrap();
+    assert!(report.reached_s.is_some(), "{report:?}");
+}
+
+/// Fields that do not fit are refused with their line, and a joint without a limit of its velocity by its name.
+#[test]
+fn faults_are_refused() {
+    for (text, expected) in [
+        (
+            "[excitation.active]\nwithin = 0.02",
+            "line 2: excitation.active.within = 0.02: is used only with excitation.kind = \"active\"",
+        ),
+        (
+            "[excitation]\nkind = 'active'\nfile = 'motion.csv'",
+            "line 3: excitation.file = \"motion.csv\": is used only with excitation.kind = \"designed\"",
+        ),
+        (
+            "[excitation]\nkind = 'active'\n[excitation.active]\nwithin = 0",
+            "line 4: excitation.active.within = 0.0: must be positive",
+        ),
+        (
+            "[excitation]\nkind = 'active'\n[excitation.active]\nmass_kg = [5, 1]",
+            "line 4: excitation.active.mass_kg = [5.0, 1.0]: must be the least and the largest mass",
+        ),
+        (
+            "[excitation]\nkind = 'active'\n[excitation.active]\nmass_kg = [0, 1]",
+            "line 4: excitation.active.mass_kg[0] = 0.0: must be positive",
+        ),
+        (
+            "[excitation]\nkind = 'active'\n[excitation.active]\nfriction_used = 1.5",
+            "line 4: excitation.active.friction_used = 1.5: must be at most 1",
+        ),
+        (
+            "[robot]\nbase = 'fixed'\n[excitation]\nkind = 'active'\n[excitation.active]\nbase_attitude_deg = 0.1",
+            "line 6: excitation.active.base_attitude_deg = 0.1: bounds the motion of a base that is fixed",
+        ),
+        (
+            "[excitation]\nkind = 'active'\n[excitation.active]\nbase_attitude_deg = 200",
+            "line 4: excitation.active.base_attitude_deg = 200.0: must be at most 180",
+        ),
+        (
+            "[excitation]\nkind = 'active'\n[excitation.active]\nmass = 3",
+            "line 4: unknown field `mass`, expected one of `within`",
+        ),
+    ] {
+        let message = Experiment::from_toml(text).unwrap_err().to_string();
+        assert!(message.starts_with(expected), "{text}: {message}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let urdf = folder.path().join("arm.urdf");
+    std::fs::write(&urdf, BUILT_IN_URDF.replace(" velocity=\"3.14\"", "")).unwrap();
+    let mut experiment = example();
+    experiment.robot.urdf = Some(urdf);
+    let error = Simulation::new(&experiment).map(|_| ()).unwrap_err();
+    let expected = "robot: joint `joint_1` has no positive velocity limit in the URDF";
+    assert!(error.to_string().starts_with(expected), "{error}");
+}
+
+/// A run whose motions are too small to determine the payload ends before its duration.
+#[test]
+fn a_run_without_progress_ends() {
+    let mut experiment = example();
+    experiment.excitation.active = Some(ActiveExcitation {
+        base_position_m: Some(1e-8),
+        ..ActiveExcitation::default()
+    });
+    let mut simulation = Simulation::new(&experiment).unwrap();
+    while !simulation.is_finished() {
+        simulation.step().unwrap();
+    }
+    let report = simulation.active_report().unwrap();
+    assert!(simulation.time_s() < experiment.duration_s, "{report:?}");
+    assert!(
+        report.out_of_reach && report.reached_s.is_none(),
+        "{report:?}"
+    );
+    assert!(report.interval_ratio.is_none_or(|ratio| ratio > 1.0));
+}
+
+/// The table that the paper's file documents in comments is the default.
+#[test]
+fn the_documented_table_is_the_default() {
+    let (_, table) = PAPER_TOML.split_once("# [excitation.active]").unwrap();
+    let (table, _) = table.split_once("\n\n").unwrap();
+    let lines = table.lines().filter(|line| line.contains(" = "));
+    let lines: Vec<&str> = lines.map(|line| line.trim_start_matches("# ")).collect();
+    let text = format!(
+        "[excitation]\nkind = 'active'\n[excitation.active]\n{}",
+        lines.join("\n")
+    );
+    let experiment = Experiment::from_toml(&text).unwrap();
+    assert_eq!(experiment.excitation.kind, ExcitationKind::Active);
+    let expected = ActiveExcitation {
+        base_attitude_deg: Some(0.1),
+        base_position_m: Some(0.05),
+        ..ActiveExcitation::default()
+    };
+    assert_eq!(experiment.excitation.active, Some(expected));
+    let again = Experiment::from_toml(&experiment.to_toml().unwrap()).unwrap();
+    assert_eq!(again, experiment);
+}
