@@ -9,7 +9,7 @@ use crate::search::{Point, Search};
 const FRACTIONS: [f64; 7] = [1.0, 0.9, 0.8, 0.65, 0.5, 0.3, 0.15];
 
 /// Fraction by which a plan may exceed a tightened limit.
-pub(super) const EXCESS: f64 = 0.01;
+const EXCESS: f64 = 0.01;
 
 /// Fraction of a limit from which on it binds.
 const BINDING: f64 = 0.95;
@@ -21,45 +21,55 @@ pub(super) struct Checked {
     pub(super) binding: Option<Limit>,
 }
 
-/// Returns the limit of the dynamics that is the nearest along a motion, with its slack: negative where it is
-/// exceeded, infinite without limits.
-fn nearest_limit(
-    dense: &mut Search,
-    values: &[f64],
-) -> Result<(Option<Limit>, f64), ExcitationError> {
-    let samples = dense.sampler.sample(values, false)?;
-    let step_s = dense.sampler.grid.step_s;
+/// Returns the least slack of each limit of the dynamics along a motion: negative where it is exceeded.
+fn slacks(search: &mut Search, values: &[f64]) -> Result<Vec<f64>, ExcitationError> {
+    let samples = search.sampler.sample(values, false)?;
+    let step_s = search.sampler.grid.step_s;
     let slack = |cone: &Cone| {
         let values = cone.values(&samples, step_s).into_iter();
-        let slack = values.map(|value| value.slack());
-        (
-            Some(cone.limit.clone()),
-            slack.fold(f64::INFINITY, f64::min),
-        )
+        values.fold(f64::INFINITY, |least, value| least.min(value.slack()))
     };
-    let all = dense.cones.iter().map(slack);
-    let nearest = all.min_by(|a, b| a.1.total_cmp(&b.1));
-    Ok(nearest.unwrap_or((None, f64::INFINITY)))
+    Ok(search.cones.iter().map(slack).collect())
+}
+
+/// Lets motions use of each limit as much as the rest of the previous plan does, where a new estimate shows that this is more than
+/// plans use. Returns a limit that the rest exceeds: no motion may exceed it.
+pub(super) fn relax_to_rest(search: &mut Search) -> Result<Option<Limit>, ExcitationError> {
+    let of_rest = slacks(search, &search.direct.clone())?;
+    for (cone, slack) in search.cones.iter_mut().zip(of_rest) {
+        if slack < 0.0 {
+            cone.tightening += slack - EXCESS;
+            if cone.tightening < 0.0 {
+                return Ok(Some(cone.limit.clone()));
+            }
+        }
+    }
+    Ok(None)
 }
 
 /// Returns a motion, or one between the rest of the previous plan and it, that is within the limits of `dense`, whose samples
-/// are close and whose payloads are many. Where a new estimate shows that even the rest exceeds a limit, no other motion
-/// exceeds it more.
+/// are close and whose payloads are many. Where a new estimate shows that the rest uses more of a limit than plans do, the motion may
+/// use as much, but not exceed the limit; where even the rest exceeds one, it is the rest.
 pub(super) fn largest_within_limits(
     search: &Search,
     dense: &mut Search,
     point: &Point,
 ) -> Result<Checked, ExcitationError> {
-    let (of_rest, slack_of_rest) = nearest_limit(dense, &search.direct)?;
-    let least = slack_of_rest.min(-EXCESS);
+    let of_rest = slacks(dense, &search.direct)?;
+    let least = |(cone, slack): (&Cone, &f64)| slack.min(-EXCESS).max(-cone.tightening);
+    let least: Vec<f64> = dense.cones.iter().zip(&of_rest).map(least).collect();
     for fraction in FRACTIONS {
         let values = search.shrunk(&point.values, fraction);
-        let (limit, slack) = nearest_limit(dense, &values)?;
-        if slack >= least {
+        let found = slacks(dense, &values)?;
+        if found
+            .iter()
+            .zip(&least)
+            .all(|(slack, least)| slack >= least)
+        {
             let mut rows = search.rows.iter();
             let of_joint = rows.find(|row| row.value(&values).abs() > BINDING);
             let of_joint = of_joint.map(|row| row.limit.clone());
-            let nearest = limit.filter(|_| slack < 1.0 - BINDING);
+            let nearest = nearest(dense, &found, 1.0 - BINDING);
             return Ok(Checked {
                 values,
                 binding: nearest.or(of_joint),
@@ -68,6 +78,14 @@ pub(super) fn largest_within_limits(
     }
     Ok(Checked {
         values: search.direct.clone(),
-        binding: of_rest,
+        binding: nearest(dense, &of_rest, f64::INFINITY),
     })
+}
+
+/// Returns the limit with the least slack, if it is less than `most`.
+fn nearest(search: &Search, slacks: &[f64], most: f64) -> Option<Limit> {
+    let all = search.cones.iter().zip(slacks);
+    let near = all.filter(|(_, slack)| **slack < most);
+    let nearest = near.min_by(|a, b| a.1.total_cmp(b.1));
+    nearest.map(|(cone, _)| cone.limit.clone())
 }

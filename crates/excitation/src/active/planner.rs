@@ -10,7 +10,7 @@ use tactid_identify::equations::window;
 use tactid_identify::{HALF_WIDTH_95, PayloadEstimate, VALUE_NAMES, largest_of_kind};
 
 use super::belief::Belief;
-use super::check::{Checked, EXCESS, largest_within_limits};
+use super::check::{Checked, largest_within_limits, relax_to_rest};
 use super::interior::improve;
 use super::prior::{Prior, Vector};
 use crate::ExcitationError;
@@ -338,17 +338,14 @@ impl Planner {
         plan.wrapping_mul(SEEDS)
     }
 
-    /// Returns the best of the rest of the previous plan and of random motions.
+    /// Returns the best of the rest of the previous plan and of random motions; `None` where the rest exceeds a limit, so that nothing
+    /// but a standstill is safe, or where no motion determines all values.
     fn best_start(&mut self, search: &mut Search) -> Result<Option<Point>, ExcitationError> {
-        let mut best = search.point(search.direct.clone())?;
-        // Where a new estimate shows that even the robot's way to a standstill exceeds a limit, no other motion may exceed it more.
-        let excess = best.as_ref().map_or(0.0, |best| best.excess);
-        if excess > 0.0 {
-            for cone in &mut search.cones {
-                cone.tightening -= excess + EXCESS;
-            }
-            best = search.point(search.direct.clone())?;
+        if let Some(binding) = relax_to_rest(search)? {
+            self.binding = Some(binding);
+            return Ok(None);
         }
+        let mut best = search.point(search.direct.clone())?;
         for start in 0..self.settings.starts as u64 {
             let seed = self.seed().wrapping_add(start);
             let mut point = search.random_start(seed)?;

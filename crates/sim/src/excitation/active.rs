@@ -1,13 +1,16 @@
 //! Active identification: the robot identifies its payload while it moves, and plans each next motion from what it knows.
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, SMatrix};
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::{BaseKind, Urdf};
 use tactid_excitation::{
     ActiveSettings, BaseBounds, ExcitationError, JointLimits, Motion, Planner, Prior, Problem,
     Sensing, Step, Trajectory,
 };
-use tactid_identify::{BaseState, EquationSettings, Identifier, VALUE_NAMES};
+use tactid_identify::{
+    BaseState, BatchIdentifier, BatchSettings, EquationSettings, IdentifyError, PayloadEstimate,
+    VALUE_NAMES,
+};
 
 use super::Start;
 use super::grip::grip;
@@ -25,7 +28,8 @@ const ASSUMED_MOMENT_NM: f64 = 0.05;
 pub struct ActiveReport {
     /// Number of motions that were planned.
     pub plans: u64,
-    /// Time at which all ten 95 % intervals were within their targets, s; `None` where they were not.
+    /// Time at which all ten 95 % intervals were found within their targets, s, when a next motion was to be planned; `None` where
+    /// they were not.
     pub reached_s: Option<f64>,
     /// Value whose 95 % interval is the largest relative to its target.
     pub widest: String,
@@ -40,7 +44,7 @@ pub struct ActiveReport {
 /// Planner and identifier of an arm, and the motion that it follows.
 pub(super) struct ActiveControl {
     planner: Planner,
-    identifier: Identifier,
+    identifier: BatchIdentifier,
     /// Index in the robot's joints of each joint of the arm.
     arm: Vec<usize>,
     /// Positions of the robot's joints where no motion is planned for them, rad or m.
@@ -67,11 +71,12 @@ impl ActiveControl {
         let settings = experiment.excitation.active.clone().unwrap_or_default();
         let problem = problem(experiment, &settings, start)?;
         let sensors: Vec<&str> = problem.sensing.sensors.iter().map(String::as_str).collect();
-        let identifier = Identifier::new(
+        let identifier = BatchIdentifier::new(
             &problem.robot,
             &problem.tool,
             &sensors,
-            &problem.sensing.equations,
+            problem.sensing.equations.clone(),
+            BatchSettings::default(),
         )
         .map_err(planning)?;
         let base = &start.robot.links[0];
@@ -117,8 +122,7 @@ impl ActiveControl {
         if !self.is_planning() || time_s < begins_s - 1e-6 * self.dt {
             return Ok(());
         }
-        let estimate = self.identifier.estimate();
-        let covariance = self.identifier.covariance();
+        let (estimate, covariance) = self.estimate()?;
         let step = self
             .planner
             .plan(&estimate, covariance.as_ref(), &self.base)
@@ -167,15 +171,23 @@ impl ActiveControl {
             wrenches: &sample.fingers.each_ref().map(|finger| finger.wrench),
         };
         self.identifier.push(&measured).map_err(planning)?;
-        if self.is_planning() && self.ratio().1 <= 1.0 {
-            self.reached_s = Some(sample.time_s);
-        }
         Ok(())
     }
 
-    /// Returns the index of the value whose interval is the largest relative to its target, and that ratio.
-    fn ratio(&self) -> (usize, f64) {
-        self.planner.largest_ratio(&self.identifier.estimate())
+    /// Returns the estimate from all samples so far, as an identification of the log up to here has it, and its covariance; `None`
+    /// where the samples do not determine all values.
+    fn estimate(&self) -> Result<(PayloadEstimate, Option<SMatrix<f64, 10, 10>>), SimError> {
+        let result = match self.identifier.solve() {
+            Ok(result) => result,
+            Err(IdentifyError::TooFewWindows { .. } | IdentifyError::TooFewSamples { .. }) => {
+                return Ok((self.identifier.unknown(), None));
+            }
+            Err(error) => return Err(planning(error)),
+        };
+        let std_devs = result.estimate.std_devs.unwrap_or([f64::INFINITY; 10]);
+        let is_known = std_devs.iter().all(|std_dev| std_dev.is_finite());
+        let covariance = is_known.then_some(result.linear.covariance);
+        Ok((result.estimate, covariance))
     }
 
     /// Returns whether nothing more is planned and the last motion is at its end.
@@ -185,8 +197,11 @@ impl ActiveControl {
         !self.is_planning() && time_s >= end_s - 1e-6 * self.dt
     }
 
+    /// Returns what all samples so far have determined.
     pub(super) fn report(&self) -> ActiveReport {
-        let (widest, ratio) = self.ratio();
+        let estimate = self.estimate().map(|(estimate, _)| estimate);
+        let estimate = estimate.unwrap_or_else(|_| self.identifier.unknown());
+        let (widest, ratio) = self.planner.largest_ratio(&estimate);
         ActiveReport {
             plans: self.plans,
             reached_s: self.reached_s,
