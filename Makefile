@@ -8,7 +8,7 @@ SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -t
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.json' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
 .PHONY: help demo test miri instructions test-rust test-python lint lint-rust lint-python docs pictures bench bench-peers bench-seeds bench-study \
-    bench-study-logs bench-coverage bench-hour bench-swap bench-update clean tools fuzz soak lint-supply
+    bench-study-logs bench-active bench-coverage bench-hour bench-swap bench-update clean tools fuzz soak lint-supply
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | grep -v '^bench-' | sed -E 's/:.*## /\t/' | expand -t 14
@@ -86,6 +86,9 @@ bench-coverage: $(VENV)/installed ## how often 95 % intervals hold the truth, 20
 
 bench-hour: $(VENV)/installed ## seconds and memory for a log of one hour at 1 kHz, which is simulated first
 	$(BIN)/python bench/hour.py
+
+bench-active: $(VENV)/installed ## active identification on the spacecraft from its log, 1 % noise on every channel, 20 seeds
+	$(BIN)/python bench/active.py
 
 bench-swap: $(VENV)/installed ## how soon the online identifier detects a payload change, and how well it knows the new payload
 	$(BIN)/python bench/swap.py

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
 from ruamel.yaml import YAML
 
 import tactid
@@ -146,6 +148,30 @@ def test_mcap_ros2_support_reads_the_trajectory(
     middle = trajectory.points[500]
     assert middle.time_from_start.sec == 1
     np.testing.assert_allclose(middle.velocities, motion.qd[500, :6])
+
+
+def test_rosbags_reads_every_number_of_the_trajectory(
+    motion: tactid.DesignedMotion, tmp_path: Path
+) -> None:
+    motion.write(tmp_path)
+    # The definitions are the log's own: there are none to fall back on.
+    empty = get_typestore(Stores.EMPTY)
+    with AnyReader([tmp_path / "trajectory.mcap"], default_typestore=empty) as reader:
+        ((connection, _, data),) = reader.messages()
+        trajectory = reader.deserialize(data, connection.msgtype)
+    assert connection.msgtype == "trajectory_msgs/msg/JointTrajectory"
+    assert trajectory.joint_names == list(motion.moving)
+    stamps = [point.time_from_start for point in trajectory.points]
+    nanoseconds = [stamp.sec * 1_000_000_000 + stamp.nanosec for stamp in stamps]
+    assert nanoseconds == np.round(motion.time * 1e9).astype(int).tolist()
+    columns = [motion.joints.index(name) for name in motion.moving]
+    for name, values in (
+        ("positions", motion.q),
+        ("velocities", motion.qd),
+        ("accelerations", motion.qdd),
+    ):
+        found = np.array([getattr(point, name) for point in trajectory.points])
+        np.testing.assert_array_equal(found, values[:, columns])
 
 
 def test_progress_rises_and_an_exception_in_it_stops_the_design() -> None:

@@ -9,6 +9,7 @@ import pytest
 
 import tactid
 from conftest import TactidCommand
+from tactid.simulation import active_text
 
 PAPER = tactid.Experiment.paper()
 
@@ -154,3 +155,34 @@ def test_the_motion_of_a_table_is_followed(tmp_path: Path) -> None:
         tactid.simulate(experiment, tmp_path / "trajectory.csv")
     with pytest.raises(tactid.ExperimentError, match=r"none\.csv"):
         paper.following(tmp_path / "none.csv")
+
+
+ACTIVE = Path(__file__).parents[2] / "crates" / "sim" / "experiments" / "active.toml"
+
+
+def test_a_payload_is_identified_actively(command: TactidCommand, tmp_path: Path) -> None:
+    """The run of the example ends early, and its log gives what the robot has found on the way."""
+    done = command("simulate", ACTIVE)
+    assert done.returncode == 0, done.stderr
+    assert "All intervals were within their targets after" in done.stderr
+    log = tmp_path / "run.mcap"
+    joints = tactid.read(log, "/joint_states")
+    assert joints.time[-1] < tactid.Experiment.from_file(ACTIVE).duration - 1
+    found = tactid.identify(log)
+    truth = np.array([100, 0.5, 0, 0, 10, 0, 0, 20, 0, 10])
+    scale = np.repeat([100, 0.5, 20], [1, 3, 6])
+    np.testing.assert_allclose(found.estimate.values / scale, truth / scale, atol=0.02)
+
+
+def test_what_active_identification_has_not_reached_is_reported(tmp_path: Path) -> None:
+    active = tactid.Experiment.from_file(ACTIVE).replace(duration=0.5)
+    report = tactid.simulate(active, tmp_path / "run.mcap").active
+    assert report is not None
+    assert report.reached is None
+    assert report.plans == 1
+    assert not report.out_of_reach
+    assert active_text(report).endswith("give the run more time.")
+    paper = tactid.Experiment.paper().replace(duration=0.1)
+    assert tactid.simulate(paper, tmp_path / "run.mcap").active is None
+    with pytest.raises(tactid.ExperimentError, match=r"active\.within = 0\.01: is used only with"):
+        active.replace(excitation={"kind": "cosine"})

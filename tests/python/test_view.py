@@ -514,3 +514,70 @@ def test_a_viewer_that_does_not_open_is_an_error(
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     with pytest.raises(tactid.TactidError, match=r"did not open: no screen; `save`"):
         open_viewer(tmp_path / "a.rrd")
+
+
+MOTION = """time_s,q_joint_6,qd_joint_6,q_joint_2,qd_joint_2
+5.0,0.0,0.0,-1.2,0.0
+7.0,1.0,0.0,-1.0,0.0
+"""
+
+
+def test_a_designed_motion_moves_the_robot(
+    urdf: str, command: TactidCommand, tmp_path: Path
+) -> None:
+    """Between rows positions are cubics; the file, its folder and the log show the same."""
+    (tmp_path / "arm.urdf").write_text(urdf)
+    (tmp_path / "motion.csv").write_text(MOTION)
+    done = command("view", "motion.csv", "--urdf", "arm.urdf", "--save", "a.rrd")
+    assert done.returncode == 0, done.stderr
+    assert "Not in the motion, shown at zero: joint_1, joint_3" in done.stderr
+    recording = Recording(tmp_path / "a.rrd")
+    time = recording.time("/world/tool0")
+    np.testing.assert_allclose(time, np.linspace(0, 2, 101), atol=1e-9)
+    position = recording.column("/world/tool0", "Transform3D:translation")[:, 0]
+    robot = tactid.Manipulator.from_urdf(urdf, "fixed")
+    smooth = 3 * (time / 2) ** 2 - 2 * (time / 2) ** 3
+    q = np.zeros((len(time), robot.dof))
+    q[:, robot.joint_names.index("joint_6")] = smooth
+    q[:, robot.joint_names.index("joint_2")] = -1.2 + 0.2 * smooth
+    expected = robot.kinematics("tool0", q).pose[:, :3, 3]
+    assert np.ptp(expected, axis=0).max() > 0.05
+    np.testing.assert_allclose(position, expected, atol=1e-5)
+
+
+def test_the_folder_of_a_motion_is_shown(tmp_path: Path, urdf: str) -> None:
+    (tmp_path / "arm.urdf").write_text(urdf)
+    motion = tactid.design_excitation(
+        tactid.Manipulator.from_urdf(tmp_path / "arm.urdf"),
+        duration=1.0,
+        payload=tactid.MassProperties(2.0, [0.02, 0.01, 0.1], 0.01 * np.eye(3)),
+        collisions=False,
+    )
+    motion.write(tmp_path / "motion")
+    seen = []
+    for name in ("motion", "motion/trajectory.mcap"):
+        record(tmp_path / name, tmp_path / "a.rrd", urdf=tmp_path / "arm.urdf")
+        recording = Recording(tmp_path / "a.rrd")
+        seen.append(recording.column("/world/tool0", "Transform3D:translation")[:, 0])
+    np.testing.assert_array_equal(*seen)
+    robot = tactid.Manipulator.from_urdf(urdf, "fixed")
+    last = robot.kinematics("tool0", motion.q[-1]).pose[:3, 3]
+    np.testing.assert_allclose(seen[0][-1], last, atol=1e-5)
+
+
+def test_a_motion_without_its_robot_is_an_error(
+    urdf: str, command: TactidCommand, tmp_path: Path
+) -> None:
+    (tmp_path / "arm.urdf").write_text(urdf)
+    (tmp_path / "motion.csv").write_text(MOTION)
+    (tmp_path / "other.csv").write_text(MOTION.replace("joint_6", "wrist"))
+    result = write_result(tmp_path / "result.json", VALUES)
+    assert_refused(
+        command("view", "motion.csv", "--save", "a.rrd"), "joints, but no robot: give its --urdf"
+    )
+    arm = ("--urdf", "arm.urdf", "--save", "a.rrd")
+    assert_refused(command("view", "other.csv", *arm), "moves wrist, which the robot of --urdf")
+    assert_refused(
+        command("view", "motion.csv", *arm, "--result", result), "--result is of a log, but motion"
+    )
+    assert not (tmp_path / "a.rrd").exists()

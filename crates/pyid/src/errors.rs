@@ -344,6 +344,7 @@ impl IntoPyErr for tactid_sim::SimError {
             | Self::Bound { .. }
             | Self::Lost { .. }
             | Self::Diverged { .. }
+            | Self::Planning(_)
             | Self::Aborted { .. } => SimulationError::new_err(message),
         }
     }

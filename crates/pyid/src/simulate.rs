@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tactid_sim::BaseMount;
+use tactid_sim::{BaseMount, JointMotion};
 
+use crate::arrays::{Array, array};
 use crate::errors::{IntoPyErr, detached};
 use crate::experiment_fields::replaced;
 use crate::inertia::MassProperties;
@@ -67,7 +68,7 @@ impl Experiment {
     ///     frequency: Frequency of every driven joint, Hz.
     ///     posture: Initial posture: ``"identifiable"``, ``"table1"``, or one angle for each joint of the arm, rad.
     ///     seed: Seed of the random command noise and measurement noise.
-    ///     duration: Simulated time, s.
+    ///     duration: Simulated time, s: the longest one with active excitation.
     ///     step: Step of the physics and interval of the samples, s.
     ///     gravity: Gravitational acceleration in world axes, (3,), m/s²: only for a fixed base.
     ///     robot: Fields of the table ``[robot]``: URDF, kind of base, tool and fingers.
@@ -124,7 +125,7 @@ impl Experiment {
         }
     }
 
-    /// Simulated time from the start of the excitation, s.
+    /// Simulated time from the start of the excitation, s: the longest one with active excitation.
     #[getter]
     fn duration(&self) -> f64 {
         self.0.duration_s
@@ -182,9 +183,81 @@ pub(crate) struct RunReport {
     wall_time: f64,
     /// Simulated steps per second of wall-clock time.
     steps_per_second: f64,
+    /// What active excitation has reached; None for another kind of excitation.
+    active: Option<ActiveReport>,
+}
+
+/// What active identification has reached in a simulation run.
+#[pyclass(module = "tactid", frozen, get_all)]
+#[derive(Clone)]
+pub(crate) struct ActiveReport {
+    /// Number of motions that were planned.
+    plans: u64,
+    /// Time at which all ten 95 % intervals were within their targets, s; None where they were not.
+    reached: Option<f64>,
+    /// Value whose 95 % interval is the largest relative to its target at the end.
+    widest: String,
+    /// Ratio of half of that interval to its target; None where the value is not known at all.
+    interval_ratio: Option<f64>,
+    /// Whether planning ended early, because several motions in a row did not make the widest interval smaller.
+    out_of_reach: bool,
+    /// Limit that binds the last motion, where planning ended early.
+    binding: Option<String>,
+}
+
+impl From<tactid_sim::ActiveReport> for ActiveReport {
+    fn from(report: tactid_sim::ActiveReport) -> Self {
+        Self {
+            plans: report.plans,
+            reached: report.reached_s,
+            widest: report.widest,
+            interval_ratio: report.interval_ratio,
+            out_of_reach: report.out_of_reach,
+            binding: report.binding,
+        }
+    }
+}
+
+/// Reads the motion of joints in a file: see :meth:`Experiment.following`.
+///
+/// Args:
+///     path: The motion.
+///     rate: Rows a second, of which the last is the end of the motion.
+///     most: Largest number of rows, from which on they are rarer.
+///
+/// Returns:
+///     Names of the joints; times since the start, (N,), s; positions, (N, n), rad or m.
+///
+/// Raises:
+///     ExperimentError: The file cannot be read, or has no motion.
+///     LogError: ``trajectory.mcap`` cannot be read.
+#[pyfunction]
+pub(crate) fn read_motion(
+    py: Python<'_>,
+    path: PathBuf,
+    rate: f64,
+    most: usize,
+) -> PyResult<(Vec<String>, Array, Array)> {
+    let read = detached(py, || JointMotion::read(&path))?;
+    let motion = read.map_err(IntoPyErr::into_py_err)?;
+    let (joints, duration_s) = (motion.joint_names(), motion.duration_s());
+    let rows = ((duration_s * rate).ceil() as usize + 1).clamp(2, most.max(2));
+    let time = |row: usize| duration_s * row as f64 / (rows - 1) as f64;
+    let times: Vec<f64> = (0..rows).map(time).collect();
+    let mut positions = Vec::with_capacity(rows * joints.len());
+    for &time in &times {
+        positions.extend((0..joints.len()).map(|joint| motion.position(joint, time)));
+    }
+    Ok((
+        joints.to_vec(),
+        array(py, times, &[rows])?,
+        array(py, positions, &[rows, joints.len()])?,
+    ))
 }
 
 /// Simulates an experiment and writes its log.
+///
+/// With active excitation the run ends when the payload is identified and the arm rests.
 ///
 /// The log is a rosbag2 MCAP file as a real robot would record it. Equal experiments give the same log, byte for byte.
 /// It has ``/joint_states`` (rad, rad/s, N m; fingers m, m/s, N), a ``/FINGER/wrench`` and ``/FINGER/contacts`` for each
@@ -201,7 +274,8 @@ pub(crate) struct RunReport {
 ///
 /// Raises:
 ///     ExperimentError: The experiment or its robot is impossible.
-///     SimulationError: The run was stopped, because the payload slipped or a check exceeded its bound.
+///     SimulationError: The run was stopped, because the payload slipped, a check exceeded its bound, or the motion of active
+///         excitation cannot be planned.
 ///     LogError: The log cannot be written.
 #[pyfunction]
 #[pyo3(signature = (experiment, out, *, progress=None))]
@@ -231,5 +305,6 @@ pub(crate) fn simulate(
         simulated_time: report.simulated_time_s,
         wall_time: report.wall_time_s,
         steps_per_second: report.steps_per_second,
+        active: report.active.map(ActiveReport::from),
     })
 }

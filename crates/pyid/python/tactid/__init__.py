@@ -43,6 +43,7 @@ from tactid import startup as _startup  # noqa: F401 - first: Ctrl-C while the o
 from tactid._native import (
     VALUE_NAMES,
     VERSION,
+    ActiveReport,
     Estimator,
     Experiment,
     FrameMotion,
@@ -109,6 +110,7 @@ __version__ = VERSION
 
 __all__ = [
     "VALUE_NAMES",
+    "ActiveReport",
     "Agreement",
     "ArgumentError",
     "Attempt",

@@ -20,6 +20,7 @@ __all__ = [
     "PARAMETER_NAMES",
     "VALUE_NAMES",
     "VERSION",
+    "ActiveReport",
     "ArmModel",
     "Estimator",
     "Experiment",
@@ -46,6 +47,7 @@ __all__ = [
     "identify_logs",
     "info",
     "read",
+    "read_motion",
     "simulate",
     "wrench_regressor",
     "write_estimates",
@@ -276,11 +278,7 @@ def identify_log(log: _Path, options: object, progress: _Progress | None = None)
 def identify_logs(
     logs: Sequence[_Path], options: object, progress: _Progress | None = None
 ) -> list[_Data]: ...
-def combine(
-    frame: str,
-    linear: Sequence[object],
-    options: object,
-) -> _Data: ...
+def combine(frame: str, linear: Sequence[object], options: object) -> _Data: ...
 def identify_arrays(
     time: ArrayLike,
     options: object,
@@ -427,7 +425,25 @@ class RunReport:
     def wall_time(self) -> float: ...
     @property
     def steps_per_second(self) -> float: ...
+    @property
+    def active(self) -> ActiveReport | None: ...
 
+@final
+class ActiveReport:
+    @property
+    def plans(self) -> int: ...
+    @property
+    def reached(self) -> float | None: ...
+    @property
+    def widest(self) -> str: ...
+    @property
+    def interval_ratio(self) -> float | None: ...
+    @property
+    def out_of_reach(self) -> bool: ...
+    @property
+    def binding(self) -> str | None: ...
+
+def read_motion(path: _Path, rate: float, most: int) -> tuple[list[str], _Array, _Array]: ...
 def simulate(
     experiment: Experiment, out: _Path, *, progress: _Progress | None = None
 ) -> RunReport: ...

@@ -28,7 +28,7 @@ from tactid.identify_command import identify_recording
 from tactid.number_lists import NumberListCommand
 from tactid.options import Estimator
 from tactid.output_files import check_outputs
-from tactid.simulation import files_of, simulate
+from tactid.simulation import active_text, files_of, simulate
 from tactid.truth import momentum_drift
 
 EXIT_CODES = (
@@ -186,6 +186,8 @@ def run_simulation(
         f"Wrote {out}: {report.simulated_time:g} s in {report.wall_time:.1f} s,"
         f" grasp drift {report.grasp_drift * 1e6:.1f} µm, momentum drift {momentum_drift(report)}."
     )
+    if report.active is not None:
+        notes.print(active_text(report.active), markup=False)
 
 
 app.command("identify", cls=NumberListCommand, epilog=EXIT_CODES)(identify_recording)
@@ -212,13 +214,20 @@ def show_info(
 
 @app.command("view")
 def show_view(
-    log: Annotated[Path, typer.Argument(help="A rosbag2 folder, or an .mcap or .db3 file.")],
+    log: Annotated[
+        Path,
+        typer.Argument(
+            help="A rosbag2 folder, or an .mcap or .db3 file; or a designed motion: the folder that"
+            " tactid excite wrote, its trajectory.mcap or trajectory.csv."
+        ),
+    ],
     result_file: Annotated[
         Path | None,
         typer.Option("--result", help="The result of tactid identify --result for this log."),
     ] = None,
     urdf: Annotated[
-        Path | None, typer.Option(help="The robot, where the log has no /robot_description.")
+        Path | None,
+        typer.Option(help="The robot, where the log has no /robot_description, or of a motion."),
     ] = None,
     save: Annotated[
         Path | None, typer.Option(help="An .rrd file to write instead of opening the viewer.")
@@ -227,7 +236,10 @@ def show_view(
         str | None, typer.Option(help="The frame that holds the payload: the result's by default.")
     ] = None,
 ) -> None:
-    """Shows the robot, the forces that it feels and the payload in the Rerun viewer."""
+    """Shows the robot, the forces that it feels and the payload in the Rerun viewer.
+
+    A designed motion has the joints alone, and needs --urdf.
+    """
     check_outputs({"--save": save}, {"the log": log, "--result": result_file, "--urdf": urdf})
     if save is not None and save.suffix != ".rrd":
         raise ArgumentError(f"--save {save}: expected a name that ends in .rrd, which Rerun opens")

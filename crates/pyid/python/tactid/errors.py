@@ -55,7 +55,10 @@ class ExperimentError(TactidError):
 
 
 class SimulationError(TactidError):
-    """A simulation that was stopped because the payload slipped or a check exceeded its bound."""
+    """A simulation that was stopped.
+
+    The payload slipped, a check exceeded its bound, or no further motion could be planned.
+    """
 
 
 class CalibrationError(TactidError):

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tactid import _native
-from tactid._native import Experiment, RunReport
+from tactid._native import ActiveReport, Experiment, RunReport
 from tactid.output_files import check_outputs
 
 
@@ -19,7 +19,8 @@ def simulate(
     """Simulates an experiment and writes its log.
 
     The log is a rosbag2 MCAP file as a real robot would record it. Equal experiments give the same
-    log, byte for byte.
+    log, byte for byte. With active excitation the run ends when the payload is identified and the
+    arm rests.
 
     Args:
         experiment: Experiment to simulate.
@@ -34,12 +35,28 @@ def simulate(
         ArgumentError: The folder of ``out`` does not exist, or ``out`` is one of
             the experiment's files.
         ExperimentError: The experiment or its robot is impossible.
-        SimulationError: The payload slipped, or a check exceeded its bound. The log up to there has
-            the name of ``out`` with ``.failed.mcap`` instead of ``.mcap``.
+        SimulationError: The payload slipped, a check exceeded its bound, or the motion of active
+            excitation cannot be planned. The log up to there has the name of ``out`` with
+            ``.failed.mcap`` instead of ``.mcap``.
         LogError: The log cannot be written.
     """
     check_outputs({"`out`": Path(out)}, files_of(experiment))
     return _native.simulate(experiment, out, progress=progress)
+
+
+def active_text(report: ActiveReport) -> str:
+    """Returns a sentence on what active excitation has reached."""
+    motions = "1 motion" if report.plans == 1 else f"{report.plans} motions"
+    if report.reached is not None:
+        return f"All intervals were within their targets after {report.reached:.2f} s, {motions}."
+    text = f"After {motions} {report.widest} is not known"
+    if report.interval_ratio is not None:
+        ratio = f"{report.interval_ratio:.2f} times its target"
+        text = f"After {motions} the interval of {report.widest} is {ratio}"
+    if not report.out_of_reach:
+        return f"{text}: give the run more time."
+    binds = "" if report.binding is None else f": {report.binding} binds"
+    return f"{text}, and the last motions did not help{binds}."
 
 
 def files_of(experiment: Experiment) -> dict[str, Path]:

@@ -1,17 +1,18 @@
-"""A log, the robot in it and what it holds, in Rerun's viewer.
+"""A log, the robot in it and what it holds, or a designed motion, in Rerun's viewer.
 
 What is shown comes from the log (:mod:`tactid.view.scene`, with the shapes of the URDF from
-:mod:`tactid.view.shapes`) and from a result (:mod:`tactid.view.estimate`); only
-:mod:`tactid.view.draw` knows Rerun.
+:mod:`tactid.view.shapes`) or the motion (:mod:`tactid.view.motion`), and from a result
+(:mod:`tactid.view.estimate`); only :mod:`tactid.view.draw` knows Rerun.
 """
 
 import subprocess
 import sys
 from pathlib import Path
 
-from tactid.errors import TactidError
+from tactid.errors import ArgumentError, TactidError
 from tactid.view.estimate import Estimate
-from tactid.view.scene import read_scene
+from tactid.view.motion import is_motion, motion_scene
+from tactid.view.scene import Scene, read_scene
 
 
 def record(
@@ -25,7 +26,7 @@ def record(
     """Writes a recording, an ``.rrd`` file, that the viewer opens.
 
     Args:
-        log: The folder of a rosbag2 bag, or an ``.mcap`` or ``.db3`` file.
+        log: The folder of a rosbag2 bag, an ``.mcap`` or ``.db3`` file, or a designed motion.
         path: The recording: it is there whole afterwards, or not at all.
         result: A ``result.json`` of ``tactid identify``, whose payload and curves are shown, too.
         urdf: The robot, where it is not the log's ``/robot_description``.
@@ -41,8 +42,18 @@ def record(
             raise
         raise TactidError("Rerun is missing, which shows it: pip install 'tactid[view]'") from None
     estimate = None if result is None else Estimate.read(result)
-    scene = read_scene(log, urdf, None if estimate is None else estimate.start_ns)
+    scene = _scene(log, urdf, estimate)
     return draw.record(scene, estimate, path, name=log.name, tip=tip)
+
+
+def _scene(log: Path, urdf: Path | None, estimate: Estimate | None) -> Scene:
+    if not is_motion(log):
+        return read_scene(log, urdf, None if estimate is None else estimate.start_ns)
+    if estimate is not None:
+        raise ArgumentError(
+            f"`result` is of a log, but {log} is a designed motion", option="result"
+        )
+    return motion_scene(log, urdf)
 
 
 def open_viewer(recording: Path) -> None:

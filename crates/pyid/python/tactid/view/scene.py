@@ -148,12 +148,17 @@ def _overlaps(log: _Log, topics: Sequence[Samples]) -> bool:
 
 def _description(log: _Log, urdf: Path | None) -> str | None:
     if urdf is not None:
-        try:
-            return urdf.read_text()
-        except UnicodeDecodeError:
-            raise ModelError(f"{urdf} is not a URDF: it is not text", option="urdf") from None
+        return read_urdf(urdf)
     texts = [topic.text[0] for topic in log.read_all("std_msgs/String")]
     return next((text for text in texts if "<robot" in text), None)
+
+
+def read_urdf(path: Path) -> str:
+    """The text of a URDF file."""
+    try:
+        return path.read_text()
+    except UnicodeDecodeError:
+        raise ModelError(f"{path} is not a URDF: it is not text", option="urdf") from None
 
 
 def _robot_scene(
@@ -189,22 +194,36 @@ def _robot_scene(
         if name in tracks:
             q[:, column] = tracks[name].at(time)
     pose = np.eye(4) if base is None else _poses(log.time(base), base["pose"]).at(time)
-    frames = {}
-    for name in robot.frame_names:
-        placed = robot.kinematics(name, q, base_pose=pose).pose
-        frames[name] = Frame(time, placed[:, :3, 3], _quaternions(placed[:, :3, :3]))
-    shapes, missing = shapes_of(urdf, None if path is None else path.resolve().parent)
-    if missing:
-        log.notes.append(f"Not found, shown as lines or not at all: {', '.join(missing)}.")
+    frames = moving_frames(robot, time, q, pose)
+    shapes, note = robot_shapes(urdf, path, frames)
+    log.notes += note
     return Scene(
         start_ns=log.start_ns or 0,
         frames=frames,
-        shapes={name: parts for name, parts in shapes.items() if name in frames},
+        shapes=shapes,
         forces=_forces(log, wrenches, frames),
         is_robot=True,
         stands=base is None,
         notes=log.notes,
     )
+
+
+def moving_frames(robot: Manipulator, time: Array, q: Array, base_pose: Array) -> dict[str, Frame]:
+    """All frames of a robot at joint positions, (N, n), and poses of its base."""
+    frames = {}
+    for name in robot.frame_names:
+        placed = robot.kinematics(name, q, base_pose=base_pose).pose
+        frames[name] = Frame(time, placed[:, :3, 3], _quaternions(placed[:, :3, :3]))
+    return frames
+
+
+def robot_shapes(
+    urdf: str, path: Path | None, frames: dict[str, Frame]
+) -> tuple[dict[str, list[Shape]], list[str]]:
+    """The shapes of a robot by its frames, and a note on those that are not found."""
+    shapes, missing = shapes_of(urdf, None if path is None else path.resolve().parent)
+    note = [f"Not found, shown as lines or not at all: {', '.join(missing)}."] if missing else []
+    return {name: parts for name, parts in shapes.items() if name in frames}, note
 
 
 def _link_names(urdf: str, path: Path | None) -> list[str]:
