@@ -11,7 +11,8 @@ mod common;
 use nalgebra::{Isometry3, Point3, Vector3};
 use tactid_dynamics::InertialParameters;
 use tactid_excitation::{
-    ActiveSettings, BaseBounds, Grip, Limit, Motion, Planner, Prior, Problem, Step, margins,
+    ActiveSettings, BaseBounds, Grip, JointStates, Limit, Motion, Planner, Prior, Problem, Step,
+    Trajectory, margins,
 };
 use tactid_identify::{HALF_WIDTH_95, Identifier, largest_of_kind, values_of_body};
 
@@ -165,6 +166,57 @@ fn starts_gently() {
     let heaviest = HEAVY.extremes()[1];
     let (_, used_by_faster) = used(&problem, heaviest, &faster);
     assert!(used_by_faster > 1.5, "{used_by_faster}");
+}
+
+/// Where an estimate becomes uncertain, payloads are possible again with which even the way to a standstill exceeds a limit. The robot
+/// then goes this way, and no limit is relaxed for a next motion.
+#[test]
+fn comes_to_a_standstill_where_an_estimate_is_lost() {
+    let problem = bounded();
+    let noise = noise();
+    let mut planner = Planner::new(problem.clone(), HEAVY, settings(1e-4)).unwrap();
+    let mut cycles = Loop::new(&problem, &problem.payloads[0], &noise, 4).unwrap();
+    let base = Isometry3::identity();
+    let mut motions = Vec::new();
+    for growth in [1.0, 1.0, 1e8] {
+        let estimate = cycles.identifier.estimate();
+        let covariance = cycles.identifier.covariance();
+        let covariance = covariance.map(|covariance| covariance * growth);
+        let step = planner.plan(&estimate, covariance.as_ref(), &base);
+        let Step::Move(motion) = step.unwrap() else {
+            panic!("the targets are out of reach");
+        };
+        let begins_s = cycles.time_s();
+        let motion = Later { motion, begins_s };
+        while cycles.time_s() < begins_s + planner.followed_s() - 1e-9 {
+            cycles.cycle(&motion).unwrap();
+        }
+        motions.push(motion.motion);
+    }
+    for k in 0..=20 {
+        let time_s = 0.1 * f64::from(k);
+        let rest = motions[1].at(time_s + planner.followed_s());
+        let found = motions[2].at(time_s);
+        let pairs = found.position.iter().zip(&rest.position);
+        let largest = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(largest < 1e-9, "{time_s}: {largest}");
+    }
+}
+
+/// A motion that begins later.
+struct Later {
+    motion: Trajectory,
+    begins_s: f64,
+}
+
+impl Motion for Later {
+    fn duration_s(&self) -> f64 {
+        self.begins_s + self.motion.duration_s()
+    }
+
+    fn at(&self, time_s: f64) -> JointStates {
+        self.motion.at(time_s - self.begins_s)
+    }
 }
 
 /// Targets that noise does not allow end the identification, with the value that is the furthest from its target.

@@ -38,7 +38,7 @@ pub(crate) struct Commands {
 
 /// Where the velocities come from.
 enum Source {
-    Cosines(Cosines),
+    Cosines(Box<Cosines>),
     Designed(JointMotion),
     Active(Box<ActiveControl>),
 }
@@ -52,7 +52,9 @@ impl Commands {
         let roles = start.roles;
         Ok(Self {
             source: match &roles.drive {
-                ArmDrive::Cosines(driven) => Source::Cosines(Cosines::new(experiment, driven)),
+                ArmDrive::Cosines(driven) => {
+                    Source::Cosines(Box::new(Cosines::new(experiment, driven)))
+                }
                 ArmDrive::Designed(motion) => Source::Designed(motion.clone()),
                 ArmDrive::Active => {
                     Source::Active(Box::new(ActiveControl::new(experiment, start)?))
