@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import pages
 import tactid
 from conftest import TactidCommand
 from tactid.simulation import active_text
@@ -172,6 +173,12 @@ def test_a_payload_is_identified_actively(command: TactidCommand, tmp_path: Path
     truth = np.array([100, 0.5, 0, 0, 10, 0, 0, 20, 0, 10])
     scale = np.repeat([100, 0.5, 20], [1, 3, 6])
     np.testing.assert_allclose(found.estimate.values / scale, truth / scale, atol=0.02)
+
+
+def test_the_example_is_that_of_the_documentation() -> None:
+    found = pages.blocks(pages.ROOT / "docs" / "how-to" / "excite.md")
+    (text,) = (block.text for block in found if block.title == "active.toml")
+    assert tactid.Experiment.from_toml(text) == tactid.Experiment.from_file(ACTIVE)
 
 
 def test_what_active_identification_has_not_reached_is_reported(tmp_path: Path) -> None:

@@ -56,7 +56,7 @@ def active_text(report: ActiveReport) -> str:
     if not report.out_of_reach:
         return f"{text}: give the run more time."
     binds = "" if report.binding is None else f": {report.binding} binds"
-    return f"{text}, and the last motions did not help{binds}."
+    return f"{text}, and the last motions did not narrow the intervals{binds}."
 
 
 def files_of(experiment: Experiment) -> dict[str, Path]:
