@@ -20,6 +20,17 @@ pub enum LogError {
         /// Error of the operating system.
         source: io::Error,
     },
+    /// The content of a compressed file is far larger than that of measurements.
+    #[error(
+        "{} has more than {:.1} GiB of content, far more than measurements that compress to its size: it is no recording, or it \
+         must be decompressed with zstd first", path.display(), *most_bytes as f64 / f64::from(1 << 30)
+    )]
+    Expansion {
+        /// Path of the compressed file.
+        path: PathBuf,
+        /// Most content that is decompressed, bytes: 1 GiB, or a thousand times the size of the file.
+        most_bytes: u64,
+    },
     /// A compressed file could not be decompressed to a temporary one.
     #[error(
         "cannot decompress {} to {}: {source}; set TMPDIR to a folder with enough space", path.display(), folder.display()

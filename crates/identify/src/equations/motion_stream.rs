@@ -20,7 +20,8 @@ pub(crate) struct MotionStream {
 /// What a sample adds to a [`MotionStream`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum MotionStep<'a> {
-    /// The sample is not finite, or not later than the one before, and was ignored.
+    /// The sample has a number that is not finite, or has a magnitude of 1e30 or more, or it is not later than the one before, and was
+    /// ignored.
     Rejected,
     /// The sample starts a new stretch without gaps.
     Started,
@@ -47,7 +48,7 @@ impl MotionStream {
     /// Adds a sample whose slices have the right lengths.
     pub(crate) fn push(&mut self, sample: &Sample<'_>) -> MotionStep<'_> {
         let passed_s = sample.time_s - self.time_s();
-        if !sample.is_finite() || passed_s <= 0.0 {
+        if !sample.is_measurable() || passed_s <= 0.0 {
             self.rejected += 1;
             return MotionStep::Rejected;
         }
@@ -91,7 +92,7 @@ impl MotionStream {
         self.accepted
     }
 
-    /// Number of samples that were rejected: not finite, or not later than the one before.
+    /// Number of samples that were rejected: with a number that is not finite or beyond 1e30, or not later than the one before.
     pub(crate) fn rejected(&self) -> u64 {
         self.rejected
     }

@@ -35,8 +35,8 @@ impl BaseState {
         }
     }
 
-    /// Whether all numbers are finite.
-    pub(crate) fn is_finite(&self) -> bool {
+    /// Whether all numbers are measurable.
+    fn is_measurable(&self) -> bool {
         let (position, rotation) = (&self.pose.translation.vector, &self.pose.rotation.coords);
         let velocities = self.velocity.iter().chain(self.angular_velocity.iter());
         let accelerations = self.acceleration.iter().chain(&self.angular_acceleration);
@@ -45,7 +45,7 @@ impl BaseState {
             .chain(rotation.iter())
             .chain(velocities)
             .chain(accelerations.flat_map(|vector| vector.iter()))
-            .all(|value| value.is_finite())
+            .all(|value| is_measurable(*value))
     }
 }
 
@@ -105,12 +105,24 @@ pub struct Sample<'a> {
 }
 
 impl Sample<'_> {
-    /// Whether all numbers are finite.
-    pub(crate) fn is_finite(&self) -> bool {
+    /// Whether all numbers are [measurable](is_measurable).
+    pub(crate) fn is_measurable(&self) -> bool {
         let joints = [self.joint_position, self.joint_velocity, self.joint_effort];
-        self.time_s.is_finite()
-            && self.base.is_finite()
-            && joints.iter().all(|all| all.iter().all(|x| x.is_finite()))
-            && self.wrenches.iter().all(Wrench::is_finite)
+        let wrenches = self.wrenches.iter();
+        is_measurable(self.time_s)
+            && self.base.is_measurable()
+            && joints.into_iter().flatten().all(|x| is_measurable(*x))
+            && wrenches
+                .flat_map(|wrench| wrench.force.iter().chain(&wrench.moment))
+                .all(|x| is_measurable(*x))
     }
+}
+
+/// Magnitude in SI units from which on a number is no measurement. Accelerations by differences over a nanosecond, their
+/// squares and products of these stay finite.
+const TOO_LARGE: f64 = 1e30;
+
+/// Returns whether a number is finite and below `TOO_LARGE`.
+pub(crate) fn is_measurable(number: f64) -> bool {
+    number.abs() < TOO_LARGE
 }

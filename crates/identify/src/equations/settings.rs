@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use tactid_dynamics::{BaseKind, Manipulator};
 
+use super::sample::is_measurable;
 use crate::{IdentifyError, Method};
 
 /// How samples become equations: the measurements that are used, gravity, the filter, and what is known of
@@ -101,8 +102,8 @@ impl EquationSettings {
             return out_of_range("max_gap_s", self.max_gap_s, "more than zero");
         }
         let gravity = self.gravity_for(robot.base_kind());
-        match gravity.iter().find(|entry| !entry.is_finite()) {
-            Some(&entry) => out_of_range("gravity", entry, "finite"),
+        match gravity.iter().find(|entry| !is_measurable(**entry)) {
+            Some(&entry) => out_of_range("gravity", entry, "finite, and below 1e30"),
             None => Ok(()),
         }
     }

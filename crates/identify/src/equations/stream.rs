@@ -23,7 +23,8 @@ pub enum PushOutcome {
     PayloadChanged,
     /// The sample starts a new stretch without gaps: it is the first, or comes after a gap.
     Started,
-    /// The sample is not finite, or not later than the one before, and was ignored.
+    /// The sample has a number that is not finite, or has a magnitude of 1e30 or more, or it is not later than the one before, and was
+    /// ignored.
     Rejected,
 }
 
@@ -114,7 +115,7 @@ impl EquationStream {
         self.motion.time_s()
     }
 
-    /// Number of samples that were rejected: not finite, or not later than the one before.
+    /// Number of samples that were rejected: with a number that is not finite or beyond 1e30, or not later than the one before.
     #[must_use]
     pub fn rejected(&self) -> u64 {
         self.motion.rejected()

@@ -13,8 +13,12 @@ use zstd::zstd_safe::{DCtx, ResetDirective};
 use super::storage::{Block, Damage, Selected};
 use crate::{cdr::ZSTD_MAGIC, error::LogError};
 
-/// Largest content of a compressed file, bytes.
-const MAX_DECOMPRESSED: u64 = 1 << 40;
+/// Content of a compressed file that is decompressed however small the file is, bytes.
+const SMALL_CONTENT: u64 = 1 << 30;
+
+/// Largest ratio of a larger content to its compressed file. Measurements compress by factors of two to twenty, and a recording
+/// of an arm at rest without noise by less than a hundred; zeros alone reach ten thousand, and would fill the disk.
+const MAX_RATIO: u64 = 1000;
 
 /// Number of bytes that are decompressed at once.
 const STEP: usize = 1 << 17;
@@ -29,13 +33,22 @@ pub(super) struct Decompressed {
 
 /// Decompresses a file to a temporary one, up to the damage if it is damaged.
 pub(super) fn decompress(path: &Path) -> Result<Decompressed, LogError> {
+    let file = File::open(path).map_err(|source| LogError::io("open", path, source))?;
+    let metadata = file
+        .metadata()
+        .map_err(|source| LogError::io("read", path, source))?;
+    let most_bytes = SMALL_CONTENT.max(MAX_RATIO.saturating_mul(metadata.len()));
+    decompress_at_most(file, path, most_bytes)
+}
+
+/// Decompresses a file to a temporary one, up to the damage if it is damaged, unless its content has more than so many bytes.
+fn decompress_at_most(file: File, path: &Path, most_bytes: u64) -> Result<Decompressed, LogError> {
     let unreadable = |source| LogError::io("read", path, source);
     let not_decompressed = |source| LogError::Decompress {
         path: path.to_owned(),
         folder: std::env::temp_dir(),
         source,
     };
-    let file = File::open(path).map_err(|source| LogError::io("open", path, source))?;
     let mut decoder = zstd::Decoder::new(file).map_err(unreadable)?;
     let mut decompressed = NamedTempFile::new().map_err(not_decompressed)?;
     let mut step = vec![0; STEP];
@@ -45,8 +58,9 @@ pub(super) fn decompress(path: &Path) -> Result<Decompressed, LogError> {
             Ok(0) => break None,
             Ok(count) => {
                 size += count as u64;
-                if size > MAX_DECOMPRESSED {
-                    return Err(not_decompressed(io::ErrorKind::FileTooLarge.into()));
+                if size > most_bytes {
+                    let path = path.to_owned();
+                    return Err(LogError::Expansion { path, most_bytes });
                 }
                 let bytes = step.get(..count).unwrap_or_default();
                 decompressed.write_all(bytes).map_err(not_decompressed)?;
@@ -125,5 +139,28 @@ impl MessageDecompressor {
 impl fmt::Debug for MessageDecompressor {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("MessageDecompressor")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file whose content is larger than its bound is refused, one at the bound is whole.
+    #[test]
+    fn content_beyond_its_bound_is_refused() {
+        let mut packed = NamedTempFile::new().unwrap();
+        let content = vec![0; 1 << 20];
+        packed
+            .write_all(&zstd::encode_all(content.as_slice(), 1).unwrap())
+            .unwrap();
+        let decompressed =
+            |most| decompress_at_most(File::open(&packed).unwrap(), packed.path(), most);
+        let whole = decompressed(1 << 20).unwrap();
+        assert!(whole.damage.is_none());
+        assert_eq!(whole.path.metadata().unwrap().len(), 1 << 20);
+        let error = decompressed((1 << 20) - 1).unwrap_err();
+        assert!(matches!(&error, LogError::Expansion { path, .. } if path == packed.path()));
+        assert!(error.to_string().contains("more than 0.0 GiB"), "{error}");
     }
 }

@@ -83,8 +83,8 @@ impl LogReader {
     /// Opens a log.
     ///
     /// # Errors
-    /// Returns [`LogError::Io`], [`LogError::NotALog`], [`LogError::NotABag`], [`LogError::Database`] or
-    /// [`LogError::Decompress`] if there is no readable log at this path. A damaged MCAP log is not an error; see
+    /// Returns [`LogError::Io`], [`LogError::NotALog`], [`LogError::NotABag`], [`LogError::Database`], [`LogError::Decompress`]
+    /// or [`LogError::Expansion`] if there is no readable log at this path. A damaged MCAP log is not an error; see
     /// [`damage`](Self::damage).
     pub fn open(path: impl AsRef<Path>) -> Result<Self, LogError> {
         let path = path.as_ref();

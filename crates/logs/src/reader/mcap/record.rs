@@ -17,11 +17,15 @@ enum Part {
 fn parts(opcode: u8) -> &'static [Part] {
     use Part::{Bytes, Numbers, Texts};
     match opcode {
+        op::HEADER => &[Bytes, Bytes],
         op::SCHEMA => &[Numbers(2), Bytes, Bytes, Bytes],
         op::CHANNEL => &[Numbers(4), Bytes, Bytes, Texts],
+        op::CHUNK => &[Numbers(28), Bytes],
+        op::CHUNK_INDEX => &[Numbers(32), Bytes, Numbers(8), Bytes],
+        op::ATTACHMENT => &[Numbers(16), Bytes, Bytes],
+        op::ATTACHMENT_INDEX => &[Numbers(40), Bytes, Bytes],
         op::METADATA => &[Bytes, Texts],
         op::METADATA_INDEX => &[Numbers(16), Bytes],
-        op::CHUNK_INDEX => &[Numbers(32), Bytes, Numbers(8), Bytes],
         _ => &[],
     }
 }
@@ -77,6 +81,31 @@ mod tests {
             let error = parse(op::METADATA, &metadata(length)).err();
             let error = error.expect("a text that is too long");
             assert!(error.contains("longer than its record"), "{error}");
+        }
+    }
+
+    /// Each record with a text is refused where the text claims more bytes than there are. The others have numbers alone.
+    #[test]
+    fn no_record_claims_more_than_its_body() {
+        let body = [0xff; 300];
+        let refused = |opcode: &u8| {
+            let error = parse(*opcode, &body).err();
+            error.is_some_and(|error| error.contains("longer than its record"))
+        };
+        let without_text = [
+            op::FOOTER,
+            op::MESSAGE,
+            op::MESSAGE_INDEX,
+            op::STATISTICS,
+            op::SUMMARY_OFFSET,
+            op::DATA_END,
+        ];
+        for opcode in op::HEADER..=op::DATA_END {
+            assert_eq!(
+                refused(&opcode),
+                !without_text.contains(&opcode),
+                "{opcode}"
+            );
         }
     }
 }

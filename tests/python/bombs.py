@@ -1,0 +1,184 @@
+"""Small inputs that would take much time or memory, and what each costs.
+
+``python tests/python/bombs.py`` runs a command on each of them, and prints a table: the exit code,
+wall and processor time, and the largest memory of the process. Memory and the exit code are tested
+(``test_bombs.py``); the time is the machine's.
+"""
+
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import zstandard
+from mcap.writer import CompressionType, Writer
+from rich.console import Console
+from rich.table import Table
+
+import tactid
+
+MEGABYTE = 1 << 20
+
+LIMIT_MB = 512.0
+"""Memory that no input may make a process take, MB."""
+
+FLOAT = ("std_msgs/msg/Float64", b"float64 data\n")
+TEXT = ("std_msgs/msg/String", b"string data\n")
+
+
+def chunks(folder: Path) -> Path:
+    """Twenty chunks of 100 MB in some kB, each of which overlaps all others in time."""
+    path = folder / "chunks.mcap"
+    content = b"\0\1\0\0" + struct.pack("<I", 50 * MEGABYTE) + bytes(50 * MEGABYTE)
+    with path.open("wb") as file:
+        writer = Writer(file, chunk_size=100 * MEGABYTE, compression=CompressionType.ZSTD)
+        writer.start("ros2", "")
+        channel = writer.register_channel("/text", "cdr", writer.register_schema(*schema(TEXT)))
+        for number in range(20):
+            for stamp in (number, 100 + number):
+                writer.add_message(channel, stamp, content, stamp)
+        writer.finish()
+    return path
+
+
+def channels(folder: Path) -> Path:
+    """As many topics as the format can number."""
+    path = folder / "channels.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file, compression=CompressionType.ZSTD)
+        writer.start("ros2", "")
+        content = b"\0\1\0\0" + struct.pack("<d", 1.0)
+        number = writer.register_schema(*schema(FLOAT))
+        for k in range(65_535):
+            channel = writer.register_channel(f"/topic_{k}", "cdr", number)
+            writer.add_message(channel, k, content, k)
+        writer.finish()
+    return path
+
+
+def schema(of: tuple[str, bytes]) -> tuple[str, str, bytes]:
+    """The arguments with which a schema is registered."""
+    return of[0], "ros2msg", of[1]
+
+
+def bag(folder: Path) -> Path:
+    """A compressed SQLite file of 8 GB in some hundred kB, whose content is none."""
+    path = folder / "bag.db3.zstd"
+    compressor = zstandard.ZstdCompressor()
+    with path.open("wb") as file, compressor.stream_writer(file) as writer:
+        writer.write(b"SQLite format 3\0")
+        zeros = bytes(16 * MEGABYTE)
+        for _ in range(512):
+            writer.write(zeros)
+    return path
+
+
+def robot(count: int, kind: str, parent: Callable[[int], int], shapes: int = 1) -> str:
+    """A robot of links that joints of one kind join, each with some boxes."""
+    box = "<visual><geometry><box size='1 1 1'/></geometry></visual>" * shapes
+    limit = "<limit effort='1' velocity='1' lower='-1' upper='1'/>"
+    links = "".join(f"<link name='l{k}'>{box}</link>" for k in range(count))
+    joints = "".join(
+        f"<joint name='j{k}' type='{kind}'><parent link='l{parent(k)}'/><child link='l{k}'/>"
+        f"<origin xyz='0.1 0 0'/><axis xyz='0 0 1'/>{limit}</joint>"
+        for k in range(1, count)
+    )
+    return f"<robot name='many'>{links}{joints}</robot>"
+
+
+ROBOTS: dict[str, Callable[[], str]] = {
+    "20 001 fixed links": lambda: robot(20_001, "fixed", lambda k: k - 1),
+    "20 001 links without shapes": lambda: robot(20_001, "fixed", lambda _: 0, shapes=0),
+    "20 001 joints on one link": lambda: robot(20_001, "revolute", lambda _: 0),
+    "3001 joints in a chain": lambda: robot(3001, "revolute", lambda k: k - 1),
+    "20 000 boxes on two links": lambda: robot(2, "revolute", lambda _: 0, shapes=10_000),
+    "200 000 nested elements": lambda: f"<robot>{'<a>' * 200_000}{'</a>' * 200_000}</robot>",
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A command on one input."""
+
+    name: str
+    arguments: list[str]
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a run has taken."""
+
+    code: int
+    wall_s: float
+    processor_s: float
+    memory_mb: float
+    text: str
+    """Standard output and error."""
+
+
+def cases(folder: Path) -> Iterator[Case]:
+    """Writes the inputs, and gives the commands that read them."""
+    (folder / "short.toml").write_text("duration_s = 0.5\n")
+    log = folder / "short.mcap"
+    tactid.simulate(tactid.Experiment.from_toml("duration_s = 0.5\n"), log)
+    drawn = ["--save", f"{folder}/drawn.rrd"]
+    for name, path in (
+        ("20 chunks of 100 MB that overlap", chunks(folder)),
+        ("65 535 topics", channels(folder)),
+        ("8 GB in a compressed SQLite file", bag(folder)),
+    ):
+        for command in ("info", "identify", "view"):
+            yield Case(name, [command, str(path), *(drawn if command == "view" else [])])
+    for number, (name, text) in enumerate(ROBOTS.items()):
+        urdf = folder / f"robot_{number}.urdf"
+        urdf.write_text(text())
+        yield Case(name, ["view", str(log), "--urdf", str(urdf), *drawn])
+        yield Case(name, ["identify", str(log), "--urdf", str(urdf)])
+    experiment = folder / "nested.toml"
+    experiment.write_text(f"a = {'[' * 200_000}{']' * 200_000}\n")
+    yield Case(
+        "200 000 nested brackets", ["simulate", str(experiment), "--out", f"{folder}/o.mcap"]
+    )
+
+
+def run(case: Case) -> Cost:
+    """Runs a command and measures it."""
+    command = [sys.executable, "-m", "tactid", *case.arguments]
+    with tempfile.TemporaryFile("w+") as output:
+        start_s = time.perf_counter()
+        process = subprocess.Popen(command, stdout=output, stderr=output)
+        _, status, usage = os.wait4(process.pid, 0)
+        wall_s = time.perf_counter() - start_s
+        output.seek(0)
+        return Cost(
+            os.waitstatus_to_exitcode(status),
+            wall_s,
+            usage.ru_utime + usage.ru_stime,
+            usage.ru_maxrss * 1024 / 1e6,  # Linux counts KiB
+            output.read(),
+        )
+
+
+def main() -> None:
+    """Prints what each case costs."""
+    table = Table(title=f"limits: {LIMIT_MB:g} MB, 5 s on an idle core")
+    table.add_column("input")
+    table.add_column("command")
+    for name in ("exit code", "wall time / s", "processor time / s", "memory / MB"):
+        table.add_column(name, justify="right")
+    with tempfile.TemporaryDirectory() as name:
+        for case in cases(Path(name)):
+            cost = run(case)
+            numbers = (cost.wall_s, cost.processor_s, cost.memory_mb)
+            shown = [str(cost.code), *(f"{number:.1f}" for number in numbers)]
+            table.add_row(case.name, case.arguments[0], *shown)
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()
