@@ -1,8 +1,9 @@
 """Small inputs that would take much time or memory, and what each costs.
 
 ``python tests/python/bombs.py`` runs a command on each of them, and prints a table: the exit code,
-wall and processor time, and the largest memory of the process. Memory and the exit code are tested
-(``test_bombs.py``); the time is the machine's.
+wall and processor time, and the largest memory of the process, which is at least that of this
+script when it starts the command. Memory and the exit code are tested (``test_bombs.py``); the time
+is the machine's.
 """
 
 import os
@@ -154,9 +155,10 @@ def run(case: Case) -> Cost:
         process = subprocess.Popen(command, stdout=output, stderr=output)
         _, status, usage = os.wait4(process.pid, 0)
         wall_s = time.perf_counter() - start_s
+        process.returncode = os.waitstatus_to_exitcode(status)
         output.seek(0)
         return Cost(
-            os.waitstatus_to_exitcode(status),
+            process.returncode,
             wall_s,
             usage.ru_utime + usage.ru_stime,
             usage.ru_maxrss * 1024 / 1e6,  # Linux counts KiB

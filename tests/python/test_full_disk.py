@@ -47,7 +47,7 @@ def test_a_full_disk_is_named_and_holds_no_half_of_a_file(
         last = done.stderr.splitlines()[-1]
         assert done.returncode == 2, f"{command}: {done.stderr}"
         assert last.startswith("tactid: error: "), f"{command}: {done.stderr}"
-        assert last.endswith("No space left on device"), f"{command}: {done.stderr}"
+        assert "No space left on device" in last, f"{command}: {done.stderr}"
         assert list(kills.faults(small_disk, signal.SIGINT)) == [], command
         assert inputs.present() == inputs.digests
         for path in small_disk.iterdir():

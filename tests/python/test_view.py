@@ -367,7 +367,7 @@ def test_meshes_are_found_in_their_package(tmp_path: Path, monkeypatch: pytest.M
     """Beside the URDF, in a workspace that is installed, and in one of sources; else not at all."""
 
     def found(folder: Path | None) -> Path | None:
-        shapes, missing = shapes_of(ARM, folder)
+        shapes, missing = shapes_of(ARM, folder, ["upper"])
         assert ("package://arm/upper.stl" in missing) == (shapes["upper"][0].kind == "sphere")
         return shapes["upper"][0].mesh
 

@@ -3,12 +3,9 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from tactid.naming import Style, listed
+from tactid.naming import Style, abridged, listed
 
 Data = Mapping[str, Any]
-
-MOST_NAMES = 6
-"""Names that a sentence lists; of more it lists one less, and counts the rest."""
 
 
 def _impossible_inertia(data: Data, _: Style) -> str:
@@ -81,10 +78,7 @@ def _part_ignored(data: Data, _: Style) -> str:
 
 
 def _named(names: Sequence[str]) -> str:
-    if len(names) > MOST_NAMES:
-        shown = [f"`{name}`" for name in names[: MOST_NAMES - 1]]
-        return f"{', '.join(shown)} and {len(names) - len(shown)} more"
-    return listed([f"`{name}`" for name in names])
+    return abridged([f"`{name}`" for name in names])
 
 
 MODEL_FINDINGS: dict[str, Callable[[Data, Style], str]] = {

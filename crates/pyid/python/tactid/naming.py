@@ -29,6 +29,18 @@ def listed(words: Sequence[str]) -> str:
     return f"{', '.join(most)} and {last}" if most else last
 
 
+MOST_NAMES = 6
+"""Names that a sentence lists; of more it lists one less, and counts the rest."""
+
+
+def abridged(words: Sequence[str], most: int = MOST_NAMES) -> str:
+    """Lists words as :func:`listed` does, the first of more than ``most`` alone."""
+    if len(words) <= most:
+        return listed(words)
+    shown = words[: most - 1]
+    return f"{', '.join(shown)} and {len(words) - len(shown)} more"
+
+
 LARGEST_SHOWN = 1000
 """Number above which a sentence does not show it: in data without noise it may be any number."""
 

@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from tactid.errors import ArgumentError
 from tactid.files import atomic_path
+from tactid.naming import abridged
 from tactid.values import PATHS
 from tactid.view.estimate import Channel, Estimate
-from tactid.view.scene import Force, Frame, Scene
+from tactid.view.robot import Frame
+from tactid.view.scene import Force, Scene
 from tactid.view.shapes import Shape
 
 Array = NDArray[np.float64]
@@ -42,6 +44,8 @@ ARROW = 0.5
 """The longest arrows as a fraction of the scene's radius."""
 FLAT = 0.01
 """The least semi-axis that is drawn, as a fraction of the largest: a plate is to be seen, too."""
+MOST_CHOICES = 50
+"""Frames that an error lists, of which the user chooses one."""
 FAULT = 1e12
 """Values that no plot can show beside others."""
 
@@ -113,7 +117,7 @@ class _Drawing:
             if not self.scene.is_robot:
                 frame = next(iter(frames))
         if frame is not None and frame not in frames:
-            known = ", ".join(frames)
+            known = abridged(list(frames), MOST_CHOICES)
             raise ArgumentError(f"there is no frame {frame}; `tip` is one of {known}", option="tip")
         if frame is None and "tool0" in frames:
             return "tool0"

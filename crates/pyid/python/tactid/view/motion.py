@@ -7,7 +7,9 @@ import numpy as np
 from tactid._native import Manipulator, read_motion
 from tactid._native import info as log_info
 from tactid.errors import ArgumentError, LogError
-from tactid.view.scene import MOST, RATE_HZ, Scene, moving_frames, read_urdf, robot_shapes
+from tactid.naming import abridged
+from tactid.view.robot import moving_frames, read_urdf, robot_shapes, step
+from tactid.view.scene import MOST, RATE_HZ, Scene
 
 TRAJECTORY = "trajectory.mcap"
 """The file that is read of the folder of a motion."""
@@ -40,21 +42,26 @@ def motion_scene(path: Path, urdf: Path | None) -> Scene:
     names, time, positions = read_motion(path, RATE_HZ, MOST)
     text = read_urdf(urdf)
     robot = Manipulator.from_urdf(text, "fixed")
-    unknown = [name for name in names if name not in robot.joint_names]
+    columns = {name: column for column, name in enumerate(robot.joint_names)}
+    unknown = [name for name in names if name not in columns]
     if unknown:
         raise ArgumentError(
-            f"{path} moves {', '.join(unknown)}, which the robot of `urdf` does not have; it has"
-            f" {', '.join(robot.joint_names)}",
+            f"{path} moves {abridged(unknown)}, which the robot of `urdf` does not have; it has"
+            f" {abridged(list(columns))}",
             option="urdf",
         )
+    every = step(robot, len(time))
+    time, positions = time[::every], positions[::every]
     q = np.zeros((len(time), robot.dof))
     for name, column in zip(names, positions.T, strict=True):
-        q[:, robot.joint_names.index(name)] = column
-    frames = moving_frames(robot, time, q, np.eye(4))
-    shapes, notes = robot_shapes(text, urdf, frames)
-    absent = [name for name in robot.joint_names if name not in names]
+        q[:, columns[name]] = column
+    frames, of_frames = moving_frames(robot, time, q, np.eye(4))
+    shapes, of_shapes = robot_shapes(text, urdf, frames)
+    moved = set(names)
+    absent = [name for name in columns if name not in moved]
+    notes = of_frames + of_shapes
     if absent:
-        notes.append(f"Not in the motion, shown at zero: {', '.join(absent)}.")
+        notes.append(f"Not in the motion, shown at zero: {abridged(absent)}.")
     return Scene(
         start_ns=0,
         frames=frames,

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from tactid._native import Manipulator, Samples, read
 from tactid._native import info as log_info
 from tactid.errors import LogError, ModelError
-from tactid.view.shapes import Shape, link_names, shapes_of
+from tactid.naming import abridged
+from tactid.view.robot import Frame, moving_frames, read_urdf, robot_shapes, step
+from tactid.view.shapes import Shape, link_names
 
 Array = NDArray[np.float64]
 
@@ -20,18 +22,6 @@ MOST = 20_000
 """Points in time at most, however long the log is."""
 ABSURD = 1e6
 """Positions, m and rad, and forces, N, beyond which a sample is faulty and left out."""
-
-
-@dataclass(frozen=True)
-class Frame:
-    """A frame as it moves in the world."""
-
-    time: Array
-    """(N,), s since the scene's start."""
-    position: Array
-    """(N, 3), m."""
-    quaternion: Array
-    """(N, 4), of length one, the scalar last."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +118,7 @@ def read_scene(path: Path, urdf: Path | None, start_ns: int | None) -> Scene:
     wrenches = log.read_all("geometry_msgs/WrenchStamped")
     moving = [*joints, *odometry, *wrenches]
     if not moving or (description is None and not odometry and not wrenches):
-        topics = ", ".join(log.types) or "no topic with messages"
+        topics = abridged(list(log.types)) if log.types else "no topic with messages"
         what = "joints, but no robot: give its `urdf`" if joints else "nothing to show"
         raise LogError(f"{path} has {what}; it has {topics}", option="urdf" if joints else None)
     log.start_ns = min(topic.start_ns for topic in moving) if start_ns is None else start_ns
@@ -151,14 +141,6 @@ def _description(log: _Log, urdf: Path | None) -> str | None:
         return read_urdf(urdf)
     texts = [topic.text[0] for topic in log.read_all("std_msgs/String")]
     return next((text for text in texts if "<robot" in text), None)
-
-
-def read_urdf(path: Path) -> str:
-    """The text of a URDF file."""
-    try:
-        return path.read_text()
-    except UnicodeDecodeError:
-        raise ModelError(f"{path} is not a URDF: it is not text", option="urdf") from None
 
 
 def _robot_scene(
@@ -184,19 +166,20 @@ def _robot_scene(
                 tracks[name] = track
     absent = [name for name in robot.joint_names if name not in tracks]
     if absent:
-        log.notes.append(f"Not in the log, shown at zero: {', '.join(absent)}.")
+        log.notes.append(f"Not in the log, shown at zero: {abridged(absent)}.")
     known = [tracks[name].time for name in robot.joint_names if name in tracks]
     if not known:
         known = [np.zeros(1) if base is None else log.time(base)]
     time = max(known, key=len)
+    time = time[:: step(robot, len(time))]
     q = np.zeros((len(time), robot.dof))
     for column, name in enumerate(robot.joint_names):
         if name in tracks:
             q[:, column] = tracks[name].at(time)
     pose = np.eye(4) if base is None else _poses(log.time(base), base["pose"]).at(time)
-    frames = moving_frames(robot, time, q, pose)
-    shapes, note = robot_shapes(urdf, path, frames)
-    log.notes += note
+    frames, of_frames = moving_frames(robot, time, q, pose)
+    shapes, of_shapes = robot_shapes(urdf, path, frames)
+    log.notes += of_frames + of_shapes
     return Scene(
         start_ns=log.start_ns or 0,
         frames=frames,
@@ -206,24 +189,6 @@ def _robot_scene(
         stands=base is None,
         notes=log.notes,
     )
-
-
-def moving_frames(robot: Manipulator, time: Array, q: Array, base_pose: Array) -> dict[str, Frame]:
-    """All frames of a robot at joint positions, (N, n), and poses of its base."""
-    frames = {}
-    for name in robot.frame_names:
-        placed = robot.kinematics(name, q, base_pose=base_pose).pose
-        frames[name] = Frame(time, placed[:, :3, 3], _quaternions(placed[:, :3, :3]))
-    return frames
-
-
-def robot_shapes(
-    urdf: str, path: Path | None, frames: dict[str, Frame]
-) -> tuple[dict[str, list[Shape]], list[str]]:
-    """The shapes of a robot by its frames, and a note on those that are not found."""
-    shapes, missing = shapes_of(urdf, None if path is None else path.resolve().parent)
-    note = [f"Not found, shown as lines or not at all: {', '.join(missing)}."] if missing else []
-    return {name: parts for name, parts in shapes.items() if name in frames}, note
 
 
 def _link_names(urdf: str, path: Path | None) -> list[str]:
@@ -287,42 +252,3 @@ def _poses(time: Array, poses: Array) -> _Track:
     turned = np.einsum("ij,ij->i", values[1:, 3:], values[:-1, 3:]) < 0
     values[1:, 3:] *= np.where(np.cumsum(turned) % 2, -1.0, 1.0)[:, None]
     return _Track(time, values)
-
-
-def _quaternions(rotations: Array) -> Array:
-    """(N, 4), the scalar last, of rotations (N, 3, 3)."""
-    m = np.moveaxis(rotations, 0, -1)
-    # Four times the products of the quaternion's entries; each row is parallel to the quaternion.
-    products = np.array(
-        [
-            [
-                1 + m[0, 0] - m[1, 1] - m[2, 2],
-                m[0, 1] + m[1, 0],
-                m[0, 2] + m[2, 0],
-                m[2, 1] - m[1, 2],
-            ],
-            [
-                m[0, 1] + m[1, 0],
-                1 - m[0, 0] + m[1, 1] - m[2, 2],
-                m[1, 2] + m[2, 1],
-                m[0, 2] - m[2, 0],
-            ],
-            [
-                m[0, 2] + m[2, 0],
-                m[1, 2] + m[2, 1],
-                1 - m[0, 0] - m[1, 1] + m[2, 2],
-                m[1, 0] - m[0, 1],
-            ],
-            [
-                m[2, 1] - m[1, 2],
-                m[0, 2] - m[2, 0],
-                m[1, 0] - m[0, 1],
-                1 + m[0, 0] + m[1, 1] + m[2, 2],
-            ],
-        ]
-    )
-    # The row of the largest entry is the one that no rounding spoils.
-    largest = np.argmax(np.einsum("iin->ni", products), axis=1)
-    rows: Array = products[largest, :, np.arange(len(rotations))]
-    rows /= np.linalg.norm(rows, axis=1, keepdims=True)
-    return rows

@@ -1,6 +1,6 @@
 """The shapes of a robot's links, from its URDF."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -41,8 +41,10 @@ def link_names(urdf: str) -> list[str]:
     return [link.get("name", "") for link in _parse(urdf).iter("link")]
 
 
-def shapes_of(urdf: str, folder: Path | None) -> tuple[dict[str, list[Shape]], list[str]]:
-    """The shapes of each link, and what is missing.
+def shapes_of(
+    urdf: str, folder: Path | None, names: Container[str]
+) -> tuple[dict[str, list[Shape]], list[str]]:
+    """The shapes of the links of these names, and what is missing.
 
     A link is shown as its visual geometry, or else its collision geometry; one that has none that
     can be shown, as lines to the joints that it carries. Meshes are looked for beside the URDF
@@ -56,16 +58,18 @@ def shapes_of(urdf: str, folder: Path | None) -> tuple[dict[str, list[Shape]], l
     }
     shapes: dict[str, list[Shape]] = {}
     missing: list[str] = []
+    bones = _bones(robot)
     for link in robot.findall("link"):
         name = link.get("name", "")
+        if name not in names:
+            continue
         for tag in ("visual", "collision"):
             found = list(_shapes(link.findall(tag), colors, folder, missing))
             if found:
                 shapes[name] = found
                 break
         else:
-            bones = _bones(robot, name)
-            shapes[name] = [bones] if bones else []
+            shapes[name] = bones.get(name, [])
     return shapes, sorted(set(missing))
 
 
@@ -110,15 +114,19 @@ def _shapes(
                 yield Shape("mesh", scale, position, rotation, color, path)
 
 
-def _bones(robot: ElementTree.Element, link: str) -> Shape | None:
-    ends: list[float] = []
+def _bones(robot: ElementTree.Element) -> dict[str, list[Shape]]:
+    """The lines from each link to the joints that it carries, where these are away from it."""
+    ends: dict[str, list[float]] = {}
     for joint in robot.findall("joint"):
         parent = joint.find("parent")
-        if parent is not None and parent.get("link") == link:
-            ends += [float(value) for value in _origin(joint)[0]]
-    if not any(ends):
-        return None
-    return Shape("bones", tuple(ends), np.zeros(3), np.eye(3), GREY)
+        if parent is not None:
+            end = [float(value) for value in _origin(joint)[0]]
+            ends.setdefault(parent.get("link", ""), []).extend(end)
+    return {
+        link: [Shape("bones", tuple(values), np.zeros(3), np.eye(3), GREY)]
+        for link, values in ends.items()
+        if any(values)
+    }
 
 
 def _resolve(uri: str, folder: Path | None) -> Path | None:
