@@ -36,8 +36,15 @@ CODES = {
 }
 """Exit codes of a run that a signal has ended; a shell shows a negative one as 128 more."""
 
+LOADING = ("Fatal Python error: init_import_site", "Could not import runpy module")
+"""What Python prints where a signal ends its own start."""
+
 DURATION_S = {"simulate": 2.5, "paper": 8.0, "identify": 4.0, "calibrate": 3.5, "excite": 4.5}
 """Time within which a signal is sent. Most runs are still busy then."""
+
+ENDED = {command: {0, 1} if command == "paper" else {0} for command in DURATION_S}
+"""Exit codes of a run that ends before the signal. The paper's filter gives, after a short run, a
+body that cannot exist, which is code 1."""
 
 ENDS = {".png": b"IEND\xaeB`\x82", ".html": b"</html>", ".csv": b"\n", ".yaml": b"\n"}
 """Last bytes of whole files, without the white space after them."""
@@ -94,8 +101,9 @@ def end(inputs: Inputs, command: str, sent: signal.Signals, moment_s: float) -> 
         process.send_signal(sent)
         _, errors = process.communicate(timeout=60)
         wrong = list(faults(folder, sent))
-        is_loading = "Fatal Python error: init_import_site" in errors  # no line of tactid has run
-        if process.returncode not in CODES[sent] | {0} and not is_loading:
+        # No line of tactid has run.
+        is_loading = any(message in errors for message in LOADING)
+        if process.returncode not in CODES[sent] | ENDED[command] and not is_loading:
             wrong.append(f"exit code {process.returncode}: {errors}")
         if inputs.present() != inputs.digests:
             wrong.append("an input has changed")

@@ -133,6 +133,16 @@ def test_a_pipe_whose_reader_leaves_is_named(
     assert capsys.readouterr() == ("", "tactid: error: cannot use report: Broken pipe\n")
 
 
+def test_ctrl_c_that_an_import_turns_into_another_error_is_an_interruption(
+    run_info: Callable[[Exception], int], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Python does so where a class is being made, for instance one of matplotlib."""
+    error = RuntimeError("Error calling __set_name__")
+    error.__cause__ = KeyboardInterrupt()
+    assert run_info(error) == 130
+    assert capsys.readouterr() == ("", "tactid: interrupted\n")
+
+
 @pytest.fixture
 def run_info(monkeypatch: pytest.MonkeyPatch) -> Callable[[Exception], int]:
     """Runs ``tactid info`` in this process where reading raises an error; gives the exit code."""

@@ -243,7 +243,8 @@ impl Manipulator {
     /// Returns:
     ///     ``(torques, base_wrench)``: torques (n,), N m (N for a prismatic joint), along each joint's axis
     ///     on the link it moves; base_wrench (6,), force then moment that the outside applies to the base,
-    ///     in world axes, about the base frame's origin, N and N m.
+    ///     in world axes, about the base frame's origin, N and N m. Those of many states, which the widest
+    ///     vector unit of the processor computes together, may differ from those of one by rounding.
     ///
     /// Raises:
     ///     ArgumentError: A shape does not fit.
@@ -281,7 +282,7 @@ impl Manipulator {
                     .inverse_dynamics(&series, &gravity, &mut torques, &mut wrenches)
                     .map_err(IntoPyErr::into_py_err)
             }
-            None => states.each(&self.workspaces, samples, |workspace| {
+            None => states.first(&self.workspaces, &gravity, |workspace| {
                 tactid_dynamics::forces(workspace, &gravity);
                 torques.copy_from_slice(workspace.joint_torques()?);
                 let wrench = workspace.base_wrench()?;

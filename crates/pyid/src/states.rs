@@ -1,5 +1,6 @@
 //! States of a robot, as arrays.
 
+use nalgebra::Vector3;
 use pyo3::prelude::*;
 use tactid_dynamics::{FrameMotion, JointMotion, Manipulator, StateError, StateSeries, Workspace};
 
@@ -106,6 +107,21 @@ impl<'a> States<'a> {
             acceleration: self.acceleration.vector(sample, 0),
             angular_acceleration: self.acceleration.vector(sample, 3),
         }
+    }
+
+    /// Moves the robot to the first sample, with gravity for the forces that `look` computes, and calls it there.
+    pub(crate) fn first(
+        &self,
+        workspaces: &Workspaces,
+        gravity: &Vector3<f64>,
+        look: impl FnOnce(&mut Workspace) -> Result<(), StateError>,
+    ) -> PyResult<()> {
+        workspaces.with(self.robot, |workspace| {
+            let (base, joints) = self.at(0);
+            tactid_dynamics::motion_under_gravity(workspace, &base, joints, gravity)
+                .and_then(|()| look(workspace))
+                .map_err(IntoPyErr::into_py_err)
+        })
     }
 
     /// Moves the robot to each sample in turn, and calls `look` there.

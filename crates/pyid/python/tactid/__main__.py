@@ -44,6 +44,8 @@ def _run() -> int:
     except InternalError:
         return 70  # a panic of the native part, which its hook has reported
     except Exception as error:
+        if _is_interruption(error):
+            return _report("interrupted", INTERRUPTED)
         if isinstance(error, OSError) and error.errno is not None and error.filename is None:
             terminal.discard_output()
             return _report(f"error: cannot use standard output: {error.strerror}", 2)
@@ -53,6 +55,13 @@ def _run() -> int:
             return 70  # the panic hook has reported it
         raise
     return code
+
+
+def _is_interruption(error: BaseException | None) -> bool:
+    """Whether Ctrl-C has caused an error, as it may while a library is imported."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__
+    return error is not None
 
 
 def _report(message: str, code: int) -> int:
