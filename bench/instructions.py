@@ -44,6 +44,9 @@ def main() -> int:
         elif change < -TOLERANCE:
             verdict = "less than stored: run bench/instructions.py --write"
         print(f"{name:24} {count:8} instructions {change:+8.1%}  {verdict}")
+    for name in stored.keys() - counts.keys():
+        print(f"{name:24} is stored, but no kernel")
+        code = 1
     return code
 
 

@@ -1,21 +1,22 @@
 """Runs all comparisons on one core and writes one table; `make bench-peers`.
 
-With names as arguments, only the tasks that contain one of them are run.
+With words as arguments, only the tasks that contain one of them are measured, and no file is
+written.
 """
 
+import importlib
 import os
 import platform
 import subprocess
 import sys
+from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from peers import dynamics, estimators, logs, online, python_calls, simulation
-from peers.harness import report, run
+from peers.harness import Row, Timing, report, run
 from peers.native import BUILD
 
-MODULES = (dynamics, estimators, online, python_calls, logs, simulation)
-COMPARISONS = [each.comparisons for each in MODULES]
+MODULES = ("dynamics", "estimators", "online", "python_calls", "logs", "simulation")
 PACKAGES = ("tactid", "pin", "cmeel-eigen", "padasip", "mujoco", "rosbags", "numpy")
 
 
@@ -24,12 +25,22 @@ def main() -> None:
     chosen = sys.argv[1:]
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-    rows = []
-    for comparisons in COMPARISONS:
-        for comparison in comparisons():
-            if not chosen or any(word in comparison.task for word in chosen):
-                rows.append(run(comparison))
-    report(rows, facts(), BUILD)
+    rows = [row for name in MODULES for row in measured(name, chosen)]
+    if not rows:
+        sys.exit(f"no task contains {' or '.join(chosen)}; make bench-peers without words runs all")
+    report(rows, facts(), None if chosen else BUILD)
+
+
+def measured(name: str, chosen: list[str]) -> Iterator[Row]:
+    """The rows of a module; one that says what is missing where a library that it needs is."""
+    try:
+        module = importlib.import_module(f"peers.{name}")
+    except ModuleNotFoundError as error:
+        yield Row(name, "", None, [Timing("all", missing=f"the module {error.name}")])
+        return
+    for comparison in module.comparisons():
+        if not chosen or any(word in comparison.task for word in chosen):
+            yield run(comparison)
 
 
 def facts() -> dict[str, str]:

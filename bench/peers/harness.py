@@ -82,6 +82,9 @@ class Row:
 
 def run(comparison: Comparison) -> Row:
     """Checks that the results agree, then measures all contenders in turn, round after round."""
+    reference = comparison.contenders[0]
+    if reference.measure is None:
+        raise SystemExit(f"{comparison.task}: tactid itself is missing: {reference.missing}")
     present = [each for each in comparison.contenders if each.measure is not None]
     check_agreement(comparison, present)
     rounds: dict[str, list[float]] = {each.name: [] for each in present}
@@ -91,7 +94,7 @@ def run(comparison: Comparison) -> Row:
             seconds = each.measure()
             if number > 0:
                 rounds[each.name].append(seconds * comparison.scale)
-    ours = rounds[present[0].name]
+    ours = rounds[reference.name]
     timings = []
     for each in comparison.contenders:
         if each.name not in rounds:
@@ -99,7 +102,7 @@ def run(comparison: Comparison) -> Row:
             continue
         times = rounds[each.name]
         timing = Timing(each.name, min(times), statistics.median(times), rounds=times)
-        if each is not present[0]:
+        if each is not reference:
             timing.ratio = timing.minimum / min(ours)
             timing.median_ratio = timing.median / statistics.median(ours)
         timings.append(timing)
@@ -118,8 +121,8 @@ def check_agreement(comparison: Comparison, contenders: list[Contender]) -> None
             )
 
 
-def report(rows: list[Row], facts: dict[str, str], folder: Path) -> None:
-    """Shows the table, and writes it as Markdown and, with every round, as JSON."""
+def report(rows: list[Row], facts: dict[str, str], folder: Path | None) -> None:
+    """Shows the table, and writes it to a folder as Markdown and, with every round, as JSON."""
     console = Console()
     lines = [f"- {key}: {value}" for key, value in facts.items()]
     lines += [
@@ -141,6 +144,8 @@ def report(rows: list[Row], facts: dict[str, str], folder: Path) -> None:
     console.print(table)
     for note in notes:
         console.print(note, highlight=False)
+    if folder is None:
+        return
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "peers.md").write_text("\n".join(lines) + "\n")
     content = {"facts": facts, "comparisons": [asdict(row) for row in rows]}
