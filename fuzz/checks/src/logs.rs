@@ -1,8 +1,7 @@
 //! Reading of a log of any bytes.
 
 use std::fs;
-use std::path::PathBuf;
-use std::sync::LazyLock;
+use std::path::Path;
 
 use tactid_logs::messages::{JointState, TFMessage, WrenchStamped};
 use tactid_logs::{LogReader, RawMessage};
@@ -14,11 +13,17 @@ use tempfile::TempDir;
 /// # Panics
 /// Panics if one of these does not hold, or if the file cannot be written.
 pub fn run(bytes: &[u8]) {
-    static FOLDER: LazyLock<TempDir> =
-        LazyLock::new(|| TempDir::new().expect("a folder for the log"));
-    static PATH: LazyLock<PathBuf> = LazyLock::new(|| FOLDER.path().join("log"));
-    fs::write(&*PATH, bytes).expect("space for the log");
-    let Ok(log) = LogReader::open(&*PATH) else {
+    thread_local! {
+        /// A folder for each thread, so that checks that run at once do not write the same file.
+        static FOLDER: TempDir = TempDir::new().expect("a folder for the log");
+    }
+    FOLDER.with(|folder| check(&folder.path().join("log"), bytes));
+}
+
+/// Writes the bytes to a file and checks what is read from it.
+fn check(path: &Path, bytes: &[u8]) {
+    fs::write(path, bytes).expect("space for the log");
+    let Ok(log) = LogReader::open(path) else {
         return;
     };
     let first = messages(&log);

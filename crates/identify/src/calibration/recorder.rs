@@ -116,10 +116,11 @@ impl EffortRecorder {
         self.repeated
     }
 
-    /// Number of samples that were rejected: not finite, without efforts, or not later than the one before.
+    /// Number of samples that were rejected: not finite, once differentiated as well, without efforts, or not later than the
+    /// one before.
     #[must_use]
     pub fn rejected(&self) -> u64 {
-        self.motion.rejected() + self.without_effort
+        self.motion.rejected() + self.windows.left_out() + self.without_effort
     }
 
     /// Number of gaps that were too long to be bridged.

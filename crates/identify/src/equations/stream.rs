@@ -115,10 +115,11 @@ impl EquationStream {
         self.motion.time_s()
     }
 
-    /// Number of samples that were rejected: with a number that is not finite or beyond 1e30, or not later than the one before.
+    /// Number of samples that were rejected: with a number that is not finite or beyond 1e30, or not later than the one
+    /// before. It includes samples whose derivatives, or the products of these in the equations, are such numbers.
     #[must_use]
     pub fn rejected(&self) -> u64 {
-        self.motion.rejected()
+        self.motion.rejected() + self.windows.left_out()
     }
 
     /// Number of gaps that were too long to be bridged.
@@ -160,8 +161,8 @@ impl EquationStream {
     pub(crate) fn sampling(&self) -> NoEquations {
         let motion = &self.motion;
         NoEquations {
-            samples: motion.accepted(),
-            rejected: motion.rejected(),
+            samples: motion.accepted() - self.windows.left_out(),
+            rejected: self.rejected(),
             gaps: motion.gaps(),
             max_gap_s: motion.max_gap_s(),
             period_s: motion.duration_s() / motion.accepted().saturating_sub(1).max(1) as f64,

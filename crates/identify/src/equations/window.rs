@@ -5,6 +5,7 @@
 
 use std::f64::consts::PI;
 
+use super::sample::is_measurable;
 use crate::IdentifyError;
 
 /// Number of windows that overlap: one begins at each third of the length. The weights of overlapping windows
@@ -203,6 +204,8 @@ pub(crate) struct Windows<W> {
     previous_s: f64,
     /// Number of windows that were dropped because of too few instants, without those that a gap ends.
     sparse: u64,
+    /// Number of instants that were left out, since an entry was no measurement.
+    left_out: u64,
     /// Half of the instants to which the pending one belongs, 1 or -1.
     half: f64,
 }
@@ -227,6 +230,7 @@ impl<W: WindowSums> Windows<W> {
             pending_s: 0.0,
             previous_s: 0.0,
             sparse: 0,
+            left_out: 0,
             half: 1.0,
         }
     }
@@ -236,10 +240,15 @@ impl<W: WindowSums> Windows<W> {
         self.begin_s = None;
     }
 
-    /// Discards the open windows and resets the count of sparse ones.
+    /// Discards the open windows and resets the counts.
     pub(crate) fn rewind(&mut self) {
         self.clear();
-        self.sparse = 0;
+        (self.sparse, self.left_out) = (0, 0);
+    }
+
+    /// Number of instants that were left out, since an entry was not [measurable](is_measurable).
+    pub(crate) fn left_out(&self) -> u64 {
+        self.left_out
     }
 
     /// Length of a window, s.
@@ -261,7 +270,18 @@ impl<W: WindowSums> Windows<W> {
     }
 
     /// Adds an instant, later than the one before, and returns the window that ended with it.
+    ///
+    /// An instant of which an entry is not [measurable](is_measurable) is left out: samples with finite numbers can have
+    /// derivatives and products that are not finite, and one of these would stay in the estimate for ever.
     pub(crate) fn push(&mut self, time_s: f64, entries: &[f64]) -> Option<&W> {
+        // All entries are compared without a branch, which is faster than to stop at the first one.
+        if !entries
+            .iter()
+            .fold(true, |all, &entry| all & is_measurable(entry))
+        {
+            self.left_out += 1;
+            return None;
+        }
         let stride_s = self.length_s / OVERLAP as f64;
         // A clock that began decades ago has few digits left for a window: times count from the begin of the stretch.
         let passed_s = self.begin_s.map(|begin_s| (begin_s, time_s - begin_s));
@@ -398,6 +418,27 @@ mod tests {
             assert!(!(0.25..=0.449).contains(&time_s), "{time_s}");
         }
         assert!(filter(&even(100, 0.03), |t| t).is_empty());
+    }
+
+    /// An instant with an entry that is not finite, or far beyond all measurements, changes no mean and is counted.
+    #[test]
+    fn leaves_out_what_is_no_measurement() {
+        let clean = filter(&even(300, 1e-3), |t| t);
+        for bad in [f64::NAN, f64::INFINITY, -1e31] {
+            let mut windows = Windows::of_means(CUTOFF_HZ, 1, 1);
+            let mut found = Vec::new();
+            for (k, time_s) in even(300, 1e-3).into_iter().enumerate() {
+                let entry = if k % 50 == 49 { bad } else { time_s };
+                if let Some(window) = windows.push(time_s, &[entry]) {
+                    found.push((window.means[0], window.rates[0]));
+                }
+            }
+            assert_eq!((windows.left_out(), found.len()), (6, clean.len()));
+            for ((mean, rate), (_, mean_of_all, rate_of_all)) in found.into_iter().zip(&clean) {
+                assert!((mean - mean_of_all).abs() < 1e-5, "{mean}");
+                assert!((rate - rate_of_all).abs() < 1e-2, "{rate}");
+            }
+        }
     }
 
     /// The sums of the correlations have the values of the constants.

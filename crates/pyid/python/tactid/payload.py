@@ -78,7 +78,8 @@ class PayloadEstimate(ComparedByValue):
     since: float = -math.inf
     """Time of the last payload change on the samples' clock, s, or minus infinity."""
     rejected: int = 0
-    """Number of rejected samples: not finite, or not later than the one before."""
+    """Number of rejected samples: not finite, once differentiated as well, or not later
+    than the one before."""
     gaps: int = 0
     """Number of gaps that were too long to be bridged."""
     intervals: Array = field(default_factory=lambda: np.empty((0, 2)))
