@@ -15,6 +15,10 @@ use crate::equations::{Channels, Equation};
 /// Residuals smaller than this fraction of the measurements are rounding.
 pub(crate) const ROUNDING: f64 = 1e-14;
 
+/// Size, in N, N m or the unit of another channel, below which all measurements of a kind are zero. The squares of what is
+/// divided by a larger size stay finite.
+const ZERO_SIZE: f64 = 1e-30;
+
 /// Least standard deviation of a channel relative to the largest of its kind. A channel with next to no
 /// residuals by chance, such as a moment about which nothing turns, must not outweigh all others.
 const MIN_RATIO: f64 = 1e-2;
@@ -317,7 +321,12 @@ pub(crate) fn target_sizes(equations: &[Equation], kinds: &[usize], sizes: &mut 
     }
     for kind in groups_mut(sizes, kinds) {
         let mean = kind.iter().sum::<f64>() / (equations.len() * kind.len()) as f64;
-        kind.fill(mean.sqrt().max(f64::MIN_POSITIVE));
+        let size = mean.sqrt();
+        kind.fill(if size < ZERO_SIZE {
+            f64::MIN_POSITIVE
+        } else {
+            size
+        });
     }
 }
 
