@@ -33,6 +33,7 @@ lint-rust: tools
 	cargo fmt --all --check
 	cargo fmt --all --check --manifest-path bench/Cargo.toml
 	cargo clippy --workspace --all-targets --locked -- -D warnings
+	cargo clippy --manifest-path bench/Cargo.toml --target-dir target/bench --all-targets --locked -- -D warnings
 	RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps --locked --quiet
 
 lint-python: $(VENV)/linters
@@ -55,7 +56,7 @@ miri: tools ## run the unit tests of nlms and dynamics under Miri; it needs a ni
 	    -p tactid-nlms -p tactid-dynamics --lib
 
 soak: tools ## a day of samples at 1 kHz through the online identifier, 90 s on an idle core
-	cargo run --release --locked --manifest-path bench/Cargo.toml --bin soak -- 86400
+	cargo run --release --locked --manifest-path bench/Cargo.toml --target-dir target/bench --bin soak -- 86400
 
 docs: $(VENV)/installed $(VENV)/site-builder ## build the documentation site into site/, with warnings as errors
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet

@@ -14,7 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from peers.harness import Row, Timing, report, run
-from peers.native import BUILD
+from peers.native import BUILD, CXX_FLAGS, compiler
 
 MODULES = ("dynamics", "estimators", "online", "python_calls", "logs", "simulation")
 PACKAGES = ("tactid", "pin", "cmeel-eigen", "padasip", "mujoco", "rosbags", "numpy")
@@ -48,10 +48,16 @@ def facts() -> dict[str, str]:
     return {
         "machine": f"{processor()}, {os.cpu_count()} cores, {platform.platform()}",
         "load": f"{os.getloadavg()[0]:.1f} at the end, processes of others included",
-        "compilers": f"{first_line('rustc', '--version')}; {first_line('g++', '--version')}",
-        "flags": "Rust: release, thin LTO, baseline x86-64; C++: -O3 -DNDEBUG, and -march=native",
+        "compilers": f"{first_line('rustc', '--version')}; {first_line(compiler(), '--version')}",
+        "flags": f"Rust: {rust_flags()}; C++: {' '.join(CXX_FLAGS)}, and -march=native where said",
         "packages": ", ".join(f"{name} {installed(name)}" for name in PACKAGES),
     }
+
+
+def rust_flags() -> str:
+    """How tactid is compiled: the profile of `bench/Cargo.toml` and what the environment adds."""
+    given = os.environ.get("RUSTFLAGS")
+    return f"release, thin LTO, baseline {platform.machine()}" + (f", {given}" if given else "")
 
 
 def processor() -> str:

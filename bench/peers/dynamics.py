@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from peers.harness import Array, Comparison, Contender
-from peers.native import MissingPeerError, robot_library, tactid_library, thread_seconds
+from peers.native import MissingPeerError, handle, robot_library, tactid_library, thread_seconds
 
 TOOL = "tool0"
 SECONDS = 0.02
@@ -72,8 +72,8 @@ class States:
 class Kernel:
     """A kernel of one library on a set of states: its results, and the time of one."""
 
-    def __init__(self, run, handle: int, name: str, count: int, width: int) -> None:
-        self.run, self.handle, self.name = run, ctypes.c_void_p(handle), name.encode()
+    def __init__(self, run, pointer: int, name: str, count: int, width: int) -> None:
+        self.run, self.handle, self.name = run, handle(pointer, "the robot"), name.encode()
         self.out = np.zeros((count, width))
         self.repetitions = 1
         self.repetitions = max(1, round(SECONDS / (self() * count)))
@@ -98,14 +98,14 @@ class Robot:
         """A kernel of tactid."""
         library = tactid_library()
         states = self.states.ours()
-        handle = library.tactid_dynamics_new(
+        pointer = library.tactid_dynamics_new(
             self.urdf.encode(),
             ctypes.c_bool(self.floating),
             TOOL.encode(),
             states.ctypes.data_as(ctypes.c_void_p),
             ctypes.c_size_t(self.count),
         )
-        return Kernel(library.tactid_dynamics_run, handle, name, self.count, width)
+        return Kernel(library.tactid_dynamics_run, pointer, name, self.count, width)
 
     def pinocchio(self, name: str, width: int, *flags: str) -> Kernel:
         """A kernel of Pinocchio in C++, compiled with further flags."""
@@ -113,12 +113,12 @@ class Robot:
         root = (pin.JointModelFreeFlyer(),) if self.floating else ()
         model = pin.buildModelFromXML(self.urdf, *root)
         states = self.states.pinocchio(floating=self.floating)
-        handle = library.pinocchio_new(
+        pointer = library.pinocchio_new(
             *model_arguments(model),
             states.ctypes.data_as(ctypes.c_void_p),
             ctypes.c_size_t(self.count),
         )
-        return Kernel(library.pinocchio_run, handle, name, self.count, width)
+        return Kernel(library.pinocchio_run, pointer, name, self.count, width)
 
 
 def model_arguments(model: pin.Model) -> list:

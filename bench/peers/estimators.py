@@ -20,16 +20,21 @@ ROWS = 4098
 
 REPETITIONS = 40
 
+NOISE = 0.1
+"""Standard deviation of the noise on the targets, which are about 3: with exact rows, every filter
+that converges would reach the same parameters, and an agreement would say nothing."""
+
 
 def comparisons() -> Iterator[Comparison]:
-    """A row of each estimator; the rows are exact, so that all reach the same parameters."""
+    """A row of each estimator."""
     rng = np.random.default_rng(3)
     rows = rng.normal(size=(ROWS, 10))
-    numbers = np.column_stack([rows, rows @ rng.normal(size=10)])
+    targets = rows @ rng.normal(size=10) + NOISE * rng.normal(size=ROWS)
+    numbers = np.column_stack([rows, targets])
     tasks = [
         ("NLMS, a row", "nlms", "nlms", 1.0),
         ("RLS, a row, parameters at the end", "rls", "rls", 0.6),
-        ("RLS, a row, in blocks of six", "rls_blocks", "rls", 1.0),
+        ("RLS, a row in blocks of six, parameters at the end", "rls_blocks", "rls", 1.0),
     ]
     for task, ours, theirs, bar in tasks:
         contenders = [kernel("tactid", tactid(), ours, numbers)]
@@ -68,7 +73,7 @@ def kernel(label: str, function, name: str, numbers: Array) -> Contender:
         return thread_seconds(run, name) / (REPETITIONS * len(numbers))
 
     measure()
-    return Contender(label, measure, out)
+    return Contender(label, measure, out.copy())
 
 
 def in_python(name: str, numbers: Array) -> Contender:
@@ -77,13 +82,17 @@ def in_python(name: str, numbers: Array) -> Contender:
         return Contender("padasip", missing="pip install padasip")
     rows, targets = numbers[:, :10], numbers[:, 10]
 
-    def measure() -> float:
+    def new():
         if name == "nlms":
-            made = padasip.filters.FilterNLMS(n=10, mu=1.8, eps=0.9, w="zeros")
-        else:
-            made = padasip.filters.FilterRLS(n=10, mu=1.0, eps=1e-8, w="zeros")
+            return padasip.filters.FilterNLMS(n=10, mu=1.8, eps=0.9, w="zeros")
+        return padasip.filters.FilterRLS(n=10, mu=1.0, eps=1e-8, w="zeros")
+
+    def measure() -> float:
+        made = new()
         start = time.thread_time()
         made.run(targets, rows)
         return (time.thread_time() - start) / len(rows)
 
-    return Contender("padasip", measure)
+    once = new()
+    once.run(targets, rows)
+    return Contender("padasip", measure, once.w)

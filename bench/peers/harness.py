@@ -24,6 +24,11 @@ TOLERANCE = 1e-10
 """Largest difference between results, as a fraction of the largest entry."""
 
 
+COLUMNS = ("task", "contender", "minimum", "median", "ratio (of medians)", "bar", "difference")
+"""Columns of the table. The difference is that of the result from tactid's, relative to the largest
+entry; it is empty where only times are compared."""
+
+
 @dataclass
 class Contender:
     """One library at one task.
@@ -62,6 +67,8 @@ class Timing:
     name: str
     minimum: float | None = None
     median: float | None = None
+    difference: float | None = None
+    """Difference of its result from tactid's, as a fraction of the largest entry."""
     ratio: float | None = None
     """Minimum of this peer as a multiple of tactid's in the same run: above 1, tactid is faster."""
     median_ratio: float | None = None
@@ -86,7 +93,7 @@ def run(comparison: Comparison) -> Row:
     if reference.measure is None:
         raise SystemExit(f"{comparison.task}: tactid itself is missing: {reference.missing}")
     present = [each for each in comparison.contenders if each.measure is not None]
-    check_agreement(comparison, present)
+    differences = check_agreement(comparison, present)
     rounds: dict[str, list[float]] = {each.name: [] for each in present}
     for number in range(ROUNDS + 1):
         for each in present:
@@ -103,22 +110,26 @@ def run(comparison: Comparison) -> Row:
         times = rounds[each.name]
         timing = Timing(each.name, min(times), statistics.median(times), rounds=times)
         if each is not reference:
+            timing.difference = differences.get(each.name)
             timing.ratio = timing.minimum / min(ours)
             timing.median_ratio = timing.median / statistics.median(ours)
         timings.append(timing)
     return Row(comparison.task, comparison.unit, comparison.bar, timings, comparison.note)
 
 
-def check_agreement(comparison: Comparison, contenders: list[Contender]) -> None:
-    """Raises where a result differs from the first one."""
+def check_agreement(comparison: Comparison, contenders: list[Contender]) -> dict[str, float]:
+    """Differences of the results from the first one; raises where one is too large."""
     ours, *others = [each for each in contenders if each.result is not None] or [None]
+    differences = {}
     for other in others:
         scale = np.abs(ours.result).max()
-        error = np.abs(other.result - ours.result).max() / scale
-        if not error <= comparison.tolerance:
+        difference = float(np.abs(other.result - ours.result).max() / scale)
+        if not difference <= comparison.tolerance:
             raise SystemExit(
-                f"{comparison.task}: {other.name} and {ours.name} differ by {error:.1e}"
+                f"{comparison.task}: {other.name} and {ours.name} differ by {difference:.1e}"
             )
+        differences[other.name] = difference
+    return differences
 
 
 def report(rows: list[Row], facts: dict[str, str], folder: Path | None) -> None:
@@ -127,10 +138,10 @@ def report(rows: list[Row], facts: dict[str, str], folder: Path | None) -> None:
     lines = [f"- {key}: {value}" for key, value in facts.items()]
     lines += [
         "",
-        "| task | contender | minimum | median | ratio | bar |",
-        "|---|---|---|---|---|---|",
+        "| " + " | ".join(COLUMNS) + " |",
+        "|" + "---|" * len(COLUMNS),
     ]
-    table = Table("task", "contender", "minimum", "median", "ratio (of medians)", "bar")
+    table = Table(*COLUMNS)
     for row in rows:
         for k, timing in enumerate(row.timings):
             cells = [row.task if k == 0 else "", timing.name, *figures(row, timing)]
@@ -154,9 +165,11 @@ def report(rows: list[Row], facts: dict[str, str], folder: Path | None) -> None:
 
 
 def figures(row: Row, timing: Timing) -> list[str]:
-    """Minimum, median, ratio and bar of a contender as text."""
+    """Minimum, median, ratio, bar and difference of a contender as text."""
     if timing.minimum is None:
-        return [f"missing: {timing.missing}", "", "", ""]
+        return [f"missing: {timing.missing}", "", "", "", ""]
     ratio = "1" if timing.ratio is None else f"{timing.ratio:.2f} ({timing.median_ratio:.2f})"
     bar = "" if row.bar is None or timing.ratio is None else f"{row.bar:g}"
-    return [f"{timing.minimum:.4g} {row.unit}", f"{timing.median:.4g} {row.unit}", ratio, bar]
+    difference = "" if timing.difference is None else f"{timing.difference:.0e}"
+    times = [f"{time:.4g} {row.unit}" for time in (timing.minimum, timing.median)]
+    return [*times, ratio, bar, difference]

@@ -31,14 +31,25 @@ def thread_seconds(run: Callable[[], bool], name: str) -> float:
     """Seconds of a call in the time of this thread: other processes on the core do not count.
 
     Raises:
-        MissingPeerError: The library has no kernel of this name.
+        SystemExit: The library has no kernel of this name, or the kernel failed.
     """
     start = time.thread_time()
-    is_known = run()
+    is_done = run()
     passed = time.thread_time() - start
-    if not is_known:
-        raise MissingPeerError(f"no kernel {name}")
+    if not is_done:
+        raise SystemExit(f"the kernel {name} does not exist, or has failed")
     return passed
+
+
+def handle(pointer: int | None, what: str) -> ctypes.c_void_p:
+    """What a constructor behind the C interface returned.
+
+    Raises:
+        SystemExit: It is null: the robot or its link could not be used.
+    """
+    if not pointer:
+        raise SystemExit(f"{what} could not be made: is the link in the URDF?")
+    return ctypes.c_void_p(pointer)
 
 
 @cache
@@ -53,6 +64,11 @@ def tactid_library() -> ctypes.CDLL:
     library.tactid_online_new.restype = ctypes.c_void_p
     library.tactid_online_run.restype = ctypes.c_bool
     return library
+
+
+def compiler() -> str:
+    """The C++ compiler."""
+    return os.environ.get("CXX", "g++")
 
 
 @cache
@@ -76,15 +92,15 @@ def cxx_library(name: str, *flags: str, needs: tuple[str, ...]) -> ctypes.CDLL:
     Raises:
         MissingPeerError: There is no compiler, or not all headers that it needs.
     """
-    compiler = os.environ.get("CXX", "g++")
-    if shutil.which(compiler) is None:
-        raise MissingPeerError(f"no C++ compiler {compiler}")
+    if shutil.which(compiler()) is None:
+        raise MissingPeerError(f"no C++ compiler {compiler()}")
     include = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix" / "include"
     for header in needs:
         if not (include / header).exists():
             raise MissingPeerError(f"no {header}: pip install pin cmeel-eigen")
     source = BENCH / "peers" / name
-    command = [compiler, *CXX_FLAGS, *flags, f"-I{include}", f"-I{include / 'eigen3'}", str(source)]
+    headers = [f"-I{include}", f"-I{include / 'eigen3'}"]
+    command = [compiler(), *CXX_FLAGS, *flags, *headers, str(source)]
     texts = [path.read_text() for path in [source, *sorted(source.parent.glob("*.hpp"))]]
     key = "\n".join([*command, *texts, importlib.metadata.version("pin")])
     library = BUILD / f"{source.stem}-{hashlib.sha256(key.encode()).hexdigest()[:16]}.so"

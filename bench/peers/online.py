@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from peers.dynamics import PARAMETERS, TOOL, model_arguments
 from peers.harness import Array, Comparison, Contender
-from peers.native import MissingPeerError, robot_library, tactid_library, thread_seconds
+from peers.native import MissingPeerError, handle, robot_library, tactid_library, thread_seconds
 
 SAMPLES = 10_000
 """Samples of one measurement, at 1 kHz."""
@@ -85,11 +85,11 @@ def tactid(samples: Array):
     library, pointer = tactid_library(), samples.ctypes.data_as(ctypes.c_void_p)
     urdf = Path(airo_models.get_urdf_path("ur5e")).read_text().encode()
     size = ctypes.c_size_t(samples.size)
-    handle = ctypes.c_void_p(library.tactid_online_new(urdf, TOOL.encode(), pointer, size))
+    online = handle(library.tactid_online_new(urdf, TOOL.encode(), pointer, size), "the robot")
 
     def run(name: bytes, out: Array) -> bool:
         place, len_out = out.ctypes.data_as(ctypes.c_void_p), ctypes.c_size_t(out.size)
-        return library.tactid_online_run(handle, name, ctypes.c_size_t(1), place, len_out)
+        return library.tactid_online_run(online, name, ctypes.c_size_t(1), place, len_out)
 
     return run
 
@@ -97,12 +97,12 @@ def tactid(samples: Array):
 def cxx(samples: Array, *flags: str):
     """Runs the loop in C++ on samples."""
     library = robot_library("online", *flags)
-    handle = ctypes.c_void_p(library.online_new(*model_arguments(ur5e())))
+    online = handle(library.online_new(*model_arguments(ur5e())), "the robot")
 
     def run(name: bytes, out: Array) -> bool:
         pointers = [array.ctypes.data_as(ctypes.c_void_p) for array in (samples, out)]
         counts = ctypes.c_size_t(len(samples)), ctypes.c_size_t(1)
-        return library.online_run(handle, name, pointers[0], *counts, pointers[1])
+        return library.online_run(online, name, pointers[0], *counts, pointers[1])
 
     return run
 

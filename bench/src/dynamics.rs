@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Quaternion, SMatrix, SVector, Translation3, UnitQuaternion, Vector3};
 use tactid_dynamics::{
-    BaseKind, FrameId, FrameMotion, JointMotion, Manipulator, SeriesWorkspace, StateSeries,
+    BaseKind, BatchDynamics, FrameId, FrameMotion, JointMotion, Manipulator, StateSeries,
     VectorUnit, Workspace, inverse_dynamics, motion, motion_under_gravity, wrench_regressor,
 };
 
@@ -21,13 +21,13 @@ pub struct Dynamics {
     velocity: Vec<f64>,
     acceleration: Vec<f64>,
     rows: Vec<SVector<f64, 10>>,
-    series: SeriesWorkspace,
-    baseline_series: SeriesWorkspace,
+    batch: BatchDynamics,
+    baseline_batch: BatchDynamics,
     base_wrenches: Vec<[f64; 6]>,
 }
 
-/// Computes all states and writes their results one after another.
-pub type Kernel = fn(&mut Dynamics, &mut [f64]);
+/// Computes all states and writes their results one after another; `None` where an error stops it.
+pub type Kernel = fn(&mut Dynamics, &mut [f64]) -> Option<()>;
 
 /// Returns the kernel of a name.
 pub fn kernel(name: &str) -> Option<Kernel> {
@@ -63,8 +63,8 @@ impl Dynamics {
             acceleration: Vec::new(),
             rows: vec![SVector::zeros(); moving * robot.dof()],
             base_wrenches: Vec::new(),
-            series: SeriesWorkspace::new(&robot),
-            baseline_series: SeriesWorkspace::new(&robot).with_unit(VectorUnit::Baseline),
+            batch: BatchDynamics::new(&robot),
+            baseline_batch: BatchDynamics::new(&robot).with_unit(VectorUnit::Baseline),
             workspace: Workspace::new(&robot),
         })
     }
@@ -111,8 +111,8 @@ impl Dynamics {
     fn each(
         &mut self,
         out: &mut [f64],
-        mut compute: impl FnMut(&mut Workspace, &FrameMotion, JointMotion<'_>, &mut [f64]),
-    ) {
+        mut compute: impl FnMut(&mut Workspace, &FrameMotion, JointMotion<'_>, &mut [f64]) -> Option<()>,
+    ) -> Option<()> {
         let dof = self.dof();
         let each = out.len() / self.count();
         for (k, (base, out)) in self
@@ -127,36 +127,38 @@ impl Dynamics {
                 velocity: &self.velocity[joints.clone()],
                 acceleration: &self.acceleration[joints],
             };
-            compute(&mut self.workspace, base, joints, out);
+            compute(&mut self.workspace, base, joints, out)?;
         }
+        Some(())
     }
 }
 
-fn fixed_inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) {
+fn fixed_inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) -> Option<()> {
     dynamics.each(out, |workspace, base, joints, out| {
-        let _ = inverse_dynamics(workspace, base, joints, &GRAVITY);
-        out.copy_from_slice(workspace.joint_torques().unwrap_or(&[]));
-    });
+        inverse_dynamics(workspace, base, joints, &GRAVITY).ok()?;
+        out.copy_from_slice(workspace.joint_torques().ok()?);
+        Some(())
+    })
 }
 
 /// The wrench on the base, in world axes, then the torques.
-fn floating_inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) {
+fn floating_inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) -> Option<()> {
     dynamics.each(out, |workspace, base, joints, out| {
-        let _ = inverse_dynamics(workspace, base, joints, &GRAVITY);
+        inverse_dynamics(workspace, base, joints, &GRAVITY).ok()?;
         let (on_base, on_joints) = out.split_at_mut(6);
-        if let (Ok(wrench), Ok(torques)) = (workspace.base_wrench(), workspace.joint_torques()) {
-            on_base[..3].copy_from_slice(wrench.force.as_slice());
-            on_base[3..].copy_from_slice(wrench.moment.as_slice());
-            on_joints.copy_from_slice(torques);
-        }
-    });
+        let wrench = workspace.base_wrench().ok()?;
+        on_base[..3].copy_from_slice(wrench.force.as_slice());
+        on_base[3..].copy_from_slice(wrench.moment.as_slice());
+        on_joints.copy_from_slice(workspace.joint_torques().ok()?);
+        Some(())
+    })
 }
 
 /// Position and quaternion (x, y, z, w), velocity, angular velocity, acceleration, angular acceleration in world axes.
-fn tool_kinematics(dynamics: &mut Dynamics, out: &mut [f64]) {
+fn tool_kinematics(dynamics: &mut Dynamics, out: &mut [f64]) -> Option<()> {
     let tool = dynamics.tool;
     dynamics.each(out, |workspace, base, joints, out| {
-        let _ = motion(workspace, base, joints);
+        motion(workspace, base, joints).ok()?;
         let seen = workspace.frame_motion(tool);
         out[..3].copy_from_slice(seen.pose.translation.vector.as_slice());
         out[3..7].copy_from_slice(seen.pose.rotation.coords.as_slice());
@@ -164,30 +166,34 @@ fn tool_kinematics(dynamics: &mut Dynamics, out: &mut [f64]) {
         out[10..13].copy_from_slice(seen.angular_velocity.as_slice());
         out[13..16].copy_from_slice(seen.acceleration.as_slice());
         out[16..19].copy_from_slice(seen.angular_acceleration.as_slice());
-    });
+        Some(())
+    })
 }
 
 /// The 6x10 regressor of a payload at the tool, column by column.
-fn payload_rows(dynamics: &mut Dynamics, out: &mut [f64]) {
+fn payload_rows(dynamics: &mut Dynamics, out: &mut [f64]) -> Option<()> {
     let tool = dynamics.tool;
     dynamics.each(out, |workspace, base, joints, out| {
-        let _ = motion_under_gravity(workspace, base, joints, &GRAVITY);
+        motion_under_gravity(workspace, base, joints, &GRAVITY).ok()?;
         let seen = workspace.tool_motion(tool, &GRAVITY);
         out.copy_from_slice(wrench_regressor(&seen).as_slice());
-    });
+        Some(())
+    })
 }
 
 /// The regressor of all joint torques for the parameters of all moving links: for each joint a row for each link.
-fn torque_regressor(dynamics: &mut Dynamics, out: &mut [f64]) {
+fn torque_regressor(dynamics: &mut Dynamics, out: &mut [f64]) -> Option<()> {
     let mut rows = std::mem::take(&mut dynamics.rows);
-    dynamics.each(out, |workspace, base, joints, out| {
-        let _ = motion_under_gravity(workspace, base, joints, &GRAVITY);
-        let _ = workspace.joint_torque_regressor(&GRAVITY, &mut rows);
+    let done = dynamics.each(out, |workspace, base, joints, out| {
+        motion_under_gravity(workspace, base, joints, &GRAVITY).ok()?;
+        workspace.joint_torque_regressor(&GRAVITY, &mut rows).ok()?;
         for (row, out) in rows.iter().zip(out.chunks_exact_mut(10)) {
             out.copy_from_slice(row.as_slice());
         }
+        Some(())
     });
     dynamics.rows = rows;
+    done
 }
 
 /// The states of all joints on one base.
@@ -202,35 +208,39 @@ fn series(dynamics: &Dynamics) -> StateSeries<'_> {
     }
 }
 
-fn series_inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) {
+fn series_inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) -> Option<()> {
     let mut wrenches = std::mem::take(&mut dynamics.base_wrenches);
     let series = series(dynamics);
-    let _ = dynamics
-        .series
+    let done = dynamics
+        .batch
         .inverse_dynamics(&series, &GRAVITY, out, &mut wrenches);
     dynamics.base_wrenches = wrenches;
+    done.ok()
 }
 
-fn baseline_series_inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) {
+fn baseline_series_inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) -> Option<()> {
     let mut wrenches = std::mem::take(&mut dynamics.base_wrenches);
     let series = series(dynamics);
-    let _ = dynamics
-        .baseline_series
+    let done = dynamics
+        .baseline_batch
         .inverse_dynamics(&series, &GRAVITY, out, &mut wrenches);
     dynamics.base_wrenches = wrenches;
+    done.ok()
 }
 
-fn series_payload_rows(dynamics: &mut Dynamics, out: &mut [f64]) {
-    payload_rows_by(dynamics, &dynamics.series, out);
+fn series_payload_rows(dynamics: &mut Dynamics, out: &mut [f64]) -> Option<()> {
+    payload_rows_by(dynamics, &dynamics.batch, out)
 }
 
-fn baseline_series_payload_rows(dynamics: &mut Dynamics, out: &mut [f64]) {
-    payload_rows_by(dynamics, &dynamics.baseline_series, out);
+fn baseline_series_payload_rows(dynamics: &mut Dynamics, out: &mut [f64]) -> Option<()> {
+    payload_rows_by(dynamics, &dynamics.baseline_batch, out)
 }
 
-fn payload_rows_by(dynamics: &Dynamics, workspace: &SeriesWorkspace, out: &mut [f64]) {
+fn payload_rows_by(dynamics: &Dynamics, batch: &BatchDynamics, out: &mut [f64]) -> Option<()> {
     let regressors = out.as_mut_ptr().cast::<SMatrix<f64, 6, 10>>();
     // SAFETY: a matrix of fixed size is its entries, column by column, and nothing else.
     let regressors = unsafe { std::slice::from_raw_parts_mut(regressors, out.len() / 60) };
-    let _ = workspace.wrench_regressors(dynamics.tool, &series(dynamics), &GRAVITY, regressors);
+    batch
+        .wrench_regressors(dynamics.tool, &series(dynamics), &GRAVITY, regressors)
+        .ok()
 }

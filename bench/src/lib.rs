@@ -19,7 +19,7 @@ use online::Online;
 /// `tool`.
 ///
 /// # Safety
-/// The strings end with zero, and `states` has as many numbers as said.
+/// The strings end with zero, and each of the `count` rows of `states` has 19 numbers of the base and three for each joint.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tactid_dynamics_new(
     urdf: *const c_char,
@@ -44,10 +44,11 @@ pub unsafe extern "C" fn tactid_dynamics_new(
     })
 }
 
-/// Computes all states `repetitions` times with the kernel of a name and returns whether there is such a kernel. The results of the states lie one after another in `out`, which has `len` numbers.
+/// Computes all states `repetitions` times with the kernel of a name, and returns whether there is such a kernel and no error.
+/// The results of the states lie one after another in `out`, which has `len` numbers.
 ///
 /// # Safety
-/// The pointers are valid, and `out` has `len` numbers.
+/// The handle is one that the constructor returned and not null, the name ends with zero, and `out` has `len` numbers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tactid_dynamics_run(
     dynamics: *mut Dynamics,
@@ -67,10 +68,7 @@ pub unsafe extern "C" fn tactid_dynamics_run(
     let Some(kernel) = kernel(&name.to_string_lossy()) else {
         return false;
     };
-    for _ in 0..repetitions {
-        kernel(dynamics, std::hint::black_box(&mut *out));
-    }
-    true
+    (0..repetitions).all(|_| kernel(dynamics, std::hint::black_box(&mut *out)).is_some())
 }
 
 /// Presents rows, each of ten entries and a target, `repetitions` times to a new estimator of a name, and returns whether
@@ -135,7 +133,7 @@ pub unsafe extern "C" fn tactid_online_new(
 /// The last result lies in `out`, which has `len` numbers.
 ///
 /// # Safety
-/// The pointers are valid, and `out` has `len` numbers.
+/// The handle is one that the constructor returned and not null, the name ends with zero, and `out` has `len` numbers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tactid_online_run(
     online: *const Online,

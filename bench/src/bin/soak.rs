@@ -43,12 +43,15 @@ const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 const MAX_GROWTH: u64 = 1 << 20;
 const COVERAGE: std::ops::RangeInclusive<f64> = 0.93..=0.97;
 
+/// Shortest time to simulate, s: memory is compared with that after the first minute, and intervals are counted.
+const SHORTEST_S: f64 = 120.0;
+
 fn main() -> ExitCode {
     let duration_s = env::args()
         .nth(1)
         .map_or(Ok(600.0), |text| text.parse::<f64>());
-    let Ok(duration_s) = duration_s else {
-        eprintln!("soak SECONDS: the number of seconds to simulate");
+    let Some(duration_s) = duration_s.ok().filter(|&s| s >= SHORTEST_S) else {
+        eprintln!("soak SECONDS: the number of seconds to simulate, {SHORTEST_S} or more");
         return ExitCode::from(2);
     };
     match run(duration_s) {
@@ -97,12 +100,8 @@ fn run(duration_s: f64) -> Result<(), String> {
         if k % 3_600_000 == 3_599_999 || k == samples - 1 {
             println!("{}", hour.describe(k + 1, alarms, resident_bytes()?));
             first_hour.get_or_insert(hour.coverage());
-            if samples > 3_600_000 || k < samples - 1 {
-                hour = if k == samples - 1 {
-                    hour
-                } else {
-                    Hour::default()
-                };
+            if k < samples - 1 {
+                hour = Hour::default();
             }
         }
     }
@@ -292,9 +291,9 @@ fn phase(k: u64) -> [f64; 3] {
     let advance = CHANGE_EVERY as f64 * PERIOD_S - (end - begin) + ramp;
     let before = (k / CHANGE_EVERY) as f64 * advance;
     let time_s = (k % CHANGE_EVERY) as f64 * PERIOD_S;
-    let slowed = |part: f64, sign: f64| {
-        let (sin, cos) = (PI * part).sin_cos();
-        let covered = ramp / 2.0 * (part + sign * sin / PI);
+    let slowed = |fraction: f64, sign: f64| {
+        let (sin, cos) = (PI * fraction).sin_cos();
+        let covered = ramp / 2.0 * (fraction + sign * sin / PI);
         [
             covered,
             (1.0 + sign * cos) / 2.0,

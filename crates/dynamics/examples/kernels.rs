@@ -1,4 +1,4 @@
-//! Repeats one kernel on the project's robot, for `bench/instructions.py` to count its instructions.
+//! Repeats one kernel of the dynamics on the project's robot, for `bench/instructions.py` to count its instructions.
 //!
 //! `kernels NAME COUNT` runs it COUNT times; `kernels` prints the names.
 
@@ -9,7 +9,7 @@ use std::hint::black_box;
 
 use nalgebra::{Isometry3, SMatrix, SVector, Vector3};
 use tactid_dynamics::{
-    BaseKind, FrameMotion, JointMotion, Manipulator, SeriesWorkspace, StateSeries, VectorUnit,
+    BaseKind, BatchDynamics, FrameMotion, JointMotion, Manipulator, StateSeries, VectorUnit,
     Workspace, inverse_dynamics, motion, motion_under_gravity, wrench_regressor,
 };
 
@@ -18,9 +18,12 @@ const NAMES: [&str; 6] = [
     "tool_kinematics",
     "payload_rows",
     "torque_regressor",
-    "four_inverse_dynamics",
-    "four_payload_rows",
+    "batch_inverse_dynamics",
+    "batch_payload_rows",
 ];
+
+/// Number of states of a batch. The set-up of a call is a small part of its instructions then.
+const STATES: usize = 64;
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
@@ -33,13 +36,15 @@ fn main() {
     let (dof, moving) = (robot.dof(), robot.bodies().len() - 1);
     let gravity = Vector3::new(0.0, 0.0, -9.81);
     let base = FrameMotion::at_rest(Isometry3::identity());
-    let numbers: Vec<f64> = (0..4 * dof).map(|k| 0.1 + 0.07 * k as f64).collect();
+    let numbers: Vec<f64> = (0..STATES * dof)
+        .map(|k| (0.1 + 0.07 * k as f64) % 3.0)
+        .collect();
     let one = JointMotion {
         position: &numbers[..dof],
         velocity: &numbers[..dof],
         acceleration: &numbers[..dof],
     };
-    let four = StateSeries {
+    let batch = StateSeries {
         base: std::slice::from_ref(&base),
         joints: JointMotion {
             position: &numbers,
@@ -48,10 +53,10 @@ fn main() {
         },
     };
     let mut workspace = Workspace::new(&robot);
-    let series = SeriesWorkspace::new(&robot).with_unit(VectorUnit::Baseline);
+    let dynamics = BatchDynamics::new(&robot).with_unit(VectorUnit::Baseline);
     let mut rows = vec![SVector::zeros(); dof * moving];
-    let (mut torques, mut wrenches) = (vec![0.0; 4 * dof], [[0.0; 6]; 4]);
-    let mut regressors = [SMatrix::zeros(); 4];
+    let (mut torques, mut wrenches) = (vec![0.0; STATES * dof], [[0.0; 6]; STATES]);
+    let mut regressors = [SMatrix::zeros(); STATES];
     for _ in 0..count.parse::<usize>().unwrap() {
         let one = black_box(one);
         let done = match name.as_str() {
@@ -66,10 +71,12 @@ fn main() {
             }
             "torque_regressor" => motion_under_gravity(&mut workspace, &base, one, &gravity)
                 .and_then(|()| workspace.joint_torque_regressor(&gravity, &mut rows)),
-            "four_inverse_dynamics" => {
-                series.inverse_dynamics(&four, &gravity, &mut torques, &mut wrenches)
+            "batch_inverse_dynamics" => {
+                dynamics.inverse_dynamics(&batch, &gravity, &mut torques, &mut wrenches)
             }
-            "four_payload_rows" => series.wrench_regressors(tool, &four, &gravity, &mut regressors),
+            "batch_payload_rows" => {
+                dynamics.wrench_regressors(tool, &batch, &gravity, &mut regressors)
+            }
             _ => return println!("no kernel {name}"),
         };
         done.unwrap();

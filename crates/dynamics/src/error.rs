@@ -144,7 +144,7 @@ pub enum StateError {
         /// Names of the joints in their order.
         joints: String,
     },
-    /// A part of a series of states does not have the entries of all states, nor those of one state that hold for all.
+    /// A part of a [`StateSeries`](crate::StateSeries) has neither the entries of all states nor, for all of them, those of one.
     #[error("{what} has {given} entries, but {count} states with {each} each need {}", each * count)]
     Series {
         /// The quantity at fault, for instance `position`.

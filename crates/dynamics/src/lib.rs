@@ -27,7 +27,7 @@
 //! `<inertial>` are massless; [`Manipulator::findings`] names bodies of unknown mass, which matter for forces only, and
 //! what else is wrong in a description.
 //! [`Workspace`] is the state of one manipulator, allocated once: [`motion()`] computes the motion of every body and
-//! [`forces()`] the forces between them; [`inverse_dynamics`] computes both in less time. [`SeriesWorkspace`] computes many states at once. [`tactile_mass_rows`], [`inertia_rows`] and [`wrench_regressor`] form equations
+//! [`forces()`] the forces between them; [`inverse_dynamics`] computes both in less time. [`BatchDynamics`] computes many states at once. [`tactile_mass_rows`], [`inertia_rows`] and [`wrench_regressor`] form equations
 //! that are linear in the payload's ten [`InertialParameters`].
 //!
 //! # Conventions
@@ -81,7 +81,7 @@ pub use rows::{
     Rows, inertia_regressor, inertia_rows, mass_rows, mean_wrench_regressor, omega_matrix,
     tactile_mass_rows, wrench_regressor,
 };
-pub use series::{SeriesWorkspace, StateSeries, VectorUnit};
+pub use series::{BatchDynamics, StateSeries, VectorUnit};
 pub use spatial::{FrameMotion, ToolMotion, Wrench, cross, inertia_product};
 pub use structure::{BodyView, JointView, LinkView};
 pub use urdf::{CollisionBox, CollisionGeometry, CollisionShape, Urdf};

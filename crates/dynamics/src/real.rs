@@ -87,7 +87,7 @@ const COSINE: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
 ];
 
-/// Returns sine and cosine of a [`bounded_angle`], each within 2e-16. There is no branch, so that all lanes of a register go
+/// Returns sine and cosine of a [`bounded_angle`], each within 2.3e-16. There is no branch, so that all lanes of a register go
 /// the same way.
 #[inline(always)]
 pub(crate) fn sin_cos<T: Real>(angle: T) -> (T, T) {

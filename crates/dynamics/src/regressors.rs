@@ -21,7 +21,7 @@ impl Workspace {
     ///
     /// # Errors
     /// Returns [`StateError::Length`] if `rows` does not have one entry for each independent joint.
-    pub fn torque_regressor(
+    pub fn body_torque_regressor(
         &self,
         frame: FrameId,
         gravity: &Vector3<f64>,
@@ -39,12 +39,12 @@ impl Workspace {
     }
 
     /// Computes the regressor of the joint torques for all bodies that joints move: row `joint · n + k` is that of
-    /// [`torque_regressor`](Self::torque_regressor) for the `k`-th of these `n` bodies, in the order of
+    /// [`body_torque_regressor`](Self::body_torque_regressor) for the `k`-th of these `n` bodies, in the order of
     /// [`Manipulator::bodies`](crate::Manipulator::bodies) without the base, and for the frame of the body. A row is zero
     /// where the joint does not move the body.
     ///
-    /// The cost is a product for each joint and each body below it. Nothing is allocated, and [`forces`](crate::forces()) is
-    /// not needed.
+    /// The cost is a product for each joint and each body below it; where `gravity` is not that of the motion, each body also
+    /// costs a pass over those above it. Nothing is allocated, and [`forces`](crate::forces()) is not needed.
     ///
     /// # Errors
     /// Returns [`StateError::Rows`] if `rows` does not have one entry for each independent joint and moving body.

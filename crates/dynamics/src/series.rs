@@ -33,11 +33,12 @@ pub enum VectorUnit {
     Baseline,
 }
 
-/// Constants of a [`Manipulator`] for computations on a [`StateSeries`].
+/// Batched dynamics: computations for many states of a [`Manipulator`] at once, a [`StateSeries`].
 ///
 /// A computation takes its states two, four or eight at a time; the rounding errors are those of a
 /// [`Workspace`](crate::Workspace) but not the same ones, because some processors round a product and a sum once. Each
-/// call allocates the states of the bodies once.
+/// call allocates the states of the bodies, and the torques of a few states or the bodies above the frame; in a control loop, which has
+/// one state at a time, a [`Workspace`](crate::Workspace) allocates nothing.
 ///
 /// ```
 /// # use nalgebra::{Isometry3, Vector3};
@@ -56,19 +57,20 @@ pub enum VectorUnit {
 /// };
 /// let (mut torques, mut base_wrenches) = ([0.0; 3], [[0.0; 6]; 3]);
 /// let gravity = Vector3::new(0.0, 0.0, -9.81);
-/// SeriesWorkspace::new(&robot).inverse_dynamics(&states, &gravity, &mut torques, &mut base_wrenches)?;
+/// BatchDynamics::new(&robot).inverse_dynamics(&states, &gravity, &mut torques, &mut base_wrenches)?;
 /// assert!((torques[0] + 2.0 * 9.81 * 0.5).abs() < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct SeriesWorkspace {
+pub struct BatchDynamics {
     bodies: Vec<BodyModel>,
     frames: Vec<FixedFrame>,
     robot: Manipulator,
-    unit: VectorUnit,
+    /// Instructions to compute with; `Scalar` stands for the baseline.
+    arch: pulp::Arch,
 }
 
-impl SeriesWorkspace {
+impl BatchDynamics {
     /// Computes the constants of a robot, for the widest vector unit.
     #[must_use]
     pub fn new(robot: &Manipulator) -> Self {
@@ -77,14 +79,18 @@ impl SeriesWorkspace {
             frames: FixedFrame::of_links(&robot.links, &bodies),
             bodies,
             robot: robot.clone(),
-            unit: VectorUnit::Widest,
+            arch: pulp::Arch::new(),
         }
     }
 
-    /// Returns this workspace with another vector unit for its computations.
+    /// Returns the same computations on another vector unit.
     #[must_use]
     pub fn with_unit(self, unit: VectorUnit) -> Self {
-        Self { unit, ..self }
+        let arch = match unit {
+            VectorUnit::Widest => pulp::Arch::new(),
+            VectorUnit::Baseline => pulp::Arch::Scalar,
+        };
+        Self { arch, ..self }
     }
 
     /// Computes the joint torques and the wrench on the base of each state, as
@@ -150,11 +156,9 @@ impl SeriesWorkspace {
 
     /// Runs a computation on the vector unit.
     fn dispatch<C: Computation>(&self, computation: C) {
-        match (self.unit, pulp::Arch::new()) {
-            (VectorUnit::Baseline, _) | (_, pulp::Arch::Scalar) => {
-                computation.run(FourLanes::ZERO);
-            }
-            (VectorUnit::Widest, arch) => arch.dispatch(OnUnit(computation)),
+        match self.arch {
+            pulp::Arch::Scalar => computation.run(FourLanes::ZERO),
+            arch => arch.dispatch(OnUnit(computation)),
         }
     }
 }
@@ -429,18 +433,16 @@ impl Computation for WrenchRegressors<'_> {
                 seen.angular_acceleration,
                 seen.angular_velocity.products(),
             );
-            let mut lanes = [[[0.0; MOST_LANES]; 6]; 10];
-            for (numbers, column) in lanes.iter_mut().zip(&entries) {
-                for (numbers, entry) in numbers.iter_mut().zip(column) {
-                    entry.write(numbers);
-                }
+            for (index, entry) in entries.iter().flatten().enumerate() {
+                let mut lanes = [0.0; MOST_LANES];
+                entry.write(&mut lanes);
+                each_lane::<T>(first, count, |lane, state| {
+                    self.regressors[state].as_mut_slice()[index] = lanes[lane];
+                });
             }
-            each_lane::<T>(first, count, |lane, state| {
-                let entries = self.regressors[state].as_mut_slice();
-                for (entry, numbers) in entries.iter_mut().zip(lanes.iter().flatten()) {
-                    *entry = numbers[lane];
-                }
-            });
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -40,7 +40,7 @@ fn the_loop_allocates_nothing() {
             black_box(wrench_regressor(&seen));
             let gravity = Vector3::new(0.0, 0.0, -9.81);
             workspace
-                .torque_regressor(tool, &gravity, &mut rows)
+                .body_torque_regressor(tool, &gravity, &mut rows)
                 .unwrap();
             inverse_dynamics(&mut workspace, &state.base, state.joints(), &gravity).unwrap();
             black_box(workspace.tool_motion(tool, &gravity));

@@ -154,7 +154,7 @@ fn recursion_computes_the_plain_equations() {
     }
 }
 
-/// The regressor of the whole arm has the row of each body that `torque_regressor` gives, and with the parameters of all
+/// The regressor of the whole arm has the row of each body that `body_torque_regressor` gives, and with the parameters of all
 /// bodies it gives the joint torques. It does not matter which gravity the workspace was used with before.
 #[test]
 fn joint_torque_regressor_gives_the_torques() {
@@ -175,7 +175,7 @@ fn joint_torque_regressor_gives_the_torques() {
         for (k, name) in first_links(&robot)[1..].iter().enumerate() {
             let frame = robot.frame(name).unwrap();
             loaded
-                .torque_regressor(frame, &gravity, &mut of_body)
+                .body_torque_regressor(frame, &gravity, &mut of_body)
                 .unwrap();
             for (joint, expected) in of_body.iter().enumerate() {
                 assert_close(&rows[joint * moving + k], expected, 1e-12, name);

@@ -361,7 +361,7 @@ fn torque_regressors_sum_to_the_joint_torques() {
             let name = robot.links().find(|link| link.body == index).unwrap().name;
             let frame = robot.frame(name).unwrap();
             workspace
-                .torque_regressor(frame, &gravity, &mut rows)
+                .body_torque_regressor(frame, &gravity, &mut rows)
                 .unwrap();
             for (sum, row) in sum.iter_mut().zip(&rows) {
                 *sum += row.dot(body.parameters.as_vector());
@@ -377,7 +377,7 @@ fn torque_regressors_sum_to_the_joint_torques() {
         }
     }
     assert!(mimics > 5, "some joints must mimic others");
-    let error = Workspace::new(&tactid()).torque_regressor(
+    let error = Workspace::new(&tactid()).body_torque_regressor(
         tactid().base_frame(),
         &Vector3::zeros(),
         &mut [],

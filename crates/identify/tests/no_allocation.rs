@@ -62,7 +62,6 @@ fn push_and_estimate_allocate_nothing() {
         ..Experiment::default()
     };
     let instants = experiment.run();
-    let combined = Method::Combined { effort: false };
     let settings_of = |method| EquationSettings {
         method,
         ..EquationSettings::default()
@@ -77,7 +76,13 @@ fn push_and_estimate_allocate_nothing() {
         });
         assert_eq!(allocations.count_total, 0);
     }
-    for method in [Method::Tactile, Method::JointSensing, combined] {
+    for method in [
+        Method::Tactile,
+        Method::JointSensing,
+        Method::Effort,
+        Method::Combined { effort: false },
+        Method::Combined { effort: true },
+    ] {
         let mut identifier = identifier(&experiment, &settings_of(method));
         let allocations = measure(|| {
             for instant in &instants {

@@ -83,7 +83,8 @@ impl<const N: usize> Rls<N> {
     /// Updates the estimate with several rows and their targets, and overwrites them.
     ///
     /// The result differs from that of single [updates](Estimator::update) by rounding only. Each row
-    /// costs `N²` multiplications, and all rows together cost `N` square roots. A row that is not finite, or
+    /// costs `N²` multiplications, and all rows together cost `N` square roots: less than single updates from eight rows on,
+    /// or where a result is asked for after each block. A row that is not finite, or
     /// whose magnitude is 1e150 or more, changes nothing but the [counts](Estimator::counts).
     ///
     /// ```

@@ -2,14 +2,14 @@
 
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use tactid_dynamics::{Manipulator, SeriesWorkspace, Workspace};
+use tactid_dynamics::{BatchDynamics, Manipulator, Workspace};
 
 /// Workspaces of one robot: making one costs more than a computation with it.
 #[derive(Default)]
 pub(crate) struct Workspaces {
     /// Those that no call uses at the moment: at most as many as calls have run at once.
     unused: Mutex<Vec<Workspace>>,
-    series: OnceLock<SeriesWorkspace>,
+    series: OnceLock<BatchDynamics>,
 }
 
 impl Workspaces {
@@ -24,7 +24,7 @@ impl Workspaces {
     }
 
     /// Returns the workspace for series of states of the robot, which must be the same one in all calls.
-    pub(crate) fn series(&self, robot: &Manipulator) -> &SeriesWorkspace {
-        self.series.get_or_init(|| SeriesWorkspace::new(robot))
+    pub(crate) fn series(&self, robot: &Manipulator) -> &BatchDynamics {
+        self.series.get_or_init(|| BatchDynamics::new(robot))
     }
 }

@@ -137,7 +137,7 @@ impl Recorded {
             };
             motion(&mut workspace, &base, joints).unwrap();
             workspace
-                .torque_regressor(tool, &settings.gravity(), &mut rows)
+                .body_torque_regressor(tool, &settings.gravity(), &mut rows)
                 .unwrap();
             let (time_s, [position, velocity, effort]) = &self.samples[k];
             let torques = rows.iter().map(|row| row.dot(payload.as_vector()));

@@ -143,6 +143,7 @@ fn carried_instants() -> Vec<Instant> {
             base,
             position: vec![],
             velocity: vec![],
+            effort: vec![],
             wrenches: vec![Wrench {
                 force: Vector3::from_column_slice(&six[..3]),
                 moment: Vector3::from_column_slice(&six[3..]),

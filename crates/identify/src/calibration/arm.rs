@@ -260,7 +260,7 @@ impl ArmColumns {
             }
         }
         self.workspace
-            .torque_regressor(self.tool, &arm.gravity, &mut self.rows)?;
+            .body_torque_regressor(self.tool, &arm.gravity, &mut self.rows)?;
         let torques = self.workspace.joint_torques()?;
         for (joint, &index) in self.joints.iter().enumerate() {
             let velocity = instant.joint_velocity[index];
@@ -301,7 +301,7 @@ impl ArmColumns {
             let gravity = tilted.get(slope).unwrap_or(&arm.gravity);
             inverse_dynamics(&mut self.workspace, &instant.base, joints, gravity)?;
             self.workspace
-                .torque_regressor(self.tool, gravity, &mut self.rows)?;
+                .body_torque_regressor(self.tool, gravity, &mut self.rows)?;
             let torques = self.workspace.joint_torques()?;
             for (joint, &index) in self.joints.iter().enumerate() {
                 let scalars = arm.places[joint] + arm.regressors(joint);

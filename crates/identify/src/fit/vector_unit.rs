@@ -28,3 +28,35 @@ impl<C: Computation> pulp::WithSimd for OnUnit<C> {
         self.0.compute()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sums of products with the lengths and the order of those of a fit.
+    struct Sums<'a>(&'a [f64]);
+
+    impl Computation for Sums<'_> {
+        type Output = [f64; 10];
+
+        #[inline(always)]
+        fn compute(self) -> [f64; 10] {
+            let mut sums = [0.0; 10];
+            for row in self.0.chunks_exact(11) {
+                for k in 0..10 {
+                    sums[k] += row[k] * row[10] - row[9 - k] * row[k];
+                }
+            }
+            sums
+        }
+    }
+
+    /// A wider unit gives the same digits: the compiler does not fuse a product and a sum, nor change the order of sums.
+    #[test]
+    fn results_do_not_depend_on_the_unit() {
+        let numbers: Vec<f64> = (1..11_000).map(|k| (1.7 * f64::from(k)).sin()).collect();
+        let baseline = Sums(&numbers).compute();
+        let widest = Sums(&numbers).on_widest_unit();
+        assert_eq!(baseline.map(f64::to_bits), widest.map(f64::to_bits));
+    }
+}

@@ -13,7 +13,7 @@ use rand::{RngExt, rngs::SmallRng};
 use rand_distr::StandardNormal;
 use tactid_dynamics::{
     BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, MassProperties, Workspace,
-    Wrench, base_acceleration, motion, wrench_regressor,
+    Wrench, base_acceleration, forces, motion, wrench_regressor,
 };
 use tactid_identify::{
     BaseState, EquationSettings, Identifier, PaperFilter, PaperSettings, Sample,
@@ -43,6 +43,8 @@ pub(crate) struct Instant {
     pub(crate) base: BaseState,
     pub(crate) position: Vec<f64>,
     pub(crate) velocity: Vec<f64>,
+    /// Torques of the motors, N m, or forces, N.
+    pub(crate) effort: Vec<f64>,
     pub(crate) wrenches: Vec<Wrench>,
 }
 
@@ -53,7 +55,7 @@ impl Instant {
             base: self.base,
             joint_position: &self.position,
             joint_velocity: &self.velocity,
-            joint_effort: &[],
+            joint_effort: &self.effort,
             wrenches: &self.wrenches,
         }
     }
@@ -68,6 +70,8 @@ pub(crate) struct Noise {
     pub(crate) base: [f64; 2],
     /// Noise of each finger's force and moment, N and N m.
     pub(crate) wrench: [f64; 2],
+    /// Noise of efforts, N m or N.
+    pub(crate) effort: f64,
 }
 
 impl Noise {
@@ -77,6 +81,7 @@ impl Noise {
             joints: [0.3 * fraction, 0.5 * fraction],
             base: [0.3 * fraction, 0.3 * fraction],
             wrench: [300.0 * fraction, 30.0 * fraction],
+            effort: 0.0,
         }
     }
 
@@ -95,6 +100,13 @@ impl Noise {
         for wrench in &mut noisy.wrenches {
             wrench.force += Vector3::from_fn(|_, _| draw(self.wrench[0]));
             wrench.moment += Vector3::from_fn(|_, _| draw(self.wrench[1]));
+        }
+        // Exact efforts draw nothing, so that the noise of the others is the same with and without them.
+        if self.effort > 0.0 {
+            noisy
+                .effort
+                .iter_mut()
+                .for_each(|effort| *effort += draw(self.effort));
         }
         noisy
     }
@@ -196,6 +208,7 @@ impl Experiment {
                 };
                 motion(&mut workspace, &base, joints).unwrap();
             }
+            forces(&mut workspace, &self.gravity);
             instants.push(Instant {
                 time_s: t,
                 base: BaseState {
@@ -205,6 +218,7 @@ impl Experiment {
                     acceleration: None,
                     angular_acceleration: None,
                 },
+                effort: workspace.joint_torques().unwrap().to_vec(),
                 wrenches: self.finger_wrenches(&workspace, t),
                 position,
                 velocity,

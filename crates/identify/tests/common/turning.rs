@@ -63,6 +63,7 @@ pub(crate) fn samples(
             },
             position: vec![],
             velocity: vec![],
+            effort: vec![],
             wrenches: vec![Wrench {
                 force: masses.iter().map(force_on).sum(),
                 moment: masses.iter().map(moment_of).sum(),
