@@ -9,22 +9,24 @@ enum Part {
     Numbers(usize),
     /// A length of four bytes, and as many bytes.
     Bytes,
-    /// As [`Part::Bytes`], which are pairs of texts.
-    Texts,
+    /// As [`Part::Bytes`], which are whole pairs of texts.
+    TextPairs,
+    /// As [`Part::Bytes`], which are whole entries of this many bytes.
+    Entries(usize),
 }
 
 /// Returns the parts of a record up to the last text.
 fn parts(opcode: u8) -> &'static [Part] {
-    use Part::{Bytes, Numbers, Texts};
+    use Part::{Bytes, Entries, Numbers, TextPairs};
     match opcode {
         op::HEADER => &[Bytes, Bytes],
         op::SCHEMA => &[Numbers(2), Bytes, Bytes, Bytes],
-        op::CHANNEL => &[Numbers(4), Bytes, Bytes, Texts],
+        op::CHANNEL => &[Numbers(4), Bytes, Bytes, TextPairs],
         op::CHUNK => &[Numbers(28), Bytes],
-        op::CHUNK_INDEX => &[Numbers(32), Bytes, Numbers(8), Bytes],
+        op::CHUNK_INDEX => &[Numbers(32), Entries(10), Numbers(8), Bytes],
         op::ATTACHMENT => &[Numbers(16), Bytes, Bytes],
         op::ATTACHMENT_INDEX => &[Numbers(40), Bytes, Bytes],
-        op::METADATA => &[Bytes, Texts],
+        op::METADATA => &[Bytes, TextPairs],
         op::METADATA_INDEX => &[Numbers(16), Bytes],
         _ => &[],
     }
@@ -32,15 +34,16 @@ fn parts(opcode: u8) -> &'static [Part] {
 
 /// Parses the body of a record.
 ///
-/// The parser allocates as much memory as a text claims to need before it reads it: a damaged length would take
-/// up to 4 GiB.
+/// The parser allocates as much memory as a text claims to need before it reads it, and reads the last entry of a map to its
+/// end even where the map ends before: a damaged length would take up to 4 GiB.
 ///
 /// # Errors
 /// Returns the reason why the body is not that of such a record.
 pub(super) fn parse(opcode: u8, body: &[u8]) -> Result<Record<'_>, String> {
     let mut rest = body;
     for part in parts(opcode) {
-        rest = skip(*part, rest).ok_or("a text that is longer than its record")?;
+        rest = skip(*part, rest)
+            .ok_or("a text or map that is longer than its record, or ends within an entry")?;
     }
     mcap::parse_record(opcode, body).map_err(|error| error.to_string())
 }
@@ -50,8 +53,14 @@ fn skip(part: Part, bytes: &[u8]) -> Option<&[u8]> {
     let Part::Numbers(length) = part else {
         let (length, rest) = bytes.split_first_chunk()?;
         let (mut inner, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
-        while matches!(part, Part::Texts) && !inner.is_empty() {
-            inner = skip(Part::Bytes, inner)?;
+        match part {
+            Part::TextPairs => {
+                while !inner.is_empty() {
+                    inner = skip(Part::Bytes, skip(Part::Bytes, inner)?)?;
+                }
+            }
+            Part::Entries(each) if inner.len() % each != 0 => return None,
+            _ => {}
         }
         return Some(rest);
     };
@@ -81,6 +90,22 @@ mod tests {
             let error = parse(op::METADATA, &metadata(length)).err();
             let error = error.expect("a text that is too long");
             assert!(error.contains("longer than its record"), "{error}");
+        }
+    }
+
+    /// A map whose length ends within a text, or between a text and its pair, is refused: the parser would read on after it.
+    #[test]
+    fn a_map_ends_with_an_entry() {
+        let mut of_one_text = metadata(1);
+        of_one_text[5] = 5; // the key alone
+        let mut chunk_index = vec![0; 32];
+        chunk_index.extend(22u32.to_le_bytes());
+        chunk_index.extend([0; 22 + 8 + 4 + 16]);
+        for (opcode, body) in [(op::METADATA, of_one_text), (op::CHUNK_INDEX, chunk_index)] {
+            let error = parse(opcode, &body)
+                .err()
+                .expect("a map with a part of an entry");
+            assert!(error.contains("ends within an entry"), "{error}");
         }
     }
 
