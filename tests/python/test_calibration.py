@@ -183,14 +183,20 @@ def test_shortages_are_sentences() -> None:
 
 
 def test_contradictions_are_sentences() -> None:
-    data = {"std_dev": 0.0035, "joint": "elbow", "payload": 1, "prior_std_dev": 0.2}
+    data = {
+        "std_dev": 0.0035,
+        "joint": "elbow",
+        "payload": 1,
+        "prior_std_dev": 0.2,
+        "shown": [0.34237, -0.12345, -9.80402],
+    }
     cases = [
-        ("gravity_tilted", 0.0349, "tilted by 2 ± 0.39 degrees, which the efforts of elbow"),
+        ("gravity_tilted", 0.0349, "by 2 ± 0.39 degrees, at 0.342 -0.123 -9.8 m/s², which the"),
         ("joint_zero_off", 0.0349, "positions of elbow that are larger by 2 ± 0.39 degrees. "),
         ("joint_zero_off", -0.0349, "positions of elbow that are smaller by 2 ± 0.39 degrees. "),
         ("gain_contradicted", 0.0349, "other gains, most at elbow (+3.5 ± 0.69 %). "),
         ("gain_contradicted", -1.32, "other gains, most at elbow (-130 ± 0.69 %). "),
-        ("payload_com_contradicted", 0.123, "recording 2 120 ± 6.9 mm from the given one, which"),
+        ("payload_com_contradicted", 0.123, "recording 2 120 ± 6.9 mm from the given one, at 0.342"),
         ("gain_improbable", 0.83, "The gain of elbow is 1.8 times the given one, which is 4.1 sta"),
         ("gain_improbable", -0.4, "The gain of elbow is 0.6 times the given one, which is 3.3 sta"),
     ]
