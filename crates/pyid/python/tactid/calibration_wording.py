@@ -119,8 +119,9 @@ def _gain_contradicted(data: Data, style: Style) -> str:
 def _payload_com_contradicted(data: Data, style: Style) -> str:
     size = f"{_interval(data['size'], data['std_dev'], 1e3)} mm"
     which = f"of the payload of loaded recording {data['payload'] + 1}"
+    distance = f"{size} from the given one{_shown(data, 'm')}"
     return _contradicted(
-        f"with the centre of mass {which} {size} from the given one{_shown(data, 'm')}{_most(data)}",
+        f"with the centre of mass {which} {distance}{_most(data)}",
         f"Check {option_name('payload_com', style)} and the zeros of the joints",
     )
 
