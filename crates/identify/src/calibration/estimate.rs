@@ -30,7 +30,7 @@ pub struct CalibratedEstimate {
     /// rest is what the calibration does not know of the arm: no longer recording of the payload reduces it.
     pub noise_fraction: [f64; 10],
     /// Mean square of the whitened residual of each joint: about one where the joint is as noisy as in the calibration.
-    /// Where it is larger, the noise of the joint is enlarged by so much.
+    /// Where it is larger, the variances of the joint's noise are multiplied by it.
     pub misfit: Vec<f64>,
     /// How the friction of the joints has changed since the calibration; `None` where the recordings do not show that it has.
     pub friction_change: Option<ArmChange>,

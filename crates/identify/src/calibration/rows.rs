@@ -162,6 +162,7 @@ impl EffortModel {
         rows
     }
 
+    /// Computes the terms of equation (C1) of the [module](super) that are products of unknowns.
     fn terms(
         &self,
         recording: &EffortRecording,
