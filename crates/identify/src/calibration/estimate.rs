@@ -66,3 +66,17 @@ impl CalibratedEstimate {
     /// 95 % hold after 1.5, 2, 3, 5, 10, 20 and 60 s.
     pub const DEGREES_OF_FREEDOM: f64 = 8.0;
 }
+
+#[cfg(test)]
+mod tests {
+    use statrs::distribution::{ContinuousCDF, StudentsT};
+
+    use super::*;
+
+    /// The quantile belongs to the degrees of freedom.
+    #[test]
+    fn the_quantile_is_that_of_the_degrees_of_freedom() {
+        let student = StudentsT::new(0.0, 1.0, CalibratedEstimate::DEGREES_OF_FREEDOM).unwrap();
+        assert!((student.inverse_cdf(0.975) - STUDENT_95).abs() < 1e-6);
+    }
+}
