@@ -41,8 +41,8 @@ const UNEXPLAINED_FRACTION: f64 = 0.1;
 /// Log odds from which on the arm counts as changed since its calibration: a change is 150 times as probable as none.
 const CHANGED_EVIDENCE: f64 = 5.0;
 
-/// Unloaded recordings hold a payload if its mass is at least this number of standard deviations, and the mean squares of the
-/// residuals without it are at least this multiple of those with it.
+/// Unloaded recordings hold a payload if its mass is more than this number of standard deviations, and the mean squares of the
+/// residuals without it are more than this multiple of those with it.
 const HELD_STD_DEVS: f64 = 5.0;
 const HELD_MISFIT: f64 = 2.0;
 
