@@ -1,6 +1,7 @@
 """An arm is calibrated, and payloads are identified with it: the command, Python, and the file."""
 
 import contextlib
+import dataclasses
 import json
 import re
 import signal
@@ -33,7 +34,8 @@ from conftest import TactidCommand
 from expectations import Identify, values_of
 from recorded_arm import Arm, body, ur5e
 from recordings import clock
-from tactid import cli
+from tactid import calibration_text, cli
+from tactid.calibration_data import CalibrationData
 from tactid.wording import CONTRADICTION_KINDS, SHORTAGE_KINDS
 from test_cli import assert_refused
 
@@ -73,6 +75,7 @@ def test_another_payload_of_the_simulated_arm_is_identified(
     error = values_of(record["estimate"]) - OTHER.values
     half_width = values_of(record["half_width_95"])
     assert abs(error[0]) < 0.01 * OTHER.mass
+    # One draw shows gross errors only; Rust tests count how many intervals hold.
     assert (np.abs(error) < 1.5 * half_width).all(), error / half_width
     found = record["diagnostics"]["calibration"]
     assert found["file"] == "arm.toml"
@@ -162,6 +165,7 @@ def test_the_command_prints_what_was_found(
     record = json.loads(done.stdout)
     assert "known to 5 % before" in " ".join(record["remarks"])
     jsonschema.validate(record, tactid.calibration_schema())
+    assert [each["faults"] for each in record["recordings"]] == [[]]
     lag = next(line for line in record["remarks"] if line.startswith("Efforts "))
     assert re.fullmatch(r"Efforts (show no delay:|lag the motion by) [\d.]+ ± [\d.]+ ms\.", lag)
     shown = np.array([joint["effort_gain"] for joint in record["joints"]])
@@ -183,20 +187,66 @@ def test_shortages_are_sentences() -> None:
 
 
 def test_contradictions_are_sentences() -> None:
-    data = {"std_dev": 0.0035, "joint": "elbow", "payload": 1, "prior_std_dev": 0.2}
+    data = {
+        "std_dev": 0.0035,
+        "joint": "elbow",
+        "payload": 1,
+        "prior_std_dev": 0.2,
+        "shown": [0.34237, -0.12345, -9.80402],
+    }
     cases = [
-        ("gravity_tilted", 0.0349, "tilted by 2 ± 0.39 degrees, which the efforts of elbow"),
+        ("gravity_tilted", 0.0349, "by 2 ± 0.39 degrees, at 0.342 -0.123 -9.8 m/s², which the"),
         ("joint_zero_off", 0.0349, "positions of elbow that are larger by 2 ± 0.39 degrees. "),
         ("joint_zero_off", -0.0349, "positions of elbow that are smaller by 2 ± 0.39 degrees. "),
         ("gain_contradicted", 0.0349, "other gains, most at elbow (+3.5 ± 0.69 %). "),
         ("gain_contradicted", -1.32, "other gains, most at elbow (-130 ± 0.69 %). "),
-        ("payload_com_contradicted", 0.123, "recording 2 120 ± 6.9 mm from the given one, which"),
+        (
+            "payload_com_contradicted",
+            0.123,
+            "recording 2 120 ± 6.9 mm from the given one, at 0.342",
+        ),
         ("gain_improbable", 0.83, "The gain of elbow is 1.8 times the given one, which is 4.1 sta"),
         ("gain_improbable", -0.4, "The gain of elbow is 0.6 times the given one, which is 3.3 sta"),
     ]
     assert {kind for kind, *_ in cases} == set(CONTRADICTION_KINDS)
     for kind, size, part in cases:
         assert part in str(tactid.Finding(kind, data | {"size": size}))
+
+
+def test_json_has_all_findings(arm: tactid.Calibration) -> None:
+    data = {"size": 0.07, "std_dev": 0.01, "joint": "elbow", "shown": [0.7, 0.0, -9.78]}
+    of_recording = tactid.Finding("unknown_joints", {"joints": ["finger"]})
+    fault = tactid.DataFault("/joint_states", "out_of_order", 3, 1.5)
+    recording = tactid.CalibrationRecording(
+        Path("log.mcap"),
+        "unloaded",
+        1.0,
+        np.zeros(1),
+        *[np.zeros((1, len(arm.joints)))] * 5,
+        faults=[fault],
+        findings=[of_recording],
+        damage=["log.mcap: ends within a chunk"],
+    )
+    # The calibration itself refuses findings that are not those of its model.
+    fields = {each.name: getattr(arm, each.name) for each in dataclasses.fields(CalibrationData)}
+    changes = {
+        "contradictions": [tactid.Finding("gravity_tilted", data)],
+        "shortages": [
+            tactid.Finding("joint_still", {"joint": "elbow", "max_velocity": 0.001}),
+            tactid.Finding("joint_one_direction", {"joint": "elbow", "is_positive": False}),
+            tactid.Finding("gain_uncertain", {"joint": "elbow", "std_dev": 0.1}),
+        ],
+        "recordings": [recording],
+    }
+    record = json.loads(calibration_text.to_json(CalibrationData(**fields | changes)))
+    jsonschema.validate(record, tactid.calibration_schema())
+    kinds = [each["kind"] for each in record["findings"]]
+    assert kinds == ["gravity_tilted", "joint_still", "joint_one_direction", "gain_uncertain"]
+    assert record["findings"][0]["shown"] == data["shown"]
+    (written,) = record["recordings"]
+    assert written["findings"][0]["joints"] == ["finger"]
+    assert written["faults"][0]["count"] == 3
+    assert written["damage"] == ["log.mcap: ends within a chunk"]
 
 
 @pytest.mark.usefixtures("arm")

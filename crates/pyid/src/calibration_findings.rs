@@ -32,14 +32,16 @@ pub(crate) fn contradiction_data(
         size,
         std_dev,
         joint,
+        shown,
     } = contradiction;
+    let shown = shown.map(<[f64; 3]>::from);
     Ok(match assumption {
-        Assumption::Gravity => ("gravity_tilted", fields!(py, size, std_dev, joint)),
+        Assumption::Gravity => ("gravity_tilted", fields!(py, size, std_dev, joint, shown)),
         Assumption::JointZero => ("joint_zero_off", fields!(py, size, std_dev, joint)),
         Assumption::Gains => ("gain_contradicted", fields!(py, size, std_dev, joint)),
         Assumption::PayloadCenter(payload) => (
             "payload_com_contradicted",
-            fields!(py, size, std_dev, joint, payload),
+            fields!(py, size, std_dev, joint, payload, shown),
         ),
         Assumption::GainPrior(prior_std_dev) => (
             "gain_improbable",

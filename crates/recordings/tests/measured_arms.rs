@@ -190,7 +190,8 @@ fn payloads() -> Vec<MassProperties> {
 }
 
 /// Calibrates on each half and identifies on the other. Returns for each half the errors of mass, kg, and of the centre of
-/// mass, m, for 1.5, 3 and 5 kg, and asserts that the intervals of all ten values hold for at least nine of ten payloads.
+/// mass, m, for 1.5, 3 and 5 kg, and asserts that the intervals of all ten values hold for at least nine of ten payloads. The
+/// payloads of one half share its noise and the errors of its calibration: only the two halves are independent.
 fn exchange_halves(recorded: &Recorded) -> [[(f64, f64); 3]; 2] {
     let nothing = InertialParameters::zero();
     let halves = recorded.halves();

@@ -1,6 +1,6 @@
 //! The joints and links between base and tool, and the columns of their efforts at one instant.
 
-use nalgebra::{SVector, Vector3};
+use nalgebra::{SVector, Vector2, Vector3};
 use tactid_dynamics::{
     BaseKind, FrameId, JointKind, JointMotion, Manipulator, StateError, Workspace, inverse_dynamics,
 };
@@ -89,7 +89,7 @@ impl JointColumns<'_> {
     }
 
     /// Returns the change of the torque of the links as described and of a payload, whose parameters refer to the tool frame,
-    /// with the unknown `slope`: a tilt of gravity about each of [`TILTS`] axes, per rad, and then the zero of each joint of the
+    /// with the unknown `slope`: a tilt of gravity towards each of [`TILTS`] directions, per rad, and then the zero of each joint of the
     /// arm, per rad or m.
     pub(crate) fn slope(&self, slope: usize, payload: Option<&SVector<f64, 10>>) -> f64 {
         let entries = &self.slopes[SLOPE_ENTRIES * slope..SLOPE_ENTRIES * (slope + 1)];
@@ -187,13 +187,16 @@ impl Arm {
         self.places[joint + 1] - self.places[joint] - SCALARS - SLOPE_ENTRIES * self.slopes
     }
 
-    /// Returns gravity tilted by a small angle about the two axes that are perpendicular to it.
-    fn tilted_gravity(&self, angle_rad: f64) -> [Vector3<f64>; TILTS] {
+    /// Returns gravity turned towards two directions that are perpendicular to it and to each other; the tilt has the angle
+    /// towards each, rad, and its norm is the angle of the turn.
+    pub(crate) fn tilted_gravity(&self, tilt: Vector2<f64>) -> Vector3<f64> {
         let down = self.gravity.try_normalize(0.0).unwrap_or_else(Vector3::z);
         let axis = Vector3::ith(down.iamin(), 1.0);
         let across = down.cross(&axis).normalize();
-        [across, down.cross(&across)]
-            .map(|side| self.gravity + side * self.gravity.norm() * angle_rad)
+        let sides = across * tilt.x + down.cross(&across) * tilt.y;
+        let (sin, cos) = tilt.norm().sin_cos();
+        let side = sides.try_normalize(0.0).unwrap_or_default();
+        self.gravity.norm() * (down * cos + side * sin)
     }
 }
 
@@ -286,7 +289,7 @@ impl ArmColumns {
 
     /// Computes the slopes of the torques as described and of the payload's regressor.
     fn add_slopes(&mut self, arm: &Arm, instant: &Instant) -> Result<(), StateError> {
-        let tilted = arm.tilted_gravity(SLOPE_STEP);
+        let tilted = [Vector2::x(), Vector2::y()].map(|side| arm.tilted_gravity(SLOPE_STEP * side));
         self.moved.copy_from_slice(&instant.joint_position);
         for slope in 0..arm.slopes {
             let moved = slope.checked_sub(TILTS).map(|joint| self.joints[joint]);

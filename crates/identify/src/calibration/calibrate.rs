@@ -26,11 +26,11 @@ const MIN_WINDOWS: usize = 20;
 /// [`IdentifyError::NoMotion`] if no joint moves, [`IdentifyError::NoEfforts`] if all efforts are constant,
 /// [`IdentifyError::EffortConstant`] or [`IdentifyError::EffortReversed`] if those of one joint are constant while it moves
 /// or have the opposite sign, [`IdentifyError::GainUnexpected`] or [`IdentifyError::GainsUnexpected`] if gains differ
-/// from the given ones by more than five standard deviations and 10 %, [`IdentifyError::EffortDelay`] if the efforts lag or lead the motion by more than an
-/// eighth of a window,
+/// from the given ones by more than five standard deviations and 10 %, [`IdentifyError::EffortDelay`] if the efforts lag
+/// or lead the motion by more than an eighth of a window,
 /// [`IdentifyError::CalibrationRobot`] or [`IdentifyError::CalibrationMismatch`] if the recordings are of different robots
-/// or have other cutoffs or gravity than the settings, [`IdentifyError::Value`] if a setting or a known payload is out of range, and
-/// [`IdentifyError::GainsNotPositive`] if gains come out negative, and [`IdentifyError::CalibrationFailed`] if the numbers are
+/// or have other cutoffs or gravity than the settings, [`IdentifyError::Value`] if a setting or a known payload is out of
+/// range, [`IdentifyError::GainsNotPositive`] if gains come out negative, and [`IdentifyError::CalibrationFailed`] if the numbers are
 /// too large to be solved for.
 pub fn calibrate(
     recordings: &[(EffortRecording, Option<KnownPayload>)],

@@ -71,7 +71,7 @@ pub(crate) struct Change {
 /// Standard deviations of a change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Size {
-    /// Change of friction and offset, in units of the friction that joints of the arm typically have.
+    /// Change of friction and offset, as a fraction of the prior standard deviation of each of these unknowns.
     friction: f64,
     /// Change of each gain by itself and of the factor that all gains share, fractions.
     gains: [f64; 2],

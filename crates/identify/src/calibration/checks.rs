@@ -9,7 +9,7 @@ use super::recording::EffortRecording;
 use super::rows::EffortModel;
 use crate::IdentifyError;
 
-/// Fewest windows from which a sign is judged: chance explains fewer with either.
+/// Fewest windows from which a sign is determined: chance explains fewer with either.
 const MIN_WINDOWS: usize = 20;
 
 /// A sign is opposite if the negated efforts leave less than this fraction of the sum of squares.
@@ -73,9 +73,8 @@ impl EffortRecording {
         }
     }
 
-    /// Checks that no effort is constant while its joint moves and others vary, and that none has the opposite sign of that of a
-    /// calibrated model, whatever the
-    /// payload is that the arm may hold.
+    /// Checks that no effort is constant while its joint moves and others vary, and that none has the opposite sign of that of
+    /// a calibrated model, whatever the payload is that the arm may hold.
     pub(crate) fn check_signs(
         &self,
         model: &EffortModel,

@@ -1,11 +1,11 @@
 //! Wrong assumptions that the residuals of a calibration show.
 //!
-//! A wrong zero of a joint or a tilted gravity is partly absorbed by links and gains; the rest looks like noise. So each assumption is tested by the unknown that would replace it, such as a tilt of
-//! gravity: one more step of the fit with this unknown gives its size and by how much it lowers the sum of squares (a score
-//! test). The noise is that of the calibration, which contains the misfit: a test is rather too cautious than too bold. Its
+//! A wrong zero of a joint or a tilted gravity is partly absorbed by links and gains; the rest looks like noise. So each
+//! assumption is tested by the unknown that would replace it, such as a tilt of gravity: one more step of the fit with this
+//! unknown gives its size and by how much it lowers the sum of squares (a score test). The noise is that of the calibration, which contains the misfit: a test is rather too cautious than too bold. Its
 //! threshold is Fisher's distribution with the degrees of freedom of the noise.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 
 use super::arm::TILTS;
 use super::estimate::{CalibratedEstimate, WIDENING};
@@ -47,6 +47,9 @@ pub struct Contradiction {
     pub std_dev: f64,
     /// The joint whose zero or gain is wrong; for gravity and a centre of mass, the joint whose efforts show it most.
     pub joint: String,
+    /// What the recordings show in place of an assumption that is a vector, as it would be given, and as rough as the size:
+    /// gravity in the axes of the base, m/s^2, or the centre of mass in the tool frame, m. `None` for a number of one joint.
+    pub shown: Option<Vector3<f64>>,
 }
 
 /// What a calibration takes for true.
@@ -290,7 +293,28 @@ impl Test {
                 size: if count == 1 { found[0] } else { size },
                 std_dev: WIDENING * variance.sqrt(),
                 joint: recordings[0].0.arm.joints[joint].clone(),
+                shown: self.shown(&found, recordings),
             },
         })
+    }
+
+    /// Returns the vector that the step `found` puts in place of the assumption; `None` for a number of one joint.
+    fn shown(
+        &self,
+        found: &DVector<f64>,
+        recordings: &[(&EffortRecording, Option<KnownPayload>)],
+    ) -> Option<Vector3<f64>> {
+        match self.assumption {
+            Assumption::Gravity => {
+                let tilt = Vector2::new(found[0], found[1]);
+                Some(recordings[0].0.arm.tilted_gravity(tilt))
+            }
+            Assumption::PayloadCenter(payload) => {
+                let mut held = recordings.iter().filter_map(|(_, held)| *held);
+                let given = held.nth(payload)?.center_of_mass?;
+                Some(given + Vector3::new(found[0], found[1], found[2]))
+            }
+            Assumption::JointZero | Assumption::Gains | Assumption::GainPrior(_) => None,
+        }
     }
 }

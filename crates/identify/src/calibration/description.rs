@@ -57,8 +57,8 @@ impl LinkDescription {
             .or_else(|| self.mass_difference(other))
     }
 
-    /// Returns the difference of the gravity in links that move relative to the base. Where the base stands, and how it is turned about the vertical,
-    /// changes no effort.
+    /// Returns the difference of the gravity in links that move relative to the base. Where the base stands, and how it is
+    /// turned about the vertical, changes no effort.
     fn mounting_difference(&self, other: &Self, gravity: &Vector3<f64>) -> Option<Difference> {
         let in_link = [self, other].map(|link| link.parent_from_link.rotation.inverse() * gravity);
         vector_difference("gravity", " m/s²", in_link, are_parallel(&in_link))

@@ -30,7 +30,7 @@ pub struct CalibratedEstimate {
     /// rest is what the calibration does not know of the arm: no longer recording of the payload reduces it.
     pub noise_fraction: [f64; 10],
     /// Mean square of the whitened residual of each joint: about one where the joint is as noisy as in the calibration.
-    /// Where it is larger, the noise of the joint is enlarged by so much.
+    /// Where it is larger, the variances of the joint's noise are multiplied by it.
     pub misfit: Vec<f64>,
     /// How the friction of the joints has changed since the calibration; `None` where the recordings do not show that it has.
     pub friction_change: Option<ArmChange>,
@@ -65,4 +65,18 @@ impl CalibratedEstimate {
     /// calibration: on twenty simulated arms like a UR10, 99.8, 98.3, 97.5, 96.8, 95.5, 96.3 and 92.2 % of the intervals of
     /// 95 % hold after 1.5, 2, 3, 5, 10, 20 and 60 s.
     pub const DEGREES_OF_FREEDOM: f64 = 8.0;
+}
+
+#[cfg(test)]
+mod tests {
+    use statrs::distribution::{ContinuousCDF, StudentsT};
+
+    use super::*;
+
+    /// The quantile belongs to the degrees of freedom.
+    #[test]
+    fn the_quantile_is_that_of_the_degrees_of_freedom() {
+        let student = StudentsT::new(0.0, 1.0, CalibratedEstimate::DEGREES_OF_FREEDOM).unwrap();
+        assert!((student.inverse_cdf(0.975) - STUDENT_95).abs() < 1e-6);
+    }
 }

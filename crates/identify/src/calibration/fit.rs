@@ -24,10 +24,10 @@ const PASSES: usize = 8;
 /// Least velocity of a joint that moves, rad/s or m/s: that of the plain Coulomb term.
 pub(crate) const MOVES: f64 = WIDTHS[PLAIN];
 
-/// Prior standard deviation of link parameters, as a fraction of their size.
+/// First prior standard deviation of link parameters, as a fraction of their size; [`rescale`] adapts it to the data.
 const LINK_STD_DEV: f64 = 0.5;
 
-/// Prior standard deviation of the load-dependent friction, a fraction of the torque.
+/// First prior standard deviation of the load-dependent friction, a fraction of the torque; [`rescale`] adapts it to the data.
 const LOAD_STD_DEV: f64 = 0.05;
 
 /// Prior standard deviation of the delay of the efforts, s: a few periods of usual drives, or of the filters of their
@@ -231,8 +231,8 @@ fn prior(
     }
 }
 
-/// Scales the prior of each group but the gains and the delay by what the group shows of its own size: MacKay's fixed point (1992, doi
-/// 10.1162/neco.1992.4.3.415), with two prior degrees of freedom at one.
+/// Scales the prior of each group but the gains and the delay by what the group shows of its own size: MacKay's fixed point
+/// (1992, doi 10.1162/neco.1992.4.3.415), with two prior degrees of freedom at one.
 fn rescale(
     problem: &mut Problem<'_>,
     at: &Unknowns,

@@ -41,8 +41,8 @@ const UNEXPLAINED_FRACTION: f64 = 0.1;
 /// Log odds from which on the arm counts as changed since its calibration: a change is 150 times as probable as none.
 const CHANGED_EVIDENCE: f64 = 5.0;
 
-/// Unloaded recordings hold a payload if its mass is so many standard deviations, and the mean squares of the residuals are
-/// so many times as large without it.
+/// Unloaded recordings hold a payload if its mass is more than this number of standard deviations, and the mean squares of the
+/// residuals without it are more than this multiple of those with it.
 const HELD_STD_DEVS: f64 = 5.0;
 const HELD_MISFIT: f64 = 2.0;
 
@@ -53,8 +53,8 @@ impl Calibration {
     /// change of the gains is hidden by the payload unless there is an unloaded recording: on simulated arms, one of 1 % changes
     /// the mass by up to 5 %, by more than its interval.
     ///
-    /// The field `delay` of the settings is ignored. Cost: eight passes over all windows, and up to sixteen
-    /// where unloaded recordings may hold a payload.
+    /// The field `delay` of the settings is ignored. Cost: eight passes over all windows, eight more with a known mass, and up to
+    /// sixteen more where unloaded recordings may hold a payload.
     ///
     /// # Errors
     /// Returns [`IdentifyError::TooFewWindows`] if the loaded recordings have fewer than six windows,
@@ -63,7 +63,8 @@ impl Calibration {
     /// has another cutoff or gravity, [`IdentifyError::EffortConstant`] or [`IdentifyError::EffortSignChanged`] if the efforts
     /// of a joint are constant while it moves or have the opposite sign of those that calibrated the arm,
     /// [`IdentifyError::CalibrationData`] for data that do not fit together, the errors of
-    /// [`BatchSettings::check`], [`IdentifyError::UnloadedHolds`] if the unloaded recordings show a payload, and [`IdentifyError::CalibrationFailed`] if the numbers are too large to be solved for.
+    /// [`BatchSettings::check`], [`IdentifyError::UnloadedHolds`] if the unloaded recordings show a payload, and
+    /// [`IdentifyError::CalibrationFailed`] if the numbers are too large to be solved for.
     pub fn identify(
         &self,
         loaded: &[EffortRecording],

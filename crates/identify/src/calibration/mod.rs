@@ -1,16 +1,17 @@
 //! The model of an arm's joint efforts, calibrated from recordings, and payloads identified with it.
 //!
-//! The effort of joint `j` is
+//! The effort of joint `j` at the time `t + d` is equation (C1), with all motion at the time `t`:
 //!
 //! ```text
-//! u = T + o + b q̇ + Σ c tanh(q̇ / v) + k s (|T| - T0) + l s (|T| - |a Y β|) + I q̈ + e,    T = a (Y β + P π)
+//! u = T + o + b q̇ + Σ c tanh(q̇ / v) + k s (|T| - T0) + l s (|T| - |A|) + I q̈ + e,    A = a (Y β + B),    T = A + a P π
 //! ```
 //!
 //! with the inverse gain `a` (efforts times the gain are torques), the inertial parameters `β` of the links and `π` of the
-//! payload with their regressors `Y` and `P`, offset `o`, viscous friction `b`, Coulomb friction and what replaces it
+//! payload with their regressors `Y` and `P`, the torque `B` of bodies that are not between base and tool, as described, offset `o`, viscous friction `b`, Coulomb friction and what replaces it
 //! near standstill `c`, load-dependent friction `k` and what that of the payload differs `l` (`s` is the smoothed sign of
 //! the velocity, `T0` the rms torque in a first fit, which separates `k` from `c`), rotor inertia `I`, and noise `e` of
-//! three kinds. The efforts lag the motion by a delay that all joints share. The noisy efforts stand alone on the left,
+//! three kinds. Magnitudes are smoothed: `|x|` is the root of `x² + (0.1 T0)²`. The efforts lag the motion by the delay `d`,
+//! which all joints share. The noisy efforts stand alone on the left,
 //! because the inverse gain is the unknown: nothing biases the gains.
 //!
 //! 1. An [`EffortRecorder`] turns the samples of one recording into window means of all these columns, an

@@ -2,7 +2,7 @@
 //!
 //! The covariance between windows `i` and `k` is
 //! `w² [i = k] + c² exp(-|Δt| / T) + f² lᵢ lₖ exp(-|Δt| / 0.3 s)`: white noise, slow noise, and the friction at
-//! standstill, which nobody knows (`l` is 0 while a joint moves in one direction, and 1 at rest). It is that of a process
+//! standstill, which the motion does not determine (`l` is 0 while a joint moves in one direction, and 1 at rest). It is that of a process
 //! with two states, so that a Kalman filter whitens all columns in a time that grows with the number of windows: its gains
 //! do not depend on the data.
 
@@ -20,12 +20,14 @@ pub struct EffortNoise {
     pub slow: f64,
     /// Correlation time of the slow noise, s.
     pub slow_time_s: f64,
-    /// Standard deviation of the friction at standstill, N m or N: nobody knows it between the two Coulomb values.
+    /// Standard deviation of the friction at standstill, N m or N: the motion does not determine it between
+    /// the two Coulomb values.
     pub standstill: f64,
 }
 
 impl EffortNoise {
-    /// Returns the noise that is typical of a joint with so much friction, N m or N.
+    /// Returns the noise that is typical of a joint with this friction, N m or N: the start of the search for its four numbers,
+    /// and the middle of their prior.
     pub(crate) fn typical(friction: f64) -> Self {
         Self {
             white: 0.03 * friction,
@@ -51,7 +53,7 @@ impl EffortNoise {
         }
     }
 
-    /// Returns the noise with so many times the variance.
+    /// Returns the noise whose variances are those of this one times a factor.
     pub(crate) fn enlarged(&self, variance_factor: f64) -> Self {
         let factor = variance_factor.sqrt();
         Self {

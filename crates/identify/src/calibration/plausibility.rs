@@ -61,6 +61,7 @@ pub(crate) fn improbable_gain(joints: &[JointCalibration], std_dev: f64) -> Opti
         size: farthest.gain - 1.0,
         std_dev: farthest.gain_std_dev,
         joint: farthest.name.clone(),
+        shown: None,
     })
 }
 

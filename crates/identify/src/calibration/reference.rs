@@ -113,7 +113,7 @@ fn fastest(recordings: &[(&EffortRecording, Option<KnownPayload>)], joint: usize
     velocities.flatten().fold(0.0, f64::max)
 }
 
-/// All windows of all joints, with what is held in them.
+/// Returns all windows of all joints: the recording, the indices of window and joint, and what the arm holds.
 fn rows_of<'a>(
     recordings: &'a [(&'a EffortRecording, Option<KnownPayload>)],
 ) -> impl Iterator<Item = (&'a EffortRecording, usize, usize, Option<&'a KnownPayload>)> {

@@ -162,6 +162,7 @@ impl EffortModel {
         rows
     }
 
+    /// Computes the terms of equation (C1) of the [module](super) that are products of unknowns.
     fn terms(
         &self,
         recording: &EffortRecording,
@@ -223,12 +224,17 @@ mod tests {
 
     /// Returns a recording of a smooth motion, with efforts that do not matter.
     fn recording() -> EffortRecording {
+        recording_of(&CalibrationSettings::default(), [0.0; 3])
+    }
+
+    /// Returns the recording with a number that is added to all positions of each joint, rad or m.
+    fn recording_of(settings: &CalibrationSettings, moved: [f64; 3]) -> EffortRecording {
         let robot = Manipulator::from_urdf(URDF, BaseKind::Fixed).unwrap();
-        let settings = CalibrationSettings::default();
-        let mut recorder = EffortRecorder::new(&robot, "tool", &settings).unwrap();
+        let mut recorder = EffortRecorder::new(&robot, "tool", settings).unwrap();
         for k in 0..200 {
             let t = 0.01 * f64::from(k);
             let position = [(2.0 * t).sin(), 0.2 * (3.0 * t).cos(), (1.7 * t).cos()];
+            let position: [f64; 3] = std::array::from_fn(|joint| position[joint] + moved[joint]);
             let sample = Sample {
                 time_s: t,
                 base: BaseState::fixed(),
@@ -283,6 +289,54 @@ mod tests {
             }
         }
         assert!(others > 0.1, "{others}");
+    }
+
+    /// Slopes are the derivatives of the torque with respect to a tilt of gravity towards either direction and to the zero of
+    /// each joint, of the links as described and of a payload with mass and first moments.
+    #[test]
+    fn slopes_are_derivatives() {
+        const STEP: f64 = 1e-4;
+        let settings = CalibrationSettings::default();
+        let recording = recording();
+        let payload = Vector::from_column_slice(&[2.0, 0.3, -0.2, 0.5, 0., 0., 0., 0., 0., 0.]);
+        let moved = |slope: usize, step: f64| match slope {
+            0 | 1 => {
+                let mut tilt = nalgebra::Vector2::zeros();
+                tilt[slope] = step;
+                let gravity = Some(recording.arm.tilted_gravity(tilt));
+                let tilted = CalibrationSettings {
+                    gravity,
+                    ..settings.clone()
+                };
+                recording_of(&tilted, [0.0; 3])
+            }
+            _ => {
+                let mut shift = [0.0; 3];
+                shift[slope - 2] = step;
+                recording_of(&settings, shift)
+            }
+        };
+        for slope in 0..4 {
+            let (after, before) = (moved(slope, STEP), moved(slope, -STEP));
+            let mut largest: f64 = 0.0;
+            for (window, joint) in (0..recording.windows()).flat_map(|w| [(w, 0), (w, 1)]) {
+                let torque = |recording: &EffortRecording| {
+                    let columns = recording.columns(window, joint);
+                    columns.described + columns.payload.dot(&payload)
+                };
+                let difference = (torque(&after) - torque(&before)) / (2.0 * STEP);
+                let found = recording
+                    .columns(window, joint)
+                    .slope(slope, Some(&payload));
+                let error = (found - difference).abs();
+                assert!(
+                    error < 2e-3 * (1.0 + difference.abs()),
+                    "{slope} {joint}: {found} {difference}"
+                );
+                largest = largest.max(difference.abs());
+            }
+            assert!(largest > 1.0, "{slope}: {largest}");
+        }
     }
 
     /// Rows are the derivatives of modelled less measured effort with respect to every unknown, at gains and friction far

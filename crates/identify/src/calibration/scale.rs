@@ -28,7 +28,7 @@ pub(crate) struct KnownScale {
 
 impl KnownScale {
     /// Returns the precision-weighted mean of the scales that known masses and gains imply. The errors of the gains may be
-    /// alike, and so may those of the masses, which one balance has weighed: neither becomes more precise by their number.
+    /// correlated, and so may those of the masses, which one balance has weighed: neither becomes more precise by their number.
     /// `scales` are the standard deviations of the arm's unknowns before the calibration. Returns `None` where a gain is
     /// known exactly, which fixes the scale, and without a mass.
     pub(crate) fn new(

@@ -53,7 +53,7 @@ pub(crate) struct NormalEquations {
 }
 
 impl NormalEquations {
-    /// Returns the sum of two independent pieces of knowledge.
+    /// Returns the normal equations of two independent sets of rows together.
     pub(crate) fn plus(mut self, other: Self) -> Self {
         self.matrix += other.matrix;
         self.rhs += other.rhs;

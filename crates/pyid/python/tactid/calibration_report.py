@@ -26,10 +26,11 @@ PAUSE_S = 1.0
 TITLES = {"unloaded": "unloaded", "loaded": "loaded", "hold_out": "held out"}
 
 CAPTION = (
-    "{joint}. Left: friction over velocity, that is the measured effort less the torque of the"
-    " calibrated links, and the friction of the model. The model's points do not lie on one curve"
-    " where friction depends on the load. Right: the effort over time, one recording after another,"
-    " as it was measured, as the URDF alone gives it, and as the calibration does."
+    "{joint}. Left: over velocity, the effort less the torque of the calibrated links, measured and"
+    " of the model: friction, offset and the inertia of the rotor. The model's points do not lie on"
+    " one curve where friction depends on the load, or the joint accelerates. Right: the"
+    " effort over time, one recording after another, as it was measured, as the URDF alone gives"
+    " it, and as the calibration does."
 )
 
 
@@ -74,7 +75,7 @@ def _joint_figure(arm: CalibrationData, joint: int) -> Figure:
     unit = arm.units[joint]
     _over_velocity(left, arm.recordings, joint)
     left.set_xlabel("velocity / (m/s)" if unit == "N" else "velocity / (rad/s)")
-    left.set_ylabel(f"friction / {unit}" if unit == "N" else "friction / (N m)")
+    left.set_ylabel(f"effort less links / {unit}" if unit == "N" else "effort less links / (N m)")
     _over_time(right, arm.recordings, joint)
     right.set_xlabel("time / s")
     right.set_ylabel(f"effort / {unit}" if unit == "N" else "effort / (N m)")

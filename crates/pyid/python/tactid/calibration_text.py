@@ -13,6 +13,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from tactid import findings_json
 from tactid.calibration_data import CalibrationData, CalibrationRecording
 from tactid.naming import Style, listed
 from tactid.table import whole_width
@@ -172,16 +173,13 @@ def record(arm: CalibrationData, style: Style = "keyword") -> dict[str, Any]:
         "delay_std_dev_s": finite(arm.delay_std_dev),
         "joints": joints,
         "payloads": arm.payloads.tolist(),
-        "recordings": [_recording_record(recording) for recording in arm.recordings],
-        "findings": [
-            {"kind": each.kind, "text": each.worded(style), **each.data}
-            for each in arm.contradictions
-        ],
+        "recordings": [_recording_record(recording, style) for recording in arm.recordings],
+        "findings": findings_json.findings([*arm.contradictions, *arm.shortages], style),
         "remarks": lines(arm, style),
     }
 
 
-def _recording_record(recording: CalibrationRecording) -> dict[str, Any]:
+def _recording_record(recording: CalibrationRecording, style: Style) -> dict[str, Any]:
     return {
         "path": str(recording.path),
         "role": recording.role,
@@ -189,6 +187,9 @@ def _recording_record(recording: CalibrationRecording) -> dict[str, Any]:
         "windows": len(recording.time),
         "residual_before": [finite(value) for value in recording.residual_before.tolist()],
         "residual_after": [finite(value) for value in recording.residual_after.tolist()],
+        "findings": findings_json.findings(recording.findings, style),
+        "faults": findings_json.faults(recording.faults),
+        "damage": list(recording.damage),
     }
 
 

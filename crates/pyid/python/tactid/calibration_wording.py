@@ -95,7 +95,7 @@ def _arm_changed(subject: str, data: Data, cause: str) -> str:
 
 def _gravity_tilted(data: Data, style: Style) -> str:
     return _contradicted(
-        f"with gravity tilted by {_degrees(data)}{_most(data)}",
+        f"with gravity tilted by {_degrees(data)}{_shown(data, 'm/s²')}{_most(data)}",
         f"Check {option_name('gravity', style)}, and how the arm is mounted",
     )
 
@@ -119,8 +119,9 @@ def _gain_contradicted(data: Data, style: Style) -> str:
 def _payload_com_contradicted(data: Data, style: Style) -> str:
     size = f"{_interval(data['size'], data['std_dev'], 1e3)} mm"
     which = f"of the payload of loaded recording {data['payload'] + 1}"
+    distance = f"{size} from the given one{_shown(data, 'm')}"
     return _contradicted(
-        f"with the centre of mass {which} {size} from the given one{_most(data)}",
+        f"with the centre of mass {which} {distance}{_most(data)}",
         f"Check {option_name('payload_com', style)} and the zeros of the joints",
     )
 
@@ -156,6 +157,14 @@ def _contradicted(what: str, advice: str) -> str:
         f"The efforts fit far better {what}. The error is in the"
         f" calibration, and its intervals do not contain it. {advice}, and calibrate anew."
     )
+
+
+def _shown(data: Data, unit: str) -> str:
+    """Says what the efforts show instead, as the option takes it; a file may lack it."""
+    vector = data.get("shown")
+    if vector is None:
+        return ""
+    return f", at {' '.join(f'{entry:.3g}' for entry in vector)} {unit}"
 
 
 def _most(data: Data) -> str:

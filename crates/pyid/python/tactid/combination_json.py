@@ -6,7 +6,7 @@ The file ``combination.schema.json`` in this package describes every key.
 from pathlib import Path
 from typing import Any
 
-from tactid import reported, result_json
+from tactid import findings_json, reported, result_json
 from tactid.combination import CombinationData
 from tactid.combination_text import combined_remarks
 from tactid.files import write_atomically
@@ -62,7 +62,7 @@ def record(
             "value_p_values": nested(all_finite(found.value_p_values)),
             "between_runs_std_dev": nested(all_finite(found.between_runs)),
         },
-        "findings": result_json.findings(result.findings, style),
+        "findings": findings_json.findings(result.findings, style),
         "remarks": combined_remarks(result, style),
         "recordings": [
             {

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactid import reported
+from tactid import findings_json, reported
 from tactid.files import write_atomically
-from tactid.findings import DataFault, Finding
 from tactid.fit import Fit
 from tactid.identification import IdentificationData
 from tactid.naming import Style
@@ -86,7 +85,7 @@ def record(
         "estimator": result.estimator,
         "is_contradicted": result.is_contradicted,
         "diagnostics": diagnostics(result) | dict(checks or {}),
-        "findings": findings(result.findings, style),
+        "findings": findings_json.findings(result.findings, style),
         "remarks": remarks(result, style),
     }
 
@@ -104,13 +103,6 @@ def limits(intervals: Iterable[Interval | None]) -> dict[str, list[float | None]
     """Returns the lower and the upper limits of intervals; None where there is no interval."""
     pairs = [(None, None) if interval is None else interval for interval in intervals]
     return {"low": [low for low, _ in pairs], "high": [high for _, high in pairs]}
-
-
-def findings(noticed: Iterable[Finding], style: Style) -> list[dict[str, Any]]:
-    """Returns findings as JSON has them: the kind, its data, and the sentences."""
-    return [
-        {"kind": each.kind, **_plain(each.data), "text": each.worded(style)} for each in noticed
-    ]
 
 
 def diagnostics(result: IdentificationData) -> dict[str, Any]:
@@ -140,7 +132,7 @@ def diagnostics(result: IdentificationData) -> dict[str, Any]:
         "known_mass_std_dev_kg": None if mass is None else mass.std_dev,
         "bounding_box_m": None if box is None else box.tolist(),
         "wrench_offset": _wrench_offset(result),
-        "faults": [_fault(fault) for fault in result.faults],
+        "faults": findings_json.faults(result.faults),
         "motion_advice": motion_advice(estimate.not_identifiable),
     }
     if estimate.composite is not None:
@@ -166,17 +158,6 @@ def _calibration(result: IdentificationData) -> dict[str, Any] | None:
             key: None if change is None else dict(zip(fit.joints, change.tolist(), strict=True))
             for key, change in changes.items()
         },
-    }
-
-
-def _fault(fault: DataFault) -> dict[str, Any]:
-    return {
-        "topic": fault.topic,
-        "kind": fault.kind,
-        "joint": fault.joint,
-        "text": str(fault),
-        "count": fault.count,
-        "first_s": finite(fault.first),
     }
 
 
@@ -264,16 +245,3 @@ def thinned(count: int, most: int = MOST_POINTS) -> NDArray[np.intp]:
     if count <= most:
         return np.arange(count)
     return np.linspace(0, count - 1, most).round().astype(np.intp)
-
-
-def _plain(data: Any) -> dict[str, Any]:
-    """Returns the data of a finding with numbers that JSON has."""
-
-    def plain(value: Any) -> Any:
-        if isinstance(value, float):
-            return finite(value)
-        if isinstance(value, Iterable) and not isinstance(value, str):
-            return [plain(entry) for entry in value]
-        return value
-
-    return {name: plain(value) for name, value in data.items()}

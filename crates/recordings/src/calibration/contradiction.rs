@@ -1,5 +1,6 @@
 //! Assumptions of a calibration that its recordings contradict, as its file has them.
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tactid_identify::calibration::{Assumption, Contradiction};
 
@@ -7,13 +8,21 @@ use tactid_identify::calibration::{Assumption, Contradiction};
 #[derive(Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum StoredContradiction {
-    GravityTilted(Shown),
-    JointZeroOff(Shown),
-    GainContradicted(Shown),
+    GravityTilted {
+        joint: String,
+        size: f64,
+        std_dev: f64,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        shown: Option<[f64; 3]>,
+    },
+    JointZeroOff(OfJoint),
+    GainContradicted(OfJoint),
     PayloadComContradicted {
         joint: String,
         size: f64,
         std_dev: f64,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        shown: Option<[f64; 3]>,
         payload: usize,
     },
     GainImprobable {
@@ -24,10 +33,10 @@ pub(super) enum StoredContradiction {
     },
 }
 
-/// What the recordings show in place of an assumption.
+/// What the recordings show in place of one number of a joint.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Shown {
+pub(super) struct OfJoint {
     joint: String,
     size: f64,
     std_dev: f64,
@@ -40,24 +49,35 @@ impl StoredContradiction {
             size,
             std_dev,
             joint,
+            shown,
         } = contradiction.clone();
-        let shown = Shown {
-            joint,
-            size,
-            std_dev,
-        };
+        let shown = shown.map(Into::into);
         match assumption {
-            Assumption::Gravity => Self::GravityTilted(shown),
-            Assumption::JointZero => Self::JointZeroOff(shown),
-            Assumption::Gains => Self::GainContradicted(shown),
-            Assumption::PayloadCenter(payload) => Self::PayloadComContradicted {
-                joint: shown.joint,
+            Assumption::Gravity => Self::GravityTilted {
+                joint,
                 size,
                 std_dev,
+                shown,
+            },
+            Assumption::JointZero => Self::JointZeroOff(OfJoint {
+                joint,
+                size,
+                std_dev,
+            }),
+            Assumption::Gains => Self::GainContradicted(OfJoint {
+                joint,
+                size,
+                std_dev,
+            }),
+            Assumption::PayloadCenter(payload) => Self::PayloadComContradicted {
+                joint,
+                size,
+                std_dev,
+                shown,
                 payload,
             },
             Assumption::GainPrior(prior_std_dev) => Self::GainImprobable {
-                joint: shown.joint,
+                joint,
                 size,
                 std_dev,
                 prior_std_dev,
@@ -66,38 +86,41 @@ impl StoredContradiction {
     }
 
     pub(super) fn report(self) -> Contradiction {
-        let of = |assumption, shown: Shown| Contradiction {
-            assumption,
-            size: shown.size,
-            std_dev: shown.std_dev,
-            joint: shown.joint,
-        };
-        match self {
-            Self::GravityTilted(shown) => of(Assumption::Gravity, shown),
-            Self::JointZeroOff(shown) => of(Assumption::JointZero, shown),
-            Self::GainContradicted(shown) => of(Assumption::Gains, shown),
+        let (assumption, joint, size, std_dev, shown) = match self {
+            Self::GravityTilted {
+                joint,
+                size,
+                std_dev,
+                shown,
+            } => (Assumption::Gravity, joint, size, std_dev, shown),
+            Self::JointZeroOff(of) => (Assumption::JointZero, of.joint, of.size, of.std_dev, None),
+            Self::GainContradicted(of) => (Assumption::Gains, of.joint, of.size, of.std_dev, None),
             Self::PayloadComContradicted {
                 joint,
                 size,
                 std_dev,
+                shown,
                 payload,
-            } => Contradiction {
-                assumption: Assumption::PayloadCenter(payload),
-                size,
-                std_dev,
-                joint,
-            },
+            } => {
+                let assumption = Assumption::PayloadCenter(payload);
+                (assumption, joint, size, std_dev, shown)
+            }
             Self::GainImprobable {
                 joint,
                 size,
                 std_dev,
                 prior_std_dev,
-            } => Contradiction {
-                assumption: Assumption::GainPrior(prior_std_dev),
-                size,
-                std_dev,
-                joint,
-            },
+            } => {
+                let assumption = Assumption::GainPrior(prior_std_dev);
+                (assumption, joint, size, std_dev, None)
+            }
+        };
+        Contradiction {
+            assumption,
+            size,
+            std_dev,
+            joint,
+            shown: shown.map(Vector3::from),
         }
     }
 }

@@ -3,8 +3,8 @@
 use tactid_identify::calibration::{Calibration, EffortComparison, EffortRecording};
 use tactid_identify::{BatchSettings, HALF_WIDTH_95, IdentifyError};
 
-/// A recording holds a payload if its mass is so many standard deviations, and the sum of squares of the residuals of some
-/// joint is so many times as large without it.
+/// A recording holds a payload if its mass is more than this number of standard deviations, and the mean square of the residuals
+/// of some joint without it is more than this multiple of that with it.
 const HELD_STD_DEVS: f64 = 5.0;
 const HELD_RATIO: f64 = 4.0;
 

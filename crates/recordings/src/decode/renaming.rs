@@ -79,7 +79,7 @@ impl Renaming {
 }
 
 /// Returns the joints whose names are the same behind the prefix that all in the log share, and that which all of the
-/// robot share; `None` unless all of the robot are among them.
+/// robot share; `None` unless these are all joints of the robot, or all of the log where it has fewer.
 fn behind_prefixes(
     recorded: &BTreeSet<&String>,
     joints: &[String],

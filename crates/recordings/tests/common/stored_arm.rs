@@ -63,11 +63,16 @@ fn contradictions(numbers: &mut Numbers) -> Vec<Contradiction> {
         Assumption::PayloadCenter(3),
         Assumption::GainPrior(numbers.one()),
     ];
-    let contradiction = |assumption| Contradiction {
+    let contradiction = |assumption: Assumption| Contradiction {
         assumption,
         size: -numbers.one(),
         std_dev: numbers.one(),
         joint: NAMES[0].to_owned(),
+        shown: matches!(
+            assumption,
+            Assumption::Gravity | Assumption::PayloadCenter(_)
+        )
+        .then(|| Vector3::from_fn(|_, _| numbers.one())),
     };
     assumptions.map(contradiction).to_vec()
 }
