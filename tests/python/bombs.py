@@ -62,6 +62,53 @@ def channels(folder: Path) -> Path:
     return path
 
 
+def record(opcode: int, body: bytes) -> bytes:
+    """A record of an MCAP file."""
+    return bytes([opcode]) + struct.pack("<Q", len(body)) + body
+
+
+def text(content: bytes) -> bytes:
+    """A text or a map in a record: its length, then its bytes."""
+    return struct.pack("<I", len(content)) + content
+
+
+MAGIC = b"\x89MCAP0\r\n"
+BEGIN = MAGIC + record(0x01, text(b"ros2") + text(b""))
+
+
+def metadata(folder: Path) -> Path:
+    """Eight chunks with a metadata record of 200 MB each, in some kB."""
+    path = folder / "metadata.mcap"
+    size = 200 * MEGABYTE
+    key = struct.pack("<I", size + 9) + text(b"k") + struct.pack("<I", size)
+    begin = b"\x0c" + struct.pack("<Q", len(text(b"0") + key) + size) + text(b"0") + key
+    # In parts: the memory of this script counts for the commands that it starts.
+    compressor = zstandard.ZstdCompressor().compressobj()
+    parts = [begin, *(200 * [bytes(MEGABYTE)])]
+    packed = b"".join(map(compressor.compress, parts)) + compressor.flush()
+    head = struct.pack("<QQQI", 0, 0, len(begin) + size, 0) + text(b"zstd")
+    chunk = record(0x06, head + struct.pack("<Q", len(packed)) + packed)
+    path.write_bytes(BEGIN + 8 * chunk)
+    return path
+
+
+def index(folder: Path) -> Path:
+    """An index of 20 000 chunks that names the same message index of 8 MB for each."""
+    path = folder / "index.mcap"
+    count = 20_000
+    times = struct.pack("<QQ", 2**62, 0) * (MEGABYTE // 2)
+    data = BEGIN + record(0x07, struct.pack("<H", 1) + text(times))
+    summary = record(0x03, struct.pack("<H", 1) + text(FLOAT[0].encode()) + text(b"") + text(b""))
+    summary += record(0x04, struct.pack("<HH", 1, 1) + text(b"/t") + text(b"cdr") + text(b""))
+    chunk = struct.pack("<QQQQ", 0, 2**63, 9, 9) + text(struct.pack("<HQ", 1, len(BEGIN)))
+    summary += count * record(0x08, chunk + bytes(8) + text(b"zstd") + bytes(16))
+    numbers = struct.pack("<QHIIIIQQ", count, 1, 1, 0, 0, count, 0, 0)
+    summary += record(0x0B, numbers + text(struct.pack("<HQ", 1, count)))
+    footer = record(0x02, struct.pack("<QQI", len(data), 0, 0))
+    path.write_bytes(data + summary + footer + MAGIC)
+    return path
+
+
 def schema(of: tuple[str, bytes]) -> tuple[str, str, bytes]:
     """The arguments with which a schema is registered."""
     return of[0], "ros2msg", of[1]
@@ -132,6 +179,8 @@ def cases(folder: Path) -> Iterator[Case]:
         ("20 chunks of 100 MB that overlap", chunks(folder)),
         ("65 535 topics", channels(folder)),
         ("8 GB in a compressed SQLite file", bag(folder)),
+        ("1.6 GB of metadata in chunks", metadata(folder)),
+        ("20 000 entries for one index of 8 MB", index(folder)),
     ):
         for command in ("info", "identify", "view"):
             yield Case(name, [command, str(path), *(drawn if command == "view" else [])])

@@ -63,6 +63,7 @@ def inputs(tmp_path: Path, log: Path) -> Path:
             "identify run.mcap --unloaded bag --estimates bag/bag_0.mcap",
             ("--estimates", "the folder of --unloaded"),
         ),
+        ("identify bag/bag_0.mcap --result bag/metadata.yaml", ("--result", "belongs to the log")),
         ("identify run.mcap --report a.html --result a.html", ("--result and --report", "a.html")),
         ("simulate e.toml --out e.toml", ("--out and the experiment", "e.toml")),
         ("simulate e.toml --out robot.urdf", ("--out and the experiment's URDF",)),

@@ -104,6 +104,22 @@ fn the_headers_of_messages_need_a_budget() {
     }
 }
 
+/// Messages of a file that is listed twice would count twice.
+#[test]
+fn a_bag_lists_no_file_twice() {
+    let bag = tempfile::tempdir().unwrap();
+    fs::write(bag.path().join("bag_0.mcap"), log(3)).unwrap();
+    for listed in ["'bag_0.mcap', 'bag_0.mcap'", "bag_0.mcap, ./bag_0.mcap"] {
+        let yaml = format!(
+            "rosbag2_bagfile_information:\n  storage_identifier: mcap\n  relative_file_paths: [{listed}]\n"
+        );
+        fs::write(bag.path().join("metadata.yaml"), yaml).unwrap();
+        let error = LogReader::open(bag.path()).unwrap_err().to_string();
+        let says = error.contains("metadata.yaml") && error.contains("twice");
+        assert!(says && error.contains("bag_0.mcap"), "{error}");
+    }
+}
+
 #[test]
 fn a_bag_lists_no_file_outside_of_its_folder() {
     let folder = tempfile::tempdir().unwrap();

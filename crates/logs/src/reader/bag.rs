@@ -1,5 +1,6 @@
 //! Bags: folders with the files of one recording.
 
+use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
 
 use serde::Deserialize;
@@ -75,14 +76,23 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
     if bag.relative_file_paths.is_empty() {
         return Err(not_a_bag("it lists no files".to_owned()));
     }
+    let mut found = BTreeSet::new();
     let files = bag.relative_file_paths.iter();
     files
         .map(|listed| {
-            locate(folder, listed).ok_or_else(|| {
+            let path = locate(folder, listed).ok_or_else(|| {
                 not_a_bag(format!(
                     "it lists {listed:?}, which is not in its folder; name the log files themselves"
                 ))
-            })
+            })?;
+            // A file that is absent is reported when it is opened.
+            let whole = path.canonicalize().unwrap_or_else(|_| path.clone());
+            if !found.insert(whole) {
+                return Err(not_a_bag(format!(
+                    "it lists {listed:?} twice: its messages would count twice"
+                )));
+            }
+            Ok(path)
         })
         .collect()
 }

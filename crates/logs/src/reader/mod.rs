@@ -12,7 +12,7 @@ mod storage;
 mod stream;
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, HashMap},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -47,6 +47,11 @@ pub struct Topic {
 }
 
 impl Topic {
+    /// Returns name, type and encoding: one topic has one of each.
+    fn key(&self) -> [&str; 3] {
+        [&self.name, &self.type_name, &self.encoding]
+    }
+
     /// Returns whether its messages have the type `M`. Some writers omit `/msg` from the name.
     #[must_use]
     pub fn is<M: Message>(&self) -> bool {
@@ -219,15 +224,12 @@ impl LogReader {
     }
 
     fn select(&self, is_selected: impl Fn(&Topic) -> bool) -> Messages {
+        let selected = self.topics.iter().filter(|topic| is_selected(topic));
+        let of_key: HashMap<_, _> = selected.map(|topic| (topic.key(), topic)).collect();
         let by_channel = |file: &FileIndex| {
-            let topic = |channel: &Channel| {
-                self.topics
-                    .iter()
-                    .find(|topic| channel.is_part_of(topic) && is_selected(topic))
-            };
             let channels = file.channels.iter();
             channels
-                .filter_map(|(id, channel)| Some((*id, topic(channel)?.clone())))
+                .filter_map(|(id, channel)| Some((*id, (*of_key.get(&channel.key())?).clone())))
                 .collect()
         };
         let selected = self.files.iter().map(by_channel).collect();
@@ -249,18 +251,17 @@ fn open_file(path: &Path) -> Result<FileIndex, LogError> {
 fn topics_of(files: &[FileIndex]) -> Vec<Arc<Topic>> {
     let mut topics = BTreeMap::new();
     for channel in files.iter().flat_map(|file| file.channels.values()) {
-        let key = (&channel.topic, &channel.type_name, &channel.encoding);
-        let whole = topics.entry(key).or_insert_with(Channel::default);
+        let whole = topics.entry(channel.key()).or_insert_with(Channel::default);
         whole.count = whole.count.saturating_add(channel.count);
         if let Some(times_ns) = channel.times_ns {
             whole.extend_times(times_ns);
         }
     }
-    let topic = |((name, type_name, encoding), whole): ((&String, &String, &String), Channel)| {
+    let topic = |([name, type_name, encoding], whole): ([&str; 3], Channel)| {
         Arc::new(Topic {
-            name: name.clone(),
-            type_name: type_name.clone(),
-            encoding: encoding.clone(),
+            name: name.to_owned(),
+            type_name: type_name.to_owned(),
+            encoding: encoding.to_owned(),
             count: whole.count,
             times_ns: whole.times_ns,
         })

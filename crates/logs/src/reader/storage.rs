@@ -77,11 +77,9 @@ pub(super) struct Channel {
 }
 
 impl Channel {
-    /// Returns whether the channel belongs to a topic, which may have several channels in one or more files.
-    pub(super) fn is_part_of(&self, topic: &Topic) -> bool {
-        self.topic == topic.name
-            && self.type_name == topic.type_name
-            && self.encoding == topic.encoding
+    /// Returns name, type and encoding of the channel's topic, which may have several channels in one or more files.
+    pub(super) fn key(&self) -> [&str; 3] {
+        [&self.topic, &self.type_name, &self.encoding]
     }
 }
 

@@ -57,11 +57,18 @@ def _check_input(option: str, path: Path, source: str, given: Path) -> None:
     if not given.is_dir():
         if _is_same_file(path, given):
             raise ArgumentError(f"{option} and {source} are the same file, {path}")
+        if any(_is_same_file(path, file) for file in _beside(given)):
+            raise ArgumentError(f"{option} {path} belongs to {source}, {given}")
         return
     # A bag may consist of links to files elsewhere.
     inside = Path(os.path.realpath(given)) in Path(os.path.realpath(path)).parents
     if inside or any(_is_same_file(path, file) for file in given.iterdir()):
         raise ArgumentError(f"{option} {path} is a file in the folder of {source}, {given}")
+
+
+def _beside(log: Path) -> list[Path]:
+    """Paths of a recorder's files that belong to a log: those of its bag and of its database."""
+    return [log.with_name(name) for name in ("metadata.yaml", f"{log.name}-wal", f"{log.name}-shm")]
 
 
 def _is_same_file(path: Path, other: Path) -> bool:

@@ -22,6 +22,9 @@ use crate::{
 /// Number of bytes of messages outside of chunks that are read at once.
 const PLAIN_SEGMENT: u64 = 1 << 20;
 
+/// Most bytes of names and metadata that an index keeps: a small file can decompress to any number of them.
+const MAX_TEXT: usize = 64 << 20;
+
 /// Opens a file with the index in its summary. Without a complete summary the whole file is
 /// read, which takes as long as reading every message.
 pub(super) fn open(content: &dyn Content) -> Result<McapIndex, LogError> {
@@ -50,6 +53,8 @@ struct Scan {
     /// The range of messages outside of chunks that is being scanned.
     plain: Option<(Place, Segment)>,
     decompressor: ChunkDecompressor,
+    /// Number of bytes of names and metadata in the index so far.
+    text_bytes: usize,
 }
 
 impl Scan {
@@ -102,10 +107,11 @@ impl Scan {
     fn chunk_records(&mut self, records: &Records, segment: &mut Segment) -> Result<(), String> {
         for record in records.iter() {
             let (opcode, body) = record?;
-            if opcode == op::MESSAGE {
-                self.count(&records.message(body)?, segment)?;
-            } else {
-                self.record(opcode, records.body(body))?;
+            match opcode {
+                op::MESSAGE => self.count(&records.message(body)?, segment)?,
+                // The format has metadata outside of chunks only.
+                op::METADATA => {}
+                _ => self.record(opcode, records.body(body))?,
             }
         }
         Ok(())
@@ -153,7 +159,15 @@ impl Scan {
         if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::METADATA) {
             return Ok(());
         }
-        match record::parse(opcode, body)? {
+        let parsed = record::parse(opcode, body)?;
+        self.text_bytes += text_bytes(&parsed);
+        if self.text_bytes > MAX_TEXT {
+            return Err(format!(
+                "more than {} MiB of names and metadata",
+                MAX_TEXT >> 20
+            ));
+        }
+        match parsed {
             Record::Schema { header, .. } => {
                 self.schemas.insert(header.id, header.name);
             }
@@ -178,5 +192,21 @@ impl Scan {
 
     fn close_plain(&mut self) {
         self.index.segments.extend(self.plain.take());
+    }
+}
+
+/// Returns the number of bytes of a record that an index keeps.
+fn text_bytes(record: &Record<'_>) -> usize {
+    match record {
+        Record::Schema { header, .. } => header.name.len(),
+        Record::Channel(channel) => channel.topic.len() + channel.message_encoding.len(),
+        Record::Metadata(record) => {
+            let pairs = record.metadata.iter();
+            record.name.len()
+                + pairs
+                    .map(|(key, value)| key.len() + value.len())
+                    .sum::<usize>()
+        }
+        _ => 0,
     }
 }

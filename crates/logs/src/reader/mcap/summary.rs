@@ -175,67 +175,106 @@ impl Parts {
             .take()
             .map(|s| s.channel_message_counts)
             .unwrap_or_default();
+        let mut lookup = Lookup::new(file);
+        let mut chunks: BTreeMap<u16, Vec<&ChunkIndex>> = BTreeMap::new();
+        for chunk in &self.chunks {
+            for &channel in chunk.message_index_offsets.keys() {
+                chunks.entry(channel).or_default().push(chunk);
+            }
+        }
         let mut channels = BTreeMap::new();
         for (id, (schema, mut channel)) in std::mem::take(&mut self.channels) {
             channel.type_name = self.schemas.get(&schema).cloned().unwrap_or_default();
             channel.count = counts.get(&id).copied().unwrap_or(0);
-            channel.times_ns = self.times(id, file)?;
+            if let Some(chunks) = chunks.get_mut(&id) {
+                channel.times_ns = times(chunks, id, &mut lookup)?;
+            }
             channels.insert(id.into(), channel);
         }
+        let metadata = self.read_metadata(&mut lookup)?;
+        self.chunks.sort_by_key(|chunk| chunk.chunk_start_offset);
         Ok(McapIndex {
             segments: self.chunks.iter().map(segment).collect(),
             channels,
-            metadata: self.read_metadata(file)?,
+            metadata,
             damage: None,
         })
     }
 
-    /// Returns first and last log time of a channel, ns. Only chunks that can contain them are
-    /// looked up.
-    fn times(&mut self, channel: u16, file: &mut LogFile) -> Result<Option<(u64, u64)>, Stop> {
-        let (mut first, mut last) = (None, None);
-        self.chunks.sort_by_key(|chunk| chunk.message_start_time);
-        for chunk in &self.chunks {
-            if first.is_some_and(|first| first <= chunk.message_start_time) {
-                break;
-            }
-            let times = times_in(chunk, channel, file)?;
-            first = times.map(|t| t.0).into_iter().chain(first).min();
-        }
-        self.chunks
-            .sort_by_key(|chunk| std::cmp::Reverse(chunk.message_end_time));
-        for chunk in &self.chunks {
-            if last.is_some_and(|last| last >= chunk.message_end_time) {
-                break;
-            }
-            let times = times_in(chunk, channel, file)?;
-            last = times.map(|t| t.1).into_iter().chain(last).max();
-        }
-        self.chunks.sort_by_key(|chunk| chunk.chunk_start_offset);
-        Ok(first.zip(last))
-    }
-
-    fn read_metadata(&self, file: &mut LogFile) -> Result<Metadata, Stop> {
+    fn read_metadata(&self, lookup: &mut Lookup<'_>) -> Result<Metadata, Stop> {
         let mut metadata = Metadata::new();
         for index in &self.metadata {
-            let broken = |file: &LogFile| {
-                file.damage(
-                    index.offset,
-                    "no metadata record at the position in the index",
-                )
-            };
-            let record = file.record_at(index.offset)?;
-            let Some(record) = record.filter(|head| head.opcode == op::METADATA) else {
-                return Err(broken(file));
-            };
-            let body = file.body(record)?;
-            match record::parse(record.opcode, &body) {
+            let body = lookup.body(op::METADATA, index.offset)?;
+            match record::parse(op::METADATA, &body) {
                 Ok(Record::Metadata(record)) => metadata.insert(record.name, record.metadata),
-                _ => return Err(broken(file)),
+                _ => return Err(lookup.broken(index.offset)),
             };
         }
         Ok(metadata)
     }
+}
+
+/// Reads the records that an index names.
+struct Lookup<'a> {
+    file: &'a mut LogFile,
+    /// Number of bytes that may still be read: a damaged index can name one long record for thousands of entries.
+    bytes_left: u64,
+}
+
+impl<'a> Lookup<'a> {
+    /// Allows as many bytes as an index needs that names each record once: the message index of a chunk is read for the first
+    /// and for the last time.
+    fn new(file: &'a mut LogFile) -> Self {
+        Self {
+            bytes_left: 2 * file.length,
+            file,
+        }
+    }
+
+    /// Returns the body of the record at a position, which must have this opcode.
+    fn body(&mut self, opcode: u8, at_byte: u64) -> Result<Vec<u8>, Stop> {
+        let record = self.file.record_at(at_byte)?;
+        let Some(record) = record.filter(|head| head.opcode == opcode) else {
+            return Err(self.broken(at_byte));
+        };
+        let Some(bytes_left) = self.bytes_left.checked_sub(record.length) else {
+            return Err(self.broken(at_byte));
+        };
+        self.bytes_left = bytes_left;
+        self.file.body(record)
+    }
+
+    fn broken(&self, at_byte: u64) -> Stop {
+        let what = "the log's index does not fit the record at this position";
+        self.file.damage(at_byte, what)
+    }
+}
+
+/// Returns first and last log time of a channel, ns, in the chunks that contain it. Only chunks that can contain the first or
+/// the last one are looked up.
+fn times(
+    chunks: &mut [&ChunkIndex],
+    channel: u16,
+    lookup: &mut Lookup<'_>,
+) -> Result<Option<(u64, u64)>, Stop> {
+    let (mut first, mut last) = (None, None);
+    chunks.sort_by_key(|chunk| chunk.message_start_time);
+    for chunk in &*chunks {
+        if first.is_some_and(|first| first <= chunk.message_start_time) {
+            break;
+        }
+        let times = times_in(chunk, channel, lookup)?;
+        first = times.map(|t| t.0).into_iter().chain(first).min();
+    }
+    chunks.sort_by_key(|chunk| std::cmp::Reverse(chunk.message_end_time));
+    for chunk in &*chunks {
+        if last.is_some_and(|last| last >= chunk.message_end_time) {
+            break;
+        }
+        let times = times_in(chunk, channel, lookup)?;
+        last = times.map(|t| t.1).into_iter().chain(last).max();
+    }
+    Ok(first.zip(last))
 }
 
 fn segment(chunk: &ChunkIndex) -> (Place, Segment) {
@@ -256,20 +295,14 @@ fn segment(chunk: &ChunkIndex) -> (Place, Segment) {
 fn times_in(
     chunk: &ChunkIndex,
     channel: u16,
-    file: &mut LogFile,
+    lookup: &mut Lookup<'_>,
 ) -> Result<Option<(u64, u64)>, Stop> {
     let Some(&at_byte) = chunk.message_index_offsets.get(&channel) else {
         return Ok(None);
     };
-    let broken =
-        |file: &LogFile| file.damage(at_byte, "no message index at the position in the index");
-    let record = file.record_at(at_byte)?;
-    let Some(record) = record.filter(|head| head.opcode == op::MESSAGE_INDEX) else {
-        return Err(broken(file));
-    };
-    let body = file.body(record)?;
-    let Ok(Record::MessageIndex(index)) = record::parse(record.opcode, &body) else {
-        return Err(broken(file));
+    let body = lookup.body(op::MESSAGE_INDEX, at_byte)?;
+    let Ok(Record::MessageIndex(index)) = record::parse(op::MESSAGE_INDEX, &body) else {
+        return Err(lookup.broken(at_byte));
     };
     let times = || index.records.iter().map(|entry| entry.log_time);
     Ok(times().min().zip(times().max()))
