@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import jsonschema
@@ -121,6 +122,45 @@ def test_files_have_the_same_motion(motion: tactid.DesignedMotion, tmp_path: Pat
     script = (folder / "trajectory.script").read_text()
     assert script.count("servoj(") == 1000
     assert "nan" not in script
+
+
+@pytest.mark.parametrize("rate", [100.0, 125.0, 500.0])
+def test_files_for_controllers_are_within_limits_whatever_the_rate(
+    rate: float, tmp_path: Path
+) -> None:
+    robot = tactid.Manipulator.from_urdf(URDF)
+    motion = tactid.design_excitation(
+        robot, start=START, duration=2.0, payload_mass_max=2.0, payload_box=BOX, rate=rate
+    )
+    motion.write(tmp_path)
+    positions = np.loadtxt(tmp_path / "franka.csv", delimiter=",")
+    places = np.rint(motion.time * 1000).astype(int)
+    np.testing.assert_allclose(positions[places], motion.q[:, :6], atol=1e-8)
+    # Positions have nine decimals: their second differences have an error of 2e-3 rad/s².
+    acceleration = np.diff(positions, 2, axis=0) / 1e-6
+    assert np.abs(acceleration).max() <= 2.0 * (1 + (0.002 if rate > 100 else 0.02)) + 4e-3
+    text = (tmp_path / "moveit.yaml").read_text()
+    points = YAML(typ="safe").load(text)["joint_trajectory"]["points"]
+    found = [
+        np.array([point[name] for point in points]) for name in ("velocities", "accelerations")
+    ]
+    assert np.abs(found[1]).max() <= 2.0 * 1.02
+    steps = np.diff(found[0], axis=0) / 0.02
+    np.testing.assert_allclose(steps, (found[1][1:] + found[1][:-1]) / 2, atol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "part"),
+    [({"duration": 1e7}, "at most 3600"), ({"seed": -1}, "seed"), ({"seed": 2**64}, "seed")],
+)
+def test_a_motion_of_months_and_a_seed_out_of_range_are_refused(
+    wrong: dict[str, Any], part: str
+) -> None:
+    robot = tactid.Manipulator.from_urdf(URDF)
+    with pytest.raises(tactid.TactidError, match=part):
+        tactid.design_excitation(
+            robot, **{"start": START, "payload_mass_max": 2.0, "payload_box": BOX, **wrong}
+        )
 
 
 def test_a_yaml_reader_reads_the_points_for_moveit(

@@ -50,6 +50,9 @@ pub struct BaseBounds {
 /// Default duration of a motion, s.
 const DURATION_S: f64 = 10.0;
 
+/// Longest motion, s: memory and time of a design grow with it, and all parameters are known after some seconds.
+const LONGEST_S: f64 = 3600.0;
+
 /// Default least distance of bodies, m.
 const LEAST_DISTANCE_M: f64 = 0.01;
 
@@ -177,6 +180,8 @@ impl Problem {
             self.check_end(end)?;
         }
         positive("duration_s", self.duration_s)?;
+        let is_short = self.duration_s <= LONGEST_S;
+        value("duration_s", self.duration_s, is_short, "at most 3600")?;
         positive("rate_hz", self.sensing.rate_hz)?;
         for &noise in self.sensing.base_noise.iter().flatten() {
             positive("base_noise", noise)?;

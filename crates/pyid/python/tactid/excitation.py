@@ -158,6 +158,7 @@ def design_excitation(
         ArgumentError: An argument is unknown, missing or out of range, or a shape is wrong.
     """
     collected = collect(options, keywords, "design", ("robot", *OWN))
+    _check_seed(seed)
     _check_duration(duration, within)
     _check_positive(rate=rate, speed=speed, acceleration=acceleration)
     payloads = _payloads(payload, payload_mass_max, payload_box)
@@ -186,6 +187,11 @@ def design_excitation(
     }
     found = _native.design_excitation(robot, given, replace(collected, tip=tip), progress)
     return _result(robot, tip, payloads[0], given, found, collected.method, assumed)
+
+
+def _check_seed(seed: int) -> None:
+    if not 0 <= seed < 2**64:
+        raise ArgumentError(f"`seed` is {seed}: expected 0 to 2^64 - 1", option="seed")
 
 
 def _check_duration(duration: float | None, within: float | None) -> None:
@@ -262,7 +268,8 @@ def _payloads(
     even = MassProperties(
         mass_max / 2, corners.mean(axis=0), mass_max / 2 * np.diag([y + z, x + z, x + y])
     )
-    # Effort and wrench are linear in the parameters: a body inside the box is between these.
+    # On a fixed base, effort and wrench are linear in the parameters: those of a body in the box
+    # are between those of these bodies and those without a payload, which are not checked.
     points = [MassProperties(mass_max, corner, np.zeros((3, 3))) for corner in product(*corners.T)]
     return [payload or even, *points]
 

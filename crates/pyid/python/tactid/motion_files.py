@@ -88,7 +88,6 @@ def _write_franka(motion: MotionData, path: Path) -> None:
 
 def _write_moveit(motion: MotionData, path: Path) -> None:
     """Writes a ``moveit_msgs/msg/RobotTrajectory`` as YAML, as ``ros2 topic echo`` prints it."""
-    places = _moving(motion)
     lines = [
         "joint_trajectory:",
         "  header: {stamp: {sec: 0, nanosec: 0}, frame_id: ''}",
@@ -96,12 +95,8 @@ def _write_moveit(motion: MotionData, path: Path) -> None:
         "  points:",
     ]
     times = _times(motion, MOVEIT_PERIOD_S)
-    states = {
-        "positions": motion.q,
-        "velocities": motion.qd,
-        "accelerations": motion.qdd,
-    }
-    columns = {name: _sampled(motion, of[:, places], times) for name, of in states.items()}
+    names = ("positions", "velocities", "accelerations")
+    columns = dict(zip(names, _states(motion, times), strict=True))
     for k, time in enumerate(times.tolist()):
         sec, nanosec = divmod(round(time * 1e9), 1_000_000_000)
         parts = [f"{name}: {_list(of[k].tolist())}" for name, of in columns.items()]
@@ -145,13 +140,39 @@ def _at(motion: MotionData, period_s: float) -> Array:
     """Returns the positions of the joints that move, once a period; the last rest at the end."""
     count = int(np.ceil(motion.duration_s / period_s)) + 1
     times = np.minimum(np.arange(count) * period_s, motion.duration_s)
-    return _sampled(motion, motion.q[:, _moving(motion)], times)
+    return _states(motion, times)[0]
 
 
-def _sampled(motion: MotionData, values: Array, times: Array) -> Array:
-    """Returns values at times, by lines between the samples of the motion."""
-    columns = [np.interp(times, motion.time, column) for column in values.T]
-    return np.stack(columns, axis=-1)
+def _states(motion: MotionData, times: Array) -> list[Array]:
+    """Returns positions, velocities and accelerations of the joints that move, at times.
+
+    Between two samples of the motion they are those of the polynomial of degree five that has the
+    position, velocity and acceleration of both. Lines would have a kink at each sample: an
+    acceleration far beyond the limits once a controller samples faster than the motion is.
+    """
+    places = _moving(motion)
+    before = np.clip(np.searchsorted(motion.time, times, side="right") - 1, 0, len(motion.time) - 2)
+    step = np.diff(motion.time)[before, None]
+    part = (times[:, None] - motion.time[before, None]) / step
+    (p0, p1), (v0, v1), (a0, a1) = (
+        (step**order * values[before][:, places], step**order * values[before + 1][:, places])
+        for order, values in enumerate((motion.q, motion.qd, motion.qdd))
+    )
+    rise = p1 - p0
+    coefficients = [
+        p0,
+        v0,
+        a0 / 2,
+        10 * rise - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1,
+        -15 * rise + 8 * v0 + 7 * v1 + 1.5 * a0 - a1,
+        6 * rise - 3 * (v0 + v1) + 0.5 * (a1 - a0),
+    ]
+    states = []
+    for order in range(3):
+        powers = enumerate(coefficients)
+        states.append(sum(each * part**power for power, each in powers) / step**order)
+        coefficients = [power * each for power, each in enumerate(coefficients)][1:]
+    return states
 
 
 def _list(numbers: list[float]) -> str:
