@@ -199,7 +199,8 @@ SENTENCES = {
     ),
     "mass_contradicted": (
         "The given mass is 2 kg, but the data alone give 1.8391 ± 0.0020 kg, 160.9"
-        " standard deviations away: check gravity, and the gains and offsets of the sensors."
+        " standard deviations away: check the given mass, which is in kg, gravity, and the gains"
+        " and offsets of the sensors."
     ),
     "runs_disagree": (
         "The 3 recordings disagree by more than their noise (chi-square 812.4 for 19.4 degrees of"
@@ -244,7 +245,8 @@ SENTENCES = {
     ),
     "gains_changed": (
         "The gains of the efforts differ from the calibration by about 6 % (most at elbow, -7 %)."
-        " Temperature changes gains by a few percent. The unloaded recording has updated the"
+        " Temperature changes gains by a few percent; the zero of a joint that has moved, and the"
+        " calibration of another robot, look the same. The unloaded recording has updated the"
         " calibration."
     ),
     "joint_uncalibrated": (
@@ -588,3 +590,18 @@ def test_every_number_of_the_schema_has_a_unit_in_its_key_or_description() -> No
 
 def test_remarks_of_a_sound_result_are_none() -> None:
     assert remarks.remarks(doubles.tactile()) == []
+
+
+def test_a_change_beyond_temperature_and_wear_names_the_wrong_robot() -> None:
+    data = {"change": 1.1, "joint": "elbow", "joint_change": -2.7, "has_unloaded": True}
+    for kind in ("friction_changed", "gains_changed"):
+        text = str(Finding(kind, data))
+        assert "check that the calibration is of this robot" in text
+        assert "Temperature and wear do that" not in text
+
+
+def test_a_difference_larger_than_the_value_has_no_percentage() -> None:
+    (disagreement,) = (each for each in FINDINGS if each.kind == "runs_disagree")
+    two = {"run": None, "recordings": ["box", "weight"], "difference": 3.5, "of_others": 0.9}
+    text = str(Finding("runs_disagree", {**disagreement.data, **two}))
+    assert "weight differs from box most in mass, by +3.5 kg (25.3 standard deviations)." in text

@@ -12,6 +12,10 @@ Data = Mapping[str, Any]
 LARGEST_CHANGE_OF_GAINS = 0.1
 """Largest rms change of the gains, a fraction, that an arm can have from temperature."""
 
+LARGEST_CHANGE_OF_FRICTION = 0.6
+"""Largest rms change of the friction, a fraction, that temperature and wear explain: a cold gear
+has about half as much again as a warm one."""
+
 
 def _effort_noisier(data: Data, _: Style) -> str:
     return efforts_noisier([data])
@@ -67,15 +71,26 @@ def _gain_uncertain(data: Data, _: Style) -> str:
 
 
 def _friction_changed(data: Data, _: Style) -> str:
-    return _arm_changed("Friction differs", data, "Temperature and wear do that.")
+    cause = "Temperature and wear do that."
+    if data["change"] > LARGEST_CHANGE_OF_FRICTION:
+        cause = (
+            "Neither temperature nor wear does that: check that the calibration is of this robot,"
+            " and the order, signs and units of the joints; the intervals do not contain such an"
+            " error."
+        )
+    return _arm_changed("Friction differs", data, cause)
 
 
 def _gains_changed(data: Data, _: Style) -> str:
-    cause = "Temperature changes gains by a few percent."
+    cause = (
+        "Temperature changes gains by a few percent; the zero of a joint that has moved, and the"
+        " calibration of another robot, look the same."
+    )
     if data["change"] > LARGEST_CHANGE_OF_GAINS:
         cause = (
-            "No temperature does that: check gravity, the mounting, the zeros and the order of the"
-            " joints and the units; the intervals do not contain such an error."
+            "No temperature does that: check that the calibration is of this robot, gravity, the"
+            " mounting, the zeros and the order of the joints and the units; the intervals do not"
+            " contain such an error."
         )
     return _arm_changed("The gains of the efforts differ", data, cause)
 

@@ -68,10 +68,15 @@ def _difference(data: Data) -> str:
     sigmas = abs(data["sigmas"])
     distance = at_most(sigmas)
     unit = {"m": "kg", "c": "m", "I": "kg m²"}[data["value"][0]]
-    amount = f"{relative}({difference:+.3g} {unit}, {distance} standard deviations)"
+    size = f"{difference:+.3g} {unit}"
+    amount = (
+        f"{relative}({size}, {distance} standard deviations)"
+        if relative
+        else f"{size} ({distance} standard deviations)"
+    )
     if data["run"] is None:
         first, second = data["recordings"]
-        return f"{second} differs from {first} most in {data['value']}: by {amount}."
+        return f"{second} differs from {first} most in {data['value']}, by {amount}."
     agree = "agree" if data["others_agree"] else "disagree, too"
     return (
         f"{data['run']} differs most from the others, which {agree}: its {data['value']} by"

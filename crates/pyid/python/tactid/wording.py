@@ -114,8 +114,9 @@ def _load_unexplained(data: Data, style: Style) -> str:
     }
     if data["method"] == "effort" and fraction > LARGEST_FRICTION:
         reasons["effort"] = (
-            "That is more than friction: check the order of the joints, their signs and units, and"
-            " the gains of the efforts."
+            "That is more than usual friction: check the order of the joints, their signs and"
+            " units, and the gains of the efforts. Where these are right, calibrate the arm: its"
+            " friction, or a body below the tip, differs from the URDF."
         )
     digits = digits_of(data["residual_rms"])
     residual, load = (f"{data[name]:.{digits}f}" for name in ("residual_rms", "load_rms"))
@@ -150,8 +151,8 @@ def _mass_contradicted(data: Data, _: Style) -> str:
     return (
         f"The given mass is {data['known_mass_kg']:g} kg, but the data alone give"
         f" {data['found_kg']:.{digits}f} ± {half_width:.{digits}f} kg,"
-        f" {at_most(data['distance'])} standard deviations away: check gravity, and the gains and"
-        " offsets of the sensors."
+        f" {at_most(data['distance'])} standard deviations away: check the given mass, which is"
+        " in kg, gravity, and the gains and offsets of the sensors."
     )
 
 
