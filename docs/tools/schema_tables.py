@@ -36,10 +36,12 @@ def finding_table(schema: Schema) -> str:
     lines = ["| kind | what it means | data |", "|---|---|---|"]
     for part in schema["$defs"]["finding"]["oneOf"]:
         keys = {**part["properties"]}
-        name = keys.pop("kind")["const"]
+        kinds = keys.pop("kind")
+        names = [kinds["const"]] if "const" in kinds else kinds["enum"]
         keys.pop("text")
         data = [f"`{key}`: {below['description']}" for key, below in keys.items()]
-        lines.append(f"| `{name}` | {part['description']} | {'<br>'.join(data) or 'none'} |")
+        name = ", ".join(f"`{name}`" for name in names)
+        lines.append(f"| {name} | {part['description']} | {'<br>'.join(data) or 'none'} |")
     return "\n".join(lines)
 
 
