@@ -1,9 +1,9 @@
 """An hour at 1 kHz (joints, base, two wrenches): seconds and peak memory of `tactid identify`.
 
 Run by `make bench-hour`, or with a log as the argument; on one core and, where there are more, on
-all of them. Without a log, an hour of the paper's
-experiment is simulated first, which takes some minutes and 2 GB of disk. With `--sqlite`, the
-same messages are also measured in an SQLite bag, which `rosbags-convert` writes in some minutes.
+all of them. Without a log, an hour of the paper's experiment is simulated first, which takes some
+minutes and 2 GB of disk. With `--sqlite`, the same messages are also measured in an SQLite bag,
+which `rosbags-convert` writes in some minutes.
 """
 
 import argparse

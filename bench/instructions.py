@@ -1,9 +1,9 @@
 """Instructions of the main kernels, counted by callgrind, against those in `instructions.json`.
 
 Run by `make instructions`. A count does not depend on the machine's speed or load, and little on
-its compiler and C library (within `TOLERANCE`), so it may fail a build: a kernel that needs more
-than `TOLERANCE` above its count is an error. One that needs that much less asks for the new count,
-which `--write` stores. Without valgrind nothing is counted, which is no error.
+the compiler and the C library (within `TOLERANCE`), so it may fail a build: a kernel that needs
+more than `TOLERANCE` above its count is an error. One that needs that much less asks for the new
+count, which `--write` stores. Without valgrind nothing is counted, which is no error.
 """
 
 import json

@@ -78,6 +78,12 @@ def test_an_output_that_replaces_another_file_of_the_command_is_refused(
     assert_refused_untouched(command, inputs, arguments, *parts)
 
 
+def test_a_file_beside_an_experiment_is_no_part_of_a_bag(tmp_path: Path) -> None:
+    experiment = tmp_path / "e.toml"
+    experiment.touch()
+    check_outputs({"--result": tmp_path / "metadata.yaml"}, {"the experiment": experiment})
+
+
 @pytest.mark.parametrize("folder", ["nodir", "text", "taken"])
 @pytest.mark.parametrize(
     ("arguments", "option"),

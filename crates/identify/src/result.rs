@@ -61,7 +61,7 @@ pub struct PayloadEstimate {
     /// Time of the last payload change on the samples' clock, s, or minus infinity: the estimate uses
     /// the samples after it.
     pub since_s: f64,
-    /// Number of samples that were rejected: not finite, once differentiated as well, or not later than the one before.
+    /// Number of samples that were rejected: not finite, or with derivatives that are not, or not later than the one before.
     pub rejected: u64,
     /// Number of gaps that were too long to be bridged.
     pub gaps: u64,

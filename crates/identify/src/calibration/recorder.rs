@@ -116,8 +116,8 @@ impl EffortRecorder {
         self.repeated
     }
 
-    /// Number of samples that were rejected: not finite, once differentiated as well, without efforts, or not later than the
-    /// one before.
+    /// Number of samples that were rejected: not finite, or with derivatives that are not, without efforts, or not later
+    /// than the one before.
     #[must_use]
     pub fn rejected(&self) -> u64 {
         self.motion.rejected() + self.windows.left_out() + self.without_effort

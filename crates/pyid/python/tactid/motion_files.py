@@ -147,13 +147,14 @@ def _states(motion: MotionData, times: Array) -> list[Array]:
     """Returns positions, velocities and accelerations of the joints that move, at times.
 
     Between two samples of the motion they are those of the polynomial of degree five that has the
-    position, velocity and acceleration of both. Lines would have a kink at each sample: an
-    acceleration far beyond the limits once a controller samples faster than the motion is.
+    position, velocity and acceleration of both (Hermite interpolation). Straight lines would turn
+    at once at each sample, which asks a controller with a shorter period for an acceleration far
+    beyond the limits.
     """
     places = _moving(motion)
     before = np.clip(np.searchsorted(motion.time, times, side="right") - 1, 0, len(motion.time) - 2)
     step = np.diff(motion.time)[before, None]
-    part = (times[:, None] - motion.time[before, None]) / step
+    fraction = (times[:, None] - motion.time[before, None]) / step
     (p0, p1), (v0, v1), (a0, a1) = (
         (step**order * values[before][:, places], step**order * values[before + 1][:, places])
         for order, values in enumerate((motion.q, motion.qd, motion.qdd))
@@ -170,7 +171,7 @@ def _states(motion: MotionData, times: Array) -> list[Array]:
     states = []
     for order in range(3):
         powers = enumerate(coefficients)
-        states.append(sum(each * part**power for power, each in powers) / step**order)
+        states.append(sum(each * fraction**power for power, each in powers) / step**order)
         coefficients = [power * each for power, each in enumerate(coefficients)][1:]
     return states
 

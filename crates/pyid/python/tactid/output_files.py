@@ -66,9 +66,12 @@ def _check_input(option: str, path: Path, source: str, given: Path) -> None:
         raise ArgumentError(f"{option} {path} is a file in the folder of {source}, {given}")
 
 
-def _beside(log: Path) -> list[Path]:
+def _beside(given: Path) -> list[Path]:
     """Paths of a recorder's files that belong to a log: those of its bag and of its database."""
-    return [log.with_name(name) for name in ("metadata.yaml", f"{log.name}-wal", f"{log.name}-shm")]
+    if not {".mcap", ".db3"}.intersection(given.suffixes):
+        return []
+    names = ("metadata.yaml", f"{given.name}-wal", f"{given.name}-shm")
+    return [given.with_name(name) for name in names]
 
 
 def _is_same_file(path: Path, other: Path) -> bool:

@@ -78,7 +78,7 @@ class PayloadEstimate(ComparedByValue):
     since: float = -math.inf
     """Time of the last payload change on the samples' clock, s, or minus infinity."""
     rejected: int = 0
-    """Number of rejected samples: not finite, once differentiated as well, or not later
+    """Number of rejected samples: not finite, or with derivatives that are not, or not later
     than the one before."""
     gaps: int = 0
     """Number of gaps that were too long to be bridged."""

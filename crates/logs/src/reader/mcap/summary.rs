@@ -222,8 +222,8 @@ struct Lookup<'a> {
 }
 
 impl<'a> Lookup<'a> {
-    /// Allows as many bytes as an index needs that names each record once: the message index of a chunk is read for the first
-    /// and for the last time.
+    /// Allows twice the length of the file: an index names each record once, and the message index of a chunk may be read
+    /// twice, for the first and for the last log time of its channel.
     fn new(file: &'a mut LogFile) -> Self {
         Self {
             bytes_left: 2 * file.length,
