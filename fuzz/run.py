@@ -35,7 +35,7 @@ def main() -> int:
     layout = argparse.RawTextHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=layout)
     parser.add_argument("targets", nargs="*", metavar="TARGET", help="default: all")
-    of_seconds = "for each target; 0 runs the corpus alone"
+    of_seconds = "for each target; 0 runs the kept inputs alone"
     parser.add_argument("--seconds", type=int, default=60, help=of_seconds)
     of_seed = "of the mutations; 0: another each time"
     parser.add_argument("--seed", type=int, default=0, help=of_seed)
@@ -82,10 +82,11 @@ def run(program: Path, target: str, seconds: int, seed: int) -> tuple[int, str, 
         f"-seed={seed}",
         "-print_final_stats=1",
         "-max_len=65536",
-        # With time 0, the inputs of the corpus alone.
         *([f"-max_total_time={seconds}"] if seconds else ["-runs=0"]),
     ]
-    folders = [str(corpus), *(str(folder) for folder in given if folder.exists())]
+    folders = [str(folder) for folder in given if folder.exists()]
+    if seconds:
+        folders.insert(0, str(corpus))  # what earlier runs have found, and where new inputs go
     command = [program, *options, *folders]
     done = subprocess.run(command, capture_output=True, text=True, errors="replace")
     (found / "log.txt").write_text(done.stderr)

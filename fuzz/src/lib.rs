@@ -12,6 +12,14 @@ use cap::Cap;
 #[global_allocator]
 static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
 
+/// The program of a target: it gives the inputs of libFuzzer to a check, within [`MEMORY`].
+#[macro_export]
+macro_rules! target {
+    ($check:path) => {
+        libfuzzer_sys::fuzz_target!(|bytes: &[u8]| $crate::within_memory(|| $check(bytes)));
+    };
+}
+
 /// Largest memory that one input may need in addition to what is allocated before it, bytes.
 pub const MEMORY: usize = 512 << 20;
 

@@ -1,9 +1,5 @@
-//! Identifies from arrays of any lengths and numbers: one error, or a finite result.
+//! Fuzz target of [`tactid_fuzz_checks::arrays`].
 
 #![no_main]
 
-use libfuzzer_sys::fuzz_target;
-use tactid_fuzz::within_memory;
-use tactid_fuzz_checks::arrays;
-
-fuzz_target!(|bytes: &[u8]| within_memory(|| arrays::run(bytes)));
+tactid_fuzz::target!(tactid_fuzz_checks::arrays::run);

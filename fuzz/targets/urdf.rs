@@ -1,9 +1,5 @@
-//! Reads any text as a URDF. A robot has finite poses and torques at rest.
+//! Fuzz target of [`tactid_fuzz_checks::urdf`].
 
 #![no_main]
 
-use libfuzzer_sys::fuzz_target;
-use tactid_fuzz::within_memory;
-use tactid_fuzz_checks::urdf;
-
-fuzz_target!(|bytes: &[u8]| within_memory(|| urdf::run(bytes)));
+tactid_fuzz::target!(tactid_fuzz_checks::urdf::run);

@@ -2,17 +2,19 @@
 
 ``python tests/python/bombs.py`` runs a command on each of them, and prints a table: the exit code,
 wall and processor time, and the largest memory of the process, which is at least that of this
-script when it starts the command. Memory and the exit code are tested (``test_bombs.py``); the time
-is the machine's.
+script when it starts the command. Memory and the exit code are tested (``test_bombs.py``), and a
+command that takes longer than a minute is ended.
 """
 
 import os
+import sqlite3
 import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,12 +23,16 @@ from mcap.writer import CompressionType, Writer
 from rich.console import Console
 from rich.table import Table
 
+import recorded_arm
 import tactid
 
 MEGABYTE = 1 << 20
 
 LIMIT_MB = 512.0
 """Memory that no input may make a process take, MB."""
+
+DEADLINE_S = 60.0
+"""Time after which a command is ended, s. The bar is 5 s on an idle core."""
 
 FLOAT = ("std_msgs/msg/Float64", b"float64 data\n")
 TEXT = ("std_msgs/msg/String", b"string data\n")
@@ -35,15 +41,19 @@ TEXT = ("std_msgs/msg/String", b"string data\n")
 def chunks(folder: Path) -> Path:
     """Twenty chunks of 100 MB in some kB, each of which overlaps all others in time."""
     path = folder / "chunks.mcap"
-    content = b"\0\1\0\0" + struct.pack("<I", 50 * MEGABYTE) + bytes(50 * MEGABYTE)
+    named = struct.pack("<H", 1) + text(TEXT[0].encode()) + text(b"ros2msg") + text(TEXT[1])
+    channel = struct.pack("<HH", 1, 1) + text(b"/text") + text(b"cdr") + text(b"")
     with path.open("wb") as file:
-        writer = Writer(file, chunk_size=100 * MEGABYTE, compression=CompressionType.ZSTD)
-        writer.start("ros2", "")
-        channel = writer.register_channel("/text", "cdr", writer.register_schema(*schema(TEXT)))
+        file.write(BEGIN + record(0x03, named) + record(0x04, channel))
         for number in range(20):
+            parts = []
             for stamp in (number, 100 + number):
-                writer.add_message(channel, stamp, content, stamp)
-        writer.finish()
+                size = 50 * MEGABYTE
+                head = struct.pack("<HIQQ", 1, 0, stamp, stamp)
+                content = b"\0\1\0\0" + struct.pack("<I", size)
+                begin = b"\x05" + struct.pack("<Q", len(head + content) + size) + head + content
+                parts += [begin, *(50 * [bytes(MEGABYTE)])]
+            file.write(chunk(parts))
     return path
 
 
@@ -82,14 +92,21 @@ def metadata(folder: Path) -> Path:
     size = 200 * MEGABYTE
     key = struct.pack("<I", size + 9) + text(b"k") + struct.pack("<I", size)
     begin = b"\x0c" + struct.pack("<Q", len(text(b"0") + key) + size) + text(b"0") + key
-    # In parts: the memory of this script counts for the commands that it starts.
-    compressor = zstandard.ZstdCompressor().compressobj()
-    parts = [begin, *(200 * [bytes(MEGABYTE)])]
-    packed = b"".join(map(compressor.compress, parts)) + compressor.flush()
-    head = struct.pack("<QQQI", 0, 0, len(begin) + size, 0) + text(b"zstd")
-    chunk = record(0x06, head + struct.pack("<Q", len(packed)) + packed)
-    path.write_bytes(BEGIN + 8 * chunk)
+    path.write_bytes(BEGIN + 8 * chunk([begin, *(200 * [bytes(MEGABYTE)])]))
     return path
+
+
+def packed(parts: Iterable[bytes]) -> bytes:
+    """Compressed bytes. In parts: the memory of this script counts for the commands it starts."""
+    compressor = zstandard.ZstdCompressor().compressobj()
+    return b"".join(map(compressor.compress, parts)) + compressor.flush()
+
+
+def chunk(parts: list[bytes]) -> bytes:
+    """A compressed chunk of an MCAP file."""
+    content = packed(parts)
+    head = struct.pack("<QQQI", 0, 2**63, sum(map(len, parts)), 0) + text(b"zstd")
+    return record(0x06, head + struct.pack("<Q", len(content)) + content)
 
 
 def index(folder: Path) -> Path:
@@ -100,12 +117,74 @@ def index(folder: Path) -> Path:
     data = BEGIN + record(0x07, struct.pack("<H", 1) + text(times))
     summary = record(0x03, struct.pack("<H", 1) + text(FLOAT[0].encode()) + text(b"") + text(b""))
     summary += record(0x04, struct.pack("<HH", 1, 1) + text(b"/t") + text(b"cdr") + text(b""))
-    chunk = struct.pack("<QQQQ", 0, 2**63, 9, 9) + text(struct.pack("<HQ", 1, len(BEGIN)))
-    summary += count * record(0x08, chunk + bytes(8) + text(b"zstd") + bytes(16))
+    entry = struct.pack("<QQQQ", 0, 2**63, 9, 9) + text(struct.pack("<HQ", 1, len(BEGIN)))
+    summary += count * record(0x08, entry + bytes(8) + text(b"zstd") + bytes(16))
     numbers = struct.pack("<QHIIIIQQ", count, 1, 1, 0, 0, count, 0, 0)
     summary += record(0x0B, numbers + text(struct.pack("<HQ", 1, count)))
     footer = record(0x02, struct.pack("<QQI", len(data), 0, 0))
     path.write_bytes(data + summary + footer + MAGIC)
+    return path
+
+
+def messages(folder: Path) -> Path:
+    """A chunk of 5.5 million messages without content, whose headers need more than their bytes."""
+    path = folder / "messages.mcap"
+    named = struct.pack("<H", 1) + text(FLOAT[0].encode()) + text(b"ros2msg") + text(FLOAT[1])
+    channel = struct.pack("<HH", 1, 1) + text(b"/t") + text(b"cdr") + text(b"")
+    begin = record(0x03, named) + record(0x04, channel)
+    empty = 5500 * record(0x05, struct.pack("<HIQQ", 1, 0, 1, 1))
+    path.write_bytes(BEGIN + chunk([begin, *(1000 * [empty])]))
+    return path
+
+
+def message(folder: Path) -> Path:
+    """A message of 250 MB that is compressed to some kB."""
+    path = folder / "message.mcap"
+    begin = b"\0\1\0\0" + struct.pack("<I", 250 * MEGABYTE)
+    content = packed([begin, *(250 * [bytes(MEGABYTE)])])
+    with path.open("wb") as file:
+        writer = Writer(file, compression=CompressionType.NONE)
+        writer.start("ros2", "")
+        number = writer.register_schema(*schema(TEXT))
+        channel = writer.register_channel("/robot_description", "cdr", number)
+        writer.add_message(channel, 1, content, 1)
+        states = writer.register_schema("sensor_msgs/msg/JointState", "ros2msg", b"")
+        writer.add_message(writer.register_channel("/joint_states", "cdr", states), 1, b"", 1)
+        writer.finish()
+    return path
+
+
+def value(folder: Path) -> Path:
+    """A compressed SQLite bag of some hundred kB with one message of 250 MB."""
+    path = folder / "value.db3.zstd"
+    database = folder / "value.db3"
+    with sqlite3.connect(database) as bag:
+        bag.execute("CREATE TABLE topics (id, name, type, serialization_format)")
+        bag.execute("CREATE TABLE messages (topic_id, timestamp, data)")
+        bag.execute(f"INSERT INTO topics VALUES (1, '/text', '{TEXT[0]}', 'cdr')")
+        bag.execute(f"INSERT INTO messages VALUES (1, 1, zeroblob({250 * MEGABYTE}))")
+    bag.close()
+    with database.open("rb") as content, path.open("wb") as file:
+        zstandard.ZstdCompressor().copy_stream(content, file)
+    database.unlink()
+    return path
+
+
+def listed(folder: Path) -> Path:
+    """The folder of a bag whose metadata.yaml has a hole of 1 GB."""
+    path = folder / "listed"
+    path.mkdir()
+    with (path / "metadata.yaml").open("wb") as file:
+        file.truncate(1 << 30)
+    return path
+
+
+def nested(folder: Path) -> Path:
+    """The folder of a bag whose metadata.yaml nests 100 000 lists."""
+    path = folder / "nested"
+    path.mkdir()
+    text = f"rosbag2_bagfile_information: {'[' * 100_000}{']' * 100_000}\n"
+    (path / "metadata.yaml").write_text(text)
     return path
 
 
@@ -115,7 +194,7 @@ def schema(of: tuple[str, bytes]) -> tuple[str, str, bytes]:
 
 
 def bag(folder: Path) -> Path:
-    """A compressed SQLite file of 8 GB in some hundred kB, whose content is none."""
+    """A compressed SQLite file of 8 GB in some hundred kB, which is no database."""
     path = folder / "bag.db3.zstd"
     compressor = zstandard.ZstdCompressor()
     with path.open("wb") as file, compressor.stream_writer(file) as writer:
@@ -175,25 +254,39 @@ def cases(folder: Path) -> Iterator[Case]:
     log = folder / "short.mcap"
     tactid.simulate(tactid.Experiment.from_toml("duration_s = 0.5\n"), log)
     drawn = ["--save", f"{folder}/drawn.rrd"]
+    calibrated = ["--tip", "tool0", "--out", f"{folder}/arm.toml"]
+    arm = folder / "arm.urdf"
+    arm.write_text(recorded_arm.ur5e())
     for name, path in (
         ("20 chunks of 100 MB that overlap", chunks(folder)),
         ("65 535 topics", channels(folder)),
         ("8 GB in a compressed SQLite file", bag(folder)),
         ("1.6 GB of metadata in chunks", metadata(folder)),
         ("20 000 entries for one index of 8 MB", index(folder)),
+        ("5.5 million empty messages", messages(folder)),
+        ("250 MB in a compressed message", message(folder)),
+        ("250 MB in a value of SQLite", value(folder)),
+        ("1 GB of metadata.yaml", listed(folder)),
+        ("100 000 nested lists in metadata.yaml", nested(folder)),
     ):
         for command in ("info", "identify", "view"):
             yield Case(name, [command, str(path), *(drawn if command == "view" else [])])
+        yield Case(name, ["calibrate", "--urdf", str(arm), "--unloaded", str(path), *calibrated])
     for number, (name, text) in enumerate(ROBOTS.items()):
         urdf = folder / f"robot_{number}.urdf"
         urdf.write_text(text())
         yield Case(name, ["view", str(log), "--urdf", str(urdf), *drawn])
         yield Case(name, ["identify", str(log), "--urdf", str(urdf)])
-    experiment = folder / "nested.toml"
-    experiment.write_text(f"a = {'[' * 200_000}{']' * 200_000}\n")
-    yield Case(
-        "200 000 nested brackets", ["simulate", str(experiment), "--out", f"{folder}/o.mcap"]
-    )
+        motion = ["--from", "0", "--duration", "1", "--payload-mass-max", "3", "--payload-box"]
+        box = ["-0.1,-0.1,0,0.1,0.1,0.2", "--out", f"{folder}/motion"]
+        yield Case(name, ["excite", "--urdf", str(urdf), "--tip", "l1", *motion, *box])
+    brackets = folder / "nested.toml"
+    brackets.write_text(f"a = {'[' * 200_000}{']' * 200_000}\n")
+    for command in (
+        ["simulate", str(brackets), "--out", f"{folder}/o.mcap"],
+        ["identify", str(log), "--calibration", str(brackets)],
+    ):
+        yield Case("200 000 nested brackets", command)
 
 
 def run(case: Case) -> Cost:
@@ -202,7 +295,10 @@ def run(case: Case) -> Cost:
     with tempfile.TemporaryFile("w+") as output:
         start_s = time.perf_counter()
         process = subprocess.Popen(command, stdout=output, stderr=output)
+        deadline = threading.Timer(DEADLINE_S, process.kill)
+        deadline.start()
         _, status, usage = os.wait4(process.pid, 0)
+        deadline.cancel()
         wall_s = time.perf_counter() - start_s
         process.returncode = os.waitstatus_to_exitcode(status)
         output.seek(0)

@@ -6,6 +6,7 @@ a simulation grows under its name; two readers read it up to where it ends.
 """
 
 import argparse
+import csv
 import hashlib
 import json
 import random
@@ -20,7 +21,9 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
+import yaml
 from mcap.exceptions import EndOfFile
 from mcap.reader import NonSeekingReader
 
@@ -30,8 +33,8 @@ from recordings import driven, write_bag
 
 CODES = {
     signal.SIGKILL: {-signal.SIGKILL},
+    # Before the command has its handlers, the signal itself ends the process.
     signal.SIGTERM: {-signal.SIGTERM, 143},
-    # Before Python has its handler, the signal itself ends the process.
     signal.SIGINT: {-signal.SIGINT, 130},
 }
 """Exit codes of a run that a signal has ended; a shell shows a negative one as 128 more."""
@@ -46,8 +49,8 @@ ENDED = {command: {0, 1} if command == "paper" else {0} for command in DURATION_
 """Exit codes of a run that ends before the signal. The paper's filter gives, after a short run, a
 body that cannot exist, which is code 1."""
 
-ENDS = {".png": b"IEND\xaeB`\x82", ".html": b"</html>", ".csv": b"\n", ".yaml": b"\n"}
-"""Last bytes of whole files, without the white space after them."""
+ENDS = {".png": b"IEND\xaeB`\x82", ".html": b"</html>", ".script": b"end\n"}
+"""Last bytes of whole files that no parser reads here; white space after them does not count."""
 
 
 @dataclass
@@ -114,8 +117,8 @@ def faults(folder: Path, sent: signal.Signals) -> Iterator[str]:
     """What is wrong with the files that a run has left."""
     for path in sorted(path for path in folder.rglob("*") if path.is_file()):
         if path.name.startswith("."):
-            # A process that may not clean up leaves what it was writing under a hidden name.
-            if sent is signal.SIGINT:
+            # SIGKILL leaves no time to remove what is being written under a hidden name.
+            if sent is not signal.SIGKILL:
                 yield f"{path.name} is left"
             continue
         try:
@@ -140,8 +143,29 @@ def check(path: Path) -> None:
     elif path.suffix == ".toml":
         tomllib.loads(content.decode())
         tactid.Calibration.read(path)
-    elif not content or not content.endswith((ENDS.get(path.suffix, b""), b"</html>\n")):
+    elif path.suffix == ".csv":
+        check_rows(content.decode())
+    elif path.suffix == ".yaml":
+        check_points(yaml.safe_load(content))
+    elif not content.rstrip().endswith(ENDS[path.suffix].rstrip()):
         raise ValueError(f"the last bytes are {content[-20:]!r}")
+
+
+def check_rows(text: str) -> None:
+    """Raises an error where a table of a motion is cut: its last row has no velocity."""
+    head, *rows = csv.reader(text.splitlines())
+    if not text.endswith("\n") or any(len(row) != len(head) for row in rows):
+        raise ValueError("a row has not as many columns as the head")
+    at_rest = [float(x) for name, x in zip(head, rows[-1], strict=True) if name.startswith("qd_")]
+    if any(abs(velocity) > 1e-9 for velocity in at_rest):
+        raise ValueError(f"the last velocities are {at_rest}")
+
+
+def check_points(trajectory: dict[str, Any]) -> None:
+    """Raises an error where a trajectory of MoveIt is cut: its last point has no velocity."""
+    last = trajectory["joint_trajectory"]["points"][-1]
+    if any(abs(velocity) > 1e-9 for velocity in last["velocities"]):
+        raise ValueError(f"the last velocities are {last['velocities']}")
 
 
 def read_by_mcap(path: Path) -> Iterator[str]:

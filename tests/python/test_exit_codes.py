@@ -42,3 +42,28 @@ def test_the_help_says_what_the_codes_mean(command: TactidCommand) -> None:
         text = " ".join(command(*arguments).stdout.replace("│", " ").split())
         assert "Exit codes: 0, the payload is identified; 1, the data contradict" in text
         assert "<bool>" not in text
+
+
+def test_every_command_ends_with_2_for_a_file_that_is_not_there(
+    command: TactidCommand, tmp_path: Path
+) -> None:
+    gone = tmp_path / "gone"
+    arm = ("--urdf", gone, "--tip", "tool0")
+    commands = {
+        "simulate": (gone, "--out", tmp_path / "o.mcap"),
+        "paper": ("--out", __file__),
+        "identify": (gone,),
+        "calibrate": (*arm, "--unloaded", gone, "--out", tmp_path / "a.toml"),
+        "excite": (*arm, "--out", tmp_path / "m"),
+        "compare": (gone,),
+        "info": (gone,),
+        "view": (gone,),
+    }
+    listed = command("--help").stdout
+    assert all(f"│ {name} " in listed for name in commands)
+    for name, arguments in commands.items():
+        done = command(name, *arguments)
+        assert done.returncode == 2, (name, done.stderr)
+        assert done.stderr.count("\n") == 1, (name, done.stderr)
+    assert command("unknown").returncode == 2
+    assert list(tmp_path.iterdir()) == []

@@ -5,7 +5,7 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
@@ -33,10 +33,23 @@ def inputs(tmp_path: Path) -> kills.Inputs:
     return kills.Inputs.create(folder)
 
 
-def run(command: str, inputs: kills.Inputs, folder: Path) -> "subprocess.CompletedProcess[str]":
+def run(
+    command: str, inputs: kills.Inputs, folder: Path, prefix: Sequence[str] = ()
+) -> "subprocess.CompletedProcess[str]":
     """Runs a command that writes into a folder."""
-    arguments = [sys.executable, "-m", "tactid", command, *inputs.arguments(command)]
+    arguments = [*prefix, sys.executable, "-m", "tactid", command, *inputs.arguments(command)]
     return subprocess.run(arguments, cwd=folder, capture_output=True, text=True)
+
+
+@pytest.fixture
+def without_privileges() -> list[str]:
+    """What begins the command line of a process that permissions hold for."""
+    if os.geteuid() != 0:
+        return []
+    program = shutil.which("setpriv")
+    if program is None:
+        pytest.skip("a superuser may write everywhere")
+    return [program, "--inh-caps=-all", "--bounding-set=-all"]
 
 
 def test_a_full_disk_is_named_and_holds_no_half_of_a_file(
@@ -55,14 +68,12 @@ def test_a_full_disk_is_named_and_holds_no_half_of_a_file(
 
 
 def test_a_folder_that_is_read_only_is_named_before_the_work(
-    tmp_path: Path, inputs: kills.Inputs
+    tmp_path: Path, inputs: kills.Inputs, without_privileges: list[str]
 ) -> None:
     folder = tmp_path / "read-only"
     folder.mkdir(mode=0o500)
-    if os.access(folder, os.W_OK):
-        pytest.skip("a superuser may write everywhere")
     for command in kills.DURATION_S:
-        done = run(command, inputs, folder)
+        done = run(command, inputs, folder, without_privileges)
         assert done.returncode == 2, f"{command}: {done.stderr}"
         assert "cannot be written" in done.stderr, f"{command}: {done.stderr}"
         assert done.stderr.count("\n") == 1, f"{command}: {done.stderr}"

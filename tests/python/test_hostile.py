@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import bombs
 import tactid
 from conftest import TactidCommand
 from tactid import __main__, cli
@@ -157,3 +158,17 @@ def run_info(monkeypatch: pytest.MonkeyPatch) -> Callable[[Exception], int]:
         return __main__._run()
 
     return run
+
+
+def test_the_memory_of_a_log_is_an_option(command: TactidCommand, tmp_path: Path) -> None:
+    message = bombs.message(tmp_path)
+    refused = command("--log-memory", "100", "view", message, "--save", tmp_path / "drawn.rrd")
+    assert refused.returncode == 2
+    assert "needs more than 100.0 MiB of memory at once" in refused.stderr
+    assert "`tactid --log-memory`" in refused.stderr
+    allowed = command("--log-memory", "1000", "view", message, "--save", tmp_path / "drawn.rrd")
+    assert "250 MiB, but at most 64 MiB are decoded" in allowed.stderr
+    for wrong in ("0", "-1", "nan"):
+        assert "--log-memory is" in command("--log-memory", wrong, "info", message).stderr
+        with pytest.raises(tactid.ArgumentError, match="expected more than 0"):
+            tactid.set_log_memory(float(wrong))

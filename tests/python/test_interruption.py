@@ -128,3 +128,26 @@ def test_ctrl_c_while_arguments_are_read_is_one_line(
     monkeypatch.setattr(sys, "argv", ["tactid", "info", "run.mcap"])
     assert cli.run() == 130
     assert capsys.readouterr().err == "tactid: interrupted\n"
+
+
+def test_sigterm_ends_a_command_with_143_and_leaves_nothing_half_written(
+    log: Path, tmp_path: Path
+) -> None:
+    """As a service manager ends it: the signal comes while the result is being written."""
+    slow = (
+        "import os, signal, sys\n"
+        "from pathlib import Path\n"
+        "from tactid import __main__\n"
+        "def write(path, content):\n"
+        "    path.open('wb').write(content[:9])\n"
+        "    os.kill(os.getpid(), signal.SIGTERM)\n"
+        "Path.write_bytes = write\n"
+        f"sys.argv = ['tactid', 'identify', {str(log)!r}, '--result', 'r.json']\n"
+        "__main__.main()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", slow], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 143, done.stderr
+    assert done.stderr.splitlines()[-1] == "tactid: terminated: did not write r.json"
+    assert list(tmp_path.iterdir()) == []

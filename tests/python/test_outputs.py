@@ -271,3 +271,22 @@ def test_a_folder_that_cannot_be_written_is_refused(
     monkeypatch.setattr(os, "access", lambda *_: False)  # root may write anywhere
     with pytest.raises(tactid.ArgumentError, match=r"the folder .* of --report cannot be written"):
         check_outputs({"--report": tmp_path / "report.html"}, {})
+
+
+def test_a_file_that_is_replaced_keeps_its_permissions(tmp_path: Path) -> None:
+    private = tmp_path / "private.json"
+    private.touch(mode=0o600)
+    write_atomically(private, "text")
+    assert private.stat().st_mode & 0o777 == 0o600
+    mask = os.umask(0o027)
+    try:
+        write_atomically(tmp_path / "new.json", "text")
+    finally:
+        os.umask(mask)
+    assert (tmp_path / "new.json").stat().st_mode & 0o777 == 0o640
+
+
+def test_a_name_may_be_as_long_as_the_disk_allows(tmp_path: Path) -> None:
+    longest = tmp_path / ("a" * 250 + ".json")
+    write_atomically(longest, "text")
+    assert longest.read_text() == "text"

@@ -62,6 +62,7 @@ mod rows;
 mod series;
 mod spatial;
 mod structure;
+mod text_file;
 mod urdf;
 mod vector;
 mod virtual_work;
@@ -84,6 +85,7 @@ pub use rows::{
 pub use series::{BatchDynamics, StateSeries, VectorUnit};
 pub use spatial::{FrameMotion, ToolMotion, Wrench, cross, inertia_product};
 pub use structure::{BodyView, JointView, LinkView};
+pub use text_file::read_text;
 pub use urdf::{CollisionBox, CollisionGeometry, CollisionShape, Urdf};
 pub use workspace::{
     JointMotion, Workspace, forces, inverse_dynamics, motion, motion_under_gravity,

@@ -50,6 +50,9 @@ pub struct BaseBounds {
 /// Default duration of a motion, s.
 const DURATION_S: f64 = 10.0;
 
+/// Largest number of joints of a robot, far above those of a humanoid with hands. A design takes time for each of them.
+const MOST_JOINTS: usize = 256;
+
 /// Longest motion, s: memory and time of a design grow with it, and all parameters are known after some seconds.
 const LONGEST_S: f64 = 3600.0;
 
@@ -174,6 +177,13 @@ impl Problem {
     pub(crate) fn check(&self) -> Result<(), ExcitationError> {
         let (limits, dof) = (self.limits.len(), self.robot.dof());
         value("limits", limits as f64, limits == dof, "one for each joint")?;
+        let is_small = dof <= MOST_JOINTS;
+        value(
+            "number of joints of the robot",
+            dof as f64,
+            is_small,
+            "at most 256",
+        )?;
         self.check_posture("start", &self.start)?;
         self.check_joints()?;
         if let End::At(end) = &self.end {

@@ -57,6 +57,6 @@ mod writer;
 pub use database_fault::DatabaseFault;
 pub use error::LogError;
 pub use messages::Message;
-pub use reader::{Damage, LogReader, Messages, RawMessage, Topic};
+pub use reader::{DEFAULT_MEMORY, Damage, LogReader, Messages, RawMessage, Topic, set_memory};
 pub use rosbag2::Durability;
 pub use writer::{Channel, LogWriter};

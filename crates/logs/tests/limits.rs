@@ -30,8 +30,7 @@ fn read(steps: &[u64], size: usize, budget: usize, compressed: bool) -> Result<u
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bomb.mcap");
     fs::write(&path, bytes).unwrap();
-    let reader = LogReader::open(&path)?;
-    let mut messages = reader.with_memory_budget(budget as u64).messages();
+    let mut messages = LogReader::open_within(&path, budget as u64)?.messages();
     let mut count = 0;
     for message in &mut messages {
         assert_eq!(message?.data().len(), size);
@@ -94,14 +93,24 @@ fn the_headers_of_messages_need_a_budget() {
     let path = folder.path().join("bomb.mcap");
     fs::write(&path, bytes).unwrap();
     for (budget, is_enough) in [(4, false), (6, false), (16, true)] {
-        let reader = LogReader::open(&path).unwrap();
-        let mut messages = reader.with_memory_budget(budget << 20).messages();
+        let reader = LogReader::open_within(&path, budget << 20).unwrap();
+        let mut messages = reader.messages();
         assert_eq!(
             messages.all(|message| message.is_ok()),
             is_enough,
             "{budget} MB"
         );
     }
+}
+
+#[test]
+fn a_large_metadata_file_is_not_read() {
+    let bag = tempfile::tempdir().unwrap();
+    let metadata = fs::File::create(bag.path().join("metadata.yaml")).unwrap();
+    metadata.set_len(1 << 40).unwrap();
+    let error = LogReader::open(bag.path()).unwrap_err().to_string();
+    let says = error.contains("metadata.yaml") && error.contains("more than 16 MiB");
+    assert!(says, "{error}");
 }
 
 /// Messages of a file that is listed twice would count twice.

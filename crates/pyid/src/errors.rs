@@ -105,7 +105,13 @@ impl IntoPyErr for SettingError {
 
 impl IntoPyErr for tactid_logs::LogError {
     fn into_py_err(self) -> PyErr {
-        LogError::new_err(self.to_string())
+        let message = match &self {
+            Self::Memory { .. } => format!(
+                "{self}; `tactid.set_log_memory` allows more, and so does `tactid --log-memory` before the command"
+            ),
+            _ => self.to_string(),
+        };
+        LogError::new_err(message)
     }
 }
 

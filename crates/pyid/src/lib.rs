@@ -63,7 +63,7 @@ mod _native {
     #[pymodule_export]
     use crate::inertia::MassProperties;
     #[pymodule_export]
-    use crate::logs::{LogInfo, Topic, info};
+    use crate::logs::{LogInfo, Topic, info, set_log_memory};
     #[pymodule_export]
     use crate::online::{Identifier, OnlineSolver, PaperFilter};
     #[pymodule_export]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 
-use crate::errors::{IntoPyErr, detached};
+use crate::errors::{ArgumentError, IntoPyErr, detached};
 
 /// A topic of a log.
 #[pyclass(module = "tactid", frozen, get_all)]
@@ -36,6 +36,27 @@ pub(crate) struct LogInfo {
     metadata: BTreeMap<String, BTreeMap<String, String>>,
     /// Places where files could not be read further, a line each; empty for a sound log.
     damage: Vec<String>,
+}
+
+/// Sets the memory that the messages of a log may occupy at once: 256 MiB until it is set.
+///
+/// It holds for every log that this process opens afterwards. A log that needs more, because its chunks are large or overlap
+/// in time, is refused with a :class:`LogError`, whatever its files claim.
+///
+/// Args:
+///     mebibytes: The memory in MiB (2**20 bytes), more than zero. A single chunk or message is at most 256 MiB anyway.
+///
+/// Raises:
+///     ArgumentError: The memory is not more than zero.
+#[pyfunction]
+pub(crate) fn set_log_memory(mebibytes: f64) -> PyResult<()> {
+    if mebibytes.is_nan() || mebibytes <= 0.0 {
+        return Err(ArgumentError::new_err(format!(
+            "`mebibytes` is {mebibytes}: expected more than 0"
+        )));
+    }
+    tactid_logs::set_memory((mebibytes * (1 << 20) as f64) as u64);
+    Ok(())
 }
 
 /// Returns the contents of a log, which its index lists.

@@ -44,7 +44,7 @@ pub(crate) fn urdf_text(given: &Bound<'_, PyAny>) -> PyResult<String> {
             "a URDF is given as its text, which begins with `<`, or as the path of its file, but not as {kind}"
         )));
     };
-    std::fs::read_to_string(&path).map_err(|error| {
+    tactid_dynamics::read_text(&path).map_err(|error| {
         let path = path.display();
         ModelError::new_err(format!("cannot read the URDF `{path}`: {error}"))
     })

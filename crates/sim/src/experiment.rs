@@ -382,7 +382,7 @@ impl Experiment {
 
 /// Reads a text file of an experiment.
 pub(crate) fn read(path: &Path) -> Result<String, SimError> {
-    std::fs::read_to_string(path).map_err(|source| SimError::File {
+    tactid_dynamics::read_text(path).map_err(|source| SimError::File {
         path: path.to_owned(),
         source,
     })

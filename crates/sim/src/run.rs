@@ -1,7 +1,7 @@
 //! Simulation of a whole experiment with its log.
 
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Instant;
 
@@ -180,16 +180,22 @@ fn simulate(
 fn aborted(reason: SimError, log_path: &Path) -> SimError {
     // Only a regular file is moved: a device or a link stays, and so does the target of a link.
     let is_file = std::fs::symlink_metadata(log_path).is_ok_and(|status| status.is_file());
-    let failed = log_path.with_extension("failed.mcap");
-    let log = if is_file && std::fs::rename(log_path, &failed).is_ok() {
-        failed
-    } else {
-        log_path.to_owned()
-    };
+    let moved =
+        free_name(log_path).filter(|failed| is_file && std::fs::rename(log_path, failed).is_ok());
+    let log = moved.unwrap_or_else(|| log_path.to_owned());
     SimError::Aborted {
         reason: Box::new(reason),
         log,
     }
+}
+
+/// Returns the name of a failed run's log that no file has: `run.failed.mcap`, or `run.failed_2.mcap`.
+fn free_name(log_path: &Path) -> Option<PathBuf> {
+    let numbered = (2..100).map(|number| format!("failed_{number}.mcap"));
+    std::iter::once("failed.mcap".to_owned())
+        .chain(numbered)
+        .map(|extension| log_path.with_extension(extension))
+        .find(|path| std::fs::symlink_metadata(path).is_err())
 }
 
 fn progress(simulation: &Simulation) -> Progress {

@@ -163,6 +163,11 @@ fn a_failed_run_leaves_a_log() {
     let report = &log.metadata()["tactid.report"]["json"];
     let report: serde_json::Value = serde_json::from_str(report).unwrap();
     assert_eq!(report["error"], reason.to_string());
+    // The log of the next one does not replace it.
+    let error = run(&experiment, &file.0, |_| ControlFlow::Continue(())).unwrap_err();
+    let second = TempFile(file.0.with_extension("failed_2.mcap"));
+    assert!(matches!(&error, SimError::Aborted { log, .. } if *log == second.0));
+    assert!(failed.0.exists() && second.0.exists());
 }
 
 /// The error for a missing folder contains its path.

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::{Number, arm_urdf, numbers, parsed, robot};
+use crate::{Number, arm_urdf, estimate::assert_estimate, numbers, parsed, robot};
 use arbitrary::Arbitrary;
 use nalgebra::{Isometry3, Vector3};
 use tactid_dynamics::BaseKind;
@@ -110,16 +110,7 @@ pub fn run(bytes: &[u8]) {
     };
     let mut observer = |_| ControlFlow::Continue(());
     if let Ok(result) = identify_arrays(&arrays, &request(&input), &mut observer) {
-        let body = &result.estimate.body;
-        assert!(body.mass_kg.is_finite(), "{body:?}");
-        assert!(
-            body.center_of_mass.iter().all(|x| x.is_finite()),
-            "{body:?}"
-        );
-        assert!(body.inertia.iter().all(|x| x.is_finite()), "{body:?}");
-        for std_dev in result.estimate.std_devs.iter().flatten() {
-            assert!(*std_dev >= 0.0, "{:?}", result.estimate.std_devs);
-        }
+        assert_estimate(&result.estimate);
     }
 }
 

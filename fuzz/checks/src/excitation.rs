@@ -1,10 +1,16 @@
-//! Designs motions from any request with the least number of steps: one error, or a motion with finite states.
+//! Designs motions from any request with the least number of steps: one error, or a motion within the limits of its joints.
 
-use crate::{Number, numbers, parsed, robot};
+use crate::{Number, base_kind, numbers, parsed, robot};
 use arbitrary::Arbitrary;
-use tactid_dynamics::{BaseKind, InertialParameters};
-use tactid_excitation::{DesignSettings, JointLimits, Problem, Sensing, design};
+use tactid_dynamics::InertialParameters;
+use tactid_excitation::{Design, DesignSettings, JointLimits, Motion, Problem, Sensing, design};
 use tactid_identify::EquationSettings;
+
+/// Number of times at which a motion is compared with its limits.
+const SAMPLES: u16 = 300;
+
+/// Rounding of the motion, as a fraction of a limit.
+const TOLERANCE: f64 = 1e-6;
 
 #[derive(Arbitrary, Debug)]
 struct Input {
@@ -31,11 +37,7 @@ pub fn run(bytes: &[u8]) {
     let Some(input) = parsed::<Input>(bytes) else {
         return;
     };
-    let base = if input.floating {
-        BaseKind::Floating
-    } else {
-        BaseKind::Fixed
-    };
+    let base = base_kind(input.floating);
     let limit = |all: &[Number; 5]| JointLimits {
         position: (all[0].0, all[1].0),
         velocity: all[2].0,
@@ -77,7 +79,36 @@ pub fn run(bytes: &[u8]) {
         ..DesignSettings::default()
     };
     if let Ok(found) = design(&problem, &settings) {
-        let (_, ratio) = found.prediction.largest();
-        assert!(!ratio.is_nan(), "a ratio that is no number");
+        check(&problem, &found);
+    }
+}
+
+/// Asserts that the motion is finite and within the limits of the joints at any time, and that no predicted interval is NaN.
+fn check(problem: &Problem, found: &Design) {
+    let (_, ratio) = found.prediction.largest();
+    assert!(!ratio.is_nan(), "a ratio that is no number");
+    let duration_s = found.trajectory.duration_s();
+    for (joint, spline) in found.trajectory.splines() {
+        let limits = &problem.limits[joint];
+        let (low, high) = limits.position;
+        for sample in 0..=SAMPLES {
+            let [q, qd, qdd] = spline.at(duration_s * f64::from(sample) / f64::from(SAMPLES));
+            let range = TOLERANCE * (high - low);
+            assert!(
+                (low - range..=high + range).contains(&q),
+                "{q} in {low} to {high}"
+            );
+            let most = 1.0 + TOLERANCE;
+            assert!(
+                qd.abs() <= most * limits.velocity,
+                "{qd} of {}",
+                limits.velocity
+            );
+            assert!(
+                qdd.abs() <= most * limits.acceleration,
+                "{qdd} of {}",
+                limits.acceleration
+            );
+        }
     }
 }

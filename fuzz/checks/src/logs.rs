@@ -3,21 +3,30 @@
 use std::fs;
 use std::path::Path;
 
-use tactid_logs::messages::{JointState, TFMessage, WrenchStamped};
-use tactid_logs::{LogReader, RawMessage};
-use tempfile::TempDir;
+use tactid_logs::messages::{
+    AccelStamped, Imu, JointState, Odometry, StringMsg, TFMessage, WrenchStamped,
+};
+use tactid_logs::{Damage, LogReader, RawMessage};
+
+use crate::in_folder;
 
 /// Reads a file of these bytes as a log to its end, and asserts that the messages of the log are in the order of their times,
-/// that a second reading returns the same ones, and that a reading ends at the first error.
+/// that a second reading returns the same ones, the same damage and the same error, that nothing follows an error, and that
+/// the topics of a whole log count as many messages as it has.
 ///
 /// # Panics
 /// Panics if one of these does not hold, or if the file cannot be written.
 pub fn run(bytes: &[u8]) {
-    thread_local! {
-        /// A folder for each thread, so that checks that run at once do not write the same file.
-        static FOLDER: TempDir = TempDir::new().expect("a folder for the log");
-    }
-    FOLDER.with(|folder| check(&folder.path().join("log"), bytes));
+    in_folder(|folder| check(&folder.join("log"), bytes));
+}
+
+/// What a reading of all messages gives.
+#[derive(PartialEq)]
+struct Reading {
+    /// Time and content of each message.
+    messages: Vec<(u64, Vec<u8>)>,
+    damage: Vec<Damage>,
+    error: Option<String>,
 }
 
 /// Writes the bytes to a file and checks what is read from it.
@@ -26,32 +35,50 @@ fn check(path: &Path, bytes: &[u8]) {
     let Ok(log) = LogReader::open(path) else {
         return;
     };
-    let first = messages(&log);
-    assert_eq!(first, messages(&log), "a second reading differs");
-    let _ = (log.times_ns(), log.damage().len());
+    let first = read(&log);
+    assert!(first == read(&log), "a second reading differs");
+    if first.damage.is_empty() && first.error.is_none() {
+        let times = first.messages.iter().map(|(time_ns, _)| *time_ns);
+        let (earliest, latest) = (times.clone().min(), times.max());
+        assert_eq!(log.times_ns(), earliest.zip(latest));
+        let counted: u64 = log.topics().iter().map(|topic| topic.count).sum();
+        assert_eq!(counted, first.messages.len() as u64);
+    }
 }
 
-/// Returns times and lengths of all messages up to the first error.
-fn messages(log: &LogReader) -> Vec<(u64, usize)> {
+/// Reads all messages up to the first error.
+fn read(log: &LogReader) -> Reading {
     let mut messages = log.messages();
-    let mut read: Vec<(u64, usize)> = Vec::new();
-    for message in &mut messages {
-        let Ok(message) = message else {
-            break;
+    let (mut found, mut error) = (Vec::new(), None);
+    let mut last_ns = 0;
+    while let Some(message) = messages.next() {
+        let message = match message {
+            Ok(message) => message,
+            Err(failed) => {
+                error = Some(failed.to_string());
+                assert!(messages.next().is_none(), "messages after an error");
+                break;
+            }
         };
         decode(&message);
-        assert!(
-            read.last().is_none_or(|last| last.0 <= message.log_time_ns),
-            "out of order"
-        );
-        read.push((message.log_time_ns, message.data().len()));
+        assert!(last_ns <= message.log_time_ns, "out of order");
+        last_ns = message.log_time_ns;
+        found.push((last_ns, message.data().to_vec()));
     }
-    read
+    Reading {
+        messages: found,
+        damage: messages.damage().to_vec(),
+        error,
+    }
 }
 
 /// Decodes a message by the type of its topic, where this is one that a recording uses.
 fn decode(message: &RawMessage) {
     let _ = message.decode::<JointState>();
     let _ = message.decode::<WrenchStamped>();
+    let _ = message.decode::<Odometry>();
+    let _ = message.decode::<Imu>();
+    let _ = message.decode::<AccelStamped>();
     let _ = message.decode::<TFMessage>();
+    let _ = message.decode::<StringMsg>();
 }

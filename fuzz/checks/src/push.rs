@@ -1,9 +1,9 @@
 //! Gives samples of any lengths and numbers to the online identifier, whose estimate stays finite and physical.
 
-use crate::{Number, numbers, parsed, robot};
+use crate::{Number, base_kind, estimate::assert_estimate, numbers, parsed, robot};
 use arbitrary::Arbitrary;
 use nalgebra::{Isometry3, Vector3};
-use tactid_dynamics::{BaseKind, Wrench};
+use tactid_dynamics::Wrench;
 use tactid_identify::{BaseState, EquationSettings, Identifier, Method, Sample};
 
 #[derive(Arbitrary, Debug)]
@@ -40,11 +40,7 @@ pub fn run(bytes: &[u8]) {
     let Some(input) = parsed::<Input>(bytes) else {
         return;
     };
-    let base = if input.floating {
-        BaseKind::Floating
-    } else {
-        BaseKind::Fixed
-    };
+    let base = base_kind(input.floating);
     let settings = EquationSettings {
         method: [
             Method::Tactile,
@@ -111,24 +107,7 @@ fn push(identifier: &mut Identifier, measured: &Measured, time_s: f64, repeat: f
 }
 
 fn check(identifier: &Identifier) {
-    let estimate = identifier.estimate();
-    let body = &estimate.body;
-    let values = [body.mass_kg]
-        .into_iter()
-        .chain(body.center_of_mass.iter().copied())
-        .chain(body.inertia.iter().copied());
-    for value in values {
-        assert!(value.is_finite(), "{body:?}");
-    }
-    for std_dev in estimate.std_devs.iter().flatten() {
-        assert!(*std_dev >= 0.0, "{:?}", estimate.std_devs);
-    }
-    for interval in estimate.intervals.iter().flatten() {
-        assert!(
-            !interval[0].is_nan() && !interval[1].is_nan(),
-            "{interval:?}"
-        );
-    }
+    assert_estimate(&identifier.estimate());
     if let Some(covariance) = identifier.covariance() {
         assert!(covariance.iter().all(|x| x.is_finite()), "{covariance}");
         assert!(

@@ -21,6 +21,16 @@ pub(crate) fn urdf() -> &'static str {
     ARM
 }
 
+/// Returns the kind of a base.
+#[must_use]
+pub(crate) fn base_kind(is_floating: bool) -> BaseKind {
+    if is_floating {
+        BaseKind::Floating
+    } else {
+        BaseKind::Fixed
+    }
+}
+
 /// Returns the arm on a base that is fixed or floats.
 ///
 /// # Panics

@@ -8,7 +8,7 @@ use super::ignored::Ignored;
 use super::inertial::link_parameters;
 use super::mimic::{Leader, leader};
 use super::numbers::{axis, origin};
-use super::tree::{JointElement, Motion, Tree};
+use super::tree::{JointElement, Motion, Tree, position_limits};
 use crate::manipulator::{BaseKind, Joint, Link, Manipulator};
 use crate::{InertialParameters, ModelError, ModelFinding};
 
@@ -128,7 +128,7 @@ impl<'a> Builder<'a> {
             ratio: 1.0,
             offset: 0.0,
             is_mimic: false,
-            limits: joint.position_limits(),
+            limits: position_limits(joint.element),
         }))
     }
 

@@ -9,16 +9,16 @@ mod numbers;
 mod shapes;
 mod tree;
 
-use std::path::Path;
+use std::{collections::HashMap, path::Path};
 
 use nalgebra::{Isometry3, Vector3};
 
 use crate::manipulator::{BaseKind, Manipulator, check_body};
-use crate::{MassProperties, ModelError};
+use crate::{MassProperties, ModelError, read_text};
 use build::build;
 use element::{Element, parse, syntax};
 use shapes::shape_of;
-use tree::Tree;
+use tree::{Tree, position_limits, positive_limit};
 
 pub use shapes::{CollisionGeometry, CollisionShape};
 
@@ -60,6 +60,10 @@ pub struct Urdf {
     /// The element `<robot>` of the text.
     robot: Element,
     root: String,
+    /// Index of each link's element among the children of `robot`.
+    links: HashMap<String, usize>,
+    /// Index of each joint's element among the children of `robot`.
+    joints: HashMap<String, usize>,
 }
 
 impl Urdf {
@@ -77,7 +81,13 @@ impl Urdf {
         }
         let root = Tree::new(&text, &robot)?.root()?;
         let root = root.ok_or_else(|| no_link(&robot))?.to_owned();
-        Ok(Self { text, robot, root })
+        Ok(Self {
+            links: indices(&robot, "link"),
+            joints: indices(&robot, "joint"),
+            text,
+            robot,
+            root,
+        })
     }
 
     /// Reads a URDF file.
@@ -85,7 +95,7 @@ impl Urdf {
     /// # Errors
     /// Returns [`ModelError::File`] if the file cannot be read, and the errors of [`Self::from_xml`].
     pub fn from_file(path: &Path) -> Result<Self, ModelError> {
-        let xml = std::fs::read_to_string(path).map_err(|source| ModelError::File {
+        let xml = read_text(path).map_err(|source| ModelError::File {
             path: path.display().to_string(),
             source,
         })?;
@@ -136,7 +146,7 @@ impl Urdf {
         body: &MassProperties,
     ) -> Result<(), ModelError> {
         check_body(link, &(*body).into())?;
-        let element = self.tree()?.link(link)?;
+        let element = self.link(link)?;
         let mut text = self.text.clone();
         for old in element.children.iter().rev() {
             if old.name == "inertial" {
@@ -160,8 +170,7 @@ impl Urdf {
     /// Returns [`ModelError::UnknownFrame`] for an unknown link, [`ModelError::Numbers`] for a pose or size that is not
     /// finite numbers, and [`ModelError::ShapeSize`] for a size that is not positive.
     pub fn collision_shapes(&self, link: &str) -> Result<Vec<CollisionShape>, ModelError> {
-        let tree = self.tree()?;
-        let collisions = tree.link(link)?.children("collision");
+        let collisions = self.link(link)?.children("collision");
         collisions
             .map(|collision| CollisionShape::of(collision, link))
             .collect()
@@ -175,12 +184,7 @@ impl Urdf {
         let mut boxes = Vec::new();
         let is_box =
             |element: &&Element| shape_of(element).is_some_and(|shape| shape.name == "box");
-        for collision in self
-            .tree()?
-            .link(link)?
-            .children("collision")
-            .filter(is_box)
-        {
+        for collision in self.link(link)?.children("collision").filter(is_box) {
             let shape = CollisionShape::of(collision, link)?;
             if let CollisionGeometry::Box { half_size } = shape.geometry {
                 boxes.push(CollisionBox {
@@ -196,29 +200,21 @@ impl Urdf {
     /// continuous or fixed, or whose limits are not two finite numbers of which the lower comes first.
     #[must_use]
     pub fn joint_limits(&self, joint: &str) -> Option<(f64, f64)> {
-        self.tree().ok()?.joints.get(joint)?.position_limits()
+        position_limits(self.joint(joint)?)
     }
 
     /// Returns the largest speed of a joint, rad/s or m/s, or `None` for a joint that is unknown or for which the file
     /// has no positive finite number.
     #[must_use]
     pub fn velocity_limit(&self, joint: &str) -> Option<f64> {
-        self.tree()
-            .ok()?
-            .joints
-            .get(joint)?
-            .positive_limit("velocity")
+        positive_limit(self.joint(joint)?, "velocity")
     }
 
     /// Returns the largest effort of a joint, N m or N, or `None` for a joint that is unknown or for which the file has no
     /// positive finite number.
     #[must_use]
     pub fn effort_limit(&self, joint: &str) -> Option<f64> {
-        self.tree()
-            .ok()?
-            .joints
-            .get(joint)?
-            .positive_limit("effort")
+        positive_limit(self.joint(joint)?, "effort")
     }
 
     /// Returns the names of the joints that mimic another joint, in the order of the file.
@@ -228,9 +224,32 @@ impl Urdf {
         mimics.filter_map(|joint| joint.attribute("name"))
     }
 
+    /// Returns the element of a link.
+    fn link(&self, name: &str) -> Result<&Element, ModelError> {
+        let place = self.links.get(name);
+        let element = place.and_then(|&index| self.robot.children.get(index));
+        element.ok_or_else(|| {
+            let links = self.robot.children("link");
+            ModelError::unknown_frame(name, links.filter_map(|link| link.attribute("name")))
+        })
+    }
+
+    /// Returns the element of a joint.
+    fn joint(&self, name: &str) -> Option<&Element> {
+        self.robot.children.get(*self.joints.get(name)?)
+    }
+
     fn tree(&self) -> Result<Tree<'_>, ModelError> {
         Tree::new(&self.text, &self.robot)
     }
+}
+
+/// Returns the index of each named element of a kind among the children of `<robot>`.
+fn indices(robot: &Element, kind: &str) -> HashMap<String, usize> {
+    let children = robot.children.iter().enumerate();
+    let of_kind = children.filter(|(_, element)| element.name == kind);
+    let named = of_kind.filter_map(|(index, one)| Some((one.attribute("name")?.to_owned(), index)));
+    named.collect()
 }
 
 /// Returns the error for an element `<robot>` without links.

@@ -47,24 +47,24 @@ impl JointElement<'_> {
             }
         })
     }
+}
 
-    /// Returns the lower and upper limit of the position, rad or m, or `None` for a joint that is continuous or fixed, or
-    /// whose limits are not two finite numbers of which the lower comes first.
-    pub(super) fn position_limits(&self) -> Option<(f64, f64)> {
-        let kind = self.element.attribute("type")?.to_ascii_lowercase();
-        let limit = self.element.child("limit")?;
-        let end = |name| Some(number(limit, name).ok()?.unwrap_or(0.0));
-        let (lower, upper) = (end("lower")?, end("upper")?);
-        let is_limited = ["revolute", "prismatic"].contains(&kind.as_str());
-        (is_limited && lower < upper).then_some((lower, upper))
-    }
+/// Returns the lower and upper limit of a joint's position, rad or m, or `None` for a joint that is continuous or fixed, or
+/// whose limits are not two finite numbers of which the lower comes first.
+pub(super) fn position_limits(joint: &Element) -> Option<(f64, f64)> {
+    let kind = joint.attribute("type")?.to_ascii_lowercase();
+    let limit = joint.child("limit")?;
+    let end = |name| Some(number(limit, name).ok()?.unwrap_or(0.0));
+    let (lower, upper) = (end("lower")?, end("upper")?);
+    let is_limited = ["revolute", "prismatic"].contains(&kind.as_str());
+    (is_limited && lower < upper).then_some((lower, upper))
+}
 
-    /// Returns the number `name` of the joint's `<limit>`, such as `velocity`, or `None` where it is missing, no finite
-    /// number, or not positive.
-    pub(super) fn positive_limit(&self, name: &'static str) -> Option<f64> {
-        let limit = number(self.element.child("limit")?, name).ok()?;
-        limit.filter(|&limit| limit > 0.0)
-    }
+/// Returns the number `name` of a joint's `<limit>`, such as `velocity`, or `None` where it is missing, no finite number, or
+/// not positive.
+pub(super) fn positive_limit(joint: &Element, name: &'static str) -> Option<f64> {
+    let limit = number(joint.child("limit")?, name).ok()?;
+    limit.filter(|&limit| limit > 0.0)
 }
 
 /// Links and joints of a URDF by name, each with at most one joint above it.

@@ -64,30 +64,34 @@ macro_rules! message {
     };
 }
 
-message!(Time, "builtin_interfaces/msg/Time");
-message!(StringMsg, "std_msgs/msg/String");
-message!(Header, "std_msgs/msg/Header", |header| Some(header));
-message!(Float64MultiArray, "std_msgs/msg/Float64MultiArray");
-message!(JointState, "sensor_msgs/msg/JointState", header);
-message!(Imu, "sensor_msgs/msg/Imu", header);
-message!(PointCloud2, "sensor_msgs/msg/PointCloud2", header);
-message!(PoseStamped, "geometry_msgs/msg/PoseStamped", header);
-message!(TwistStamped, "geometry_msgs/msg/TwistStamped", header);
-message!(AccelStamped, "geometry_msgs/msg/AccelStamped", header);
-message!(WrenchStamped, "geometry_msgs/msg/WrenchStamped", header);
-message!(InertiaStamped, "geometry_msgs/msg/InertiaStamped", header);
-message!(
-    TransformStamped,
-    "geometry_msgs/msg/TransformStamped",
-    header
-);
-message!(Odometry, "nav_msgs/msg/Odometry", header);
-message!(TFMessage, "tf2_msgs/msg/TFMessage");
-message!(
-    JointTrajectory,
-    "trajectory_msgs/msg/JointTrajectory",
-    header
-);
+/// Implements [`Message`] for each type, and lists their names.
+macro_rules! messages {
+    ($([$type:ident, $name:literal $($header:tt)*])*) => {
+        $(message!($type, $name $($header)*);)*
+
+        /// Names of all types that implement [`Message`].
+        pub const TYPES: &[&str] = &[$($name),*];
+    };
+}
+
+messages! {
+    [Time, "builtin_interfaces/msg/Time"]
+    [StringMsg, "std_msgs/msg/String"]
+    [Header, "std_msgs/msg/Header", |header| Some(header)]
+    [Float64MultiArray, "std_msgs/msg/Float64MultiArray"]
+    [JointState, "sensor_msgs/msg/JointState", header]
+    [Imu, "sensor_msgs/msg/Imu", header]
+    [PointCloud2, "sensor_msgs/msg/PointCloud2", header]
+    [PoseStamped, "geometry_msgs/msg/PoseStamped", header]
+    [TwistStamped, "geometry_msgs/msg/TwistStamped", header]
+    [AccelStamped, "geometry_msgs/msg/AccelStamped", header]
+    [WrenchStamped, "geometry_msgs/msg/WrenchStamped", header]
+    [InertiaStamped, "geometry_msgs/msg/InertiaStamped", header]
+    [TransformStamped, "geometry_msgs/msg/TransformStamped", header]
+    [Odometry, "nav_msgs/msg/Odometry", header]
+    [TFMessage, "tf2_msgs/msg/TFMessage"]
+    [JointTrajectory, "trajectory_msgs/msg/JointTrajectory", header]
+}
 
 /// `builtin_interfaces/msg/Time`: a time since the epoch of the log's clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]

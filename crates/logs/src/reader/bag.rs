@@ -1,11 +1,16 @@
 //! Bags: folders with the files of one recording.
 
 use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
 use serde::Deserialize;
 
 use crate::error::LogError;
+
+/// Most bytes of `metadata.yaml` that are read, far above those of any bag.
+const MAX_METADATA: u64 = 16 << 20;
 
 #[derive(Deserialize)]
 struct MetadataFile {
@@ -57,8 +62,13 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
         path: metadata.clone(),
         what,
     };
-    let text = std::fs::read_to_string(&metadata)
-        .map_err(|source| LogError::io("read", &metadata, source))?;
+    let text = read_metadata(&metadata)?;
+    if text.len() as u64 > MAX_METADATA {
+        return Err(not_a_bag(format!(
+            "it has more than {} MiB",
+            MAX_METADATA >> 20
+        )));
+    }
     let MetadataFile {
         rosbag2_bagfile_information: bag,
     } = serde_saphyr::from_str(&text).map_err(|error| {
@@ -95,6 +105,12 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
             Ok(path)
         })
         .collect()
+}
+
+/// Reads `metadata.yaml`, of which no more bytes than [`MAX_METADATA`] and one.
+fn read_metadata(path: &Path) -> Result<String, LogError> {
+    let file = File::open(path).and_then(|file| io::read_to_string(file.take(MAX_METADATA + 1)));
+    file.map_err(|source| LogError::io("read", path, source))
 }
 
 /// Returns the path of a listed file, or `None` if that is not below the bag's folder: whoever opens a bag does not expect

@@ -1,16 +1,17 @@
-//! Files and messages that rosbag2 compresses with zstd. Chunks of MCAP are the matter of their own module.
+//! Files and messages that rosbag2 compresses with zstd. The chunks of MCAP files are decompressed in `mcap/chunk.rs`.
 
 use std::{
     fmt,
     fs::File,
     io::{self, Read, Seek, Write},
+    mem,
     path::Path,
 };
 
 use tempfile::{NamedTempFile, TempPath};
 use zstd::zstd_safe::{DCtx, ResetDirective};
 
-use super::storage::{Block, Damage, Selected};
+use super::storage::{Block, Damage, Entry, Selected};
 use crate::{cdr::ZSTD_MAGIC, error::LogError};
 
 /// Content of a compressed file that is decompressed however small the file is, bytes.
@@ -94,8 +95,8 @@ impl MessageDecompressor {
         Self(DCtx::create())
     }
 
-    /// Decompresses the messages of a block that are compressed, and returns whether they need at most `room` bytes. A
-    /// message that cannot be decompressed stays as it is, so that the error is that of this message.
+    /// Decompresses the messages of a block that are compressed, and returns whether all of its messages then need at most
+    /// `room` bytes. A message that cannot be decompressed stays as it is, so that the error is that of this message.
     #[must_use]
     pub(super) fn decompress(&mut self, block: &mut Block, selected: &Selected, room: u64) -> bool {
         let is_cdr = |channel| {
@@ -103,27 +104,36 @@ impl MessageDecompressor {
                 .get(&channel)
                 .is_some_and(|topic| topic.encoding == "cdr")
         };
-        let is_compressed = |bytes: &[u8]| bytes.starts_with(&ZSTD_MAGIC);
-        let mut decompressed = Vec::new();
-        for entry in &mut block.entries {
-            let data = block.bytes.get(entry.data.clone()).unwrap_or_default();
-            if !(is_compressed(data) && is_cdr(entry.channel)) {
-                continue;
-            }
-            let start = decompressed.len();
-            match self.append(data, &mut decompressed, room) {
-                Err(error) if error.kind() == io::ErrorKind::FileTooLarge => return false,
-                Ok(()) => {
-                    entry.data = block.bytes.len() + start..block.bytes.len() + decompressed.len()
-                }
-                Err(_) => decompressed.truncate(start),
-            }
+        let is_packed = |entry: &Entry, bytes: &[u8]| {
+            let data = bytes.get(entry.data.clone()).unwrap_or_default();
+            data.starts_with(&ZSTD_MAGIC) && is_cdr(entry.channel)
+        };
+        let mut entries = block.entries.iter();
+        if !entries.any(|entry| is_packed(entry, &block.bytes)) {
+            return true;
         }
-        block.bytes.append(&mut decompressed);
-        true
+        let packed = mem::take(&mut block.bytes);
+        block.entries.iter_mut().all(|entry| {
+            let data = packed.get(entry.data.clone()).unwrap_or_default();
+            let start = block.bytes.len();
+            let unpacked =
+                is_packed(entry, &packed).then(|| self.unpack(data, &mut block.bytes, room));
+            let fits = match unpacked {
+                Some(Ok(())) => true,
+                Some(Err(error)) if error.kind() == io::ErrorKind::FileTooLarge => false,
+                _ => {
+                    block.bytes.truncate(start);
+                    block.bytes.extend_from_slice(data);
+                    block.bytes.len() as u64 <= room
+                }
+            };
+            entry.data = start..block.bytes.len();
+            fits
+        })
     }
 
-    fn append(&mut self, data: &[u8], bytes: &mut Vec<u8>, room: u64) -> io::Result<()> {
+    /// Appends the content of a compressed message to some bytes. More than `room` of them are the error `FileTooLarge`.
+    fn unpack(&mut self, data: &[u8], bytes: &mut Vec<u8>, room: u64) -> io::Result<()> {
         // A frame that failed leaves its state behind. Resetting a session cannot fail.
         let _ = self.0.reset(ResetDirective::SessionOnly);
         let limit = room.saturating_sub(bytes.len() as u64);

@@ -4,10 +4,10 @@ use std::io::{self, Cursor, Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
 
-use super::LogReader;
 use super::mcap;
 use super::source::{Content, Stream};
-use super::storage::Damage;
+use super::storage::{Damage, MemoryBudget};
+use super::{DEFAULT_MEMORY, LogReader};
 use crate::messages::{Header, JointState, Time};
 use crate::{Durability, LogError, LogWriter};
 
@@ -113,19 +113,20 @@ struct Reading {
 
 fn read(bytes: &[u8], fault: Fault) -> Reading {
     let bytes = bytes.to_vec();
+    let memory = MemoryBudget::whole(DEFAULT_MEMORY);
     let mut reading = Reading {
         messages: Vec::new(),
         error: None,
         is_damaged: false,
     };
-    let index = match mcap::index(Faulty { bytes, fault }) {
+    let index = match mcap::index(Faulty { bytes, fault }, memory) {
         Ok(index) => index,
         Err(error) => {
             reading.error = Some(error);
             return reading;
         }
     };
-    let log = LogReader::of_files(Path::new("faulty.mcap"), [index].into());
+    let log = LogReader::of_files(Path::new("faulty.mcap"), [index].into(), memory);
     let mut messages = log.messages();
     for message in &mut messages {
         match message.and_then(|message| message.decode()) {

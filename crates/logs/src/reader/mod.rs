@@ -14,19 +14,31 @@ mod stream;
 use std::{
     collections::{BTreeMap, HashMap},
     path::{Path, PathBuf},
-    sync::Arc,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
 };
 
 use missing::no_such_log;
 use source::{Format, Source};
 pub use storage::Damage;
-use storage::{Channel, FileIndex, Metadata};
+use storage::{Channel, FileIndex, MemoryBudget, Metadata};
 pub use stream::{Messages, RawMessage};
 
 use crate::{error::LogError, messages::Message};
 
-/// Memory that messages of overlapping times may occupy by default, bytes: hundreds of usual chunks.
-const MEMORY_BUDGET: u64 = 256 << 20;
+/// Memory that the messages of a log may occupy at once by default, bytes: hundreds of usual chunks.
+pub const DEFAULT_MEMORY: u64 = 256 << 20;
+
+static MEMORY: AtomicU64 = AtomicU64::new(DEFAULT_MEMORY);
+
+/// Sets the memory that the messages of each log may occupy at once, bytes, for the logs that this process opens with
+/// [`LogReader::open`] from now on: [`DEFAULT_MEMORY`] until then. It counts chunks of overlapping times, as they are in the
+/// file and decompressed. A log that needs more is an error, [`LogError::Memory`], whatever its files claim.
+pub fn set_memory(bytes: u64) {
+    MEMORY.store(bytes, Ordering::Relaxed);
+}
 
 /// Largest number of topics that an error lists.
 const MAX_LISTED: usize = 16;
@@ -81,17 +93,26 @@ pub struct LogReader {
     topics: Vec<Arc<Topic>>,
     metadata: Metadata,
     damage: Vec<Damage>,
-    memory_budget: u64,
+    memory: MemoryBudget,
 }
 
 impl LogReader {
-    /// Opens a log.
+    /// Opens a log, whose messages may occupy the memory that [`set_memory`] has set.
+    ///
+    /// # Errors
+    /// Returns the errors of [`open_within`](Self::open_within).
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, LogError> {
+        Self::open_within(path, MEMORY.load(Ordering::Relaxed))
+    }
+
+    /// Opens a log whose messages may occupy so many bytes of memory at once. It counts what [`set_memory`] names.
     ///
     /// # Errors
     /// Returns [`LogError::Io`], [`LogError::NotALog`], [`LogError::NotABag`], [`LogError::Database`], [`LogError::Decompress`]
-    /// or [`LogError::Expansion`] if there is no readable log at this path. A damaged MCAP log is not an error; see
-    /// [`damage`](Self::damage).
-    pub fn open(path: impl AsRef<Path>) -> Result<Self, LogError> {
+    /// or [`LogError::Expansion`] if there is no readable log at this path, and [`LogError::Memory`] if a file without index
+    /// has a chunk that needs more memory. A damaged MCAP log is not an error; see [`damage`](Self::damage).
+    pub fn open_within(path: impl AsRef<Path>, memory_bytes: u64) -> Result<Self, LogError> {
+        let memory = MemoryBudget::whole(memory_bytes);
         let path = path.as_ref();
         let paths = if path.is_dir() {
             bag::files(path)?
@@ -102,13 +123,13 @@ impl LogReader {
         };
         let files: Arc<[FileIndex]> = paths
             .iter()
-            .map(|path| open_file(path))
+            .map(|path| open_file(path, memory))
             .collect::<Result<_, _>>()?;
-        Ok(Self::of_files(path, files))
+        Ok(Self::of_files(path, files, memory))
     }
 
     /// Returns the log at a path whose files are open.
-    fn of_files(path: &Path, files: Arc<[FileIndex]>) -> Self {
+    fn of_files(path: &Path, files: Arc<[FileIndex]>, memory: MemoryBudget) -> Self {
         Self {
             path: path.to_owned(),
             topics: topics_of(&files),
@@ -121,17 +142,8 @@ impl LogReader {
                 .filter_map(|file| file.damage.clone())
                 .collect(),
             files,
-            memory_budget: MEMORY_BUDGET,
+            memory,
         }
-    }
-
-    /// Sets the memory that the messages of overlapping times may occupy together, bytes: 256 MiB by default. A log that
-    /// needs more is an error of the iteration, [`LogError::Memory`], whatever its files claim. A chunk of more than 256 MiB
-    /// is damage whatever the budget.
-    #[must_use]
-    pub fn with_memory_budget(mut self, bytes: u64) -> Self {
-        self.memory_budget = bytes;
-        self
     }
 
     /// Returns the topics in the order of their names.
@@ -234,15 +246,15 @@ impl LogReader {
         };
         let selected = self.files.iter().map(by_channel).collect();
         let damage = self.damage.clone();
-        Messages::new(self.files.clone(), selected, damage, self.memory_budget)
+        Messages::new(self.files.clone(), selected, damage, self.memory.total)
     }
 }
 
 /// Opens the index of a file in any storage.
-fn open_file(path: &Path) -> Result<FileIndex, LogError> {
+fn open_file(path: &Path, memory: MemoryBudget) -> Result<FileIndex, LogError> {
     let source = Source::open(path)?;
     match source.format()? {
-        Format::Mcap => mcap::index(source),
+        Format::Mcap => mcap::index(source, memory),
         Format::Sqlite => sqlite::index(source),
     }
 }

@@ -30,11 +30,13 @@ pub(super) struct MemoryBudget {
 }
 
 impl MemoryBudget {
-    /// The budget of one segment alone.
-    pub(super) const ONE: Self = Self {
-        remaining: MAX_RECORD,
-        total: MAX_RECORD,
-    };
+    /// Returns a budget of which nothing is used.
+    pub(super) fn whole(bytes: u64) -> Self {
+        Self {
+            remaining: bytes,
+            total: bytes,
+        }
+    }
 
     /// Returns the error of a file whose next segment exceeds what is left.
     pub(super) fn exceeded(self, path: &Path) -> Stop {
@@ -95,7 +97,7 @@ pub(super) trait Storage: fmt::Debug + Send + Sync {
 /// An open file whose segments are read one by one.
 pub(super) trait SegmentReader: fmt::Debug + Send {
     /// Reads the messages of the selected channels in a segment, which is given by its place in
-    /// [`FileIndex::segments`]. An MCAP chunk whose header gives a size above `budget.remaining` is not decompressed.
+    /// [`FileIndex::segments`]. A segment that needs more memory than `budget.remaining` is not read.
     fn read(
         &mut self,
         segment: usize,
@@ -130,7 +132,7 @@ pub(super) struct Entry {
     pub(super) data: Range<usize>,
 }
 
-/// Position and reason of damage, from which on a file cannot be read.
+/// Position and reason of the damage of a file, which is read up to there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damage {
     /// Path of the file.

@@ -16,6 +16,9 @@ use super::{
 };
 use crate::{cdr, error::LogError, messages::Message};
 
+/// Largest message that is decoded, bytes, far above any that a type of this crate has: a decoded message is a copy of it.
+const MAX_DECODED: usize = 64 << 20;
+
 /// A message as the log stores it.
 #[derive(Clone)]
 pub struct RawMessage {
@@ -71,6 +74,12 @@ impl RawMessage {
                 topic: self.topic.name.clone(),
                 encoding: self.topic.encoding.clone(),
             });
+        }
+        let bytes = self.data.len();
+        if bytes > MAX_DECODED {
+            let (given, most) = (bytes >> 20, MAX_DECODED >> 20);
+            let what = format!("has {given} MiB, but at most {most} MiB are decoded");
+            return Err(self.undecodable(cdr::CdrError::Value(what)));
         }
         Ok(())
     }

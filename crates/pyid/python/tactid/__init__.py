@@ -58,6 +58,7 @@ from tactid._native import (
     Topic,
     info,
     read,
+    set_log_memory,
     wrench_regressor,
 )
 from tactid.calibrated_fit import CalibratedFit
@@ -174,6 +175,7 @@ __all__ = [
     "motion_schema",
     "read",
     "result_schema",
+    "set_log_memory",
     "simulate",
     "wrench_regressor",
 ]

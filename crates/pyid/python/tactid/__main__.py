@@ -10,7 +10,7 @@ import sys
 
 from tactid import terminal
 from tactid.errors import InternalError
-from tactid.startup import INTERRUPTED, leave_interruption_to_command
+from tactid.startup import ending, leave_interruption_to_command
 
 
 def main() -> None:
@@ -28,24 +28,24 @@ def _run() -> int:
         leave_interruption_to_command()
         code = cli.run()
         sys.stdout.flush()
-    except KeyboardInterrupt:
-        return _report("interrupted", INTERRUPTED)
+    except KeyboardInterrupt as interruption:
+        return _report(*ending(interruption))
     except BrokenPipeError:
         terminal.discard_output()
         return 141
     except SystemExit as error:
         # Click and Rich end in this way when a reader has gone away.
-        cause = error.__context__
-        if not isinstance(cause, BrokenPipeError):
+        broken = error.__context__
+        if not isinstance(broken, BrokenPipeError):
             raise
-        if cause.filename is None:
+        if broken.filename is None:
             return 141
-        return _report(f"error: cannot use {cause.filename}: {cause.strerror}", 2)
+        return _report(f"error: cannot use {broken.filename}: {broken.strerror}", 2)
     except InternalError:
         return 70  # a panic of the native part, which its hook has reported
     except Exception as error:
-        if _is_interruption(error):
-            return _report("interrupted", INTERRUPTED)
+        if (cause := _interruption(error)) is not None:
+            return _report(*ending(cause))
         if isinstance(error, OSError) and error.errno is not None and error.filename is None:
             terminal.discard_output()
             return _report(f"error: cannot use standard output: {error.strerror}", 2)
@@ -57,11 +57,11 @@ def _run() -> int:
     return code
 
 
-def _is_interruption(error: BaseException | None) -> bool:
-    """Whether Ctrl-C has caused an error, as it may while a library is imported."""
+def _interruption(error: BaseException | None) -> KeyboardInterrupt | None:
+    """Returns the signal that has caused an error, as it may while a library is imported."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__
-    return error is not None
+    return error
 
 
 def _report(message: str, code: int) -> int:

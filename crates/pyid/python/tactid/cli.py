@@ -8,7 +8,7 @@ import typer
 from typer.exceptions import TyperException
 
 from tactid import log_contents, table, terminal
-from tactid._native import VERSION, Experiment
+from tactid._native import VERSION, Experiment, set_log_memory
 from tactid._native import info as log_info
 from tactid.calibrate_command import calibrate_arm
 from tactid.compare_command import compare_recording
@@ -81,6 +81,14 @@ def _show_version(requested: bool) -> None:
         raise typer.Exit
 
 
+def _set_log_memory(mebibytes: float | None) -> None:
+    if mebibytes is None:
+        return
+    if not mebibytes > 0:
+        raise ArgumentError(f"--log-memory is {mebibytes:g}: expected more than 0 MiB")
+    set_log_memory(mebibytes)
+
+
 @app.callback()
 def _main(
     version: Annotated[
@@ -93,6 +101,15 @@ def _main(
             metavar=FLAG,
         ),
     ] = False,
+    log_memory: Annotated[
+        float | None,
+        typer.Option(
+            callback=_set_log_memory,
+            help="Memory that the messages of a log may occupy at once, MiB: 256. A log that needs"
+            " more is refused.",
+            metavar="MIB",
+        ),
+    ] = None,
 ) -> None:
     """Takes the options that stand before a command."""
 
@@ -133,7 +150,7 @@ def run_paper(
     )
     files = paper_run.Files(out)
     stopped = interruptible(f"{files.log} holds the run up to here")
-    with new_folder(out), stopped, progress("simulating") as done:
+    with new_folder(out, "--out"), stopped, progress("simulating") as done:
         check_outputs({f"{file.name} in --out": file for file in files.written}, {})
         report = paper_run.simulate_into(files, experiment, done)
     with interruptible(f"{files.log} is complete, no result was written"):

@@ -16,7 +16,7 @@ from typer.core import TyperGroup
 
 from tactid import terminal
 from tactid.naming import listed
-from tactid.startup import INTERRUPTED
+from tactid.startup import ending
 from tactid.table import whole_width
 
 FLAG = ""
@@ -85,12 +85,13 @@ def print_json(text: str) -> None:
 
 @contextmanager
 def interruptible(outcome: str | None = None) -> Iterator[None]:
-    """Turns Ctrl-C into a line that reports the outcome, if there is any, and exit code 130."""
+    """Turns Ctrl-C or SIGTERM into a line with the outcome, if there is any, and its exit code."""
     try:
         yield
-    except KeyboardInterrupt:
-        terminal.report("interrupted" + (f": {outcome}" if outcome else ""))
-        raise typer.Exit(INTERRUPTED) from None
+    except KeyboardInterrupt as interruption:
+        word, code = ending(interruption)
+        terminal.report(word + (f": {outcome}" if outcome else ""))
+        raise typer.Exit(code) from None
 
 
 Writers: TypeAlias = Mapping[Path, Callable[[Path], object]]

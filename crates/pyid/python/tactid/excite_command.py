@@ -11,7 +11,6 @@ from tactid import excite_options, motion_files, motion_text
 from tactid._native import Manipulator
 from tactid.console import interruptible, notes, print_whole, progress, write_files
 from tactid.designed_motion import DesignedMotion
-from tactid.errors import ArgumentError
 from tactid.excitation import design_excitation
 from tactid.files import new_folder
 from tactid.identify_command import option_parameters, read_options
@@ -39,26 +38,31 @@ def excite(
 
     The numbers of one option are separated by commas or by spaces: --from 0 -1.2 1.6 -0.4 1.5 0.
     """
-    if out.exists() and not out.is_dir():
-        raise ArgumentError(f"--out {out} is a file: expected a folder")
+    names = [*motion_files.WRITERS, REPORT]
+    with new_folder(out, "--out"):
+        check_outputs({f"{name} in --out": out / name for name in names}, {"--urdf": urdf})
+        motion = _design(urdf, base, arguments)
+        writers = motion_files.writers(motion, out) | {out / REPORT: partial(_write_report, motion)}
+        write_files(writers)
+    with interruptible(f"wrote {out}"):
+        _print(motion)
+        notes.print(f"Wrote {out}: {', '.join(names)}.")
+
+
+def _design(
+    urdf: Path, base: Literal["fixed", "floating"] | None, arguments: dict[str, Any]
+) -> DesignedMotion:
     keywords = excite_options.read(arguments)
     options = {name: arguments[name] for name in option_names("design")}
     floats = "base_attitude" in keywords or "base_position" in keywords
     robot = Manipulator.from_urdf(urdf, base or ("floating" if floats else "fixed"))
     with interruptible("no motion was written"), progress("designing") as done:
-        motion = design_excitation(
+        return design_excitation(
             robot,
             options=read_options(dict.fromkeys(option_names()) | options),
             progress=done,
             **keywords,
         )
-    with new_folder(out):
-        writers = motion_files.writers(motion, out)
-        writers[out / REPORT] = partial(_write_report, motion)
-        check_outputs({f"{path.name} in --out": path for path in writers}, {"--urdf": urdf})
-        _print(motion)
-        write_files(writers)
-    notes.print(f"Wrote {out}: {', '.join(path.name for path in writers)}.")
 
 
 def _print(motion: DesignedMotion) -> None:

@@ -6,6 +6,7 @@ or a standard stream is never replaced: it gets the bytes of the complete file.
 """
 
 import os
+import secrets
 import shutil
 import stat
 import sys
@@ -14,7 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tactid.errors import TactidError
+from tactid.errors import ArgumentError, TactidError
 
 
 @contextmanager
@@ -22,21 +23,32 @@ def atomic_path(path: Path) -> Iterator[Path]:
     """Yields a temporary path, whose file becomes ``path`` if the block ends without an error."""
     through, target = is_stream(path), Path(os.path.realpath(path))
     with _errors_name("the folder of temporary files (TMPDIR)" if through else path, None):
-        handle, name = tempfile.mkstemp(
-            dir=None if through else target.parent, prefix=f".{path.name}."
-        )
-    os.close(handle)
-    temporary = Path(name)
+        temporary = _temporary(Path(tempfile.gettempdir()) if through else target.parent)
     try:
         with _errors_name(path, temporary):
             yield temporary
             if through:
                 _write_through(temporary, path)
             else:
-                temporary.chmod(0o666 & ~_umask())  # mkstemp's file is for its owner alone
+                _store(temporary)
+                if target.exists():
+                    temporary.chmod(stat.S_IMODE(target.stat().st_mode))
                 temporary.replace(target)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _temporary(folder: Path) -> Path:
+    """Creates an empty file under a hidden name, with the permissions of any new file."""
+    path = folder / f".tactid-{secrets.token_hex(8)}"
+    os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+    return path
+
+
+def _store(path: Path) -> None:
+    """Waits until a file is on the disk: a power failure after its renaming must not empty it."""
+    with path.open("rb") as file:
+        os.fsync(file.fileno())
 
 
 def is_stream(path: Path) -> bool:
@@ -95,16 +107,18 @@ def _errors_name(path: Path | str, temporary: Path | None) -> Iterator[None]:
         raise
 
 
-def _umask() -> int:
-    umask = os.umask(0)
-    os.umask(umask)
-    return umask
-
-
 @contextmanager
-def new_folder(path: Path) -> Iterator[None]:
-    """Creates a folder; removes what it created if the block ends with an error and no file."""
+def new_folder(path: Path, option: str) -> Iterator[None]:
+    """Creates the folder that an option names, unless it is there.
+
+    If the block ends with an error and without a file, what was created is removed.
+    """
     missing = [folder for folder in (path, *path.parents) if not folder.exists()]
+    there = next(folder for folder in (path, *path.parents) if folder.exists())
+    if not there.is_dir():
+        raise ArgumentError(f"{option} {path} needs a folder, but {there} is a file")
+    if not os.access(there, os.W_OK):
+        raise ArgumentError(f"the folder {there} of {option} cannot be written")
     path.mkdir(parents=True, exist_ok=True)
     try:
         yield

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from tactid import _native, motion_json
-from tactid.errors import ArgumentError
 from tactid.files import atomic_path, new_folder, write_atomically
 from tactid.fit import Array
 from tactid.motion_data import MotionData
@@ -27,9 +26,7 @@ Writer = Callable[[MotionData, Path], None]
 
 def write(motion: MotionData, folder: Path) -> None:
     """Writes all files of a motion into a folder, which is made where it does not exist."""
-    if folder.exists() and not folder.is_dir():
-        raise ArgumentError(f"{folder} is a file: expected a folder")
-    with new_folder(folder):
+    with new_folder(folder, "`folder`"):
         for path, write_file in writers(motion, folder).items():
             write_file(path)
 

@@ -1,4 +1,4 @@
-"""Ctrl-C while the libraries of the command load, before the command can handle it.
+"""Ctrl-C and SIGTERM, while the libraries of the command load and afterwards.
 
 The package imports this module first. In a program other than the command it changes nothing.
 """
@@ -10,6 +10,19 @@ from types import FrameType
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C: 128 and the number of SIGINT."""
+TERMINATED = 143
+"""Exit code after SIGTERM: 128 and its number."""
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, which ends the command as Ctrl-C does: nothing half-written is left."""
+
+
+def ending(interruption: KeyboardInterrupt) -> tuple[str, int]:
+    """Returns the word for the end of an interrupted command, and its exit code."""
+    if isinstance(interruption, Terminated):
+        return "terminated", TERMINATED
+    return "interrupted", INTERRUPTED
 
 
 def handle_interruption() -> None:
@@ -22,9 +35,11 @@ def handle_interruption() -> None:
 
 
 def leave_interruption_to_command() -> None:
-    """Makes Ctrl-C raise ``KeyboardInterrupt`` again, once the libraries are loaded."""
+    """Makes Ctrl-C and SIGTERM raise exceptions, once the libraries are loaded."""
     if signal.getsignal(signal.SIGINT) is _exit:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+        signal.signal(signal.SIGTERM, _terminate)
 
 
 def _is_command() -> bool:
@@ -35,6 +50,12 @@ def _is_command() -> bool:
     # Python looks for the module whose name follows, and its package is imported first.
     following = zip(sys.orig_argv, sys.orig_argv[1:], strict=False)
     return ("-m", "tactid") in following
+
+
+def _terminate(_signal: int, _frame: FrameType | None) -> None:
+    # A second signal must not interrupt what the first one cleans up.
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    raise Terminated
 
 
 def _exit(_signal: int, _frame: FrameType | None) -> None:

@@ -16,7 +16,7 @@ impl ArmCalibration {
     /// the line, where it is known, if it is not what [`Self::write`] writes.
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let failed = |source| io_error("read", path, source);
-        let text = fs::read_to_string(path).map_err(failed)?;
+        let text = tactid_dynamics::read_text(path).map_err(failed)?;
         Self::from_toml(&text, path)
     }
 

@@ -76,7 +76,13 @@ impl Records {
         if header.uncompressed_size > MAX_RECORD && !cut {
             return Err("a chunk of impossible size".into());
         }
-        if header.uncompressed_size.min(MAX_RECORD) > budget.remaining {
+        // A chunk that is not compressed is not copied.
+        let packed = if header.compression.is_empty() {
+            0
+        } else {
+            body.len() as u64
+        };
+        if packed + header.uncompressed_size.min(MAX_RECORD) > budget.remaining {
             return Err(ChunkFault::TooLarge);
         }
         let (size, crc) = (header.uncompressed_size, header.uncompressed_crc);

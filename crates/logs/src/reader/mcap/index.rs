@@ -44,6 +44,9 @@ impl Place {
         budget: MemoryBudget,
         decompressor: &mut ChunkDecompressor,
     ) -> Result<Records, Stop> {
+        if self.length > budget.remaining {
+            return Err(budget.exceeded(&file.path));
+        }
         if self.kind == PlaceKind::Plain {
             return Ok(Records::new(file.read(self.at_byte, self.length)?, false));
         }

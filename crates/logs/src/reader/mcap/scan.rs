@@ -27,14 +27,14 @@ const MAX_TEXT: usize = 64 << 20;
 
 /// Opens a file with the index in its summary. Without a complete summary the whole file is
 /// read, which takes as long as reading every message.
-pub(super) fn open(content: &dyn Content) -> Result<McapIndex, LogError> {
+pub(super) fn open(content: &dyn Content, memory: MemoryBudget) -> Result<McapIndex, LogError> {
     let mut file = LogFile::open(content)?;
     let why = match summary::read(&mut file)? {
         Summary::Whole(index) => return Ok(index),
         Summary::Absent => None,
         Summary::Broken(damage) => Some(damage),
     };
-    let mut scan = Scan::default();
+    let mut scan = Scan::new(memory);
     match scan.run(&mut file) {
         Ok(()) => scan.index.damage = why,
         Err(Stop::Damage(damage)) => scan.index.damage = Some(damage),
@@ -45,7 +45,6 @@ pub(super) fn open(content: &dyn Content) -> Result<McapIndex, LogError> {
 }
 
 /// Scan of a file without a complete summary.
-#[derive(Default)]
 struct Scan {
     index: McapIndex,
     /// Names of message types by schema.
@@ -55,9 +54,21 @@ struct Scan {
     decompressor: ChunkDecompressor,
     /// Number of bytes of names and metadata in the index so far.
     text_bytes: usize,
+    memory: MemoryBudget,
 }
 
 impl Scan {
+    fn new(memory: MemoryBudget) -> Self {
+        Self {
+            index: McapIndex::default(),
+            schemas: BTreeMap::new(),
+            plain: None,
+            decompressor: ChunkDecompressor::default(),
+            text_bytes: 0,
+            memory,
+        }
+    }
+
     /// Scans up to the end of the data or the first damage.
     fn run(&mut self, file: &mut LogFile) -> Result<(), Stop> {
         let mut at_byte = mcap::MAGIC.len() as u64;
@@ -96,7 +107,7 @@ impl Scan {
                 PlaceKind::Chunk
             },
         };
-        let records = place.read(file, MemoryBudget::ONE, &mut self.decompressor)?;
+        let records = place.read(file, self.memory, &mut self.decompressor)?;
         let mut segment = Segment::default();
         let end = self.chunk_records(&records, &mut segment);
         self.index.segments.push((place, segment));
@@ -159,13 +170,14 @@ impl Scan {
         if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::METADATA) {
             return Ok(());
         }
+        let too_much = || format!("more than {} MiB of names and metadata", MAX_TEXT >> 20);
+        if body.len() > MAX_TEXT {
+            return Err(too_much());
+        }
         let parsed = record::parse(opcode, body)?;
         self.text_bytes += text_bytes(&parsed);
         if self.text_bytes > MAX_TEXT {
-            return Err(format!(
-                "more than {} MiB of names and metadata",
-                MAX_TEXT >> 20
-            ));
+            return Err(too_much());
         }
         match parsed {
             Record::Schema { header, .. } => {

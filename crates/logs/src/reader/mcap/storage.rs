@@ -1,4 +1,4 @@
-//! Way from an indexed MCAP file to its messages.
+//! Reading of the messages of an indexed MCAP file.
 
 use std::{collections::BTreeSet, sync::Arc};
 
@@ -19,9 +19,12 @@ use crate::{
     },
 };
 
-/// Returns the index of a file.
-pub(in crate::reader) fn index(content: impl Content + 'static) -> Result<FileIndex, LogError> {
-    let index = scan::open(&content)?;
+/// Returns the index of a file. Scanning it needs no more memory than the budget allows.
+pub(in crate::reader) fn index(
+    content: impl Content + 'static,
+    memory: MemoryBudget,
+) -> Result<FileIndex, LogError> {
+    let index = scan::open(&content, memory)?;
     let (places, segments): (Vec<Place>, Vec<Segment>) = index.segments.into_iter().unzip();
     // Damage of a compressed file is the reason for that of its content.
     let damage = content.damage().cloned().or(index.damage);
@@ -78,8 +81,10 @@ impl SegmentReader for McapReader {
         };
         let records = place.read(&mut self.file, budget, &mut self.decompressor)?;
         // The shortest messages need more memory for their headers than for themselves.
-        let most = budget.remaining as usize / size_of::<Entry>();
-        let mut entries = Vec::new();
+        let left = (budget.remaining as usize).saturating_sub(records.all().end);
+        let most = left / size_of::<Entry>();
+        // A vector that grows would occupy three times its content while it moves.
+        let mut entries = Vec::with_capacity(records.messages().count().min(most));
         let damage = match self.select(&records, selected, most, &mut entries) {
             Ok(()) => None,
             Err(ChunkFault::Damage(what)) => Some(self.file.damage_at(place.at_byte, what)),

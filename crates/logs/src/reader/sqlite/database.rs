@@ -58,6 +58,11 @@ impl Database {
         }
     }
 
+    /// Returns the path by which errors name the file.
+    pub(super) fn path(&self) -> &Path {
+        &self.source.path
+    }
+
     /// Returns the error for a problem with this database.
     pub(super) fn error(&self, problem: Problem) -> LogError {
         match problem {

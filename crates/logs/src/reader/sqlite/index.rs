@@ -21,7 +21,7 @@ use crate::{
 /// Number of rows and of their bytes that are read at once. They bound the memory, and the time for which a recorder
 /// cannot write.
 const ROWS: usize = 4096;
-const BYTES: i64 = 1 << 20;
+const BYTES: u64 = 1 << 20;
 
 /// Tables of a bag, with the columns that are needed. Those that were added later are `schema`, `metadata` and
 /// `message_definitions`: messages are decoded by the names of their types.
@@ -122,7 +122,7 @@ impl Bag {
                     let place = ("data", ValueRef::Null);
                     return Err(unexpected("messages", message.key.row, place, "bytes"));
                 };
-                part.add(&message, length);
+                part.add(&message, length.unsigned_abs());
             }
         }
         Ok(part.rows.map(|rows| (rows, part.segment)))
@@ -147,23 +147,23 @@ struct Part {
     rows: Option<Rows>,
     segment: Segment,
     count: usize,
-    bytes: i64,
 }
 
 impl Part {
     fn is_full(&self) -> bool {
-        self.count >= ROWS || self.bytes >= BYTES
+        self.count >= ROWS || self.rows.is_some_and(|rows| rows.bytes >= BYTES)
     }
 
-    fn add(&mut self, message: &MessageRow, bytes: i64) {
-        let first = self.rows.map_or(message.key, |rows| rows.first);
-        self.rows = Some(Rows {
-            first,
+    fn add(&mut self, message: &MessageRow, bytes: u64) {
+        let rows = self.rows.get_or_insert(Rows {
+            first: message.key,
             last: message.key,
+            bytes: 0,
         });
+        rows.last = message.key;
+        rows.bytes = rows.bytes.saturating_add(bytes);
         self.segment.add(message.topic, message.log_time_ns);
         self.count += 1;
-        self.bytes = self.bytes.saturating_add(bytes);
     }
 }
 

@@ -51,12 +51,15 @@ impl SegmentReader for SqliteReader {
         &mut self,
         segment: usize,
         selected: &Selected,
-        _: MemoryBudget,
+        budget: MemoryBudget,
     ) -> Result<Block, Stop> {
-        // A range has about a megabyte and at most one larger message; the caller checks the budget once it is read.
         let Some(&range) = self.ranges.get(segment) else {
             return Ok(Block::default());
         };
+        // SQLite has a copy of the message that is added to the block.
+        if range.bytes.saturating_mul(2) > budget.remaining {
+            return Err(budget.exceeded(self.database.path()));
+        }
         self.block(range, selected)
             .map_err(|problem| Stop::Error(self.database.error(problem)))
     }

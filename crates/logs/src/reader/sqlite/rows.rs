@@ -24,11 +24,13 @@ pub(super) struct Key {
     pub(super) row: i64,
 }
 
-/// First and last of the rows that are read at once.
+/// The rows that are read at once.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rows {
     pub(super) first: Key,
     pub(super) last: Key,
+    /// Number of bytes of their messages.
+    pub(super) bytes: u64,
 }
 
 impl Order {
@@ -79,7 +81,7 @@ impl Order {
     }
 
     /// Returns the conditions of queries that give, one after the other, the rows of a range.
-    pub(super) fn within(self, Rows { first, last }: Rows) -> Vec<String> {
+    pub(super) fn within(self, Rows { first, last, .. }: Rows) -> Vec<String> {
         match self {
             Self::Row => vec![format!("rowid BETWEEN {} AND {}", first.row, last.row)],
             Self::Time if first.timestamp == last.timestamp => vec![format!(

@@ -22,6 +22,10 @@ MOST_POSES = 1_000_000
 """Frames, or joints, times points in time at most: 0.1 GB of poses."""
 
 
+MOST_TEXT = 16 << 20
+"""Characters of the largest URDF that is read as a robot."""
+
+
 @dataclass(frozen=True)
 class Frame:
     """A frame as it moves in the world."""
@@ -35,9 +39,10 @@ class Frame:
 
 
 def read_urdf(path: Path) -> str:
-    """The text of a URDF file."""
+    """The text of a URDF file; of one that is too large to be a robot, as much as shows that."""
     try:
-        return path.read_text()
+        with path.open(encoding="utf-8") as file:
+            return file.read(MOST_TEXT + 1)
     except UnicodeDecodeError:
         raise ModelError(f"{path} is not a URDF: it is not text", option="urdf") from None
 
