@@ -62,7 +62,7 @@ def nan_wrenches(messages: Sequence[Logged], which: Sequence[int]) -> list[Logge
 
 
 def out_of_range_wrenches(messages: Sequence[Logged], which: Sequence[int]) -> list[Logged]:
-    """Memory that nobody had written to."""
+    """Moments of 1e154 N m, as memory that nobody has initialised."""
 
     def change(message: Any) -> Any:
         huge = vector([1e154, -1e154, 1e154])
@@ -72,7 +72,7 @@ def out_of_range_wrenches(messages: Sequence[Logged], which: Sequence[int]) -> l
 
 
 def out_of_range_positions(messages: Sequence[Logged], which: Sequence[int]) -> list[Logged]:
-    """The same in joint positions."""
+    """Joint positions of 1e154 rad, as memory that nobody has initialised."""
 
     def change(message: Any) -> Any:
         position = message.position.copy()
@@ -83,7 +83,7 @@ def out_of_range_positions(messages: Sequence[Logged], which: Sequence[int]) -> 
 
 
 def without_velocities(messages: Sequence[Logged], topic: str = "/joint_states") -> list[Logged]:
-    """A driver that only tells positions."""
+    """Joint states without velocities, as drivers write that report positions alone."""
     return _changed(
         messages, _on(messages, topic), lambda message: replace(message, velocity=np.empty(0))
     )
@@ -101,7 +101,7 @@ def _picked(message: Any, columns: Sequence[int]) -> Any:
 def in_changing_order(
     messages: Sequence[Logged], topic: str = "/joint_states", seed: int = 11
 ) -> list[Logged]:
-    """By the alphabet, as ``joint_state_broadcaster`` writes; in any other from the middle on."""
+    """Joints in the order of their names, and in another one in each message of the second half."""
     orders = np.random.default_rng(seed)
     which, out = _on(messages, topic), list(messages)
     for number, k in enumerate(which):
@@ -228,7 +228,7 @@ def offset(messages: Sequence[Logged], values: np.ndarray, topic: str = "/wrench
 
 
 def truncate(bag: Path, part: float) -> Path:
-    """Cuts the bag's only file as a full disk does; ``metadata.yaml`` still tells of the whole."""
+    """Cuts the bag's only file as a full disk does; ``metadata.yaml`` still lists the whole."""
     (file,) = bag.glob("*.mcap")
     whole = file.read_bytes()
     file.write_bytes(whole[: int(part * len(whole))])

@@ -75,8 +75,9 @@ fn read(path: &Path, bytes: &[u8]) -> Vec<JointState> {
         .collect()
 }
 
-#[test]
-fn a_disk_that_is_full_at_any_byte_keeps_what_was_acknowledged() {
+/// Asserts that a log of `count` messages on a disk of any size, in steps, keeps what was acknowledged. Returns the size
+/// that is enough for it.
+fn assert_acknowledged_is_kept(count: u64, step: u64) -> u64 {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("full.mcap");
     let mut size = 0;
@@ -88,22 +89,38 @@ fn a_disk_that_is_full_at_any_byte_keeps_what_was_acknowledged() {
             most: usize::MAX,
         };
         let mut acknowledged = 0;
-        let result = write(disk, 11, &mut acknowledged);
+        let result = write(disk, count, &mut acknowledged);
         let messages = read(&path, bytes.borrow().get_ref());
         assert!(messages.len() as u64 >= acknowledged, "{size} bytes");
         for (k, message) in messages.iter().enumerate() {
             assert_eq!(*message, joint_state(k as u64), "{size} bytes");
         }
         match result {
-            Ok(()) => break assert_eq!(messages.len(), 11),
+            Ok(()) => {
+                assert_eq!(messages.len() as u64, count);
+                return size;
+            }
             Err(LogError::Io { action, source, .. }) => {
                 assert_eq!((action, source.kind()), ("write", ErrorKind::StorageFull));
             }
             Err(error) => panic!("{size} bytes: {error}"),
         }
-        size += 1;
+        size += step;
     }
+}
+
+#[test]
+fn a_disk_that_is_full_at_any_byte_keeps_what_was_acknowledged() {
+    let size = assert_acknowledged_is_kept(11, 1);
     assert!(size > 1000, "{size} bytes");
+}
+
+/// The same for 200 kB: `cargo test --release -p tactid-logs long_log -- --ignored` takes some minutes.
+#[test]
+#[ignore = "takes some minutes"]
+fn a_disk_that_is_full_in_a_long_log_keeps_what_was_acknowledged() {
+    let size = assert_acknowledged_is_kept(11_000, 7);
+    assert!(size > 200_000, "{size} bytes");
 }
 
 #[test]

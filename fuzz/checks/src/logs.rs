@@ -12,7 +12,7 @@ use crate::in_folder;
 
 /// Reads a file of these bytes as a log to its end, and asserts that the messages of the log are in the order of their times,
 /// that a second reading returns the same ones, the same damage and the same error, that nothing follows an error, and that
-/// the topics of a whole log count as many messages as it has.
+/// the topics of a log without damage or index count as many messages as it has.
 ///
 /// # Panics
 /// Panics if one of these does not hold, or if the file cannot be written.
@@ -37,7 +37,9 @@ fn check(path: &Path, bytes: &[u8]) {
     };
     let first = read(&log);
     assert!(first == read(&log), "a second reading differs");
-    if first.damage.is_empty() && first.error.is_none() {
+    // The index of a finished MCAP file may claim anything; all others are scanned.
+    let is_scanned = !bytes.ends_with(b"\x89MCAP0\r\n");
+    if is_scanned && first.damage.is_empty() && first.error.is_none() {
         let times = first.messages.iter().map(|(time_ns, _)| *time_ns);
         let (earliest, latest) = (times.clone().min(), times.max());
         assert_eq!(log.times_ns(), earliest.zip(latest));

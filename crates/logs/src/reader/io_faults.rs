@@ -178,6 +178,17 @@ fn a_failing_read_is_one_error_at_every_byte_of_a_scan() {
     assert_error_at_each_byte(cut, 30);
 }
 
+/// The same for 200 kB: `cargo test --release -p tactid-logs long_log -- --ignored` takes some minutes.
+#[test]
+#[ignore = "takes some minutes"]
+fn a_failing_read_is_one_error_at_every_byte_of_a_long_log() {
+    let count = 1500;
+    let bytes = log(count as u64);
+    assert!(bytes.len() > 200_000, "{} bytes", bytes.len());
+    assert_error_at_each_byte(&bytes, count);
+    assert_error_at_each_byte(&bytes[..bytes.len() - 8], count);
+}
+
 #[test]
 fn short_and_interrupted_reads_change_nothing() {
     let bytes = log(50);
