@@ -113,7 +113,8 @@ def design_excitation(
         start: Positions at the beginning: one for each joint, one for each joint that moves the
             tip, or a mapping from names. Default: 0, or the middle of a range that excludes it.
         sensors: Links in which wrenches are measured. Default: the tip.
-        duration: Duration, s. Default: 10, unless ``within`` is given.
+        duration: Duration, s. Default: 10, unless ``within`` is given. A motion of 15 s or more
+            passes several times along the same path, in turn forth and back.
         within: Target for half of each 95 % interval, as a fraction of the largest value of its
             kind: the motion is the shortest that reaches it. Not with ``duration``.
         longest: Longest duration that is tried for ``within``, s.
