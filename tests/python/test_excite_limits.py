@@ -23,3 +23,31 @@ def test_a_motion_near_the_robot_itself_uses_the_limits_of_its_joints() -> None:
     assert any("distance" in limit and share > 0.95 for limit, share in used.items())
     for joint in range(1, 7):
         assert used[f"the acceleration of joint joint_{joint}"] > 0.99
+
+
+@pytest.mark.parametrize(
+    ("keywords", "expected"),
+    [
+        ({"speed": 1.001}, "`speed` is 1.001: expected more than 0, and at most 1"),
+        ({"least_distance": 0.0801}, "`least_distance` is 0.0801: expected .* at most 0.08"),
+    ],
+)
+def test_limits_that_cannot_hold_are_refused(keywords: dict[str, float], expected: str) -> None:
+    with pytest.raises(tactid.ArgumentError, match=expected):
+        _design(duration=2.0, **keywords)
+
+
+def test_pairs_that_start_too_close_are_reported_with_their_distance() -> None:
+    motion = _design(duration=2.0, rate=100.0, least_distance=0.05)
+    reduced = [
+        finding
+        for finding in motion.collision_findings or ()
+        if "in place of 50.0 mm" in finding.text
+    ]
+    pairs = {finding.pairs[0] for finding in reduced}
+    assert len(pairs) == len(reduced) > 0
+    for margin in motion.margins:
+        if margin.distance is None:
+            continue
+        is_reduced = any(f"{a} and {b}" in margin.limit for a, b in pairs)
+        assert margin.distance > (0.0 if is_reduced else 0.0499), margin

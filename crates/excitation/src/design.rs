@@ -2,8 +2,6 @@
 
 use std::ops::ControlFlow;
 
-use tactid_identify::equations::window;
-
 use crate::ExcitationError;
 use crate::collisions::CollisionFinding;
 use crate::cones::cones;
@@ -11,12 +9,13 @@ use crate::dense::{DenseMotion, Excursion, Usage};
 use crate::joint_limits::JointLimits;
 use crate::joint_rows::{ROUNDING, joint_rows};
 use crate::limits::{Limit, Margin};
-use crate::motion::{JointStates, Trajectory};
+use crate::motion::Trajectory;
 use crate::objective::Objective;
 use crate::plant::Plant;
 use crate::prediction::{Prediction, predict};
 use crate::problem::Problem;
 use crate::progress::{Observer, report};
+use crate::rest::check_rest;
 use crate::samples::{Grid, Sampler};
 use crate::search::{FIRST_RADIUS, Point, Search};
 use crate::settings::{DesignSettings, passes};
@@ -423,35 +422,4 @@ fn variables(problem: &Problem, count: usize, joints: &[usize]) -> Variables {
         End::At(end) => Some(of_joints(end)),
     };
     Variables::new(basis, of_joints(&problem.start), end)
-}
-
-/// Checks that the robot can rest where the motion starts and ends, and that the motion is long enough.
-fn check_rest(
-    problem: &Problem,
-    plant: &mut Plant,
-    joints: &[usize],
-) -> Result<(), ExcitationError> {
-    let window_s = window::length_s(problem.sensing.equations.cutoff_hz);
-    if problem.duration_s <= window_s {
-        return Err(ExcitationError::TooShort {
-            duration_s: problem.duration_s,
-            window_s,
-        });
-    }
-    let mut places = vec![("at the start", &problem.start)];
-    if let End::At(end) = &problem.end {
-        places.push(("at the end", end));
-    }
-    let cones = cones(problem, plant);
-    for (at, posture) in places {
-        let dense = DenseMotion::of_states(plant, vec![JointStates::at_rest(posture)], 0.0)?;
-        let margins = dense.margins(problem, &cones, joints);
-        let exceeded = margins
-            .into_iter()
-            .find(|margin| margin.used > 1.0 + ROUNDING);
-        if let Some(Margin { limit, used, .. }) = exceeded {
-            return Err(ExcitationError::Impossible { limit, used, at });
-        }
-    }
-    Ok(())
 }

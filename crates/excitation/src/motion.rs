@@ -96,7 +96,7 @@ impl Motion for Trajectory {
     fn at(&self, time_s: f64) -> JointStates {
         let pass = ((time_s / self.pass_s) as usize).min(self.passes - 1);
         let since_s = time_s - pass as f64 * self.pass_s;
-        let (time_s, sign) = if pass % 2 == 0 {
+        let (time_s, sign) = if pass.is_multiple_of(2) {
             (since_s, 1.0)
         } else {
             (self.pass_s - since_s, -1.0)

@@ -56,6 +56,9 @@ const LONGEST_S: f64 = 3600.0;
 /// Default least distance of bodies, m.
 const LEAST_DISTANCE_M: f64 = 0.01;
 
+/// Largest least distance of bodies, m: larger distances are not computed.
+pub(crate) const LARGEST_LEAST_DISTANCE_M: f64 = 0.08;
+
 /// A motion to be designed: [`Problem::new`] makes one, whose fields can then be changed.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -98,8 +101,9 @@ pub struct Problem {
     /// Shapes of the links, which must not touch one another, the payload's bounding box or a keep-out box. Default: none, so
     /// that collisions of the robot are not tested.
     pub collisions: Option<CollisionModel>,
-    /// Least distance of links, payload and keep-out boxes, m. Default: 0.01. A pair without a keep-out box that is closer than
-    /// twice that at the start must keep half of its distance at the start.
+    /// Least distance of links, payload and keep-out boxes, m: at most 0.08. Default: 0.01. A pair without a keep-out box that is
+    /// closer than twice that at the start must keep half of its distance at the start, which
+    /// [`CollisionFinding::LeastDistanceReduced`](crate::CollisionFinding) reports.
     pub least_distance_m: f64,
 }
 
@@ -203,6 +207,14 @@ impl Problem {
         }
         self.workspace.check()?;
         positive("least_distance_m", self.least_distance_m)?;
+        value(
+            "least_distance_m",
+            self.least_distance_m,
+            self.least_distance_m <= LARGEST_LEAST_DISTANCE_M,
+            &format!(
+                "at most {LARGEST_LEAST_DISTANCE_M} m, beyond which distances are not computed"
+            ),
+        )?;
         self.check_base()
     }
 

@@ -40,8 +40,9 @@ WRENCH_NOISE = (0.5, 0.5, 0.5, 0.05, 0.05, 0.05)
 EFFORT_NOISE = 0.5
 """Standard deviation of a joint effort of which nothing is known, N m or N."""
 
-MOST = 1e5
-"""Largest rate of the arrays, Hz, factor or acceleration; more is a mistake."""
+MOST = {"rate": 1e5, "acceleration": 1e5, "speed": 1.0, "least_distance": 0.08}
+"""Largest values of keywords: a larger rate, Hz, or acceleration is a mistake, a factor above 1
+exceeds the velocity limits of the URDF, and larger distances, m, are not computed."""
 
 Start: TypeAlias = ArrayLike | Mapping[str, float] | None
 _Floats: TypeAlias = NDArray[np.float64]
@@ -126,7 +127,7 @@ def design_excitation(
         sample_rate: Samples of the sensors per second, Hz. Default: ``rate``.
         base_noise: Standard deviations of the wrench that follows from the motion of a floating
             base, (6,), N and N m: for the methods joint-sensing and combined.
-        speed: Factor on the velocity limits of the URDF and on ``acceleration``.
+        speed: Factor on the velocity limits of the URDF and on ``acceleration``, at most 1.
         acceleration: Largest acceleration of a joint, rad/s² or m/s².
         wrench_limit: Largest magnitudes of the wrench on the payload in the tip's frame, (6,), N
             and N m.
@@ -140,7 +141,9 @@ def design_excitation(
             in, in the frame of the base, (2, 3), m.
         keep_out: Boxes that must not be entered, by their names: least and largest corner, in the
             frame of the base, (2, 3), m.
-        least_distance: Least distance of links, payload and keep-out boxes, m.
+        least_distance: Least distance of links, payload and keep-out boxes, m: at most 0.08. A pair
+            that is closer than twice that at the start keeps half of its distance there, unless it
+            is a keep-out box; the result lists those pairs.
         criterion: What is minimised: the largest interval relative to its target, or the volume of
             the confidence ellipsoid.
         seed: Seed of the search: the same seed gives the same motion.
@@ -204,8 +207,8 @@ def _check_duration(duration: float | None, within: float | None) -> None:
 
 def _check_positive(**keywords: float) -> None:
     for name, value in keywords.items():
-        if not 0 < value <= MOST:
-            expected = f"more than 0, and at most {MOST:g}"
+        if not 0 < value <= MOST[name]:
+            expected = f"more than 0, and at most {MOST[name]:g}"
             raise ArgumentError(f"`{name}` is {value}: expected {expected}", name)
 
 
