@@ -1,7 +1,9 @@
 """Limits of designed motions: durations, speeds and distances."""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 import tactid
@@ -51,3 +53,22 @@ def test_pairs_that_start_too_close_are_reported_with_their_distance() -> None:
             continue
         is_reduced = any(f"{a} and {b}" in margin.limit for a, b in pairs)
         assert margin.distance > (0.0 if is_reduced else 0.0499), margin
+
+
+@pytest.mark.parametrize("moments", [(0.1, -0.1, 0.1), (0.1, 0.1, 5.0)])
+def test_a_payload_that_is_no_body_is_refused(moments: tuple[float, float, float]) -> None:
+    payload = tactid.MassProperties(2.0, [0.0, 0.0, 0.1], np.diag(moments))
+    robot = tactid.Manipulator.from_urdf(URDF)
+    with pytest.raises(tactid.ArgumentError, match="the inertia of the expected payload"):
+        tactid.design_excitation(robot, start=START, duration=2.0, payload=payload)
+
+
+def test_efforts_hold_without_a_payload() -> None:
+    motion = _design(duration=2.0, rate=100.0)
+    robot = tactid.Manipulator.from_urdf(URDF)
+    efforts, _ = robot.inverse_dynamics(motion.q, motion.qd, motion.qdd, gravity=[0, 0, -9.81])
+    used = {margin.limit: margin.used for margin in motion.margins}
+    limits = [float(each.get("effort", 0)) for each in ElementTree.parse(URDF).iter("limit")]
+    for joint in range(6):
+        share = np.abs(efforts[:, joint]).max() / limits[joint]
+        assert share <= used[f"the effort of joint joint_{joint + 1}"] * (1 + 1e-3)

@@ -80,7 +80,7 @@ pub struct Problem {
     /// What is measured.
     pub sensing: Sensing,
     /// Payloads in the tool frame for which all limits must hold. The first is the one that the information is predicted
-    /// for.
+    /// for. Another one may be [`InertialParameters::zero`], the hand without a payload.
     pub payloads: Vec<InertialParameters>,
     /// Targets for the half widths of the 95 % intervals, in the order and the units of
     /// [`VALUE_NAMES`](tactid_identify::VALUE_NAMES).
@@ -267,7 +267,8 @@ impl Problem {
                 value(&name, entry, entry.is_finite(), "finite parameters")?;
             }
             let mass = payload.mass();
-            value(&name, mass, mass > 0.0, "a mass above zero")?;
+            let is_without = k > 0 && *payload == InertialParameters::zero();
+            value(&name, mass, mass > 0.0 || is_without, "a mass above zero")?;
         }
         Ok(())
     }

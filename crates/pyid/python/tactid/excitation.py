@@ -121,7 +121,8 @@ def design_excitation(
         longest: Longest duration that is tried for ``within``, s.
         payload: The expected payload, in the tip's frame.
         payload_mass_max: Largest mass of a payload of which only a box is known, kg. Half of it,
-            filling the box evenly, is expected; and all limits hold with all of it at any corner.
+            filling the box evenly, is expected; and all limits hold with all of it at any corner,
+            and without a payload.
         payload_box: Least and largest corner of the box, in the tip's frame, (2, 3), m. It must not
             touch the robot, either; with ``payload``, it serves for this only.
         sample_rate: Samples of the sensors per second, Hz. Default: ``rate``.
@@ -273,7 +274,7 @@ def _payloads(
         mass_max / 2, corners.mean(axis=0), mass_max / 2 * np.diag([y + z, x + z, x + y])
     )
     # On a fixed base, effort and wrench are linear in the parameters: those of a body in the box
-    # are between those of these bodies and those without a payload, which are not checked.
+    # are between those of these bodies and those without a payload, which the design adds.
     points = [MassProperties(mass_max, corner, np.zeros((3, 3))) for corner in product(*corners.T)]
     return [payload or even, *points]
 

@@ -56,8 +56,9 @@ def excite(
         writers = motion_files.writers(motion, out)
         writers[out / REPORT] = partial(_write_report, motion)
         check_outputs({f"{path.name} in --out": path for path in writers}, {"--urdf": urdf})
-        _print(motion)
+        # The table comes second: a design of a minute outlives a closed standard output.
         write_files(writers)
+    _print(motion)
     notes.print(f"Wrote {out}: {', '.join(path.name for path in writers)}.")
 
 
