@@ -2,8 +2,6 @@
 
 use std::ops::ControlFlow;
 
-use tactid_identify::equations::window;
-
 use crate::ExcitationError;
 use crate::collisions::CollisionFinding;
 use crate::cones::cones;
@@ -11,15 +9,16 @@ use crate::dense::{DenseMotion, Excursion, Usage};
 use crate::joint_limits::JointLimits;
 use crate::joint_rows::{ROUNDING, joint_rows};
 use crate::limits::{Limit, Margin};
-use crate::motion::{JointStates, Trajectory};
+use crate::motion::Trajectory;
 use crate::objective::Objective;
 use crate::plant::Plant;
 use crate::prediction::{Prediction, predict};
 use crate::problem::Problem;
 use crate::progress::{Observer, report};
+use crate::rest::check_rest;
 use crate::samples::{Grid, Sampler};
 use crate::search::{FIRST_RADIUS, Point, Search};
-use crate::settings::DesignSettings;
+use crate::settings::{DesignSettings, passes};
 use crate::spline::SplineBasis;
 use crate::variables::{End, Variables};
 
@@ -44,7 +43,8 @@ const ROUND_ITERATIONS: usize = 3;
 /// move from one limit to another.
 const ROUND_RADIUS: f64 = 0.15;
 
-/// Fraction of a limit that a motion is moved away from it where it exceeded it.
+/// Fraction of a limit that a motion is moved away from it in the first round where it exceeded it. Each round doubles it: the
+/// excess that is left shrinks from round to round, but a motion along a distance of two bodies keeps a little of it.
 const CLEARANCE: f64 = 1e-5;
 
 /// Least factor by which a motion is shrunk to be within all limits.
@@ -92,6 +92,9 @@ pub fn design(problem: &Problem, settings: &DesignSettings) -> Result<Design, Ex
 /// For all payloads of the problem, limits on position, velocity and acceleration hold at all times; those on torques, wrench,
 /// grip and base at samples 10 ms apart (at least 500) and at the peaks of the parabolas through them.
 ///
+/// A motion of 15 s or more that need not end at a given posture has several passes along the same splines, in turn forth
+/// and back, each of about 10 s (at least ten averaging windows). All limits hold in each, and the variance falls with their number.
+///
 /// With [`End::At`], the search starts from one smooth step from the start to the end. It does not look for another way: where
 /// this step exceeds a limit on position, velocity or acceleration, the design is [`ExcitationError::Impossible`] although a
 /// detour may exist; and where it exceeds torques, grip or base, the search may not find the motions that hold them.
@@ -121,6 +124,30 @@ pub(crate) fn design_like(
     observer: &mut Observer<'_>,
 ) -> Result<Design, ExcitationError> {
     problem.check()?;
+    let passes = passes(problem);
+    if passes == 1 {
+        return design_pass(problem, settings, like, observer);
+    }
+    let pass = Problem {
+        duration_s: problem.duration_s / passes as f64,
+        ..problem.clone()
+    };
+    let design = design_pass(&pass, settings, like, observer)?;
+    let trajectory = design.trajectory.with_passes(passes);
+    Ok(Design {
+        prediction: predict(problem, &trajectory)?,
+        trajectory,
+        ..design
+    })
+}
+
+/// Designs a motion of one pass along its splines.
+fn design_pass(
+    problem: &Problem,
+    settings: &DesignSettings,
+    like: Option<&Trajectory>,
+    observer: &mut Observer<'_>,
+) -> Result<Design, ExcitationError> {
     let count = settings.control_points_for(problem);
     let mut designer = Designer::new(problem, count.min(FIRST_CONTROL_POINTS))?;
     let (mut point, mut radius) = designer.best_start(settings, like, observer)?;
@@ -237,14 +264,16 @@ impl<'a> Designer<'a> {
         observer: &mut Observer<'_>,
     ) -> Result<Design, ExcitationError> {
         let mut radius_of_round = ROUND_RADIUS;
+        let mut clearance = CLEARANCE;
         for _ in 0..ROUNDS {
-            if !self.tighten(&point)? {
+            if !self.tighten(&point, clearance)? {
                 return self.design(&point.values);
             }
             let again = self.search.point(point.values.clone())?;
             let from = again.ok_or(ExcitationError::NotObservable)?;
             let mut radius = radius_of_round;
             radius_of_round *= 0.5;
+            clearance *= 2.0;
             let search = &mut self.search;
             point = search.improve(from, &mut radius, start, ROUND_ITERATIONS, observer)?;
         }
@@ -291,8 +320,9 @@ impl<'a> Designer<'a> {
         Trajectory::new(self.problem.duration_s, &self.problem.start, splines)
     }
 
-    /// Tightens the cones that a motion exceeds at closely spaced times, and returns whether there are any.
-    fn tighten(&mut self, point: &Point) -> Result<bool, ExcitationError> {
+    /// Tightens the cones that a motion exceeds at closely spaced times, by the excess and a clearance, and returns whether there
+    /// are any.
+    fn tighten(&mut self, point: &Point, clearance: f64) -> Result<bool, ExcitationError> {
         let trajectory = self.trajectory(&point.values);
         let dense = DenseMotion::new(&mut self.plant, &trajectory)?;
         let mut any = false;
@@ -300,7 +330,7 @@ impl<'a> Designer<'a> {
             let slack = dense.used(cone, self.problem).slack;
             if slack < 0.0 {
                 // A little more than the excess, because the motion moves towards the limit again.
-                cone.tightening += CLEARANCE - 1.1 * slack;
+                cone.tightening += clearance - 1.1 * slack;
                 any = true;
             }
         }
@@ -392,35 +422,4 @@ fn variables(problem: &Problem, count: usize, joints: &[usize]) -> Variables {
         End::At(end) => Some(of_joints(end)),
     };
     Variables::new(basis, of_joints(&problem.start), end)
-}
-
-/// Checks that the robot can rest where the motion starts and ends, and that the motion is long enough.
-fn check_rest(
-    problem: &Problem,
-    plant: &mut Plant,
-    joints: &[usize],
-) -> Result<(), ExcitationError> {
-    let window_s = window::length_s(problem.sensing.equations.cutoff_hz);
-    if problem.duration_s <= window_s {
-        return Err(ExcitationError::TooShort {
-            duration_s: problem.duration_s,
-            window_s,
-        });
-    }
-    let mut places = vec![("at the start", &problem.start)];
-    if let End::At(end) = &problem.end {
-        places.push(("at the end", end));
-    }
-    let cones = cones(problem, plant);
-    for (at, posture) in places {
-        let dense = DenseMotion::of_states(plant, vec![JointStates::at_rest(posture)], 0.0)?;
-        let margins = dense.margins(problem, &cones, joints);
-        let exceeded = margins
-            .into_iter()
-            .find(|margin| margin.used > 1.0 + ROUNDING);
-        if let Some(Margin { limit, used, .. }) = exceeded {
-            return Err(ExcitationError::Impossible { limit, used, at });
-        }
-    }
-    Ok(())
 }

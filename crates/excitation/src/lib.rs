@@ -78,6 +78,7 @@ mod plant;
 mod prediction;
 mod problem;
 mod progress;
+mod rest;
 mod samples;
 mod search;
 mod settings;

@@ -47,9 +47,15 @@ pub trait Motion {
 }
 
 /// A motion of some joints along splines, while the other joints of the robot rest.
+///
+/// A long motion goes along its splines several times, in turn forth and back. On the way back, positions and accelerations are
+/// the same in reverse order and velocities have the opposite sign, so that torques and wrenches, which are quadratic in
+/// velocities, are those of the way forth, and a free-floating base without momentum returns along its own path. A limit that
+/// holds in the first pass therefore holds in all of them.
 #[derive(Clone, Debug)]
 pub struct Trajectory {
-    duration_s: f64,
+    pass_s: f64,
+    passes: usize,
     posture: Vec<f64>,
     splines: Vec<(usize, Spline)>,
 }
@@ -58,13 +64,25 @@ impl Trajectory {
     /// Creates the motion from the posture of all joints, and the index and the spline of each joint that moves.
     pub(crate) fn new(duration_s: f64, posture: &[f64], splines: Vec<(usize, Spline)>) -> Self {
         Self {
-            duration_s,
+            pass_s: duration_s,
+            passes: 1,
             posture: posture.to_vec(),
             splines,
         }
     }
 
-    /// Returns the spline of each joint that moves, with the index of the joint in the robot's order.
+    /// Returns the motion that passes along the splines so often, in turn forth and back.
+    pub(crate) fn with_passes(self, passes: usize) -> Self {
+        Self { passes, ..self }
+    }
+
+    /// Returns the number of passes along the splines, in turn forth and back.
+    #[must_use]
+    pub fn passes(&self) -> usize {
+        self.passes
+    }
+
+    /// Returns the spline of each joint that moves in the first pass, with the index of the joint in the robot's order.
     pub fn splines(&self) -> impl ExactSizeIterator<Item = (usize, &Spline)> {
         self.splines.iter().map(|(joint, spline)| (*joint, spline))
     }
@@ -72,15 +90,22 @@ impl Trajectory {
 
 impl Motion for Trajectory {
     fn duration_s(&self) -> f64 {
-        self.duration_s
+        self.pass_s * self.passes as f64
     }
 
     fn at(&self, time_s: f64) -> JointStates {
+        let pass = ((time_s / self.pass_s) as usize).min(self.passes - 1);
+        let since_s = time_s - pass as f64 * self.pass_s;
+        let (time_s, sign) = if pass.is_multiple_of(2) {
+            (since_s, 1.0)
+        } else {
+            (self.pass_s - since_s, -1.0)
+        };
         let mut states = JointStates::at_rest(&self.posture);
         for (joint, spline) in &self.splines {
             let [position, velocity, acceleration] = spline.at(time_s);
             states.position[*joint] = position;
-            states.velocity[*joint] = velocity;
+            states.velocity[*joint] = sign * velocity;
             states.acceleration[*joint] = acceleration;
         }
         states

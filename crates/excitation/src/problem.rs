@@ -59,6 +59,9 @@ const LONGEST_S: f64 = 3600.0;
 /// Default least distance of bodies, m.
 const LEAST_DISTANCE_M: f64 = 0.01;
 
+/// Largest least distance of bodies, m: larger distances are not computed.
+pub(crate) const LARGEST_LEAST_DISTANCE_M: f64 = 0.08;
+
 /// A motion to be designed: [`Problem::new`] makes one, whose fields can then be changed.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -80,7 +83,7 @@ pub struct Problem {
     /// What is measured.
     pub sensing: Sensing,
     /// Payloads in the tool frame for which all limits must hold. The first is the one that the information is predicted
-    /// for.
+    /// for. Another one may be [`InertialParameters::zero`], the hand without a payload.
     pub payloads: Vec<InertialParameters>,
     /// Targets for the half widths of the 95 % intervals, in the order and the units of
     /// [`VALUE_NAMES`](tactid_identify::VALUE_NAMES).
@@ -101,8 +104,9 @@ pub struct Problem {
     /// Shapes of the links, which must not touch one another, the payload's bounding box or a keep-out box. Default: none, so
     /// that collisions of the robot are not tested.
     pub collisions: Option<CollisionModel>,
-    /// Least distance of links, payload and keep-out boxes, m. Default: 0.01. A pair without a keep-out box that is closer than
-    /// twice that at the start must keep half of its distance at the start.
+    /// Least distance of links, payload and keep-out boxes, m: at most 0.08. Default: 0.01. A pair without a keep-out box that is
+    /// closer than twice that at the start must keep half of its distance at the start, which
+    /// [`CollisionFinding::LeastDistanceReduced`](crate::CollisionFinding) reports.
     pub least_distance_m: f64,
 }
 
@@ -213,6 +217,14 @@ impl Problem {
         }
         self.workspace.check()?;
         positive("least_distance_m", self.least_distance_m)?;
+        value(
+            "least_distance_m",
+            self.least_distance_m,
+            self.least_distance_m <= LARGEST_LEAST_DISTANCE_M,
+            &format!(
+                "at most {LARGEST_LEAST_DISTANCE_M} m, beyond which distances are not computed"
+            ),
+        )?;
         self.check_base()
     }
 
@@ -265,7 +277,8 @@ impl Problem {
                 value(&name, entry, entry.is_finite(), "finite parameters")?;
             }
             let mass = payload.mass();
-            value(&name, mass, mass > 0.0, "a mass above zero")?;
+            let is_without = k > 0 && *payload == InertialParameters::zero();
+            value(&name, mass, mass > 0.0 || is_without, "a mass above zero")?;
         }
         Ok(())
     }

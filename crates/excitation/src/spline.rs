@@ -247,9 +247,9 @@ impl Spline {
         Self::new(basis.clone(), (0..basis.count()).map(point).collect())
     }
 
-    /// Returns the spline of another basis of the same duration that has the positions of this one at as many times as it has
-    /// control points: the same function where the other basis has the knots of this one. `None` where the interpolation
-    /// has no solution.
+    /// Returns the spline of another basis that has the positions of this one at as many fractions of the duration as it has
+    /// control points: the same function of this fraction where the other basis has the knots of this one. `None` where the
+    /// interpolation has no solution.
     pub(crate) fn in_basis(&self, basis: &SplineBasis) -> Option<Self> {
         let count = basis.count();
         let mut functions = DMatrix::zeros(count, count);
@@ -262,7 +262,7 @@ impl Spline {
             for (k, value) in local.values[0].iter().enumerate() {
                 functions[(row, local.first + k)] = *value;
             }
-            values[row] = self.at(time_s)[0];
+            values[row] = self.at(time_s * self.basis.duration_s / basis.duration_s)[0];
         }
         let control_points = functions.lu().solve(&values)?;
         Some(Self::new(basis.clone(), control_points.as_slice().to_vec()))
@@ -361,6 +361,19 @@ mod tests {
                 let difference = (other.at(t)[0] - spline.at(t)[0]).abs();
                 assert!(difference < tolerance, "{count} {t} {difference}");
             }
+        }
+    }
+
+    /// In a basis of another duration, a spline is the same function of the fraction of the duration.
+    #[test]
+    fn another_duration_stretches_the_function() {
+        let mut random = SmallRng::seed_from_u64(6);
+        let points = (0..13).map(|_| random.random_range(-1.0..1.0)).collect();
+        let spline = Spline::new(SplineBasis::new(13, 2.0), points);
+        let longer = spline.in_basis(&SplineBasis::new(21, 5.0)).unwrap();
+        for k in 0..=100 {
+            let t = f64::from(k) * 0.02;
+            assert!((longer.at(2.5 * t)[0] - spline.at(t)[0]).abs() < 1e-11);
         }
     }
 

@@ -62,6 +62,63 @@ fn designs_beat_random_motions() {
     }
 }
 
+/// A motion of the double duration has intervals that are at most 0.75 times as wide (a repetition gives 0.71), within the same
+/// limits, on the ground and in orbit.
+#[test]
+fn a_longer_motion_is_better() {
+    let mut ground = on_ground();
+    ground.duration_s = 10.0;
+    let mut orbit = in_orbit();
+    orbit.duration_s = 10.0;
+    orbit.base.attitude_rad = Some(0.01);
+    for mut problem in [ground, orbit] {
+        let mut before = design(&problem, &DesignSettings::default()).unwrap();
+        for duration_s in [20.0, 40.0] {
+            problem.duration_s = duration_s;
+            let longer = design(&problem, &DesignSettings::default()).unwrap();
+            assert!((longer.trajectory.duration_s() - duration_s).abs() < 1e-9);
+            let ratio = longer.prediction.largest().1 / before.prediction.largest().1;
+            assert!(ratio < 0.75, "{duration_s} s: {ratio}");
+            let (margins, excursion) = margins(&problem, &longer.trajectory).unwrap();
+            for margin in &margins {
+                assert!(margin.used < 1.0 + 1e-3, "{margin:?}");
+            }
+            let turned = longer.excursion.attitude_rad;
+            assert!((excursion.attitude_rad - turned).abs() < 1e-3 * turned.max(1e-9));
+            before = longer;
+        }
+    }
+}
+
+/// The positions of a motion with several passes are continuous, and velocities and accelerations are their derivatives.
+#[test]
+fn passes_join_smoothly() {
+    let mut problem = on_ground();
+    problem.duration_s = 18.0;
+    let quick = DesignSettings {
+        starts: 1,
+        iterations: 4,
+        ..DesignSettings::default()
+    };
+    let motion = design(&problem, &quick).unwrap().trajectory;
+    assert_eq!(motion.passes(), 2);
+    let step_s = 1e-5;
+    for k in 0..1800 {
+        let time_s = 0.01 * f64::from(k) + 0.003;
+        let (before, at, after) = (
+            motion.at(time_s - step_s),
+            motion.at(time_s),
+            motion.at(time_s + step_s),
+        );
+        for joint in 0..at.position.len() {
+            let velocity = (after.position[joint] - before.position[joint]) / (2.0 * step_s);
+            assert!((velocity - at.velocity[joint]).abs() < 1e-6);
+            let acceleration = (after.velocity[joint] - before.velocity[joint]) / (2.0 * step_s);
+            assert!((acceleration - at.acceleration[joint]).abs() < 1e-4);
+        }
+    }
+}
+
 /// The same seed gives the same motion, to the last digit; another seed gives another one.
 #[test]
 fn a_seed_determines_the_motion() {

@@ -20,6 +20,18 @@ pub(crate) fn finding(finding: &CollisionFinding) -> FindingData {
             text: format!("not tested for collisions, because {because}"),
             pairs: pairs.clone(),
         },
+        CollisionFinding::LeastDistanceReduced {
+            pair,
+            at_start_m,
+            asked_m,
+        } => FindingData {
+            text: format!(
+                "half of the {:.1} mm at the start is the least distance, in place of {:.1} mm",
+                1e3 * at_start_m,
+                1e3 * asked_m
+            ),
+            pairs: vec![pair.clone()],
+        },
         other => FindingData {
             text: other.to_string(),
             pairs: Vec::new(),

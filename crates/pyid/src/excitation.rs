@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use nalgebra::{Point3, Unit, Vector3};
 use pyo3::prelude::*;
+use tactid_dynamics::InertialParameters;
 use tactid_excitation::{
     BaseBounds, Criterion, Design, DesignSettings, Grip, JointLimits, JointStates, Motion, Problem,
     Progress, Sensing, ShortestSettings, design_observed, margins, predict, shortest,
@@ -28,6 +29,9 @@ const BEGINNINGS: usize = 24;
 
 /// Number of designs that the search for the shortest motion needs, about.
 const DESIGNS_OF_SHORTEST: usize = 8;
+
+/// Accuracy of the inertia of an expected payload, relative to its size: a plate that is given in four digits is a body.
+const ROUNDING_OF_INERTIA: f64 = 1e-3;
 
 /// Topic of a designed motion.
 const TRAJECTORY_TOPIC: &str = "/joint_trajectory";
@@ -174,14 +178,8 @@ fn problem(
     };
     let mut payloads = given.payloads.iter().map(|body| body.get().0.into());
     let missing = || ArgumentError::new_err("`payload` is missing");
-    let expected = payloads.next().ok_or_else(missing)?;
-    let targets = targets_within(&expected, given.within)
-        .ok_or_else(|| option_error("the expected payload has no mass".to_owned(), "payload"))?;
-    if targets.contains(&0.0) {
-        let message = "the centre of mass of the expected payload is at the origin of the tip's frame, so that no \
-                       precision can be a fraction of it: expect it elsewhere";
-        return Err(option_error(message.to_owned(), "payload"));
-    }
+    let expected: InertialParameters = payloads.next().ok_or_else(missing)?;
+    let targets = targets(&expected, given.within)?;
     let tip = request.tip.as_deref().unwrap_or("tool0");
     let read_mesh = given.read_mesh.as_ref();
     let collisions = read_mesh
@@ -190,6 +188,10 @@ fn problem(
     let model = model.clone();
     let mut problem = Problem::new(model, tip, &given.start, limits, sensing, expected, targets);
     problem.payloads.extend(payloads);
+    if problem.payloads.len() > 1 {
+        // With the hand that holds nothing, efforts and wrenches on a fixed base hold for all bodies between the payloads.
+        problem.payloads.push(InertialParameters::zero());
+    }
     problem.duration_s = given
         .duration
         .unwrap_or(problem.duration_s.min(given.longest));
@@ -205,6 +207,24 @@ fn problem(
         problem.criterion = Criterion::Volume;
     }
     Ok(problem)
+}
+
+/// Returns the targets of an expected payload, which must be a body with a centre of mass and an inertia.
+fn targets(expected: &InertialParameters, within: f64) -> PyResult<[f64; 10]> {
+    // A point is a payload of which the inertia is not known.
+    if !expected.is_physical_within(ROUNDING_OF_INERTIA) {
+        let message = "the inertia of the expected payload is that of no body: expected a positive definite matrix whose \
+                       largest principal moment is at most the sum of the others";
+        return Err(option_error(message.to_owned(), "payload"));
+    }
+    let targets = targets_within(expected, within)
+        .ok_or_else(|| option_error("the expected payload has no mass".to_owned(), "payload"))?;
+    if targets.contains(&0.0) {
+        let message = "the centre of mass of the expected payload is at the origin of the tip's frame, so that no \
+                       precision can be a fraction of it: expect it elsewhere";
+        return Err(option_error(message.to_owned(), "payload"));
+    }
+    Ok(targets)
 }
 
 fn grip((center, normal, distance, force, friction, radius, used): GripData) -> PyResult<Grip> {

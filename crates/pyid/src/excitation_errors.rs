@@ -51,6 +51,7 @@ fn with_remedy(message: &str, keyword: Option<&'static str>) -> PyErr {
 /// Returns the keyword that sets a limit; `None` for those of the URDF alone.
 fn keyword_of_limit(limit: &Limit) -> Option<&'static str> {
     match limit {
+        Limit::Position(_) => Some("start"),
         Limit::Velocity(_) => Some("speed"),
         Limit::Acceleration(_) => Some("acceleration"),
         Limit::Wrench(_) => Some("wrench_limit"),

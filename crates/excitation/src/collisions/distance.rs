@@ -9,11 +9,11 @@ use super::model::CollisionFinding;
 use super::pairs::{Pair, Tested, pairs};
 use super::placed::{Part, PartPlace, Solid};
 use crate::ExcitationError;
-use crate::problem::Problem;
+use crate::problem::{LARGEST_LEAST_DISTANCE_M, Problem};
 
 /// Largest distance that is computed, m. Pairs that are further apart count as so far apart, and most of them cost a
 /// comparison of boxes or the first steps of a search only.
-pub(crate) const REACH_M: f64 = 0.08;
+pub(crate) const REACH_M: f64 = LARGEST_LEAST_DISTANCE_M;
 
 /// The closest points of two solids, each in the frame of its solid, and the direction from the first to the second in the
 /// frame of the base.
@@ -67,16 +67,26 @@ impl Distances {
     fn exclude_contacts(&mut self, workspace: &Workspace) {
         let mut at_start = vec![0.0; self.pairs.len()];
         self.measure(workspace, &mut at_start);
+        let solids = &self.solids;
+        let names = |pair: &Pair| [pair.first, pair.second].map(|k| solids[k].name.clone());
         let mut excluded = Vec::new();
         let mut kept = Vec::new();
         for (mut pair, distance) in self.pairs.drain(..).zip(at_start) {
             if pair.is_with_keep_out {
                 kept.push(pair);
             } else if distance > 0.0 {
-                pair.least_m = pair.least_m.min(0.5 * distance);
+                // A pair beyond reach is at least as far apart as any least distance.
+                if distance < REACH_M && 0.5 * distance < pair.least_m {
+                    self.findings.push(CollisionFinding::LeastDistanceReduced {
+                        pair: names(&pair),
+                        at_start_m: distance,
+                        asked_m: pair.least_m,
+                    });
+                    pair.least_m = 0.5 * distance;
+                }
                 kept.push(pair);
             } else {
-                excluded.push([pair.first, pair.second].map(|k| self.solids[k].name.clone()));
+                excluded.push(names(&pair));
             }
         }
         self.pairs = kept;

@@ -23,7 +23,7 @@ pub struct CollisionModel {
 }
 
 /// What is not part of a test for collisions.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum CollisionFinding {
     /// No link has a collision shape, so that collisions of the robot are not tested.
     NoShapes,
@@ -42,6 +42,15 @@ pub enum CollisionFinding {
         pairs: Vec<[String; 2]>,
         /// The reason.
         because: NotTested,
+    },
+    /// A pair is so close at the start that it keeps less than the least distance: half of its distance at the start.
+    LeastDistanceReduced {
+        /// Names of both, such as two links.
+        pair: [String; 2],
+        /// Distance at the start, m.
+        at_start_m: f64,
+        /// Least distance that the problem asks for, m.
+        asked_m: f64,
     },
 }
 
@@ -75,6 +84,16 @@ impl fmt::Display for CollisionFinding {
             } => write!(
                 formatter,
                 "the collision shape `{shape}` of link {link} is left out: {because}"
+            ),
+            Self::LeastDistanceReduced {
+                pair: [first, second],
+                at_start_m,
+                asked_m,
+            } => write!(
+                formatter,
+                "{first} and {second} keep half of the {:.1} mm that they have at the start, in place of {:.1} mm",
+                1e3 * at_start_m,
+                1e3 * asked_m
             ),
             Self::PairsNotTested { pairs, because } => {
                 let names = pairs

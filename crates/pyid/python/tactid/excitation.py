@@ -40,8 +40,9 @@ WRENCH_NOISE = (0.5, 0.5, 0.5, 0.05, 0.05, 0.05)
 EFFORT_NOISE = 0.5
 """Standard deviation of a joint effort of which nothing is known, N m or N."""
 
-MOST = 1e5
-"""Largest rate of the arrays, Hz, factor or acceleration; more is a mistake."""
+MOST = {"rate": 1e5, "acceleration": 1e5, "speed": 1.0, "least_distance": 0.08}
+"""Largest values of keywords: a larger rate, Hz, or acceleration is a mistake, a factor above 1
+exceeds the velocity limits of the URDF, and larger distances, m, are not computed."""
 
 Start: TypeAlias = ArrayLike | Mapping[str, float] | None
 _Floats: TypeAlias = NDArray[np.float64]
@@ -113,19 +114,21 @@ def design_excitation(
         start: Positions at the beginning: one for each joint, one for each joint that moves the
             tip, or a mapping from names. Default: 0, or the middle of a range that excludes it.
         sensors: Links in which wrenches are measured. Default: the tip.
-        duration: Duration, s. Default: 10, unless ``within`` is given.
+        duration: Duration, s. Default: 10, unless ``within`` is given. A motion of 15 s or more
+            passes several times along the same path, in turn forth and back.
         within: Target for half of each 95 % interval, as a fraction of the largest value of its
             kind: the motion is the shortest that reaches it. Not with ``duration``.
         longest: Longest duration that is tried for ``within``, s.
         payload: The expected payload, in the tip's frame.
         payload_mass_max: Largest mass of a payload of which only a box is known, kg. Half of it,
-            filling the box evenly, is expected; and all limits hold with all of it at any corner.
+            filling the box evenly, is expected; and all limits hold with all of it at any corner,
+            and without a payload.
         payload_box: Least and largest corner of the box, in the tip's frame, (2, 3), m. It must not
             touch the robot, either; with ``payload``, it serves for this only.
         sample_rate: Samples of the sensors per second, Hz. Default: ``rate``.
         base_noise: Standard deviations of the wrench that follows from the motion of a floating
             base, (6,), N and N m: for the methods joint-sensing and combined.
-        speed: Factor on the velocity limits of the URDF and on ``acceleration``.
+        speed: Factor on the velocity limits of the URDF and on ``acceleration``, at most 1.
         acceleration: Largest acceleration of a joint, rad/s² or m/s².
         wrench_limit: Largest magnitudes of the wrench on the payload in the tip's frame, (6,), N
             and N m.
@@ -139,7 +142,9 @@ def design_excitation(
             in, in the frame of the base, (2, 3), m.
         keep_out: Boxes that must not be entered, by their names: least and largest corner, in the
             frame of the base, (2, 3), m.
-        least_distance: Least distance of links, payload and keep-out boxes, m.
+        least_distance: Least distance of links, payload and keep-out boxes, m: at most 0.08. A pair
+            that is closer than twice that at the start keeps half of its distance there, unless it
+            is a keep-out box; the result lists those pairs.
         criterion: What is minimised: the largest interval relative to its target, or the volume of
             the confidence ellipsoid.
         seed: Seed of the search: the same seed gives the same motion.
@@ -203,8 +208,8 @@ def _check_duration(duration: float | None, within: float | None) -> None:
 
 def _check_positive(**keywords: float) -> None:
     for name, value in keywords.items():
-        if not 0 < value <= MOST:
-            expected = f"more than 0, and at most {MOST:g}"
+        if not 0 < value <= MOST[name]:
+            expected = f"more than 0, and at most {MOST[name]:g}"
             raise ArgumentError(f"`{name}` is {value}: expected {expected}", name)
 
 
@@ -269,7 +274,7 @@ def _payloads(
         mass_max / 2, corners.mean(axis=0), mass_max / 2 * np.diag([y + z, x + z, x + y])
     )
     # On a fixed base, effort and wrench are linear in the parameters: those of a body in the box
-    # are between those of these bodies and those without a payload, which are not checked.
+    # are between those of these bodies and those without a payload, which the design adds.
     points = [MassProperties(mass_max, corner, np.zeros((3, 3))) for corner in product(*corners.T)]
     return [payload or even, *points]
 

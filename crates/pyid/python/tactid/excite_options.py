@@ -130,7 +130,8 @@ _ARGUMENTS = (
         "speed",
         float,
         LIMITS,
-        "Factor on velocities and accelerations. Default: 1.",
+        "Factor on velocities and accelerations, at most 1, which is the velocity limit of the "
+        "URDF. Default: 1.",
     ),
     _Argument(
         "acceleration",
@@ -199,7 +200,8 @@ _ARGUMENTS = (
         "least_distance",
         float,
         LIMITS,
-        "Least distance of links, payload and keep-out boxes. Default: 0.01. Unit: m.",
+        "Least distance of links, payload and keep-out boxes, at most 0.08; a pair that is closer "
+        "at the start keeps half of that, and is listed. Default: 0.01. Unit: m.",
     ),
     _Argument(
         "sensors",
