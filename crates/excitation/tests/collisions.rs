@@ -184,10 +184,15 @@ fn the_payload_does_not_hit_the_robot() {
     let kept = design(&problem, &quick()).unwrap();
     assert!(used(&kept.trajectory) <= 1.0 + 1e-6);
     // The box of the payload overlaps the last two links, and neighbours their joints.
-    let [adjacent, touching] = kept.findings.as_slice() else {
+    let [adjacent, reduced, touching] = kept.findings.as_slice() else {
         panic!("{:?}", kept.findings)
     };
     let pair = |first: &str, second: &str| [first, second].map(str::to_owned);
+    assert!(matches!(
+        reduced,
+        CollisionFinding::LeastDistanceReduced { pair: names, at_start_m, asked_m }
+            if *names == pair("forearm_link", "wrist_2_link") && at_start_m < &(2.0 * asked_m)
+    ));
     assert_eq!(
         *touching,
         CollisionFinding::PairsNotTested {
