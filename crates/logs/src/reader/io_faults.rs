@@ -182,7 +182,7 @@ fn a_failing_read_is_one_error_at_every_byte_of_a_scan() {
 #[test]
 #[ignore = "takes some minutes"]
 fn a_failing_read_is_one_error_at_every_byte_of_a_long_log() {
-    let count = 1500;
+    let count = 3200;
     let bytes = log(count as u64);
     assert!(bytes.len() > 200_000, "{} bytes", bytes.len());
     assert_error_at_each_byte(&bytes, count);
