@@ -112,6 +112,7 @@ FINDINGS = [
         "calibration_contradicted",
         {"assumption": "gravity_tilted", "size": 0.0349, "std_dev": 0.0035, "joint": "elbow"},
     ),
+    Finding("joint_zero_moved", {"size": -0.0213, "std_dev": 0.0025, "joint": "elbow"}),
     Finding("recording_calibrated", {"is_loaded": True}),
     Finding("unknown_joints", {"joints": ["finger"]}),
     Finding("absent_joints", {"joints": ["head"]}),
@@ -259,6 +260,11 @@ SENTENCES = {
         " gravity tilted by 2 ± 0.39 degrees, which the efforts of elbow show most. The error is in"
         " the calibration, and its intervals do not contain it. Check `gravity`, and how the arm is"
         " mounted, and calibrate anew."
+    ),
+    "joint_zero_moved": (
+        "The data fit better if the zero of elbow has moved since the calibration: with positions"
+        " of 0.021 ± 0.0049 rad less, 8.5 standard deviations from none. The intervals do not"
+        " contain such an error. Check the zero of this joint, set it as it was, or calibrate anew."
     ),
     "recording_calibrated": (
         "This recording calibrated the arm with the payload that was given for it: the result"

@@ -60,6 +60,17 @@ pub(crate) fn calibration_contradicted(
     Ok(("calibration_contradicted", data))
 }
 
+/// Returns the data of a joint whose zero has moved since the calibration.
+pub(crate) fn joint_zero_moved(py: Python<'_>, found: &Contradiction) -> PyResult<FindingData> {
+    let Contradiction {
+        size,
+        std_dev,
+        joint,
+        ..
+    } = found;
+    Ok(("joint_zero_moved", fields!(py, size, std_dev, joint)))
+}
+
 /// Returns the data of a recording that calibrated the arm.
 pub(crate) fn recording_calibrated(
     py: Python<'_>,

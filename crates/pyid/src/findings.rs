@@ -12,7 +12,9 @@ use tactid_identify::{
 };
 use tactid_recordings::{Delay, Finding, NotUsedBecause};
 
-use crate::calibration_findings::{arm_changed, calibration_contradicted, recording_calibrated};
+use crate::calibration_findings::{
+    arm_changed, calibration_contradicted, joint_zero_moved, recording_calibrated,
+};
 use crate::finding_data::{FindingData, data, fields};
 use crate::keywords::keyword_of;
 
@@ -45,6 +47,7 @@ pub(crate) fn finding_data(
         }
         Finding::ArmChanged(changed) => return arm_changed(py, changed),
         Finding::CalibrationContradicted(found) => return calibration_contradicted(py, found),
+        Finding::JointZeroMoved(found) => return joint_zero_moved(py, found),
         Finding::RecordingCalibrated(used) => return recording_calibrated(py, *used),
         Finding::JointUncalibrated { joint } => ("joint_uncalibrated", fields!(py, joint)),
         Finding::UnknownJoints { joints } => ("unknown_joints", fields!(py, joints)),

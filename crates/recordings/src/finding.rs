@@ -94,6 +94,9 @@ pub enum Finding {
     },
     /// The recordings of the calibration contradict an assumption of it: the error is in the result, too.
     CalibrationContradicted(Contradiction),
+    /// The zero of a joint has moved since the calibration, which the result does not contain: the true position less the measured
+    /// one.
+    JointZeroMoved(Contradiction),
     /// The recording is one of those that calibrated the arm: its payload was given, and the result repeats it.
     RecordingCalibrated(CalibratingRecording),
     /// The messages have no stamps: their times are those of logging.

@@ -191,6 +191,13 @@ fn edited_numbers_of_joints_are_checked() {
         ),
         ("scales", "[1.0]", "it has 1 numbers, but must have "),
         ("noise_white", "0.0", "`noise_white` of the joint"),
+        (
+            "noise_white",
+            "1e9",
+            "1000000000 is not between 0.0000 and 58.8235",
+        ),
+        ("noise_slow", "59.0", "59 is not between 0.0000 and 58.8235"),
+        ("noise_standstill", "59.0", "59 is not between 0.0000 and"),
         ("noise_slow_time_s", "nan", "NaN is not finite"),
         ("reference_torque", "-1.0", "-1 is not finite and more"),
         ("max_velocity", "[1.0, -1.0]", "-1 is not finite"),
@@ -264,6 +271,36 @@ fn edited_keys_before_the_tables_are_checked() {
         lines.splice(place..end, [start + value]);
         let expected = format!("`{key}` is not valid");
         assert_refused(&lines.join("\n"), Some(place + 1), &expected);
+    }
+}
+
+/// A delay that no calibration finds, and windows that do not belong to the cutoff, are refused with what would be right; types
+/// are named in words.
+#[test]
+fn ranges_are_named() {
+    let text = written(&arm());
+    let cases = [
+        ("delay_s", "29.0", "29 is not between -0.0496 and 0.0496"),
+        ("delay_s", "-0.05", "-0.05 is not between -0.0496 and"),
+        ("window_s", "46.3", "46.3 is not 0.39685"),
+        (
+            "windows",
+            "\"many\"",
+            "expected a whole number that is not negative",
+        ),
+        (
+            "cutoff_hz",
+            "\"two\"",
+            "invalid type: string \"two\", expected a number",
+        ),
+    ];
+    for (key, value, part) in cases {
+        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+        let start = format!("{key} = ");
+        let place = lines.iter().position(|line| line.starts_with(&start));
+        let place = place.unwrap();
+        lines[place] = start + value;
+        assert_refused(&lines.join("\n"), Some(place + 1), part);
     }
 }
 

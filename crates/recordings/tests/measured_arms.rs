@@ -230,7 +230,9 @@ fn identified_errors(
     payload: &MassProperties,
 ) -> [(f64, f64); 10] {
     let identified = calibration.identify(&[loaded], &[], &BatchSettings::default());
-    let estimate = identified.unwrap().result.estimate;
+    let identified = identified.unwrap();
+    assert_eq!(identified.moved_zero, None);
+    let estimate = identified.result.estimate;
     let (values, std_devs) = (estimate.values(), estimate.std_devs.unwrap());
     let c = &payload.center_of_mass;
     let [xx, xy, xz, yy, yz, zz] = symmetric_entries(&payload.inertia);

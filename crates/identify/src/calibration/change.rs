@@ -16,7 +16,7 @@
 //! payload. The scale is therefore fixed with the rest conditional on it, and its variance `1 / (sᵀ P s)` is added to that
 //! of the payload.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::layout::{Group, Layout};
 use super::rows::Unknowns;
@@ -113,11 +113,21 @@ impl Size {
 
 /// A change that is compared with others, and the precision of the arm's unknowns with it.
 #[derive(Clone, Debug)]
-struct Candidate {
+pub(crate) struct Candidate {
     size: Size,
     precision: DMatrix<f64>,
     log_det: f64,
     scale_variance: f64,
+}
+
+/// Solution of the linearised equations with one of the changes that are compared.
+pub(crate) struct ChangeSolution {
+    /// Logarithm of the evidence times the prior probability of the change, but for a constant.
+    pub(crate) log_evidence: f64,
+    /// Step of all unknowns, in their units.
+    pub(crate) step: DVector<f64>,
+    /// Factor of the precision of all unknowns.
+    pub(crate) factor: Cholesky<f64, Dyn>,
 }
 
 /// All changes that are compared.
@@ -236,6 +246,23 @@ impl Changes {
         }
     }
 
+    /// Returns the linearised solution with each change, about some unknowns at which `data` are the normal equations of a problem,
+    /// without those that cannot be solved.
+    pub(crate) fn solutions<'a>(
+        &'a self,
+        problem: &Problem<'a>,
+        at: &'a Unknowns,
+        data: &'a NormalEquations,
+    ) -> impl Iterator<Item = (ChangeSolution, &'a Candidate)> + use<'a> {
+        let mut problem = problem.clone();
+        let solved = self.candidates.iter().map(move |candidate| {
+            problem.prior.precision.copy_from(&candidate.precision);
+            Some((candidate.solve(&problem, at, data)?, candidate))
+        });
+        let solved = solved.flatten();
+        solved.filter(|(solution, _)| solution.log_evidence.is_finite())
+    }
+
     /// Gives a problem the prior with the change that the recordings make most probable, about some unknowns at which
     /// `data` are their normal equations, and returns it with the variance of the scale that is fixed.
     pub(crate) fn choose(
@@ -244,14 +271,10 @@ impl Changes {
         at: &Unknowns,
         data: &NormalEquations,
     ) -> Result<(Change, f64), IdentifyError> {
-        let mut compared: Vec<(f64, &Candidate)> = Vec::with_capacity(self.candidates.len());
-        for candidate in &self.candidates {
-            problem.prior.precision.copy_from(&candidate.precision);
-            let log_evidence = candidate.log_evidence(problem, at, data);
-            if log_evidence.is_finite() {
-                compared.push((log_evidence, candidate));
-            }
-        }
+        let compared: Vec<(f64, &Candidate)> = self
+            .solutions(problem, at, data)
+            .map(|(solution, candidate)| (solution.log_evidence, candidate))
+            .collect();
         let best_of = |is_compared: fn(&Candidate) -> bool| {
             let of = compared
                 .iter()
@@ -282,23 +305,30 @@ fn fix_direction(precision: &mut DMatrix<f64>, direction: &DVector<f64>) -> f64 
 }
 
 impl Candidate {
-    /// Returns the logarithm of the evidence of the linearised equations times the prior probability of the change, but for a
-    /// constant; NaN where they cannot be solved.
-    fn log_evidence(&self, problem: &Problem<'_>, at: &Unknowns, data: &NormalEquations) -> f64 {
+    /// Solves the linearised equations; `None` where they cannot be solved.
+    fn solve(
+        &self,
+        problem: &Problem<'_>,
+        at: &Unknowns,
+        data: &NormalEquations,
+    ) -> Option<ChangeSolution> {
         let mut normal = data.clone().plus(problem.prior_equations(at));
         for k in problem.arm_len()..problem.len() {
             normal.matrix[(k, k)] += PAYLOAD_PRECISION;
         }
-        let Some(factor) = normal.matrix.cholesky() else {
-            return f64::NAN;
-        };
+        let factor = normal.matrix.cholesky()?;
         let log_det = 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
-        let least_squares = normal.squares - normal.rhs.dot(&factor.solve(&normal.rhs));
+        let step = factor.solve(&normal.rhs);
+        let least_squares = normal.squares - normal.rhs.dot(&step);
         let odds = if self.size.changes_gains() {
             GAIN_ODDS
         } else {
             0.0
         };
-        -0.5 * (least_squares + log_det - self.log_det) - odds
+        Some(ChangeSolution {
+            log_evidence: -0.5 * (least_squares + log_det - self.log_det) - odds,
+            step,
+            factor,
+        })
     }
 }

@@ -11,8 +11,10 @@ use super::arm::TILTS;
 use super::estimate::{CalibratedEstimate, WIDENING};
 use super::fit::{Fitted, problem};
 use super::layout::Group;
+use super::noise::EffortNoise;
 use super::payload::KnownPayload;
 use super::recording::EffortRecording;
+use super::rows::{EffortModel, Unknowns};
 use super::solver::{Block, Problem};
 use crate::IdentifyError;
 use crate::combine::f_p;
@@ -110,11 +112,9 @@ pub(crate) fn contradiction(
     let problem = problem(recordings, &fitted.model, fitted.prior.clone());
     let tests = tests(recordings, fitted);
     // Gravity, zeros, gains, and centres of mass.
-    let joints = fitted.model.layout.joints;
-    let count = TILTS + 2 * joints + 3 * problem.payload_scales.len();
     let factor = fitted.precision().clone().cholesky();
     let factor = factor.ok_or(IdentifyError::CalibrationFailed)?;
-    let sums = sums(&problem, fitted, count);
+    let sums = sums(&problem, &fitted.unknowns, &fitted.noise);
     let information = &sums.information - &sums.coupling * factor.solve(&sums.coupling.transpose());
     let mut strongest: Option<Evidence> = None;
     for test in &tests {
@@ -142,7 +142,7 @@ fn tests(recordings: &[(&EffortRecording, Option<KnownPayload>)], fitted: &Fitte
     let revolute = (0..joints).filter(|&joint| arm.units[joint] == "N m");
     tests.extend(revolute.map(|joint| Test {
         assumption: Assumption::JointZero,
-        columns: TILTS + joint..TILTS + joint + 1,
+        columns: column_of_zero(joint)..column_of_zero(joint) + 1,
         joint: Some(joint),
         least: MIN_ANGLE_RAD,
     }));
@@ -169,18 +169,25 @@ fn tests(recordings: &[(&EffortRecording, Option<KnownPayload>)], fitted: &Fitte
     tests
 }
 
-/// Sums over all whitened rows.
-struct Sums {
+/// Sums over all whitened rows, with the columns of the unknowns of all tests: tilts of gravity, zeros, gains, and centres of mass.
+pub(crate) struct Sums {
     /// Products of the columns of the tests with each other.
-    information: DMatrix<f64>,
+    pub(crate) information: DMatrix<f64>,
     /// Products of the columns of the tests with those of the fit.
-    coupling: DMatrix<f64>,
+    pub(crate) coupling: DMatrix<f64>,
     /// Products of the columns of the tests with the residuals of each joint.
-    scores: DMatrix<f64>,
+    pub(crate) scores: DMatrix<f64>,
 }
 
-fn sums(problem: &Problem<'_>, fitted: &Fitted, count: usize) -> Sums {
-    let joints = fitted.model.layout.joints;
+/// Returns the column of the zero of a joint among those of [`Sums`].
+pub(crate) fn column_of_zero(joint: usize) -> usize {
+    TILTS + joint
+}
+
+/// Returns the sums at some unknowns, with the noise of each joint.
+pub(crate) fn sums(problem: &Problem<'_>, at: &Unknowns, noise: &[EffortNoise]) -> Sums {
+    let joints = problem.model.layout.joints;
+    let count = TILTS + 2 * joints + 3 * problem.payload_scales.len();
     let mut sums = Sums {
         information: DMatrix::zeros(count, count),
         coupling: DMatrix::zeros(count, problem.len()),
@@ -188,9 +195,9 @@ fn sums(problem: &Problem<'_>, fitted: &Fitted, count: usize) -> Sums {
     };
     for block in &problem.blocks {
         for joint in 0..joints {
-            let mut rows = problem.rows(block, joint, &fitted.unknowns);
-            let mut columns = columns(block, joint, fitted, count);
-            let whitening = block.whitening(joint, &fitted.noise[joint]);
+            let mut rows = problem.rows(block, joint, at);
+            let mut columns = columns(block, joint, (problem.model, at), count);
+            let whitening = block.whitening(joint, &noise[joint]);
             whitening.apply(&mut rows);
             whitening.apply(&mut columns);
             sums.information += columns.tr_mul(&columns);
@@ -209,8 +216,12 @@ fn sums(problem: &Problem<'_>, fitted: &Fitted, count: usize) -> Sums {
 
 /// Returns the derivatives of the modelled effort of a joint with respect to the unknowns of all tests. Those of gravity and
 /// of the zeros are of the links as described and of the payload as estimated.
-fn columns(block: &Block<'_>, joint: usize, fitted: &Fitted, count: usize) -> DMatrix<f64> {
-    let (model, at) = (&fitted.model, &fitted.unknowns);
+fn columns(
+    block: &Block<'_>,
+    joint: usize,
+    (model, at): (&EffortModel, &Unknowns),
+    count: usize,
+) -> DMatrix<f64> {
     let joints = model.layout.joints;
     let payload = block.payload.map(|payload| &at.payloads[payload]);
     let rows = model.rows(block.recording, joint, &block.windows, &at.arm, payload);

@@ -2,6 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::contradiction::Contradiction;
 use crate::batch::BatchResult;
 use crate::solve::HALF_WIDTH_95;
 
@@ -37,6 +38,10 @@ pub struct CalibratedEstimate {
     /// How the gains of the joints have changed since the calibration; `None` where the recordings do not show that they
     /// have, and where the change is that of every day.
     pub gain_change: Option<ArmChange>,
+    /// The zero of a joint that has moved since the calibration, with [`Assumption::JointZero`](super::Assumption::JointZero); `None`
+    /// where the recordings do not show one, and where their settings do not
+    /// [find contradictions](super::CalibrationSettings::finds_contradictions). The intervals do not contain its effect.
+    pub moved_zero: Option<Contradiction>,
 }
 
 /// How friction or gains of the joints have changed since a calibration.

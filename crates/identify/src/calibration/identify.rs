@@ -207,6 +207,7 @@ impl Solution<'_> {
             misfit: best.misfit.clone(),
             friction_change: self.friction_change(),
             gain_change: self.gain_change(),
+            moved_zero: best.moved_zero.clone(),
         }
     }
 

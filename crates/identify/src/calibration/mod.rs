@@ -41,6 +41,7 @@ mod identify;
 mod interruption;
 mod layout;
 mod model;
+mod moved_zero;
 mod noise;
 mod noise_fit;
 mod payload;

@@ -5,6 +5,7 @@ use tactid_dynamics::{InertialParameters, Manipulator};
 
 use super::arm::{Arm, WIDTHS};
 use super::compare::{EffortComparison, compare};
+use super::delay::LONGEST;
 use super::description::{LinkDescription, check_descriptions};
 use super::layout::{Group, Layout};
 use super::noise::EffortNoise;
@@ -13,7 +14,12 @@ use super::rows::EffortModel;
 use super::settings::CalibrationSettings;
 use super::solver::Prior;
 use crate::IdentifyError;
+use crate::equations::window;
 use crate::solve::subspace::Vector;
+
+/// Largest noise of window means that is plausible, in reference torques. A reference torque is at least 0.003 of the range of the
+/// joint's efforts, so that a larger noise exceeds three times this range; that of the measured arms of the tests is at most 12.
+const LARGEST_NOISE_RATIO: f64 = 1e3;
 
 /// What a calibration knows of an arm: the mean and the precision of all unknowns, and the noise of each joint.
 ///
@@ -99,6 +105,26 @@ impl Calibration {
         check_descriptions(&self.links, own, &arm.descriptions, &self.gravity)
     }
 
+    /// Returns the length of the averaging windows, s, which belongs to the cutoff.
+    #[must_use]
+    pub fn window_s(&self) -> f64 {
+        window::length_s(self.cutoff_hz)
+    }
+
+    /// Returns the longest delay of the efforts in either direction, s: the window means of longer ones would be wrong.
+    #[must_use]
+    pub fn longest_delay_s(&self) -> f64 {
+        LONGEST * self.window_s()
+    }
+
+    /// Returns the largest standard deviation of the noise of a joint's window means that is plausible, N m or N; `None` where the
+    /// calibration has no such joint.
+    #[must_use]
+    pub fn largest_noise(&self, joint: usize) -> Option<f64> {
+        let torque = self.reference_torques.get(joint)?;
+        Some(LARGEST_NOISE_RATIO * torque)
+    }
+
     /// Checks that all fields have the right lengths and valid numbers.
     pub(crate) fn check_data(&self) -> Result<(), IdentifyError> {
         let layout = self.layout()?;
@@ -134,7 +160,15 @@ impl Calibration {
         self.check_unknowns(&layout)?;
         let torques = self.reference_torques.iter().copied();
         check_numbers("reference_torques", torques, is_positive)?;
-        check_numbers("cutoff_hz", [self.cutoff_hz].into_iter(), is_positive)
+        check_numbers("cutoff_hz", [self.cutoff_hz].into_iter(), is_positive)?;
+        for (joint, noise) in self.noise.iter().enumerate() {
+            let largest = self.largest_noise(joint).unwrap_or(0.0);
+            let noise = [noise.white, noise.slow, noise.standstill].into_iter();
+            check_numbers("noise", noise, |value| value <= largest)?;
+        }
+        let delay = [self.parameters[layout.index(Group::Delay, 0)]].into_iter();
+        let longest_s = self.longest_delay_s();
+        check_numbers("delay", delay, |delay_s| delay_s.abs() <= longest_s)
     }
 
     /// Checks that gains are positive, that only those that are known have no scale, and that the precision is that of a

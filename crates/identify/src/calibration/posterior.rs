@@ -3,7 +3,9 @@
 use nalgebra::{DMatrix, DVector, SMatrix, SymmetricEigen};
 
 use super::change::{ArmErrors, Change, Changes};
+use super::contradiction::Contradiction;
 use super::fit::PAYLOAD_SCALES;
+use super::moved_zero::moved_zero;
 use super::noise::EffortNoise;
 use super::payload::PayloadRow;
 use super::recording::EffortRecording;
@@ -45,6 +47,8 @@ pub(crate) struct Posterior {
     pub(crate) change: Change,
     /// Unknowns of the arm.
     pub(crate) arm: Vec<f64>,
+    /// The zero of a joint that has moved since, if the recordings show one.
+    pub(crate) moved_zero: Option<Contradiction>,
     /// Unknowns of the arm at its calibration with the change since, as far as it is no error of the calibration.
     pub(crate) changed: Vec<f64>,
 }
@@ -136,6 +140,7 @@ fn solve(
     let of_arm = covariance_of(&last.spectrum);
     let of_gradient = of_gradient(&last.coupling, &of_arm, &scales);
     let unloaded_errors = unloaded_errors(problem, &at, &enlarged, &of_gradient);
+    let moved_zero = moved_zero(problem, &at, &enlarged, &changes);
     let Unknowns { arm, payloads } = at;
     let of_scale = scale_variance.sqrt() * payloads[0];
     let precision = &problem.prior.precision;
@@ -151,6 +156,7 @@ fn solve(
         changed: changes.changed(&change, problem, &arm),
         change,
         arm,
+        moved_zero,
     })
 }
 

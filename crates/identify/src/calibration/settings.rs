@@ -23,8 +23,9 @@ pub struct CalibrationSettings {
     /// calibration. 0 where efforts are torques, 0.05 where gains are claimed, 0.2 where they are found with a recording
     /// of a known mass. Default: 0.
     pub gain_std_dev: f64,
-    /// Whether recordings keep what a [`Contradiction`](super::Contradiction) is found from. It takes an inverse dynamics for
-    /// each joint and sample, which an identification does not need. Default: true.
+    /// Whether recordings keep what a [`Contradiction`](super::Contradiction) of a calibration, or a
+    /// [zero that has moved](super::CalibratedEstimate::moved_zero) since, is found from. It takes an inverse dynamics for each joint and
+    /// sample. Default: true.
     pub finds_contradictions: bool,
 }
 

@@ -159,6 +159,18 @@ def _calibration_contradicted(data: Data, style: Style) -> str:
     return f"The calibration is contradicted by its own recordings. {of_calibration}"
 
 
+def _joint_zero_moved(data: Data, _: Style) -> str:
+    size = f"{abs(data['size']):.2g} ± {two_figures(Z95 * data['std_dev'])} rad"
+    direction = "more" if data["size"] > 0 else "less"
+    return (
+        f"The data fit better if the zero of {data['joint']} has moved since the calibration: with"
+        f" positions of {size} {direction},"
+        f" {at_most(abs(data['size']) / data['std_dev'], 1)} standard deviations from none. The"
+        " intervals do not contain such an error. Check the zero of this joint, set it as it was,"
+        " or calibrate anew."
+    )
+
+
 def _recording_calibrated(data: Data, _: Style) -> str:
     held = "with the payload that was given for it" if data["is_loaded"] else "without a payload"
     return (
@@ -203,6 +215,7 @@ CALIBRATION_FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "effort_noisier": _effort_noisier,
     "joint_uncalibrated": _joint_uncalibrated,
     "calibration_contradicted": _calibration_contradicted,
+    "joint_zero_moved": _joint_zero_moved,
     "recording_calibrated": _recording_calibrated,
     "friction_changed": _friction_changed,
     "gains_changed": _gains_changed,

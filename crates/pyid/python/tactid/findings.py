@@ -17,6 +17,7 @@ CONTRADICTIONS = (
     "twist_contradicted",
     "gravity_contradicted",
     "calibration_contradicted",
+    "joint_zero_moved",
     "negative_mass",
     "known_bodies_too_heavy",
 )

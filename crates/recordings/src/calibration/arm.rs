@@ -20,7 +20,6 @@ impl ArmCalibration {
         CalibrationSettings {
             gravity: Some(self.model.gravity),
             cutoff_hz: self.model.cutoff_hz,
-            finds_contradictions: false,
             ..CalibrationSettings::default()
         }
     }

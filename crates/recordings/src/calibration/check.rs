@@ -73,8 +73,18 @@ fn check_whole(arm: &ArmCalibration, text: &str) -> Result<(), Fault> {
         return Err(place.fault("friction_velocities", &error.to_string()));
     }
     place.check("window_s", &[report.window_s], POSITIVE)?;
+    let window_s = model.window_s();
+    if (report.window_s / window_s - 1.0).abs() > ROUNDING {
+        let reason = format!(
+            "{} is not {window_s}, the length of a window that belongs to `cutoff_hz`",
+            report.window_s
+        );
+        return Err(place.fault("window_s", &reason));
+    }
     place.check("log_evidence", &[model.log_evidence], FINITE)?;
     place.check("delay_s", &[report.delay.delay_s], FINITE)?;
+    let longest_s = model.longest_delay_s();
+    place.check_within("delay_s", report.delay.delay_s, -longest_s, longest_s)?;
     place.check("delay_std_dev_s", &[report.delay.std_dev_s], NOT_NEGATIVE)?;
     place.check("delay_scale_s", &[layout.delay(&model.scales)], POSITIVE)
 }
@@ -116,6 +126,14 @@ fn check_joints(arm: &ArmCalibration, text: &str) -> Result<(), Fault> {
             &[arm.model.reference_torques[index]],
             POSITIVE,
         )?;
+        let largest = arm.model.largest_noise(index).unwrap_or(f64::NAN);
+        for (key, number) in [
+            ("noise_white", noise.white),
+            ("noise_slow", noise.slow),
+            ("noise_standstill", noise.standstill),
+        ] {
+            place.check_within(key, number, 0.0, largest)?;
+        }
         place.check("max_velocity", &joint.max_velocity, NOT_NEGATIVE)?;
         place.check("residual_before", &[joint.residual_before], NOT_NEGATIVE)?;
         place.check("residual_after", &[joint.residual_after], NOT_NEGATIVE)?;
@@ -209,6 +227,16 @@ impl<'a> Place<'a> {
             Some(number) => Err(self.fault(key, &format!("{number} is not {words}"))),
             None => Ok(()),
         }
+    }
+
+    /// Checks that a number is in a range, with both ends.
+    fn check_within(&self, key: &str, number: f64, least: f64, most: f64) -> Result<(), Fault> {
+        // Written so that NaN is refused, too.
+        if (least..=most).contains(&number) {
+            return Ok(());
+        }
+        let reason = format!("{number} is not between {least:.4} and {most:.4}");
+        Err(self.fault(key, &reason))
     }
 
     fn check_unit(&self, key: &str, numbers: &[f64]) -> Result<(), Fault> {

@@ -163,10 +163,13 @@ fn identify(
     };
     let contradictions = calibration.report.contradictions.iter().cloned();
     let contradictions = contradictions.map(Finding::CalibrationContradicted);
+    let moved = found.moved_zero.map(Finding::JointZeroMoved);
     let used = used.map(Finding::RecordingCalibrated);
     let shortages = &calibration.report.shortages;
     let mut identified = Identification::of_calibrated(plan, run, found.result, fit, shortages);
-    identified.findings.extend(contradictions.chain(used));
+    identified
+        .findings
+        .extend(contradictions.chain(moved).chain(used));
     Ok(identified)
 }
 

@@ -143,7 +143,7 @@ pub(super) fn text(arm: &ArmCalibration) -> Result<String, toml::ser::Error> {
 pub(super) fn parse(text: &str) -> Result<ArmCalibration, Fault> {
     let fault = |error: toml::de::Error| Fault {
         line: error.span().map(|span| line_of(text, span.start)),
-        reason: error.message().to_owned(),
+        reason: in_plain_words(error.message()),
     };
     let versioned = toml::from_str(text).map_err(fault);
     let Versioned { version } = versioned.map_err(|fault| Fault {
@@ -160,6 +160,20 @@ pub(super) fn parse(text: &str) -> Result<ArmCalibration, Fault> {
     let arm = file.into_arm(text)?;
     check_numbers(&arm, text)?;
     Ok(arm)
+}
+
+/// Returns a message of the TOML reader with words in place of the names of Rust's types.
+fn in_plain_words(message: &str) -> String {
+    let whole = "expected a whole number that is not negative";
+    let words = [
+        ("expected usize", whole),
+        ("expected u32", whole),
+        ("expected f64", "expected a number"),
+    ];
+    let replaced = words.into_iter();
+    replaced.fold(message.to_owned(), |message, (name, words)| {
+        message.replace(name, words)
+    })
 }
 
 fn line_of(text: &str, at: usize) -> usize {

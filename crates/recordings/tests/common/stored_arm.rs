@@ -94,6 +94,8 @@ pub(crate) fn arm() -> ArmCalibration {
     for parameter in parameters.iter_mut().take(36).step_by(3) {
         *parameter = -*parameter;
     }
+    let delay_s = -1.0 / 71.0;
+    parameters[UNKNOWNS - 1] = delay_s;
     let noise = || EffortNoise {
         white: 0.1,
         slow: 1.0 / 3.0,
@@ -104,11 +106,28 @@ pub(crate) fn arm() -> ArmCalibration {
     let joints = joints.collect();
     let links = (0..2).map(|index| link(&mut numbers, &parameters, index));
     let links = links.collect();
+    let model = Calibration {
+        tool: "tool0".to_owned(),
+        joints: NAMES.map(str::to_owned).to_vec(),
+        links: LINKS.map(str::to_owned).to_vec(),
+        descriptions: [0, 1]
+            .map(|index| description(&mut numbers, index))
+            .to_vec(),
+        gravity: Vector3::new(numbers.one(), 0.0, -9.81),
+        cutoff_hz: 7.0 / 3.0,
+        friction_widths: vec![0.005, 0.05, 0.5],
+        scales: numbers.some(UNKNOWNS),
+        precision: numbers.triangle(UNKNOWNS),
+        noise: vec![noise(), noise()],
+        reference_torques: vec![31.0 / 7.0, 1.0 / 17.0],
+        log_evidence: numbers.one(),
+        parameters,
+    };
     let report = CalibrationReport {
         windows: 123,
-        window_s: numbers.one(),
+        window_s: model.window_s(),
         delay: Delay {
-            delay_s: parameters[UNKNOWNS - 1],
+            delay_s,
             std_dev_s: numbers.one(),
         },
         joints,
@@ -119,23 +138,7 @@ pub(crate) fn arm() -> ArmCalibration {
         recordings: recordings(),
     };
     ArmCalibration {
-        model: Calibration {
-            tool: "tool0".to_owned(),
-            joints: NAMES.map(str::to_owned).to_vec(),
-            links: LINKS.map(str::to_owned).to_vec(),
-            descriptions: [0, 1]
-                .map(|index| description(&mut numbers, index))
-                .to_vec(),
-            gravity: Vector3::new(numbers.one(), 0.0, -9.81),
-            cutoff_hz: numbers.one(),
-            friction_widths: vec![0.005, 0.05, 0.5],
-            scales: numbers.some(UNKNOWNS),
-            precision: numbers.triangle(UNKNOWNS),
-            noise: vec![noise(), noise()],
-            reference_torques: numbers.some(2),
-            log_evidence: numbers.one(),
-            parameters,
-        },
+        model,
         report,
         effort_gain: numbers.some(2),
     }
