@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import tactid
+from conftest import TactidCommand
 
 URDF = Path(__file__).parents[2] / "crates" / "sim" / "robots" / "tactid.urdf"
 START = [0.0, -1.2, 1.6, -0.4, 1.5, 0.0]
@@ -72,3 +73,21 @@ def test_efforts_hold_without_a_payload() -> None:
     for joint in range(6):
         share = np.abs(efforts[:, joint]).max() / limits[joint]
         assert share <= used[f"the effort of joint joint_{joint + 1}"] * (1 + 1e-3)
+
+
+def test_what_the_urdf_does_not_say_is_printed(command: TactidCommand, tmp_path: Path) -> None:
+    """Limits of torque are missing, or are computed without the masses of the links."""
+    text = URDF.read_text().replace('effort="', 'no_effort="')
+    robot = ElementTree.fromstring(text)
+    for link in robot.iter("link"):
+        for inertial in link.findall("inertial"):
+            link.remove(inertial)
+    urdf = tmp_path / "arm.urdf"
+    urdf.write_bytes(ElementTree.tostring(robot))
+    start = ",".join(map(str, START))
+    limits = ("--payload-mass-max", "2", "--payload-box=-0.1,-0.1,0,0.1,0.1,0.2", "--duration", "2")
+    motion = ("--tip", "tool0", f"--from={start}", *limits, "--out", tmp_path / "motion")
+    done = command("excite", "--urdf", urdf, *motion)
+    assert done.returncode == 0, done.stderr
+    assert "no effort limit for joint_1, joint_2" in done.stderr
+    assert "has no mass" in done.stderr or "have no mass" in done.stderr

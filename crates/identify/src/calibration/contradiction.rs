@@ -8,7 +8,6 @@
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 
 use super::arm::TILTS;
-use super::estimate::{CalibratedEstimate, WIDENING};
 use super::fit::{Fitted, problem};
 use super::layout::Group;
 use super::noise::EffortNoise;
@@ -16,6 +15,7 @@ use super::payload::KnownPayload;
 use super::recording::EffortRecording;
 use super::rows::{EffortModel, Unknowns};
 use super::solver::{Block, Problem};
+use super::student::{DEGREES_OF_FREEDOM, WIDENING};
 use crate::IdentifyError;
 use crate::combine::f_p;
 
@@ -194,10 +194,10 @@ pub(crate) fn sums(problem: &Problem<'_>, at: &Unknowns, noise: &[EffortNoise]) 
         scores: DMatrix::zeros(count, joints),
     };
     for block in &problem.blocks {
-        for joint in 0..joints {
+        for (joint, noise) in noise.iter().enumerate() {
             let mut rows = problem.rows(block, joint, at);
             let mut columns = columns(block, joint, (problem.model, at), count);
-            let whitening = block.whitening(joint, &noise[joint]);
+            let whitening = block.whitening(joint, noise);
             whitening.apply(&mut rows);
             whitening.apply(&mut columns);
             sums.information += columns.tr_mul(&columns);
@@ -294,7 +294,7 @@ impl Test {
         // The joint whose residuals gain most by the step.
         let of_joints = sums.scores.rows(first, count).tr_mul(&found);
         let joint = largest.unwrap_or_else(|| of_joints.imax());
-        let of_noise = CalibratedEstimate::DEGREES_OF_FREEDOM;
+        let of_noise = DEGREES_OF_FREEDOM;
         Some(Evidence {
             probability: f_p(squares, count as f64, of_noise),
             squares,

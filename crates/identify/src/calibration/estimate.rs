@@ -3,15 +3,8 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::contradiction::Contradiction;
+use super::student::DEGREES_OF_FREEDOM;
 use crate::batch::BatchResult;
-use crate::solve::HALF_WIDTH_95;
-
-/// Quantile of Student's distribution with [`CalibratedEstimate::DEGREES_OF_FREEDOM`] that 95 % of its absolute values are
-/// below.
-const STUDENT_95: f64 = 2.306_004;
-
-/// Ratio of the quantiles of Student's and of the normal distribution.
-pub(crate) const WIDENING: f64 = STUDENT_95 / HALF_WIDTH_95;
 
 /// A payload identified from joint efforts with a calibration.
 ///
@@ -69,19 +62,5 @@ impl CalibratedEstimate {
     /// correlation times of the noise. Shorter recordings contain fewer, but most of what they leave uncertain is known from the
     /// calibration: on twenty simulated arms like a UR10, 99.8, 98.3, 97.5, 96.8, 95.5, 96.3 and 92.2 % of the intervals of
     /// 95 % hold after 1.5, 2, 3, 5, 10, 20 and 60 s.
-    pub const DEGREES_OF_FREEDOM: f64 = 8.0;
-}
-
-#[cfg(test)]
-mod tests {
-    use statrs::distribution::{ContinuousCDF, StudentsT};
-
-    use super::*;
-
-    /// The quantile belongs to the degrees of freedom.
-    #[test]
-    fn the_quantile_is_that_of_the_degrees_of_freedom() {
-        let student = StudentsT::new(0.0, 1.0, CalibratedEstimate::DEGREES_OF_FREEDOM).unwrap();
-        assert!((student.inverse_cdf(0.975) - STUDENT_95).abs() < 1e-6);
-    }
+    pub const DEGREES_OF_FREEDOM: f64 = DEGREES_OF_FREEDOM;
 }

@@ -6,13 +6,14 @@ use nalgebra::SVector;
 use tactid_dynamics::InertialParameters;
 
 use super::compare::{EffortComparison, compare};
-use super::estimate::{ArmChange, CalibratedEstimate, WIDENING};
+use super::estimate::{ArmChange, CalibratedEstimate};
 use super::fingerprint::hash;
 use super::layout::Group;
 use super::model::Calibration;
 use super::posterior::{Posterior, posterior};
 use super::recording::EffortRecording;
 use super::rows::EffortModel;
+use super::student::WIDENING;
 use crate::batch::{BatchResult, BatchSettings, FitReport};
 use crate::combine::{LinearEstimate, SharedErrors, information};
 use crate::diagnosis::{

@@ -56,6 +56,7 @@ mod scale;
 mod settings;
 mod simplex;
 mod solver;
+mod student;
 
 pub use calibrate::{calibrate, calibrate_interruptibly};
 pub use compare::EffortComparison;

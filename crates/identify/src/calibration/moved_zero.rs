@@ -7,10 +7,10 @@
 
 use super::change::Changes;
 use super::contradiction::{Assumption, Contradiction, column_of_zero, sums};
-use super::estimate::{CalibratedEstimate, WIDENING};
 use super::noise::EffortNoise;
 use super::rows::Unknowns;
 use super::solver::Problem;
+use super::student::{DEGREES_OF_FREEDOM, WIDENING};
 use crate::combine::f_p;
 
 /// Prior standard deviation of a zero that has moved, rad: 3 degrees, a zero that was set by eye.
@@ -84,7 +84,7 @@ pub(crate) fn moved_zero(
     let best = best?;
     let evidence = best.log_evidence - without - (revolute.len() as f64).ln();
     let squares = best.size.powi(2) / best.variance;
-    let probability = f_p(squares, 1.0, CalibratedEstimate::DEGREES_OF_FREEDOM);
+    let probability = f_p(squares, 1.0, DEGREES_OF_FREEDOM);
     let is_moved =
         evidence > MIN_EVIDENCE && probability < PROBABILITY && best.size.abs() >= MIN_ANGLE_RAD;
     is_moved.then(|| Contradiction {

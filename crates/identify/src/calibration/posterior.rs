@@ -136,8 +136,7 @@ fn solve(
         return Err(IdentifyError::CalibrationFailed);
     }
     let scales = Vector::from(scales);
-    let covariance_of = |spectrum| covariance(spectrum, &scales);
-    let of_arm = covariance_of(&last.spectrum);
+    let of_arm = covariance(&last.spectrum, &scales);
     let of_gradient = of_gradient(&last.coupling, &of_arm, &scales);
     let unloaded_errors = unloaded_errors(problem, &at, &enlarged, &of_gradient);
     let moved_zero = moved_zero(problem, &at, &enlarged, &changes);
@@ -149,7 +148,7 @@ fn solve(
         covariance: of_arm + of_scale * of_scale.transpose(),
         arm_errors: changes.errors(&change, (precision, &of_gradient), &payloads[0]),
         unloaded_errors,
-        noise_covariance: covariance_of(&Spectrum::new(last.alone)),
+        noise_covariance: covariance(&Spectrum::new(last.alone), &scales),
         null_space: last.spectrum.null_space(scales),
         excitation: last.spectrum.excitation(),
         misfit,

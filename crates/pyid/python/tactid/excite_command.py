@@ -24,7 +24,13 @@ REPORT = "report.html"
 
 def excite(
     urdf: Annotated[Path, typer.Option(help="The robot's URDF file, without the payload.")],
-    out: Annotated[Path, typer.Option(help="Folder for the motion, its result and its report.")],
+    out: Annotated[
+        Path,
+        typer.Option(
+            help="Folder for the motion, its result and its report; files of these names in it"
+            " are replaced."
+        ),
+    ],
     base: Annotated[
         Literal["fixed", "floating"] | None,
         typer.Option(
@@ -56,6 +62,8 @@ def _design(
     options = {name: arguments[name] for name in option_names("design")}
     floats = "base_attitude" in keywords or "base_position" in keywords
     robot = Manipulator.from_urdf(urdf, base or ("floating" if floats else "fixed"))
+    for finding in robot.findings:
+        notes.print(finding.worded("command-line"), markup=False)
     with interruptible("no motion was written"), progress("designing") as done:
         return design_excitation(
             robot,

@@ -5,7 +5,7 @@ from rich.table import Table
 
 from tactid import table
 from tactid.motion_data import CollisionFinding, LimitMargin, MotionData
-from tactid.naming import Style, listed, option_name
+from tactid.naming import Style, abridged, listed, option_name
 from tactid.values import NAMES, UNITS, Z95, digits_of, flat
 
 MOST_SHOWN = 6
@@ -97,6 +97,12 @@ def lines(motion: MotionData, style: Style = "keyword") -> list[str]:
     if binding:
         more = f" and {len(binding) - MOST_SHOWN} more" if len(binding) > MOST_SHOWN else ""
         said.append(f"What binds: {', '.join(binding[:MOST_SHOWN])}{more}.")
+    limited = {margin.limit for margin in motion.margins}
+    free = [name for name in motion.moving if f"the effort of joint {name}" not in limited]
+    if free:
+        said.append(
+            f"The URDF has no effort limit for {abridged(free)}: their torques are not limited."
+        )
     if motion.collision_findings is None:
         said.append("Collisions are not tested: look at the motion before the robot makes it.")
     else:
