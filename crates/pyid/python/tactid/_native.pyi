@@ -12,7 +12,7 @@ _Array: TypeAlias = NDArray[np.float64]
 _Path: TypeAlias = str | PathLike[str]
 _Source: TypeAlias = _Path | Mapping[str, ArrayLike]
 """A log, or the arrays of a recording by their names."""
-_Progress: TypeAlias = Callable[[float], object]
+_Progress: TypeAlias = Callable[[float], object] | None
 _Data: TypeAlias = dict[str, Any]
 """Plain values by the names of the fields of a dataclass in ``tactid.identification``."""
 
@@ -48,6 +48,7 @@ __all__ = [
     "info",
     "read",
     "read_motion",
+    "set_log_memory",
     "simulate",
     "wrench_regressor",
     "write_estimates",
@@ -255,7 +256,7 @@ def calibrate_arm(
     hold_out: Sequence[_Source],
     gain_std_dev: float | None,
     options: object,
-    progress: _Progress | None = None,
+    progress: _Progress = None,
     robot: Manipulator | None = None,
 ) -> _Data: ...
 def default_posture(robot: Manipulator, tip: str) -> tuple[list[float], list[int]]: ...
@@ -263,7 +264,7 @@ def design_excitation(
     robot: Manipulator,
     given: Mapping[str, object],
     options: object,
-    progress: _Progress | None = None,
+    progress: _Progress = None,
 ) -> _Data: ...
 def write_trajectory(
     path: _Path,
@@ -274,15 +275,15 @@ def write_trajectory(
     qd: ArrayLike,
     qdd: ArrayLike,
 ) -> None: ...
-def identify_log(log: _Path, options: object, progress: _Progress | None = None) -> _Data: ...
+def identify_log(log: _Path, options: object, progress: _Progress = None) -> _Data: ...
 def identify_logs(
-    logs: Sequence[_Path], options: object, progress: _Progress | None = None
+    logs: Sequence[_Path], options: object, progress: _Progress = None
 ) -> list[_Data]: ...
 def combine(frame: str, linear: Sequence[object], options: object) -> _Data: ...
 def identify_arrays(
     time: ArrayLike,
     options: object,
-    progress: _Progress | None = None,
+    progress: _Progress = None,
     *,
     robot: Manipulator | None = None,
     q: ArrayLike | None = None,
@@ -445,6 +446,4 @@ class ActiveReport:
     def binding(self) -> str | None: ...
 
 def read_motion(path: _Path, rate: float, most: int) -> tuple[list[str], _Array, _Array]: ...
-def simulate(
-    experiment: Experiment, out: _Path, *, progress: _Progress | None = None
-) -> RunReport: ...
+def simulate(experiment: Experiment, out: _Path, *, progress: _Progress = None) -> RunReport: ...
