@@ -611,3 +611,42 @@ def test_a_difference_larger_than_the_value_has_no_percentage() -> None:
     two = {"run": None, "recordings": ["box", "weight"], "difference": 3.5, "of_others": 0.9}
     text = str(Finding("runs_disagree", {**disagreement.data, **two}))
     assert "weight differs from box most in mass, by +3.5 kg (25.3 standard deviations)." in text
+
+
+def test_a_joint_that_a_calibration_does_not_explain_may_be_exchanged() -> None:
+    (found,) = (each for each in FINDINGS if each.kind == "load_unexplained")
+    for has_unloaded in (False, True):
+        data = {**found.data, "joint": "elbow", "has_unloaded": has_unloaded}
+        text = str(Finding(found.kind, data))
+        assert "two joints with large errors are often exchanged" in text
+        assert "unloaded" not in text
+
+
+def test_a_given_mass_in_grams_is_named_and_contradicts_the_result() -> None:
+    (found,) = (each for each in FINDINGS if each.kind == "mass_contradicted")
+    grams = {**found.data, "known_mass_kg": 2500.0, "found_kg": 2.496, "distance": 1e6}
+    finding = Finding(found.kind, grams)
+    assert "which is in kg (as grams it would be 2.5 kg), gravity" in str(finding)
+    assert finding.contradicts_result
+    assert not Finding(found.kind, {**found.data, "distance": 20.0}).contradicts_result
+
+
+def test_gains_of_another_robot_contradict_the_result() -> None:
+    data = {"change": 1.9, "joint": "elbow", "joint_change": 4.0, "has_unloaded": True}
+    finding = Finding("gains_changed", data)
+    assert finding.contradicts_result
+    assert "Check that it is of this robot, and identify without it." in str(finding)
+    small = Finding("gains_changed", {**data, "change": 0.1})
+    assert not small.contradicts_result
+    assert "identify without it" not in str(small)
+
+
+def test_a_negative_mass_by_efforts_claims_no_sign_and_no_option_that_is_refused() -> None:
+    text = str(Finding("negative_mass", {"method": "effort", "or_gravity": True}))
+    assert "the opposite sign of the effort (`effort_gain` with a minus sign)" in text
+    assert "a body at or below the tip that the URDF has and the robot does not" in text
+    assert "would explain" not in text
+    # With a calibration.
+    text = str(Finding("negative_mass", {"method": "effort", "or_gravity": False}))
+    assert "effort_gain" not in text
+    assert "another order of the joints" in text

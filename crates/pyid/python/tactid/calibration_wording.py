@@ -100,8 +100,11 @@ def _arm_changed(subject: str, data: Data, cause: str) -> str:
     size = f"{subject} from the calibration by about {two_figures(100 * data['change'])} %"
     change = 100 * data["joint_change"]
     most = f"most at {data['joint']}, {'-' if change < 0 else '+'}{two_figures(abs(change))} %"
+    updated = "The unloaded recording has updated the calibration."
+    if data["has_unloaded"] and cause.startswith("No"):
+        updated += " Check that it is of this robot, and identify without it."
     advice = (
-        "The unloaded recording has updated the calibration."
+        updated
         if data["has_unloaded"]
         else "Record an unloaded motion of the same day, or calibrate anew."
     )

@@ -45,21 +45,31 @@ def _nothing_held(data: Data, _: Style) -> str:
 
 
 def _negative_mass(data: Data, style: Style) -> str:
-    method = data["method"]
-    hints = {
-        "tactile": f" ({option_name('wrench_acts_on', style)})",
-        "effort": f" ({option_name('effort_gain', style)} with a minus sign)",
-    }
-    remedies = {
-        "tactile": ": negate `wrench` before `push`",
-        "effort": ": negate `effort` before `push`",
-    }
-    online = style == "online"
-    hint, remedy = ("", remedies.get(method, "")) if online else (hints.get(method, ""), "")
+    if data["method"] == "effort":
+        return _negative_mass_by_efforts(data, style)
+    is_tactile, online = data["method"] == "tactile", style == "online"
+    hint = f" ({option_name('wrench_acts_on', style)})" if is_tactile and not online else ""
+    remedy = ": negate `wrench` before `push`" if is_tactile and online else ""
     gravity = f", or of gravity ({option_name('gravity', style)})," if data["or_gravity"] else ""
     return (
-        f"The identified mass is negative: the opposite sign of the {LOADS[method]}{hint}{gravity}"
-        f" would explain the data{remedy}."
+        f"The identified mass is negative: the opposite sign of the {LOADS[data['method']]}{hint}"
+        f"{gravity} would explain the data{remedy}."
+    )
+
+
+def _negative_mass_by_efforts(data: Data, style: Style) -> str:
+    """Lists the causes: the torque of the links is in the efforts, so that a sign is only one."""
+    sign = "the opposite sign of the effort"
+    if style == "online":
+        sign += " (negate `effort` before `push`)"
+    elif data["or_gravity"]:
+        # With a calibration, where the sign of gravity is known, this option is refused.
+        sign += f" ({option_name('effort_gain', style)} with a minus sign)"
+    if data["or_gravity"]:
+        sign += f" or of gravity ({option_name('gravity', style)})"
+    return (
+        f"The identified mass is negative. Possible causes are {sign}, another order of the joints,"
+        " and a body at or below the tip that the URDF has and the robot does not."
     )
 
 
@@ -112,7 +122,13 @@ def _load_unexplained(data: Data, style: Style) -> str:
         "combined": "Identify from each source alone to see which one contradicts the model; with"
         " efforts, friction in the joints is the usual reason.",
     }
-    if data["method"] == "effort" and fraction > LARGEST_FRICTION:
+    if joint is not None:
+        reasons["effort"] = (
+            "Check the order of the joints (two joints with large errors are often exchanged),"
+            " their signs and units, and that the calibration is of this robot. Friction that has"
+            " changed is usually smaller: warm the gears, or calibrate anew."
+        )
+    elif data["method"] == "effort" and fraction > LARGEST_FRICTION:
         reasons["effort"] = (
             "That is more than usual friction: check the order of the joints, their signs and"
             " units, and the gains of the efforts. Where these are right, calibrate the arm: its"
@@ -145,6 +161,10 @@ def _efforts_unexplained(style: Style, *, has_unloaded: bool) -> str:
     )
 
 
+THOUSAND = (500.0, 2000.0)
+"""Ratio of a given mass to that of the data from which to which it looks like grams."""
+
+
 def _mass_contradicted(data: Data, _: Style) -> str:
     half_width = Z95 * data["std_dev_kg"]
     digits = digits_of(half_width)
@@ -152,8 +172,16 @@ def _mass_contradicted(data: Data, _: Style) -> str:
         f"The given mass is {data['known_mass_kg']:g} kg, but the data alone give"
         f" {data['found_kg']:.{digits}f} ± {half_width:.{digits}f} kg,"
         f" {at_most(data['distance'])} standard deviations away: check the given mass, which is"
-        " in kg, gravity, and the gains and offsets of the sensors."
+        f" in kg{_as_grams(data)}, gravity, and the gains and offsets of the sensors."
     )
+
+
+def _as_grams(data: Data) -> str:
+    """Says that a given mass looks like one in grams."""
+    least, most = (factor * data["found_kg"] for factor in THOUSAND)
+    if not least < data["known_mass_kg"] < most:
+        return ""
+    return f" (as grams it would be {data['known_mass_kg'] / 1000:g} kg)"
 
 
 def _known_mass_not_kept(data: Data, _: Style) -> str:
