@@ -6,8 +6,8 @@
 mod effort_arm;
 
 use effort_arm::{World, calibrated, payload, record, recorded};
-use tactid_identify::BatchSettings;
 use tactid_identify::calibration::{Assumption, CalibrationSettings, EffortRecording};
+use tactid_identify::{BatchSettings, KnownMass};
 
 /// Measures an arm whose positions of one joint are too large by an angle, rad.
 fn moved(world: &mut World<6>, mass_kg: f64, joint: usize, angle: f64) -> EffortRecording {
@@ -69,5 +69,25 @@ fn zeros_that_have_not_moved() {
                 "{seed}, {mass_kg} kg, {factor}"
             );
         }
+    }
+}
+
+/// A known mass that is wrong is not taken for a zero that has moved.
+#[test]
+fn a_wrong_mass_is_no_moved_zero() {
+    let mut world = World::six_axes(300);
+    let calibration = calibrated(&mut world, 30.0).calibration;
+    let body = payload(2.5, &mut world);
+    let loaded = [record(&mut world, Some(&body), 30.0)];
+    for mass_kg in [2.7, 2500.0] {
+        let settings = BatchSettings {
+            known_mass: Some(KnownMass {
+                mass_kg,
+                std_dev_kg: 0.0,
+            }),
+            ..BatchSettings::default()
+        };
+        let identified = calibration.identify(&loaded, &[], &settings);
+        assert_eq!(identified.unwrap().moved_zero, None, "{mass_kg} kg");
     }
 }

@@ -208,7 +208,8 @@ impl Solution<'_> {
             misfit: best.misfit.clone(),
             friction_change: self.friction_change(),
             gain_change: self.gain_change(),
-            moved_zero: best.moved_zero.clone(),
+            // A known mass that is wrong would look like a zero.
+            moved_zero: self.free.moved_zero.clone(),
         }
     }
 
