@@ -8,7 +8,7 @@ SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -t
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.json' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
 .PHONY: help demo test miri instructions test-rust test-python lint lint-rust lint-python docs pictures bench bench-peers bench-seeds bench-study \
-    bench-study-logs bench-active bench-coverage bench-hour bench-swap bench-update clean tools fuzz soak lint-supply
+    bench-study-logs bench-active bench-coverage bench-excite bench-hour bench-swap bench-update clean tools fuzz soak lint-supply
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | grep -v '^bench-' | sed -E 's/:.*## /\t/' | expand -t 14
@@ -27,7 +27,7 @@ test-python: $(VENV)/tested
 instructions: tools ## count the instructions of the main kernels and compare them with those that are stored
 	$(PYTHON) bench/instructions.py
 
-lint: lint-rust lint-python ## formatting, clippy, ruff, mypy, the structure and the glossary, with warnings as errors
+lint: lint-rust lint-python lint-supply ## formatting, clippy, ruff, mypy, the structure, the glossary and the dependencies, with warnings as errors
 
 lint-rust: tools
 	cargo fmt --all --check
@@ -44,8 +44,13 @@ lint-python: $(VENV)/linters
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 
-lint-supply: ## licences, duplicates and sources of the dependencies; it needs cargo-deny (cargo install cargo-deny)
-	cargo deny --offline check licenses bans sources
+# Each lock file has its dependencies; what deny.toml allows for one, the others need not have.
+lint-supply: $(BIN)/cargo-deny
+	for workspace in . bench fuzz; do \
+	    $(BIN)/cargo-deny --manifest-path $$workspace/Cargo.toml --config deny.toml --locked check \
+	        --allow unmatched-skip --allow unmatched-skip-root --allow license-exception-not-encountered \
+	        licenses bans sources || exit 1; \
+	done
 
 fuzz: tools ## mutate inputs of each fuzz target for a minute; fuzz/run.py --seconds N TARGET for others
 	$(PYTHON) fuzz/run.py
@@ -91,6 +96,13 @@ bench-hour: $(VENV)/installed ## seconds and memory for a log of one hour at 1 k
 bench-active: $(VENV)/installed ## active identification on the spacecraft from its log, 1 % noise on every channel, 20 seeds
 	$(BIN)/python bench/active.py
 
+bench-excite: $(VENV)/tested ## designed motions beside random, optimised and single-joint ones: built-in arm, UR10, Panda, Kinova, xArm7
+	cd $(VENV)/lib/python3*/site-packages/cmeel.prefix/share/example-robot-data/robots && \
+	cargo run --release --locked --manifest-path $(CURDIR)/Cargo.toml -p tactid-excitation --example compare -- \
+	    $(CURDIR)/crates/sim/robots/tactid.urdf $(CURDIR)/crates/sim/robots/tactid.urdf tool0 \
+	    ur_description/urdf/ur10_robot.urdf tool0 panda_description/urdf/panda.urdf panda_hand \
+	    kinova_description/robots/kinova.urdf j2s6s200_end_effector xarm_description/urdf/xarm7.urdf link7
+
 bench-swap: $(VENV)/installed ## how soon the online identifier detects a payload change, and how well it knows the new payload
 	$(BIN)/python bench/swap.py
 
@@ -98,7 +110,7 @@ bench-update: tools ## microseconds of one online update, from a sample to the e
 	cargo bench --locked -p tactid-identify --bench update
 
 clean: ## remove all that was built
-	rm -rf $(VENV) target demo site study.png
+	rm -rf $(VENV) target fuzz/target demo site study.png
 
 tools:
 	@command -v cargo >/dev/null || { echo "cargo is missing: install a Rust toolchain, 1.89 or newer (https://rustup.rs)" >&2; exit 1; }
@@ -127,6 +139,10 @@ $(VENV)/peers: $(VENV)/tested
 $(VENV)/linters: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'mypy>=1.13' 'ruff>=0.8' 'numpy>=1.26' 'typer>=0.12' 'rich>=13.7' 'matplotlib>=3.9' 'rerun-sdk>=0.41'
 	@touch $@
+
+# Not optimised, because it works for a second.
+$(BIN)/cargo-deny: | $(BIN)/python
+	cargo install --quiet --locked --debug --root $(VENV) cargo-deny
 
 $(VENV)/site-builder: Makefile | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'latex2mathml>=3.77' 'mkdocs-material>=9.7' 'mkdocstrings[python]>=1.0'

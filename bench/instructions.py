@@ -15,7 +15,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 STORED = Path(__file__).with_name("instructions.json")
-KERNELS = ROOT / "target" / "release" / "examples" / "kernels"
+PROGRAMS = {"kernels": "tactid-dynamics", "updates": "tactid-identify"}
+"""Examples that repeat a kernel, and their packages."""
 
 TOLERANCE = 0.05
 """Compilers and C libraries of other versions differ by a few percent."""
@@ -29,10 +30,11 @@ def main() -> int:
     if shutil.which("valgrind") is None:
         print("instructions are not counted: valgrind is missing (Debian: apt install valgrind)")
         return 0
-    build = ["cargo", "build", "--release", "--locked", "--quiet", "-p", "tactid-dynamics"]
-    subprocess.run([*build, "--example", "kernels"], cwd=ROOT, check=True)
-    names = subprocess.run([KERNELS], capture_output=True, text=True, check=True).stdout.split()
-    counts = {name: instructions(name) for name in names}
+    counts = {}
+    for example, package in PROGRAMS.items():
+        program = built(example, package)
+        names = subprocess.run([program], capture_output=True, text=True, check=True).stdout
+        counts |= {name: instructions(program, name) for name in names.split()}
     if "--write" in sys.argv[1:]:
         STORED.write_text(json.dumps(counts, indent=2) + "\n")
         return 0
@@ -51,16 +53,23 @@ def main() -> int:
     return code
 
 
-def instructions(name: str) -> int:
+def built(example: str, package: str) -> Path:
+    """Builds an example and returns the path of its program."""
+    command = ["cargo", "build", "--release", "--locked", "--quiet", "-p", package]
+    subprocess.run([*command, "--example", example], cwd=ROOT, check=True)
+    return ROOT / "target" / "release" / "examples" / example
+
+
+def instructions(program: Path, name: str) -> int:
     """Instructions of one call of a kernel."""
-    few, many = (total(name, repetitions) for repetitions in REPETITIONS)
+    few, many = (total(program, name, repetitions) for repetitions in REPETITIONS)
     return round((many - few) / (REPETITIONS[1] - REPETITIONS[0]))
 
 
-def total(name: str, repetitions: int) -> int:
+def total(program: Path, name: str, repetitions: int) -> int:
     """Instructions of a whole run."""
     command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null"]
-    command += [str(KERNELS), name, str(repetitions)]
+    command += [str(program), name, str(repetitions)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     found = re.search(r"Collected : (\d+)", done.stderr)
     assert found is not None, done.stderr

@@ -1,20 +1,17 @@
 """Small inputs that would take much time or memory, and what each costs.
 
 ``python tests/python/bombs.py`` runs a command on each of them, and prints a table: the exit code,
-wall and processor time, and the largest memory of the process, which is at least that of this
-script when it starts the command. Memory and the exit code are tested (``test_bombs.py``), and a
-command that takes longer than a minute is ended.
+wall and processor time, and the largest memory of the process. Exit code, processor time and memory
+are tested (``test_bombs.py``), and a command that takes longer than a minute is killed.
 """
 
-import os
+import json
 import sqlite3
 import struct
 import subprocess
 import sys
 import tempfile
-import threading
-import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,6 +22,8 @@ from rich.table import Table
 
 import recorded_arm
 import tactid
+from index_bombs import INDICES
+from mcap_records import BEGIN, MAGIC, chunk, packed, record, text
 
 MEGABYTE = 1 << 20
 
@@ -32,28 +31,45 @@ LIMIT_MB = 512.0
 """Memory that no input may make a process take, MB."""
 
 DEADLINE_S = 60.0
-"""Time after which a command is ended, s. The bar is 5 s on an idle core."""
+"""Time after which a command is killed, s."""
+
+MEASURE = Path(__file__).with_name("measure.py")
+"""Script that runs a command and measures it."""
 
 FLOAT = ("std_msgs/msg/Float64", b"float64 data\n")
 TEXT = ("std_msgs/msg/String", b"string data\n")
 
 
+def text_channel() -> bytes:
+    """The first records of a log whose only topic has texts."""
+    named = struct.pack("<H", 1) + text(TEXT[0].encode()) + text(b"ros2msg") + text(TEXT[1])
+    channel = struct.pack("<HH", 1, 1) + text(b"/text") + text(b"cdr") + text(b"")
+    return BEGIN + record(0x03, named) + record(0x04, channel)
+
+
+def long_text(size_mb: int, stamp: int) -> list[bytes]:
+    """A message of a long text, in parts."""
+    size = size_mb * MEGABYTE
+    head = struct.pack("<HIQQ", 1, 0, stamp, stamp)
+    content = b"\0\1\0\0" + struct.pack("<I", size)
+    begin = b"\x05" + struct.pack("<Q", len(head + content) + size) + head + content
+    return [begin, *(size_mb * [bytes(MEGABYTE)])]
+
+
 def chunks(folder: Path) -> Path:
     """Twenty chunks of 100 MB in some kB, each of which overlaps all others in time."""
     path = folder / "chunks.mcap"
-    named = struct.pack("<H", 1) + text(TEXT[0].encode()) + text(b"ros2msg") + text(TEXT[1])
-    channel = struct.pack("<HH", 1, 1) + text(b"/text") + text(b"cdr") + text(b"")
     with path.open("wb") as file:
-        file.write(BEGIN + record(0x03, named) + record(0x04, channel))
+        file.write(text_channel())
         for number in range(20):
-            parts = []
-            for stamp in (number, 100 + number):
-                size = 50 * MEGABYTE
-                head = struct.pack("<HIQQ", 1, 0, stamp, stamp)
-                content = b"\0\1\0\0" + struct.pack("<I", size)
-                begin = b"\x05" + struct.pack("<Q", len(head + content) + size) + head + content
-                parts += [begin, *(50 * [bytes(MEGABYTE)])]
-            file.write(chunk(parts))
+            file.write(chunk(long_text(50, number) + long_text(50, 100 + number)))
+    return path
+
+
+def window(folder: Path) -> Path:
+    """A chunk of 250 MB that is decompressed with a window of 128 MB."""
+    path = folder / "window.mcap"
+    path.write_bytes(text_channel() + chunk(long_text(250, 0), level=22))
     return path
 
 
@@ -65,25 +81,14 @@ def channels(folder: Path) -> Path:
         writer.start("ros2", "")
         content = b"\0\1\0\0" + struct.pack("<d", 1.0)
         number = writer.register_schema(*schema(FLOAT))
+        states = writer.register_schema("sensor_msgs/msg/JointState", "ros2msg", b"")
+        empty = b"\0\1\0\0" + bytes(8) + struct.pack("<I", 1) + bytes(4 + 4 * 4)
         for k in range(65_535):
-            channel = writer.register_channel(f"/topic_{k}", "cdr", number)
-            writer.add_message(channel, k, content, k)
+            is_state = k == 60_000
+            channel = writer.register_channel(f"/topic_{k}", "cdr", states if is_state else number)
+            writer.add_message(channel, k, empty if is_state else content, k)
         writer.finish()
     return path
-
-
-def record(opcode: int, body: bytes) -> bytes:
-    """A record of an MCAP file."""
-    return bytes([opcode]) + struct.pack("<Q", len(body)) + body
-
-
-def text(content: bytes) -> bytes:
-    """A text or a map in a record: its length, then its bytes."""
-    return struct.pack("<I", len(content)) + content
-
-
-MAGIC = b"\x89MCAP0\r\n"
-BEGIN = MAGIC + record(0x01, text(b"ros2") + text(b""))
 
 
 def metadata(folder: Path) -> Path:
@@ -94,19 +99,6 @@ def metadata(folder: Path) -> Path:
     begin = b"\x0c" + struct.pack("<Q", len(text(b"0") + key) + size) + text(b"0") + key
     path.write_bytes(BEGIN + 8 * chunk([begin, *(200 * [bytes(MEGABYTE)])]))
     return path
-
-
-def packed(parts: Iterable[bytes]) -> bytes:
-    """Compressed bytes. In parts: the memory of this script counts for the commands it starts."""
-    compressor = zstandard.ZstdCompressor().compressobj()
-    return b"".join(map(compressor.compress, parts)) + compressor.flush()
-
-
-def chunk(parts: list[bytes]) -> bytes:
-    """A compressed chunk of an MCAP file."""
-    content = packed(parts)
-    head = struct.pack("<QQQI", 0, 2**63, sum(map(len, parts)), 0) + text(b"zstd")
-    return record(0x06, head + struct.pack("<Q", len(content)) + content)
 
 
 def index(folder: Path) -> Path:
@@ -259,6 +251,7 @@ def cases(folder: Path) -> Iterator[Case]:
     arm.write_text(recorded_arm.ur5e())
     for name, path in (
         ("20 chunks of 100 MB that overlap", chunks(folder)),
+        ("a chunk of 250 MB, its window 128 MB", window(folder)),
         ("65 535 topics", channels(folder)),
         ("8 GB in a compressed SQLite file", bag(folder)),
         ("1.6 GB of metadata in chunks", metadata(folder)),
@@ -272,9 +265,16 @@ def cases(folder: Path) -> Iterator[Case]:
         for command in ("info", "identify", "view"):
             yield Case(name, [command, str(path), *(drawn if command == "view" else [])])
         yield Case(name, ["calibrate", "--urdf", str(arm), "--unloaded", str(path), *calibrated])
-    for number, (name, text) in enumerate(ROBOTS.items()):
+    for name, write in INDICES.items():
+        path = write(folder)
+        for command in ("info", "identify"):
+            yield Case(name, [command, str(path)])
+        path.unlink()
+    named = ["--urdf", str(arm), "--method", "effort", "--joint-topic", "/topic_60000"]
+    yield Case("65 535 topics, one by its name", ["identify", f"{folder}/channels.mcap", *named])
+    for number, (name, described) in enumerate(ROBOTS.items()):
         urdf = folder / f"robot_{number}.urdf"
-        urdf.write_text(text())
+        urdf.write_text(described())
         yield Case(name, ["view", str(log), "--urdf", str(urdf), *drawn])
         yield Case(name, ["identify", str(log), "--urdf", str(urdf)])
         motion = ["--from", "0", "--duration", "1", "--payload-mass-max", "3", "--payload-box"]
@@ -292,23 +292,16 @@ def cases(folder: Path) -> Iterator[Case]:
 def run(case: Case) -> Cost:
     """Runs a command and measures it."""
     command = [sys.executable, "-m", "tactid", *case.arguments]
-    with tempfile.TemporaryFile("w+") as output:
-        start_s = time.perf_counter()
-        process = subprocess.Popen(command, stdout=output, stderr=output)
-        deadline = threading.Timer(DEADLINE_S, process.kill)
-        deadline.start()
-        _, status, usage = os.wait4(process.pid, 0)
-        deadline.cancel()
-        wall_s = time.perf_counter() - start_s
-        process.returncode = os.waitstatus_to_exitcode(status)
-        output.seek(0)
-        return Cost(
-            process.returncode,
-            wall_s,
-            usage.ru_utime + usage.ru_stime,
-            usage.ru_maxrss * 1024 / 1e6,  # Linux counts KiB
-            output.read(),
+    with tempfile.TemporaryFile("w+") as output, tempfile.NamedTemporaryFile("r") as usage:
+        # A process starts with the memory of the one that starts it, as the kernel counts it.
+        subprocess.run(
+            [sys.executable, "-I", "-S", str(MEASURE), str(DEADLINE_S), usage.name, *command],
+            stdout=output,
+            stderr=output,
+            check=True,
         )
+        output.seek(0)
+        return Cost(**json.load(usage), text=output.read())
 
 
 def main() -> None:

@@ -49,6 +49,9 @@ ENDED = {command: {0, 1} if command == "paper" else {0} for command in DURATION_
 """Exit codes of a run that ends before the signal. The paper's filter gives, after a short run, a
 body that cannot exist, which is code 1."""
 
+BEGINNING = 1 << 16
+"""Size of a log from which on it has messages, bytes: far above that of its descriptions."""
+
 ENDS = {".png": b"IEND\xaeB`\x82", ".html": b"</html>", ".script": b"end\n"}
 """Last bytes of whole files that no parser reads here; white space after them does not count."""
 
@@ -105,8 +108,9 @@ def end(inputs: Inputs, command: str, sent: signal.Signals, moment_s: float) -> 
         _, errors = process.communicate(timeout=60)
         wrong = list(faults(folder, sent))
         # No line of tactid has run.
+        # Python itself ends with 1 where a signal interrupts its own start.
         is_loading = any(message in errors for message in LOADING)
-        if process.returncode not in CODES[sent] | ENDED[command] and not is_loading:
+        if process.returncode not in CODES[sent] | ENDED[command] | ({1} if is_loading else set()):
             wrong.append(f"exit code {process.returncode}: {errors}")
         if inputs.present() != inputs.digests:
             wrong.append("an input has changed")
@@ -134,6 +138,8 @@ def check(path: Path) -> None:
         other = Counter(read_by_mcap(path))
         if any(counts.get(name, 0) < count for name, count in other.items()):
             raise ValueError(f"{counts} messages, and another reader has {other}")
+        if path.stat().st_size > BEGINNING and not other:
+            raise ValueError("no message is readable")
         if path.name != "run.mcap" and tactid.info(path).damage:
             raise ValueError("a log that is not recorded is damaged")
         return
@@ -152,17 +158,19 @@ def check(path: Path) -> None:
 
 
 def check_rows(text: str) -> None:
-    """Raises an error where a table of a motion is cut: its last row has no velocity."""
+    """Raises an error where a table is cut: a row is shorter, or a motion does not end at rest."""
     head, *rows = csv.reader(text.splitlines())
     if not text.endswith("\n") or any(len(row) != len(head) for row in rows):
         raise ValueError("a row has not as many columns as the head")
     at_rest = [float(x) for name, x in zip(head, rows[-1], strict=True) if name.startswith("qd_")]
+    if not at_rest and "time_s" in head:
+        raise ValueError("the motion has no velocities")
     if any(abs(velocity) > 1e-9 for velocity in at_rest):
         raise ValueError(f"the last velocities are {at_rest}")
 
 
 def check_points(trajectory: dict[str, Any]) -> None:
-    """Raises an error where a trajectory of MoveIt is cut: its last point has no velocity."""
+    """Raises an error where a trajectory of MoveIt is cut: it does not end at rest."""
     last = trajectory["joint_trajectory"]["points"][-1]
     if any(abs(velocity) > 1e-9 for velocity in last["velocities"]):
         raise ValueError(f"the last velocities are {last['velocities']}")

@@ -106,6 +106,19 @@ def test_a_pipe_is_no_log(command: TactidCommand, tmp_path: Path) -> None:
         assert_refused(refused, "pipe", "no regular file")
 
 
+def test_a_pipe_without_a_writer_is_no_text(command: TactidCommand, tmp_path: Path) -> None:
+    """Opening it would wait for its writer, and no signal would end that."""
+    os.mkfifo(tmp_path / "pipe")
+    arm = "--urdf", "pipe", "--tip", "tool0"
+    for arguments in (
+        ("identify", "run", *arm),
+        ("calibrate", *arm, "--unloaded", "run", "--out", "arm.toml"),
+        ("excite", *arm, "--payload-mass-max", "1", "--out", "motion"),
+        ("simulate", "pipe"),
+    ):
+        assert_refused(command(*arguments), "pipe", "no program writes into it")
+
+
 def test_a_simulation_that_fails_leaves_a_link_and_its_target(tmp_path: Path) -> None:
     """Its log is moved only where it is a file."""
     link, target = tmp_path / "run.mcap", tmp_path / "target.mcap"
@@ -132,16 +145,6 @@ def test_a_pipe_whose_reader_leaves_is_named(
     """Standard output without a reader ends without a message; an output file is an error."""
     assert run_info(BrokenPipeError(errno.EPIPE, "Broken pipe", "report")) == 2
     assert capsys.readouterr() == ("", "tactid: error: cannot use report: Broken pipe\n")
-
-
-def test_ctrl_c_that_an_import_turns_into_another_error_is_an_interruption(
-    run_info: Callable[[Exception], int], capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Python does so where a class is being made, for instance one of matplotlib."""
-    error = RuntimeError("Error calling __set_name__")
-    error.__cause__ = KeyboardInterrupt()
-    assert run_info(error) == 130
-    assert capsys.readouterr() == ("", "tactid: interrupted\n")
 
 
 @pytest.fixture

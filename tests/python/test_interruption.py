@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 import typer
+from mcap.writer import Writer
 
 from tactid import cli, console
 
@@ -151,3 +152,53 @@ def test_sigterm_ends_a_command_with_143_and_leaves_nothing_half_written(
     assert done.returncode == 143, done.stderr
     assert done.stderr.splitlines()[-1] == "tactid: terminated: did not write r.json"
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_an_interruption_that_a_library_turns_into_its_own_error_is_one_line(
+    tmp_path: Path, name: str, code: int
+) -> None:
+    """As matplotlib does while it is loaded, and libraries in C++ do."""
+    program = (
+        "import os, signal, sys\n"
+        "sys.argv = ['tactid', 'info', 'run.mcap']\n"
+        "from tactid import __main__, cli\n"
+        "def swallow(_):\n"
+        f"    try:\n        os.kill(os.getpid(), signal.{name})\n"
+        "    except BaseException:\n        pass\n"
+        "    raise ValueError('invalid bounding box')\n"
+        "cli.log_info = swallow\n"
+        "__main__.main()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    word = "interrupted" if name == "SIGINT" else "terminated"
+    assert (done.returncode, done.stderr) == (code, f"tactid: {word}\n")
+
+
+def test_ctrl_c_ends_the_opening_of_a_log_without_index(tmp_path: Path) -> None:
+    """Such a log is read to its end, and its chunks hold back the signal if nothing looks."""
+    path = tmp_path / "long.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file, chunk_size=1000)
+        writer.start("ros2", "")
+        schema = writer.register_schema("std_msgs/msg/String", "ros2msg", b"string data\n")
+        channel = writer.register_channel("/text", "cdr", schema)
+        for k in range(2000):
+            writer.add_message(channel, k, bytes(1000), k)
+    whole = path.read_bytes()  # without its end
+    begin = whole.find(b"\x06")
+    with path.open("ab") as file:
+        for _ in range(400):
+            file.write(whole[begin:])
+    program = (
+        "import os, signal, threading, tactid\n"
+        "threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
+        f"try:\n    tactid.info({str(path)!r})\n"
+        "except KeyboardInterrupt:\n    print('caught')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout) == (0, "caught\n"), done.stderr

@@ -1,8 +1,10 @@
 //! A day of samples at 1 kHz through the online identifier, as fast as they can be computed.
 //!
 //! A sensor that is swung by hand carries payloads that change, with rests, gaps, steps of the clock and bursts of NaN.
-//! The run ends with an error if the process grows by more than 1 MB after the first minute, if the covariance is
-//! not positive definite, or if the 95 % intervals of the last hour hold fewer than 93 or more than 97 % of the true values.
+//! The run ends with an error if the process grows by more than 1 MB after the first minute, if the covariance is not positive
+//! definite, if the 95 % intervals of the last hour hold fewer than 93 or more than 97 % of the true values, or 3 % fewer than those
+//! of the first, if a value has no interval at the end of a payload's 20 s, or if more than one of a hundred payload changes is
+//! missed, or five of a hundred alarms are false.
 //!
 //! `soak 86400` is the full run; the number is that of the simulated seconds.
 
@@ -39,9 +41,17 @@ const NOISE: (f64, f64) = (0.1, 0.01);
 /// Gravitational acceleration in the world, m/s².
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
-/// Growth of the process after the first minute that is an error, bytes, and the range of the coverage.
+/// Growth of the process after the first minute that is an error, bytes.
 const MAX_GROWTH: u64 = 1 << 20;
+
+/// Range of the coverage of the last hour, and its largest loss against the first, twice the standard deviation of the difference:
+/// an hour has 1800 values, the ten of a payload being correlated.
 const COVERAGE: std::ops::RangeInclusive<f64> = 0.93..=0.97;
+const MAX_LOSS: f64 = 0.03;
+
+/// Largest fraction of an hour's payload changes that is missed, and of false alarms.
+const MAX_MISSED: f64 = 0.01;
+const MAX_FALSE: f64 = 0.05;
 
 /// Shortest time to simulate, s: memory is compared with that after the first minute, and intervals are counted.
 const SHORTEST_S: f64 = 120.0;
@@ -76,7 +86,6 @@ fn run(duration_s: f64) -> Result<(), String> {
     let mut hour = Hour::default();
     let mut first_hour = None;
     let mut first_minute_bytes = 0;
-    let mut alarms = 0;
     for k in 0..samples {
         let (time_s, base, wrench) = source.next(k);
         let sample = Sample {
@@ -90,15 +99,17 @@ fn run(duration_s: f64) -> Result<(), String> {
         let outcome = identifier
             .push(&sample)
             .map_err(|error| error.to_string())?;
-        alarms += u64::from(outcome == PushOutcome::PayloadChanged);
+        hour.alarms += u64::from(outcome == PushOutcome::PayloadChanged);
         if k % CHANGE_EVERY == CHANGE_EVERY - 1 {
             hour.compare(&identifier, &source.payload)?;
+            hour.count_alarms(k >= CHANGE_EVERY);
         }
         if k == 60_000 {
             first_minute_bytes = resident_bytes()?;
         }
         if k % 3_600_000 == 3_599_999 || k == samples - 1 {
-            println!("{}", hour.describe(k + 1, alarms, resident_bytes()?));
+            println!("{}", hour.describe(k + 1, resident_bytes()?));
+            hour.check_alarms()?;
             first_hour.get_or_insert(hour.coverage());
             if k < samples - 1 {
                 hour = Hour::default();
@@ -106,32 +117,35 @@ fn run(duration_s: f64) -> Result<(), String> {
         }
     }
     let growth = resident_bytes()?.saturating_sub(first_minute_bytes);
+    let (first, last) = (first_hour.unwrap_or_default(), hour.coverage());
     println!(
-        "coverage of the first hour {:.4}, of the last {:.4}; growth after the first minute {growth} bytes",
-        first_hour.unwrap_or_default(),
-        hour.coverage()
+        "coverage of the first hour {first:.4}, of the last {last:.4}; growth after the first minute {growth} bytes"
     );
     if growth > MAX_GROWTH {
         return Err(format!(
             "the process grew by {growth} bytes after the first minute"
         ));
     }
-    if !COVERAGE.contains(&hour.coverage()) {
+    if !COVERAGE.contains(&last) || first - last > MAX_LOSS {
         return Err(format!(
-            "the intervals of the last hour hold {:.4} of the true values",
-            hour.coverage()
+            "the intervals of the last hour hold {last:.4} of the true values, those of the first {first:.4}"
         ));
     }
     Ok(())
 }
 
-/// How often the intervals of an hour hold the true values.
+/// What is counted in an hour.
 #[derive(Default)]
 struct Hour {
-    held: u64,
+    /// Values that were compared, and those whose intervals hold the truth.
     values: u64,
-    /// Values without an interval.
-    unknown: u64,
+    held: u64,
+    /// Payload changes, those without an alarm until the next one, and alarms beside the first one after each.
+    changes: u64,
+    missed: u64,
+    false_alarms: u64,
+    /// Alarms since the last payload change.
+    alarms: u64,
 }
 
 impl Hour {
@@ -147,12 +161,33 @@ impl Hour {
         let std_devs = estimate.std_devs.ok_or("no standard deviations")?;
         let (values, truth) = (values_of_body(&estimate.body), values_of_body(payload));
         for ((value, truth), std_dev) in values.iter().zip(&truth).zip(std_devs) {
-            if std_dev.is_finite() {
-                self.values += 1;
-                self.held += u64::from((value - truth).abs() <= HALF_WIDTH_95 * std_dev);
-            } else {
-                self.unknown += 1;
+            if !std_dev.is_finite() {
+                return Err("a value has no interval after 20 s".to_owned());
             }
+            self.values += 1;
+            self.held += u64::from((value - truth).abs() <= HALF_WIDTH_95 * std_dev);
+        }
+        Ok(())
+    }
+
+    /// Counts the alarms since the last payload change, or since the beginning, where nothing has changed.
+    fn count_alarms(&mut self, has_changed: bool) {
+        let expected = u64::from(has_changed);
+        self.changes += expected;
+        self.missed += expected.saturating_sub(self.alarms);
+        self.false_alarms += self.alarms.saturating_sub(expected);
+        self.alarms = 0;
+    }
+
+    fn check_alarms(&self) -> Result<(), String> {
+        let changes = self.changes as f64;
+        if self.missed as f64 > MAX_MISSED * changes
+            || self.false_alarms as f64 > MAX_FALSE * changes
+        {
+            return Err(format!(
+                "of {changes} payload changes {} were missed, and {} alarms were false",
+                self.missed, self.false_alarms
+            ));
         }
         Ok(())
     }
@@ -161,12 +196,14 @@ impl Hour {
         self.held as f64 / self.values.max(1) as f64
     }
 
-    fn describe(&self, samples: u64, alarms: u64, bytes: u64) -> String {
+    fn describe(&self, samples: u64, bytes: u64) -> String {
         format!(
-            "{samples} samples: coverage {:.4} of {} values, {} without interval, {alarms} payload changes, {:.3} MB resident",
+            "{samples} samples: coverage {:.4} of {} values, {} payload changes, {} missed, {} false alarms, {:.3} MB resident",
             self.coverage(),
             self.values,
-            self.unknown,
+            self.changes,
+            self.missed,
+            self.false_alarms,
             bytes as f64 / 1e6
         )
     }

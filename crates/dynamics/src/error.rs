@@ -145,7 +145,7 @@ pub enum StateError {
         joints: String,
     },
     /// A part of a [`StateSeries`](crate::StateSeries) has neither the entries of all states nor, for all of them, those of one.
-    #[error("{what} has {given} entries, but {count} states with {each} each need {}", each * count)]
+    #[error("{what} has {given} entries, but {count} states with {each} each need {} (or {each}, the same for all of them)", each * count)]
     Series {
         /// The quantity at fault, for instance `position`.
         what: &'static str,

@@ -20,15 +20,15 @@ pub enum LogError {
         /// Error of the operating system.
         source: io::Error,
     },
-    /// The content of a compressed file is far larger than that of measurements.
+    /// The content of the compressed files of a log is far larger than that of measurements.
     #[error(
-        "{} has more than {:.1} GiB of content, far more than measurements that compress to its size: it is no recording, or it \
-         must be decompressed with zstd first", path.display(), *most_bytes as f64 / f64::from(1 << 30)
+        "with {} the content of the log has more than {:.1} GiB, far more than measurements that compress to its size: it is no \
+         recording, or it must be decompressed with zstd first", path.display(), *most_bytes as f64 / f64::from(1 << 30)
     )]
     Expansion {
-        /// Path of the compressed file.
+        /// Path of the compressed file with which the content exceeds the limit.
         path: PathBuf,
-        /// Most content that is decompressed, bytes: 1 GiB, or a thousand times the size of the file.
+        /// Most content that is decompressed, bytes: 1 GiB, or a thousand times the size of the files until then.
         most_bytes: u64,
     },
     /// A compressed file could not be decompressed to a temporary one.
@@ -54,6 +54,20 @@ pub enum LogError {
         /// The memory that the reader may use, bytes.
         budget: u64,
     },
+    /// The index of a log, its names, metadata and positions, needs more memory than the reader may use.
+    #[error(
+        "the index of {} needs more than {:.1} MiB of memory: it has too many chunks, names or metadata", path.display(),
+        *budget as f64 / 1_048_576.0
+    )]
+    Index {
+        /// Path of the file with which the index exceeds the limit.
+        path: PathBuf,
+        /// The memory that the index may use, bytes: half of that of messages.
+        budget: u64,
+    },
+    /// The watch has ended the opening of the log.
+    #[error("the opening of the log was interrupted")]
+    Interrupted,
     /// The file is an SQLite database that cannot be read as a bag.
     #[error("{} cannot be read as an SQLite bag: {fault}", path.display())]
     Database {

@@ -52,11 +52,14 @@ mod error;
 pub mod messages;
 mod reader;
 mod rosbag2;
+mod system_file;
 mod writer;
 
 pub use database_fault::DatabaseFault;
 pub use error::LogError;
 pub use messages::Message;
-pub use reader::{DEFAULT_MEMORY, Damage, LogReader, Messages, RawMessage, Topic, set_memory};
+pub use reader::{
+    DEFAULT_MEMORY_LIMIT, Damage, LogReader, Messages, RawMessage, Topic, set_memory_limit,
+};
 pub use rosbag2::Durability;
 pub use writer::{Channel, LogWriter};

@@ -14,6 +14,7 @@ use crate::{
     error::LogError,
     messages::Message,
     rosbag2::{BagDescription, Durability, TopicDescription, invalid_topic},
+    system_file,
 };
 
 /// A chunk ends after this duration of log time, ns, or after [`CHUNK_BYTES`], whichever comes
@@ -67,19 +68,18 @@ impl LogWriter<BufWriter<File>> {
 
 /// Creates an empty file that no other writer has open. The lock ends with the file, or with the process.
 fn create_locked(path: &Path) -> io::Result<File> {
-    // Opening a pipe would wait for its reader, and ignore signals meanwhile.
-    if fs::metadata(path).is_ok_and(|metadata| has_no_positions(metadata.file_type())) {
-        let what = "a log needs a file, and this is a pipe or a socket";
-        return Err(io::Error::new(io::ErrorKind::NotSeekable, what));
-    }
     // What another writer has written must stay until the lock is there.
-    let mut options = File::options();
-    let file = options
-        .write(true)
-        .create(true)
-        .truncate(false)
-        .open(path)?;
-    if !file.metadata()?.is_file() {
+    let mut options = system_file::options();
+    let opened = options.write(true).create(true).truncate(false).open(path);
+    let file = opened.map_err(|error| match has_no_reader(&error) {
+        true => without_positions(),
+        false => error,
+    })?;
+    let kind = file.metadata()?.file_type();
+    if has_no_positions(kind) {
+        return Err(without_positions());
+    }
+    if !kind.is_file() {
         return Ok(file);
     }
     match file.try_lock() {
@@ -92,6 +92,17 @@ fn create_locked(path: &Path) -> io::Result<File> {
     }
     file.set_len(0)?;
     Ok(file)
+}
+
+/// Returns the error of a file that cannot be a log.
+fn without_positions() -> io::Error {
+    let what = "a log needs a file, and this is a pipe or a socket";
+    io::Error::new(io::ErrorKind::NotSeekable, what)
+}
+
+/// Returns whether an error is that of a pipe without a reader, or of a socket.
+fn has_no_reader(error: &io::Error) -> bool {
+    cfg!(unix) && error.raw_os_error() == Some(libc::ENXIO)
 }
 
 #[cfg(unix)]

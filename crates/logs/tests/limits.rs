@@ -202,3 +202,15 @@ fn a_pipe_is_no_log() {
         "{error}"
     );
 }
+
+/// A link that leads in a circle is no file whose name was mistyped.
+#[cfg(unix)]
+#[test]
+fn a_link_to_itself_is_named_as_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let link = folder.path().join("loop");
+    std::os::unix::fs::symlink("loop", &link).unwrap();
+    let error = LogReader::open(&link).unwrap_err().to_string();
+    assert!(error.contains("loop: Too many levels"), "{error}");
+    assert!(!error.contains("did you mean"), "{error}");
+}

@@ -6,7 +6,7 @@ mod common;
 
 use std::{fs, io::Cursor, path::Path};
 
-use common::{STEP_NS, foreign_log, golden, joint_state, log, read};
+use common::{STEP_NS, foreign_log, golden, joint_state, log, read, sqlite::bag};
 use mcap::{Compression, WriteOptions, records::MessageHeader};
 use tactid_logs::{
     LogReader, Message,
@@ -274,6 +274,29 @@ fn the_logs_of_others_are_read() {
                 message.unwrap().decode::<WrenchStamped>().unwrap();
             }
         }
+    }
+}
+
+/// A log that another one replaces between the reading of its index and of its messages is an error, and no mixture of both.
+#[test]
+fn a_replaced_file_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mcap, database) = (folder.path().join("a.mcap"), folder.path().join("a.db3"));
+    fs::write(&mcap, log(50)).unwrap();
+    bag(&database, 50);
+    for path in [&mcap, &database] {
+        let log = LogReader::open(path).unwrap();
+        let copy = folder.path().join("copy");
+        fs::copy(path, &copy).unwrap();
+        fs::rename(&copy, path).unwrap();
+        let mut messages = log.messages();
+        let error = messages.next().unwrap().unwrap_err().to_string();
+        let expected = "another file has taken its place since it was opened";
+        assert!(
+            error.contains("/a.") && error.ends_with(expected),
+            "{error}"
+        );
+        assert!(messages.next().is_none());
     }
 }
 

@@ -106,7 +106,7 @@ impl IntoPyErr for SettingError {
 impl IntoPyErr for tactid_logs::LogError {
     fn into_py_err(self) -> PyErr {
         let message = match &self {
-            Self::Memory { .. } => format!(
+            Self::Memory { .. } | Self::Index { .. } => format!(
                 "{self}; `tactid.set_log_memory` allows more, and so does `tactid --log-memory` before the command"
             ),
             _ => self.to_string(),
@@ -141,10 +141,7 @@ impl IntoPyErr for IdentifyError {
                 name,
                 given,
                 expected,
-            } => {
-                let name = keyword_of(name);
-                option_error(format!("`{name}` is {given}, but must be {expected}"), name)
-            }
+            } => value_error(name, given, expected),
             Self::NoiseCount {
                 name,
                 given,
@@ -156,7 +153,8 @@ impl IntoPyErr for IdentifyError {
                 option_error(format!("`{name}` has {given} entries: {each}"), name)
             }
             Self::Box { .. } => option_error(message, "bounding_box"),
-            Self::PayloadInertia => payload_inertia(&message),
+            Self::ImpossibleTool => body_error(&message, "known_tool"),
+            Self::PayloadInertia => body_error(&message, "payload_inertia"),
             Self::PriorNeedsLeastSquares(_) | Self::NeedsLeastSquares(_) => {
                 option_error(pointing_to(&message, "estimator"), "estimator")
             }
@@ -247,9 +245,14 @@ impl IntoPyErr for RecordingError {
     }
 }
 
-/// An error of the inertia of a payload that no body has.
-fn payload_inertia(message: &str) -> PyErr {
-    let name = "payload_inertia";
+/// An error of a number that is out of range.
+fn value_error(field: &'static str, given: f64, expected: &str) -> PyErr {
+    let name = keyword_of(field);
+    option_error(format!("`{name}` is {given}, but must be {expected}"), name)
+}
+
+/// An error of a body that cannot exist, which an option gives and the message names.
+fn body_error(message: &str, name: &'static str) -> PyErr {
     option_error(message.replacen(name, &format!("`{name}`"), 1), name)
 }
 

@@ -71,7 +71,7 @@ mod _native {
     #[pymodule_export]
     use crate::samples::Samples;
     #[pymodule_export]
-    use crate::simulate::{ActiveReport, Experiment, RunReport, read_motion, simulate};
+    use crate::simulate::{Experiment, read_motion, simulate};
 
     /// Reports a panic, which is a fault of tactid, in one line.
     #[pymodule_init]

@@ -5,7 +5,10 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 
+use tactid_logs::LogReader;
+
 use crate::errors::{ArgumentError, IntoPyErr, detached};
+use crate::interruption::InterruptionCheck;
 
 /// A topic of a log.
 #[pyclass(module = "tactid", frozen, get_all)]
@@ -41,7 +44,7 @@ pub(crate) struct LogInfo {
 /// Sets the memory that the messages of a log may occupy at once: 256 MiB until it is set.
 ///
 /// It holds for every log that this process opens afterwards. A log that needs more, because its chunks are large or overlap
-/// in time, is refused with a :class:`LogError`, whatever its files claim.
+/// in time, is refused with a :class:`LogError`, whatever its files claim. Its index may occupy half as much.
 ///
 /// Args:
 ///     mebibytes: The memory in MiB (2**20 bytes), more than zero. A single chunk or message is at most 256 MiB anyway.
@@ -55,7 +58,7 @@ pub(crate) fn set_log_memory(mebibytes: f64) -> PyResult<()> {
             "`mebibytes` is {mebibytes}: expected more than 0"
         )));
     }
-    tactid_logs::set_memory((mebibytes * (1 << 20) as f64) as u64);
+    tactid_logs::set_memory_limit((mebibytes * (1 << 20) as f64) as u64);
     Ok(())
 }
 
@@ -68,8 +71,11 @@ pub(crate) fn set_log_memory(mebibytes: f64) -> PyResult<()> {
 ///     LogError: There is no log that can be read. A log that is damaged is opened as far as it goes.
 #[pyfunction]
 pub(crate) fn info(py: Python<'_>, log: PathBuf) -> PyResult<LogInfo> {
-    let reader =
-        detached(py, || tactid_logs::LogReader::open(log))?.map_err(IntoPyErr::into_py_err)?;
+    let mut interruption = InterruptionCheck::new(None);
+    let opened = detached(py, || {
+        LogReader::open_watched(log, &mut || interruption.check(0.0))
+    })?;
+    let reader = interruption.finish(py, opened.map_err(IntoPyErr::into_py_err))?;
     let topics = reader.topics().iter().map(|topic| Topic {
         name: topic.name.clone(),
         type_name: topic.type_name.clone(),

@@ -39,7 +39,8 @@ pub(crate) fn read(py: Python<'_>, log: PathBuf, topic: Text, every: f64) -> PyR
     let mut interruption = InterruptionCheck::new(None);
     let every_ns = (every * 1e9).round() as i64;
     let result = detached(py, || {
-        let log = LogReader::open(&log).map_err(IntoPyErr::into_py_err)?;
+        let log = LogReader::open_watched(&log, &mut || interruption.check(0.0));
+        let log = log.map_err(IntoPyErr::into_py_err)?;
         read_topic(&log, &topic, every_ns, &mut interruption)
     })?;
     interruption.finish(py, result)?.into_samples(py)

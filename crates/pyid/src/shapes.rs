@@ -1,6 +1,7 @@
 //! Arrays of numbers from what Python gives, and errors for shapes that do not fit.
 
 use numpy::{PyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 
 use crate::errors::ArgumentError;
@@ -48,7 +49,8 @@ pub(crate) fn numbers<'py>(
         Err(refuse(reason))
     };
     let array = convert().map_err(|error| {
-        if error.is_instance_of::<ArgumentError>(py) {
+        // Ctrl-C is no `Exception`.
+        if error.is_instance_of::<ArgumentError>(py) || !error.is_instance_of::<PyException>(py) {
             return error;
         }
         let reason = error.value(py).to_string();

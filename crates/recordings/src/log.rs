@@ -10,7 +10,7 @@ use tactid_logs::LogReader;
 use crate::alignment::Event;
 use crate::decode::Decoding;
 use crate::feed::{Feed, Unloaded};
-use crate::progress::check_interruption;
+use crate::progress::{check_interruption, open_log};
 use crate::recording::{Reading, Recording, Selection, Sources, has_beginning};
 use crate::sources::{LogSources, MeasuredTopics};
 use crate::unloaded::find_unloaded;
@@ -32,7 +32,7 @@ impl LogRecording {
         request: &Request,
         observer: &mut Observer<'_>,
     ) -> Result<Self, RecordingError> {
-        let log = LogReader::open(path)?;
+        let log = open_log(path, observer)?;
         if log.topics().iter().all(|topic| topic.count == 0) {
             let damage = log.damage().iter().map(|damage| format!(": {damage}"));
             return Err(RecordingError::Empty {

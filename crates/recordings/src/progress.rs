@@ -1,6 +1,9 @@
 //! Progress of an identification, and its interruption by the user.
 
 use std::ops::ControlFlow;
+use std::path::Path;
+
+use tactid_logs::{LogError, LogReader};
 
 use crate::RecordingError;
 
@@ -21,6 +24,18 @@ pub(crate) fn check_interruption(observer: &mut Observer<'_>) -> Result<(), Reco
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(()) => Err(RecordingError::Interrupted),
     }
+}
+
+/// Opens a log, unless the observer interrupts it: a log without index is read to its end.
+pub(crate) fn open_log(
+    path: &Path,
+    observer: &mut Observer<'_>,
+) -> Result<LogReader, RecordingError> {
+    let opened = LogReader::open_watched(path, &mut || observer(Progress { fraction: 0.0 }));
+    opened.map_err(|error| match error {
+        LogError::Interrupted => RecordingError::Interrupted,
+        error => error.into(),
+    })
 }
 
 /// Returns an observer of one of several recordings, by its index, which reports the fraction of all of them.

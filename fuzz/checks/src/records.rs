@@ -36,22 +36,9 @@ enum Position {
 
 #[derive(Arbitrary, Debug)]
 enum Record {
-    Schema {
-        id: u8,
-        name: Text,
-    },
-    Channel {
-        id: u8,
-        schema: u8,
-        topic: Text,
-    },
-    Message {
-        channel: u8,
-        time: u16,
-        data: Vec<u8>,
-    },
+    Plain(Plain),
     Chunk {
-        content: Vec<Inner>,
+        content: Vec<Plain>,
         repeats: u16,
         is_compressed: bool,
         claimed: Option<u64>,
@@ -81,15 +68,11 @@ enum Record {
         times: (u16, u64),
     },
     DataEnd,
-    Other {
-        opcode: u8,
-        body: Vec<u8>,
-    },
 }
 
-/// A record in a chunk.
+/// A record that stands in a chunk or outside of one.
 #[derive(Arbitrary, Debug)]
-enum Inner {
+enum Plain {
     Schema {
         id: u8,
         name: Text,
@@ -200,13 +183,7 @@ impl File {
 
     fn record(&mut self, record: &Record) {
         let (opcode, body) = match record {
-            Record::Schema { id, name } => (0x03, schema(*id, name)),
-            Record::Channel { id, schema, topic } => (0x04, channel(*id, *schema, topic)),
-            Record::Message {
-                channel,
-                time,
-                data,
-            } => (0x05, message(*channel, *time, data)),
+            Record::Plain(plain) => plain.parts(),
             Record::Chunk {
                 content,
                 repeats,
@@ -242,32 +219,8 @@ impl File {
                 counts,
                 chunks,
                 times,
-            } => {
-                let of_channels: Vec<Vec<u8>> = counts
-                    .iter()
-                    .map(|&(channel, count)| [id(channel), numbers(&[count])].concat())
-                    .collect();
-                let total = counts
-                    .iter()
-                    .fold(0_u64, |sum, (_, count)| sum.wrapping_add(*count));
-                let four = [1_u32, 0, 0, (*chunks).into()]
-                    .map(u32::to_le_bytes)
-                    .concat();
-                let four = [id(1), four].concat();
-                let times = numbers(&[times.0.into(), times.1]);
-                (
-                    0x0b,
-                    [
-                        numbers(&[total]),
-                        four,
-                        times,
-                        prefixed(of_channels.concat()),
-                    ]
-                    .concat(),
-                )
-            }
+            } => (0x0b, statistics(counts, *chunks, *times)),
             Record::DataEnd => (0x0f, vec![0; 4]),
-            Record::Other { opcode, body } => (*opcode, body.clone()),
         };
         self.add(opcode, &body);
     }
@@ -303,42 +256,60 @@ impl File {
     }
 }
 
-fn schema(number: u8, name: &Text) -> Vec<u8> {
-    let encoding = prefixed(b"ros2msg".to_vec());
-    [id(number), name.bytes(), encoding, prefixed(Vec::new())].concat()
-}
-
-fn channel(number: u8, schema: u8, topic: &Text) -> Vec<u8> {
-    let encoding = prefixed(b"cdr".to_vec());
-    [
-        id(number),
-        id(schema),
-        topic.bytes(),
-        encoding,
-        prefixed(Vec::new()),
-    ]
-    .concat()
-}
-
-fn message(channel: u8, time: u16, data: &[u8]) -> Vec<u8> {
-    let times = numbers(&[time.into(), time.into()]);
-    [id(channel), vec![0; 4], times, data.to_vec()].concat()
-}
-
-fn chunk(content: &[Inner], repeats: u16, is_compressed: bool, claimed: Option<u64>) -> Vec<u8> {
-    let once: Vec<Vec<u8>> = content
-        .iter()
-        .map(|inner| match inner {
-            Inner::Schema { id, name } => framed(0x03, &schema(*id, name)),
-            Inner::Channel { id, schema, topic } => framed(0x04, &channel(*id, *schema, topic)),
-            Inner::Message {
+impl Plain {
+    /// Returns opcode and body.
+    fn parts(&self) -> (u8, Vec<u8>) {
+        let (empty, named) = (prefixed(Vec::new()), |text: &[u8]| prefixed(text.to_vec()));
+        match self {
+            Self::Schema { id: number, name } => {
+                let body = [id(*number), name.bytes(), named(b"ros2msg"), empty];
+                (0x03, body.concat())
+            }
+            Self::Channel {
+                id: number,
+                schema,
+                topic,
+            } => {
+                let ids = [id(*number), id(*schema)].concat();
+                (0x04, [ids, topic.bytes(), named(b"cdr"), empty].concat())
+            }
+            Self::Message {
                 channel,
                 time,
                 data,
-            } => framed(0x05, &message(*channel, *time, data)),
-            Inner::Other { opcode, body } => framed(*opcode, body),
-        })
+            } => {
+                let times = numbers(&[(*time).into(), (*time).into()]);
+                let head = [id(*channel), vec![0; 4], times].concat();
+                (0x05, [head, data.clone()].concat())
+            }
+            Self::Other { opcode, body } => (*opcode, body.clone()),
+        }
+    }
+}
+
+/// Returns the body of a record of statistics.
+fn statistics(counts: &[(u8, u64)], chunks: u8, times: (u16, u64)) -> Vec<u8> {
+    let of_channels: Vec<Vec<u8>> = counts
+        .iter()
+        .map(|&(channel, count)| [id(channel), numbers(&[count])].concat())
         .collect();
+    let messages = counts
+        .iter()
+        .fold(0_u64, |sum, (_, count)| sum.wrapping_add(*count));
+    // Channels, attachments, metadata records and chunks.
+    let others = [1_u32, 0, 0, chunks.into()].map(u32::to_le_bytes).concat();
+    let schemas = id(1);
+    let times = numbers(&[times.0.into(), times.1]);
+    let counted = [numbers(&[messages]), schemas, others].concat();
+    [counted, times, prefixed(of_channels.concat())].concat()
+}
+
+fn chunk(content: &[Plain], repeats: u16, is_compressed: bool, claimed: Option<u64>) -> Vec<u8> {
+    let framed_parts = |plain: &Plain| {
+        let (opcode, body) = plain.parts();
+        framed(opcode, &body)
+    };
+    let once: Vec<Vec<u8>> = content.iter().map(framed_parts).collect();
     let once = once.concat();
     let most = MOST_BYTES / once.len().max(1);
     let records = once.repeat((usize::from(repeats) + 1).min(most + 1));

@@ -6,14 +6,11 @@ use std::ops::Range;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
-use crate::ModelError;
+use crate::{ModelError, text_file::MAX_BYTES};
 
 /// Number of elements that may be nested. A URDF needs six and the plugins inside some files a few more; the limit
 /// bounds the depth of every recursion over the tree, that of its destructor included.
 const MAX_DEPTH: usize = 200;
-
-/// Largest size of a URDF, bytes; far above that of any robot.
-const MAX_BYTES: usize = 16 << 20;
 
 /// Largest number of elements; bounds the memory to about 200 MB.
 const MAX_ELEMENTS: usize = 1_000_000;
@@ -61,7 +58,7 @@ impl Element {
 /// Returns [`ModelError::Syntax`], which names the line, if the text is not an XML document, nests more than [`MAX_DEPTH`]
 /// elements, or is larger than any robot needs.
 pub(super) fn parse(xml: &str) -> Result<Element, ModelError> {
-    if xml.len() > MAX_BYTES {
+    if xml.len() as u64 > MAX_BYTES {
         let (given, most) = (xml.len().div_ceil(1 << 20), MAX_BYTES >> 20);
         let message = format!("it has {given} MiB, but at most {most} MiB are read");
         return Err(ModelError::Syntax(message));

@@ -1,13 +1,13 @@
 //! Bags: folders with the files of one recording.
 
 use std::collections::BTreeSet;
-use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
 use serde::Deserialize;
 
 use crate::error::LogError;
+use crate::system_file::{self, FileMark};
 
 /// Most bytes of `metadata.yaml` that are read, far above those of any bag.
 const MAX_METADATA: u64 = 16 << 20;
@@ -72,13 +72,11 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
     let MetadataFile {
         rosbag2_bagfile_information: bag,
     } = serde_saphyr::from_str(&text).map_err(|error| {
-        let first_line = error
-            .to_string()
-            .lines()
-            .next()
-            .unwrap_or_default()
-            .to_owned();
-        not_a_bag(first_line)
+        let text = error.to_string();
+        let first_line = text.lines().next().unwrap_or_default();
+        // What follows is advice for the author of a program.
+        let fault = first_line.split("; use ").next().unwrap_or_default();
+        not_a_bag(format!("it is not as rosbag2 writes it ({fault})"))
     })?;
     if let Some(what) = bag.unsupported() {
         return Err(not_a_bag(what));
@@ -86,7 +84,7 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
     if bag.relative_file_paths.is_empty() {
         return Err(not_a_bag("it lists no files".to_owned()));
     }
-    let mut found = BTreeSet::new();
+    let (mut found, mut inodes) = (BTreeSet::new(), BTreeSet::new());
     let files = bag.relative_file_paths.iter();
     files
         .map(|listed| {
@@ -97,7 +95,9 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
             })?;
             // A file that is absent is reported when it is opened.
             let whole = path.canonicalize().unwrap_or_else(|_| path.clone());
-            if !found.insert(whole) {
+            let metadata = whole.metadata().ok();
+            let inode = metadata.and_then(|metadata| FileMark::of(&metadata).inode());
+            if !found.insert(whole) || inode.is_some_and(|inode| !inodes.insert(inode)) {
                 return Err(not_a_bag(format!(
                     "it lists {listed:?} twice: its messages would count twice"
                 )));
@@ -107,10 +107,11 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
         .collect()
 }
 
-/// Reads `metadata.yaml`, of which no more bytes than [`MAX_METADATA`] and one.
+/// Reads `metadata.yaml`, at most one byte more than [`MAX_METADATA`].
 fn read_metadata(path: &Path) -> Result<String, LogError> {
-    let file = File::open(path).and_then(|file| io::read_to_string(file.take(MAX_METADATA + 1)));
-    file.map_err(|source| LogError::io("read", path, source))
+    let text = system_file::open(path)
+        .and_then(|(file, _)| io::read_to_string(file.take(MAX_METADATA + 1)));
+    text.map_err(|source| LogError::io("read", path, source))
 }
 
 /// Returns the path of a listed file, or `None` if that is not below the bag's folder: whoever opens a bag does not expect

@@ -6,13 +6,16 @@ mod compression;
 mod io_faults;
 mod mcap;
 mod missing;
+mod opening;
 mod source;
 mod sqlite;
 mod storage;
 mod stream;
+mod zstd_context;
 
 use std::{
     collections::{BTreeMap, HashMap},
+    ops::ControlFlow,
     path::{Path, PathBuf},
     sync::{
         Arc,
@@ -21,6 +24,7 @@ use std::{
 };
 
 use missing::no_such_log;
+use opening::Opening;
 use source::{Format, Source};
 pub use storage::Damage;
 use storage::{Channel, FileIndex, MemoryBudget, Metadata};
@@ -29,14 +33,15 @@ pub use stream::{Messages, RawMessage};
 use crate::{error::LogError, messages::Message};
 
 /// Memory that the messages of a log may occupy at once by default, bytes: hundreds of usual chunks.
-pub const DEFAULT_MEMORY: u64 = 256 << 20;
+pub const DEFAULT_MEMORY_LIMIT: u64 = 256 << 20;
 
-static MEMORY: AtomicU64 = AtomicU64::new(DEFAULT_MEMORY);
+static MEMORY: AtomicU64 = AtomicU64::new(DEFAULT_MEMORY_LIMIT);
 
 /// Sets the memory that the messages of each log may occupy at once, bytes, for the logs that this process opens with
-/// [`LogReader::open`] from now on: [`DEFAULT_MEMORY`] until then. It counts chunks of overlapping times, as they are in the
-/// file and decompressed. A log that needs more is an error, [`LogError::Memory`], whatever its files claim.
-pub fn set_memory(bytes: u64) {
+/// [`LogReader::open`] from now on: [`DEFAULT_MEMORY_LIMIT`] until then. It counts chunks of overlapping times, as they are in the
+/// file and decompressed; the index of a log may occupy half as many bytes. A log that needs more is an error,
+/// [`LogError::Memory`] or [`LogError::Index`], whatever its files claim.
+pub fn set_memory_limit(bytes: u64) {
     MEMORY.store(bytes, Ordering::Relaxed);
 }
 
@@ -97,7 +102,7 @@ pub struct LogReader {
 }
 
 impl LogReader {
-    /// Opens a log, whose messages may occupy the memory that [`set_memory`] has set.
+    /// Opens a log, whose messages may occupy the memory that [`set_memory_limit`] has set.
     ///
     /// # Errors
     /// Returns the errors of [`open_within`](Self::open_within).
@@ -105,27 +110,50 @@ impl LogReader {
         Self::open_within(path, MEMORY.load(Ordering::Relaxed))
     }
 
-    /// Opens a log whose messages may occupy so many bytes of memory at once. It counts what [`set_memory`] names.
+    /// Opens a log whose messages may occupy at most `memory_bytes` bytes of memory at once, and its index half as many. It counts
+    /// what [`set_memory_limit`] names.
     ///
     /// # Errors
     /// Returns [`LogError::Io`], [`LogError::NotALog`], [`LogError::NotABag`], [`LogError::Database`], [`LogError::Decompress`]
-    /// or [`LogError::Expansion`] if there is no readable log at this path, and [`LogError::Memory`] if a file without index
-    /// has a chunk that needs more memory. A damaged MCAP log is not an error; see [`damage`](Self::damage).
+    /// or [`LogError::Expansion`] if there is no readable log at this path, [`LogError::Memory`] if a file without index
+    /// has a chunk that needs more memory, and [`LogError::Index`] if the index does. A damaged MCAP log is not an error; see
+    /// [`damage`](Self::damage).
     pub fn open_within(path: impl AsRef<Path>, memory_bytes: u64) -> Result<Self, LogError> {
-        let memory = MemoryBudget::whole(memory_bytes);
-        let path = path.as_ref();
-        let paths = if path.is_dir() {
-            bag::files(path)?
-        } else if !path.exists() {
-            return Err(no_such_log(path));
-        } else {
-            vec![path.to_owned()]
+        Self::open_files(path.as_ref(), memory_bytes, &mut || {
+            ControlFlow::Continue(())
+        })
+    }
+
+    /// Opens a log as [`open`](Self::open) does, under the eyes of a watch that is asked many times a second: a log without
+    /// index is read to its end, which may take minutes.
+    ///
+    /// # Errors
+    /// Returns [`LogError::Interrupted`] if the watch breaks, and the errors of [`open_within`](Self::open_within).
+    pub fn open_watched(
+        path: impl AsRef<Path>,
+        watch: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<Self, LogError> {
+        Self::open_files(path.as_ref(), MEMORY.load(Ordering::Relaxed), watch)
+    }
+
+    fn open_files(
+        path: &Path,
+        memory_bytes: u64,
+        watch: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<Self, LogError> {
+        let paths = match path.metadata() {
+            Ok(metadata) if metadata.is_dir() => bag::files(path)?,
+            Ok(_) => vec![path.to_owned()],
+            Err(_) if path.symlink_metadata().is_err() => return Err(no_such_log(path)),
+            // A link that leads nowhere.
+            Err(error) => return Err(LogError::io("open", path, error)),
         };
+        let mut opening = Opening::new(memory_bytes, watch);
         let files: Arc<[FileIndex]> = paths
             .iter()
-            .map(|path| open_file(path, memory))
+            .map(|path| open_file(path, &mut opening))
             .collect::<Result<_, _>>()?;
-        Ok(Self::of_files(path, files, memory))
+        Ok(Self::of_files(path, files, opening.memory))
     }
 
     /// Returns the log at a path whose files are open.
@@ -251,11 +279,11 @@ impl LogReader {
 }
 
 /// Opens the index of a file in any storage.
-fn open_file(path: &Path, memory: MemoryBudget) -> Result<FileIndex, LogError> {
-    let source = Source::open(path)?;
+fn open_file(path: &Path, opening: &mut Opening<'_>) -> Result<FileIndex, LogError> {
+    let source = Source::open(path, opening)?;
     match source.format()? {
-        Format::Mcap => mcap::index(source, memory),
-        Format::Sqlite => sqlite::index(source),
+        Format::Mcap => mcap::index(source, opening),
+        Format::Sqlite => sqlite::index(source, opening),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::{
     fmt,
-    fs::{self, File},
+    fs::File,
     io::{self, Read, Seek},
     path::{Path, PathBuf},
     sync::Arc,
@@ -12,9 +12,15 @@ use ::mcap::MAGIC;
 
 use super::{
     compression::{self, Decompressed},
+    opening::Opening,
     storage::Damage,
 };
-use crate::{cdr::ZSTD_MAGIC, database_fault::DatabaseFault, error::LogError};
+use crate::{
+    cdr::ZSTD_MAGIC,
+    database_fault::DatabaseFault,
+    error::LogError,
+    system_file::{self, FileMark},
+};
 
 /// First bytes of an SQLite database.
 const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
@@ -49,7 +55,7 @@ impl Content for Source {
     }
 
     fn open_stream(&self) -> io::Result<Box<dyn Stream>> {
-        Ok(Box::new(File::open(self.content())?))
+        Ok(Box::new(self.open_content()?))
     }
 
     fn damage(&self) -> Option<&Damage> {
@@ -62,16 +68,19 @@ impl Content for Source {
 pub(super) struct Source {
     /// Path of the file, by which errors name it.
     pub(super) path: PathBuf,
+    /// Mark of the file.
+    mark: FileMark,
     /// Deleted with the last clone.
     decompressed: Option<Arc<Decompressed>>,
 }
 
 impl Source {
     /// Opens a file, and decompresses it if it is compressed.
-    pub(super) fn open(path: &Path) -> Result<Self, LogError> {
-        // A pipe could not be read twice, and opening it would wait for its writer.
-        let status = fs::metadata(path).map_err(|e| LogError::io("open", path, e))?;
-        if !status.is_file() {
+    pub(super) fn open(path: &Path, opening: &mut Opening<'_>) -> Result<Self, LogError> {
+        let (file, metadata) =
+            system_file::open(path).map_err(|e| LogError::io("open", path, e))?;
+        // A pipe cannot be read twice.
+        if !metadata.is_file() {
             return Err(LogError::NotALog {
                 path: path.to_owned(),
                 what: "it is no regular file; write the log to one first".to_owned(),
@@ -79,12 +88,24 @@ impl Source {
         }
         let mut source = Self {
             path: path.to_owned(),
+            mark: FileMark::of(&metadata),
             decompressed: None,
         };
         if source.start()?.starts_with(&ZSTD_MAGIC) {
-            source.decompressed = Some(Arc::new(compression::decompress(path)?));
+            source.decompressed = Some(Arc::new(compression::decompress(file, path, opening)?));
         }
         Ok(source)
+    }
+
+    /// Opens the content, which may be read at any later time: a file that is another one by then is an error.
+    pub(super) fn open_content(&self) -> io::Result<File> {
+        let (file, metadata) = system_file::open(self.content())?;
+        if self.decompressed.is_none() && !self.mark.may_be_same_file(&FileMark::of(&metadata)) {
+            return Err(io::Error::other(
+                "another file has taken its place since it was opened",
+            ));
+        }
+        Ok(file)
     }
 
     /// Returns the path of the content.
@@ -131,7 +152,8 @@ impl Source {
 
     /// Reads the first bytes of the content.
     fn start(&self) -> Result<Vec<u8>, LogError> {
-        let file = File::open(self.content()).map_err(|e| LogError::io("open", &self.path, e))?;
+        let opened = self.open_content();
+        let file = opened.map_err(|e| LogError::io("open", &self.path, e))?;
         let mut start = Vec::new();
         let read = file.take(16).read_to_end(&mut start);
         read.map_err(|e| LogError::io("read", &self.path, e))?;

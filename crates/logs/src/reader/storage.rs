@@ -39,7 +39,7 @@ impl MemoryBudget {
     }
 
     /// Returns the error of a file whose next segment exceeds what is left.
-    pub(super) fn exceeded(self, path: &Path) -> Stop {
+    pub(super) fn exceeded_error(self, path: &Path) -> Stop {
         Stop::Error(LogError::Memory {
             path: path.to_owned(),
             budget: self.total,
@@ -118,7 +118,7 @@ pub(super) struct Block {
 impl Block {
     /// Returns the memory that the block occupies, bytes.
     pub(super) fn memory(&self) -> u64 {
-        (self.bytes.len() + self.entries.len() * size_of::<Entry>()) as u64
+        (self.bytes.capacity() + self.entries.capacity() * size_of::<Entry>()) as u64
     }
 }
 

@@ -11,8 +11,9 @@ use std::{
 
 use super::{
     Topic,
-    compression::MessageDecompressor,
+    compression::decompress_messages,
     storage::{Block, Damage, FileIndex, MemoryBudget, SegmentReader, Selected, Stop},
+    zstd_context::ZstdContext,
 };
 use crate::{cdr, error::LogError, messages::Message};
 
@@ -119,7 +120,7 @@ pub struct Messages {
     open: BinaryHeap<Cursor>,
     /// The file that was read last.
     file: Option<(usize, Box<dyn SegmentReader>)>,
-    decompressor: MessageDecompressor,
+    zstd: ZstdContext,
     /// Memory of the open segments, bytes, and the most that it may be.
     open_bytes: u64,
     budget: u64,
@@ -155,7 +156,7 @@ impl Messages {
             due,
             open: BinaryHeap::new(),
             file: None,
-            decompressor: MessageDecompressor::new(),
+            zstd: ZstdContext::default(),
             open_bytes: 0,
             budget,
             damage,
@@ -202,8 +203,9 @@ impl Messages {
         };
         let mut block = reader.read(s, selected, budget)?;
         let left = budget.remaining.checked_sub(block.memory());
-        if !left.is_some_and(|left| self.decompressor.decompress(&mut block, selected, left)) {
-            return Err(budget.exceeded(&self.files[f].path));
+        if !left.is_some_and(|left| decompress_messages(&mut self.zstd, &mut block, selected, left))
+        {
+            return Err(budget.exceeded_error(&self.files[f].path));
         }
         // The sort is stable, and costs almost nothing if the log is already in order.
         block.entries.sort_by_key(|entry| entry.log_time_ns);

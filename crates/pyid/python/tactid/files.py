@@ -31,18 +31,32 @@ def atomic_path(path: Path) -> Iterator[Path]:
                 _write_through(temporary, path)
             else:
                 _store(temporary)
-                if target.exists():
-                    temporary.chmod(stat.S_IMODE(target.stat().st_mode))
+                temporary.chmod(_mode(target))
                 temporary.replace(target)
     finally:
         temporary.unlink(missing_ok=True)
 
 
 def _temporary(folder: Path) -> Path:
-    """Creates an empty file under a hidden name, with the permissions of any new file."""
+    """Creates an empty file under a hidden name, which nobody else may read."""
+    return _created(folder, 0o600)
+
+
+def _created(folder: Path, mode: int) -> Path:
     path = folder / f".tactid-{secrets.token_hex(8)}"
-    os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+    os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, mode))
     return path
+
+
+def _mode(target: Path) -> int:
+    """Returns the permissions of a file that is to be replaced, or those of any new one."""
+    if target.exists():
+        return stat.S_IMODE(target.stat().st_mode)
+    # Reading the process's mask would change it for other threads.
+    probe = _created(target.parent, 0o666)
+    mode = stat.S_IMODE(probe.stat().st_mode)
+    probe.unlink()
+    return mode
 
 
 def _store(path: Path) -> None:

@@ -1,6 +1,7 @@
 """Checks of a command's output files before it reads or writes anything."""
 
 import os
+import re
 from collections.abc import Mapping
 from itertools import combinations
 from pathlib import Path
@@ -66,12 +67,33 @@ def _check_input(option: str, path: Path, source: str, given: Path) -> None:
         raise ArgumentError(f"{option} {path} is a file in the folder of {source}, {given}")
 
 
+LOG_BEGINNINGS = (b"\x89MCAP", b"SQLite format 3\0", b"\x28\xb5\x2f\xfd")
+"""First bytes of MCAP files, of SQLite databases, and of files that zstd has compressed."""
+
+PART = re.compile(r"(.*?)(_\d+)?\.(mcap|db3)(\.zstd)?")
+"""Name of a log file: that of its bag, the number of the part, the storage and the compression."""
+
+
 def _beside(given: Path) -> list[Path]:
-    """Paths of a recorder's files that belong to a log: those of its bag and of its database."""
-    if not {".mcap", ".db3"}.intersection(given.suffixes):
+    """Paths of a recorder's files that belong to a log: its other parts and its database's."""
+    if not _is_log(given):
         return []
-    names = ("metadata.yaml", f"{given.name}-wal", f"{given.name}-shm")
+    names = ["metadata.yaml", *(f"{given.name}-{suffix}" for suffix in ("wal", "shm", "journal"))]
+    if of_log := PART.fullmatch(given.name):
+        logs = ((file.name, PART.fullmatch(file.name)) for file in given.parent.iterdir())
+        names += [name for name, part in logs if part is not None and part[1] == of_log[1]]
     return [given.with_name(name) for name in names]
+
+
+def _is_log(path: Path) -> bool:
+    """Returns whether a file is a log, which its first bytes show, whatever its name."""
+    if not path.is_file():  # a pipe would wait for its writer, and lose the bytes that are read
+        return False
+    try:
+        with path.open("rb") as file:
+            return file.read(16).startswith(LOG_BEGINNINGS)
+    except OSError:  # that it cannot be read is reported where it is opened
+        return False
 
 
 def _is_same_file(path: Path, other: Path) -> bool:

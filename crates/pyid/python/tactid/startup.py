@@ -25,11 +25,21 @@ def ending(interruption: KeyboardInterrupt) -> tuple[str, int]:
     return "interrupted", INTERRUPTED
 
 
-def handle_interruption() -> None:
-    """Makes Ctrl-C end the command with one line, if this process is the command.
+_arrived: list[KeyboardInterrupt] = []
+"""What the signals have raised."""
 
-    A library that is being loaded may turn the exception of Ctrl-C into another one.
+
+def interruption() -> KeyboardInterrupt | None:
+    """Returns what the first signal has raised, whatever has become of it.
+
+    A library that is being loaded, or that is written in another language, may swallow the
+    exception or turn it into another one.
     """
+    return _arrived[0] if _arrived else None
+
+
+def handle_interruption() -> None:
+    """Makes Ctrl-C end the command with one line, if this process is the command."""
     if _is_command() and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _exit)
 
@@ -37,9 +47,9 @@ def handle_interruption() -> None:
 def leave_interruption_to_command() -> None:
     """Makes Ctrl-C and SIGTERM raise exceptions, once the libraries are loaded."""
     if signal.getsignal(signal.SIGINT) is _exit:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGINT, _raise)
     if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
-        signal.signal(signal.SIGTERM, _terminate)
+        signal.signal(signal.SIGTERM, _raise)
 
 
 def _is_command() -> bool:
@@ -52,10 +62,12 @@ def _is_command() -> bool:
     return ("-m", "tactid") in following
 
 
-def _terminate(_signal: int, _frame: FrameType | None) -> None:
-    # A second signal must not interrupt what the first one cleans up.
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    raise Terminated
+def _raise(number: int, _frame: FrameType | None) -> None:
+    if number == signal.SIGTERM:
+        # A second one must not interrupt what the first one cleans up.
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    _arrived.append(Terminated() if number == signal.SIGTERM else KeyboardInterrupt())
+    raise _arrived[-1]
 
 
 def _exit(_signal: int, _frame: FrameType | None) -> None:

@@ -1,12 +1,14 @@
 //! Records of a chunk, decompressed and checked.
 
-use std::{fmt, io::Read, ops::Range};
+use std::{io::Read, ops::Range};
 
 use mcap::records::op;
-use zstd::zstd_safe::{DCtx, ResetDirective};
 
 use super::file::RECORD_HEADER;
-use crate::reader::storage::{Entry, MAX_RECORD, MemoryBudget};
+use crate::reader::{
+    storage::{Entry, MAX_RECORD, MemoryBudget},
+    zstd_context::{MOST_WINDOW, ZstdContext},
+};
 
 /// Size of a message's channel, sequence, log time and publish time, bytes.
 const MESSAGE_HEADER: usize = 22;
@@ -14,6 +16,9 @@ const MESSAGE_HEADER: usize = 22;
 /// Largest usual size of a chunk, bytes. It limits the memory that is reserved before the data is
 /// known.
 const USUAL_CHUNK: u64 = 8 << 20;
+
+/// What is wrong with a chunk whose compressed data are damaged.
+const UNREADABLE: &str = "a chunk that cannot be decompressed";
 
 /// What is wrong with a file that ends within a record, be it in a chunk or not.
 pub(super) const CUT: &str = "the file ends within a record";
@@ -65,7 +70,7 @@ impl Records {
         body: Vec<u8>,
         cut: bool,
         budget: MemoryBudget,
-        decompressor: &mut ChunkDecompressor,
+        zstd: &mut ZstdContext,
     ) -> Result<Self, ChunkFault> {
         let header = ChunkHeader::parse(&body);
         let header = header.ok_or(if cut {
@@ -82,7 +87,13 @@ impl Records {
         } else {
             body.len() as u64
         };
-        if packed + header.uncompressed_size.min(MAX_RECORD) > budget.remaining {
+        // Only a chunk that is cut off is decompressed as a stream.
+        let window = if cut && header.compression == b"zstd" {
+            header.uncompressed_size.min(MOST_WINDOW)
+        } else {
+            0
+        };
+        if packed + window + header.uncompressed_size.min(MAX_RECORD) > budget.remaining {
             return Err(ChunkFault::TooLarge);
         }
         let (size, crc) = (header.uncompressed_size, header.uncompressed_crc);
@@ -97,10 +108,12 @@ impl Records {
             b"" => {
                 let start = header.data;
                 let mut bytes = body;
+                // Bytes after the records would stay in memory.
                 bytes.truncate(end);
+                bytes.shrink_to_fit();
                 Self { bytes, start, cut }
             }
-            b"zstd" => Self::new(decompressor.decompress(data, size, cut)?, cut),
+            b"zstd" => Self::new(decompress_zstd(zstd, data, size, cut)?, cut),
             b"lz4" => {
                 let decoder = lz4::Decoder::new(data);
                 let decoder = decoder.map_err(|error| error.to_string())?;
@@ -162,6 +175,11 @@ impl Records {
         self.start..self.bytes.len()
     }
 
+    /// Returns how many bytes are in memory.
+    pub(super) fn byte_count(&self) -> usize {
+        self.bytes.len()
+    }
+
     /// Returns the bytes to which the ranges of bodies and messages refer.
     pub(super) fn into_bytes(self) -> Vec<u8> {
         self.bytes
@@ -180,37 +198,6 @@ impl Records {
     pub(super) fn message(&self, body: Range<usize>) -> Result<Entry, &'static str> {
         let mut fields = Fields(self.body(body.clone()));
         fields.message(body).ok_or("a message without its header")
-    }
-}
-
-/// Decompressor of chunks with a context that all of them use.
-pub(super) struct ChunkDecompressor(DCtx<'static>);
-
-impl Default for ChunkDecompressor {
-    fn default() -> Self {
-        Self(DCtx::create())
-    }
-}
-
-impl ChunkDecompressor {
-    /// Decompresses `size` bytes of zstd, or as many as there are in data that is cut off.
-    fn decompress(&mut self, data: &[u8], size: u64, cut: bool) -> Result<Vec<u8>, String> {
-        if size <= USUAL_CHUNK && !cut {
-            // At once, without the copies of a stream. What fails is decompressed once more, which says why.
-            let mut bytes = Vec::with_capacity(size as usize);
-            if self.0.decompress(&mut bytes, data).is_ok() {
-                return Ok(bytes);
-            }
-        }
-        // A frame that failed leaves its state behind. Resetting a session cannot fail.
-        let _ = self.0.reset(ResetDirective::SessionOnly);
-        decompress(zstd::Decoder::with_context(data, &mut self.0), size, cut)
-    }
-}
-
-impl fmt::Debug for ChunkDecompressor {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("ChunkDecompressor")
     }
 }
 
@@ -277,6 +264,24 @@ fn body_range(rest: &[u8], offset: usize) -> Option<Range<usize>> {
     (end <= offset + rest.len()).then_some(start..end)
 }
 
+/// Decompresses `size` bytes of zstd, or as many as there are in data that is cut off.
+fn decompress_zstd(
+    zstd: &mut ZstdContext,
+    data: &[u8],
+    size: u64,
+    cut: bool,
+) -> Result<Vec<u8>, String> {
+    if cut {
+        return decompress(zstd.stream(data), size, cut);
+    }
+    // Memory that is not written to is not occupied, so that a damaged size costs none.
+    let mut bytes = Vec::with_capacity(size as usize);
+    match zstd.fill(&mut bytes, data) {
+        Ok(()) => Ok(bytes),
+        Err(error) => Err(format!("{UNREADABLE}: {error}")),
+    }
+}
+
 /// Decompresses `size` bytes, or as many as there are in data that is cut off.
 fn decompress(decoder: impl Read, size: u64, cut: bool) -> Result<Vec<u8>, String> {
     let size = size.min(MAX_RECORD);
@@ -284,7 +289,7 @@ fn decompress(decoder: impl Read, size: u64, cut: bool) -> Result<Vec<u8>, Strin
     // expected reveals excess data.
     let mut bytes = Vec::with_capacity(size.min(USUAL_CHUNK) as usize + 1);
     match decoder.take(size + 1).read_to_end(&mut bytes) {
-        Err(error) if !cut => Err(format!("a chunk that cannot be decompressed: {error}")),
+        Err(error) if !cut => Err(format!("{UNREADABLE}: {error}")),
         _ => Ok(bytes),
     }
 }

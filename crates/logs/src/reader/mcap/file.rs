@@ -16,6 +16,9 @@ use crate::{
 /// Size of a record's opcode and length, bytes.
 pub(super) const RECORD_HEADER: u64 = 9;
 
+/// Number of bytes that a checksum reads at once.
+const CHECKSUM_STEP: u64 = 1 << 20;
+
 /// Position and size of a record.
 #[derive(Clone, Copy)]
 pub(super) struct RecordHead {
@@ -71,6 +74,18 @@ impl LogFile {
             return Err(self.error(io::ErrorKind::UnexpectedEof.into()));
         }
         Ok(bytes)
+    }
+
+    /// Returns the CRC-32 of a range of the file, up to the end of the file.
+    pub(super) fn checksum(&mut self, start: u64, end: u64) -> Result<u32, LogError> {
+        let mut hasher = crc32fast::Hasher::new();
+        let mut at_byte = start;
+        while at_byte < end {
+            let part = self.read(at_byte, (end - at_byte).min(CHECKSUM_STEP))?;
+            hasher.update(&part);
+            at_byte += part.len() as u64;
+        }
+        Ok(hasher.finalize())
     }
 
     /// Returns the record that starts at a byte, or `None` if too few bytes follow for its opcode

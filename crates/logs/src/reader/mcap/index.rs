@@ -2,13 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use mcap::records::op;
+use mcap::records::{Metadata as MetadataRecord, op};
 
 use super::{
-    chunk::{ChunkDecompressor, ChunkFault, Records},
+    chunk::{ChunkFault, Records},
     file::LogFile,
 };
-use crate::reader::storage::{Channel, ChannelId, Damage, MemoryBudget, Metadata, Segment, Stop};
+use crate::error::LogError;
+use crate::reader::{
+    opening::Opening,
+    storage::{Channel, ChannelId, Damage, MemoryBudget, Metadata, Segment, Stop},
+    zstd_context::ZstdContext,
+};
 
 /// Content of a file.
 #[derive(Debug, Default)]
@@ -24,6 +29,7 @@ pub(super) struct McapIndex {
 #[derive(Debug)]
 pub(super) struct Place {
     pub(super) at_byte: u64,
+    /// Number of bytes, at least those of the record's body.
     pub(super) length: u64,
     pub(super) kind: PlaceKind,
 }
@@ -42,10 +48,10 @@ impl Place {
         &self,
         file: &mut LogFile,
         budget: MemoryBudget,
-        decompressor: &mut ChunkDecompressor,
+        zstd: &mut ZstdContext,
     ) -> Result<Records, Stop> {
         if self.length > budget.remaining {
-            return Err(budget.exceeded(&file.path));
+            return Err(budget.exceeded_error(&file.path));
         }
         if self.kind == PlaceKind::Plain {
             return Ok(Records::new(file.read(self.at_byte, self.length)?, false));
@@ -53,14 +59,30 @@ impl Place {
         match file.record_at(self.at_byte)? {
             Some(record) if record.opcode == op::CHUNK => {
                 let cut = self.kind == PlaceKind::CutChunk;
+                if record.length > self.length {
+                    return Err(
+                        file.damage(self.at_byte, "a chunk that is longer than in the index")
+                    );
+                }
                 let body = file.body(record)?;
-                let records = Records::of_chunk(body, cut, budget, decompressor);
+                let records = Records::of_chunk(body, cut, budget, zstd);
                 records.map_err(|fault| match fault {
                     ChunkFault::Damage(what) => file.damage(self.at_byte, what),
-                    ChunkFault::TooLarge => budget.exceeded(&file.path),
+                    ChunkFault::TooLarge => budget.exceeded_error(&file.path),
                 })
             }
             _ => Err(file.damage(self.at_byte, "no chunk at the position in the index")),
         }
     }
+}
+
+/// Counts the texts of a record of metadata among what the index keeps.
+pub(super) fn keep_metadata(
+    record: &MetadataRecord,
+    file: &LogFile,
+    opening: &mut Opening<'_>,
+) -> Result<(), LogError> {
+    let pairs = record.metadata.iter();
+    let texts = pairs.flat_map(|(key, value)| [key.as_str(), value]);
+    opening.keep_each(&file.path, texts.chain([record.name.as_str()]))
 }

@@ -5,36 +5,38 @@ use std::collections::BTreeMap;
 use mcap::records::{Record, op};
 
 use super::{
-    chunk::{CUT, ChunkDecompressor, Records},
+    chunk::{CUT, Records},
     file::{LogFile, RecordHead},
-    index::{McapIndex, Place, PlaceKind},
+    index::{McapIndex, Place, PlaceKind, keep_metadata},
     record,
     summary::{self, Summary},
 };
 use crate::{
     error::LogError,
     reader::{
+        opening::Opening,
         source::Content,
-        storage::{Entry, MemoryBudget, Segment, Stop},
+        storage::{Entry, Segment, Stop},
+        zstd_context::ZstdContext,
     },
 };
 
 /// Number of bytes of messages outside of chunks that are read at once.
 const PLAIN_SEGMENT: u64 = 1 << 20;
 
-/// Most bytes of names and metadata that an index keeps: a small file can decompress to any number of them.
-const MAX_TEXT: usize = 64 << 20;
-
 /// Opens a file with the index in its summary. Without a complete summary the whole file is
 /// read, which takes as long as reading every message.
-pub(super) fn open(content: &dyn Content, memory: MemoryBudget) -> Result<McapIndex, LogError> {
+pub(super) fn open(
+    content: &dyn Content,
+    opening: &mut Opening<'_>,
+) -> Result<McapIndex, LogError> {
     let mut file = LogFile::open(content)?;
-    let why = match summary::read(&mut file)? {
+    let why = match summary::read(&mut file, opening)? {
         Summary::Whole(index) => return Ok(index),
         Summary::Absent => None,
         Summary::Broken(damage) => Some(damage),
     };
-    let mut scan = Scan::new(memory);
+    let mut scan = Scan::new(opening);
     match scan.run(&mut file) {
         Ok(()) => scan.index.damage = why,
         Err(Stop::Damage(damage)) => scan.index.damage = Some(damage),
@@ -45,27 +47,24 @@ pub(super) fn open(content: &dyn Content, memory: MemoryBudget) -> Result<McapIn
 }
 
 /// Scan of a file without a complete summary.
-struct Scan {
+struct Scan<'a, 'b> {
+    opening: &'a mut Opening<'b>,
     index: McapIndex,
     /// Names of message types by schema.
     schemas: BTreeMap<u16, String>,
     /// The range of messages outside of chunks that is being scanned.
     plain: Option<(Place, Segment)>,
-    decompressor: ChunkDecompressor,
-    /// Number of bytes of names and metadata in the index so far.
-    text_bytes: usize,
-    memory: MemoryBudget,
+    zstd: ZstdContext,
 }
 
-impl Scan {
-    fn new(memory: MemoryBudget) -> Self {
+impl<'a, 'b> Scan<'a, 'b> {
+    fn new(opening: &'a mut Opening<'b>) -> Self {
         Self {
+            opening,
             index: McapIndex::default(),
             schemas: BTreeMap::new(),
             plain: None,
-            decompressor: ChunkDecompressor::default(),
-            text_bytes: 0,
-            memory,
+            zstd: ZstdContext::default(),
         }
     }
 
@@ -73,6 +72,7 @@ impl Scan {
     fn run(&mut self, file: &mut LogFile) -> Result<(), Stop> {
         let mut at_byte = mcap::MAGIC.len() as u64;
         while let Some(record) = file.record_at(at_byte)? {
+            self.opening.go_on()?;
             let cut = record.end() > file.length;
             match record.opcode {
                 op::CHUNK => self.chunk(file, record, cut)?,
@@ -80,9 +80,11 @@ impl Scan {
                 op::DATA_END => return Ok(()),
                 op::MESSAGE => self.message(file, record)?,
                 op::SCHEMA | op::CHANNEL | op::METADATA => {
+                    if record.length > self.opening.longest_record() {
+                        return Err(self.opening.too_large(&file.path).into());
+                    }
                     let body = file.body(record)?;
-                    self.record(record.opcode, &body)
-                        .map_err(|what| file.damage(at_byte, what))?;
+                    self.record(file, record, &body)?;
                 }
                 0 => return Err(file.damage(at_byte, "no record")),
                 // Indexes, attachments and records of later versions of MCAP are skipped.
@@ -107,22 +109,37 @@ impl Scan {
                 PlaceKind::Chunk
             },
         };
-        let records = place.read(file, self.memory, &mut self.decompressor)?;
+        let records = place.read(file, self.opening.memory, &mut self.zstd)?;
         let mut segment = Segment::default();
-        let end = self.chunk_records(&records, &mut segment);
+        let end = self.chunk_records(file, record, &records, &mut segment);
+        self.opening
+            .keep_segment(&file.path, segment.channels.len())?;
         self.index.segments.push((place, segment));
-        end.map_err(|what| file.damage(record.at_byte, what))
+        end
     }
 
-    /// Adds a chunk's records to the index, up to the first that is damaged.
-    fn chunk_records(&mut self, records: &Records, segment: &mut Segment) -> Result<(), String> {
+    /// Adds the records of a chunk to the index, up to the first that is damaged.
+    fn chunk_records(
+        &mut self,
+        file: &LogFile,
+        chunk: RecordHead,
+        records: &Records,
+        segment: &mut Segment,
+    ) -> Result<(), Stop> {
+        let damage = |what: &'static str| file.damage(chunk.at_byte, what);
         for record in records.iter() {
-            let (opcode, body) = record?;
+            let (opcode, body) = record.map_err(damage)?;
             match opcode {
-                op::MESSAGE => self.count(&records.message(body)?, segment)?,
+                op::MESSAGE => {
+                    let message = records.message(body).map_err(damage)?;
+                    self.count(&message, segment).map_err(damage)?;
+                }
+                op::SCHEMA | op::CHANNEL => {
+                    let head = RecordHead { opcode, ..chunk };
+                    self.record(file, head, records.body(body))?;
+                }
                 // The format has metadata outside of chunks only.
-                op::METADATA => {}
-                _ => self.record(opcode, records.body(body))?,
+                _ => {}
             }
         }
         Ok(())
@@ -136,6 +153,7 @@ impl Scan {
                 (place, segment)
             }
             full => {
+                self.opening.keep_segment(&file.path, 0)?;
                 self.index.segments.extend(full);
                 let place = Place {
                     at_byte: record.at_byte,
@@ -166,36 +184,36 @@ impl Scan {
         Ok(())
     }
 
-    fn record(&mut self, opcode: u8, body: &[u8]) -> Result<(), String> {
-        if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::METADATA) {
-            return Ok(());
-        }
-        let too_much = || format!("more than {} MiB of names and metadata", MAX_TEXT >> 20);
-        if body.len() > MAX_TEXT {
-            return Err(too_much());
-        }
-        let parsed = record::parse(opcode, body)?;
-        self.text_bytes += text_bytes(&parsed);
-        if self.text_bytes > MAX_TEXT {
-            return Err(too_much());
-        }
-        match parsed {
+    /// Adds a schema, a channel or metadata to the index. Damage is at the record, or at its chunk. Writers repeat schemas and
+    /// channels in every chunk, which counts once.
+    fn record(&mut self, file: &LogFile, head: RecordHead, body: &[u8]) -> Result<(), Stop> {
+        let parsed = record::parse(head.opcode, body);
+        let mut parsed = parsed.map_err(|what| file.damage(head.at_byte, what))?;
+        match &mut parsed {
             Record::Schema { header, .. } => {
-                self.schemas.insert(header.id, header.name);
+                let name = std::mem::take(&mut header.name);
+                if self.schemas.get(&header.id) != Some(&name) {
+                    self.opening.keep_each(&file.path, [name.as_str()])?;
+                    self.schemas.insert(header.id, name);
+                }
             }
             Record::Channel(record) => {
-                let type_name = self
-                    .schemas
-                    .get(&record.schema_id)
-                    .cloned()
-                    .unwrap_or_default();
+                let schema = self.schemas.get(&record.schema_id);
+                let type_name = schema.map_or("", String::as_str);
+                let key = [record.topic.as_str(), type_name, &record.message_encoding];
                 let channel = self.index.channels.entry(record.id.into()).or_default();
-                channel.topic = record.topic;
-                channel.type_name = type_name;
-                channel.encoding = record.message_encoding;
+                if channel.key() != key {
+                    self.opening.keep_each(&file.path, key)?;
+                    channel.type_name = type_name.to_owned();
+                    channel.topic = std::mem::take(&mut record.topic);
+                    channel.encoding = std::mem::take(&mut record.message_encoding);
+                }
             }
             Record::Metadata(record) => {
-                self.index.metadata.insert(record.name, record.metadata);
+                keep_metadata(record, file, self.opening)?;
+                let (name, pairs) = (&mut record.name, &mut record.metadata);
+                let kept = &mut self.index.metadata;
+                kept.insert(std::mem::take(name), std::mem::take(pairs));
             }
             _ => {}
         }
@@ -204,21 +222,5 @@ impl Scan {
 
     fn close_plain(&mut self) {
         self.index.segments.extend(self.plain.take());
-    }
-}
-
-/// Returns the number of bytes of a record that an index keeps.
-fn text_bytes(record: &Record<'_>) -> usize {
-    match record {
-        Record::Schema { header, .. } => header.name.len(),
-        Record::Channel(channel) => channel.topic.len() + channel.message_encoding.len(),
-        Record::Metadata(record) => {
-            let pairs = record.metadata.iter();
-            record.name.len()
-                + pairs
-                    .map(|(key, value)| key.len() + value.len())
-                    .sum::<usize>()
-        }
-        _ => 0,
     }
 }

@@ -3,7 +3,7 @@
 use std::{collections::BTreeSet, sync::Arc};
 
 use super::{
-    chunk::{ChunkDecompressor, ChunkFault, Records},
+    chunk::{ChunkFault, Records},
     file::LogFile,
     index::Place,
     scan,
@@ -11,20 +11,22 @@ use super::{
 use crate::{
     error::LogError,
     reader::{
+        opening::Opening,
         source::Content,
         storage::{
             Block, ChannelId, Entry, FileIndex, MemoryBudget, Segment, SegmentReader, Selected,
             Stop, Storage,
         },
+        zstd_context::ZstdContext,
     },
 };
 
-/// Returns the index of a file. Scanning it needs no more memory than the budget allows.
+/// Returns the index of a file.
 pub(in crate::reader) fn index(
     content: impl Content + 'static,
-    memory: MemoryBudget,
+    opening: &mut Opening<'_>,
 ) -> Result<FileIndex, LogError> {
-    let index = scan::open(&content, memory)?;
+    let index = scan::open(&content, opening)?;
     let (places, segments): (Vec<Place>, Vec<Segment>) = index.segments.into_iter().unzip();
     // Damage of a compressed file is the reason for that of its content.
     let damage = content.damage().cloned().or(index.damage);
@@ -53,7 +55,7 @@ impl Storage for McapStorage {
     fn open(&self) -> Result<Box<dyn SegmentReader>, LogError> {
         Ok(Box::new(McapReader {
             file: LogFile::open(self.content.as_ref())?,
-            decompressor: ChunkDecompressor::default(),
+            zstd: ZstdContext::default(),
             places: self.places.clone(),
             known: self.known.clone(),
         }))
@@ -63,7 +65,7 @@ impl Storage for McapStorage {
 #[derive(Debug)]
 struct McapReader {
     file: LogFile,
-    decompressor: ChunkDecompressor,
+    zstd: ZstdContext,
     places: Arc<[Place]>,
     /// All channels of the file, selected or not.
     known: Arc<BTreeSet<ChannelId>>,
@@ -79,16 +81,16 @@ impl SegmentReader for McapReader {
         let Some(place) = self.places.get(segment) else {
             return Ok(Block::default());
         };
-        let records = place.read(&mut self.file, budget, &mut self.decompressor)?;
+        let records = place.read(&mut self.file, budget, &mut self.zstd)?;
         // The shortest messages need more memory for their headers than for themselves.
-        let left = (budget.remaining as usize).saturating_sub(records.all().end);
+        let left = (budget.remaining as usize).saturating_sub(records.byte_count());
         let most = left / size_of::<Entry>();
         // A vector that grows would occupy three times its content while it moves.
         let mut entries = Vec::with_capacity(records.messages().count().min(most));
         let damage = match self.select(&records, selected, most, &mut entries) {
             Ok(()) => None,
             Err(ChunkFault::Damage(what)) => Some(self.file.damage_at(place.at_byte, what)),
-            Err(ChunkFault::TooLarge) => return Err(budget.exceeded(&self.file.path)),
+            Err(ChunkFault::TooLarge) => return Err(budget.exceeded_error(&self.file.path)),
         };
         Ok(Block {
             bytes: records.into_bytes(),

@@ -1,6 +1,6 @@
 //! The summary at the end of a finished log, which contains the index of the file.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, ops::Range, path::Path};
 
 use mcap::{
     MAGIC,
@@ -9,12 +9,15 @@ use mcap::{
 
 use super::{
     file::{LogFile, RECORD_HEADER},
-    index::{McapIndex, Place, PlaceKind},
+    index::{McapIndex, Place, PlaceKind, keep_metadata},
     record,
 };
 use crate::{
     error::LogError,
-    reader::storage::{Channel, Damage, MAX_RECORD, Metadata, Segment, Stop},
+    reader::{
+        opening::Opening,
+        storage::{Channel, Damage, Metadata, Segment, Stop},
+    },
 };
 
 const FOOTER_BODY: u64 = 20;
@@ -40,7 +43,7 @@ struct Parts {
 }
 
 /// Reads the summary of a file.
-pub(super) fn read(file: &mut LogFile) -> Result<Summary, LogError> {
+pub(super) fn read(file: &mut LogFile, opening: &mut Opening<'_>) -> Result<Summary, LogError> {
     let footer_at = match footer_position(file)? {
         Some(at_byte) => at_byte,
         None => {
@@ -48,8 +51,8 @@ pub(super) fn read(file: &mut LogFile) -> Result<Summary, LogError> {
             return broken_or_error(stop);
         }
     };
-    let summary = parse(file, footer_at).and_then(|parts| match parts {
-        Some(parts) if parts.suffice() => parts.index(file).map(Summary::Whole),
+    let summary = parse(file, footer_at, opening).and_then(|parts| match parts {
+        Some(parts) if parts.suffice() => parts.index(file, opening).map(Summary::Whole),
         _ => Ok(Summary::Absent),
     });
     summary.or_else(broken_or_error)
@@ -77,7 +80,11 @@ fn footer_position(file: &mut LogFile) -> Result<Option<u64>, LogError> {
 }
 
 /// Reads the records of the summary, or `None` if the file has no summary.
-fn parse(file: &mut LogFile, footer_at: u64) -> Result<Option<Parts>, Stop> {
+fn parse(
+    file: &mut LogFile,
+    footer_at: u64,
+    opening: &mut Opening<'_>,
+) -> Result<Option<Parts>, Stop> {
     let broken = |file: &LogFile, at| file.damage(at, "the log's index is damaged");
     let tail = file.read(footer_at, RECORD_HEADER + FOOTER_BODY)?;
     let body = tail.get(RECORD_HEADER as usize..).unwrap_or_default();
@@ -88,16 +95,20 @@ fn parse(file: &mut LogFile, footer_at: u64) -> Result<Option<Parts>, Stop> {
     if start == 0 {
         return Ok(None);
     }
-    if start > footer_at || footer_at - start > MAX_RECORD {
+    if start > footer_at {
         return Err(broken(file, footer_at));
     }
+    // What it is made of needs more memory than the summary itself.
+    if footer_at - start > opening.longest_record() {
+        return Err(opening.too_large(&file.path).into());
+    }
     // The checksum covers the summary and the footer up to the checksum itself.
-    let bytes = file.read(start, footer_at - start + RECORD_HEADER + FOOTER_BODY - 4)?;
-    if footer.summary_crc != 0 && crc32fast::hash(&bytes) != footer.summary_crc {
+    let end = footer_at + RECORD_HEADER + FOOTER_BODY - 4;
+    if footer.summary_crc != 0 && file.checksum(start, end)? != footer.summary_crc {
         return Err(broken(file, start));
     }
     let mut parts = Parts::default();
-    parts.read(file, start, end_of_summary(&footer, footer_at))?;
+    parts.read(file, start..end_of_summary(&footer, footer_at), opening)?;
     Ok(Some(parts))
 }
 
@@ -110,9 +121,18 @@ fn end_of_summary(footer: &Footer, footer_at: u64) -> u64 {
 }
 
 impl Parts {
-    fn read(&mut self, file: &mut LogFile, start: u64, end: u64) -> Result<(), Stop> {
-        let mut at_byte = start;
+    fn read(
+        &mut self,
+        file: &mut LogFile,
+        range: Range<u64>,
+        opening: &mut Opening<'_>,
+    ) -> Result<(), Stop> {
+        let Range {
+            start: mut at_byte,
+            end,
+        } = range;
         while at_byte < end {
+            opening.go_on()?;
             let broken = |file: &LogFile| file.damage(at_byte, "the log's index is damaged");
             let Some(record) = file
                 .record_at(at_byte)?
@@ -122,18 +142,27 @@ impl Parts {
             };
             let body = file.body(record)?;
             let parsed = record::parse(record.opcode, &body).map_err(|_| broken(file))?;
-            self.add(parsed);
+            self.add(parsed, &file.path, opening)?;
             at_byte = record.end();
         }
         Ok(())
     }
 
-    fn add(&mut self, record: Record<'_>) {
+    /// Adds a record, which counts among what the index keeps.
+    fn add(
+        &mut self,
+        record: Record<'_>,
+        path: &Path,
+        opening: &mut Opening<'_>,
+    ) -> Result<(), LogError> {
         match record {
             Record::Schema { header, .. } => {
+                opening.keep_each(path, [header.name.as_str()])?;
                 self.schemas.insert(header.id, header.name);
             }
             Record::Channel(record) => {
+                let texts = [record.topic.as_str(), &record.message_encoding];
+                opening.keep_each(path, texts)?;
                 let channel = Channel {
                     topic: record.topic,
                     encoding: record.message_encoding,
@@ -141,11 +170,18 @@ impl Parts {
                 };
                 self.channels.insert(record.id, (record.schema_id, channel));
             }
-            Record::ChunkIndex(index) => self.chunks.push(index),
-            Record::MetadataIndex(index) => self.metadata.push(index),
+            Record::ChunkIndex(index) => {
+                opening.keep_segment(path, index.message_index_offsets.len())?;
+                self.chunks.push(index);
+            }
+            Record::MetadataIndex(index) => {
+                opening.keep_each(path, [index.name.as_str()])?;
+                self.metadata.push(index);
+            }
             Record::Statistics(statistics) => self.statistics = Some(statistics),
             _ => {}
         }
+        Ok(())
     }
 
     /// Returns whether the summary describes the whole content of the file. It does not if the
@@ -169,13 +205,17 @@ impl Parts {
                     .any(|chunk| !chunk.message_index_offsets.is_empty()))
     }
 
-    fn index(mut self, file: &mut LogFile) -> Result<McapIndex, Stop> {
+    fn index(mut self, file: &mut LogFile, opening: &mut Opening<'_>) -> Result<McapIndex, Stop> {
+        self.chunks.sort_by_key(|chunk| chunk.chunk_start_offset);
+        if let Some(at_byte) = self.overlap() {
+            return Err(file.damage(at_byte, "the chunks in the log's index overlap"));
+        }
         let counts = self
             .statistics
             .take()
             .map(|s| s.channel_message_counts)
             .unwrap_or_default();
-        let mut lookup = Lookup::new(file);
+        let mut lookup = Lookup::new(file, opening);
         let mut chunks: BTreeMap<u16, Vec<&ChunkIndex>> = BTreeMap::new();
         for chunk in &self.chunks {
             for &channel in chunk.message_index_offsets.keys() {
@@ -185,6 +225,8 @@ impl Parts {
         let mut channels = BTreeMap::new();
         for (id, (schema, mut channel)) in std::mem::take(&mut self.channels) {
             channel.type_name = self.schemas.get(&schema).cloned().unwrap_or_default();
+            let type_name = [channel.type_name.as_str()];
+            lookup.opening.keep_each(&lookup.file.path, type_name)?;
             channel.count = counts.get(&id).copied().unwrap_or(0);
             if let Some(chunks) = chunks.get_mut(&id) {
                 channel.times_ns = times(chunks, id, &mut lookup)?;
@@ -192,7 +234,6 @@ impl Parts {
             channels.insert(id.into(), channel);
         }
         let metadata = self.read_metadata(&mut lookup)?;
-        self.chunks.sort_by_key(|chunk| chunk.chunk_start_offset);
         Ok(McapIndex {
             segments: self.chunks.iter().map(segment).collect(),
             channels,
@@ -201,12 +242,25 @@ impl Parts {
         })
     }
 
-    fn read_metadata(&self, lookup: &mut Lookup<'_>) -> Result<Metadata, Stop> {
+    /// Returns the position of the first chunk that begins before the one before it ends. Each would be read as a whole.
+    fn overlap(&self) -> Option<u64> {
+        let end = |chunk: &ChunkIndex| chunk.chunk_start_offset.saturating_add(chunk.chunk_length);
+        let pairs = self.chunks.iter().zip(self.chunks.iter().skip(1));
+        let overlap = pairs
+            .filter(|(chunk, next)| end(chunk) > next.chunk_start_offset)
+            .map(|(_, next)| next.chunk_start_offset);
+        overlap.min()
+    }
+
+    fn read_metadata(&self, lookup: &mut Lookup<'_, '_>) -> Result<Metadata, Stop> {
         let mut metadata = Metadata::new();
         for index in &self.metadata {
             let body = lookup.body(op::METADATA, index.offset)?;
             match record::parse(op::METADATA, &body) {
-                Ok(Record::Metadata(record)) => metadata.insert(record.name, record.metadata),
+                Ok(Record::Metadata(record)) => {
+                    keep_metadata(&record, lookup.file, lookup.opening)?;
+                    metadata.insert(record.name, record.metadata)
+                }
                 _ => return Err(lookup.broken(index.offset)),
             };
         }
@@ -215,24 +269,27 @@ impl Parts {
 }
 
 /// Reads the records that an index names.
-struct Lookup<'a> {
+struct Lookup<'a, 'b> {
     file: &'a mut LogFile,
+    opening: &'a mut Opening<'b>,
     /// Number of bytes that may still be read: a damaged index can name one long record for thousands of entries.
     bytes_left: u64,
 }
 
-impl<'a> Lookup<'a> {
+impl<'a, 'b> Lookup<'a, 'b> {
     /// Allows twice the length of the file: an index names each record once, and the message index of a chunk may be read
     /// twice, for the first and for the last log time of its channel.
-    fn new(file: &'a mut LogFile) -> Self {
+    fn new(file: &'a mut LogFile, opening: &'a mut Opening<'b>) -> Self {
         Self {
             bytes_left: 2 * file.length,
             file,
+            opening,
         }
     }
 
     /// Returns the body of the record at a position, which must have this opcode.
     fn body(&mut self, opcode: u8, at_byte: u64) -> Result<Vec<u8>, Stop> {
+        self.opening.go_on()?;
         let record = self.file.record_at(at_byte)?;
         let Some(record) = record.filter(|head| head.opcode == opcode) else {
             return Err(self.broken(at_byte));
@@ -241,6 +298,9 @@ impl<'a> Lookup<'a> {
             return Err(self.broken(at_byte));
         };
         self.bytes_left = bytes_left;
+        if record.length > self.opening.longest_record() {
+            return Err(self.opening.too_large(&self.file.path).into());
+        }
         self.file.body(record)
     }
 
@@ -255,7 +315,7 @@ impl<'a> Lookup<'a> {
 fn times(
     chunks: &mut [&ChunkIndex],
     channel: u16,
-    lookup: &mut Lookup<'_>,
+    lookup: &mut Lookup<'_, '_>,
 ) -> Result<Option<(u64, u64)>, Stop> {
     let (mut first, mut last) = (None, None);
     chunks.sort_by_key(|chunk| chunk.message_start_time);
@@ -295,7 +355,7 @@ fn segment(chunk: &ChunkIndex) -> (Place, Segment) {
 fn times_in(
     chunk: &ChunkIndex,
     channel: u16,
-    lookup: &mut Lookup<'_>,
+    lookup: &mut Lookup<'_, '_>,
 ) -> Result<Option<(u64, u64)>, Stop> {
     let Some(&at_byte) = chunk.message_index_offsets.get(&channel) else {
         return Ok(None);

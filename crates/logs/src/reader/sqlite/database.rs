@@ -28,7 +28,8 @@ pub(super) struct Database {
 impl Database {
     pub(super) fn open(source: &Source) -> Result<Self, LogError> {
         let path = source.content();
-        let header = Header::read(path).map_err(|e| LogError::io("read", &source.path, e))?;
+        let header = source.open_content().and_then(Header::read);
+        let header = header.map_err(|e| LogError::io("read", &source.path, e))?;
         if header.is_cut() {
             let what = "it ends within a page".to_owned();
             return Err(source.error(DatabaseFault::Damaged { what }));
@@ -49,13 +50,14 @@ impl Database {
             connection.execute_batch("PRAGMA trusted_schema = OFF; PRAGMA cell_size_check = ON")?;
             Ok(connection)
         });
-        match prepared {
-            Ok(connection) => Ok(Self {
-                source: source.clone(),
-                connection,
-            }),
-            Err(error) => Err(failure(source, &error)),
-        }
+        let connection = prepared.map_err(|error| failure(source, &error))?;
+        // SQLite has opened the path by itself: it still leads to the same file.
+        let same = source.open_content();
+        same.map_err(|e| LogError::io("read", &source.path, e))?;
+        Ok(Self {
+            source: source.clone(),
+            connection,
+        })
     }
 
     /// Returns the path by which errors name the file.
@@ -103,8 +105,7 @@ struct Header {
 }
 
 impl Header {
-    fn read(path: &Path) -> io::Result<Self> {
-        let file = File::open(path)?;
+    fn read(file: File) -> io::Result<Self> {
         let length = file.metadata()?.len();
         let mut start = Vec::new();
         file.take(20).read_to_end(&mut start)?;

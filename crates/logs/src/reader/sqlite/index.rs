@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use rusqlite::{Connection, OptionalExtension, types::ValueRef};
+use rusqlite::{Connection, OptionalExtension, Row, types::ValueRef};
 
 use super::{
     database::{Database, Problem},
@@ -13,6 +13,7 @@ use crate::{
     database_fault::DatabaseFault,
     error::LogError,
     reader::{
+        opening::Opening,
         source::{Content as _, Source},
         storage::{Channel, ChannelId, FileIndex, Metadata, Segment},
     },
@@ -31,16 +32,20 @@ const TABLES: [(&str, &[&str]); 2] = [
 ];
 
 /// Returns the index of a bag. Every row is visited, but not the bytes of its message.
-pub(in crate::reader) fn index(source: Source) -> Result<FileIndex, LogError> {
+pub(in crate::reader) fn index(
+    source: Source,
+    opening: &mut Opening<'_>,
+) -> Result<FileIndex, LogError> {
     if let Some(damage) = source.damage() {
         let what = damage.what.clone();
         return Err(source.error(DatabaseFault::Damaged { what }));
     }
     let database = Database::open(&source)?;
+    let texts = texts(&database.connection).map_err(|problem| database.error(problem))?;
+    opening.keep_texts(database.path(), texts)?;
     let bag = Bag::read(&database.connection);
     let mut bag = bag.map_err(|problem| database.error(problem))?;
-    let parts = bag.segments(&database.connection);
-    let parts = parts.map_err(|problem| database.error(problem))?;
+    let parts = bag.segments(&database, opening)?;
     let (ranges, segments): (Vec<Rows>, Vec<Segment>) = parts.into_iter().unzip();
     Ok(FileIndex {
         path: source.path.clone(),
@@ -82,14 +87,21 @@ impl Bag {
     }
 
     /// Divides the messages into segments, counts those of each topic, and checks every row.
-    fn segments(&mut self, connection: &Connection) -> Result<Vec<(Rows, Segment)>, Problem> {
+    fn segments(
+        &mut self,
+        database: &Database,
+        opening: &mut Opening<'_>,
+    ) -> Result<Vec<(Rows, Segment)>, LogError> {
         let mut segments: Vec<(Rows, Segment)> = Vec::new();
         loop {
+            opening.go_on()?;
             let previous = segments.last().map(|(rows, _)| rows.last);
-            match self.segment(connection, previous)? {
-                Some(next) => segments.push(next),
-                None => return Ok(segments),
-            }
+            let next = self.segment(&database.connection, previous);
+            let Some(next) = next.map_err(|problem| database.error(problem))? else {
+                return Ok(segments);
+            };
+            opening.keep_segment(database.path(), next.1.channels.len())?;
+            segments.push(next);
         }
     }
 
@@ -187,6 +199,28 @@ fn check_tables(connection: &Connection) -> Result<(), Problem> {
 fn has_column(connection: &Connection, table: &str, column: &str) -> rusqlite::Result<bool> {
     let has_column = "SELECT 1 FROM pragma_table_info(?) WHERE name = ?";
     connection.prepare(has_column)?.exists([table, column])
+}
+
+/// Returns the number of texts that an index keeps, and that of their bytes. SQLite knows their lengths without reading them.
+fn texts(connection: &Connection) -> Result<(u64, u64), Problem> {
+    check_tables(connection)?;
+    let mut columns = vec![
+        ("name", "topics"),
+        ("type", "topics"),
+        ("serialization_format", "topics"),
+    ];
+    if has_column(connection, "metadata", "metadata")? {
+        columns.push(("metadata", "metadata"));
+    }
+    let (mut count, mut bytes) = (0, 0);
+    for (column, table) in columns {
+        let query = format!("SELECT count(*), total(octet_length({column})) FROM {table}");
+        let total = |row: &Row<'_>| Ok((row.get::<_, i64>(0)?, row.get::<_, f64>(1)?));
+        let (rows, length) = connection.query_row(&query, [], total)?;
+        count += rows.unsigned_abs();
+        bytes += length as u64;
+    }
+    Ok((count, bytes))
 }
 
 fn channels(connection: &Connection) -> Result<BTreeMap<ChannelId, Channel>, Problem> {

@@ -58,7 +58,7 @@ impl SegmentReader for SqliteReader {
         };
         // SQLite has a copy of the message that is added to the block.
         if range.bytes.saturating_mul(2) > budget.remaining {
-            return Err(budget.exceeded(self.database.path()));
+            return Err(budget.exceeded_error(self.database.path()));
         }
         self.block(range, selected)
             .map_err(|problem| Stop::Error(self.database.error(problem)))

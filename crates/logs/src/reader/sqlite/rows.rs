@@ -36,9 +36,10 @@ pub(super) struct Rows {
 impl Order {
     /// Returns the order in which a bag is read.
     pub(super) fn of(connection: &Connection) -> rusqlite::Result<Self> {
-        let has_index = "SELECT 1 FROM pragma_index_list('messages') AS list, \
-                         pragma_index_info(list.name) AS part \
-                         WHERE part.seqno = 0 AND part.name = 'timestamp' AND NOT list.partial";
+        // With another column in the index, or times that descend, SQLite would sort all rows of equal times for each segment.
+        let has_index = "SELECT 1 FROM pragma_index_list('messages') AS list \
+                         WHERE NOT list.partial AND (SELECT group_concat(name) = 'timestamp' AND NOT max(desc) \
+                         FROM pragma_index_xinfo(list.name) WHERE key)";
         let mut found = connection.prepare(has_index)?;
         Ok(if found.exists([])? {
             Self::Time

@@ -1,0 +1,148 @@
+//! What the opening of a log may use, and who may end it.
+
+use std::{
+    ops::ControlFlow,
+    path::Path,
+    time::{Duration, Instant},
+};
+
+use super::storage::MemoryBudget;
+use crate::error::LogError;
+
+/// Time from one call of the watch to the next, at least.
+const WATCH_EVERY: Duration = Duration::from_millis(20);
+
+/// Memory of a text of an index beside its bytes, and of a segment beside and for each of its channels, bytes. Half of a
+/// log's memory is enough for 650 000 segments by default, those of half a terabyte of rosbag2's chunks.
+const OF_TEXT: u64 = 96;
+const OF_SEGMENT: u64 = 192;
+const OF_CHANNEL: u64 = 16;
+
+/// Content of a compressed file that is decompressed however small the file is, bytes.
+const SMALL_CONTENT: u64 = 1 << 30;
+
+/// Largest ratio of a larger content to its compressed file. Measurements compress by factors of two to twenty, and a recording
+/// of an arm at rest without noise by less than a hundred; zeros alone reach ten thousand, and would fill the disk.
+const MAX_RATIO: u64 = 1000;
+
+/// The opening of a log with all of its files.
+pub(super) struct Opening<'a> {
+    /// Memory of messages.
+    pub(super) memory: MemoryBudget,
+    /// Space for compressed files.
+    pub(super) space: TemporarySpace,
+    /// Memory of the index: half of that of messages.
+    index: MemoryBudget,
+    watch: &'a mut dyn FnMut() -> ControlFlow<()>,
+    watched: Instant,
+}
+
+impl<'a> Opening<'a> {
+    /// Starts the opening of a log whose messages may occupy at most `memory_bytes` bytes, and which ends where the watch breaks.
+    pub(super) fn new(memory_bytes: u64, watch: &'a mut dyn FnMut() -> ControlFlow<()>) -> Self {
+        Self {
+            memory: MemoryBudget::whole(memory_bytes),
+            space: TemporarySpace::of_small_content(SMALL_CONTENT),
+            index: MemoryBudget::whole(memory_bytes / 2),
+            watch,
+            watched: Instant::now(),
+        }
+    }
+
+    /// Returns the longest record that an index is made from, bytes.
+    pub(super) fn longest_record(&self) -> u64 {
+        self.index.remaining
+    }
+
+    /// Counts a number of texts with so many bytes together among what the index keeps of a file.
+    pub(super) fn keep_texts(
+        &mut self,
+        path: &Path,
+        (count, bytes): (u64, u64),
+    ) -> Result<(), LogError> {
+        self.keep(path, bytes.saturating_add(count.saturating_mul(OF_TEXT)))
+    }
+
+    /// Counts texts among what the index keeps of a file.
+    pub(super) fn keep_each<'t>(
+        &mut self,
+        path: &Path,
+        texts: impl IntoIterator<Item = &'t str>,
+    ) -> Result<(), LogError> {
+        let add = |(count, bytes), text: &str| (count + 1, bytes + text.len() as u64);
+        self.keep_texts(path, texts.into_iter().fold((0, 0), add))
+    }
+
+    /// Counts a segment with a number of channels among what the index keeps of a file.
+    pub(super) fn keep_segment(&mut self, path: &Path, channels: usize) -> Result<(), LogError> {
+        self.keep(path, OF_SEGMENT + OF_CHANNEL * channels as u64)
+    }
+
+    /// Returns the error of a file whose index does not fit.
+    pub(super) fn too_large(&self, path: &Path) -> LogError {
+        LogError::Index {
+            path: path.to_owned(),
+            budget: self.index.total,
+        }
+    }
+
+    fn keep(&mut self, path: &Path, bytes: u64) -> Result<(), LogError> {
+        let left = self.index.remaining.checked_sub(bytes);
+        self.index.remaining = left.ok_or_else(|| self.too_large(path))?;
+        Ok(())
+    }
+
+    /// Lets the watch end the opening.
+    pub(super) fn go_on(&mut self) -> Result<(), LogError> {
+        if self.watched.elapsed() < WATCH_EVERY {
+            return Ok(());
+        }
+        self.watched = Instant::now();
+        match (self.watch)() {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(LogError::Interrupted),
+        }
+    }
+}
+
+/// Space in the folder of temporary files that the compressed files of a log may occupy together.
+#[derive(Debug)]
+pub(super) struct TemporarySpace {
+    /// Content that may be decompressed however small the files are, bytes.
+    small_content: u64,
+    /// Length of the compressed files until now, and that of their content, bytes.
+    packed: u64,
+    content: u64,
+}
+
+impl TemporarySpace {
+    pub(super) fn of_small_content(small_content: u64) -> Self {
+        Self {
+            small_content,
+            packed: 0,
+            content: 0,
+        }
+    }
+
+    /// Counts a compressed file of some bytes, and returns the most content that the log may then have.
+    pub(super) fn add_packed(&mut self, bytes: u64) -> u64 {
+        self.packed = self.packed.saturating_add(bytes);
+        self.small_content
+            .max(MAX_RATIO.saturating_mul(self.packed))
+    }
+
+    /// Counts content of a compressed file, and refuses more than `most_bytes` of the log.
+    pub(super) fn add_content(
+        &mut self,
+        bytes: u64,
+        most_bytes: u64,
+        path: &Path,
+    ) -> Result<(), LogError> {
+        self.content += bytes;
+        if self.content > most_bytes {
+            let path = path.to_owned();
+            return Err(LogError::Expansion { path, most_bytes });
+        }
+        Ok(())
+    }
+}
