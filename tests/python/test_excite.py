@@ -408,7 +408,7 @@ def test_a_mesh_is_found_beside_its_urdf_or_reported(tmp_path: Path) -> None:
     texts = [finding.text for finding in motion.collision_findings or () if not finding.pairs]
     assert texts == [
         "the collision shape `package://arm/missing.stl` of link forearm_link is left out: its file"
-        " was not found"
+        " was not found in AMENT_PREFIX_PATH, in ROS_PACKAGE_PATH, or in a folder above the URDF"
     ]
 
 

@@ -1,5 +1,6 @@
 """Changes of an experiment's fields, and a simulation on the ground."""
 
+import dataclasses
 import re
 import tomllib
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 import pages
 import tactid
 from conftest import TactidCommand
-from tactid.simulation import active_text
+from tactid.run_report import active_text, base_text
 
 PAPER = tactid.Experiment.paper()
 
@@ -175,6 +176,50 @@ def test_a_payload_is_identified_actively(command: TactidCommand, tmp_path: Path
     np.testing.assert_allclose(found.estimate.values / scale, truth / scale, atol=0.02)
 
 
+def test_wrong_bounds_of_the_payload_end_with_1(command: TactidCommand, tmp_path: Path) -> None:
+    """The output names each bound with what was found, and how far the base turned beyond its."""
+    text = ACTIVE.read_text()
+    for field, value in (
+        ("mass_kg = [5.0, 150.0]", "mass_kg = [5.0, 20.0]"),
+        ("center_of_mass_m = 0.5", "center_of_mass_m = 0.05"),
+        ("half_diagonal_m = 0.8", "half_diagonal_m = 0.05"),
+    ):
+        assert field in text
+        text = text.replace(field, value)
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text(text)
+    done = command("simulate", wrong)
+    assert done.returncode == 1
+    printed = " ".join(done.stderr.split())
+    assert "The payload contradicts excitation.active: mass_kg[1] is 20, but " in printed
+    assert "center_of_mass_m is 0.05, but 0." in printed
+    assert "half_diagonal_m is 0.05, but 0.7" in printed
+    assert "beyond its bound of 0.1°) and moved by at most" in printed
+    assert (tmp_path / "run.mcap").exists()
+
+
+def test_the_report_says_how_far_the_base_moved(tmp_path: Path) -> None:
+    active = tactid.Experiment.from_file(ACTIVE).replace(duration=1.2)
+    report = tactid.simulate(active, tmp_path / "run.mcap")
+    odometry = tactid.read(tmp_path / "run.mcap", "/base/odom")
+    assert report.base_rotation is not None
+    assert report.base_translation is not None
+    turn = odometry["pose"][:, 3:]
+    angles = 2 * np.arccos(np.clip(np.abs(turn @ turn[0]), 0, 1))
+    assert report.base_rotation == pytest.approx(angles.max(), rel=0.02)
+    inside = base_text(report, {"base_attitude_deg": 0.1})
+    assert inside is not None
+    assert not inside.is_exceeded
+    assert "within its bound of 0.1°" in inside.sentence
+    outside = base_text(report, {"base_position_m": 1e-6})
+    assert outside is not None
+    assert outside.is_exceeded
+    fixed = tactid.Experiment.paper().replace(duration=0.05, robot={"base": "fixed"})
+    on_ground = tactid.simulate(fixed, tmp_path / "run.mcap")
+    assert on_ground.base_rotation is None
+    assert base_text(on_ground, {}) is None
+
+
 def test_the_example_is_that_of_the_documentation() -> None:
     found = pages.blocks(pages.ROOT / "docs" / "how-to" / "excite.md")
     (text,) = (block.text for block in found if block.title == "active.toml")
@@ -189,6 +234,8 @@ def test_what_active_identification_has_not_reached_is_reported(tmp_path: Path) 
     assert report.plans == 1
     assert not report.out_of_reach
     assert active_text(report).endswith("give the run more time.")
+    near = dataclasses.replace(report, interval_ratio=0.97)
+    assert "all intervals are within their targets, but the arm has not come" in active_text(near)
     paper = tactid.Experiment.paper().replace(duration=0.1)
     assert tactid.simulate(paper, tmp_path / "run.mcap").active is None
     with pytest.raises(tactid.ExperimentError, match=r"active\.within = 0\.01: is used only with"):

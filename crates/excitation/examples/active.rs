@@ -1,6 +1,9 @@
 //! Identifies payloads that the built-in spacecraft holds, with motions that are planned from second to second.
 //!
-//! `cargo run --release -p tactid-excitation --example active -- BUILT_IN.urdf [PAYLOADS]`
+//! `cargo run --release -p tactid-excitation --example active -- BUILT_IN.urdf [PAYLOADS] [acceleration=3] [cutoff=10] [attitude=0.1]`
+//!
+//! The arguments with names are the largest acceleration of the joints, rad/s², the cutoff of the filter, Hz, and the bound on the
+//! attitude of the base, degrees, of which `none` lets it turn.
 //!
 //! The payload is known to have between 5 and 150 kg and its centre of mass within 0.5 m of the tool. Each channel has white
 //! noise of 1 % of its peak in the motion that identifies the nominal payload.
@@ -80,22 +83,43 @@ fn drawn(random: &mut StdRng) -> InertialParameters {
     InertialParameters::from(body).expressed_in(&Isometry3::from_parts(center.into(), turn))
 }
 
-fn spacecraft(path: &str) -> Result<Problem> {
+/// Limits of the experiment that the command line can change.
+struct Choices {
+    acceleration_rad_s2: f64,
+    cutoff_hz: f64,
+    attitude_deg: Option<f64>,
+}
+
+impl Choices {
+    /// Reads the arguments with names. Another name is an error.
+    fn read(arguments: &[String]) -> Result<Self> {
+        let mut choices = Self {
+            acceleration_rad_s2: 3.0,
+            cutoff_hz: 10.0,
+            attitude_deg: Some(0.1),
+        };
+        for argument in arguments {
+            match argument.split_once('=') {
+                Some(("acceleration", value)) => choices.acceleration_rad_s2 = value.parse()?,
+                Some(("cutoff", value)) => choices.cutoff_hz = value.parse()?,
+                Some(("attitude", "none")) => choices.attitude_deg = None,
+                Some(("attitude", value)) => choices.attitude_deg = Some(value.parse()?),
+                _ => return Err(format!("unknown argument {argument}").into()),
+            }
+        }
+        Ok(choices)
+    }
+}
+
+fn spacecraft(path: &str, choices: &Choices) -> Result<Problem> {
     let urdf = Urdf::from_file(Path::new(path))?;
     let robot = urdf.manipulator(BaseKind::Floating)?;
-    let acceleration = std::env::var("ACC")
-        .ok()
-        .and_then(|v| v.parse().ok())
-        .unwrap_or(3.0);
-    let limits = JointLimits::of_urdf(&urdf, &robot, acceleration, 1.0)?;
+    let limits = JointLimits::of_urdf(&urdf, &robot, choices.acceleration_rad_s2, 1.0)?;
     let sensing = Sensing {
         sensors: vec!["tool0".to_owned()],
         equations: EquationSettings {
             wrench_noise: vec![[0.5, 0.5, 0.5, 0.05, 0.05, 0.05]],
-            cutoff_hz: std::env::var("CUT")
-                .ok()
-                .and_then(|v| v.parse().ok())
-                .unwrap_or(10.0),
+            cutoff_hz: choices.cutoff_hz,
             ..EquationSettings::default()
         },
         rate_hz: 1000.0,
@@ -114,9 +138,7 @@ fn spacecraft(path: &str) -> Result<Problem> {
         used_fraction: 0.7,
     });
     problem.base = BaseBounds {
-        attitude_rad: std::env::var("FREE")
-            .is_err()
-            .then_some(0.1f64.to_radians()),
+        attitude_rad: choices.attitude_deg.map(f64::to_radians),
         position_m: None,
     };
     Ok(problem)
@@ -172,7 +194,7 @@ fn random_s(
     noise: &Noise,
 ) -> Result<f64> {
     let mut safe = problem.clone();
-    safe.payloads.extend(PRIOR.extremes());
+    safe.payloads.extend(PRIOR.samples());
     let motion = FourierMotion::within_limits(random, &safe)?;
     let mut cycles = Loop::new(problem, &nominal(), noise, 0)?;
     while cycles.time_s() < LONGEST_RANDOM_S {
@@ -188,10 +210,12 @@ fn random_s(
 
 #[expect(clippy::print_stdout, reason = "an example prints its table")]
 fn main() -> Result<()> {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let path = arguments.first().ok_or("no URDF")?;
-    let count = arguments.get(1).map_or(Ok(10), |count| count.parse())?;
-    let mut problem = spacecraft(path)?;
+    let arguments = std::env::args().skip(1);
+    let (named, places): (Vec<String>, Vec<String>) =
+        arguments.partition(|argument| argument.contains('='));
+    let path = places.first().ok_or("no URDF")?;
+    let count = places.get(1).map_or(Ok(10), |count| count.parse())?;
+    let mut problem = spacecraft(path, &Choices::read(&named)?)?;
     // The motion depends on the noise, so it is iterated.
     let mut noise = Noise::none(problem.robot.dof());
     noise.wrench = problem.sensing.equations.wrench_noise[0];

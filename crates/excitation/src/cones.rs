@@ -63,7 +63,7 @@ pub(crate) struct Cone {
 /// How a limit depends on the outputs along a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Kind {
-    /// On those at the same time.
+    /// It depends on the outputs at the same time.
     Instant,
     /// The tail is integrated over the time since the beginning: velocities then become excursions.
     Integral,

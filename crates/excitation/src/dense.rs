@@ -87,7 +87,8 @@ impl DenseMotion {
                 self.samples.at(k)[layout.distance(pair)]
             };
             let is_close = |&pair: &usize| {
-                // Between two samples a distance falls by no more than half of what it changes nearby from sample to sample.
+                // A pair is looked at more closely where a fall as large as the largest change from sample to sample nearby would
+                // bring it below its least distance. This is a heuristic for smooth motions, without proof.
                 let around = [sample.saturating_sub(2), sample - 1, sample, sample + 1];
                 let distances = around.map(|k| at(k, pair));
                 let steps = distances.windows(2).map(|pair| (pair[1] - pair[0]).abs());

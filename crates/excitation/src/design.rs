@@ -50,7 +50,7 @@ const CLEARANCE: f64 = 1e-5;
 /// Least factor by which a motion is shrunk to be within all limits.
 const LEAST_FACTOR: f64 = 1e-3;
 
-/// Accuracy of that factor.
+/// Accuracy of the factor by which a motion is shrunk.
 const LEAST_SHRINKING: f64 = 5e-3;
 
 /// Fraction of the control points' limit from which on a limit of a joint binds.
@@ -59,13 +59,13 @@ const BINDING: f64 = 0.999;
 /// A designed motion, and what is to be expected of it.
 #[derive(Clone, Debug)]
 pub struct Design {
-    /// The motion.
+    /// Positions, velocities and accelerations of all joints over time.
     pub trajectory: Trajectory,
-    /// How well it determines the payload.
+    /// Standard deviations of the ten values that the motion determines.
     pub prediction: Prediction,
-    /// How much of each limit it uses, of the payload that uses most.
+    /// Largest fraction of each limit that the motion uses, with the payload that uses most.
     pub margins: Vec<Margin>,
-    /// Where the base goes.
+    /// Largest motion of the base with the expected payload.
     pub excursion: Excursion,
     /// What the test for collisions leaves out; empty for a problem without [`Problem::collisions`] and keep-out boxes.
     pub findings: Vec<CollisionFinding>,
@@ -104,9 +104,11 @@ pub fn design(problem: &Problem, settings: &DesignSettings) -> Result<Design, Ex
 /// the starts with at most 11 control points of each joint.
 ///
 /// # Errors
-/// Returns [`ExcitationError::Impossible`], which names the limit, where the robot cannot even rest in its posture,
+/// Returns [`ExcitationError::Impossible`], which names the limit, where the robot cannot rest at the start or at the end, cannot get
+/// there, or exceeds a limit in every motion that was tried; [`ExcitationError::Solver`] if the conic solver fails,
 /// [`ExcitationError::NotObservable`] where no motion determines all values, [`ExcitationError::TooShort`] for a motion
-/// shorter than an averaging window, [`ExcitationError::UnknownNoise`] where the noise of a channel is unknown,
+/// shorter than an averaging window, [`ExcitationError::TooFewSamples`] where a window has too few samples,
+/// [`ExcitationError::UnknownNoise`] where the noise of a channel is unknown,
 /// [`ExcitationError::Interrupted`] if the observer stops the design, and the errors of a problem that is not valid.
 pub fn design_observed(
     problem: &Problem,

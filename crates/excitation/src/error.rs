@@ -67,6 +67,24 @@ pub enum ExcitationError {
         /// Length of a window, s.
         window_s: f64,
     },
+    /// The averaging window of the filter is shorter than a few samples, which no duration changes.
+    #[error(
+        "the averaging window of {window_s:.3} s, for a cutoff of {cutoff_hz} Hz, has too few samples at {rate_hz} Hz"
+    )]
+    TooFewSamples {
+        /// Length of a window, s.
+        window_s: f64,
+        /// Cutoff of the filter, Hz.
+        cutoff_hz: f64,
+        /// Rate of the samples, Hz.
+        rate_hz: f64,
+    },
+    /// The link of the tool is fixed to the base, so that no motion moves it.
+    #[error("no joint moves `{tool}`")]
+    NoMovingJoint {
+        /// Name of the link.
+        tool: String,
+    },
     /// No motion that was tried determines all ten values.
     #[error("no motion of these joints within the limits determines all ten values of the payload")]
     NotObservable,

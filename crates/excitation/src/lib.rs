@@ -88,7 +88,7 @@ mod subproblem;
 mod variables;
 mod workspace_bounds;
 
-pub use active::{ActiveSettings, Planner, Prior, Step};
+pub use active::{ActiveSettings, Planner, Prior, PriorBound, PriorContradiction, Step};
 pub use collisions::{CollisionFinding, CollisionModel, MeshReader, NotTested};
 pub use dense::{Excursion, margins};
 pub use design::{Design, design, design_observed};

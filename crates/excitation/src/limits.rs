@@ -55,7 +55,7 @@ impl fmt::Display for Limit {
 /// How much of one limit a motion uses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Margin {
-    /// The limit.
+    /// Limit of which a fraction is used.
     pub limit: Limit,
     /// Largest fraction of the limit that is used at any time: 1 at the limit. Of a position, the fraction of the way
     /// from the middle of the range to its end. Of a grip, infinite where the payload pulls off the pad. Of a distance, the least

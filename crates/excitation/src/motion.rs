@@ -71,7 +71,7 @@ impl Trajectory {
         }
     }
 
-    /// Returns the motion that passes along the splines so often, in turn forth and back.
+    /// Returns the motion with a number of passes along the splines, in turn forth and back.
     pub(crate) fn with_passes(self, passes: usize) -> Self {
         Self { passes, ..self }
     }

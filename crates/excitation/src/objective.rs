@@ -48,7 +48,7 @@ pub(crate) struct Uncertainty {
     pub(crate) functions: Vec<f64>,
     /// Directions in the parameters, a column for each, in whose information the functions are expressed.
     directions: DMatrix<f64>,
-    /// Mean rows of each window channels by ten, without the mean over all windows
+    /// Mean rows of each window, channels by ten, without the mean over all windows
     /// where the channel has an offset.
     means: Vec<DMatrix<f64>>,
 }
@@ -65,10 +65,7 @@ impl Objective {
         let length_s = window::length_s(problem.sensing.equations.cutoff_hz);
         let windows = windows(grid.count(), grid.step_s, length_s);
         if windows.is_empty() {
-            return Err(ExcitationError::TooShort {
-                duration_s: problem.duration_s,
-                window_s: length_s,
-            });
+            return Err(problem.sensing.no_window(problem.duration_s));
         }
         Ok(Self {
             values,

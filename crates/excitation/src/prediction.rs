@@ -42,7 +42,8 @@ impl Prediction {
 /// Cost: one inverse dynamics and one sample of the equation stream per `1 / rate_hz`.
 ///
 /// # Errors
-/// Returns [`ExcitationError::TooShort`] for a motion without a whole window, [`ExcitationError::NotObservable`] for one
+/// Returns [`ExcitationError::TooShort`] for a motion without a whole window, [`ExcitationError::TooFewSamples`] for windows without
+/// enough samples, [`ExcitationError::NotObservable`] for one
 /// that does not determine all values, and the errors of a design for a problem that is not valid.
 pub fn predict(problem: &Problem, motion: &dyn Motion) -> Result<Prediction, ExcitationError> {
     problem.check()?;
@@ -124,10 +125,7 @@ fn window_rows(
         pose = moved(&base, step_s);
     }
     if windows.is_empty() {
-        return Err(ExcitationError::TooShort {
-            duration_s: motion.duration_s(),
-            window_s: tactid_identify::equations::window::length_s(sensing.equations.cutoff_hz),
-        });
+        return Err(sensing.no_window(motion.duration_s()));
     }
     Ok(windows)
 }

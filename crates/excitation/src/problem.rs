@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use tactid_dynamics::{BaseKind, InertialParameters, Manipulator};
+use tactid_identify::equations::window;
 use tactid_identify::{EquationSettings, largest_of_kind, values_of_body};
 
 use crate::ExcitationError;
@@ -121,6 +122,25 @@ pub fn targets_within(payload: &InertialParameters, fraction: f64) -> Option<[f6
     Some(largest_of_kind(&values).map(|largest| fraction * largest))
 }
 
+impl Sensing {
+    /// Returns why a motion has no averaging window: it is too short, or a window has too few samples.
+    pub(crate) fn no_window(&self, duration_s: f64) -> ExcitationError {
+        let cutoff_hz = self.equations.cutoff_hz;
+        let window_s = window::length_s(cutoff_hz);
+        if duration_s <= window_s {
+            return ExcitationError::TooShort {
+                duration_s,
+                window_s,
+            };
+        }
+        ExcitationError::TooFewSamples {
+            window_s,
+            cutoff_hz,
+            rate_hz: self.rate_hz,
+        }
+    }
+}
+
 impl Problem {
     /// Returns the problem of a motion of 10 s that ends where it starts, of all joints that move the tool, for the smallest
     /// largest interval relative to its target. Only the limits of the joints bound it.
@@ -177,7 +197,8 @@ impl Problem {
     ///
     /// # Errors
     /// Returns [`ExcitationError::State`] for a wrong number of joints, [`ExcitationError::Value`] for a number that is out of
-    /// range, and the errors of [`Problem::moving_joints`].
+    /// range, [`ExcitationError::NoMovingJoint`] for a tool that is fixed to the base, and the errors of
+    /// [`Problem::moving_joints`].
     pub(crate) fn check(&self) -> Result<(), ExcitationError> {
         let (limits, dof) = (self.limits.len(), self.robot.dof());
         value("limits", limits as f64, limits == dof, "one for each joint")?;
@@ -190,6 +211,11 @@ impl Problem {
         )?;
         self.check_posture("start", &self.start)?;
         self.check_joints()?;
+        if self.moving_joints()?.is_empty() {
+            return Err(ExcitationError::NoMovingJoint {
+                tool: self.tool.clone(),
+            });
+        }
         if let End::At(end) = &self.end {
             self.check_end(end)?;
         }

@@ -287,6 +287,19 @@ fn impossible_problems_name_the_limit() {
     );
 }
 
+/// Problems that no motion and no duration solves name their cause.
+#[test]
+fn windows_without_samples_and_links_that_do_not_move_are_errors() {
+    let mut coarse = on_ground();
+    coarse.sensing.equations.cutoff_hz = 600.0;
+    let expected =
+        "the averaging window of 0.002 s, for a cutoff of 600 Hz, has too few samples at 200 Hz";
+    assert_eq!(message(&coarse), expected);
+    let mut fixed = on_ground();
+    fixed.tool = "base_link".to_owned();
+    assert_eq!(message(&fixed), "no joint moves `base_link`");
+}
+
 /// Torques of joints that rest are limited, too: they change with the motion of the others.
 #[test]
 fn torques_of_resting_joints_are_limited() {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use nalgebra::{Point3, Unit, Vector3};
 use pyo3::prelude::*;
-use tactid_dynamics::InertialParameters;
+use tactid_dynamics::{InertialParameters, JointKind};
 use tactid_excitation::{
     BaseBounds, Criterion, Design, DesignSettings, Grip, JointLimits, JointStates, Motion, Problem,
     Progress, Sensing, ShortestSettings, design_observed, margins, predict, shortest,
@@ -33,11 +33,18 @@ const DESIGNS_OF_SHORTEST: usize = 8;
 /// Accuracy of the inertia of an expected payload, relative to its size: a plate that is given in four digits is a body.
 const ROUNDING_OF_INERTIA: f64 = 1e-3;
 
+/// Least distance of the centre of mass from the origin of which a precision is a fraction, in radii of gyration: of a payload that is
+/// centred on the tip, a fraction of the distance would be zero.
+const NEAREST_CENTER: f64 = 0.1;
+
 /// Topic of a designed motion.
 const TRAJECTORY_TOPIC: &str = "/joint_trajectory";
 
 /// Time of the message of a designed motion, ns. ROS takes a stamp of zero for a missing one.
 const LOG_TIME_NS: u64 = 1_000_000_000;
+
+/// Lower and upper limit of a joint's position, rad or m, and that unit.
+type RangeData = (f64, f64, &'static str);
 
 /// A grip: centre, normal, distance of the pads, force, friction, torsion radius, fraction that may be used.
 type GripData = ([f64; 3], [f64; 3], f64, f64, f64, f64, f64);
@@ -104,13 +111,13 @@ pub(crate) struct DesignData {
     history_base_attitude: Array,
 }
 
-/// Returns a posture within the limits of all joints, zero or the middle of a range that excludes it, and the indices of
-/// the joints that move a link.
+/// Returns a posture within the limits of all joints, zero or the middle of a range that excludes it; the indices of the joints that
+/// move a link; and the range of each joint, with its unit, `rad` or `m`.
 #[pyfunction]
 pub(crate) fn default_posture(
     robot: &Bound<'_, PyAny>,
     tip: Text,
-) -> PyResult<(Vec<f64>, Vec<usize>)> {
+) -> PyResult<(Vec<f64>, Vec<usize>, Vec<RangeData>)> {
     let robot = read_robot(robot)?;
     let robot = &robot.get().robot;
     let tip = robot.frame(&tip).map_err(IntoPyErr::into_py_err)?;
@@ -120,7 +127,15 @@ pub(crate) fn default_posture(
         _ => 0.0,
     };
     let moving = all.clone().filter(|&joint| robot.moves(joint, tip));
-    Ok((all.map(rest).collect(), moving.collect()))
+    let range = |joint| {
+        let (low, high) = robot
+            .joint_limits(joint)
+            .unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        let is_angle = robot.joint_kind(joint) != Some(JointKind::Prismatic);
+        (low, high, if is_angle { "rad" } else { "m" })
+    };
+    let ranges = all.clone().map(range).collect();
+    Ok((all.map(rest).collect(), moving.collect(), ranges))
 }
 
 /// Designs a motion: see :func:`tactid.design_excitation`.
@@ -209,7 +224,7 @@ fn problem(
     Ok(problem)
 }
 
-/// Returns the targets of an expected payload, which must be a body with a centre of mass and an inertia.
+/// Returns the targets of an expected payload, which must be a body with an inertia.
 fn targets(expected: &InertialParameters, within: f64) -> PyResult<[f64; 10]> {
     // A point is a payload of which the inertia is not known.
     if !expected.is_physical_within(ROUNDING_OF_INERTIA) {
@@ -217,12 +232,21 @@ fn targets(expected: &InertialParameters, within: f64) -> PyResult<[f64; 10]> {
                        largest principal moment is at most the sum of the others";
         return Err(option_error(message.to_owned(), "payload"));
     }
-    let targets = targets_within(expected, within)
-        .ok_or_else(|| option_error("the expected payload has no mass".to_owned(), "payload"))?;
-    if targets.contains(&0.0) {
-        let message = "the centre of mass of the expected payload is at the origin of the tip's frame, so that no \
-                       precision can be a fraction of it: expect it elsewhere";
+    let (Some(mut targets), Some(body)) =
+        (targets_within(expected, within), expected.mass_properties())
+    else {
+        let message = "the expected payload has no mass";
         return Err(option_error(message.to_owned(), "payload"));
+    };
+    // The mean square distance of the mass from its centre is half of the trace of the inertia over the mass.
+    let gyration_m = (0.5 * body.inertia.trace() / body.mass_kg).sqrt();
+    if gyration_m <= 0.0 {
+        let message = "the inertia of the expected payload is zero, so that no precision can be a fraction of it: give an \
+                       estimate of it";
+        return Err(option_error(message.to_owned(), "payload"));
+    }
+    for target in &mut targets[1..4] {
+        *target = target.max(within * NEAREST_CENTER * gyration_m);
     }
     Ok(targets)
 }

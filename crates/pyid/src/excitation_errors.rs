@@ -30,6 +30,16 @@ impl IntoPyErr for Error {
                 ),
                 "base_noise",
             ),
+            Self::TooFewSamples { .. } => ExcitationError::new_err((
+                format!("{message}: raise `sample_rate`, or lower the cutoff"),
+                "sample_rate",
+            )),
+            Self::NoMovingJoint { tool } => option_error(
+                format!(
+                    "`tip` is {tool}, which no joint of the robot moves: expected a link at the end of the arm"
+                ),
+                "tip",
+            ),
             Self::TooShort { .. } => with_remedy(&message, Some("duration")),
             Self::Impossible { limit, .. } => with_remedy(&message, keyword_of_limit(&limit)),
             Self::OutOfReach { binding, .. } => {
@@ -60,6 +70,7 @@ fn keyword_of_limit(limit: &Limit) -> Option<&'static str> {
         Limit::BasePosition => Some("base_position"),
         Limit::Workspace(..) => Some("workspace"),
         Limit::Distance(_, second) if second.starts_with("the keep-out box") => Some("keep_out"),
+        Limit::Distance(_, second) if second == "the payload" => Some("payload_box"),
         Limit::Distance(..) => Some("least_distance"),
         _ => None,
     }

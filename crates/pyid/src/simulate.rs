@@ -157,56 +157,55 @@ impl Experiment {
     }
 }
 
-/// Report of a simulation run. Each check is its largest value during the run.
-#[pyclass(module = "tactid", frozen, get_all)]
+/// Fields of ``tactid.RunReport``, with the units that its documentation names.
+#[derive(IntoPyObject)]
 pub(crate) struct RunReport {
-    /// Change of the system's linear momentum, as a fraction of the largest of any single body; None for a fixed base,
-    /// which exchanges momentum with the ground.
     linear_momentum_drift: Option<f64>,
-    /// Change of the system's angular momentum, as a fraction of the largest of any single body; None for a fixed base.
     angular_momentum_drift: Option<f64>,
-    /// Displacement of the payload in the grasp, m.
     grasp_drift: f64,
-    /// Rotation of the payload in the grasp, rad.
     grasp_rotation: f64,
-    /// Norm of the contact force and the weight less the payload's mass times its acceleration, as a fraction of the largest force.
     newton_residual: f64,
-    /// Norm of the contact moment less that of Euler's equation for the payload, as a fraction of the largest moment.
     euler_residual: f64,
-    /// Force with which each finger pressed when the excitation began, N.
     grip_force: f64,
-    /// Number of samples in the log.
     steps: u64,
-    /// Simulated time that the log covers, s.
     simulated_time: f64,
-    /// Wall-clock time of the run, grasp and log included, s.
     wall_time: f64,
-    /// Simulated steps per second of wall-clock time.
     steps_per_second: f64,
-    /// What active excitation has reached; None for another kind of excitation.
+    base_rotation: Option<f64>,
+    base_translation: Option<f64>,
     active: Option<ActiveReport>,
 }
 
-/// What active identification has reached in a simulation run.
-#[pyclass(module = "tactid", frozen, get_all)]
-#[derive(Clone)]
+/// Fields of ``tactid.ActiveReport``.
+#[derive(IntoPyObject)]
 pub(crate) struct ActiveReport {
-    /// Number of motions that were planned.
     plans: u64,
-    /// Time at which all ten 95 % intervals were within their targets, s; None where they were not.
     reached: Option<f64>,
-    /// Value whose 95 % interval is the largest relative to its target at the end.
     widest: String,
-    /// Ratio of half of that interval to its target; None where the value is not known at all.
     interval_ratio: Option<f64>,
-    /// Whether planning ended early, because several motions in a row did not make the widest interval smaller.
     out_of_reach: bool,
-    /// Limit that binds the last motion, where planning ended early.
     binding: Option<String>,
+    contradictions: Vec<ActiveContradiction>,
+}
+
+/// Fields of ``tactid.ActiveContradiction``.
+#[derive(IntoPyObject)]
+pub(crate) struct ActiveContradiction {
+    field: String,
+    bound: f64,
+    estimate: f64,
+    std_dev: f64,
 }
 
 impl From<tactid_sim::ActiveReport> for ActiveReport {
     fn from(report: tactid_sim::ActiveReport) -> Self {
+        let contradictions = report.contradictions.into_iter();
+        let contradictions = contradictions.map(|found| ActiveContradiction {
+            field: found.field,
+            bound: found.bound,
+            estimate: found.estimate,
+            std_dev: found.std_dev,
+        });
         Self {
             plans: report.plans,
             reached: report.reached_s,
@@ -214,6 +213,7 @@ impl From<tactid_sim::ActiveReport> for ActiveReport {
             interval_ratio: report.interval_ratio,
             out_of_reach: report.out_of_reach,
             binding: report.binding,
+            contradictions: contradictions.collect(),
         }
     }
 }
@@ -255,28 +255,7 @@ pub(crate) fn read_motion(
     ))
 }
 
-/// Simulates an experiment and writes its log.
-///
-/// With active excitation the run ends when the payload is identified and the arm rests.
-///
-/// The log is a rosbag2 MCAP file as a real robot would record it. Equal experiments give the same log, byte for byte.
-/// It has ``/joint_states`` (rad, rad/s, N m; fingers m, m/s, N), a ``/FINGER/wrench`` and ``/FINGER/contacts`` for each
-/// finger, on the payload and in the frame of the finger's link (N, N m), ``/tf``, ``/tf_static`` and
-/// ``/robot_description``; and, for a floating base, ``/base/odom`` and ``/base/imu``. A fixed base has neither, so that
-/// :func:`identify` takes it for fixed, with gravity of 9.81 m/s² along -z unless its ``gravity`` is given. The metadata
-/// record ``tactid.truth`` has the true payload in the tool frame: kg, m, kg m² about the centre of mass.
-///
-/// Args:
-///     experiment: Experiment to simulate.
-///     out: The ``.mcap`` file to write, which replaces an existing one.
-///     progress: Called with the fraction done, about twenty times a second. An exception that it raises
-///         stops the run, as Ctrl-C does; the log is then complete up to there.
-///
-/// Raises:
-///     ExperimentError: The experiment or its robot is impossible.
-///     SimulationError: The run was stopped, because the payload slipped, a check exceeded its bound, or the motion of active
-///         excitation cannot be planned.
-///     LogError: The log cannot be written.
+/// Simulates an experiment and writes its log: see ``tactid.simulate``.
 #[pyfunction]
 #[pyo3(signature = (experiment, out, *, progress=None))]
 pub(crate) fn simulate(
@@ -305,6 +284,8 @@ pub(crate) fn simulate(
         simulated_time: report.simulated_time_s,
         wall_time: report.wall_time_s,
         steps_per_second: report.steps_per_second,
+        base_rotation: report.base.map(|base| base.attitude_deg.to_radians()),
+        base_translation: report.base.map(|base| base.position_m),
         active: report.active.map(ActiveReport::from),
     })
 }

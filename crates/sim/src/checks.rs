@@ -30,6 +30,15 @@ pub struct Checks {
     pub euler_residual: f64,
 }
 
+/// Largest motion of a free-floating base from where the excitation started.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BaseExcursion {
+    /// Angle by which the base link is turned, degrees.
+    pub attitude_deg: f64,
+    /// Distance of the origin of the base link's frame from its start, m.
+    pub position_m: f64,
+}
+
 /// Smallest reference for a relative change of momentum, N s and N m s.
 const SMALLEST_MOMENTUM: f64 = 0.1;
 /// Smallest reference for a relative residual of force and moment, N and N m.
@@ -78,6 +87,11 @@ pub(crate) struct Monitor {
     euler: Ratio,
     grasp_drift_m: f64,
     grasp_drift_rad: f64,
+    /// Pose of the base link on its body, whose frame is at the centre of mass.
+    body_from_base: Isometry3<f64>,
+    /// Inverse of the pose of the base link at the start, in the world frame.
+    start_from_world: Isometry3<f64>,
+    excursion: BaseExcursion,
 }
 
 impl Monitor {
@@ -105,6 +119,9 @@ impl Monitor {
             euler: Ratio::default(),
             grasp_drift_m: 0.0,
             grasp_drift_rad: 0.0,
+            body_from_base: robot.links[0].body_from_link,
+            start_from_world: (start.bodies[0].pose * robot.links[0].body_from_link).inverse(),
+            excursion: BaseExcursion::default(),
         };
         monitor.momentum = monitor.total_momentum(start).0;
         monitor
@@ -120,6 +137,11 @@ impl Monitor {
             newton_residual: self.newton.value(),
             euler_residual: self.euler.value(),
         }
+    }
+
+    /// Returns how far a free-floating base has moved up to the last step; `None` for a fixed base.
+    pub(crate) fn base_excursion(&self) -> Option<BaseExcursion> {
+        self.is_free.then_some(self.excursion)
     }
 
     /// Checks the step with number `index`, which starts in `before` at `time_s` and ends in `after`.
@@ -142,6 +164,13 @@ impl Monitor {
             return Err(SimError::Lost { time_s });
         }
         self.check_contacts(before, after, contacts);
+        let moved = self.start_from_world * after.bodies[0].pose * self.body_from_base;
+        let BaseExcursion {
+            attitude_deg,
+            position_m,
+        } = &mut self.excursion;
+        *attitude_deg = attitude_deg.max(moved.rotation.angle().to_degrees());
+        *position_m = position_m.max(moved.translation.vector.norm());
         if index.is_multiple_of(EVERY) {
             if self.is_free {
                 self.check_momentum(after);

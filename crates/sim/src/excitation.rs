@@ -12,7 +12,7 @@ use crate::sample::Sample;
 use crate::scene::State;
 use crate::{Experiment, SimError};
 
-pub use active::ActiveReport;
+pub use active::{ActiveContradiction, ActiveReport};
 
 use active::ActiveControl;
 use cosines::Cosines;

@@ -58,9 +58,9 @@ mod scene;
 mod sensors;
 mod simulation;
 
-pub use checks::Checks;
+pub use checks::{BaseExcursion, Checks};
 pub use error::SimError;
-pub use excitation::ActiveReport;
+pub use excitation::{ActiveContradiction, ActiveReport};
 pub use experiment::{
     ActiveExcitation, BaseMount, BaseProperties, Bounds, Excitation, ExcitationKind,
     ExcitationMode, Experiment, Gripper, Handle, JointExcitation, NamedPosture, Noise, PAPER_TOML,

@@ -8,7 +8,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use crate::log::{Recorder, RecorderThread};
-use crate::{ActiveReport, Checks, Experiment, SimError, Simulation};
+use crate::{ActiveReport, BaseExcursion, Checks, Experiment, SimError, Simulation};
 
 /// Progress of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +37,9 @@ pub struct RunReport {
     pub simulated_time_s: f64,
     /// Whether the observer stopped the run.
     pub interrupted: bool,
+    /// Largest motion of a free-floating base; `None` for a fixed base.
+    #[serde(default)]
+    pub base: Option<BaseExcursion>,
     /// What active excitation has reached; `None` for another kind of excitation.
     #[serde(default)]
     pub active: Option<ActiveReport>,
@@ -58,6 +61,8 @@ struct LoggedReport<'a> {
     steps: u64,
     simulated_time_s: f64,
     interrupted: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    base: Option<BaseExcursion>,
     #[serde(skip_serializing_if = "Option::is_none")]
     active: Option<ActiveReport>,
     /// Reason why the run was aborted.
@@ -218,6 +223,7 @@ fn logged<'a>(
         steps: simulation.steps(),
         simulated_time_s: simulation.time_s(),
         interrupted,
+        base: simulation.base_excursion(),
         active: simulation.active_report(),
         error,
     }
@@ -230,6 +236,7 @@ fn report(simulation: &Simulation, interrupted: bool, wall_time_s: f64) -> RunRe
         steps: simulation.steps(),
         simulated_time_s: simulation.time_s(),
         interrupted,
+        base: simulation.base_excursion(),
         active: simulation.active_report(),
         wall_time_s,
         steps_per_second: simulation.steps() as f64 / wall_time_s.max(1e-9),

@@ -3,7 +3,7 @@
 use nalgebra::Isometry3;
 use tactid_dynamics::{InertialParameters, MassProperties};
 
-use crate::checks::{Checks, Monitor};
+use crate::checks::{BaseExcursion, Checks, Monitor};
 use crate::contact::ContactPoint;
 use crate::excitation::{ActiveReport, Commands, Start};
 use crate::gripper;
@@ -189,6 +189,12 @@ impl Simulation {
     #[must_use]
     pub fn checks(&self) -> Checks {
         self.monitor.checks()
+    }
+
+    /// Returns how far a free-floating base has moved from where the excitation started; `None` for a fixed base.
+    #[must_use]
+    pub fn base_excursion(&self) -> Option<BaseExcursion> {
+        self.monitor.base_excursion()
     }
 
     /// Returns the names of all moving joints, fingers included, in the order of the samples.

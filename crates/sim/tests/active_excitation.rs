@@ -51,6 +51,12 @@ fn the_run_ends_at_rest_when_the_payload_is_known() {
         "{report:?}"
     );
     assert!(angle.to_degrees() <= 0.1, "{}", angle.to_degrees());
+    let excursion = simulation.base_excursion().unwrap();
+    assert!(
+        (excursion.attitude_deg - angle.to_degrees()).abs() < 1e-4,
+        "{excursion:?}"
+    );
+    assert!(report.contradictions.is_empty(), "{report:?}");
     assert!(used <= 1.0, "{used}");
     // The noise of a velocity is 1e-4 rad/s.
     assert!(speeds.iter().copied().fold(0.0, f64::max) > 0.05);
@@ -108,6 +114,45 @@ fn a_fixed_base_needs_no_bounds() {
     }
     let report = simulation.active_report().unwrap();
     assert!(report.reached_s.is_some(), "{report:?}");
+    assert_eq!(simulation.base_excursion(), None);
+}
+
+/// A payload that is not within the bounds that were given ends the motion, is named, and what it did to the base is reported.
+#[test]
+fn wrong_bounds_of_the_payload_are_reported() {
+    let mut experiment = example();
+    experiment.duration_s = 5.0;
+    experiment.seed = 1;
+    experiment.excitation.active = Some(ActiveExcitation {
+        mass_kg: [5.0, 20.0],
+        center_of_mass_m: 0.05,
+        half_diagonal_m: 0.05,
+        base_attitude_deg: Some(0.1),
+        ..ActiveExcitation::default()
+    });
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("run.mcap");
+    let report = run(&experiment, &log, |_| ControlFlow::Continue(())).unwrap();
+    let active = report.active.unwrap();
+    assert_eq!(active.reached_s, None);
+    assert!(report.simulated_time_s < 2.0, "{active:?}");
+    let found = |field: &str| {
+        let mut all = active.contradictions.iter();
+        all.find(|found| found.field == field).unwrap()
+    };
+    assert_eq!(active.contradictions.len(), 3, "{active:?}");
+    let mass = found("mass_kg[1]");
+    assert_eq!(mass.bound, 20.0);
+    assert!((mass.estimate - 100.0).abs() < 1.0, "{mass:?}");
+    assert!((found("center_of_mass_m").estimate - 0.5).abs() < 0.01);
+    assert!((found("half_diagonal_m").estimate - 0.6f64.sqrt()).abs() < 0.02);
+    // The base has turned further than it must: the report says how far, as the log does.
+    let base = report.base.unwrap();
+    assert!(
+        base.attitude_deg > 0.2 && base.position_m > 1e-3,
+        "{base:?}"
+    );
+    assert_eq!(logged(&log)["base"]["attitude_deg"], base.attitude_deg);
 }
 
 /// Fields that do not fit are refused with their line, and a joint without a limit of its velocity by its name.

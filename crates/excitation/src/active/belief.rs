@@ -68,8 +68,8 @@ impl Belief {
     pub(super) fn payloads(&self, prior: &Prior) -> Vec<Vector> {
         let mut payloads = vec![self.mean];
         if !self.is_measured {
-            let extremes = prior.extremes();
-            payloads.extend(extremes.iter().map(|payload| *payload.as_vector()));
+            let samples = prior.samples();
+            payloads.extend(samples.iter().map(|payload| *payload.as_vector()));
             return payloads;
         }
         // Forces of an acceleration of 1 m/s² or 1 rad/s², and moments of it over the lever.
@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn information_adds_up() {
         let of_prior = Belief::of_prior(&PRIOR).unwrap();
-        let estimate = *PRIOR.extremes()[1].as_vector() * 0.7;
+        let estimate = *PRIOR.samples()[1].as_vector() * 0.7;
         let precise = of_prior
             .with(&estimate, &(of_prior.covariance * 1e-8))
             .unwrap();
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn payloads_are_in_the_confidence_region() {
         let of_prior = Belief::of_prior(&PRIOR).unwrap();
-        let estimate = *PRIOR.extremes()[1].as_vector() * 0.7;
+        let estimate = *PRIOR.samples()[1].as_vector() * 0.7;
         let mut random = StdRng::seed_from_u64(2);
         for size in [1e-6, 1e-2, 1.0] {
             let belief = of_prior

@@ -11,7 +11,7 @@ const FRACTIONS: [f64; 7] = [1.0, 0.9, 0.8, 0.65, 0.5, 0.3, 0.15];
 /// Fraction by which a plan may exceed a tightened limit.
 const EXCESS: f64 = 0.01;
 
-/// Fraction of a limit from which on it binds.
+/// Fraction of a limit, which is tightened already, from which on it binds a plan.
 const BINDING: f64 = 0.95;
 
 /// A motion within all limits.

@@ -2,9 +2,11 @@
 
 mod belief;
 mod check;
+mod contradiction;
 mod interior;
 mod planner;
 mod prior;
 
+pub use contradiction::{PriorBound, PriorContradiction};
 pub use planner::{ActiveSettings, Planner, Step};
 pub use prior::Prior;

@@ -11,6 +11,7 @@ use tactid_identify::{HALF_WIDTH_95, PayloadEstimate, VALUE_NAMES, largest_of_ki
 
 use super::belief::Belief;
 use super::check::{Checked, largest_within_limits, relax_to_rest};
+use super::contradiction::PriorContradiction;
 use super::interior::improve;
 use super::prior::{Prior, Vector};
 use crate::ExcitationError;
@@ -128,14 +129,21 @@ pub enum Step {
         /// A limit that binds the last plan.
         binding: Option<Limit>,
     },
+    /// The estimate contradicts these bounds of the prior, so that the plans so far may have exceeded limits: the robot follows the
+    /// motion it has to its end.
+    Contradicted(Vec<PriorContradiction>),
 }
 
 /// Plans motions that identify a payload, each from the estimate that the ones before have given.
 ///
 /// Each plan is the motion after which the predicted intervals, given all that is known already, are the smallest, within the
 /// limits of a [`Problem`]. It begins with the position, the velocity and the acceleration that the previous plan reaches after
-/// [`followed_s`](Self::followed_s), and ends at a standstill, so that the robot can always stop within its limits. All limits hold
-/// for the payloads of a confidence region, which is the whole [`Prior`] before the first estimate: so the motion starts gently.
+/// [`followed_s`](Self::followed_s), and ends at a standstill, so that the robot can always stop within its limits.
+///
+/// A plan is checked for a sample of the payloads that are possible, with a margin of 5 % of each limit, and this is no proof for
+/// all of them. Before the first estimate they are [`Prior::samples`] and twelve random payloads of the prior: so the motion starts
+/// gently. After it, they are the mean, the ends at three standard deviations along the three axes of the confidence region in
+/// which the load is the most uncertain, and twelve random payloads of it.
 #[derive(Clone, Debug)]
 pub struct Planner {
     problem: Problem,
@@ -221,7 +229,8 @@ impl Planner {
     /// of [`Identifier::covariance`](tactid_identify::Identifier::covariance), and `base` is the measured pose of a floating
     /// base relative to the pose in which it started.
     ///
-    /// Where no motion within the limits is found, the plan is the rest of the one before, which comes to a standstill.
+    /// Where no motion within the limits is found, the plan is the rest of the one before, which comes to a standstill. Where the
+    /// estimate contradicts the prior, nothing more is planned.
     ///
     /// # Errors
     /// Returns the errors of the dynamics for a robot without masses.
@@ -231,6 +240,13 @@ impl Planner {
         covariance: Option<&SMatrix<f64, 10, 10>>,
         base: &Isometry3<f64>,
     ) -> Result<Step, ExcitationError> {
+        let parameters = InertialParameters::from(estimate.body);
+        let contradictions = covariance
+            .map(|covariance| self.prior.contradictions(&parameters, covariance))
+            .unwrap_or_default();
+        if !contradictions.is_empty() {
+            return Ok(Step::Contradicted(contradictions));
+        }
         let (place, ratio) = self.largest_ratio(estimate);
         if ratio <= 1.0 {
             return Ok(Step::Reached);
@@ -246,7 +262,6 @@ impl Planner {
                 binding: self.binding.clone(),
             });
         }
-        let parameters = InertialParameters::from(estimate.body);
         let measured = covariance
             .and_then(|covariance| self.of_prior.with(parameters.as_vector(), covariance));
         let belief = measured.unwrap_or_else(|| self.of_prior.clone());

@@ -73,20 +73,26 @@ impl Prior {
         (mean, squares.sum::<Matrix>() / DRAWS as f64)
     }
 
-    /// Returns payloads that load the robot most: the largest cube of the largest mass with its centre of mass at the largest
-    /// distance along each axis, to both sides; and the lightest payload, at the origin of the tool frame.
+    /// Returns a sample of the payloads that load the robot most, by which a first plan is limited: rods of the largest mass and
+    /// length along each axis of the tool frame, with their centres of mass at the largest distance along each axis, to both sides;
+    /// and the lightest payload, a cube of half the largest size at the origin of the tool frame.
+    ///
+    /// The inertia of each box along the axes is a mean of those of the three rods and of a point. Payloads of the prior whose centres
+    /// are between the axes, or that are turned, are not among them.
     ///
     /// The numbers of the prior must be positive.
     #[must_use]
-    pub fn extremes(&self) -> Vec<InertialParameters> {
+    pub fn samples(&self) -> Vec<InertialParameters> {
         let (least, most) = self.mass_kg;
-        let half_sides = Vector3::repeat(self.half_diagonal_m / 3f64.sqrt());
-        let mut payloads = vec![cuboid(least, Vector3::zeros(), half_sides * 0.5)];
-        for axis in 0..3 {
-            for side in [-1.0, 1.0] {
-                let center = Vector3::ith(axis, side * self.center_of_mass_m);
-                payloads.push(cuboid(most, center, half_sides));
-            }
+        let cube = Vector3::repeat(0.5 * self.half_diagonal_m / 3f64.sqrt());
+        let mut payloads = vec![cuboid(least, Vector3::zeros(), cube)];
+        for (axis, side) in [0, 1, 2]
+            .into_iter()
+            .flat_map(|axis| [(axis, -1.0), (axis, 1.0)])
+        {
+            let center = Vector3::ith(axis, side * self.center_of_mass_m);
+            let rod = |along| cuboid(most, center, Vector3::ith(along, self.half_diagonal_m));
+            payloads.extend((0..3).map(rod));
         }
         payloads
     }
@@ -133,7 +139,7 @@ mod tests {
         half_diagonal_m: 0.8,
     };
 
-    /// The prior contains what is drawn from it and its extremes, and nothing that is heavier, further away or larger.
+    /// The prior contains what is drawn from it and its samples, and nothing that is heavier, further away or larger.
     #[test]
     fn contains_its_own_payloads_only() {
         let mut random = StdRng::seed_from_u64(1);
@@ -141,9 +147,9 @@ mod tests {
             let payload = PRIOR.draw(&mut random);
             assert!(PRIOR.contains(&payload), "{payload}");
         }
-        let extremes = PRIOR.extremes();
+        let samples = PRIOR.samples();
         assert!(
-            extremes
+            samples
                 .iter()
                 .all(|payload| PRIOR.contains(payload.as_vector()))
         );
@@ -162,7 +168,7 @@ mod tests {
             },
         ];
         for smaller in without {
-            let heaviest = &extremes[1..];
+            let heaviest = &samples[1..];
             assert!(
                 heaviest
                     .iter()

@@ -9,6 +9,7 @@ use super::model::CollisionFinding;
 use super::pairs::{Pair, Tested, pairs};
 use super::placed::{Part, PartPlace, Solid};
 use crate::ExcitationError;
+use crate::limits::Limit;
 use crate::problem::{LARGEST_LEAST_DISTANCE_M, Problem};
 
 /// Largest distance that is computed, m. Pairs that are further apart count as so far apart, and most of them cost a
@@ -58,13 +59,17 @@ impl Distances {
             findings,
             witnesses: Vec::new(),
         };
-        distances.exclude_contacts(workspace);
+        distances.exclude_contacts(workspace)?;
         Ok(distances)
     }
 
     /// Removes the pairs that are in contact, except for those with a keep-out box, and limits the others to what they have: a
     /// pair that starts close keeps half of its distance.
-    fn exclude_contacts(&mut self, workspace: &Workspace) {
+    ///
+    /// # Errors
+    /// Returns [`ExcitationError::Impossible`] for a link in the payload that neither holds it nor is next to the one that does: such
+    /// a box or a posture is a mistake, and a pair that is not tested would hide it.
+    fn exclude_contacts(&mut self, workspace: &Workspace) -> Result<(), ExcitationError> {
         let mut at_start = vec![0.0; self.pairs.len()];
         self.measure(workspace, &mut at_start);
         let solids = &self.solids;
@@ -85,6 +90,13 @@ impl Distances {
                     pair.least_m = 0.5 * distance;
                 }
                 kept.push(pair);
+            } else if pair.is_link_in_payload {
+                let [link, payload] = names(&pair);
+                return Err(ExcitationError::Impossible {
+                    limit: Limit::Distance(link, payload),
+                    used: f64::INFINITY,
+                    at: "at the start",
+                });
             } else {
                 excluded.push(names(&pair));
             }
@@ -97,6 +109,7 @@ impl Distances {
                 because: super::NotTested::InContact,
             });
         }
+        Ok(())
     }
 
     /// Number of pairs.

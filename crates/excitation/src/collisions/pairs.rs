@@ -15,7 +15,10 @@ pub(crate) struct Pair {
     pub(crate) second: usize,
     /// Least distance, m.
     pub(crate) least_m: f64,
+    /// Whether one of them is a keep-out box: contact at the start is found by the check of the posture there.
     pub(crate) is_with_keep_out: bool,
+    /// Whether the pair is the payload and a link that neither holds it nor is next to the one that does.
+    pub(crate) is_link_in_payload: bool,
 }
 
 /// What a problem asks to keep apart.
@@ -59,8 +62,8 @@ pub(super) fn pairs(problem: &Problem) -> Result<Tested, ExcitationError> {
             if !is_tested || between(&moving, frames[0], frames[1]) == 0 {
                 continue;
             }
-            let are_links = kinds[first] == Kind::Link && kinds[second] == Kind::Link;
-            if are_links && between(&all, frames[0], frames[1]) == 1 {
+            let are_adjacent = between(&all, frames[0], frames[1]) == 1;
+            if kinds[second] == Kind::Link && are_adjacent {
                 adjacent.push([first, second].map(|k| solids[k].name.clone()));
                 continue;
             }
@@ -69,6 +72,7 @@ pub(super) fn pairs(problem: &Problem) -> Result<Tested, ExcitationError> {
                 second,
                 least_m: problem.least_distance_m,
                 is_with_keep_out: kinds[second] == Kind::KeepOut,
+                is_link_in_payload: kinds[second] == Kind::Payload && !are_adjacent,
             });
         }
     }

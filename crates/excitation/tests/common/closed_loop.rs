@@ -134,8 +134,7 @@ impl Noise {
         }
     }
 
-    /// Returns a fraction of the peak of each channel along a motion; for channels that stay zero, of the smallest other of
-    /// their kind.
+    /// Returns a fraction of the peak of each channel along a motion: channels that stay zero have no noise.
     pub(crate) fn of_peaks(
         fraction: f64,
         problem: &Problem,
@@ -308,6 +307,10 @@ pub(crate) fn identify(
         match step {
             Step::Move(next) => motion.segments.push((cycles.time_s(), next)),
             Step::Reached => break,
+            Step::Contradicted(found) => {
+                outcome.failure = Some(format!("{found:?}"));
+                break;
+            }
             Step::OutOfReach {
                 value,
                 ratio,

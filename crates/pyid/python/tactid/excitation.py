@@ -1,18 +1,33 @@
 """Design of motions from which a payload is identified quickly."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tactid import _native, meshes
 from tactid._native import Manipulator, MassProperties
 from tactid.declaration import with_options
 from tactid.designed_motion import CollisionFinding, DesignedMotion, LimitMargin
 from tactid.errors import ArgumentError
+from tactid.excitation_arguments import (
+    Grip,
+    Start,
+    check_numbers,
+    check_positive,
+    check_types,
+    corners_of,
+    duration_of,
+    fraction_of,
+    grip_of,
+    is_volume,
+    numbers_of,
+    places,
+    start_of,
+)
 from tactid.options import Options, collect
 from tactid.values import nested, values_of
 
@@ -28,45 +43,17 @@ OWN = (
 )  # fmt: skip
 """The keywords of :func:`design_excitation` that are no options of an identification."""
 
+NUMBERS = ("duration", "longest", "sample_rate", "base_attitude", "base_position")
+"""Keywords with one number, whose ranges the design checks."""
+
 WITHIN = 0.01
 """Default target for half of each 95 % interval, as a fraction of the largest of its kind."""
-
-DURATION_S = 10.0
-"""Duration of a motion of which neither duration nor target is given, s."""
 
 WRENCH_NOISE = (0.5, 0.5, 0.5, 0.05, 0.05, 0.05)
 """Standard deviations of a wrench of which nothing is known, N and N m."""
 
 EFFORT_NOISE = 0.5
 """Standard deviation of a joint effort of which nothing is known, N m or N."""
-
-MOST = {"rate": 1e5, "acceleration": 1e5, "speed": 1.0, "least_distance": 0.08}
-"""Largest values of keywords: a larger rate, Hz, or acceleration is a mistake, a factor above 1
-exceeds the velocity limits of the URDF, and larger distances, m, are not computed."""
-
-Start: TypeAlias = ArrayLike | Mapping[str, float] | None
-_Floats: TypeAlias = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Grip:
-    """A grip of two flat pads that face each other, in the tip's frame."""
-
-    center: Sequence[float]
-    """Point in the middle between the pads, (3,), m."""
-    normal: Sequence[float]
-    """Direction from one pad to the other, (3,)."""
-    distance: float
-    """Distance between the pads, m."""
-    force: float
-    """Force with which each pad presses, N."""
-    friction: float
-    """Coefficient of friction between pad and payload."""
-    torsion_radius: float
-    """Moment about the normal that friction carries for each newton along the pad, m: two thirds of
-    the radius of a disc."""
-    used: float = 0.7
-    """Fraction of the friction that the motion may use."""
 
 
 @with_options(Options, "design")
@@ -117,7 +104,9 @@ def design_excitation(
         duration: Duration, s. Default: 10, unless ``within`` is given. A motion of 15 s or more
             passes several times along the same path, in turn forth and back.
         within: Target for half of each 95 % interval, as a fraction of the largest value of its
-            kind: the motion is the shortest that reaches it. Not with ``duration``.
+            kind, such as 0.01 for 1 %: the motion is the shortest that reaches it. Not with
+            ``duration``. A centre of mass that is nearer to the tip than a tenth of the radius of
+            gyration counts as at that distance.
         longest: Longest duration that is tried for ``within``, s.
         payload: The expected payload, in the tip's frame.
         payload_mass_max: Largest mass of a payload of which only a box is known, kg. Half of it,
@@ -163,54 +152,34 @@ def design_excitation(
         ArgumentError: An argument is unknown, missing or out of range, or a shape is wrong.
     """
     collected = collect(options, keywords, "design", ("robot", *OWN))
-    _check_seed(seed)
-    _check_duration(duration, within)
-    _check_positive(rate=rate, speed=speed, acceleration=acceleration)
-    payloads = _payloads(payload, payload_mass_max, payload_box)
+    check_types(robot, payload, seed)
+    check_positive(rate=rate, speed=speed, acceleration=acceleration)
     collected, assumed = _with_noise(collected)
     tip = collected.tip or "tool0"
-    given = {
-        "start": _start(robot, tip, start).tolist(),
+    given: dict[str, Any] = {
+        "duration": duration_of(duration, within),
+        "start": start_of(robot, tip, start).tolist(),
         "sensors": [sensors] if isinstance(sensors, str) else list(sensors or (tip,)),
         "sample_rate": rate if sample_rate is None else sample_rate,
-        "base_noise": _numbers("base_noise", base_noise, 6),
+        "base_noise": numbers_of("base_noise", base_noise, 6),
         "speed": speed,
         "acceleration": acceleration,
-        "payloads": payloads,
-        "duration": DURATION_S if duration is None and within is None else duration,
-        "within": _fraction(WITHIN if within is None else within),
+        "payloads": _payloads(payload, payload_mass_max, payload_box),
+        "within": fraction_of(WITHIN if within is None else within),
         "longest": longest,
-        "wrench_limit": _numbers("wrench_limit", wrench_limit, 6),
-        "grip": _grip(grip),
+        "wrench_limit": numbers_of("wrench_limit", wrench_limit, 6),
+        "grip": grip_of(grip),
         "base_attitude": base_attitude,
         "base_position": base_position,
-        "places": _places(payload_box, workspace, keep_out, least_distance),
+        "places": places(payload_box, workspace, keep_out, least_distance),
         "read_mesh": meshes.read if collisions else None,
-        "volume": _is_volume(criterion),
-        "seed": seed,
+        "volume": is_volume(criterion),
+        "seed": int(seed),
         "rate": rate,
     }
+    check_numbers(**{name: given[name] for name in NUMBERS})
     found = _native.design_excitation(robot, given, replace(collected, tip=tip), progress)
-    return _result(robot, tip, payloads[0], given, found, collected.method, assumed)
-
-
-def _check_seed(seed: int) -> None:
-    if not 0 <= seed < 2**64:
-        raise ArgumentError(f"`seed` is {seed}: expected 0 to 2^64 - 1", option="seed")
-
-
-def _check_duration(duration: float | None, within: float | None) -> None:
-    if duration is not None and within is not None:
-        raise ArgumentError(
-            "`duration` and `within` are both given: give one of them", option="within"
-        )
-
-
-def _check_positive(**keywords: float) -> None:
-    for name, value in keywords.items():
-        if not 0 < value <= MOST[name]:
-            expected = f"more than 0, and at most {MOST[name]:g}"
-            raise ArgumentError(f"`{name}` is {value}: expected {expected}", name)
+    return _result(robot, tip, given["payloads"][0], given, found, collected.method, assumed)
 
 
 def _result(
@@ -265,10 +234,13 @@ def _payloads(
                 option="payload",
             )
         return [payload]
-    corners = np.asarray(_corners("payload_box", box))
+    corners = np.asarray(corners_of("payload_box", box))
     sides = corners[1] - corners[0]
+    check_numbers(payload_mass_max=mass_max)
     if not 0 < mass_max < np.inf:
-        raise ArgumentError(f"`payload_mass_max` is {mass_max}: expected more than 0 kg")
+        raise ArgumentError(
+            f"`payload_mass_max` is {mass_max}: expected more than 0 kg", "payload_mass_max"
+        )
     x, y, z = sides**2 / 12
     even = MassProperties(
         mass_max / 2, corners.mean(axis=0), mass_max / 2 * np.diag([y + z, x + z, x + y])
@@ -277,36 +249,6 @@ def _payloads(
     # are between those of these bodies and those without a payload, which the design adds.
     points = [MassProperties(mass_max, corner, np.zeros((3, 3))) for corner in product(*corners.T)]
     return [payload or even, *points]
-
-
-def _places(
-    payload_box: ArrayLike | None,
-    workspace: ArrayLike | None,
-    keep_out: Mapping[str, ArrayLike] | None,
-    least_distance: float,
-) -> dict[str, Any]:
-    """Returns the boxes around the robot and the least distance of bodies."""
-    _check_positive(least_distance=least_distance)
-    boxes = dict(keep_out or {})
-    return {
-        "payload_box": None if payload_box is None else _corners("payload_box", payload_box),
-        "workspace": None if workspace is None else _corners("workspace", workspace),
-        "keep_out": [(name, _corners("keep_out", box)) for name, box in boxes.items()],
-        "least_distance": least_distance,
-    }
-
-
-def _corners(name: str, box: ArrayLike) -> list[list[float]]:
-    """Returns the least and the largest corner of a box."""
-    try:
-        corners = np.asarray(box, float)
-    except (TypeError, ValueError):
-        corners = np.zeros(0)
-    sides = corners[1] - corners[0] if corners.shape == (2, 3) else np.zeros(3)
-    if not (sides > 0).all() or not np.isfinite(sides).all():
-        raise ArgumentError(f"`{name}` must have a least and a largest corner, (2, 3)", name)
-    found: list[list[float]] = corners.tolist()
-    return found
 
 
 def _finding(found: Mapping[str, Any]) -> CollisionFinding:
@@ -323,63 +265,3 @@ def _with_noise(options: Options) -> tuple[Options, tuple[str, ...]]:
         options = replace(options, effort_noise=EFFORT_NOISE)
         assumed.append("effort_noise")
     return options, tuple(assumed)
-
-
-def _start(robot: Manipulator, tip: str, given: Start) -> _Floats:
-    """Returns the positions of all joints at the beginning."""
-    names = robot.joint_names
-    rest, moving = _native.default_posture(robot, tip)
-    start = np.array(rest)
-    if given is None:
-        return start
-    if isinstance(given, Mapping):
-        for name, position in given.items():
-            if name not in names:
-                raise ArgumentError(f"`start` has {name}, but the joints are {names}", "start")
-            start[names.index(name)] = position
-        return start
-    positions = _numbers("start", given, None) or []
-    if len(positions) not in {len(names), len(moving)}:
-        count = f"{len(moving)}, one for each joint that moves {tip}"
-        every = "" if len(moving) == len(names) else f", or {len(names)}, one for each joint"
-        raise ArgumentError(
-            f"`start` has {len(positions)} positions: expected {count}{every}", "start"
-        )
-    start[moving if len(positions) == len(moving) else slice(None)] = positions
-    return start
-
-
-def _numbers(name: str, given: ArrayLike | None, count: int | None) -> list[float] | None:
-    if given is None:
-        return None
-    try:
-        numbers = np.asarray(given, float)
-    except (TypeError, ValueError):
-        numbers = np.zeros((0, 0))
-    if numbers.ndim != 1 or (count is not None and len(numbers) != count):
-        expected = "a list of numbers" if count is None else f"{count} numbers"
-        raise ArgumentError(f"`{name}` is {given!r}: expected {expected}", name)
-    found: list[float] = numbers.tolist()
-    return found
-
-
-def _fraction(within: float) -> float:
-    if not 0 < within < np.inf:
-        raise ArgumentError(f"`within` is {within}: expected a positive fraction", "within")
-    return within
-
-
-def _grip(grip: Grip | None) -> tuple[Any, ...] | None:
-    if grip is None:
-        return None
-    center, normal = list(map(float, grip.center)), list(map(float, grip.normal))
-    carries = (grip.force, grip.friction, grip.torsion_radius, grip.used)
-    return (center, normal, grip.distance, *carries)
-
-
-def _is_volume(criterion: str) -> bool:
-    if criterion not in {"largest-interval", "volume"}:
-        raise ArgumentError(
-            f"`criterion` is {criterion!r}: expected largest-interval or volume", "criterion"
-        )
-    return criterion == "volume"

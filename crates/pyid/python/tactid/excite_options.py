@@ -9,7 +9,7 @@ import numpy as np
 import typer
 
 from tactid import option_text
-from tactid.excitation import Grip
+from tactid.excitation_arguments import Grip
 from tactid.naming import command_line_flag
 
 MOTION, LIMITS, SENSORS = "Motion", "Limits", "Sensors"
@@ -81,9 +81,15 @@ _ARGUMENTS = (
         "within",
         str,
         MOTION,
-        "Target precision as of tactid identify, such as 1%: the motion is the "
-        "shortest that reaches it.",
+        "Target precision as of tactid identify, in percent with its sign, such as 1%: "
+        "the motion is the shortest that reaches it.",
         parse=option_text.fraction,
+    ),
+    _Argument(
+        "longest",
+        float,
+        MOTION,
+        "Longest duration that is tried for --within. Default: 60. Unit: s.",
     ),
     _Argument(
         "seed",

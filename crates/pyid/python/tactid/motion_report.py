@@ -4,7 +4,6 @@ import html
 from pathlib import Path
 
 import matplotlib as mpl
-import numpy as np
 from matplotlib.figure import Figure
 
 from tactid import drawing, motion_text, page
@@ -12,17 +11,20 @@ from tactid.drawing import ESTIMATE, TRUE
 from tactid.files import write_atomically
 from tactid.motion_data import MotionData
 from tactid.naming import Style
-from tactid.values import KINDS, NAMES, Z95, flat
+from tactid.values import NAMES, flat
 
 MOTION_CAPTION = (
     "Position, velocity and acceleration of the joints that move; in m in place of rad for a"
     " prismatic joint."
 )
 INTERVALS_CAPTION = (
-    "Half of each predicted 95 % interval over time, in percent of the largest expected value of"
-    " its kind. The line is the target."
+    "Half of each 95 % interval that the motion up to each time is predicted to give, in percent of"
+    " the largest expected value of its kind. The line is the target."
 )
-BASE_CAPTION = "Largest angle by which the base has turned, with the expected payload."
+BASE_CAPTION = (
+    "Largest angle by which the base has turned up to each time, with the expected payload. The"
+    " bound holds for the other payloads, too, which may turn the base further: see the limits."
+)
 
 
 def write_report(motion: MotionData, path: Path, style: Style = "keyword") -> None:
@@ -84,15 +86,15 @@ def _motion(motion: MotionData) -> Figure:
 def _intervals(motion: MotionData) -> Figure:
     figure = Figure(figsize=(9.0, 3.2))
     axes = figure.subplots()
-    expected = np.abs(flat(dict(motion.expected_payload)))
-    for kind in KINDS:
-        for k in range(*kind.indices(len(NAMES))):
-            percent = 100 * Z95 * motion.history_std_devs[:, k] / expected[kind].max()
-            axes.plot(motion.history_time, percent, label=NAMES[k])
+    std_devs, ratios = flat(dict(motion.predicted_std_dev)), flat(dict(motion.interval_ratio))
+    for k, name in enumerate(NAMES):
+        # The ratio of an interval to its target is the same fraction of the target at each time.
+        of_target = ratios[k] * motion.history_std_devs[:, k] / std_devs[k]
+        axes.plot(motion.history_time, 100 * motion.within * of_target, label=name)
     axes.axhline(100 * motion.within, color=TRUE, linewidth=0.8)
     axes.set_yscale("log")
     axes.set_xlabel("time / s")
-    axes.set_ylabel("± 95 % / %")
+    axes.set_ylabel("half interval / %")
     figure.legend(loc="outside right upper")
     return figure
 
@@ -101,6 +103,7 @@ def _base(motion: MotionData) -> Figure:
     figure = Figure(figsize=(9.0, 2.2))
     axes = figure.subplots()
     axes.plot(motion.history_time, motion.history_base_attitude_deg, color=ESTIMATE)
+    axes.set_ylim(bottom=0)
     axes.set_xlabel("time / s")
-    axes.set_ylabel("angle / degrees")
+    axes.set_ylabel("largest so far / degrees")
     return figure

@@ -1,5 +1,7 @@
 """A designed motion in words: its table, and what a reader must know besides."""
 
+import math
+
 from rich import box
 from rich.table import Table
 
@@ -12,8 +14,8 @@ MOST_SHOWN = 6
 """Largest number of limits in the table of those that are used most."""
 
 
-MOST_PAIRS_SHOWN = 3
-"""Largest number of pairs in a line on what is not tested for collisions."""
+LONGEST_S = 3600.0
+"""Longest motion that is designed, s."""
 
 
 def heading(motion: MotionData) -> str:
@@ -80,10 +82,11 @@ def lines(motion: MotionData, style: Style = "keyword") -> list[str]:
     ratios = flat(dict(motion.interval_ratio))
     largest = max(ratios)
     name = NAMES[ratios.index(largest)]
-    target = f"{100 * motion.within:g} %"
+    target = f"{100 * motion.within:g} % of the largest of its kind"
     reached = f"every value will be known within {target}"
     if largest > 1:
-        reached = f"not every value will be known within {target}: {name} needs a longer motion"
+        remedy = _remedy(name, largest, motion.duration_s)
+        reached = f"not every value will be known within {target}: {remedy}"
     said = [f"If the noise is as given, {reached}."]
     if motion.assumed_noise:
         names = listed([option_name(each, style) for each in motion.assumed_noise])
@@ -110,13 +113,31 @@ def lines(motion: MotionData, style: Style = "keyword") -> list[str]:
     return said
 
 
+def _remedy(name: str, ratio: float, duration_s: float) -> str:
+    """Says how a value whose interval is some times its target can be known.
+
+    The intervals of a motion that is made again and again fall with the square root of its number.
+    """
+    needed_s = duration_s * ratio**2
+    if needed_s <= LONGEST_S:
+        return f"{name} needs a motion of at most {_rounded_up(needed_s)} s"
+    return (
+        f"the interval of {name} is {ratio:.3g} times its target, which no motion within these"
+        " limits reaches in an hour: allow larger accelerations, or more of the limits that bind"
+    )
+
+
+def _rounded_up(seconds: float) -> str:
+    """Returns a duration in two digits, rounded up."""
+    unit = 10.0 ** (math.floor(math.log10(seconds)) - 1)
+    return f"{math.ceil(seconds / unit) * unit:g}"
+
+
 def collision_line(finding: CollisionFinding) -> str:
-    """Says what the test for collisions leaves out, with the first pairs."""
-    shown = [" and ".join(pair) for pair in finding.pairs[:MOST_PAIRS_SHOWN]]
-    more = len(finding.pairs) - len(shown)
+    """Says what the test for collisions leaves out, and names each pair."""
+    shown = [" and ".join(pair) for pair in finding.pairs]
     pairs = ": " + ", ".join(shown) if shown else ""
-    text = finding.text[0].upper() + finding.text[1:]
-    return text + pairs + (f", and {more} more pairs" if more else "") + "."
+    return finding.text[0].upper() + finding.text[1:] + pairs + "."
 
 
 def text(motion: MotionData) -> str:

@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Any, cast
 
 from tactid import paper_plots, paper_report, result_json, table
-from tactid._native import Experiment, LogInfo, RunReport
+from tactid._native import Experiment, LogInfo
 from tactid.errors import LogError
 from tactid.files import write_atomically
 from tactid.offline import identify
 from tactid.options import Estimator, Method
 from tactid.remarks import remarks
 from tactid.result import Identification
+from tactid.run_report import RunReport
 from tactid.simulation import simulate
 from tactid.truth import Truth, momentum_drift, read_checks, read_truth
 from tactid.values import nested

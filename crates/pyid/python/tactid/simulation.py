@@ -6,8 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tactid import _native
-from tactid._native import ActiveReport, Experiment, RunReport
+from tactid._native import Experiment
+from tactid.console import notes
 from tactid.output_files import check_outputs
+from tactid.run_report import RunReport, active_text, base_text, run_report
 
 
 def simulate(
@@ -41,22 +43,26 @@ def simulate(
         LogError: The log cannot be written.
     """
     check_outputs({"`out`": Path(out)}, files_of(experiment))
-    return _native.simulate(experiment, out, progress=progress)
+    return run_report(_native.simulate(experiment, out, progress=progress))
 
 
-def active_text(report: ActiveReport) -> str:
-    """Returns a sentence on what active excitation has reached."""
-    motions = "1 motion" if report.plans == 1 else f"{report.plans} motions"
-    if report.reached is not None:
-        return f"All intervals were within their targets after {report.reached:.2f} s, {motions}."
-    text = f"After {motions} {report.widest} is not known"
-    if report.interval_ratio is not None:
-        ratio = f"{report.interval_ratio:.2f} times its target"
-        text = f"After {motions} the interval of {report.widest} is {ratio}"
-    if not report.out_of_reach:
-        return f"{text}: give the run more time."
-    binds = "" if report.binding is None else f": {report.binding} binds"
-    return f"{text}, and the last motions did not narrow the intervals{binds}."
+def print_outcome(report: RunReport, experiment: Experiment) -> bool:
+    """Prints what active excitation has reached and how far the base moved.
+
+    Returns:
+        Whether the payload contradicts the bounds that were given for it, or the base exceeded its
+        bound.
+    """
+    is_contradicted = False
+    if report.active is not None:
+        notes.print(active_text(report.active), markup=False)
+        is_contradicted = bool(report.active.contradictions)
+    active = tomllib.loads(experiment.to_toml())["excitation"].get("active", {})
+    base = base_text(report, active)
+    if base is not None:
+        notes.print(base.sentence, markup=False)
+        is_contradicted |= base.is_exceeded
+    return is_contradicted
 
 
 def files_of(experiment: Experiment) -> dict[str, Path]:

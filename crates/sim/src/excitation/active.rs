@@ -2,10 +2,10 @@
 
 use nalgebra::{Isometry3, SMatrix};
 use serde::{Deserialize, Serialize};
-use tactid_dynamics::{BaseKind, Urdf};
+use tactid_dynamics::{BaseKind, InertialParameters, Urdf};
 use tactid_excitation::{
-    ActiveSettings, BaseBounds, ExcitationError, JointLimits, Motion, Planner, Prior, Problem,
-    Sensing, Step, Trajectory,
+    ActiveSettings, BaseBounds, ExcitationError, JointLimits, Motion, Planner, Prior, PriorBound,
+    PriorContradiction, Problem, Sensing, Step, Trajectory,
 };
 use tactid_identify::{
     BaseState, BatchIdentifier, BatchSettings, EquationSettings, IdentifyError, PayloadEstimate,
@@ -39,11 +39,44 @@ pub struct ActiveReport {
     pub out_of_reach: bool,
     /// Limit that binds the last plan, where planning ended early.
     pub binding: Option<String>,
+    /// Bounds of the payload that its estimate contradicts. Planning ends with the first.
+    pub contradictions: Vec<ActiveContradiction>,
+}
+
+/// A bound of the payload that the estimate contradicts, so that the motions may have exceeded their limits.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ActiveContradiction {
+    /// The bound's place in the table `excitation.active` of the experiment, such as `mass_kg[1]`.
+    pub field: String,
+    /// Value of the bound, kg or m.
+    pub bound: f64,
+    /// Estimate of what it bounds, kg or m.
+    pub estimate: f64,
+    /// Standard deviation of that estimate, kg or m.
+    pub std_dev: f64,
+}
+
+impl From<PriorContradiction> for ActiveContradiction {
+    fn from(found: PriorContradiction) -> Self {
+        let field = match found.bound {
+            PriorBound::LeastMass => "mass_kg[0]",
+            PriorBound::LargestMass => "mass_kg[1]",
+            PriorBound::CenterOfMass => "center_of_mass_m",
+            PriorBound::HalfDiagonal => "half_diagonal_m",
+        };
+        Self {
+            field: field.to_owned(),
+            bound: found.bound_value,
+            estimate: found.estimate,
+            std_dev: found.std_dev,
+        }
+    }
 }
 
 /// Planner and identifier of an arm, and the motion that it follows.
 pub(super) struct ActiveControl {
     planner: Planner,
+    prior: Prior,
     identifier: BatchIdentifier,
     /// Index in the robot's joints of each joint of the arm.
     arm: Vec<usize>,
@@ -58,6 +91,7 @@ pub(super) struct ActiveControl {
     plans: u64,
     reached_s: Option<f64>,
     out_of_reach: bool,
+    is_contradicted: bool,
     binding: Option<String>,
     dt: f64,
 }
@@ -101,10 +135,12 @@ impl ActiveControl {
             start: (start.robot.base == BaseKind::Floating).then_some(start_pose),
             base: Isometry3::identity(),
             planner: Planner::new(problem, prior, active).map_err(planning)?,
+            prior,
             motion: None,
             plans: 0,
             reached_s: None,
             out_of_reach: false,
+            is_contradicted: false,
             binding: None,
             dt: experiment.step_s,
         })
@@ -112,7 +148,7 @@ impl ActiveControl {
 
     /// Returns whether further motions are planned.
     fn is_planning(&self) -> bool {
-        self.reached_s.is_none() && !self.out_of_reach
+        self.reached_s.is_none() && !self.out_of_reach && !self.is_contradicted
     }
 
     /// Plans the next motion if the present one has been followed for as long as it is to be.
@@ -137,6 +173,7 @@ impl ActiveControl {
                 self.out_of_reach = true;
                 self.binding = binding.map(|limit| limit.to_string());
             }
+            Step::Contradicted(_) => self.is_contradicted = true,
         }
         Ok(())
     }
@@ -199,8 +236,12 @@ impl ActiveControl {
 
     /// Returns what all samples so far have determined.
     pub(super) fn report(&self) -> ActiveReport {
-        let estimate = self.estimate().map(|(estimate, _)| estimate);
-        let estimate = estimate.unwrap_or_else(|_| self.identifier.unknown());
+        let estimate = self.estimate();
+        let (estimate, covariance) = estimate.unwrap_or_else(|_| (self.identifier.unknown(), None));
+        let body = InertialParameters::from(estimate.body);
+        let contradictions = covariance
+            .map(|covariance| self.prior.contradictions(&body, &covariance))
+            .unwrap_or_default();
         let (widest, ratio) = self.planner.largest_ratio(&estimate);
         ActiveReport {
             plans: self.plans,
@@ -209,6 +250,7 @@ impl ActiveControl {
             interval_ratio: ratio.is_finite().then_some(ratio),
             out_of_reach: self.out_of_reach,
             binding: self.binding.clone(),
+            contradictions: contradictions.into_iter().map(Into::into).collect(),
         }
     }
 }
