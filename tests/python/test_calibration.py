@@ -199,7 +199,8 @@ def test_contradictions_are_sentences() -> None:
         ("joint_zero_off", 0.0349, "positions of elbow that are larger by 2 ± 0.39 degrees. "),
         ("joint_zero_off", -0.0349, "positions of elbow that are smaller by 2 ± 0.39 degrees. "),
         ("gain_contradicted", 0.0349, "other gains, most at elbow (+3.5 ± 0.69 %). "),
-        ("gain_contradicted", -1.32, "other gains, most at elbow (-130 ± 0.69 %). "),
+        ("gain_contradicted", -0.42, "other gains, most at elbow (-42 ± 0.69 %). "),
+        ("gain_contradicted", -1.32, "a gain of elbow that is negative, which no gain is. "),
         (
             "payload_com_contradicted",
             0.123,

@@ -10,7 +10,7 @@ import pytest
 import tactid
 from calibrated_arms import GAINS, KNOWN, OTHER, calibrated, simulated, write
 from recorded_arm import ur5e
-from tactid import cli
+from tactid import calibration_text, cli
 from tactid.calibration_wording import efforts_noisier
 from tactid.combination_text import combined_remarks
 from tactid.remarks import remarks
@@ -118,6 +118,16 @@ def test_gains_of_currents_are_printed_as_an_option(
     assert np.allclose(found.effort_gain * found.gain * amperes, GAINS, rtol=0.02)
 
 
+def test_a_mass_in_grams_proposes_no_gains(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    logs = ("--unloaded", simulated(folder, None, 11), "--loaded", simulated(folder, KNOWN, 12))
+    given = ("--payload-mass", 1000 * KNOWN.mass, "--urdf", folder / "arm.urdf", "--cutoff", 6)
+    line = refused(capsys, *logs, *given, "--out", tmp_path / "out.toml")
+    assert "in kg" in line
+    assert "--effort-gain" not in line
+
+
 @pytest.mark.parametrize(
     ("arguments", "parts"),
     [
@@ -153,6 +163,9 @@ def test_a_joint_that_was_still_at_the_calibration_is_named(folder: Path, tmp_pa
     assert [each.data["joint"] for each in arm.shortages if each.kind == "joint_still"] == [
         "shoulder_pan_joint"
     ]
+    of_joint = {row[0]: row[3:7] for row in calibration_text.rows(arm)}
+    assert of_joint["shoulder_pan_joint"] == ["–"] * 4
+    assert "–" not in of_joint["elbow_joint"]
     result = tactid.identify(simulated(folder, OTHER, 13), urdf=urdf, calibration=arm)
     named = {each.kind: each.data.get("joint") for each in result.findings}
     assert named.get("joint_uncalibrated") == "shoulder_pan_joint"

@@ -35,6 +35,12 @@ pub enum IdentifyError {
         /// The range of the setting, as a phrase.
         expected: &'static str,
     },
+    /// No body has the mass and the inertia that are given for the known tool.
+    #[error(
+        "known_tool is no body that can exist: its mass must be more than zero, and each principal moment of inertia about its centre \
+         of mass at most the sum of the two others"
+    )]
+    ImpossibleTool,
     /// A bounding box has a side that is not positive, or a corner that is not finite.
     #[error(
         "the bounding box goes from {min} to {max} m along {axis}: its upper end must be larger than its lower end"
@@ -178,7 +184,7 @@ pub enum IdentifyError {
     },
     /// The gain of a joint is far from what was known of it before a calibration.
     #[error(
-        "the gain of `{joint}` comes out as {}, where 1 ± {} was expected: give the effort gain of this joint, or check that it is this joint's effort, and the direction of gravity",
+        "the gain of `{joint}` comes out as {}, where 1 ± {} was expected: give the effort gain of this joint, or check that it is this joint's effort, that masses are in kg and centres of mass in m, and the direction of gravity",
         three_digits(*gain),
         three_digits(*std_dev)
     )]
@@ -250,7 +256,7 @@ pub enum IdentifyError {
     PayloadInertia,
     /// A calibration or a recording is of another robot.
     #[error(
-        "the calibration is of {}, where the robot has {}",
+        "the calibration is of {}, where the robot has {}: use a calibration of this robot to this tip",
         named(what, expected),
         if found.is_empty() { "none".to_owned() } else { format!("`{found}`") }
     )]

@@ -8,7 +8,8 @@ mod effort_arm;
 use effort_arm::{JOINTS, World, calibrated, payload, record, uncertain_gains, values};
 use tactid_dynamics::MassProperties;
 use tactid_identify::calibration::{
-    ArmChange, Calibration, CalibrationSettings, EffortRecording, KnownPayload, calibrate,
+    ArmChange, Calibration, CalibrationResult, CalibrationSettings, EffortRecording, KnownPayload,
+    calibrate,
 };
 use tactid_identify::{BatchSettings, HALF_WIDTH_95, IdentifyError};
 
@@ -149,6 +150,44 @@ fn efforts_that_are_larger_than_at_the_calibration() {
     }
 }
 
+/// An unloaded recording of a colder day, or of another arm, does not fit the loaded one: it is left out, and the payload is as
+/// without it. One with friction that differs by a percent is used.
+#[test]
+fn an_unloaded_recording_that_does_not_fit() {
+    for (factor, is_left_out) in [(1.01, false), (1.1, true), (1.3, true)] {
+        for seed in 40..43 {
+            let mut world = World::new(seed);
+            let calibration = calibrated(&mut world, 20.0).calibration;
+            let body = payload(2.5, &mut world);
+            let loaded = [record(&mut world, Some(&body), 20.0)];
+            world.scale_friction(factor);
+            let unloaded = [record(&mut world, None, 20.0)];
+            let found = |unloaded: &[EffortRecording]| {
+                let found = calibration.identify(&loaded, unloaded, &BatchSettings::default());
+                found.unwrap()
+            };
+            let (together, alone) = (found(&unloaded), found(&[]));
+            let ratio = together.unloaded_left_out;
+            assert_eq!(ratio.is_some(), is_left_out, "{factor} {seed} {ratio:?}");
+            assert_eq!(together.parameters == alone.parameters, is_left_out);
+            assert!(!ratio.is_some_and(|ratio| ratio < 6.0), "{ratio:?}");
+            let (estimate, std_devs) = (&together.result.estimate, alone.result.estimate.std_devs);
+            let error = estimate.values()[0] - body.mass_kg;
+            assert!(
+                error.abs() < HALF_WIDTH_95 * std_devs.unwrap()[0],
+                "{error}"
+            );
+        }
+    }
+    let mut world = World::new(75);
+    let calibration = calibrated(&mut world, 20.0).calibration;
+    let body = payload(2.5, &mut world);
+    let loaded = [record(&mut world, Some(&body), 20.0)];
+    let other = [record(&mut World::new(76), None, 20.0)];
+    let found = calibration.identify(&loaded, &other, &BatchSettings::default());
+    assert!(found.unwrap().unloaded_left_out.is_some());
+}
+
 /// A recording that should be without payload, and holds that of the loaded one or another, is an error.
 #[test]
 fn an_unloaded_recording_with_a_payload() {
@@ -166,20 +205,43 @@ fn an_unloaded_recording_with_a_payload() {
     }
 }
 
+/// Calibrates an arm with a recording without payload, which may hold one, and one of 4 kg that is given as another mass.
+fn refused(
+    world: &mut World,
+    empty: Option<&MassProperties>,
+    known_kg: f64,
+) -> Result<CalibrationResult, IdentifyError> {
+    let weight = payload(4.0, world);
+    let unloaded = record(world, empty, 20.0);
+    let loaded = record(world, Some(&weight), 20.0);
+    let known = KnownPayload::of_mass(known_kg, 0.0);
+    calibrate(
+        &[(unloaded, None), (loaded, Some(known))],
+        &uncertain_gains(),
+    )
+}
+
+/// Currents in mA: the error of one calibration has the gains that fit.
+#[test]
+fn gains_of_another_unit_are_found_at_once() {
+    let mut world = World::new(75);
+    let gains = [0.0092, 0.011, 0.0105, 0.0048];
+    world.gains = gains;
+    let error = refused(&mut world, None, 4.0).unwrap_err();
+    let (IdentifyError::GainUnexpected { gains: found, .. }
+    | IdentifyError::GainsUnexpected { gains: found, .. }) = error
+    else {
+        panic!("another error");
+    };
+    for (found, gain) in found.iter().zip(gains) {
+        assert!((found / gain - 1.0).abs() < 0.1, "{found} {gain}");
+    }
+}
+
 /// Gains far from what was given are errors: those of all joints, where a mass is in pounds or the recording without
 /// payload holds one, and that of a single joint.
 #[test]
 fn gains_that_contradict_what_was_given() {
-    let refused = |world: &mut World, empty: Option<&MassProperties>, known_kg: f64| {
-        let weight = payload(4.0, world);
-        let unloaded = record(world, empty, 20.0);
-        let loaded = record(world, Some(&weight), 20.0);
-        let known = KnownPayload::of_mass(known_kg, 0.0);
-        calibrate(
-            &[(unloaded, None), (loaded, Some(known))],
-            &uncertain_gains(),
-        )
-    };
     let pounds = refused(&mut World::new(71), None, 8.818);
     let IdentifyError::GainsUnexpected { factor, .. } = pounds.unwrap_err() else {
         panic!("another error");

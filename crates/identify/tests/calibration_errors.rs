@@ -154,7 +154,7 @@ fn a_calibration_is_checked_against_robot_and_recordings() {
     );
     assert_error(
         calibration.check(&robot, "link_3"),
-        "the joint `joint_4`, where the robot has none",
+        "the joint `joint_4`, where the robot has none: use a calibration of this robot to this tip",
     );
 
     let measured = world.measure(None, 8.0);

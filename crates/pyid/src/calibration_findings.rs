@@ -80,6 +80,20 @@ pub(crate) fn recording_calibrated(
     Ok(("recording_calibrated", fields!(py, is_loaded)))
 }
 
+/// Returns the data of a joint whose effort is noisier than at the calibration.
+pub(crate) fn effort_noisier(
+    py: Python<'_>,
+    joint: &str,
+    noise_ratio: f64,
+) -> PyResult<FindingData> {
+    Ok(("effort_noisier", fields!(py, joint, noise_ratio)))
+}
+
+/// Returns the data of an unloaded recording that does not fit the other one.
+pub(crate) fn unloaded_left_out(py: Python<'_>, noise_ratio: f64) -> PyResult<FindingData> {
+    Ok(("unloaded_left_out", fields!(py, noise_ratio)))
+}
+
 /// Returns the data of friction or gains that have changed.
 pub(crate) fn arm_changed(py: Python<'_>, changed: &ArmChanged) -> PyResult<FindingData> {
     let ArmChanged {

@@ -13,7 +13,8 @@ use tactid_identify::{
 use tactid_recordings::{Delay, Finding, NotUsedBecause};
 
 use crate::calibration_findings::{
-    arm_changed, calibration_contradicted, joint_zero_moved, recording_calibrated,
+    arm_changed, calibration_contradicted, effort_noisier, joint_zero_moved, recording_calibrated,
+    unloaded_left_out,
 };
 use crate::finding_data::{FindingData, data, fields};
 use crate::keywords::keyword_of;
@@ -36,18 +37,15 @@ pub(crate) fn finding_data(
             "acceleration_not_used",
             fields!(py, topic, explains_better, residual_ratio, power_ratio),
         ),
-        Finding::OptionNotUsed { option, because } => {
-            return option_not_used(py, option, *because);
-        }
+        Finding::OptionNotUsed { option, because } => return option_not_used(py, option, *because),
         Finding::FrameAssumed { topic, frame } => ("frame_assumed", fields!(py, topic, frame)),
         Finding::WrenchesSummed { topics } => ("wrenches_summed", fields!(py, topics)),
         Finding::JointsRenamed { names } => ("joints_renamed", fields!(py, names)),
-        Finding::EffortNoisier { joint, noise_ratio } => {
-            ("effort_noisier", fields!(py, joint, noise_ratio))
-        }
+        Finding::EffortNoisier { joint, noise_ratio } => effort_noisier(py, joint, *noise_ratio)?,
         Finding::ArmChanged(changed) => return arm_changed(py, changed),
         Finding::CalibrationContradicted(found) => return calibration_contradicted(py, found),
         Finding::JointZeroMoved(found) => return joint_zero_moved(py, found),
+        Finding::UnloadedLeftOut { noise_ratio } => unloaded_left_out(py, *noise_ratio)?,
         Finding::RecordingCalibrated(used) => return recording_calibrated(py, *used),
         Finding::JointUncalibrated { joint } => ("joint_uncalibrated", fields!(py, joint)),
         Finding::UnknownJoints { joints } => ("unknown_joints", fields!(py, joints)),

@@ -20,7 +20,8 @@ use crate::errors::ArgumentError;
 ///         of inertia are matrix entries, without a sign flip.
 ///
 /// Raises:
-///     ArgumentError: A shape does not fit, the mass is zero or the inertia is not symmetric.
+///     ArgumentError: A shape does not fit, a number is not finite, the mass is zero or the inertia
+///         is not symmetric.
 #[pyclass(module = "tactid", frozen)]
 #[derive(Clone)]
 pub(crate) struct MassProperties(pub(crate) tactid_dynamics::MassProperties);
@@ -31,6 +32,16 @@ impl MassProperties {
     fn new(mass: f64, com: &Bound<'_, PyAny>, inertia: &Bound<'_, PyAny>) -> PyResult<Self> {
         let com = Series::read(com, "com", &[3])?;
         let inertia = Series::read(inertia, "inertia", &[3, 3])?;
+        for (name, values) in [
+            ("mass", &[mass][..]),
+            ("com", com.single()?),
+            ("inertia", inertia.single()?),
+        ] {
+            if let Some(given) = values.iter().find(|value| !value.is_finite()) {
+                let message = format!("`{name}` has {given}: expected finite numbers");
+                return Err(ArgumentError::new_err(message));
+            }
+        }
         let inertia = Matrix3::from_row_slice(inertia.single()?);
         if (inertia - inertia.transpose()).amax() > 1e-9 * inertia.amax() {
             return Err(ArgumentError::new_err("`inertia` is not symmetric"));

@@ -97,6 +97,11 @@ pub enum Finding {
     /// The zero of a joint has moved since the calibration, which the result does not contain: the true position less the measured
     /// one.
     JointZeroMoved(Contradiction),
+    /// The unloaded recording does not fit the other one, as that of another robot or of another temperature, and was left out.
+    UnloadedLeftOut {
+        /// Standard deviation of the residuals of the efforts with it, relative to that without it.
+        noise_ratio: f64,
+    },
     /// The recording is one of those that calibrated the arm: its payload was given, and the result repeats it.
     RecordingCalibrated(CalibratingRecording),
     /// The messages have no stamps: their times are those of logging.

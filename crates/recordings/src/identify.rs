@@ -60,8 +60,8 @@ pub fn identify_log(
 ///
 /// # Errors
 /// Returns [`RecordingError::InRecording`] with the error of the first log that cannot be identified, as [`identify_log`] lists them,
-/// and [`RecordingError::SameRecording`] if two paths are the same log: its noise would count as agreement. A copy of a log gives the
-/// same result, which [`combine`](crate::combine) refuses.
+/// [`RecordingError::Identify`] for an option that no recording could use, and [`RecordingError::SameRecording`] if two paths are the
+/// same log: its noise would count as agreement. A copy of a log gives the same result, which [`combine`](crate::combine) refuses.
 pub fn identify_logs<P: AsRef<Path>>(
     paths: &[P],
     request: &Request,
@@ -73,6 +73,7 @@ pub fn identify_logs<P: AsRef<Path>>(
             because: "its noise would count as agreement",
         });
     }
+    request.check()?;
     let paths: Vec<&Path> = paths.iter().map(AsRef::as_ref).collect();
     let identify_one = |index: usize, observer: &mut Observer<'_>| {
         let run = identify_log(paths[index], request, observer);

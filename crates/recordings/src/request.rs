@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, Vector3, Vector4};
-use tactid_dynamics::{Manipulator, MassProperties};
+use tactid_dynamics::{InertialParameters, Manipulator, MassProperties, Urdf};
 use tactid_identify::calibration::CalibrationSettings;
 use tactid_identify::{
     BatchSettings, BoundingBox, EquationSettings, IdentifyError, KnownMass, Method, PaperSettings,
-    equations::{GAIN_STD_DEV, is_gain_std_dev},
+    equations::{GAIN_STD_DEV, NOISE_STD_DEV, is_gain_std_dev, is_noise_std_dev},
 };
 
 use crate::calibration::ArmCalibration;
@@ -215,9 +215,12 @@ impl Request {
     ///
     /// # Errors
     /// Returns [`IdentifyError::Value`], [`IdentifyError::Setting`] or [`IdentifyError::Box`] with the name of a field
-    /// whose value is out of range, and [`IdentifyError::PriorNeedsLeastSquares`] if a known mass or a bounding box is given to the
+    /// whose value is out of range, [`IdentifyError::Model`] for a URDF that is none, and [`IdentifyError::PriorNeedsLeastSquares`] if a known mass or a bounding box is given to the
     /// paper's filter.
     pub(crate) fn check(&self) -> Result<(), IdentifyError> {
+        if let Some(urdf) = &self.urdf {
+            Urdf::from_xml(urdf)?;
+        }
         if let Some(Estimator::Paper(settings)) = &self.estimator {
             settings.check()?;
             if self.known_mass.is_some() {
@@ -297,7 +300,6 @@ impl Request {
     /// Checks that each number of the request is in the range of its field.
     fn check_numbers(&self) -> Result<(), IdentifyError> {
         let wrench_noise = self.wrench_noise.iter().flatten().flatten();
-        let std_dev = "a positive standard deviation";
         let is_positive: IsValid = |value| value > 0.0 && value.is_finite();
         let is_gap: IsValid = |gap_s| gap_s > 0.0;
         let is_delay: IsValid = |delay_s| delay_s.abs() <= LONGEST_DELAY_S;
@@ -311,8 +313,13 @@ impl Request {
         let noise = wrench_noise.copied().collect();
         let of_gain = flat(&self.effort_gain_std_dev);
         let of_noise: [Field; 3] = [
-            ("wrench_noise", noise, is_positive, std_dev),
-            ("effort_noise", effort_noise, is_positive, std_dev),
+            ("wrench_noise", noise, is_noise_std_dev, NOISE_STD_DEV),
+            (
+                "effort_noise",
+                effort_noise,
+                is_noise_std_dev,
+                NOISE_STD_DEV,
+            ),
             (
                 "effort_gain_std_dev",
                 of_gain,
@@ -338,6 +345,10 @@ impl Request {
                 });
             }
         }
+        let is_possible = |tool| InertialParameters::from(tool).is_physical_within(ROUNDED);
+        if !self.known_tool.is_none_or(is_possible) {
+            return Err(IdentifyError::ImpossibleTool);
+        }
         Ok(())
     }
 
@@ -358,6 +369,9 @@ impl Request {
         numbers.copied().collect()
     }
 }
+
+/// Violation of the triangle inequality of a tool's principal moments that is tolerated, a fraction: those of a data sheet are rounded.
+const ROUNDED: f64 = 0.02;
 
 /// Whether a number is in the range of its field.
 type IsValid = fn(f64) -> bool;

@@ -10,7 +10,7 @@ use tactid_logs::LogReader;
 use crate::alignment::{Aligned, Event, Measured};
 use crate::decode::Decoding;
 use crate::feed::{Feed, Unloaded};
-use crate::progress::check_interruption;
+use crate::progress::{check_interruption, open_log};
 use crate::sources::{LogSources, MeasuredTopics, MotionTopics, joint_topics};
 use crate::{Method, Observer, RecordingError, Request};
 
@@ -46,7 +46,10 @@ pub(crate) fn find_unloaded(
     if loaded.options.method() != Method::Effort {
         return Err(RecordingError::UnloadedNeedsEffort);
     }
-    let log = LogReader::open(path).map_err(RecordingError::UnloadedLog)?;
+    let log = open_log(path, observer).map_err(|error| match error {
+        RecordingError::Log(error) => RecordingError::UnloadedLog(error),
+        error => error,
+    })?;
     let topics = joint_topics(&log, &request.topics.joints)?;
     let sources = LogSources {
         topics: MeasuredTopics {

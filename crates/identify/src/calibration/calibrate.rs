@@ -17,9 +17,16 @@ use crate::IdentifyError;
 /// Fewest windows of a calibration: 3 s at 2 Hz.
 const MIN_WINDOWS: usize = 20;
 
+/// Most repetitions of a calibration whose gains are far from the given ones, with efforts times the gains of the one before, and
+/// the ratio of gains of two repetitions below which they are found. The noise of a fit with gains far off is so large that its
+/// gains stay near the given ones: currents in mA of an arm like a UR10 take six repetitions.
+const REPETITIONS: usize = 10;
+const FOUND_RATIO: f64 = 1.05;
+
 /// Calibrates an arm from recordings, each without payload (`None`) or with a payload of which something is known.
 ///
-/// Cost: some seconds for an hour of recordings. The noise is chosen on at most 2000 windows.
+/// Cost: some seconds for an hour of recordings, and up to eleven times as long, with a copy of the recordings, where gains differ so
+/// much from the given ones that they are an error, which has the gains that fit. The noise is chosen on at most 2000 windows.
 ///
 /// # Errors
 /// Returns [`IdentifyError::TooFewWindows`] if the recordings have fewer than twenty windows in all,
@@ -53,6 +60,87 @@ pub fn calibrate_interruptibly(
     for (recording, payload) in recordings {
         recording.check_efforts(payload.as_ref())?;
     }
+    let (mut error, gains) = match calibrate_once(recordings, settings, check) {
+        Err(error) => match unexpected_gains(&error).map(<[f64]>::to_vec) {
+            Some(gains) => (error, gains),
+            None => return Err(error),
+        },
+        result => return result,
+    };
+    let found = fitting_gains(recordings, settings, gains, check)?;
+    let joints = recordings[0].0.joint_names();
+    match &mut error {
+        IdentifyError::GainUnexpected {
+            joint, gain, gains, ..
+        } => {
+            let pairs = joints.iter().zip(&found);
+            let of_joint = pairs.filter(|(name, _)| *name == joint);
+            of_joint.for_each(|(_, found)| *gain = *found);
+            *gains = found;
+        }
+        IdentifyError::GainsUnexpected { factor, gains } => {
+            let logs: f64 = found.iter().map(|gain| gain.ln()).sum();
+            *factor = (logs / found.len() as f64).exp();
+            *gains = found;
+        }
+        _ => {}
+    }
+    Err(error)
+}
+
+/// Returns the gains that an error proposes, if it is about gains.
+fn unexpected_gains(error: &IdentifyError) -> Option<&[f64]> {
+    match error {
+        IdentifyError::GainUnexpected { gains, .. }
+        | IdentifyError::GainsUnexpected { gains, .. } => Some(gains),
+        _ => None,
+    }
+}
+
+/// Repeats a calibration with efforts times `gains`, which it improves, and returns those that fit.
+fn fitting_gains(
+    recordings: &[(EffortRecording, Option<KnownPayload>)],
+    settings: &CalibrationSettings,
+    mut gains: Vec<f64>,
+    check: &mut InterruptionCheck<'_>,
+) -> Result<Vec<f64>, IdentifyError> {
+    for _ in 0..REPETITIONS {
+        let recordings = recordings.iter();
+        let scaled: Vec<_> = recordings
+            .map(|(recording, payload)| (recording.with_gains(&gains), *payload))
+            .collect();
+        let factors: Vec<f64> = match calibrate_once(&scaled, settings, check) {
+            Ok(result) => result
+                .report
+                .joints
+                .iter()
+                .map(|joint| joint.gain)
+                .collect(),
+            Err(IdentifyError::Interrupted) => return Err(IdentifyError::Interrupted),
+            Err(error) => match unexpected_gains(&error) {
+                Some(factors) => factors.to_vec(),
+                // The gains of the repetition before are the best there are.
+                None => break,
+            },
+        };
+        let pairs = gains.iter_mut().zip(&factors);
+        pairs.for_each(|(gain, factor)| *gain *= factor);
+        if factors
+            .iter()
+            .all(|factor| factor.ln().abs() < FOUND_RATIO.ln())
+        {
+            break;
+        }
+    }
+    Ok(gains)
+}
+
+/// Calibrates an arm once, from recordings that can calibrate it.
+fn calibrate_once(
+    recordings: &[(EffortRecording, Option<KnownPayload>)],
+    settings: &CalibrationSettings,
+    check: &mut InterruptionCheck<'_>,
+) -> Result<CalibrationResult, IdentifyError> {
     let given: Vec<_> = recordings.iter().map(|(r, held)| (r, *held)).collect();
     let reference = reference_fit(&given)?;
     let plain = fit(&given, &reference, vec![PLAIN], settings, check)?;

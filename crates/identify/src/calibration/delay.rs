@@ -20,6 +20,11 @@ const BINOMIALS: [f64; 5] = [1.0, 4.0, 6.0, 4.0, 1.0];
 pub(crate) struct EffortMoments([f64; 5]);
 
 impl EffortMoments {
+    /// Returns the moments of the effort times a factor.
+    pub(crate) fn times(&self, factor: f64) -> Self {
+        Self(self.0.map(|moment| factor * moment))
+    }
+
     /// Returns the mean effort that belongs to the motion in a window of a length, s, where efforts lag by a delay, s.
     pub(crate) fn effort(&self, delay_s: f64, window_s: f64) -> f64 {
         let (sin, cos) = (PI * delay_s / window_s).sin_cos();

@@ -35,6 +35,9 @@ pub struct CalibratedEstimate {
     /// where the recordings do not show one, and where their settings do not
     /// [find contradictions](super::CalibrationSettings::finds_contradictions). The intervals do not contain its effect.
     pub moved_zero: Option<Contradiction>,
+    /// Standard deviation of the efforts' residuals with the unloaded recordings, relative to that without them, where they were left
+    /// out because they do not fit the loaded ones; `None` where they are used, and without any.
+    pub unloaded_left_out: Option<f64>,
 }
 
 /// How friction or gains of the joints have changed since a calibration.

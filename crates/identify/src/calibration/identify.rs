@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use nalgebra::SVector;
 use tactid_dynamics::InertialParameters;
 
 use super::compare::{EffortComparison, compare};
@@ -14,6 +13,7 @@ use super::posterior::{Posterior, posterior};
 use super::recording::EffortRecording;
 use super::rows::EffortModel;
 use super::student::WIDENING;
+use super::unloaded::{Update, update};
 use crate::batch::{BatchResult, BatchSettings, FitReport};
 use crate::combine::{LinearEstimate, SharedErrors, information};
 use crate::diagnosis::{
@@ -23,7 +23,6 @@ use crate::equations::{Channel, window};
 use crate::finding::{Finding, UnexplainedLoad};
 use crate::fit::GainErrors;
 use crate::result::{self, PayloadEstimate, is_physical};
-use crate::solve::HALF_WIDTH_95;
 use crate::solve::intervals::intervals;
 use crate::solve::subspace::{Matrix, Vector};
 use crate::solve::uncertainty::{ValueStdDevs, observability, std_devs, value_jacobian};
@@ -42,11 +41,6 @@ const UNEXPLAINED_FRACTION: f64 = 0.1;
 /// Log odds from which on the arm counts as changed since its calibration: a change is 150 times as probable as none.
 const CHANGED_EVIDENCE: f64 = 5.0;
 
-/// Unloaded recordings hold a payload if its mass is more than this number of standard deviations, and the mean squares of the
-/// residuals without it are more than this multiple of those with it.
-const HELD_STD_DEVS: f64 = 5.0;
-const HELD_MISFIT: f64 = 2.0;
-
 impl Calibration {
     /// Identifies the payload that the arm holds in all of the `loaded` recordings, together with the arm. `unloaded` are
     /// recordings of the same day without payload, which update the calibration first; there may be none. Friction and, where
@@ -54,8 +48,10 @@ impl Calibration {
     /// change of the gains is hidden by the payload unless there is an unloaded recording: on simulated arms, one of 1 % changes
     /// the mass by up to 5 %, by more than its interval.
     ///
+    /// Unloaded recordings that do not fit the loaded ones, as of another robot or of a colder day, are left out.
+    ///
     /// The field `delay` of the settings is ignored. Cost: eight passes over all windows, eight more with a known mass, and up to
-    /// sixteen more where unloaded recordings may hold a payload.
+    /// sixteen more where unloaded recordings may hold a payload or do not fit.
     ///
     /// # Errors
     /// Returns [`IdentifyError::TooFewWindows`] if the loaded recordings have fewer than six windows,
@@ -91,18 +87,18 @@ impl Calibration {
         let tool = settings.known_tool.map_or(Vector::zeros(), |tool| {
             *InertialParameters::from(tool).as_vector()
         });
-        let solve = |mass| posterior(&model, &prior, &self.noise, (loaded, unloaded), mass);
-        let free = solve(None)?;
+        let solve = |recordings, mass| posterior(&model, &prior, &self.noise, recordings, mass);
+        let together = solve((loaded, unloaded), None)?;
+        let alone = |recordings| solve((recordings, &[]), None);
+        let Update {
+            free,
+            unloaded,
+            left_out,
+        } = update(together, loaded, unloaded, alone)?;
         let with_mass = match settings.known_mass {
-            Some(mass) => Some(solve(Some(mass.with(tool[0])))?),
+            Some(mass) => Some(solve((loaded, unloaded), Some(mass.with(tool[0])))?),
             None => None,
         };
-        if !unloaded.is_empty() {
-            let alone = |recordings: &[EffortRecording]| {
-                posterior(&model, &prior, &self.noise, (recordings, &[]), None)
-            };
-            check_unloaded(&free, loaded, unloaded, alone)?;
-        }
         let solution = Solution {
             calibrated: self,
             model: &model,
@@ -114,7 +110,10 @@ impl Calibration {
             source: self.source(),
             day: self.day(unloaded),
         };
-        Ok(solution.estimate())
+        Ok(CalibratedEstimate {
+            unloaded_left_out: left_out,
+            ..solution.estimate()
+        })
     }
 
     /// Returns a number that identifies this calibration.
@@ -181,7 +180,7 @@ impl Solution<'_> {
         let of_mass = self.settings.known_mass.and_then(|mass| {
             let found = (
                 self.free.parameters[0] - self.tool[0],
-                mass_std_dev(self.free),
+                self.free.mass_std_dev(),
             );
             mass_finding(mass, found, consistent[0], bounding_box.is_some(), &of_data)
         });
@@ -210,6 +209,7 @@ impl Solution<'_> {
             gain_change: self.gain_change(),
             // A known mass that is wrong would look like a zero.
             moved_zero: self.free.moved_zero.clone(),
+            unloaded_left_out: None,
         }
     }
 
@@ -339,8 +339,8 @@ impl Solution<'_> {
         let mut findings = Vec::new();
         let method = Method::Effort;
         let (load_kg, known_kg) = (self.free.parameters[0], self.tool[0]);
-        let least_kg = -CONTRADICTION * mass_std_dev(self.free);
-        if let Some(nothing) = nothing_held(load_kg - known_kg, mass_std_dev(self.free)) {
+        let least_kg = -CONTRADICTION * self.free.mass_std_dev();
+        if let Some(nothing) = nothing_held(load_kg - known_kg, self.free.mass_std_dev()) {
             findings.push(nothing);
         } else if load_kg < least_kg {
             findings.push(Finding::NegativeMass {
@@ -379,32 +379,6 @@ impl Solution<'_> {
     }
 }
 
-/// Checks that unloaded recordings hold nothing: a payload of theirs, where it is not zero, must not explain far more than
-/// a change of the arm does. `together` is the solution of all recordings with nothing in the unloaded ones; `alone` solves
-/// for the payload of some recordings, and is called only where that solution leaves much unexplained.
-fn check_unloaded(
-    together: &Posterior,
-    loaded: &[EffortRecording],
-    unloaded: &[EffortRecording],
-    alone: impl Fn(&[EffortRecording]) -> Result<Posterior, IdentifyError>,
-) -> Result<(), IdentifyError> {
-    let misfit = |of: &Posterior| of.misfit.iter().copied().fold(1.0, f64::max);
-    let is_worse = |separate: f64| misfit(together) > HELD_MISFIT * separate;
-    if !is_worse(1.0) {
-        return Ok(());
-    }
-    let held = alone(unloaded)?;
-    let (mass_kg, std_dev_kg) = (held.parameters[0], mass_std_dev(&held));
-    let is_held = mass_kg > HELD_STD_DEVS * std_dev_kg && is_worse(misfit(&held));
-    if is_held && is_worse(misfit(&alone(loaded)?)) {
-        return Err(IdentifyError::UnloadedHolds {
-            mass_kg,
-            half_width_kg: HALF_WIDTH_95 * std_dev_kg,
-        });
-    }
-    Ok(())
-}
-
 /// Returns the widened errors of groups of unknowns, each with the number that identifies its source.
 fn shared_errors(groups: [(u64, &GainErrors); 3]) -> SharedErrors {
     let columns = |(source, changes): (u64, &GainErrors)| {
@@ -416,16 +390,6 @@ fn shared_errors(groups: [(u64, &GainErrors); 3]) -> SharedErrors {
     SharedErrors {
         unknowns,
         changes: GainErrors::from_columns(&changes),
-    }
-}
-
-/// Returns the widened standard deviation of the mass of the whole load, kg; infinite where it is not determined.
-fn mass_std_dev(of: &Posterior) -> f64 {
-    let gradient = SVector::<f64, 10>::ith(0, 1.0).transpose();
-    if of.null_space.determines(&gradient) {
-        WIDENING * of.covariance[(0, 0)].max(0.0).sqrt()
-    } else {
-        f64::INFINITY
     }
 }
 

@@ -57,6 +57,7 @@ mod settings;
 mod simplex;
 mod solver;
 mod student;
+mod unloaded;
 
 pub use calibrate::{calibrate, calibrate_interruptibly};
 pub use compare::EffortComparison;

@@ -11,6 +11,7 @@ use super::payload::PayloadRow;
 use super::recording::EffortRecording;
 use super::rows::{EffortModel, Unknowns};
 use super::solver::{Block, NormalEquations, Prior, Problem};
+use super::student::WIDENING;
 use crate::IdentifyError;
 use crate::fit::GainErrors;
 use crate::solve::KnownMass;
@@ -51,6 +52,18 @@ pub(crate) struct Posterior {
     pub(crate) moved_zero: Option<Contradiction>,
     /// Unknowns of the arm at its calibration with the change since, as far as it is no error of the calibration.
     pub(crate) changed: Vec<f64>,
+}
+
+impl Posterior {
+    /// Returns the widened standard deviation of the mass of the whole load, kg; infinite where it is not determined.
+    pub(super) fn mass_std_dev(&self) -> f64 {
+        let gradient = Vector::ith(0, 1.0).transpose();
+        if self.null_space.determines(&gradient) {
+            WIDENING * self.covariance[(0, 0)].max(0.0).sqrt()
+        } else {
+            f64::INFINITY
+        }
+    }
 }
 
 /// One step of the unknowns, and the information on the payload.

@@ -50,6 +50,18 @@ impl EffortRecording {
         self.efforts.push(window.moments.clone());
     }
 
+    /// Returns the recording with the efforts of each joint times its gain.
+    pub(crate) fn with_gains(&self, gains: &[f64]) -> Self {
+        let of_window = |efforts: &[EffortMoments]| {
+            let pairs = efforts.iter().zip(gains);
+            pairs.map(|(effort, gain)| effort.times(*gain)).collect()
+        };
+        Self {
+            efforts: self.efforts.iter().map(|each| of_window(each)).collect(),
+            ..self.clone()
+        }
+    }
+
     /// Returns the means of one joint over one window.
     pub(crate) fn columns(&self, window: usize, joint: usize) -> JointColumns<'_> {
         self.arm.columns(&self.means[window], joint)

@@ -6,7 +6,7 @@ use tactid_dynamics::BaseKind;
 use crate::IdentifyError;
 
 /// Range of [`CalibrationSettings::gain_std_dev`], in words.
-const GAIN_STD_DEV: &str = "at least zero and less than one, because a gain is positive: rough gains must be given where efforts have another unit";
+const GAIN_STD_DEV: &str = "at least zero and less than one (0.2 for 20 %), because a gain is positive: rough gains must be given where efforts have another unit";
 
 /// How efforts are recorded and calibrated. Recordings can be combined only if gravity and cutoff are the same.
 #[derive(Clone, Debug, PartialEq)]

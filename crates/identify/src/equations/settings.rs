@@ -119,10 +119,8 @@ impl EquationSettings {
         )?;
         check_count("effort_noise", effort.len(), "joints", robot.dof())?;
         check_count("effort_gain_std_dev", of_gain.len(), "joints", robot.dof())?;
-        let is_positive = |value: f64| value > 0.0 && value.is_finite();
-        let positive = "a positive standard deviation";
-        check_range("wrench_noise", wrench, is_positive, positive)?;
-        check_range("effort_noise", effort, is_positive, positive)?;
+        check_range("wrench_noise", wrench, is_noise_std_dev, NOISE_STD_DEV)?;
+        check_range("effort_noise", effort, is_noise_std_dev, NOISE_STD_DEV)?;
         let name = "effort_gain_std_dev";
         check_range(name, of_gain, is_gain_std_dev, GAIN_STD_DEV)
     }
@@ -133,6 +131,16 @@ impl EquationSettings {
 pub(crate) fn expand<T: Clone>(given: &[T], count: usize) -> Vec<T> {
     let count = if given.is_empty() { 0 } else { count };
     given.iter().cloned().cycle().take(count).collect()
+}
+
+/// What [`is_noise_std_dev`] checks, in words.
+pub const NOISE_STD_DEV: &str = "a standard deviation between 1e-30 and 1e30";
+
+/// Returns whether a number can be the standard deviation of a measurement. Beyond these limits its square, or the inverse
+/// of that, is no number.
+#[must_use]
+pub fn is_noise_std_dev(value: f64) -> bool {
+    (1e-30..=1e30).contains(&value)
 }
 
 /// What [`is_gain_std_dev`] checks, in words.

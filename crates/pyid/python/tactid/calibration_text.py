@@ -50,15 +50,18 @@ def rich_table(arm: CalibrationData) -> Table:
 
 def rows(arm: CalibrationData) -> list[list[str]]:
     """Returns the cells of the table of a calibration: a list for each joint."""
+    still = {each.data["joint"] for each in arm.shortages if each.kind == "joint_still"}
+    # The friction and the rotor of a joint that stands are not known.
+    known = [math.nan if name in still else 1.0 for name in arm.joints]
     return [
         [
             name,
             arm.units[j],
             _gain(arm, j),
-            _number(arm.coulomb[j]),
-            _number(arm.viscous[j]),
-            f"{100 * arm.load_friction[j]:.1f} %",
-            _number(arm.rotor_inertia[j]),
+            _number(known[j] * arm.coulomb[j]),
+            _number(known[j] * arm.viscous[j]),
+            "–" if name in still else f"{100 * arm.load_friction[j]:.1f} %",
+            _number(known[j] * arm.rotor_inertia[j]),
             _number(arm.residual_before[j]),
             _number(arm.residual_after[j]),
             _number(arm.residual_held_out[j]),

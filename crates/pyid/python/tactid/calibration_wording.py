@@ -9,12 +9,20 @@ from tactid.values import Z95
 
 Data = Mapping[str, Any]
 
-LARGEST_CHANGE_OF_GAINS = 0.1
-"""Largest rms change of the gains, a fraction, that an arm can have from temperature."""
+LARGEST_CHANGE_OF_A_GAIN = 0.15
+"""Largest change of a joint's gain, a fraction, that may have its cause in the arm itself:
+temperature changes gains by a few percent."""
 
 LARGEST_CHANGE_OF_FRICTION = 0.6
 """Largest rms change of the friction, a fraction, that temperature and wear explain: a cold gear
 has about half as much again as a warm one."""
+
+
+def is_of_another_arm(kind: str, data: Data) -> bool:
+    """Whether friction or gains differ from the calibration by more than those of an arm change."""
+    if kind == "gains_changed":
+        return bool(abs(data["joint_change"]) > LARGEST_CHANGE_OF_A_GAIN)
+    return kind == "friction_changed" and bool(data["change"] > LARGEST_CHANGE_OF_FRICTION)
 
 
 def _effort_noisier(data: Data, _: Style) -> str:
@@ -72,7 +80,7 @@ def _gain_uncertain(data: Data, _: Style) -> str:
 
 def _friction_changed(data: Data, _: Style) -> str:
     cause = "Temperature and wear do that."
-    if data["change"] > LARGEST_CHANGE_OF_FRICTION:
+    if is_of_another_arm("friction_changed", data):
         cause = (
             "Neither temperature nor wear does that: check that the calibration is of this robot,"
             " and the order, signs and units of the joints; the intervals do not contain such an"
@@ -86,20 +94,23 @@ def _gains_changed(data: Data, _: Style) -> str:
         "Temperature changes gains by a few percent; the zero of a joint that has moved, and the"
         " calibration of another robot, look the same."
     )
-    if data["change"] > LARGEST_CHANGE_OF_GAINS:
+    if is_of_another_arm("gains_changed", data):
         cause = (
-            "No temperature does that: check that the calibration is of this robot, gravity, the"
-            " mounting, the zeros and the order of the joints and the units; the intervals do not"
-            " contain such an error."
+            "No temperature does that: check that the calibration is of this very robot, not of"
+            " another one of its type, and gravity, the mounting, the zeros and the order of the"
+            " joints and the units; the intervals do not contain such an error."
         )
     return _arm_changed("The gains of the efforts differ", data, cause)
 
 
 def _arm_changed(subject: str, data: Data, cause: str) -> str:
     """Says how much has changed, and what makes the result better."""
-    size = f"{subject} from the calibration by about {two_figures(100 * data['change'])} %"
-    change = 100 * data["joint_change"]
-    most = f"most at {data['joint']}, {'-' if change < 0 else '+'}{two_figures(abs(change))} %"
+    change, of_joint = data["change"], data["joint_change"]
+    # Beyond 100 % the number only shows that the model does not hold.
+    size = "more than 100 %" if change > 1 else f"about {two_figures(100 * change)} %"
+    most = f"most at {data['joint']}"
+    if abs(of_joint) <= 1:
+        most += f", {'-' if of_joint < 0 else '+'}{two_figures(100 * abs(of_joint))} %"
     updated = "The unloaded recording has updated the calibration."
     if data["has_unloaded"] and cause.startswith("No"):
         updated += " Check that it is of this robot, and identify without it."
@@ -108,7 +119,7 @@ def _arm_changed(subject: str, data: Data, cause: str) -> str:
         if data["has_unloaded"]
         else "Record an unloaded motion of the same day, or calibrate anew."
     )
-    return f"{size} ({most}). {cause} {advice}"
+    return f"{subject} from the calibration by {size} ({most}). {cause} {advice}"
 
 
 def _gravity_tilted(data: Data, style: Style) -> str:
@@ -127,6 +138,12 @@ def _joint_zero_off(data: Data, _: Style) -> str:
 
 
 def _gain_contradicted(data: Data, style: Style) -> str:
+    if data["size"] <= -1:
+        return _contradicted(
+            f"with a gain of {data['joint']} that is negative, which no gain is",
+            "Usual causes are an unloaded recording that holds a payload, exchanged joints, and the"
+            " URDF of another robot. Check these",
+        )
     sign = "-" if data["size"] < 0 else "+"
     size = f"{sign}{_interval(abs(data['size']), data['std_dev'], 100)} %"
     options = f"{option_name('loaded', style)} and {option_name('payload_mass', style)}"
@@ -171,6 +188,15 @@ def _joint_zero_moved(data: Data, _: Style) -> str:
         f" {at_most(abs(data['size']) / data['std_dev'], 1)} standard deviations from none. The"
         " intervals do not contain such an error. Check the zero of this joint, set it as it was,"
         " or calibrate anew."
+    )
+
+
+def _unloaded_left_out(data: Data, style: Style) -> str:
+    return (
+        f"The unloaded recording was left out: with it the efforts would fit"
+        f" {_ratio(data['noise_ratio'])} times worse. Friction differs between the two recordings,"
+        " or they are of different robots. Record the unloaded motion at the same temperature, or"
+        f" identify without {option_name('unloaded', style)}."
     )
 
 
@@ -219,6 +245,7 @@ CALIBRATION_FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "joint_uncalibrated": _joint_uncalibrated,
     "calibration_contradicted": _calibration_contradicted,
     "joint_zero_moved": _joint_zero_moved,
+    "unloaded_left_out": _unloaded_left_out,
     "recording_calibrated": _recording_calibrated,
     "friction_changed": _friction_changed,
     "gains_changed": _gains_changed,

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tactid import faults, wording
+from tactid.calibration_wording import is_of_another_arm
 from tactid.naming import Style
 
 CONTRADICTIONS = (
@@ -41,10 +42,6 @@ LARGEST_UNEXPLAINED = 0.3
 """Fraction of the load from which what the model leaves unexplained shows the result to be wrong:
 friction of a geared arm rarely exceeds it."""
 
-LARGEST_CHANGE_OF_GAINS = 0.2
-"""Rms change of the gains since the calibration, a fraction, from which on the arm is another one,
-or its unloaded recording is: temperature changes gains by a few percent."""
-
 LARGEST_DISTANCE_OF_MASS = 100.0
 """Standard deviations from which on a given mass is another body's or in another unit: no noise and
 no usual error of a sensor is as large."""
@@ -71,8 +68,8 @@ class Finding:
             return bool(self.data["residual_rms"] > LARGEST_UNEXPLAINED * self.data["load_rms"])
         if self.kind == "mass_contradicted":
             return bool(self.data["distance"] > LARGEST_DISTANCE_OF_MASS)
-        if self.kind == "gains_changed":
-            return bool(self.data["change"] > LARGEST_CHANGE_OF_GAINS)
+        if is_of_another_arm(self.kind, self.data):
+            return True
         return self.kind in CONTRADICTIONS
 
     def worded(self, style: Style) -> str:

@@ -18,6 +18,18 @@ from tactid.payload import PayloadEstimate
 from tactid.reported import offsets
 from tactid.values import KIND_NAMES, KINDS, Z95, digits_of
 
+CAUSES = ("positions_beyond_limits", "velocities_contradicted", "twist_contradicted")
+"""Findings that name what is wrong with the recordings themselves."""
+
+CONSEQUENCES = (
+    "load_unexplained",
+    "inconsistent",
+    "effort_noisier",
+    "friction_changed",
+    "gains_changed",
+)
+"""Findings that wrong recordings cause, and that guess at another cause."""
+
 TOO_LONG = 10.0
 """A motion that would have to go on for more than this many times the recording's length does not
 determine a value: what information there is comes from noise and from the filter's transients."""
@@ -26,13 +38,15 @@ determine a value: what information there is comes from noise and from the filte
 def remarks(result: IdentificationData, style: Style = "keyword") -> list[str]:
     """Says what a reader must know to trust a result, in sentences; there may be none.
 
-    What shows the result to be wrong comes first, then what makes its intervals too narrow.
+    What shows the result to be wrong comes first, then what makes its intervals too narrow. Where
+    the recordings are wrong, the consequences are left out: ``findings`` has them all.
     """
+    findings = _without_consequences(result.findings)
     order = {kind: rank for rank, kind in enumerate((*CONTRADICTIONS, *DOUBTS))}
     grave = sorted(
-        (each for each in result.findings if each.kind in order), key=lambda each: order[each.kind]
+        (each for each in findings if each.kind in order), key=lambda each: order[each.kind]
     )
-    others = [each for each in result.findings if each.kind not in order]
+    others = [each for each in findings if each.kind not in order]
     return list(
         dict.fromkeys(
             [
@@ -45,6 +59,12 @@ def remarks(result: IdentificationData, style: Style = "keyword") -> list[str]:
             ]
         )
     )
+
+
+def _without_consequences(findings: Sequence[Finding]) -> list[Finding]:
+    """Returns the findings without those that other findings explain."""
+    is_explained = any(each.kind in CAUSES for each in findings)
+    return [each for each in findings if not (is_explained and each.kind in CONSEQUENCES)]
 
 
 def _in_words(findings: Sequence[Finding], style: Style) -> list[str]:
@@ -216,9 +236,9 @@ def gains(result: IdentificationData) -> str:
 def _noise_shares(noise_fraction: NDArray[np.float64]) -> str:
     """Says how much of the intervals of each kind is noise of the recording."""
     fractions = (np.median(noise_fraction[kind]) for kind in KINDS)
-    kinds = zip(KIND_NAMES, fractions, strict=True)
-    shares = [f"{100 * part:.0f} % of the {kind}" for kind, part in kinds]
-    return f"(of their squares {listed(shares)} is noise of this recording)"
+    shares = listed([f"{100 * part:.0f} %" for part in fractions])
+    of_kinds = f"the variances of {listed(KIND_NAMES)}"
+    return f"({shares} of {of_kinds} are noise of this recording)"
 
 
 def gravity(result: IdentificationData) -> str:

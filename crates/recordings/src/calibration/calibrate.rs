@@ -24,6 +24,10 @@ use crate::{Arrays, DataFault, Finding, Observer, Progress, RecordingError, Requ
 /// What is known of gains that a loaded recording is to find, as a fraction.
 const FOUND_GAIN_STD_DEV: f64 = 0.2;
 
+/// Mean factor on the gains from which on masses in grams are likelier than efforts in another unit: a motor behind its gear
+/// has up to 100 N m per ampere.
+const FACTOR_OF_GRAMS: f64 = 300.0;
+
 /// A recording of a calibration.
 #[derive(Clone, Debug)]
 pub enum CalibrationSource<'a> {
@@ -279,12 +283,17 @@ fn cause(error: IdentifyError, used: &[(&GivenRecording<'_>, Notes)]) -> Recordi
             IdentifyError::GainUnexpected { gains, .. }
             | IdentifyError::GainsUnexpected { gains, .. },
             Some((_, notes)),
-        ) => RecordingError::EffortGainsUnexpected {
+        ) if geometric_mean(gains) < FACTOR_OF_GRAMS => RecordingError::EffortGainsUnexpected {
             effort_gain: notes.gains.times(gains),
             source: error,
         },
         _ => error.into(),
     }
+}
+
+fn geometric_mean(numbers: &[f64]) -> f64 {
+    let logarithms = numbers.iter().map(|number| number.abs().ln());
+    (logarithms.sum::<f64>() / numbers.len() as f64).exp()
 }
 
 /// The effort gains of a recording before the calibration, N m or N for one unit of the recorded value.

@@ -157,7 +157,7 @@ fn identify(
         joints,
         misfit: found.misfit,
         noise_fraction: found.noise_fraction,
-        updated_by_unloaded: unloaded.is_some(),
+        updated_by_unloaded: unloaded.is_some() && found.unloaded_left_out.is_none(),
         friction_change: found.friction_change,
         gain_change: found.gain_change,
     };
@@ -165,11 +165,13 @@ fn identify(
     let contradictions = contradictions.map(Finding::CalibrationContradicted);
     let moved = found.moved_zero.map(Finding::JointZeroMoved);
     let used = used.map(Finding::RecordingCalibrated);
+    let left_out = found.unloaded_left_out;
+    let left_out = left_out.map(|noise_ratio| Finding::UnloadedLeftOut { noise_ratio });
     let shortages = &calibration.report.shortages;
     let mut identified = Identification::of_calibrated(plan, run, found.result, fit, shortages);
     identified
         .findings
-        .extend(contradictions.chain(moved).chain(used));
+        .extend(contradictions.chain(moved).chain(left_out).chain(used));
     Ok(identified)
 }
 

@@ -25,7 +25,8 @@ const HEADER: &str = "\
 # Efforts of a joint are in its `unit`, angles in rad; a prismatic joint has N and m. For each joint:
 #   effort_gain and gain multiply the recorded effort to the torque;
 #   offset, viscous (unit s/rad), friction (one for each of friction_velocities) and rotor_inertia (kg m2 or kg) are those of
-#   the effort before `gain`; load_friction and payload_friction are fractions of the torque, the second what a payload's torque adds;
+#   the effort before `gain`; load_friction is friction as a fraction of the torque of arm and payload, and payload_friction the
+#   fraction of a payload's own torque that comes to it;
 #   inverse_gain is the unknown behind `gain`; scales are the standard deviations of these unknowns before the calibration,
 #   in the order offset, viscous, friction, load_friction, payload_friction, rotor_inertia, inverse_gain;
 #   noise_* is that of window means; residuals are rms.

@@ -148,12 +148,17 @@ impl MotionTopics {
         base_odometry: Option<String>,
     ) -> Result<Self, RecordingError> {
         let base_imu = match &topics.imu {
-            Some(_) if base_odometry.is_none() => {
-                return Err(missing::<Odometry>(log, "motion of the base"));
-            }
             Some(topic) => choose_one::<Imu>(log, Some(topic), TopicKind::Imu)?,
             None => None,
         };
+        if base_imu.is_some() && base_odometry.is_none() {
+            let what = "motion of the base, on which a requested inertial unit is";
+            return Err(missing::<Odometry>(log, what));
+        }
+        // With joints it is not used, but its name must not be a mistake.
+        if let Some(topic) = &topics.acceleration {
+            choose_one::<AccelStamped>(log, Some(topic), TopicKind::Acceleration)?;
+        }
         Ok(Self::Joints {
             joints,
             base_odometry,
