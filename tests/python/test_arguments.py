@@ -109,6 +109,11 @@ def test_an_unloaded_reference_removes_friction() -> None:
     np.testing.assert_allclose(again.estimate.values, found.values)
 
 
+def tool(mass: float, least: float) -> tactid.MassProperties:
+    """A body at the tip with the principal moments ``least``, ``least`` and 1 kg m²."""
+    return tactid.MassProperties(mass, com=[0, 0, 0], inertia=np.diag([least, least, 1.0]))
+
+
 @pytest.mark.parametrize(
     ("unloaded", "message"),
     [
@@ -266,6 +271,8 @@ Q, W = RECORDED["q"], RECORDED["wrench"]
         ({"tip": 3}, r"`tip` is 3: expected text"),
         ({"wrench_offset": "yes"}, r"`wrench_offset` is 'yes': expected True or False"),
         ({"known_tool": 1.0}, r"`known_tool` is 1\.0: expected a tactid\.MassProperties"),
+        ({"known_tool": tool(-1.0, 1.0)}, "^`known_tool` is no body that can exist: its mass must"),
+        ({"known_tool": tool(1.0, 0.1)}, "each principal moment of inertia .* at most the sum of"),
         ({"method": "wrench"}, r"`method` is \"wrench\": expected \"tactile\" or \"effort\" or"),
         ({"urdf": 3, "robot": None}, "^`urdf`: a URDF is given as its text, .* or as the path "),
         ({"wrench": None}, r"`wrench` is missing: nothing measures the load: .* the efforts"),
@@ -327,3 +334,12 @@ def test_masked_values_are_missing() -> None:
     found = tactid.identify(TIME, robot=arm(), **WRENCHES | {"q": masked})
     counted = {(fault.topic, fault.kind): fault.count for fault in found.faults}
     assert counted["q", "not_finite"] == 1
+
+
+def test_ctrl_c_while_an_array_is_converted_is_no_argument_error() -> None:
+    class Interrupted:
+        def __array__(self, *_: object, **__: object) -> Array:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        tactid.MassProperties(1.0, Interrupted(), np.eye(3))  # type: ignore[arg-type]

@@ -57,6 +57,21 @@ def test_an_inconsistent_body_is_reported() -> None:
 
 
 @pytest.mark.parametrize(
+    ("mass", "com", "inertia", "message"),
+    [
+        (np.nan, [0.0, 0.0, 0.0], np.eye(3), "`mass` has NaN: expected finite numbers"),
+        (1.0, [0.0, np.inf, 0.0], np.eye(3), "`com` has inf"),
+        (1.0, [0.0, 0.0, 0.0], np.full((3, 3), -np.inf), "`inertia` has -inf"),
+    ],
+)
+def test_a_body_has_finite_numbers(
+    mass: float, com: list[float], inertia: np.ndarray, message: str
+) -> None:
+    with pytest.raises(tactid.ArgumentError, match=message):
+        tactid.MassProperties(mass, com, inertia)
+
+
+@pytest.mark.parametrize(
     ("mass", "moments", "possible"),
     [
         (100, (10, 20, 10), True),  # the paper's payload, a plate

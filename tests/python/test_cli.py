@@ -66,7 +66,7 @@ def test_identify_says_how_much_longer_to_move(command: TactidCommand, log: Path
     assert "Every value is known within 0.01 % after another" in done.stderr
     done = command("identify", log, "--within", "0.0001%")
     assert "This motion does not determine the inertia within 0.0001 % (" in done.stderr
-    record = json.loads(command("identify", log, "--within", "50", "--json").stdout)
+    record = json.loads(command("identify", log, "--within", "50%", "--json").stdout)
     assert record["remaining_s"]["within"] == 0.5
     assert record["remaining_s"]["all"] == 0
     moments = record["principal_moments"]
@@ -168,6 +168,7 @@ def test_wrong_options_are_refused(command: TactidCommand, log: Path) -> None:
     assert_refused(command("identify", log, "--estimator", "magic"), "magic")
     assert_refused(command("identify", log, "--within", "soon"), "--within", "soon")
     assert_refused(command("identify", log, "--within", "-1%"), "--within", "-1%")
+    assert_refused(command("identify", log, "--within", "0.05"), "'0.05'", "with its sign")
     assert_refused(command("paper", "--frequency", "fast"), "--frequency")
     assert_refused(command("paper", "--frequency", "nan"), "frequency")
     assert_refused(command("paper", "--posture", "table2"), "table2", "table1")

@@ -24,6 +24,7 @@ from tactid import (
     result,
     result_json,
     schemas,
+    table,
 )
 
 GRAVITY = Finding(
@@ -72,6 +73,11 @@ def test_a_result_prints_its_table_and_a_line_for_each_thing_to_know() -> None:
     assert "`wrench_offset`" in sentences[0]
     assert "--" not in "".join(sentences)
     assert "array" not in str(found)
+
+
+def test_a_number_that_no_payload_has_is_short() -> None:
+    assert table.number(1e308) == "1.000000e+308"
+    assert table.number(-123456789.0) == "-123456789.0000"
 
 
 def test_the_representation_is_one_short_line() -> None:

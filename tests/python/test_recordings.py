@@ -276,7 +276,7 @@ def test_motor_currents_with_known_gains(
     assert claimed["diagnostics"]["noise_fraction"]["mass"] < 1e-3
     assert claimed["remaining_s"]["each"]["mass"] is None
     text = " ".join(command("identify", bag, *given).stderr.split())
-    assert "the uncertainty of the effort gains is in the intervals (of their squares 0 %" in text
+    assert "the uncertainty of the effort gains is in the intervals (0 %, " in text
     assert "The uncertainty of the effort gains alone keeps mass" in text
     each = identify(bag, *given, "--effort-gain-std-dev", "5%,5%,5%,5%,5%,5%")
     assert each["half_width_95"] == claimed["half_width_95"]
@@ -288,7 +288,8 @@ def test_motor_currents_with_known_gains(
         ("0.05", "--effort-gain-std-dev is '0.05': expected percentages with their sign"),
         ("5%,x", "--effort-gain-std-dev is '5%,x': expected percentages with their sign"),
         ("5%,5%", "--effort-gain-std-dev has 2 entries"),
-        ("100%", "--effort-gain-std-dev is 1, but must be a fraction from 0 to below 1"),
+        ("100%", "--effort-gain-std-dev is '100%': expected 0% or more and less than 100%"),
+        ("-5%", "--effort-gain-std-dev is '-5%': expected 0% or more and less than 100%"),
     ],
 )
 def test_wrong_uncertainties_of_gains_are_named(

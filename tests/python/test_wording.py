@@ -113,6 +113,7 @@ FINDINGS = [
         {"assumption": "gravity_tilted", "size": 0.0349, "std_dev": 0.0035, "joint": "elbow"},
     ),
     Finding("joint_zero_moved", {"size": -0.0213, "std_dev": 0.0025, "joint": "elbow"}),
+    Finding("unloaded_left_out", {"noise_ratio": 5.4}),
     Finding("recording_calibrated", {"is_loaded": True}),
     Finding("unknown_joints", {"joints": ["finger"]}),
     Finding("absent_joints", {"joints": ["head"]}),
@@ -265,6 +266,11 @@ SENTENCES = {
         "The data fit better if the zero of elbow has moved since the calibration: with positions"
         " of 0.021 ± 0.0049 rad less, 8.5 standard deviations from none. The intervals do not"
         " contain such an error. Check the zero of this joint, set it as it was, or calibrate anew."
+    ),
+    "unloaded_left_out": (
+        "The unloaded recording was left out: with it the efforts would fit 5.4 times worse."
+        " Friction differs between the two recordings, or they are of different robots. Record the"
+        " unloaded motion at the same temperature, or identify without `unloaded`."
     ),
     "recording_calibrated": (
         "This recording calibrated the arm with the payload that was given for it: the result"
@@ -602,8 +608,9 @@ def test_a_change_beyond_temperature_and_wear_names_the_wrong_robot() -> None:
     data = {"change": 1.1, "joint": "elbow", "joint_change": -2.7, "has_unloaded": True}
     for kind in ("friction_changed", "gains_changed"):
         text = str(Finding(kind, data))
-        assert "check that the calibration is of this robot" in text
+        assert "check that the calibration is of this" in text
         assert "Temperature and wear do that" not in text
+        assert Finding(kind, data).contradicts_result
 
 
 def test_a_difference_larger_than_the_value_has_no_percentage() -> None:
@@ -631,12 +638,43 @@ def test_a_given_mass_in_grams_is_named_and_contradicts_the_result() -> None:
     assert not Finding(found.kind, {**found.data, "distance": 20.0}).contradicts_result
 
 
+def test_a_change_beyond_the_model_has_no_number() -> None:
+    data = {"change": 7.7, "joint": "elbow", "joint_change": -19.0, "has_unloaded": False}
+    text = str(Finding("friction_changed", data))
+    assert "by more than 100 % (most at elbow)." in text
+
+
+def test_a_negative_gain_has_another_cause() -> None:
+    data = {"size": -1.3, "std_dev": 0.21, "joint": "elbow"}
+    text = str(Finding("gain_contradicted", data))
+    assert "an unloaded recording that holds a payload, exchanged joints" in text
+    assert "--loaded" not in text
+    assert "%" not in text
+
+
+def test_friction_as_large_as_the_load_is_named_before_the_order_of_joints() -> None:
+    (found,) = (each for each in FINDINGS if each.kind == "load_unexplained")
+    text = str(Finding(found.kind, {**found.data, "residual_rms": 15.0, "load_rms": 15.0}))
+    assert text.index("Calibrate the arm") < text.index("check the order of the joints")
+
+
+def test_consequences_of_wrong_measurements_are_not_listed() -> None:
+    kinds = ("positions_beyond_limits", "load_unexplained", "friction_changed", "effort_noisier")
+    noticed = [each for each in FINDINGS if each.kind in kinds]
+    (sentence,) = remarks.remarks(replace(doubles.tactile(), findings=noticed))
+    assert sentence.startswith("The positions of joint_1 and joint_2 are beyond the limits")
+
+
 def test_gains_of_another_robot_contradict_the_result() -> None:
     data = {"change": 1.9, "joint": "elbow", "joint_change": 4.0, "has_unloaded": True}
     finding = Finding("gains_changed", data)
     assert finding.contradicts_result
     assert "Check that it is of this robot, and identify without it." in str(finding)
-    small = Finding("gains_changed", {**data, "change": 0.1})
+    # One joint of another robot of the type, whose mean change is that of a warm arm.
+    assert Finding(
+        "gains_changed", {**data, "change": 0.09, "joint_change": -0.19}
+    ).contradicts_result
+    small = Finding("gains_changed", {**data, "change": 0.1, "joint_change": 0.12})
     assert not small.contradicts_result
     assert "identify without it" not in str(small)
 

@@ -1,5 +1,7 @@
 """Wrong input that once passed in silence, or with advice that did not help."""
 
+import os
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +10,7 @@ import pytest
 import tactid
 from conftest import TactidCommand
 from expectations import Identify, assert_within, remarks_with
-from recorded_arm import FIXED, PAYLOAD, SENSOR, TIP_FROM_SENSOR, pose_values
+from recorded_arm import FIXED, PAYLOAD, SENSOR, TIP_FROM_SENSOR, pose_values, ur5e
 from recordings import carried, moving, state, wrenches, write_bag
 from test_cli import assert_refused
 from wrist import BODY, PERIOD, about
@@ -124,3 +126,54 @@ def test_wrenches_of_unrelated_sensors_must_be_named(
     record = identify(bag, "--wrench-topic", "/wrench")
     assert_within(record, PAYLOAD.values, ALMOST)
     assert not remarks_with(record, "are summed")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([""], "the argument after identify is empty: is a variable of the shell not set?"),
+        (["run.mcap", "--urdf", ""], "the argument after --urdf is empty"),
+        (["run.mcap", "--result="], "--result is empty"),
+    ],
+)
+def test_an_empty_argument_is_no_folder(
+    command: TactidCommand, arguments: list[str], message: str
+) -> None:
+    assert_refused(command("identify", *arguments), message)
+
+
+def test_options_that_cannot_be_right_are_named(tmp_path: Path, command: TactidCommand) -> None:
+    bag = write_bag(tmp_path / "bag", carried(FIXED, *SHORT))
+    for options, messages in (
+        (["--imu-topic", "/nope"], ["/nope", "sensor_msgs/msg/Imu"]),
+        (["--acceleration-topic", "/nope"], ["/nope", "geometry_msgs/msg/AccelStamped"]),
+        (["--known-tool=" + ",".join("0" * 10)], ["--known-tool is '0,0", "`mass` is zero"]),
+        (
+            ["--wrench-noise=1e-308,1,1,1,1,1"],
+            ["--wrench-noise is ", "must be a standard deviation between 1e-30 and 1e30"],
+        ),
+    ):
+        assert_refused(command("identify", bag, *options), *messages)
+
+
+def test_a_urdf_from_a_pipe_is_read_once(command: TactidCommand, tmp_path: Path) -> None:
+    bag = write_bag(tmp_path / "bag", carried(FIXED, *SHORT))
+    (tmp_path / "arm.urdf").write_text(ur5e())
+    os.mkfifo(tmp_path / "pipe")
+    with subprocess.Popen("cat arm.urdf > pipe", shell=True, cwd=tmp_path):
+        done = command("identify", bag, "--urdf", "pipe", "--result", "result.json")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "result.json").is_file()
+
+
+def test_a_urdf_that_is_none_is_no_fault_of_a_recording(
+    command: TactidCommand, tmp_path: Path
+) -> None:
+    bag = write_bag(tmp_path / "bag", carried(FIXED, *SHORT))
+    (tmp_path / "arm.urdf").write_text("mass = 1")
+    urdf = ("--urdf", "arm.urdf", "--tip", "tool0")
+    for arguments in (
+        ("calibrate", *urdf, "--unloaded", bag, "--out", "arm.toml"),
+        ("identify", bag, bag.parent, *urdf),
+    ):
+        assert_refused(command(*arguments), "tactid: error: --urdf: not a URDF: line 1")

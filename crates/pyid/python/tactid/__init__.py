@@ -43,7 +43,6 @@ from tactid import startup as _startup  # noqa: F401 - first: Ctrl-C while the o
 from tactid._native import (
     VALUE_NAMES,
     VERSION,
-    ActiveReport,
     Estimator,
     Experiment,
     FrameMotion,
@@ -53,7 +52,6 @@ from tactid._native import (
     MassProperties,
     Nlms,
     Rls,
-    RunReport,
     Samples,
     Topic,
     info,
@@ -81,7 +79,8 @@ from tactid.errors import (
     SimulationError,
     TactidError,
 )
-from tactid.excitation import Grip, design_excitation
+from tactid.excitation import design_excitation
+from tactid.excitation_arguments import Grip
 from tactid.findings import DataFault, Finding
 from tactid.fit import Channel, Fit, WrenchOffset
 from tactid.identification import (
@@ -99,6 +98,7 @@ from tactid.online import Identifier, PaperFilter
 from tactid.options import Options
 from tactid.payload import PayloadEstimate
 from tactid.result import Identification
+from tactid.run_report import ActiveContradiction, ActiveReport, RunReport
 from tactid.schemas import (
     calibration_schema,
     combination_schema,
@@ -111,6 +111,7 @@ __version__ = VERSION
 
 __all__ = [
     "VALUE_NAMES",
+    "ActiveContradiction",
     "ActiveReport",
     "Agreement",
     "ArgumentError",

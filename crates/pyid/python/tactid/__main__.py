@@ -5,17 +5,24 @@ that was asked for; 2 invalid input; 70 an internal error of tactid; 130 interru
 standard output was closed early, and 143 SIGTERM, which are 128 and the number of the signal.
 """
 
+import gc
 import os
 import sys
 
 from tactid import terminal
 from tactid.errors import InternalError
-from tactid.startup import ending, leave_interruption_to_command
+from tactid.startup import ending, interruption, leave_interruption_to_command
 
 
 def main() -> None:
     """Runs the command and exits with its code."""
-    sys.exit(_run())
+    code = _run()
+    if interruption() is not None:
+        # What a signal has stopped halfway in a library need not survive the end of Python.
+        gc.collect()
+        terminal.flush_output()
+        os._exit(code)
+    sys.exit(code)
 
 
 def _run() -> int:
@@ -28,8 +35,8 @@ def _run() -> int:
         leave_interruption_to_command()
         code = cli.run()
         sys.stdout.flush()
-    except KeyboardInterrupt as interruption:
-        return _report(*ending(interruption))
+    except KeyboardInterrupt as error:
+        return _report(*ending(error))
     except BrokenPipeError:
         terminal.discard_output()
         return 141
@@ -44,7 +51,7 @@ def _run() -> int:
     except InternalError:
         return 70  # a panic of the native part, which its hook has reported
     except Exception as error:
-        if (cause := _interruption(error)) is not None:
+        if (cause := interruption()) is not None:
             return _report(*ending(cause))
         if isinstance(error, OSError) and error.errno is not None and error.filename is None:
             terminal.discard_output()
@@ -55,13 +62,6 @@ def _run() -> int:
             return 70  # the panic hook has reported it
         raise
     return code
-
-
-def _interruption(error: BaseException | None) -> KeyboardInterrupt | None:
-    """Returns the signal that has caused an error, as it may while a library is imported."""
-    while error is not None and not isinstance(error, KeyboardInterrupt):
-        error = error.__cause__
-    return error
 
 
 def _report(message: str, code: int) -> int:

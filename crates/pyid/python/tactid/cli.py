@@ -28,7 +28,8 @@ from tactid.identify_command import identify_recording
 from tactid.number_lists import NumberListCommand
 from tactid.options import Estimator
 from tactid.output_files import check_outputs
-from tactid.simulation import active_text, files_of, simulate
+from tactid.simulation import files_of, print_outcome, simulate
+from tactid.startup import ending, interruption
 from tactid.truth import momentum_drift
 
 EXIT_CODES = (
@@ -71,6 +72,11 @@ def run() -> int:
 
 
 def _fail(message: str) -> int:
+    """Reports an error, unless a signal has caused it, and returns the exit code."""
+    if (signalled := interruption()) is not None:
+        word, code = ending(signalled)
+        terminal.report(word)
+        return code
     terminal.report(f"error: {message}")
     return 2
 
@@ -192,7 +198,11 @@ def run_simulation(
         ),
     ] = None,
 ) -> None:
-    """Simulates an experiment and writes its log."""
+    """Simulates an experiment and writes its log.
+
+    The exit code is 1 where the payload contradicts the bounds of active excitation, or the base
+    exceeds its bound.
+    """
     chosen = Experiment.paper() if experiment is None else Experiment.from_file(experiment)
     if motion is not None:
         chosen = chosen.following(motion)
@@ -203,8 +213,8 @@ def run_simulation(
         f"Wrote {out}: {report.simulated_time:g} s in {report.wall_time:.1f} s,"
         f" grasp drift {report.grasp_drift * 1e6:.1f} µm, momentum drift {momentum_drift(report)}."
     )
-    if report.active is not None:
-        notes.print(active_text(report.active), markup=False)
+    if print_outcome(report, chosen):
+        raise typer.Exit(1)
 
 
 app.command("identify", cls=NumberListCommand, epilog=EXIT_CODES)(identify_recording)

@@ -15,6 +15,7 @@ from rich.text import Text
 from typer.core import TyperGroup
 
 from tactid import terminal
+from tactid.errors import ArgumentError
 from tactid.naming import listed
 from tactid.startup import ending
 from tactid.table import whole_width
@@ -30,10 +31,11 @@ class Group(TyperGroup):
         """Returns the option ``--help`` of the group."""
         return _without_value(super().get_help_option(ctx))
 
-    def make_context(self, *arguments: Any, **keywords: Any) -> Any:
+    def make_context(self, info_name: Any, args: list[str], *rest: Any, **keywords: Any) -> Any:
         """Reads the arguments; Ctrl-C is one line and exit code 130, as in :meth:`invoke`."""
+        _check_empty(args)
         with interruptible():
-            return super().make_context(*arguments, **keywords)
+            return super().make_context(info_name, args, *rest, **keywords)
 
     def invoke(self, ctx: Any) -> Any:
         """Runs a command; Ctrl-C that it does not handle is one line and exit code 130."""
@@ -46,6 +48,15 @@ class Group(TyperGroup):
         if command is not None:
             _without_value(command.get_help_option(ctx))
         return command
+
+
+def _check_empty(arguments: list[str]) -> None:
+    """Refuses an empty argument, which is the current folder where a path is expected."""
+    for number, argument in enumerate(arguments):
+        if argument == "" or (argument.startswith("--") and argument.endswith("=")):
+            before = f" after {arguments[number - 1]}" if argument == "" and number else ""
+            name = argument.rstrip("=") or f"the argument{before}"
+            raise ArgumentError(f"{name} is empty: is a variable of the shell not set?")
 
 
 def _without_value(option: Any) -> Any:

@@ -37,4 +37,7 @@ def read(uri: str, folder: Path | None) -> bytes | str:
                 return path.read_bytes()
             except OSError as error:
                 return f"{path} cannot be read: {error.strerror}"
+    if uri.startswith("package://"):
+        searched = "in AMENT_PREFIX_PATH, in ROS_PACKAGE_PATH, or in a folder above the URDF"
+        return f"its file was not found {searched}"
     return "its file was not found"

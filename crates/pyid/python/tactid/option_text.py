@@ -53,7 +53,10 @@ def named_boxes(flag: str, texts: list[str]) -> dict[str, NDArray[np.float64]]:
 def body(flag: str, text: str) -> MassProperties:
     """Reads the ten values of a body."""
     mass, x, y, z, xx, xy, xz, yy, yz, zz = numbers(flag, text, 10)
-    return MassProperties(mass, [x, y, z], [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    try:
+        return MassProperties(mass, [x, y, z], [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    except ArgumentError as error:
+        raise ArgumentError(f"{flag} is {text!r}: {error}") from None
 
 
 def inertia(flag: str, text: str) -> list[list[float]]:
@@ -103,29 +106,37 @@ def fractions(flag: str, text: str) -> list[float]:
     return found
 
 
+def gain_std_devs(flag: str, text: str) -> list[float]:
+    """Reads the standard deviations of gains, percentages with their sign, as fractions of one."""
+    each = fractions(flag, text)
+    if not all(0.0 <= std_dev < 1.0 for std_dev in each):
+        raise ArgumentError(
+            f"{flag} is {text!r}: expected 0% or more and less than 100%, because a gain is"
+            " positive; where efforts are not torques, such as currents, give rough gains"
+        )
+    return each
+
+
 def std_dev_of_gains(flag: str, text: str | None) -> float | None:
     """Reads one percentage with its sign as a fraction of one; 0 needs no sign, None stays."""
     if text is None:
         return None
     if text.strip() == "0":
         return 0.0
-    each = fractions(flag, text)
+    each = gain_std_devs(flag, text)
     if len(each) != 1:
         raise ArgumentError(f"{flag} is {text!r}: expected one percentage")
-    if not 0.0 <= each[0] < 1.0:
-        raise ArgumentError(
-            f"{flag} is {text!r}: expected 0% or more and less than 100%, because a gain is"
-            " positive; where efforts are not torques, such as currents, give rough gains"
-        )
     return each[0]
 
 
 def fraction(flag: str, text: str) -> float:
-    """Reads a positive percentage, with or without its sign, as a fraction of one."""
+    """Reads a positive percentage with its sign as a fraction of one."""
     try:
-        percent = float(text.strip().removesuffix("%"))
-    except ValueError:
-        percent = 0.0
-    if not 0 < percent < float("inf"):
-        raise ArgumentError(f"{flag} is {text!r}: expected a positive percentage, such as 1%")
-    return percent / 100
+        (found,) = fractions(flag, text)
+    except (ArgumentError, ValueError):
+        found = 0.0
+    if not 0.0 < found < float("inf"):
+        raise ArgumentError(
+            f"{flag} is {text!r}: expected a positive percentage with its sign, such as 1%"
+        )
+    return found

@@ -223,7 +223,7 @@ class Options:
         default="5 % where gains are given, else 0",
         metavar="P%,P%,...",
         argument=str,
-        parse=option_text.fractions,
+        parse=option_text.gain_std_devs,
     )
     known_tool: MassProperties | None = option(
         "A known body that the measured load contains besides the payload, in the tip's frame: it"

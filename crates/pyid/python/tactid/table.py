@@ -24,6 +24,9 @@ from tactid.values import (
     digits_of,
 )
 
+MOST_WRITTEN_OUT = 1e9
+"""Numbers from here on have an exponent: no payload is that large."""
+
 
 @dataclass(frozen=True)
 class Column:
@@ -80,7 +83,7 @@ class Row:
 
     @property
     def around(self) -> str:
-        """The 95 % interval as a table shows it: two figures, and no exponent.
+        """The 95 % interval as a table shows it: two figures.
 
         It is half of the interval, or both limits where it is cut at what a body can have.
         """
@@ -89,8 +92,8 @@ class Row:
         half_width = self.interval.half_width(self.value)
         digits = digits_of(half_width)
         if not self.interval.is_cut(self.value):
-            return f"{half_width:.{digits}f}"
-        low, high = (f"{_without_minus_zero(limit, digits):.{digits}f}" for limit in self.interval)
+            return _written(half_width, digits)
+        low, high = (_written(limit, digits) for limit in self.interval)
         return f"{low} .. {high}"
 
 
@@ -98,12 +101,12 @@ def number(value: float, interval: Interval | None = None) -> str:
     """A value as a table shows it: as many digits as its interval is worth, and four at least."""
     half_width = interval.half_width(value) if interval is not None else 0.0
     digits = max(4, digits_of(half_width)) if half_width else 4
-    return f"{_without_minus_zero(value, digits):.{digits}f}"
+    return _written(value, digits)
 
 
 def percent(error: float | None) -> str:
     """An error as a table shows it."""
-    return "–" if error is None else f"{_without_minus_zero(error, 4):.4f}"
+    return "–" if error is None else _written(error, 4)
 
 
 def worst(errors: Sequence[float | None]) -> float:
@@ -197,5 +200,8 @@ def as_text(table: Table) -> str:
     return "\n".join(line.rstrip() for line in page.getvalue().splitlines()).rstrip()
 
 
-def _without_minus_zero(value: float, digits: int) -> float:
-    return round(value, digits) + 0.0
+def _written(value: float, digits: int) -> str:
+    """A number with so many digits after the point, without the sign of minus zero."""
+    if abs(value) >= MOST_WRITTEN_OUT:
+        return f"{value:.6e}"
+    return f"{round(value, digits) + 0.0:.{digits}f}"

@@ -4,6 +4,7 @@ import codecs
 import os
 import re
 import sys
+from contextlib import suppress
 from typing import TextIO
 
 ASCII = {
@@ -65,6 +66,13 @@ def printable(text: str) -> str:
 def report(message: str) -> None:
     """Prints a message of the command as one line on standard error."""
     print("tactid:", printable(" ".join(message.split())), file=sys.stderr)
+
+
+def flush_output() -> None:
+    """Writes what was printed, where somebody reads it."""
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError):
+            stream.flush()
 
 
 def discard_output() -> None:

@@ -4,8 +4,9 @@ import json
 from dataclasses import dataclass
 from typing import Any
 
-from tactid._native import LogInfo, RunReport
+from tactid._native import LogInfo
 from tactid.bodies import principal_moments
+from tactid.run_report import RunReport
 from tactid.values import KINDS, Values, flat
 
 

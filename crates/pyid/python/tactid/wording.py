@@ -130,9 +130,10 @@ def _load_unexplained(data: Data, style: Style) -> str:
         )
     elif data["method"] == "effort" and fraction > LARGEST_FRICTION:
         reasons["effort"] = (
-            "That is more than usual friction: check the order of the joints, their signs and"
-            " units, and the gains of the efforts. Where these are right, calibrate the arm: its"
-            " friction, or a body below the tip, differs from the URDF."
+            "Friction of a geared arm can be as large as its load. Calibrate the arm with a"
+            " recording without payload (`tactid calibrate`), which finds friction and corrects the"
+            " links. If that does not help, check the order of the joints, their signs and units,"
+            " and the gains of the efforts."
         )
     digits = digits_of(data["residual_rms"])
     residual, load = (f"{data[name]:.{digits}f}" for name in ("residual_rms", "load_rms"))
