@@ -95,7 +95,7 @@ def test_given_noise_weighs_the_channels() -> None:
     ("options", "what"),
     [
         ({"wrench_noise": [0.1] * 5}, "wrench_noise"),
-        ({"wrench_noise": [0.0, 1, 1, 1, 1, 1]}, "`wrench_noise` is 0, but must be a standard deviation"),
+        ({"wrench_noise": [0.0, 1, 1, 1, 1, 1]}, "`wrench_noise` is 0, but must be a standard"),
         ({"wrench_noise": np.ones((3, 6))}, "`wrench_noise` has 3 entries: give one for all"),
         ({"wrench_offset": True, "estimator": "nlms"}, "an unknown offset of the wrenches needs"),
         ({"wrench_noise": NOISE, "estimator": "nlms"}, "the noise of the sensors needs"),
