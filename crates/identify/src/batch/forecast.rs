@@ -5,7 +5,6 @@ use nalgebra::{SMatrix, SVector, SymmetricEigen};
 use crate::equations::Equation;
 use crate::fit::Fit;
 use crate::fit::normal_equations::NormalEquations;
-use crate::solve::spectrum::Spectrum;
 use crate::solve::uncertainty::{HALF_WIDTH_95, largest_of_kind, value_jacobian};
 
 /// Beyond this many times the length of the recording the forecast is infinite: noise alone then excites the
@@ -39,24 +38,22 @@ impl Forecast {
         stride_s: f64,
     ) -> Option<Self> {
         let middle = equations.len() / 2;
-        let mut first = NormalEquations::with_known_mass(fit);
-        let mut second = NormalEquations::new(fit);
+        let mut whole = NormalEquations::with_known_mass(fit);
+        let mut of_first = SMatrix::<f64, 10, 10>::zeros();
         for (window, equation) in equations.iter().enumerate() {
-            let half = if window < middle {
-                &mut first
-            } else {
-                &mut second
-            };
-            half.add(equation, window);
+            if window == middle {
+                of_first = whole.information();
+            }
+            whole.add(equation, window);
         }
-        let whole = first.information() + second.information();
+        let of_second = whole.information() - of_first;
         let second_s = (equations.len() - middle) as f64 * stride_s;
         // W Wᵀ is the covariance in the observable directions.
         let mut root = SMatrix::<f64, 10, 10>::zeros();
-        for (k, (information, direction)) in Spectrum::new(whole).observable().enumerate() {
+        for (k, (information, direction)) in whole.spectrum().observable().enumerate() {
             root.set_column(k, &(direction / information.sqrt()));
         }
-        let growth = SymmetricEigen::new(root.transpose() * second.information() * root / second_s);
+        let growth = SymmetricEigen::new(root.transpose() * of_second * root / second_s);
         let mut slopes = value_jacobian(parameters)?;
         for (mut column, scale) in slopes.column_iter_mut().zip(fit.scales()) {
             column *= *scale;

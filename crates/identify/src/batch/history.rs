@@ -9,7 +9,6 @@ use crate::fit::normal_equations::NormalEquations;
 use crate::result::HistoryPoint;
 use crate::solve::BoundingBox;
 use crate::solve::consistency::project;
-use crate::solve::spectrum::Spectrum;
 use crate::solve::uncertainty::{std_devs, values_of};
 
 /// Most points of a history.
@@ -52,7 +51,7 @@ fn solve(
     bounding_box: Option<&BoundingBox>,
 ) -> Option<([f64; 10], [f64; 10])> {
     let scales = fit.scales();
-    let spectrum = Spectrum::new(normal_equations.information());
+    let spectrum = normal_equations.spectrum();
     let target = normal_equations.target();
     let mut parameters = SVector::<f64, 10>::zeros();
     let mut covariance = SMatrix::<f64, 10, 10>::zeros();
@@ -60,6 +59,7 @@ fn solve(
         parameters += direction * (direction.dot(&target) / information);
         covariance.ger(NOISE_CORRELATION / information, &direction, &direction, 1.0);
     }
+    let mut covariance = spectrum.across_unobservable(covariance);
     let of_gains = normal_equations.gain_errors(&spectrum);
     covariance += &of_gains * of_gains.transpose();
     let parameters = parameters.component_mul(scales) - known;

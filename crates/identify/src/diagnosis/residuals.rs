@@ -9,7 +9,9 @@ use crate::fit::Fit;
 const SMALL: f64 = 1e-4;
 
 /// Returns the ratio of the determinants of the residuals' covariance over the first `channels` channels: that of
-/// `other` to that of `fit`, with the robust weights of `other`.
+/// `other` to that of `fit`, with the robust weights of `other`. Infinite where the variances of `other` are larger than
+/// those of `fit` in the mean over the channels: in a posture that is held, a load that no parameter explains is constant, and the
+/// determinant of constant residuals is small however large they are.
 ///
 /// The determinant shows an improvement in one direction of the channels as well as in all of them, and a rigid
 /// transform of the channels does not change the ratio.
@@ -20,8 +22,12 @@ pub(crate) fn determinant_ratio(
     channels: usize,
 ) -> f64 {
     let loads = loads(equations, &other.weights, channels);
-    let determinant = |fit| covariance(equations, fit, &other.weights, &loads).determinant();
-    determinant(other) / determinant(fit)
+    let [fit, other] = [fit, other].map(|of| covariance(equations, of, &other.weights, &loads));
+    let growth = other.diagonal().component_div(&fit.diagonal());
+    if growth.mean() > 1.0 {
+        return f64::INFINITY;
+    }
+    other.determinant() / fit.determinant()
 }
 
 /// Returns the root of the weighted sum of squares of the first `channels` channels.

@@ -7,7 +7,7 @@ mod whitened;
 use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector};
 
 use super::products::{Products, WIDTH, WideRow};
-use super::rows::{FitRows, TARGET, UNKNOWNS, remainder};
+use super::rows::{DELAY, FitRows, TARGET, UNKNOWNS, remainder};
 use super::vector_unit::Computation;
 use super::{Delay, Fit, FitOptions, GainErrors};
 use crate::equations::{Channels, Equation};
@@ -99,8 +99,6 @@ struct ReweightedLeastSquares<'a> {
     weights: Vec<f64>,
     /// Information of the last pass, in scaled unknowns.
     spectrum: Spectrum<Dyn>,
-    /// What the noise of the motion has added to the products of the unknowns, which is subtracted from the information.
-    noise_products: DMatrix<f64>,
 }
 
 impl<'a> ReweightedLeastSquares<'a> {
@@ -124,7 +122,6 @@ impl<'a> ReweightedLeastSquares<'a> {
             noise,
             weights,
             spectrum: Spectrum::new(DMatrix::zeros(columns, columns)),
-            noise_products: DMatrix::zeros(columns, columns),
         };
         state.compute_means();
         state.update_scales();
@@ -203,12 +200,12 @@ impl<'a> ReweightedLeastSquares<'a> {
         let lengths = bounded_lengths(&Vector::from_fn(|k, _| squares[k].sqrt()), MIN_LENGTH);
         let known_mass = self.options.known_mass;
         let of_mass = known_mass.map_or(0.0, |mass| mass.information());
-        let of_delay = squares[10].sqrt().max(f64::MIN_POSITIVE);
+        let of_delay = squares[DELAY].sqrt().max(f64::MIN_POSITIVE);
         self.scales[0] = 1.0 / lengths[0].hypot(of_mass.sqrt());
         for k in 1..10 {
             self.scales[k] = 1.0 / lengths[k];
         }
-        self.scales[10] = 1.0 / of_delay;
+        self.scales[DELAY] = 1.0 / of_delay;
     }
 
     /// Moves the solution by one step of weighted least squares with errors-in-variables bias correction, and
@@ -221,15 +218,17 @@ impl<'a> ReweightedLeastSquares<'a> {
         let columns = self.columns;
         let [rows, noise] = self.products();
         let corrected = |i, j| rows.symmetric(i, j) - noise.symmetric(i, j);
-        let mut information = DMatrix::from_fn(columns, columns, corrected);
         let mut target = DVector::from_fn(columns, |i, _| corrected(TARGET, i));
-        self.noise_products = DMatrix::from_fn(columns, columns, |i, j| noise.symmetric(i, j));
+        let square = |products: &Products| {
+            DMatrix::from_fn(columns, columns, |i, j| products.symmetric(i, j))
+        };
+        let [mut of_rows, of_noise] = [&rows, &noise].map(square);
         if let Some(mass) = self.options.known_mass {
             let of_mass = self.mass_information();
-            information[(0, 0)] += of_mass;
+            of_rows[(0, 0)] += of_mass;
             target[0] += of_mass * (mass.mass_kg - self.solution[0]) / self.scales[0];
         }
-        self.spectrum = Spectrum::new(information);
+        self.spectrum = Spectrum::with_noise(&of_rows, &of_noise, self.windows().count());
         let mut step = DVector::<f64>::zeros(columns);
         for (information, direction) in self.spectrum.observable() {
             step += &direction * (direction.dot(&target) / information);
@@ -287,10 +286,12 @@ impl<'a> ReweightedLeastSquares<'a> {
         } else {
             [0, 1].map(|_| DMatrix::zeros(self.columns, self.columns))
         };
-        let delay = self.options.delay.then(|| Delay {
-            delay_s: self.solution[10],
-            std_dev_s: covariance[(10, 10)].max(0.0).sqrt(),
+        let has_delay = self.options.delay && self.spectrum.determines(DELAY);
+        let delay = has_delay.then(|| Delay {
+            delay_s: self.solution[DELAY],
+            std_dev_s: covariance[(DELAY, DELAY)].max(0.0).sqrt(),
         });
+        let bread = self.spectrum.across_unobservable(bread);
         let scales = self.scales.fixed_rows::<10>(0).into_owned();
         Fit {
             parameters: SVector::from_fn(|k, _| self.solution[k]),
@@ -301,9 +302,6 @@ impl<'a> ReweightedLeastSquares<'a> {
             delay,
             excitation: self.spectrum.excitation(),
             null_space: self.spectrum.null_space(scales),
-            not_excited: self
-                .spectrum
-                .not_excited(scales, &self.noise_products, count),
             offsets: Offsets::new(&self.means, &self.solution, &self.noise, count),
             noise: self.noise,
             weights: self.weights,

@@ -16,9 +16,9 @@ use crate::result::WrenchOffset;
 use crate::solve::noise::Noise;
 use crate::solve::offsets::Offsets;
 use crate::solve::prior::KnownMass;
-use crate::solve::spectrum::{Excitation, Spectrum};
+use crate::solve::spectrum::Excitation;
 use crate::solve::subspace::NullSpace;
-use crate::solve::uncertainty::{ValueStdDevs, observable, std_dev, std_devs, value_jacobian};
+use crate::solve::uncertainty::{ValueStdDevs, std_dev, std_devs, value_jacobian};
 use crate::solve::weights::OUTLIER;
 
 /// Step of a pass, in standard deviations, below which parameters that are reported have converged.
@@ -98,7 +98,7 @@ pub(crate) struct Fit {
     /// What an error of each channel's gain of one standard deviation changes in the parameters; empty where gains are exact.
     /// It is part of the covariance.
     pub(crate) gain_errors: GainErrors,
-    /// Delay of the load that is left in the windows, where it was estimated.
+    /// Delay of the load that is left in the windows, where it was estimated and the motion determines it.
     pub(crate) delay: Option<Delay>,
     /// Noise of the channels.
     pub(crate) noise: Noise,
@@ -108,9 +108,6 @@ pub(crate) struct Fit {
     pub(crate) excitation: Excitation,
     /// The unobservable directions.
     pub(crate) null_space: NullSpace,
-    /// The unobservable directions, and those that the noise of the motion excites as much as the motion: what depends on
-    /// them is biased.
-    pub(crate) not_excited: NullSpace,
     /// Mass of the whole load, where it was known.
     pub(crate) known_mass: Option<KnownMass>,
     /// Offsets of the six channels of the wrench in the tool frame, where they are unknown.
@@ -125,13 +122,9 @@ impl Fit {
         self.null_space.scales()
     }
 
-    /// Returns the standard deviations of the ten values at parameters near those of the fit. A value that depends on
-    /// directions which only noise excites is not observable.
+    /// Returns the standard deviations of the ten values at parameters near those of the fit.
     pub(crate) fn std_devs(&self, parameters: &SVector<f64, 10>) -> ValueStdDevs {
-        ValueStdDevs {
-            observable: observable(parameters, &self.not_excited),
-            ..std_devs(parameters, &self.covariance, &self.null_space)
-        }
+        std_devs(parameters, &self.covariance, &self.null_space)
     }
 
     /// Adds what the errors of the gains cause to the covariance, given the equations of the fit and which of them it uses.
@@ -146,7 +139,7 @@ impl Fit {
                 sums.add(equation, window);
             }
         }
-        let mut errors = sums.gain_errors(&Spectrum::new(sums.information()));
+        let mut errors = sums.gain_errors(&sums.spectrum());
         for mut error in errors.column_iter_mut() {
             error.component_mul_assign(self.scales());
         }

@@ -17,6 +17,8 @@ pub(crate) struct NormalEquations<'a> {
     /// Products of the columns of all rows so far, and of what the noise of the motion adds to them.
     of_rows: Products,
     of_noise: Products,
+    /// Number of windows so far.
+    windows: usize,
     /// Information of the known mass, and its product with the scaled mass.
     of_mass: [f64; 2],
     /// What an error of each channel's gain of one standard deviation adds to the right-hand side, a column for each
@@ -49,6 +51,7 @@ impl<'a> NormalEquations<'a> {
             whitening: Whitening::new(&fit.noise),
             of_rows: Products::zero(),
             of_noise: Products::zero(),
+            windows: 0,
             of_mass: [0.0; 2],
             centering: Centering::new(if fit.offsets.is_some() { 6 } else { 0 }),
             rows: Vec::new(),
@@ -60,9 +63,19 @@ impl<'a> NormalEquations<'a> {
 
     /// Returns the information of the windows so far.
     pub(crate) fn information(&self) -> SMatrix<f64, 10, 10> {
-        let mut information = self.of_rows.square::<10>() - self.of_noise.square::<10>();
-        information[(0, 0)] += self.of_mass[0];
-        information
+        self.of_rows() - self.of_noise.square::<10>()
+    }
+
+    /// Returns the observable directions of the windows so far.
+    pub(crate) fn spectrum(&self) -> Spectrum<U10> {
+        Spectrum::with_noise(&self.of_rows(), &self.of_noise.square(), self.windows)
+    }
+
+    /// Returns the information of the windows so far and of the known mass, with what the noise of the motion adds.
+    fn of_rows(&self) -> SMatrix<f64, 10, 10> {
+        let mut of_rows = self.of_rows.square();
+        of_rows[(0, 0)] += self.of_mass[0];
+        of_rows
     }
 
     /// Returns the right-hand side.
@@ -77,6 +90,7 @@ impl<'a> NormalEquations<'a> {
     /// Adds the window of the fit with this index.
     pub(crate) fn add(&mut self, equation: &Equation, window: usize) {
         let weight = self.fit.weights[window];
+        self.windows += 1;
         self.rows.clone_from(&equation.rows);
         if self.centering.is_needed() {
             let is_first = self.centering.is_empty();
@@ -133,9 +147,11 @@ impl<'a> NormalEquations<'a> {
     pub(crate) fn gain_errors(&self, spectrum: &Spectrum<U10>) -> GainErrors {
         let mut steps = GainErrors::zeros(self.gain_errors.ncols());
         for (error, mut step) in self.gain_errors.column_iter().zip(steps.column_iter_mut()) {
-            for (information, direction) in spectrum.observable() {
-                step += direction * (direction.dot(&error) / information);
-            }
+            let moved: SVector<f64, 10> = spectrum
+                .observable()
+                .map(|(information, direction)| direction * (direction.dot(&error) / information))
+                .sum();
+            step.copy_from(&spectrum.vector_across_unobservable(moved));
         }
         steps
     }

@@ -4,8 +4,11 @@ use super::FitOptions;
 use super::products::{WIDTH, WideRow};
 use crate::equations::{Equation, Row};
 
+/// Place of the delay in a row, after the entries of the ten parameters.
+pub(crate) const DELAY: usize = 10;
+
 /// Most unknowns of a fit: the ten parameters, and the delay.
-pub(crate) const UNKNOWNS: usize = 11;
+pub(crate) const UNKNOWNS: usize = DELAY + 1;
 
 /// Place of the target in a row, after the entries of the unknowns.
 pub(crate) const TARGET: usize = UNKNOWNS;
@@ -25,7 +28,7 @@ impl FitRows {
         let wide = |row: &Row| {
             let mut wide = [0.0; WIDTH];
             let regressor = row.regressor_at(options.gravity_scale);
-            wide[..10].copy_from_slice(regressor.as_slice());
+            wide[..DELAY].copy_from_slice(regressor.as_slice());
             wide[TARGET] = row.target;
             wide
         };
@@ -39,7 +42,7 @@ impl FitRows {
                 let mut wide = wide(row);
                 if options.delay {
                     // target(t + delay) = target(t) + delay · rate belongs to the motion at t.
-                    wide[10] = -rate;
+                    wide[DELAY] = -rate;
                 }
                 all.rows.push(wide);
             }

@@ -5,16 +5,22 @@ use nalgebra::{
     DMatrix, DefaultAllocator, DimDiff, DimSub, Dyn, OMatrix, OVector, SymmetricEigen, U1,
 };
 
-use super::subspace::{EIGENVALUE_RATIO, NullSpace, Vector, least_excitation};
+use super::subspace::{EIGENVALUE_RATIO, NullSpace, QUANTITY_FRACTION, Vector, least_signal};
 
-/// Eigenvalues and eigenvectors of the information of scaled parameters.
+/// Fraction of noise of a direction that no row excites: more than all of it.
+const WITHOUT_ROWS: f64 = 2.0;
+
+/// Observable and unobservable directions of scaled parameters, the ten parameters first.
 #[derive(Clone, Debug)]
 pub(crate) struct Spectrum<D>
 where
     D: DimSub<U1>,
     DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<DimDiff<D, U1>>,
 {
+    /// Eigenvalues of the information without the noise of the motion, of the parameters that are not fixed.
     eigen: SymmetricEigen<f64, D>,
+    /// Orthogonal unit vectors.
+    unobservable: Vec<OVector<f64, D>>,
 }
 
 /// How strongly the rows excite each eigenvector of their information.
@@ -31,10 +37,32 @@ where
     D: DimSub<U1>,
     DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<DimDiff<D, U1>>,
 {
-    /// Decomposes a symmetric matrix, the ten parameters first.
+    /// Decomposes an information of exact rows.
     pub(crate) fn new(information: OMatrix<f64, D, D>) -> Self {
+        let noise = &information * 0.0;
+        Self::with_noise(&information, &noise, 1)
+    }
+
+    /// Decomposes the information of the `rows` of so many windows less what the `noise` of their motion has added to it.
+    ///
+    /// For each direction that noise alone excites, one parameter is fixed. A solution across such directions would not do:
+    /// they contain by chance a part of the others, of whose values, thousands of their standard deviations, it would lack as
+    /// much. What a fixed parameter misses is its own value.
+    pub(crate) fn with_noise(
+        rows: &OMatrix<f64, D, D>,
+        noise: &OMatrix<f64, D, D>,
+        windows: usize,
+    ) -> Self {
+        let [of_noise, mut unobservable] = not_excited(rows, noise, windows);
+        let mut information = rows - noise;
+        for parameter in largest_entries(&of_noise) {
+            information.row_mut(parameter).fill(0.0);
+            information.column_mut(parameter).fill(0.0);
+        }
+        unobservable.extend(of_noise);
         Self {
             eigen: SymmetricEigen::new(information),
+            unobservable: orthogonal(unobservable),
         }
     }
 
@@ -48,57 +76,146 @@ where
         observable.map(|(information, vector)| (information, vector.into_owned()))
     }
 
-    /// The unobservable directions of the ten parameters, whose units are `scales`.
+    /// The unobservable directions of the ten parameters, whose units are `scales`: those that no row excites, or only the
+    /// noise of the motion.
     pub(crate) fn null_space(&self, scales: Vector) -> NullSpace {
-        let least = self.eigen.eigenvalues.max() * EIGENVALUE_RATIO;
-        self.weaker_than(scales, |_| least)
+        let directions = self.unobservable.iter();
+        NullSpace::new(
+            scales,
+            directions.map(|vector| Vector::from_fn(|k, _| vector[k])),
+        )
     }
 
-    /// The directions of the ten parameters that the motion does not excite more than its noise does. `noise` is what the
-    /// noise has added to the information of so many windows, and is already subtracted from it.
-    pub(crate) fn not_excited(
+    /// Returns whether the observable directions determine an unknown.
+    pub(crate) fn determines(&self, unknown: usize) -> bool {
+        let directions = self.unobservable.iter();
+        directions
+            .map(|direction| direction[unknown].powi(2))
+            .sum::<f64>()
+            <= QUANTITY_FRACTION
+    }
+
+    /// Returns a covariance without its part in the unobservable directions. That of a solution has none in the parameters that
+    /// are fixed instead.
+    pub(crate) fn across_unobservable(
         &self,
-        scales: Vector,
-        noise: &OMatrix<f64, D, D>,
-        windows: usize,
-    ) -> NullSpace {
-        let largest = self.eigen.eigenvalues.max();
-        self.weaker_than(scales, |k| {
-            let vector = self.eigen.eigenvectors.column(k);
-            least_excitation(largest, (noise * vector).dot(&vector), windows)
-        })
+        mut covariance: OMatrix<f64, D, D>,
+    ) -> OMatrix<f64, D, D> {
+        for _ in 0..2 {
+            for column in 0..covariance.ncols() {
+                let across =
+                    self.vector_across_unobservable(covariance.column(column).into_owned());
+                covariance.set_column(column, &across);
+            }
+            covariance = covariance.transpose();
+        }
+        covariance
     }
 
-    /// The directions whose information is not more than a threshold.
-    fn weaker_than(&self, scales: Vector, least: impl Fn(usize) -> f64) -> NullSpace {
-        let order = self.descending().into_iter();
-        let weak = order.filter(|&k| self.eigen.eigenvalues[k] <= least(k));
-        NullSpace::new(scales, weak.map(|k| self.direction(k)))
+    /// Returns a vector without its part in the unobservable directions.
+    pub(crate) fn vector_across_unobservable(
+        &self,
+        mut vector: OVector<f64, D>,
+    ) -> OVector<f64, D> {
+        for direction in &self.unobservable {
+            vector.axpy(-direction.dot(&vector), direction, 1.0);
+        }
+        vector
     }
 
     /// Strengths and directions, the strongest first.
     pub(crate) fn excitation(&self) -> Excitation {
-        let order = self.descending();
-        let strength = |&k: &usize| self.eigen.eigenvalues[k].max(0.0).sqrt();
-        let strongest = strength(&order[0]).max(f64::MIN_POSITIVE);
-        Excitation {
-            strengths: order.iter().map(|k| strength(k) / strongest).collect(),
-            directions: order.iter().map(|&k| self.direction(k)).collect(),
-        }
-    }
-
-    /// Indices of the eigenvalues, the largest first.
-    fn descending(&self) -> Vec<usize> {
         let values = &self.eigen.eigenvalues;
         let mut order: Vec<usize> = (0..values.len()).collect();
         order.sort_by(|&a, &b| values[b].total_cmp(&values[a]));
-        order
+        let strength = |&k: &usize| values[k].max(0.0).sqrt();
+        let strongest = strength(&order[0]).max(f64::MIN_POSITIVE);
+        let direction = |&k: &usize| Vector::from_fn(|i, _| self.eigen.eigenvectors[(i, k)]);
+        Excitation {
+            strengths: order.iter().map(|k| strength(k) / strongest).collect(),
+            directions: order.iter().map(direction).collect(),
+        }
     }
+}
 
-    /// Entries of an eigenvector that belong to the ten parameters.
-    fn direction(&self, k: usize) -> Vector {
-        Vector::from_fn(|i, _| self.eigen.eigenvectors[(i, k)])
+/// Returns unit vectors of the directions that only noise excites, and of those that no row excites.
+///
+/// The directions are those in which the products of rows and those of noise are independent of each other.
+fn not_excited<D>(
+    rows: &OMatrix<f64, D, D>,
+    noise: &OMatrix<f64, D, D>,
+    windows: usize,
+) -> [Vec<OVector<f64, D>>; 2]
+where
+    D: DimSub<U1>,
+    DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<DimDiff<D, U1>>,
+{
+    let eigen = SymmetricEigen::new(rows.clone());
+    let least = EIGENVALUE_RATIO * eigen.eigenvalues.max();
+    let has_rows = |k: usize| eigen.eigenvalues[k] > least;
+    // Products of rows are the identity in these vectors.
+    let mut roots = eigen.eigenvectors.clone();
+    for k in (0..roots.ncols()).filter(|&k| has_rows(k)) {
+        let mut root = roots.column_mut(k);
+        root /= eigen.eigenvalues[k].sqrt();
     }
+    let mut fractions = roots.tr_mul(&(noise * &roots));
+    for k in (0..roots.ncols()).filter(|&k| !has_rows(k)) {
+        fractions.row_mut(k).fill(0.0);
+        fractions.column_mut(k).fill(0.0);
+        fractions[(k, k)] = WITHOUT_ROWS;
+    }
+    let fractions = SymmetricEigen::new(fractions);
+    let directions = roots * fractions.eigenvectors;
+    let mut order: Vec<usize> = (0..directions.ncols()).collect();
+    order.sort_by(|&a, &b| fractions.eigenvalues[b].total_cmp(&fractions.eigenvalues[a]));
+    let [mut of_noise, mut without_rows] = [Vec::new(), Vec::new()];
+    for k in order {
+        let (direction, fraction) = (directions.column(k), fractions.eigenvalues[k]);
+        let unit = direction / direction.norm();
+        if fraction == WITHOUT_ROWS {
+            without_rows.push(unit);
+        } else if 1.0 - fraction <= least_signal(windows, of_noise.len()) * fraction {
+            of_noise.push(unit);
+        }
+    }
+    [of_noise, without_rows]
+}
+
+/// Returns an entry for each of some vectors so that no combination of them is zero in all of these entries: the largest of the
+/// first vector, then of each other one after the elimination of those before.
+fn largest_entries<D>(vectors: &[OVector<f64, D>]) -> Vec<usize>
+where
+    D: DimSub<U1>,
+    DefaultAllocator: Allocator<D>,
+{
+    let mut rest = vectors.to_vec();
+    let mut entries = Vec::new();
+    while let Some(vector) = rest.pop() {
+        let entry = vector.iamax();
+        for other in &mut rest {
+            let factor = other[entry] / vector[entry];
+            other.axpy(-factor, &vector, 1.0);
+        }
+        entries.push(entry);
+    }
+    entries
+}
+
+/// Returns orthogonal unit vectors that span the same directions.
+fn orthogonal<D>(vectors: Vec<OVector<f64, D>>) -> Vec<OVector<f64, D>>
+where
+    D: DimSub<U1>,
+    DefaultAllocator: Allocator<D>,
+{
+    let mut units: Vec<OVector<f64, D>> = Vec::new();
+    for mut vector in vectors {
+        for unit in &units {
+            vector.axpy(-unit.dot(&vector), unit, 1.0);
+        }
+        units.push(vector.normalize());
+    }
+    units
 }
 
 impl Spectrum<Dyn> {
@@ -120,31 +237,61 @@ mod tests {
     use super::*;
     use crate::solve::subspace::Matrix;
 
-    /// A faint direction is observable, but not excited where noise of the motion is the larger part of it, or may be by
-    /// chance.
+    /// A faint direction is observable, but not where noise of the motion is the larger part of it, or may be by chance.
     #[test]
     fn noise_does_not_excite_a_direction() {
         let faint = Vector::ith(3, 1e-4);
-        let information = Matrix::identity() - Matrix::from_diagonal(&Vector::ith(3, 1.0 - 1e-4));
-        let spectrum = Spectrum::<U10>::new(information);
-        let scales = Vector::repeat(1.0);
-        assert!(spectrum.null_space(scales).directions().is_empty());
-        let not_excited = |noise: f64, windows: usize| -> Vec<Vector> {
+        let signal = Matrix::identity() - Matrix::from_diagonal(&Vector::ith(3, 1.0 - 1e-4));
+        let unobservable = |noise: f64, windows: usize| -> Vec<Vector> {
             let noise = Matrix::from_diagonal(&(faint * noise));
-            let found = spectrum.not_excited(scales, &noise, windows);
+            let spectrum = Spectrum::<U10>::with_noise(&(signal + noise), &noise, windows);
+            let found = spectrum.null_space(Vector::repeat(1.0));
             found.directions().to_vec()
         };
-        assert!(not_excited(0.0, 20).is_empty());
-        assert!(not_excited(0.3, 20).is_empty());
-        assert_eq!(not_excited(1.0, 20).len(), 1);
-        assert!(not_excited(1.0, 2000).is_empty());
-        let [direction] = not_excited(20.0, 2000)[..] else {
+        assert!(unobservable(0.0, 20).is_empty());
+        assert!(unobservable(0.3, 2000).is_empty());
+        assert_eq!(unobservable(1.0, 20).len(), 1);
+        assert!(unobservable(1.0, 2000).is_empty());
+        let [direction] = unobservable(20.0, 2000)[..] else {
             panic!("one direction is noise");
         };
         assert!((direction[3].abs() - 1.0).abs() < 1e-9, "{direction}");
-        // An unobservable direction is not excited either.
-        let without = Spectrum::<U10>::new(information - Matrix::from_diagonal(&faint));
-        let found = without.not_excited(scales, &Matrix::zeros(), 20);
+        // A direction without rows is not observable, either.
+        let without = signal - Matrix::from_diagonal(&faint);
+        let found = Spectrum::<U10>::new(without).null_space(Vector::repeat(1.0));
         assert_eq!(found.directions().len(), 1);
+    }
+
+    /// The inverse of an information with noise of any direction is that of the difference.
+    #[test]
+    fn the_inverse_is_that_of_the_information_without_noise() {
+        let root = Matrix::from_fn(|i, j| ((3 * i + 7 * j) as f64).sin() + f64::from(i == j));
+        let signal = root * root.transpose();
+        let root = Matrix::from_fn(|i, j| 0.1 * ((5 * i + j * j) as f64).cos());
+        let noise = root * root.transpose();
+        let spectrum = Spectrum::<U10>::with_noise(&(signal + noise), &noise, 1_000_000);
+        let inverse: Matrix = spectrum
+            .observable()
+            .map(|(information, direction)| direction * direction.transpose() / information)
+            .sum();
+        let error = (inverse * signal - Matrix::identity()).amax();
+        assert!(error < 1e-9, "{error}");
+    }
+
+    /// A direction that noise alone excites, and that the rows couple by chance with one that is known well, leaves the
+    /// solution of the latter as it is.
+    #[test]
+    fn noise_that_is_coupled_by_chance_does_not_move_the_solution() {
+        let mut rows = Matrix::identity();
+        (rows[(0, 1)], rows[(1, 0)]) = (0.1, 0.1);
+        let noise = Matrix::from_diagonal(&Vector::ith(1, 1.01));
+        let truth = Vector::ith(0, 1e4);
+        let target = (rows - noise) * truth;
+        let spectrum = Spectrum::<U10>::with_noise(&rows, &noise, 50);
+        let solution: Vector = spectrum
+            .observable()
+            .map(|(information, direction)| direction * (direction.dot(&target) / information))
+            .sum();
+        assert!((solution - truth).amax() < 1e-6, "{solution}");
     }
 }

@@ -7,17 +7,15 @@
 //!
 //! | information | unobservable where it is | reason |
 //! |---|---|---|
-//! | eigenvalue, batch ([`Spectrum`](super::spectrum::Spectrum)) | at most [`EIGENVALUE_RATIO`] of the largest, in scaled parameters | below, the entries of the Gram matrix are rounding |
-//! | eigenvalue, batch, for values that are not identifiable | at most [`PIVOT_SIGNAL`] of the noise of the motion in it, or at most [`CHANCE`] times the scatter of that noise's power | noise alone excites it: its estimate would be biased |
+//! | eigenvalue, batch ([`Spectrum`](super::spectrum::Spectrum)) | at most [`EIGENVALUE_RATIO`] of the largest, in scaled parameters, before the bias correction | below, the entries of the Gram matrix are rounding |
+//! | | at most [`PIVOT_SIGNAL`] of the noise of the motion in it, or at most [`CHANCE`] times the scatter of that noise's power | noise alone excites it: its estimate would be biased, and noise of any size |
 //! | pivot, online ([`Information`](super::information::Information)) | at most [`PIVOT_SIGNAL`] of the information of the rows before the bias correction | most of it is noise of the motion, and the sign of the rest is uncertain |
 //! | | at most [`PIVOT_ROUNDING`] of the information of the rows on the parameter alone | below, the subtraction of the other parameters leaves rounding |
 //! | | so little that the parameter would be larger than is plausible from noise alone | its estimate would be noise of any size |
 //!
-//! The batch fit has all windows. The uncertainty of a small eigenvalue is then in the covariance, and the only
-//! threshold of its solution guards against rounding. An interval that is wider than the values is reported only where the
-//! motion, and not its noise, excites the value. The online estimate must be usable after a few windows, when a small
-//! difference of two large numbers, information less noise, is mostly chance and may be negative: the threshold
-//! on the signal keeps the estimate from moving along such a direction.
+//! Both move the parameters only along observable directions. The online estimate must be usable after a few windows, when a
+//! small difference of two large numbers, information less noise, is mostly chance and may be negative; a batch fit of an arm
+//! that holds still has the same difference.
 //!
 //! A derived quantity is unobservable where more than [`QUANTITY_FRACTION`] of its squared gradient lies in the
 //! null space. The fraction is not zero, because the directions are computed from noisy rows and no quantity
@@ -49,7 +47,7 @@ pub(crate) const PIVOT_SIGNAL: f64 = 0.1;
 const PIVOT_ROUNDING: f64 = 1e-10;
 
 /// Fraction of a quantity's squared gradient in scaled parameters.
-const QUANTITY_FRACTION: f64 = 1e-3;
+pub(crate) const QUANTITY_FRACTION: f64 = 1e-3;
 
 /// Ratio to the largest variance in scaled parameters.
 pub(crate) const VARIANCE_RATIO: f64 = 1e-13;
@@ -57,15 +55,17 @@ pub(crate) const VARIANCE_RATIO: f64 = 1e-13;
 /// Standard deviations of an information that noise alone may leave in a direction by chance.
 const CHANCE: f64 = 4.0;
 
-/// Returns the information up to which noise alone may excite a direction, given the largest of any direction and what the
-/// noise of the motion has added in this one, over so many windows.
+/// Returns the information without noise, relative to what the noise of the motion has added, up to which noise alone may excite
+/// a direction over so many windows, where it already excites `others` directions with less.
 ///
 /// Noise in rows and in half-differences has the same power, and its difference over `n` independent windows of one
-/// channel has the standard deviation `2 / √n` of it.
-pub(crate) fn least_excitation(largest: f64, of_noise: f64, windows: usize) -> f64 {
+/// channel has the standard deviation `2 / √n` of it. The largest difference of `k` directions is chosen from all
+/// combinations of them and exceeds zero by `√(2k)` standard deviations (the edge of the spectrum of an F matrix to first
+/// order in `k / n`; Wachter 1980, Annals of Statistics 8, 937).
+pub(crate) fn least_signal(windows: usize, others: usize) -> f64 {
     let independent = windows.max(1) as f64 / PRODUCT_CORRELATION;
-    let chance = CHANCE * 2.0 / independent.sqrt();
-    (EIGENVALUE_RATIO * largest).max(chance.max(PIVOT_SIGNAL) * of_noise)
+    let chance = (CHANCE + (2.0 * others as f64).sqrt()) * 2.0 / independent.sqrt();
+    chance.max(PIVOT_SIGNAL)
 }
 
 /// Returns whether a direction with this pivot of the corrected information is observable. `rows` is the
@@ -76,8 +76,13 @@ pub(crate) fn is_observable_pivot(pivot: f64, rows: f64, alone: f64, plausible: 
     pivot > threshold
 }
 
+/// Lever arm that decides between mass and inertia, m. The columns of rigid motion have lengths in the ratio of a lever arm: mass to
+/// first moments, and first moments to inertia. Where both ratios differ, rounding fills the mass or the inertia, and what the
+/// mass and the inertia show together is far above this arm or far below it.
+const LEVER_ARM_M: f64 = 1.0;
+
 /// Returns the lengths of the columns of the parameters, at least `least` of what is usual for their kind (mass, first
-/// moments, inertia). The result does not depend on units. Lengths may be infinite.
+/// moments, inertia). The result depends on units by [`LEVER_ARM_M`] alone. Lengths may be infinite.
 ///
 /// Usual is the largest length of the kind, or that which continues those of the other two kinds, which differ by a lever
 /// arm each: a kind that only rounding excites has no column of usual length. Where only one kind has rows, no row shows a
@@ -87,12 +92,13 @@ pub(crate) fn bounded_lengths(lengths: &Vector, least: f64) -> Vector {
         let of_kind = lengths.as_slice()[kind].iter();
         of_kind.fold(0.0, |a, &b| f64::max(a, b))
     });
+    let between = first.max(mass.sqrt() * second.sqrt());
     let over = |length: f64, by: f64| if by > 0.0 { length / by } else { 0.0 };
-    let usual = [
-        mass.max(first * over(first, second)),
-        first.max(mass.sqrt() * second.sqrt()),
-        second.max(first * over(first, mass)),
-    ];
+    let usual = if mass.sqrt() > LEVER_ARM_M * second.sqrt() {
+        [mass, between, second.max(first * over(first, mass))]
+    } else {
+        [mass.max(first * over(first, second)), between, second]
+    };
     let any = mass + first + second;
     let any = if any > 0.0 { any } else { 1.0 };
     let mut bounded = *lengths;
@@ -214,12 +220,13 @@ mod tests {
         );
     }
 
-    /// Without noise only rounding limits the information; with noise, the tenth of it and its scatter do.
+    /// With many windows a tenth of the noise is more than its scatter, with few it is less; other directions that noise alone
+    /// excites raise the limit.
     #[test]
-    fn noise_alone_makes_no_direction_observable() {
-        assert!((least_excitation(3.0, 0.0, 25) - 3e-10).abs() < 1e-20);
-        assert!((least_excitation(1.0, 1e-3, 1_000_000) - 1e-4).abs() < 1e-12);
-        let few = least_excitation(1.0, 1e-3, 25) / 1e-3;
-        assert!((few - 8.0 / (25.0 / PRODUCT_CORRELATION).sqrt()).abs() < 1e-9);
+    fn signal_exceeds_the_scatter_of_noise() {
+        assert_eq!(least_signal(1_000_000, 0), PIVOT_SIGNAL);
+        let std_dev = 2.0 / (25.0 / PRODUCT_CORRELATION).sqrt();
+        assert!((least_signal(25, 0) - 4.0 * std_dev).abs() < 1e-9);
+        assert!((least_signal(25, 8) - 8.0 * std_dev).abs() < 1e-9);
     }
 }

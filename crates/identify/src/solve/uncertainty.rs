@@ -169,16 +169,6 @@ pub(crate) fn std_dev(
     (gradient * product)[0].max(0.0).sqrt()
 }
 
-/// Returns whether the directions outside of a null space determine each value at these parameters. For a mass of zero
-/// they determine none.
-pub(crate) fn observable(parameters: &Vector, null_space: &NullSpace) -> [bool; 10] {
-    let jacobian = value_jacobian(parameters);
-    std::array::from_fn(|k| {
-        let row = jacobian.as_ref().map(|jacobian| jacobian.row(k).into());
-        row.is_some_and(|row| null_space.determines(&row))
-    })
-}
-
 /// Returns the observability of each value, given its standard deviation and whether the motion excites it: it is
 /// identifiable where 1.96 standard deviations are less than the largest value of its kind.
 pub(crate) fn observability(

@@ -50,7 +50,7 @@ impl ReweightedLeastSquares<'_> {
         let mut meat = meat * self.noise.inflation(independent, from_residuals);
         // Variance of the weighing: its information is enlarged for the correlation of neighbouring windows.
         meat[(0, 0)] += self.mass_information() * NOISE_CORRELATION;
-        let scaled = bread * meat * bread;
+        let scaled = self.spectrum.across_unobservable(bread * meat * bread);
         let mut scales = DVector::from_fn(self.columns, |k, _| self.scales[k] * t_factors[k]);
         if self.mass_information() > 0.0 {
             // The variance of a known mass is not estimated from the residuals.
