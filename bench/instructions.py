@@ -3,7 +3,7 @@
 Run by `make instructions`. A count does not depend on the machine's speed or load, and little on
 the compiler and the C library (within `TOLERANCE`), so it may fail a build: a kernel that needs
 more than `TOLERANCE` above its count is an error. One that needs that much less asks for the new
-count, which `--write` stores. Without valgrind nothing is counted, which is no error.
+count, which `--write` stores. Without valgrind nothing can be counted, which is an error, too.
 """
 
 import json
@@ -28,8 +28,8 @@ REPETITIONS = (200, 1200)
 def main() -> int:
     """Counts, compares and reports."""
     if shutil.which("valgrind") is None:
-        print("instructions are not counted: valgrind is missing (Debian: apt install valgrind)")
-        return 0
+        print("valgrind is missing (Debian: apt install valgrind)", file=sys.stderr)
+        return 2
     counts = {}
     for example, package in PROGRAMS.items():
         program = built(example, package)
