@@ -9,6 +9,7 @@ use std::fs;
 use std::io::{self, Cursor, ErrorKind, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::rc::Rc;
+use std::thread;
 
 use common::{STEP_NS, header};
 use tactid_logs::messages::JointState;
@@ -87,40 +88,58 @@ fn read(path: &Path, bytes: &[u8]) -> Vec<JointState> {
         .collect()
 }
 
-/// Asserts that a log on a disk of any size keeps what was acknowledged. Returns the size that is enough for it.
-fn assert_acknowledged_is_kept(states: &[JointState]) -> u64 {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("full.mcap");
-    let mut size = 0;
-    loop {
-        let bytes = Rc::new(RefCell::new(Cursor::new(Vec::new())));
-        let disk = Disk {
-            bytes: bytes.clone(),
-            size,
-            most: usize::MAX,
-        };
-        let mut acknowledged = 0;
-        let result = write(disk, states, &mut acknowledged);
-        let messages = read(&path, bytes.borrow().get_ref());
-        assert!(messages.len() >= acknowledged, "{size} bytes");
-        assert!(states.starts_with(&messages), "{size} bytes");
-        match result {
-            Ok(()) => {
-                assert_eq!(messages.len(), states.len());
-                return size;
-            }
-            Err(LogError::Io { action, source, .. }) => {
-                assert_eq!((action, source.kind()), ("write", ErrorKind::StorageFull));
-            }
-            Err(error) => panic!("{size} bytes: {error}"),
+/// Returns the bytes of a log on a disk of this size, whether it is whole, and how many messages were acknowledged.
+fn written(states: &[JointState], size: u64) -> (Vec<u8>, Result<(), LogError>, usize) {
+    let bytes = Rc::new(RefCell::new(Cursor::new(Vec::new())));
+    let disk = Disk {
+        bytes: bytes.clone(),
+        size,
+        most: usize::MAX,
+    };
+    let mut acknowledged = 0;
+    let result = write(disk, states, &mut acknowledged);
+    (bytes.take().into_inner(), result, acknowledged)
+}
+
+/// Asserts that a log on a disk of this size, which is too small for it, keeps what was acknowledged.
+fn assert_acknowledged_is_kept(states: &[JointState], size: u64, path: &Path) {
+    let (bytes, result, acknowledged) = written(states, size);
+    match result {
+        Err(LogError::Io { action, source, .. }) => {
+            assert_eq!((action, source.kind()), ("write", ErrorKind::StorageFull));
         }
-        size += 1;
+        other => panic!("{size} bytes: {other:?}"),
     }
+    let messages = read(path, &bytes);
+    assert!(messages.len() >= acknowledged, "{size} bytes");
+    assert!(states.starts_with(&messages), "{size} bytes");
+}
+
+/// Asserts that a log on a disk of any size keeps what was acknowledged. Returns the size that is enough for it.
+fn assert_acknowledged_is_kept_at_any_size(states: &[JointState]) -> u64 {
+    let folder = tempfile::tempdir().unwrap();
+    let (bytes, result, _) = written(states, u64::MAX);
+    result.unwrap();
+    let enough = bytes.len() as u64;
+    let whole = folder.path().join("whole.mcap");
+    assert_eq!(read(&whole, &bytes).len(), states.len());
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    thread::scope(|scope| {
+        for first in 0..threads {
+            let path = folder.path().join(format!("{first}.mcap"));
+            scope.spawn(move || {
+                for size in (first as u64..enough).step_by(threads) {
+                    assert_acknowledged_is_kept(states, size, &path);
+                }
+            });
+        }
+    });
+    enough
 }
 
 #[test]
 fn a_disk_that_is_full_at_any_byte_keeps_what_was_acknowledged() {
-    let size = assert_acknowledged_is_kept(&states(11, 1));
+    let size = assert_acknowledged_is_kept_at_any_size(&states(11, 1));
     assert!(size > 1000, "{size} bytes");
 }
 
@@ -128,7 +147,7 @@ fn a_disk_that_is_full_at_any_byte_keeps_what_was_acknowledged() {
 #[test]
 #[ignore = "takes some minutes"]
 fn a_disk_that_is_full_at_any_byte_of_a_long_log_keeps_what_was_acknowledged() {
-    let size = assert_acknowledged_is_kept(&states(120, 220));
+    let size = assert_acknowledged_is_kept_at_any_size(&states(120, 220));
     assert!(size > 200_000, "{size} bytes");
 }
 
