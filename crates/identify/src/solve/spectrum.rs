@@ -17,7 +17,7 @@ where
     D: DimSub<U1>,
     DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<DimDiff<D, U1>>,
 {
-    /// Eigenvalues of the information without the noise of the motion, of the parameters that are not fixed.
+    /// Eigenvalues of the information without the noise of the motion, of the parameters that are not held.
     eigen: SymmetricEigen<f64, D>,
     /// Orthogonal unit vectors.
     unobservable: Vec<OVector<f64, D>>,
@@ -45,9 +45,9 @@ where
 
     /// Decomposes the information of the `rows` of so many windows less what the `noise` of their motion has added to it.
     ///
-    /// For each direction that noise alone excites, one parameter is fixed. A solution across such directions would not do:
-    /// they contain by chance a part of the others, of whose values, thousands of their standard deviations, it would lack as
-    /// much. What a fixed parameter misses is its own value.
+    /// For each direction that noise alone excites, one parameter is held. To hold the coordinate along the direction instead would
+    /// bias the other parameters: by chance the direction contains a small share of them, and their values are thousands of their
+    /// standard deviations. A parameter that is held lacks its own value only.
     pub(crate) fn with_noise(
         rows: &OMatrix<f64, D, D>,
         noise: &OMatrix<f64, D, D>,
@@ -95,8 +95,8 @@ where
             <= QUANTITY_FRACTION
     }
 
-    /// Returns a covariance without its part in the unobservable directions. That of a solution has none in the parameters that
-    /// are fixed instead.
+    /// Returns a covariance without its share in the unobservable directions. The covariance of a solution lacks a share in the
+    /// parameters that are held, which is another one.
     pub(crate) fn across_unobservable(
         &self,
         mut covariance: OMatrix<f64, D, D>,
@@ -112,7 +112,7 @@ where
         covariance
     }
 
-    /// Returns a vector without its part in the unobservable directions.
+    /// Returns a vector without its share in the unobservable directions.
     pub(crate) fn vector_across_unobservable(
         &self,
         mut vector: OVector<f64, D>,
