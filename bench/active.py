@@ -36,7 +36,7 @@ PASSES = 2
 
 @dataclass
 class Runs:
-    """What the runs of one bound gave."""
+    """Results of the runs with one bound."""
 
     values: dict[str, list[Array]] = field(default_factory=lambda: {name: [] for name in METHODS})
     attitude_deg: list[float] = field(default_factory=list)
@@ -99,7 +99,7 @@ def attitude_deg(orientation: Array) -> float:
 
 
 def torque_limits() -> Array:
-    """Of the arm's joints, N m."""
+    """Returns the torque limits of the arm's joints, N m."""
     joints = ElementTree.fromstring(tactid.Experiment.paper().urdf).iter("joint")
     limits = {joint.get("name"): joint.find("limit") for joint in joints}
     found = [limits[f"joint_{k}"] for k in range(1, 7)]

@@ -27,13 +27,13 @@ class Recorded:
     position: Array
     orientation: Array
     twist: Array
-    """Linear, angular, in the base's frame."""
+    """Twist of the base in its own frame: linear, then angular, (n, 6)."""
     wrench: Array
-    """Of both fingers, (n, 2, 6), on the payload."""
+    """Wrenches of both fingers on the payload, (n, 2, 6)."""
 
     @classmethod
     def of(cls, experiment: tactid.Experiment) -> "Recorded":
-        """Simulated, and read from its log."""
+        """Simulates an experiment and reads its log."""
         with tempfile.TemporaryDirectory() as folder:
             log = Path(folder) / "run.mcap"
             tactid.simulate(experiment, log)
@@ -41,7 +41,7 @@ class Recorded:
 
     @classmethod
     def read(cls, log: Path) -> "Recorded":
-        """From a log of the simulator."""
+        """Reads a log of the simulator."""
         joints, base = tactid.read(log, "/joint_states"), tactid.read(log, "/base/odom")
         fingers = [tactid.read(log, f"/finger_{side}/wrench") for side in ("left", "right")]
         return cls(
@@ -56,16 +56,16 @@ class Recorded:
         )
 
     def pose(self) -> Array:
-        """Of the base, as tactid takes it."""
+        """Returns the pose of the base: position, then quaternion x, y, z, w, (n, 7)."""
         return np.hstack([self.position, self.orientation])
 
     def world_twist(self) -> Array:
-        """Of the base, in world axes."""
+        """Returns the twist of the base in world axes: linear, then angular, (n, 6)."""
         twist = self.twist.reshape(-1, 2, 3)
         return np.einsum("nij,nkj->nki", rotations(self.orientation), twist).reshape(-1, 6)
 
     def kinematics(self, robot: tactid.Manipulator, frame: str) -> tactid.FrameMotion:
-        """Of a frame, its accelerations derived."""
+        """Returns the motion of a frame, with accelerations derived from the velocities."""
         step, twist = self.time[1] - self.time[0], self.world_twist()
         return robot.kinematics(
             frame,

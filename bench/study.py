@@ -71,7 +71,7 @@ class Trial:
 
     @classmethod
     def of(cls, experiment: tactid.Experiment) -> "Trial":
-        """Simulated without noise."""
+        """Simulates an experiment without noise."""
         robot = tactid.Manipulator.from_urdf(experiment.urdf, "floating")
         return cls(Recorded.of(experiment), robot, experiment.payload)
 
@@ -86,7 +86,7 @@ class Trial:
         seeds: Iterable[int] = range(RUNS),
         **options: object,
     ) -> Array:
-        """Errors in %, (seeds, seconds, 10); methods and estimators see the same noise."""
+        """Returns errors in %, (seeds, seconds, 10). Methods and estimators see the same noise."""
         found = []
         for seed in seeds if level > 0 else [0]:
             noisy = self.recorded.with_noise(level, np.random.default_rng(seed), motion=motion)
@@ -96,7 +96,7 @@ class Trial:
 
 
 def rms_of(errors: Array) -> Array:
-    """Over the runs, (seconds, 10)."""
+    """Returns the rms errors over the runs, (seconds, 10)."""
     return np.sqrt(np.mean(errors**2, axis=0))
 
 
@@ -188,7 +188,7 @@ def table(title: str, found: dict[tuple[float, str], Array]) -> Table:
 
 
 def each(title: str, numbers: Array, form: str = ".2g") -> Table:
-    """All ten for each time."""
+    """Returns a table of the numbers of all ten values, a row for each time."""
     result = Table("after", *tactid.VALUE_NAMES, title=title)
     for seconds, row in zip(SECONDS, numbers, strict=True):
         result.add_row(f"{seconds:g} s", *(f"{value:{form}}" for value in row))

@@ -40,7 +40,9 @@ Row rls(const Rows &rows) {
 #pragma GCC visibility push(default)
 extern "C" bool estimator_run(const char *name, const double *numbers, std::size_t count,
                                  std::size_t repetitions, double *out) {
-  const auto estimator = std::string(name) == "nlms" ? nlms : rls;
+  const std::string which(name);
+  if (which != "nlms" && which != "rls") return false;
+  const auto estimator = which == "nlms" ? nlms : rls;
   const Rows rows(numbers, 11, static_cast<Eigen::Index>(count));
   Eigen::Map<Row> parameters(out);
   for (std::size_t repetition = 0; repetition < repetitions; ++repetition) {

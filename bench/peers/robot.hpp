@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <stdexcept>
 #include <string>
 
 #include <pinocchio/algorithm/kinematics.hpp>
@@ -37,7 +38,9 @@ pin::JointIndex add_joint(pin::Model &model, const std::string &kind, std::size_
   if (kind == "JointModelPZ") return model.addJoint(parent, pin::JointModelPZ(), at, name);
   if (kind == "JointModelRevoluteUnaligned")
     return model.addJoint(parent, pin::JointModelRevoluteUnaligned(along), at, name);
-  return model.addJoint(parent, pin::JointModelPrismaticUnaligned(along), at, name);
+  if (kind == "JointModelPrismaticUnaligned")
+    return model.addJoint(parent, pin::JointModelPrismaticUnaligned(along), at, name);
+  throw std::invalid_argument("no joint of the kind " + kind);
 }
 
 // `joints` has for each joint its placement (12), its axis (3) and the inertia of its body (10, dynamic parameters).

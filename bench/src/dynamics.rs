@@ -209,21 +209,21 @@ fn series(dynamics: &Dynamics) -> StateSeries<'_> {
 }
 
 fn series_inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) -> Option<()> {
-    let mut wrenches = std::mem::take(&mut dynamics.base_wrenches);
-    let series = series(dynamics);
-    let done = dynamics
-        .batch
-        .inverse_dynamics(&series, &GRAVITY, out, &mut wrenches);
-    dynamics.base_wrenches = wrenches;
-    done.ok()
+    inverse_dynamics_by(dynamics, |dynamics| &dynamics.batch, out)
 }
 
 fn baseline_series_inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) -> Option<()> {
+    inverse_dynamics_by(dynamics, |dynamics| &dynamics.baseline_batch, out)
+}
+
+fn inverse_dynamics_by(
+    dynamics: &mut Dynamics,
+    batch: fn(&Dynamics) -> &BatchDynamics,
+    out: &mut [f64],
+) -> Option<()> {
     let mut wrenches = std::mem::take(&mut dynamics.base_wrenches);
     let series = series(dynamics);
-    let done = dynamics
-        .baseline_batch
-        .inverse_dynamics(&series, &GRAVITY, out, &mut wrenches);
+    let done = batch(dynamics).inverse_dynamics(&series, &GRAVITY, out, &mut wrenches);
     dynamics.base_wrenches = wrenches;
     done.ok()
 }

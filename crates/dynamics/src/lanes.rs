@@ -65,7 +65,7 @@ impl Real for FourLanes {
     }
 
     #[inline(always)]
-    fn like(self, number: f64) -> Self {
+    fn splat(self, number: f64) -> Self {
         Self(wide::f64x4::splat(number))
     }
 
@@ -162,7 +162,7 @@ impl<S: pulp::Simd> Real for Register<S> {
     }
 
     #[inline(always)]
-    fn like(self, number: f64) -> Self {
+    fn splat(self, number: f64) -> Self {
         self.with(self.simd.splat_f64s(number))
     }
 

@@ -61,7 +61,7 @@ impl FixedFrame {
     /// Returns the motion of the frame in the frame itself, where `state` is that of its body.
     #[inline(always)]
     pub(crate) fn motion<T: Real>(&self, state: &BodyState<T>) -> FixedMotion<T> {
-        let zero = state.sliding_velocity.like(0.0);
+        let zero = state.sliding_velocity.splat(0.0);
         let rotation = Mat3::splat(zero, &self.rotation);
         let translation = Vec3::splat(zero, &self.translation);
         let acceleration = state.acceleration + &state.omega_matrix * translation;

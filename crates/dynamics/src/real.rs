@@ -15,11 +15,12 @@ pub(crate) trait Real:
     + Neg<Output = Self>
     + Mul<f64, Output = Self>
 {
-    /// Returns `self · factor + term`, rounded once where the processor has such an instruction.
+    /// Returns `self · factor + term`. A register may round once, where its processor has such an instruction; `f64` and lanes that
+    /// every processor has round the product and the sum.
     fn mul_add(self, factor: Self, term: Self) -> Self;
 
-    /// Returns a number in all lanes. `self` only says where: lanes of a register need proof of their processor.
-    fn like(self, number: f64) -> Self;
+    /// Returns a number in all lanes of a register like `self`, which proves that its processor is there.
+    fn splat(self, number: f64) -> Self;
 
     /// Returns the absolute value.
     fn abs(self) -> Self;
@@ -33,7 +34,7 @@ impl Real for f64 {
     }
 
     #[inline(always)]
-    fn like(self, number: f64) -> Self {
+    fn splat(self, number: f64) -> Self {
         number
     }
 
@@ -91,19 +92,19 @@ const COSINE: [f64; 6] = [
 /// the same way.
 #[inline(always)]
 pub(crate) fn sin_cos<T: Real>(angle: T) -> (T, T) {
-    let rounding = angle.like(ROUNDING);
-    let quarters = angle.mul_add(angle.like(FRAC_2_PI), rounding) - rounding;
+    let rounding = angle.splat(ROUNDING);
+    let quarters = angle.mul_add(angle.splat(FRAC_2_PI), rounding) - rounding;
     let [first, second, third] = HALF_PI;
-    let rest = (-quarters).mul_add(angle.like(first), angle);
-    let rest = (-quarters).mul_add(angle.like(second), rest);
-    let rest = (-quarters).mul_add(angle.like(third), rest);
+    let remainder = (-quarters).mul_add(angle.splat(first), angle);
+    let remainder = (-quarters).mul_add(angle.splat(second), remainder);
+    let remainder = (-quarters).mul_add(angle.splat(third), remainder);
     // The number of quarter turns modulo four, from -2 to 2.
-    let fours = quarters.mul_add(angle.like(0.25), rounding) - rounding;
-    let quarter = fours.mul_add(angle.like(-4.0), quarters);
-    let (sin, cos) = sin_cos_of_rest(rest);
+    let fours = quarters.mul_add(angle.splat(0.25), rounding) - rounding;
+    let quarter = fours.mul_add(angle.splat(-4.0), quarters);
+    let (sin, cos) = sin_cos_of_remainder(remainder);
     // Sine and cosine of the quarter turns are -1, 0 and 1, exactly.
-    let quarter_sin = quarter * (angle.like(2.0) - quarter.abs());
-    let quarter_cos = angle.like(1.0) - quarter.abs();
+    let quarter_sin = quarter * (angle.splat(2.0) - quarter.abs());
+    let quarter_cos = angle.splat(1.0) - quarter.abs();
     (
         quarter_sin.mul_add(cos, quarter_cos * sin),
         quarter_cos.mul_add(cos, -(quarter_sin * sin)),
@@ -112,12 +113,12 @@ pub(crate) fn sin_cos<T: Real>(angle: T) -> (T, T) {
 
 /// Returns sine and cosine within an eighth of a turn, by fdlibm's polynomials.
 #[inline(always)]
-fn sin_cos_of_rest<T: Real>(x: T) -> (T, T) {
+fn sin_cos_of_remainder<T: Real>(x: T) -> (T, T) {
     let z = x * x;
     let sin = (z * x).mul_add(polynomial(z, &SINE), x);
     let half = z * 0.5;
-    let near_one = x.like(1.0) - half;
-    let correction = (z * z).mul_add(polynomial(z, &COSINE), x.like(1.0) - near_one - half);
+    let near_one = x.splat(1.0) - half;
+    let correction = (z * z).mul_add(polynomial(z, &COSINE), x.splat(1.0) - near_one - half);
     (sin, near_one + correction)
 }
 
@@ -125,11 +126,11 @@ fn sin_cos_of_rest<T: Real>(x: T) -> (T, T) {
 #[inline(always)]
 fn polynomial<T: Real>(z: T, coefficients: &[f64; 6]) -> T {
     let [c0, c1, c2, c3, c4, c5] = *coefficients;
-    let sum = z.mul_add(z.like(c5), z.like(c4));
-    let sum = sum.mul_add(z, z.like(c3));
-    let sum = sum.mul_add(z, z.like(c2));
-    let sum = sum.mul_add(z, z.like(c1));
-    sum.mul_add(z, z.like(c0))
+    let sum = z.mul_add(z.splat(c5), z.splat(c4));
+    let sum = sum.mul_add(z, z.splat(c3));
+    let sum = sum.mul_add(z, z.splat(c2));
+    let sum = sum.mul_add(z, z.splat(c1));
+    sum.mul_add(z, z.splat(c0))
 }
 
 #[cfg(test)]

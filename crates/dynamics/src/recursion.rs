@@ -90,7 +90,7 @@ pub(crate) struct BodyState<T> {
 
 /// Motion of the base frame, in the inertial frame.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BaseState<T> {
+pub(crate) struct BaseMotion<T> {
     pub(crate) rotation: Mat3<T>,
     pub(crate) position: Vec3<T>,
     pub(crate) angular_velocity: Vec3<T>,
@@ -178,10 +178,10 @@ pub(crate) fn matrix(rotation: &UnitQuaternion<f64>) -> Mat3<f64> {
     rotation.to_rotation_matrix().into_inner().into()
 }
 
-impl<T: Real> BaseState<T> {
+impl<T: Real> BaseMotion<T> {
     /// Returns the motion of a base that is the same in all lanes of `like`.
     #[inline(always)]
-    pub(crate) fn splat(like: T, base: &BaseState<f64>) -> Self {
+    pub(crate) fn splat(like: T, base: &BaseMotion<f64>) -> Self {
         Self {
             rotation: Mat3::splat(like, &base.rotation),
             position: Vec3::splat(like, &base.position),
@@ -218,7 +218,7 @@ impl<T: Real> BodyState<T> {
 
     /// Moves the base.
     #[inline(always)]
-    fn move_base(&mut self, base: &BaseState<T>) {
+    fn move_base(&mut self, base: &BaseMotion<T>) {
         self.rotation = base.rotation;
         self.translation = base.position;
         self.angular_velocity = base.rotation.tr_mul(base.angular_velocity);
@@ -236,7 +236,7 @@ impl<T: Real> BodyState<T> {
         joint: JointState<T>,
         parent: &Self,
     ) {
-        let (rate, zero) = (joint.velocity, joint.velocity.like(0.0));
+        let (rate, zero) = (joint.velocity, joint.velocity.splat(0.0));
         let at_zero = Mat3::splat(zero, &body.rotation);
         let origin = Vec3::splat(zero, &body.translation);
         match kind {
@@ -244,9 +244,9 @@ impl<T: Real> BodyState<T> {
                 let (sin, cos) = sin_cos(joint.position);
                 let [x, y, z] = at_zero.0;
                 self.rotation = Mat3([
-                    turned(x, sin, cos),
-                    turned(y, sin, cos),
-                    turned(z, sin, cos),
+                    rotated_about_z(x, sin, cos),
+                    rotated_about_z(y, sin, cos),
+                    rotated_about_z(z, sin, cos),
                 ]);
                 self.translation = origin;
                 self.sliding_velocity = zero;
@@ -286,9 +286,9 @@ impl<T: Real> BodyState<T> {
     #[inline(always)]
     pub(crate) fn set_inertial_wrench(&mut self, body: &BodyModel) {
         let (a, o) = (self.acceleration, &self.omega_matrix);
-        let zero = a.0[0].like(0.0);
+        let zero = a.0[0].splat(0.0);
         let h = Vec3::splat(zero, &body.first_moment);
-        self.force = a * zero.like(body.mass_kg) + o * h; // (24)-(27)
+        self.force = a * zero.splat(body.mass_kg) + o * h; // (24)-(27)
         // (37)-(41): the integral of x × Ω̇ x, by the second moments about the origin.
         let second = Mat3::splat(zero, &body.second_moments);
         let [ox, oy, oz] = [Vec3(o.0[0]), Vec3(o.0[1]), Vec3(o.0[2])];
@@ -304,7 +304,7 @@ impl<T: Real> BodyState<T> {
 
 /// Returns a row of a matrix that a rotation about z follows.
 #[inline(always)]
-fn turned<T: Real>([x, y, z]: [T; 3], sin: T, cos: T) -> [T; 3] {
+fn rotated_about_z<T: Real>([x, y, z]: [T; 3], sin: T, cos: T) -> [T; 3] {
     [x.mul_add(cos, y * sin), y.mul_add(cos, -(x * sin)), z]
 }
 
@@ -325,7 +325,7 @@ pub(crate) trait JointTorques<T> {
 pub(crate) fn outward<T: Real>(
     bodies: &[BodyModel],
     states: &mut [BodyState<T>],
-    base: &BaseState<T>,
+    base: &BaseMotion<T>,
     joints: &impl JointStates<T>,
 ) {
     for (index, body) in bodies.iter().enumerate() {

@@ -119,7 +119,7 @@ pub(crate) fn regressor_entries<T: Real>(
     let ([ax, ay, az], [dx, dy, dz]) = (a.0, dw.0);
     let [xx, xy, xz, yy, yz, zz] = products;
     let o = Mat3::omega_matrix(products, dw);
-    let zero = ax.like(0.0);
+    let zero = ax.splat(0.0);
     let [ox, oy, oz] = o.0;
     [
         [ax, ay, az, zero, zero, zero],

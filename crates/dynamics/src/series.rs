@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, Vector3};
 use crate::lanes::{FourLanes, Lanes, MOST_LANES, Register};
 use crate::placement::FixedFrame;
 use crate::recursion::{
-    BaseState, BodyModel, BodyState, JointModel, JointState, JointStates, JointTorques, inward,
+    BaseMotion, BodyModel, BodyState, JointModel, JointState, JointStates, JointTorques, inward,
     outward,
 };
 use crate::rows::regressor_entries;
@@ -35,10 +35,10 @@ pub enum VectorUnit {
 
 /// Batched dynamics: computations for many states of a [`Manipulator`] at once, a [`StateSeries`].
 ///
-/// A computation takes its states two, four or eight at a time; the rounding errors are those of a
-/// [`Workspace`](crate::Workspace) but not the same ones, because some processors round a product and a sum once. Each
-/// call allocates the states of the bodies, and the torques of a few states or the bodies above the frame; in a control loop, which has
-/// one state at a time, a [`Workspace`](crate::Workspace) allocates nothing.
+/// A computation takes its states two, four or eight at a time. Results agree with those of a
+/// [`Workspace`](crate::Workspace) to rounding and not bit by bit, because some processors round a product and a sum once. Each
+/// call allocates one register for each entry of the bodies' states; a control loop, which has one state at a time, uses a
+/// [`Workspace`](crate::Workspace), which allocates nothing.
 ///
 /// ```
 /// # use nalgebra::{Isometry3, Vector3};
@@ -260,14 +260,14 @@ impl Source<'_> {
 
     /// Returns the motion of the base in the lanes from `first` on.
     #[inline(always)]
-    fn base<T: Lanes>(&self, zero: T, first: usize) -> BaseState<T> {
+    fn base<T: Lanes>(&self, zero: T, first: usize) -> BaseMotion<T> {
         if self.strides.base == 0 {
-            return BaseState::splat(zero, &BaseState::new(&self.states.base[0], self.gravity));
+            return BaseMotion::splat(zero, &BaseMotion::new(&self.states.base[0], self.gravity));
         }
-        let mut all = [BaseState::<f64>::new(&self.states.base[first], self.gravity); MOST_LANES];
+        let mut all = [BaseMotion::<f64>::new(&self.states.base[first], self.gravity); MOST_LANES];
         for (lane, base) in all[..T::COUNT].iter_mut().enumerate().skip(1) {
             let state = (first + lane).min(self.count - 1);
-            *base = BaseState::new(&self.states.base[state], self.gravity);
+            *base = BaseMotion::new(&self.states.base[state], self.gravity);
         }
         let mut numbers = [[0.0; MOST_LANES]; 21];
         for (lane, base) in all.iter().enumerate() {
@@ -284,7 +284,7 @@ impl Source<'_> {
                 numbers[lane] = *entry;
             }
         }
-        BaseState {
+        BaseMotion {
             rotation: Mat3([
                 read_vector(zero, &numbers, 0).0,
                 read_vector(zero, &numbers, 3).0,

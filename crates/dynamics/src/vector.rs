@@ -23,7 +23,7 @@ impl<T: Real> Vec3<T> {
     #[inline(always)]
     pub(crate) fn splat(like: T, vector: &Vec3<f64>) -> Self {
         let [x, y, z] = vector.0;
-        Self([like.like(x), like.like(y), like.like(z)])
+        Self([like.splat(x), like.splat(y), like.splat(z)])
     }
 
     /// Returns the dot product.

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Vector3};
 use crate::manipulator::Manipulator;
 use crate::placement::FixedFrame;
 use crate::recursion::{
-    BaseState, BodyModel, BodyState, JointModel, JointState, JointStates, JointTorques, inward,
+    BaseMotion, BodyModel, BodyState, JointModel, JointState, JointStates, JointTorques, inward,
     matrix, outward,
 };
 use crate::virtual_work::RegressorState;
@@ -141,7 +141,7 @@ impl Workspace {
     /// Moves the bodies and subtracts `gravity` from their accelerations. Each slice of `joints` has one entry for each independent
     /// joint.
     fn move_bodies(&mut self, base: &FrameMotion, joints: JointMotion<'_>, gravity: &Vector3<f64>) {
-        let base_state = BaseState::new(base, gravity);
+        let base_state = BaseMotion::new(base, gravity);
         outward(&self.bodies, &mut self.states, &base_state, &joints);
         self.base_velocity = base.velocity;
         self.gravity = *gravity;
@@ -149,7 +149,7 @@ impl Workspace {
     }
 
     /// Computes the forces of the present motion.
-    fn load_bodies(&mut self) {
+    fn compute_forces(&mut self) {
         self.joint_torques.fill(0.0);
         inward(&self.bodies, &mut self.states, &mut self.joint_torques);
         self.has_forces = true;
@@ -187,7 +187,7 @@ impl JointTorques<f64> for Vec<f64> {
     }
 }
 
-impl BaseState<f64> {
+impl BaseMotion<f64> {
     /// Returns the motion of a base, with `gravity` subtracted from its acceleration.
     pub(crate) fn new(base: &FrameMotion, gravity: &Vector3<f64>) -> Self {
         Self {
@@ -249,7 +249,7 @@ pub fn motion_under_gravity(
 /// less time.
 pub fn forces(workspace: &mut Workspace, gravity: &Vector3<f64>) {
     workspace.set_gravity(gravity);
-    workspace.load_bodies();
+    workspace.compute_forces();
 }
 
 /// Computes motion and forces of every body: [`motion_under_gravity`] and then [`forces`].
@@ -264,6 +264,6 @@ pub fn inverse_dynamics(
     gravity: &Vector3<f64>,
 ) -> Result<(), StateError> {
     motion_under_gravity(workspace, base, joints, gravity)?;
-    workspace.load_bodies();
+    workspace.compute_forces();
     Ok(())
 }
