@@ -11,15 +11,15 @@ mod common;
 use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
-use tactid_dynamics::{InertialParameters, MassProperties};
+use tactid_dynamics::{FrameMotion, InertialParameters, MassProperties, Workspace, motion};
 use tactid_excitation::{
-    ActiveSettings, BaseBounds, Grip, JointStates, Limit, Motion, Planner, Prior, PriorBound,
-    Problem, Step, Trajectory, margins,
+    ActiveSettings, BaseBounds, CollisionModel, Grip, JointStates, Limit, Motion, OrientedBox,
+    Planner, Prior, PriorBound, Problem, Step, Trajectory, margins,
 };
 use tactid_identify::{HALF_WIDTH_95, Identifier, largest_of_kind, values_of_body};
 
 use closed_loop::{Loop, Noise, Outcome, identify};
-use common::{NOISE, TOOL, in_orbit, on_ground};
+use common::{NOISE, TOOL, in_orbit, on_ground, urdf};
 
 const HEAVY: Prior = Prior {
     mass_kg: (5.0, 100.0),
@@ -115,6 +115,36 @@ fn identifies_a_payload_and_stops() {
         let still = |rates: &[f64]| rates.iter().all(|rate| rate.abs() < 1e-9);
         assert!(still(&end.velocity) && still(&end.acceleration), "{end:?}");
     }
+}
+
+/// Plans keep tool and payload in a box and bodies apart, which plans without these limits do not.
+#[test]
+fn keeps_bodies_in_their_place_and_apart() {
+    let mut free = on_ground();
+    free.sensing.equations.wrench_noise = vec![NOISE.map(|std_dev| 0.02 * std_dev)];
+    free.payload_box = Some(OrientedBox::between([0.1, -0.1, -0.05], [0.3, 0.1, 0.15]));
+    let no_files = &mut |_: &str| panic!("the built-in robot has no meshes");
+    let mut bounded = free.clone();
+    bounded.collisions = Some(CollisionModel::of_urdf(&urdf(), &free.robot, no_files).unwrap());
+    let mut workspace = Workspace::new(&free.robot);
+    let base = FrameMotion::at_rest(Isometry3::identity());
+    let start = JointStates::at_rest(&free.start);
+    motion(&mut workspace, &base, start.joints()).unwrap();
+    let tool = workspace.pose(free.robot.frame(TOOL).unwrap());
+    let center = (tool * Point3::new(0.2, 0.0, 0.05)).coords;
+    let half = Vector3::repeat(0.35);
+    bounded.workspace.inside = Some(OrientedBox::between(
+        (center - half).into(),
+        (center + half).into(),
+    ));
+    let kept = run(&bounded, LIGHT, 0.01, 3);
+    assert!(kept.plans.len() > 1, "{:?} {:?}", kept.ratios, kept.failure);
+    let (limit, fraction) = used(&bounded, bounded.payloads[0], &kept.motion);
+    assert!(fraction <= 1.0, "{limit} {fraction}");
+    let left = run(&free, LIGHT, 0.01, 3);
+    let (limit, fraction) = used(&bounded, bounded.payloads[0], &left.motion);
+    let is_of_place = matches!(limit, Limit::Workspace(..) | Limit::Distance(..));
+    assert!(is_of_place && fraction > 1.1, "{limit} {fraction}");
 }
 
 /// Positions, velocities and accelerations are continuous where one plan follows another.

@@ -137,7 +137,7 @@ pub enum Step {
 /// Plans motions that identify a payload, each from the estimate that the ones before have given.
 ///
 /// Each plan is the motion after which the predicted intervals, given all that is known already, are the smallest, within the
-/// limits of a [`Problem`]. It begins with the position, the velocity and the acceleration that the previous plan reaches after
+/// limits of a [`Problem`], those of places and distances of bodies included. It begins with the position, the velocity and the acceleration that the previous plan reaches after
 /// [`followed_s`](Self::followed_s), and ends at a standstill, so that the robot can always stop within its limits.
 ///
 /// A plan is checked for a sample of the payloads that are possible, with a margin of 5 % of each limit, and this is no proof for
