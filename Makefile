@@ -24,7 +24,7 @@ test-rust: tools
 test-python: $(VENV)/tested
 	$(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist worksteal
 
-instructions: tools ## count the instructions of the main kernels and compare them with those that are stored
+instructions: tools ## count the instructions of the main kernels and compare them with those that are stored; it needs valgrind
 	$(PYTHON) bench/instructions.py
 
 lint: lint-rust lint-python lint-supply ## formatting, clippy, ruff, mypy, the structure, the glossary and the dependencies, with warnings as errors

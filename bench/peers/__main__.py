@@ -1,5 +1,7 @@
 """Runs all comparisons on one core and writes one table; `make bench-peers`.
 
+The libraries are built on all cores before each comparison.
+
 With words as arguments, only the tasks that contain one of them are measured, and no file is
 written.
 """
@@ -13,6 +15,7 @@ from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from peers.cores import use_one_core
 from peers.harness import Row, Timing, report, run
 from peers.native import BUILD, CXX_FLAGS, compiler
 
@@ -21,10 +24,9 @@ PACKAGES = ("tactid", "pin", "cmeel-eigen", "padasip", "mujoco", "rosbags", "num
 
 
 def main() -> None:
-    """Pins the process, measures, and reports."""
+    """Measures on one core, and reports."""
     chosen = sys.argv[1:]
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    use_one_core()
     rows = [row for name in MODULES for row in measured(name, chosen)]
     if not rows:
         sys.exit(f"no task contains {' or '.join(chosen)}; make bench-peers without words runs all")

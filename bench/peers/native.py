@@ -12,6 +12,8 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
+from peers.cores import all_cores
+
 BENCH = Path(__file__).parents[1]
 BUILD = BENCH.parent / "target" / "bench"
 
@@ -52,18 +54,12 @@ def handle(pointer: int | None, what: str) -> ctypes.c_void_p:
     return ctypes.c_void_p(pointer)
 
 
-def use_all_cores() -> None:
-    """Undoes for a build the affinity of the process that measures."""
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, range(os.cpu_count() or 1))
-
-
 @cache
 def tactid_library() -> ctypes.CDLL:
     """The kernels of tactid, with the flags of the product."""
     command = ["cargo", "build", "--release", "--quiet", "--locked"]
-    command += ["--target-dir", str(BUILD)]
-    subprocess.run(command, cwd=BENCH, check=True, preexec_fn=use_all_cores)
+    with all_cores():
+        subprocess.run([*command, "--target-dir", BUILD], cwd=BENCH, check=True)
     library = ctypes.CDLL(str(BUILD / "release" / "libtactid_bench.so"))
     library.tactid_dynamics_new.restype = ctypes.c_void_p
     library.tactid_dynamics_run.restype = ctypes.c_bool
@@ -113,5 +109,6 @@ def cxx_library(name: str, *flags: str, needs: tuple[str, ...]) -> ctypes.CDLL:
     library = BUILD / f"{source.stem}-{hashlib.sha256(key.encode()).hexdigest()[:16]}.so"
     if not library.exists():
         BUILD.mkdir(parents=True, exist_ok=True)
-        subprocess.run([*command, "-o", library], check=True)
+        with all_cores():
+            subprocess.run([*command, "-o", library], check=True)
     return ctypes.CDLL(str(library))
