@@ -165,7 +165,8 @@ pub struct Planner {
 
 impl Planner {
     /// Creates the planner of a robot that rests at the problem's start. Payloads, targets, duration and end of the problem are
-    /// not used: they follow from the prior, the estimates and the settings.
+    /// not used: they follow from the prior, the estimates and the settings. A pair of bodies that touch at the start is not tested, and
+    /// only the [`Design::findings`](crate::Design::findings) of a design from the same start list it.
     ///
     /// # Errors
     /// Returns [`ExcitationError::Value`] for a number that is out of range, and the errors of a design for a problem that is not

@@ -53,7 +53,11 @@ where
         noise: &OMatrix<f64, D, D>,
         windows: usize,
     ) -> Self {
-        let [of_noise, mut unobservable] = not_excited(rows, noise, windows);
+        let [of_noise, mut unobservable] = if excites_all(rows, noise, windows) {
+            Default::default()
+        } else {
+            not_excited(rows, noise, windows)
+        };
         let mut information = rows - noise;
         for parameter in largest_entries(&of_noise) {
             information.row_mut(parameter).fill(0.0);
@@ -136,6 +140,24 @@ where
             directions: order.iter().map(direction).collect(),
         }
     }
+}
+
+/// Returns whether the rows excite every direction by more than noise, in a tenth of the time of [`not_excited`], which decides where
+/// they may not.
+///
+/// Every fraction of noise is below `1 / (1 + s)`, where `s` is the least signal, if the products of rows less `1 + s` times
+/// those of noise are positive definite. The trace is an upper limit of the largest eigenvalue.
+fn excites_all<D>(rows: &OMatrix<f64, D, D>, noise: &OMatrix<f64, D, D>, windows: usize) -> bool
+where
+    D: DimSub<U1>,
+    DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<DimDiff<D, U1>>,
+{
+    let mut excess = rows - noise * (1.0 + least_signal(windows, 0));
+    let least = EIGENVALUE_RATIO * rows.trace();
+    for k in 0..excess.ncols() {
+        excess[(k, k)] -= least;
+    }
+    excess.cholesky().is_some()
 }
 
 /// Returns unit vectors of the directions that only noise excites, and of those that no row excites.
@@ -260,6 +282,25 @@ mod tests {
         let without = signal - Matrix::from_diagonal(&faint);
         let found = Spectrum::<U10>::new(without).null_space(Vector::repeat(1.0));
         assert_eq!(found.directions().len(), 1);
+    }
+
+    /// The quick check never takes a direction for excited that noise alone excites, and finds that most are excited by far more.
+    #[test]
+    fn the_quick_check_misses_no_direction() {
+        let mut excited = 0;
+        for draw in 0..200 {
+            let entry = |k: usize| (f64::from(draw) * 0.7 + 1.3 * (k * k) as f64).sin();
+            let root = Matrix::from_fn(|i, j| entry(13 * i + j) + 2.0 * f64::from(i == j));
+            let rows = root * root.transpose();
+            let root = Matrix::from_fn(|i, j| entry(7 * i + 3 * j + 5));
+            let noise = root * root.transpose() * 1e-4 * f64::from(draw);
+            let [of_noise, without_rows] = not_excited::<U10>(&rows, &noise, 1000);
+            let all = of_noise.is_empty() && without_rows.is_empty();
+            let found = excites_all::<U10>(&rows, &noise, 1000);
+            assert!(all || !found, "{draw}");
+            excited += usize::from(found);
+        }
+        assert!((20..180).contains(&excited), "{excited}");
     }
 
     /// The inverse of an information with noise of any direction is that of the difference.
