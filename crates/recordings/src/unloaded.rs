@@ -14,6 +14,9 @@ use crate::progress::{check_interruption, open_log};
 use crate::sources::{LogSources, MeasuredTopics, MotionTopics, joint_topics};
 use crate::{Method, Observer, RecordingError, Request};
 
+/// Why a recording is not its own unloaded reference.
+pub(crate) const NO_LOAD: &str = "no load is left without its own efforts";
+
 /// Step of the grid on which motions are compared at first, s.
 const COARSE_S: f64 = 0.05;
 /// Length of the beginning that is compared at full rate, s.

@@ -14,6 +14,7 @@ use tactid_dynamics::{
 };
 use tactid_recordings::{
     Arrays, Identification, Method, RecordingError, Request, UnloadedArrays, identify_arrays,
+    identify_log,
 };
 
 const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
@@ -195,6 +196,29 @@ fn an_unloaded_reference_is_subtracted() {
     assert!((0.88..5.0).contains(&claimed_kg), "{claimed_kg}");
     assert!((of_gains_kg(Some(0.1)) / claimed_kg - 2.0).abs() < 1e-6);
     assert!(of_gains_kg(Some(0.0)) == 0.0);
+}
+
+/// A recording is not its own unloaded reference, in arrays and in logs: nothing would be left of the load.
+#[test]
+fn the_recording_itself_is_no_unloaded_reference() {
+    let loaded = Arm::new(true, 0.0);
+    let request = Request {
+        method: Some(Method::Effort),
+        ..quick()
+    };
+    let error = loaded.identify(&loaded, &request).unwrap_err();
+    assert!(
+        matches!(error, RecordingError::SameRecording { .. }),
+        "{error}"
+    );
+    let log = tempfile::NamedTempFile::new().unwrap();
+    let request = Request {
+        unloaded: Some(log.path().to_owned()),
+        ..request
+    };
+    let error = identify_log(log.path(), &request, &mut |_| ControlFlow::Continue(()));
+    let error = error.unwrap_err().to_string();
+    assert!(error.contains("is given twice"), "{error}");
 }
 
 /// An unloaded reference of another method, of another length or of another motion is an error.

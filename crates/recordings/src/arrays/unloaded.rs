@@ -1,5 +1,7 @@
 //! The unloaded reference of arrays: checked, and placed on the clock of the loaded arrays.
 
+use std::path::PathBuf;
+
 use tactid_dynamics::Manipulator;
 
 use super::base::Timeline;
@@ -8,7 +10,7 @@ use super::lengths::check_length;
 use super::samples::Samples;
 use crate::alignment::{Event, JointValues, Measured};
 use crate::fault::{FaultCounts, FaultKind};
-use crate::unloaded::Motions;
+use crate::unloaded::{Motions, NO_LOAD};
 use crate::{Method, RecordingError};
 
 /// Name under which faults of the unloaded reference are counted.
@@ -27,7 +29,8 @@ impl UnloadedSamples {
     ///
     /// # Errors
     /// Returns [`RecordingError::UnloadedNeedsEffort`] if the method is another than effort,
-    /// [`RecordingError::ArrayLength`] if a length does not fit, and [`RecordingError::NoSharedMotion`] if the two
+    /// [`RecordingError::ArrayLength`] if a length does not fit, [`RecordingError::SameRecording`] if the reference has the positions
+    /// and the efforts of the loaded samples, and [`RecordingError::NoSharedMotion`] if the two
     /// share too little motion.
     pub(super) fn new(
         unloaded: &UnloadedArrays<'_>,
@@ -37,6 +40,15 @@ impl UnloadedSamples {
     ) -> Result<Self, RecordingError> {
         if method != Method::Effort {
             return Err(RecordingError::UnloadedNeedsEffort);
+        }
+        let arrays = loaded.arrays;
+        if (unloaded.joint_position, unloaded.joint_effort)
+            == (arrays.joint_position, arrays.joint_effort)
+        {
+            return Err(RecordingError::SameRecording {
+                paths: ["the arrays", "their unloaded reference"].map(PathBuf::from),
+                because: NO_LOAD,
+            });
         }
         let mut found = Self {
             joints: Vec::new(),
