@@ -108,6 +108,16 @@ def test_a_link_in_the_payload_is_an_error(command: TactidCommand, tmp_path: Pat
     assert not (tmp_path / "m").exists()
 
 
+def test_a_recording_is_no_folder_for_a_motion(command: TactidCommand, tmp_path: Path) -> None:
+    bag = tmp_path / "bag"
+    bag.mkdir()
+    (bag / "metadata.yaml").write_text("rosbag2_bagfile_information: {}")
+    done = command("excite", "--urdf", URDF, "--payload-mass-max", "2", "--out", bag)
+    assert done.returncode == 2
+    assert f"--out {bag} is the folder of a recording: give another one" in done.stderr
+    assert [file.name for file in bag.iterdir()] == ["metadata.yaml"]
+
+
 def test_every_pair_that_touches_is_named() -> None:
     pairs = tuple((f"link_{k}", "hand") for k in range(6))
     line = collision_line(CollisionFinding("not tested", pairs))

@@ -126,7 +126,12 @@ def new_folder(path: Path, option: str) -> Iterator[None]:
     """Creates the folder that an option names, unless it is there.
 
     If the block ends with an error and without a file, what was created is removed.
+
+    Raises:
+        ArgumentError: It cannot be created or written, or it is the folder of a recording.
     """
+    if (path / "metadata.yaml").exists():
+        raise ArgumentError(f"{option} {path} is the folder of a recording: give another one")
     missing = [folder for folder in (path, *path.parents) if not folder.exists()]
     there = next(folder for folder in (path, *path.parents) if folder.exists())
     if not there.is_dir():
