@@ -1,7 +1,6 @@
 //! Identification from a log or from arrays.
 
-use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::arrays::ArrayRecording;
 use crate::calibration::{identify_calibrated_arrays, identify_calibrated_log};
@@ -10,6 +9,7 @@ use crate::parallel::in_parallel;
 use crate::plan::Plan;
 use crate::recording::Recording;
 use crate::run::{Run, Solver};
+use crate::same_log::same_log;
 use crate::{Arrays, Identification, Observer, RecordingError, Request};
 
 /// Identifies the payload from a log: the folder of a rosbag2 bag, or an `.mcap` or `.db3` file.
@@ -80,20 +80,6 @@ pub fn identify_logs<P: AsRef<Path>>(
         run.map_err(|error| error.in_recording(paths[index]))
     };
     in_parallel(paths.len(), observer, identify_one, |run| run.interrupted)
-}
-
-/// Returns the indices of two paths that are the same log. A path that does not exist is left for its own error.
-pub(crate) fn same_log<P: AsRef<Path>>(paths: &[P]) -> Option<(usize, usize)> {
-    let mut seen: HashMap<PathBuf, usize> = HashMap::new();
-    for (index, path) in paths.iter().enumerate() {
-        let Ok(same) = path.as_ref().canonicalize() else {
-            continue;
-        };
-        if let Some(first) = seen.insert(same, index) {
-            return Some((first, index));
-        }
-    }
-    None
 }
 
 /// Identifies the payload from arrays, with the checks and the defaults of [`identify_log`].

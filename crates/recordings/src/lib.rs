@@ -79,6 +79,7 @@ mod rates;
 mod recording;
 mod request;
 mod run;
+mod same_log;
 mod shortage;
 mod sources;
 mod time_unit;

@@ -10,11 +10,10 @@ use tactid_logs::LogReader;
 use crate::alignment::Event;
 use crate::decode::Decoding;
 use crate::feed::{Feed, Unloaded};
-use crate::identify::same_log;
 use crate::progress::{check_interruption, open_log};
 use crate::recording::{Reading, Recording, Selection, Sources, has_beginning};
 use crate::sources::{LogSources, MeasuredTopics};
-use crate::unloaded::{NO_LOAD, find_unloaded};
+use crate::unloaded::find_unloaded;
 use crate::{Clock, Finding, Observer, RecordingError, Request};
 
 /// A log whose topics, robot and clock are known.
@@ -33,14 +32,6 @@ impl LogRecording {
         request: &Request,
         observer: &mut Observer<'_>,
     ) -> Result<Self, RecordingError> {
-        if let Some(unloaded) = &request.unloaded
-            && same_log(&[path, unloaded.as_path()]).is_some()
-        {
-            return Err(RecordingError::SameRecording {
-                paths: [path.to_owned(), unloaded.clone()],
-                because: NO_LOAD,
-            });
-        }
         let log = open_log(path, observer)?;
         if log.topics().iter().all(|topic| topic.count == 0) {
             let damage = log.damage().iter().map(|damage| format!(": {damage}"));
@@ -52,8 +43,8 @@ impl LogRecording {
         let found = LogSources::find(&log, request)?;
         let decoding = Arc::new(Decoding::new(&log, &found, request)?);
         let unloaded = match &request.unloaded {
-            Some(path) => Some(find_unloaded(
-                path,
+            Some(unloaded) => Some(find_unloaded(
+                [path, unloaded],
                 (&log, &found, &decoding),
                 request,
                 observer,

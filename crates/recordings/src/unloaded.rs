@@ -11,6 +11,7 @@ use crate::alignment::{Aligned, Event, Measured};
 use crate::decode::Decoding;
 use crate::feed::{Feed, Unloaded};
 use crate::progress::{check_interruption, open_log};
+use crate::same_log::same_log;
 use crate::sources::{LogSources, MeasuredTopics, MotionTopics, joint_topics};
 use crate::{Method, Observer, RecordingError, Request};
 
@@ -36,9 +37,9 @@ const SAME_MOTION: f64 = 0.02;
 type Motion = Vec<(f64, Vec<f64>)>;
 
 /// Finds the joints of an unloaded recording by the robot of the loaded one, and the shift in time at
-/// which the motions agree.
+/// which the motions agree. The paths are those of the loaded and of the unloaded recording.
 pub(crate) fn find_unloaded(
-    path: &Path,
+    [loaded_path, path]: [&Path; 2],
     (loaded_log, loaded, loaded_decoding): (&LogReader, &LogSources, &Arc<Decoding>),
     request: &Request,
     observer: &mut Observer<'_>,
@@ -48,6 +49,12 @@ pub(crate) fn find_unloaded(
     };
     if loaded.options.method() != Method::Effort {
         return Err(RecordingError::UnloadedNeedsEffort);
+    }
+    if same_log(&[loaded_path, path]).is_some() {
+        return Err(RecordingError::SameRecording {
+            paths: [loaded_path, path].map(Path::to_owned),
+            because: NO_LOAD,
+        });
     }
     let log = open_log(path, observer).map_err(|error| match error {
         RecordingError::Log(error) => RecordingError::UnloadedLog(error),

@@ -14,7 +14,6 @@ use tactid_dynamics::{
 };
 use tactid_recordings::{
     Arrays, Identification, Method, RecordingError, Request, UnloadedArrays, identify_arrays,
-    identify_log,
 };
 
 const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
@@ -198,7 +197,7 @@ fn an_unloaded_reference_is_subtracted() {
     assert!(of_gains_kg(Some(0.0)) == 0.0);
 }
 
-/// A recording is not its own unloaded reference, in arrays and in logs: nothing would be left of the load.
+/// Arrays are not their own unloaded reference: nothing would be left of the load.
 #[test]
 fn the_recording_itself_is_no_unloaded_reference() {
     let loaded = Arm::new(true, 0.0);
@@ -211,14 +210,6 @@ fn the_recording_itself_is_no_unloaded_reference() {
         matches!(error, RecordingError::SameRecording { .. }),
         "{error}"
     );
-    let log = tempfile::NamedTempFile::new().unwrap();
-    let request = Request {
-        unloaded: Some(log.path().to_owned()),
-        ..request
-    };
-    let error = identify_log(log.path(), &request, &mut |_| ControlFlow::Continue(()));
-    let error = error.unwrap_err().to_string();
-    assert!(error.contains("is given twice"), "{error}");
 }
 
 /// An unloaded reference of another method, of another length or of another motion is an error.

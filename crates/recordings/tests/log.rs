@@ -359,7 +359,7 @@ fn estimates_are_written_as_a_log() {
     assert_eq!(widths.count(), points.len());
 }
 
-/// An unloaded recording is for the effort method only.
+/// An unloaded recording is for the effort method only, and another one than the loaded one.
 #[test]
 fn an_unloaded_recording_needs_the_effort_method() {
     let (_folder, path, _) = recorded(|_| {});
@@ -372,4 +372,10 @@ fn an_unloaded_recording_needs_the_effort_method() {
         matches!(error, RecordingError::UnloadedNeedsEffort),
         "{error}"
     );
+    let request = Request {
+        method: Some(Method::Effort),
+        ..request
+    };
+    let error = identify(&path, &request).unwrap_err();
+    assert!(error.to_string().contains("is given twice"), "{error}");
 }

@@ -14,11 +14,11 @@ use super::held_out::check_empty;
 use super::record::Recorded;
 use crate::arrays::ArrayRecording;
 use crate::defaults::{CLAIMED_GAIN_STD_DEV, effort_gains};
-use crate::identify::same_log;
 use crate::log::LogRecording;
 use crate::progress::part_of;
 use crate::recording::Recording;
 use crate::run::Run;
+use crate::same_log::same_log;
 use crate::{Arrays, DataFault, Finding, Observer, Progress, RecordingError, Request};
 
 /// What is known of gains that a loaded recording is to find, as a fraction.
