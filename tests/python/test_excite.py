@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from xml.etree import ElementTree
 
@@ -16,6 +17,7 @@ from ruamel.yaml import YAML
 
 import tactid
 from conftest import TactidCommand
+from tactid import motion_files
 from tactid.values import flat
 
 URDF = Path(__file__).parents[2] / "crates" / "sim" / "robots" / "tactid.urdf"
@@ -173,6 +175,14 @@ def test_a_yaml_reader_reads_the_points_for_moveit(
     last = found["points"][-1]
     assert last["time_from_start"] == {"sec": 2, "nanosec": 0}
     np.testing.assert_allclose(last["positions"], START, atol=1e-8)
+
+
+def test_times_of_points_increase_to_the_end() -> None:
+    for hundredths in range(50, 2001):
+        motion = SimpleNamespace(duration_s=hundredths / 100)
+        times = motion_files._times(motion, 0.02)  # type: ignore[arg-type]
+        assert np.diff(times).min() > 1e-6, motion
+        assert (times[0], times[-1]) == (0, motion.duration_s)
 
 
 def test_mcap_ros2_support_reads_the_trajectory(

@@ -99,8 +99,9 @@ impl Prior {
                 std_dev: std_dev(bound, parameters, covariance),
             };
             let excess = bound.excess(contradiction.estimate, contradiction.bound_value);
-            let least = (SIGNIFICANT * contradiction.std_dev).max(TOLERANCE * bound.of(self));
-            (excess > least).then_some(contradiction)
+            // A standard deviation that is NaN contradicts nothing.
+            let is_significant = excess > SIGNIFICANT * contradiction.std_dev;
+            (is_significant && excess > TOLERANCE * bound.of(self)).then_some(contradiction)
         });
         found.collect()
     }
@@ -177,6 +178,8 @@ mod tests {
         let heavy = cube(25.0, 0.4, 0.5);
         assert_eq!(contradicted(&heavy, 0.9), [PriorBound::LargestMass]);
         assert!(contradicted(&heavy, 1.1).is_empty());
+        // The standard deviation of the half diagonal is NaN where a step of the derivative leaves no body.
+        assert!(contradicted(&cube(10.0, 0.0, 0.7), 50.0).is_empty());
     }
 
     /// The centre of mass at 0.55 m is (0.33, 0, 0.44) m: its distance has the derivative -d/m with the mass and u/m with m c.

@@ -128,9 +128,10 @@ def _moving(motion: MotionData) -> list[int]:
 
 
 def _times(motion: MotionData, period_s: float) -> Array:
-    """Returns times from the start to the end, which is a multiple of no period."""
-    times = np.arange(0, motion.duration_s, period_s)
-    return np.append(times, motion.duration_s)
+    """Returns times that increase from the start, once a period, to the end."""
+    # The rounding of a quotient must not make a period of no length before the end.
+    count = int(np.ceil(motion.duration_s / period_s - 1e-9))
+    return np.append(np.arange(count) * period_s, motion.duration_s)
 
 
 def _at(motion: MotionData, period_s: float) -> Array:
