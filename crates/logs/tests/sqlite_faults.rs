@@ -11,7 +11,7 @@ use common::{
     sqlite::{bag, create, fill, message, topic},
 };
 use rusqlite::Connection;
-use tactid_logs::{Message, messages::JointState};
+use tactid_logs::{LogReader, Message, messages::JointState};
 
 /// Returns the error of a file, which is one line and names the file.
 fn error(path: &Path) -> String {
@@ -223,4 +223,27 @@ fn a_bad_page_changes_no_message() {
             let _ = fs::remove_file(folder.path().join("run.db3-wal"));
         }
     }
+}
+
+/// A column that hides the key of the messages would make each block a search of the whole table.
+#[test]
+fn a_column_that_hides_the_key_is_refused() {
+    let change = "DROP TABLE messages; CREATE TABLE messages(rowid, topic_id INTEGER, timestamp INTEGER, data BLOB)";
+    let text = error_after(change);
+    assert!(text.contains("the column rowid"), "{text}");
+}
+
+/// A view in place of a table, which could run without end, is not read.
+#[test]
+fn views_are_not_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.db3");
+    bag(&path, 3);
+    let database = Connection::open(&path).unwrap();
+    let view =
+        "DROP TABLE IF EXISTS metadata; CREATE VIEW metadata AS SELECT 'of a view' AS metadata";
+    database.execute_batch(view).unwrap();
+    database.close().unwrap();
+    let log = LogReader::open(&path).unwrap();
+    assert!(log.metadata().is_empty(), "{:?}", log.metadata());
 }

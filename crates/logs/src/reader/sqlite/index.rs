@@ -192,12 +192,21 @@ fn check_tables(connection: &Connection) -> Result<(), Problem> {
             }
         }
     }
+    // A column of this name hides the key, by which messages are read a block at a time.
+    let hides_key = "SELECT 1 FROM pragma_table_info('messages') \
+                     WHERE lower(name) = 'rowid' AND NOT (pk AND upper(type) = 'INTEGER')";
+    if connection.prepare(hides_key)?.exists([])? {
+        let reason = "the column rowid of the table messages is not its key".to_owned();
+        return Err(DatabaseFault::Other(reason).into());
+    }
     Ok(())
 }
 
-/// Returns whether a table exists and has a column, which must not be generated from others.
+/// Returns whether a table exists and has a column, which must not be generated from others. A view, which would run what a file
+/// says, and a virtual table are none.
 fn has_column(connection: &Connection, table: &str, column: &str) -> rusqlite::Result<bool> {
-    let has_column = "SELECT 1 FROM pragma_table_info(?) WHERE name = ?";
+    let has_column = "SELECT 1 FROM pragma_table_info(?1) WHERE name = ?2 AND EXISTS \
+                      (SELECT 1 FROM pragma_table_list(?1) WHERE schema = 'main' AND type = 'table')";
     connection.prepare(has_column)?.exists([table, column])
 }
 

@@ -38,7 +38,7 @@ impl Order {
     pub(super) fn of(connection: &Connection) -> rusqlite::Result<Self> {
         // With another column in the index, or times that descend, SQLite would sort all rows of equal times for each segment.
         let has_index = "SELECT 1 FROM pragma_index_list('messages') AS list \
-                         WHERE NOT list.partial AND (SELECT group_concat(name) = 'timestamp' AND NOT max(desc) \
+                         WHERE NOT list.partial AND (SELECT count(*) = 1 AND max(name) = 'timestamp' AND NOT max(desc) \
                          FROM pragma_index_xinfo(list.name) WHERE key)";
         let mut found = connection.prepare(has_index)?;
         Ok(if found.exists([])? {
