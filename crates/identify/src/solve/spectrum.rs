@@ -142,8 +142,8 @@ where
     }
 }
 
-/// Returns whether the rows excite every direction by more than noise, in a tenth of the time of [`not_excited`], which decides where
-/// they may not.
+/// Returns whether the rows certainly excite every direction by more than noise. It costs one Cholesky factorisation;
+/// [`not_excited`], with two eigenvalue decompositions, finds the directions where the answer is no.
 ///
 /// Every fraction of noise is below `1 / (1 + s)`, where `s` is the least signal, if the products of rows less `1 + s` times
 /// those of noise are positive definite. The trace is an upper limit of the largest eigenvalue.
@@ -205,7 +205,7 @@ where
 }
 
 /// Returns an entry for each of some vectors so that no combination of them is zero in all of these entries: the largest of the
-/// first vector, then of each other one after the elimination of those before.
+/// last vector, then of each other one after the elimination of those that follow it.
 fn largest_entries<D>(vectors: &[OVector<f64, D>]) -> Vec<usize>
 where
     D: DimSub<U1>,
