@@ -10,9 +10,13 @@ use tactid_logs::{Damage, LogReader, RawMessage};
 
 use crate::in_folder;
 
+/// Memory for a second opening of the log, bytes.
+const LITTLE_MEMORY: u64 = 1 << 12;
+
 /// Reads a file of these bytes as a log to its end, and asserts that the messages of the log are in the order of their times,
-/// that a second reading returns the same ones, the same damage and the same error, that nothing follows an error, and that
-/// the topics of a log without damage or index count as many messages as it has.
+/// that a second reading returns the same ones, the same damage and the same error, that nothing follows an error, that the
+/// topics of a log without damage or index count as many messages as it has, and that a log for which there is too little
+/// memory gives the first of these messages.
 ///
 /// # Panics
 /// Panics if one of these does not hold, or if the file cannot be written.
@@ -37,6 +41,11 @@ fn check(path: &Path, bytes: &[u8]) {
     };
     let first = read(&log);
     assert!(first == read(&log), "a second reading differs");
+    if let Ok(log) = LogReader::open_within(path, LITTLE_MEMORY) {
+        let little = read(&log);
+        assert!(first.messages.starts_with(&little.messages));
+        assert!(little.error.is_some() || little == first);
+    }
     // The index of a finished MCAP file may claim anything; all others are scanned.
     let is_scanned = !bytes.ends_with(b"\x89MCAP0\r\n");
     if is_scanned && first.damage.is_empty() && first.error.is_none() {

@@ -1,4 +1,7 @@
-//! Opening of a database without changing it or anything beside it.
+//! Opening of a database without changing it.
+//!
+//! Nothing is created beside it either, but for one case: a killed recorder leaves a write-ahead log (`-wal`), whose index
+//! (`-shm`) SQLite creates again where only the log was copied.
 
 use std::{
     fs::File,
@@ -34,23 +37,16 @@ impl Database {
             let what = "it ends within a page".to_owned();
             return Err(source.error(DatabaseFault::Damaged { what }));
         }
-        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         // A database that uses a write-ahead log and has none is not open in any process. SQLite would create the log
         // and its index beside the file, or fail where it must not, unless the file is declared immutable.
-        let opened = if header.uses_log && !beside(path, "-wal").exists() {
-            let flags = flags | OpenFlags::SQLITE_OPEN_URI;
-            Connection::open_with_flags(immutable_uri(path), flags)
-        } else {
-            Connection::open_with_flags(path, flags)
-        };
-        let prepared = opened.and_then(|connection| {
-            connection.busy_timeout(LOCK_WAIT)?;
-            // Any file may claim to be a bag: no function or view of its schema is run, and no value exhausts memory.
-            connection.set_limit(Limit::SQLITE_LIMIT_LENGTH, MAX_RECORD as i32)?;
-            connection.execute_batch("PRAGMA trusted_schema = OFF; PRAGMA cell_size_check = ON")?;
-            Ok(connection)
-        });
-        let connection = prepared.map_err(|error| failure(source, &error))?;
+        let log = beside(path, "-wal");
+        let is_closed = header.uses_log && !log.exists();
+        let mut connected = connect(path, is_closed);
+        if is_closed && log.exists() {
+            // A recorder has opened it meanwhile. An immutable database would not see what the log has.
+            connected = connect(path, false);
+        }
+        let connection = connected.map_err(|error| failure(source, &error))?;
         // SQLite has opened the path by itself: it still leads to the same file.
         let same = source.open_content();
         same.map_err(|e| LogError::io("read", &source.path, e))?;
@@ -72,6 +68,22 @@ impl Database {
             Problem::Fault(fault) => self.source.error(fault),
         }
     }
+}
+
+/// Connects to a database, which SQLite takes for immutable where this is so.
+fn connect(path: &Path, immutable: bool) -> Result<Connection, Error> {
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let connection = if immutable {
+        let flags = flags | OpenFlags::SQLITE_OPEN_URI;
+        Connection::open_with_flags(immutable_uri(path), flags)?
+    } else {
+        Connection::open_with_flags(path, flags)?
+    };
+    connection.busy_timeout(LOCK_WAIT)?;
+    // Any file may claim to be a bag: no function or view of its schema is run, and no value exhausts memory.
+    connection.set_limit(Limit::SQLITE_LIMIT_LENGTH, MAX_RECORD as i32)?;
+    connection.execute_batch("PRAGMA trusted_schema = OFF; PRAGMA cell_size_check = ON")?;
+    Ok(connection)
 }
 
 /// Reason why a query has no result.
