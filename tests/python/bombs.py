@@ -24,6 +24,7 @@ import recorded_arm
 import tactid
 from index_bombs import INDICES
 from mcap_records import BEGIN, MAGIC, chunk, packed, record, text
+from sqlite_bombs import DATABASES
 
 MEGABYTE = 1 << 20
 
@@ -265,7 +266,7 @@ def cases(folder: Path) -> Iterator[Case]:
         for command in ("info", "identify", "view"):
             yield Case(name, [command, str(path), *(drawn if command == "view" else [])])
         yield Case(name, ["calibrate", "--urdf", str(arm), "--unloaded", str(path), *calibrated])
-    for name, write in INDICES.items():
+    for name, write in (INDICES | DATABASES).items():
         path = write(folder)
         for command in ("info", "identify"):
             yield Case(name, [command, str(path)])

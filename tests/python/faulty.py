@@ -17,14 +17,14 @@ Change = Callable[[Any], Any]
 
 
 def _on(messages: Sequence[Logged], topic: str) -> list[int]:
-    """Where the messages of a topic are in the list."""
+    """Returns where the messages of a topic are in the list."""
     found = [k for k, each in enumerate(messages) if each.topic == topic]
     assert found, f"no message on {topic}"
     return found
 
 
 def _changed(messages: Sequence[Logged], which: Sequence[int], change: Change) -> list[Logged]:
-    """With other contents in some of the messages."""
+    """Returns the messages, some of them with other contents."""
     out = list(messages)
     for k in which:
         out[k] = replace(out[k], message=change(out[k].message))
@@ -32,12 +32,12 @@ def _changed(messages: Sequence[Logged], which: Sequence[int], change: Change) -
 
 
 def _seconds(each: Logged) -> float:
-    """Since the start of the recording, by the header."""
+    """Returns the time since the start of the recording, by the header."""
     return (each.stamp_ns - EPOCH_NS) * 1e-9
 
 
 def every(messages: Sequence[Logged], topic: str, step: int) -> list[int]:
-    """Every n-th message of a topic; not the first one."""
+    """Returns the indices of every n-th message of a topic, without the first one."""
     return _on(messages, topic)[step // 2 :: step]
 
 
@@ -62,7 +62,7 @@ def nan_wrenches(messages: Sequence[Logged], which: Sequence[int]) -> list[Logge
 
 
 def out_of_range_wrenches(messages: Sequence[Logged], which: Sequence[int]) -> list[Logged]:
-    """Moments of 1e154 N m, as memory that nobody has initialised."""
+    """Moments are 1e154 N m, as memory that nobody has initialised."""
 
     def change(message: Any) -> Any:
         huge = vector([1e154, -1e154, 1e154])
@@ -72,7 +72,7 @@ def out_of_range_wrenches(messages: Sequence[Logged], which: Sequence[int]) -> l
 
 
 def out_of_range_positions(messages: Sequence[Logged], which: Sequence[int]) -> list[Logged]:
-    """Joint positions of 1e154 rad, as memory that nobody has initialised."""
+    """Joint positions are 1e154 rad, as memory that nobody has initialised."""
 
     def change(message: Any) -> Any:
         position = message.position.copy()
@@ -83,14 +83,14 @@ def out_of_range_positions(messages: Sequence[Logged], which: Sequence[int]) -> 
 
 
 def without_velocities(messages: Sequence[Logged], topic: str = "/joint_states") -> list[Logged]:
-    """Joint states without velocities, as drivers write that report positions alone."""
+    """Joint states lack velocities, as drivers write that report positions alone."""
     return _changed(
         messages, _on(messages, topic), lambda message: replace(message, velocity=np.empty(0))
     )
 
 
 def _picked(message: Any, columns: Sequence[int]) -> Any:
-    """A joint state of some of the joints, in that order."""
+    """Returns a joint state of some of the joints, in that order."""
     arrays = {
         name: values[list(columns)] if len(values := getattr(message, name)) else values
         for name in ("position", "velocity", "effort")
@@ -101,7 +101,7 @@ def _picked(message: Any, columns: Sequence[int]) -> Any:
 def in_changing_order(
     messages: Sequence[Logged], topic: str = "/joint_states", seed: int = 11
 ) -> list[Logged]:
-    """Joints in the order of their names, and in another one in each message of the second half."""
+    """Joints are in the order of names, and in another one in each message of the second half."""
     orders = np.random.default_rng(seed)
     which, out = _on(messages, topic), list(messages)
     for number, k in enumerate(which):
@@ -114,7 +114,7 @@ def in_changing_order(
 
 
 def with_a_finger(messages: Sequence[Logged], name: str = "finger_joint") -> list[Logged]:
-    """A joint of a gripper that the URDF does not know, among the others."""
+    """A joint of a gripper that the URDF does not know is among the others."""
 
     def change(message: Any) -> Any:
         arrays = {
@@ -127,7 +127,7 @@ def with_a_finger(messages: Sequence[Logged], name: str = "finger_joint") -> lis
 
 
 def without_joint(messages: Sequence[Logged], joint: int) -> list[Logged]:
-    """A joint of the URDF that nobody publishes."""
+    """Nobody publishes a joint of the URDF."""
 
     def change(message: Any) -> Any:
         return _picked(message, [c for c in range(len(message.name)) if c != joint])
@@ -136,14 +136,14 @@ def without_joint(messages: Sequence[Logged], joint: int) -> list[Logged]:
 
 
 def stopped(messages: Sequence[Logged], topic: str, after_s: float) -> list[Logged]:
-    """A driver that died on the way."""
+    """A driver died on the way."""
     return [each for each in messages if each.topic != topic or _seconds(each) < after_s]
 
 
 def with_gap(
     messages: Sequence[Logged], topic: str, start_s: float, length_s: float
 ) -> list[Logged]:
-    """A driver that was away for a while."""
+    """A driver was away for a while."""
     return [
         each
         for each in messages
@@ -159,7 +159,7 @@ def with_impacts(
     length_s: float = 0.02,
     topic: str = "/wrench",
 ) -> list[Logged]:
-    """Half sines of a force across the tip, as from a tool that was bumped into something."""
+    """Half sines of a force act across the tip, as from a tool that was bumped into something."""
     out = list(messages)
     for k in _on(messages, topic):
         since = _seconds(out[k]) - np.array(at_s)
@@ -177,7 +177,7 @@ def with_impacts(
 
 
 def without_stamps(messages: Sequence[Logged], topic: str) -> list[Logged]:
-    """Headers that nobody filled; the recorder's own time is then all there is."""
+    """Nobody filled the headers; the recorder's own time is then all there is."""
     out = list(messages)
     for k in _on(messages, topic):
         blank = header(0, out[k].message.header.frame_id)
@@ -188,7 +188,7 @@ def without_stamps(messages: Sequence[Logged], topic: str) -> list[Logged]:
 
 
 def out_of_order(messages: Sequence[Logged], which: Sequence[int], late_s: float) -> list[Logged]:
-    """Messages that reached the recorder late, behind others that were stamped after them."""
+    """Messages reached the recorder late, behind others that were stamped after them."""
     out = list(messages)
     for k in which:
         out[k] = replace(out[k], log_ns=out[k].log_ns + round(late_s * 1e9))
@@ -203,7 +203,7 @@ def noisy(
     topic: str = "/wrench",
     seed: int = 5,
 ) -> list[Logged]:
-    """White noise on the wrench."""
+    """The wrench has white noise."""
     rng, out = np.random.default_rng(seed), list(messages)
     for k in _on(messages, topic):
         wrench = out[k].message.wrench
@@ -216,7 +216,7 @@ def noisy(
 
 
 def offset(messages: Sequence[Logged], values: np.ndarray, topic: str = "/wrench") -> list[Logged]:
-    """A sensor whose zero was not set: a constant force and moment on every wrench."""
+    """The zero of a sensor was not set: every wrench has a constant force and moment more."""
 
     def change(message: Any) -> Any:
         f, n = message.wrench.force, message.wrench.torque

@@ -2,7 +2,8 @@
 
 ``python tests/python/kills.py 1000`` ends a thousand runs. Whatever the moment: the exit code is
 that of the signal, inputs are unchanged, and a file under its final name is whole. Only the log of
-a simulation grows under its name; two readers read it up to where it ends.
+a simulation grows under its name; two readers read it up to where it ends. A run that has ended by
+itself before the signal has written all that it should.
 """
 
 import argparse
@@ -48,6 +49,23 @@ DURATION_S = {"simulate": 2.5, "paper": 8.0, "identify": 4.0, "calibrate": 3.5, 
 ENDED = {command: {0, 1} if command == "paper" else {0} for command in DURATION_S}
 """Exit codes of a run that ends before the signal. The paper's filter gives, after a short run, a
 body that cannot exist, which is code 1."""
+
+WRITTEN = {
+    "simulate": {"run.mcap"},
+    "paper": {"run.mcap", "result.json", "report.html"},
+    "identify": {"r.json", "r.html"},
+    "calibrate": {"arm.toml", "arm.html"},
+    "excite": {
+        "motion/trajectory.mcap",
+        "motion/trajectory.csv",
+        "motion/moveit.yaml",
+        "motion/result.json",
+    },
+}
+"""Files that a command has written once it ends by itself; some write others beside them."""
+
+DEADLINE_S = 60.0
+"""Time after a signal within which a run must end, s."""
 
 BEGINNING = 1 << 16
 """Size of a log from which on it has messages, bytes: far above that of its descriptions."""
@@ -105,30 +123,50 @@ def end(inputs: Inputs, command: str, sent: signal.Signals, moment_s: float) -> 
         )
         time.sleep(moment_s)
         process.send_signal(sent)
-        _, errors = process.communicate(timeout=60)
-        wrong = list(faults(folder, sent))
-        # No line of tactid has run.
-        # Python itself ends with 1 where a signal interrupts its own start.
-        is_loading = any(message in errors for message in LOADING)
-        if process.returncode not in CODES[sent] | ENDED[command] | ({1} if is_loading else set()):
-            wrong.append(f"exit code {process.returncode}: {errors}")
+        try:
+            _, errors = process.communicate(timeout=DEADLINE_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            _, errors = process.communicate()
+            wrong = [f"no end within {DEADLINE_S:g} s: {errors}"]
+        else:
+            wrong = list(faults_of_code(folder, command, sent, process.returncode, errors))
+        wrong += faults(folder, sent)
         if inputs.present() != inputs.digests:
             wrong.append("an input has changed")
     return [f"{command} after {moment_s:.3f} s by {sent.name}: {fault}" for fault in wrong]
 
 
+def faults_of_code(
+    folder: Path, command: str, sent: signal.Signals, code: int, errors: str
+) -> Iterator[str]:
+    """What is wrong with the way in which a run has ended."""
+    # Python itself ends with 1 where a signal interrupts its own start: no line of tactid has run.
+    is_loading = code == 1 and any(message in errors for message in LOADING)
+    missing = {name for name in WRITTEN[command] if not (folder / name).is_file()}
+    if code in ENDED[command] and not is_loading:
+        if missing:
+            yield f"exit code {code} without {sorted(missing)}: {errors}"
+    elif code not in CODES[sent] and not is_loading:
+        yield f"exit code {code}: {errors}"
+
+
 def faults(folder: Path, sent: signal.Signals) -> Iterator[str]:
     """What is wrong with the files that a run has left."""
-    for path in sorted(path for path in folder.rglob("*") if path.is_file()):
+    for path in sorted(folder.rglob("*")):
+        # SIGKILL leaves no time to remove a folder, or what is being written under a hidden name.
+        if path.is_dir():
+            if sent is not signal.SIGKILL and not any(path.iterdir()):
+                yield f"the folder {path.name} is left without a file"
+            continue
         if path.name.startswith("."):
-            # SIGKILL leaves no time to remove what is being written under a hidden name.
             if sent is not signal.SIGKILL:
                 yield f"{path.name} is left"
             continue
         try:
             check(path)
-        except (OSError, ValueError, tactid.TactidError) as error:
-            yield f"{path.name}: {error}"
+        except Exception as error:  # whatever a parser raises for a file that is not whole
+            yield f"{path.name}: {type(error).__name__}: {error}"
 
 
 def check(path: Path) -> None:

@@ -61,6 +61,8 @@ def test_a_full_disk_is_named_and_holds_no_half_of_a_file(
         assert done.returncode == 2, f"{command}: {done.stderr}"
         assert last.startswith("tactid: error: "), f"{command}: {done.stderr}"
         assert "No space left on device" in last, f"{command}: {done.stderr}"
+        has_log = any(path.name == "run.mcap" for path in small_disk.iterdir())
+        assert last.endswith("; run.mcap holds the run up to here") is has_log, last
         assert list(kills.faults(small_disk, signal.SIGINT)) == [], command
         assert inputs.present() == inputs.digests
         for path in small_disk.iterdir():

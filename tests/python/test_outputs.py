@@ -214,6 +214,30 @@ def test_a_named_pipe_is_written_through(tmp_path: Path) -> None:
     assert pipe.is_fifo()
 
 
+def test_a_named_pipe_that_comes_meanwhile_is_written_through(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    with ThreadPoolExecutor() as pool:
+        with atomic_path(pipe) as temporary:
+            temporary.write_text("text")
+            os.mkfifo(pipe)
+            read = pool.submit(pipe.read_bytes)
+        assert read.result() == b"text"
+    assert contents(tmp_path) == {}
+    assert pipe.is_fifo()
+
+
+def test_a_file_that_takes_the_place_of_a_pipe_is_left(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    writing = atomic_path(pipe)
+    writing.__enter__().write_text("text")
+    pipe.unlink()
+    pipe.write_text("of somebody else")
+    with pytest.raises(tactid.ArgumentError, match="has become a file"):
+        writing.__exit__(None, None, None)
+    assert contents(tmp_path) == {pipe: b"of somebody else"}
+
+
 def test_a_folder_of_temporary_files_that_is_missing_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

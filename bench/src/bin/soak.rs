@@ -31,6 +31,9 @@ const PERIOD_S: f64 = 1e-3;
 const CHANGE_EVERY: u64 = 20_000;
 const FAULT_EVERY: u64 = 7_300;
 
+/// Samples of an hour.
+const HOUR: u64 = 3_600_000;
+
 /// Samples after a payload change within which an alarm detects it, 2 s.
 const DETECTED_WITHIN: u64 = 2_000;
 
@@ -112,11 +115,13 @@ fn run(duration_s: f64) -> Result<(), String> {
         if k == 60_000 {
             first_minute_bytes = resident_bytes()?;
         }
-        if k % 3_600_000 == 3_599_999 || k == samples - 1 {
+        // The last one is longer by what is left of the time: a part of an hour has too few values.
+        let left = samples - 1 - k;
+        if k % HOUR == HOUR - 1 && left >= HOUR || left == 0 {
             println!("{}", hour.describe(k + 1, resident_bytes()?));
             hour.check_alarms()?;
             first_hour.get_or_insert(hour.coverage());
-            if k < samples - 1 {
+            if left > 0 {
                 hour = Hour::default();
             }
         }

@@ -54,6 +54,11 @@ pub enum DatabaseFault {
         /// Name of the column.
         column: &'static str,
     },
+    /// The table `messages` has a column in whose name its key cannot be read.
+    #[error(
+        "its table `messages` has a column `rowid` that is not its key; rosbag2 names the key `id`"
+    )]
+    HiddenKey,
     /// A value has the wrong type or is out of range.
     #[error("its table `{table}` has {found} as `{column}` in row {row}; expected {expected}")]
     Value {

@@ -209,7 +209,7 @@ impl<W: Write + Seek> LogWriter<W> {
         time_ns: u64,
         message: &M,
     ) -> Result<(), LogError> {
-        let Some(topic) = self.topics.get_mut(channel.index) else {
+        let Some(topic) = self.topics.get(channel.index) else {
             return Err(write_error(
                 &self.path,
                 McapError::UnknownChannel(0, channel.id),
@@ -226,11 +226,14 @@ impl<W: Write + Seek> LogWriter<W> {
             log_time: time_ns,
             publish_time: time_ns,
         };
-        topic.count += 1;
         self.make_room(time_ns)?;
         self.mcap
             .write_to_known_channel(&header, &self.buffer)
-            .map_err(|error| write_error(&self.path, error))
+            .map_err(|error| write_error(&self.path, error))?;
+        if let Some(topic) = self.topics.get_mut(channel.index) {
+            topic.count += 1;
+        }
+        Ok(())
     }
 
     /// Ends the open chunk if the message in the buffer, with this log time, belongs to the next

@@ -230,7 +230,10 @@ fn a_bad_page_changes_no_message() {
 fn a_column_that_hides_the_key_is_refused() {
     let change = "DROP TABLE messages; CREATE TABLE messages(rowid, topic_id INTEGER, timestamp INTEGER, data BLOB)";
     let text = error_after(change);
-    assert!(text.contains("the column rowid"), "{text}");
+    assert!(
+        text.contains("a column `rowid` that is not its key"),
+        "{text}"
+    );
 }
 
 /// A view in place of a table, which could run without end, is not read.

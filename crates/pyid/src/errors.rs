@@ -272,6 +272,9 @@ fn sensor_frame_norm(norm: f64) -> PyErr {
 fn several_or_calibration_error(error: RecordingError, message: String) -> PyErr {
     match error {
         RecordingError::InRecording { path, source } => in_recording(&path, source.into_py_err()),
+        RecordingError::DamagedEarly { source, .. } => {
+            identification_error(&message, remedy(&source))
+        }
         RecordingError::NothingToCalibrate => option_error(message, "unloaded"),
         RecordingError::RenamedJoint { .. } | RecordingError::RenamedTwice { .. } => {
             option_error(message, "rename_joints")

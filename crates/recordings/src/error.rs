@@ -12,22 +12,7 @@ use crate::phrases::{
     at_line, calibration_reason, gains, given_delay, given_twice, list_sensors, positions,
 };
 use crate::time_unit::{TimeUnit, rare_advice};
-
-/// Kind of a topic, as the fields of [`Topics`](crate::Topics) distinguish them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TopicKind {
-    /// Joint states: [`Topics::joints`](crate::Topics::joints).
-    Joints,
-    /// Wrenches: [`Topics::wrenches`](crate::Topics::wrenches).
-    Wrenches,
-    /// Odometry of the base or of the sensor: [`Topics::odometry`](crate::Topics::odometry).
-    Odometry,
-    /// Measurements of an inertial unit: [`Topics::imu`](crate::Topics::imu).
-    Imu,
-    /// Accelerations of the body that the odometry moves:
-    /// [`Topics::acceleration`](crate::Topics::acceleration).
-    Acceleration,
-}
+use crate::topic_kind::TopicKind;
 
 /// Why a payload cannot be identified from a recording.
 #[derive(Debug, Error)]
@@ -346,6 +331,14 @@ pub enum RecordingError {
         left_out: u64,
         /// Number of samples that were used.
         used: u64,
+    },
+    /// A log is damaged so early that what stands before gives too little for an estimate.
+    #[error("{source}; what stands before the damage is all that could be used: {damage}")]
+    DamagedEarly {
+        /// What there is too little of.
+        source: Box<RecordingError>,
+        /// Where the log is damaged, and what is wrong there.
+        damage: String,
     },
     /// Gaps leave no stretch that is long enough for a window.
     #[error(

@@ -83,6 +83,7 @@ mod same_log;
 mod shortage;
 mod sources;
 mod time_unit;
+mod topic_kind;
 mod unloaded;
 
 pub use arrays::{Arrays, UnloadedArrays};
@@ -92,7 +93,7 @@ pub use calibration::{
 };
 pub use clock::Clock;
 pub use combination::combine;
-pub use error::{RecordingError, TopicKind};
+pub use error::RecordingError;
 pub use estimates::write_estimates;
 pub use fault::{DataFault, FaultKind};
 pub use finding::{ArmChanged, ChangedQuantity, Finding, NotUsedBecause};
@@ -108,3 +109,4 @@ pub use tactid_identify::{
     PrincipalMoments, SingularValues, VALUE_NAMES,
 };
 pub use time_unit::TimeUnit;
+pub use topic_kind::TopicKind;

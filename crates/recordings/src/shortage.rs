@@ -1,5 +1,5 @@
 //! Why a recording gives too little for an estimate: stamps of another clock or unit, times that do not increase, gaps,
-//! samples that come too seldom.
+//! samples that come too seldom, damage.
 
 use tactid_identify::IdentifyError;
 use tactid_identify::equations::window;
@@ -32,7 +32,14 @@ pub(crate) fn explain(error: RecordingError, plan: &Plan<'_>, run: &Run) -> Reco
         RecordingError::Identify(_) if is_too_little => rare_samples(plan),
         _ => None,
     };
-    cause.flatten().or_else(|| rare(&error)).unwrap_or(error)
+    let explained = cause.flatten().or_else(|| rare(&error)).unwrap_or(error);
+    if !is_too_little || run.damage.is_empty() {
+        return explained;
+    }
+    RecordingError::DamagedEarly {
+        source: Box::new(explained),
+        damage: run.damage.join("; "),
+    }
 }
 
 /// Returns whether the data are too short, or too sparse, for an estimate.

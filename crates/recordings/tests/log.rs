@@ -139,6 +139,17 @@ fn a_cut_log_is_used_up_to_the_cut() {
     assert_eq!(result.damage.len(), 1);
 }
 
+/// A log that was cut before there is enough for an estimate is refused with the cut.
+#[test]
+fn a_log_cut_too_early_names_the_cut() {
+    let (_folder, path, _) = recorded(|_| {});
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[..bytes.len() / 20]).unwrap();
+    let error = identify(&path, &least_squares()).unwrap_err().to_string();
+    assert!(error.contains("too few windows"), "{error}");
+    assert!(error.contains(" is damaged at byte "), "{error}");
+}
+
 /// The observer can interrupt the reading; what was read until then is identified.
 #[test]
 fn the_observer_can_stop() {

@@ -16,6 +16,7 @@ from tactid.console import (
     FLAG,
     Group,
     Stream,
+    growing,
     interruptible,
     notes,
     print_whole,
@@ -155,8 +156,7 @@ def run_paper(
         duration=duration,
     )
     files = paper_run.Files(out)
-    stopped = interruptible(f"{files.log} holds the run up to here")
-    with new_folder(out, "--out"), stopped, progress("simulating") as done:
+    with new_folder(out, "--out"), growing(files.log), progress("simulating") as done:
         check_outputs({f"{file.name} in --out": file for file in files.written}, {})
         report = paper_run.simulate_into(files, experiment, done)
     with interruptible(f"{files.log} is complete, no result was written"):
@@ -207,7 +207,7 @@ def run_simulation(
     if motion is not None:
         chosen = chosen.following(motion)
     check_outputs({"--out": out}, {"the experiment": experiment} | files_of(chosen))
-    with interruptible(f"{out} holds the run up to here"), progress("simulating") as done:
+    with growing(out), progress("simulating") as done:
         report = simulate(chosen, out, progress=done)
     notes.print(
         f"Wrote {out}: {report.simulated_time:g} s in {report.wall_time:.1f} s,"

@@ -15,7 +15,7 @@ from rich.text import Text
 from typer.core import TyperGroup
 
 from tactid import terminal
-from tactid.errors import ArgumentError
+from tactid.errors import ArgumentError, LogError
 from tactid.naming import listed
 from tactid.startup import ending
 from tactid.table import whole_width
@@ -103,6 +103,20 @@ def interruptible(outcome: str | None = None) -> Iterator[None]:
         word, code = ending(interruption)
         terminal.report(word + (f": {outcome}" if outcome else ""))
         raise typer.Exit(code) from None
+
+
+@contextmanager
+def growing(log: Path) -> Iterator[None]:
+    """Says what a log holds where its run ends early, by Ctrl-C, SIGTERM or a full disk."""
+    holds = f"{log} holds the run up to here"
+    with interruptible(holds):
+        try:
+            yield
+        except LogError as error:
+            # Other errors come before the first message.
+            if error.message.startswith(f"cannot write {log}:"):
+                error.message += f"; {holds}"
+            raise
 
 
 Writers: TypeAlias = Mapping[Path, Callable[[Path], object]]

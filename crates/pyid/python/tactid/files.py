@@ -27,7 +27,8 @@ def atomic_path(path: Path) -> Iterator[Path]:
     try:
         with _errors_name(path, temporary):
             yield temporary
-            if through:
+            # A device or a pipe may have come in the meantime: it is not replaced either.
+            if through or is_stream(path):
                 _write_through(temporary, path)
             else:
                 _store(temporary)
@@ -95,15 +96,30 @@ def _descriptor(status: os.stat_result) -> int | None:
 
 
 def _write_through(source: Path, path: Path) -> None:
-    descriptor = _descriptor(path.stat())
-    if descriptor is not None:
+    with source.open("rb") as complete, open(_stream(path), "wb") as stream:
+        shutil.copyfileobj(complete, stream)
+
+
+def _stream(path: Path) -> int:
+    """Opens a device, a named pipe or a standard stream for writing.
+
+    Raises:
+        ArgumentError: A regular file has taken its place since the path was checked. It is left
+            as it is.
+    """
+    standard = _descriptor(path.stat())
+    if standard is not None:
         for printed in filter(None, (sys.stdout, sys.stderr)):
             printed.flush()  # what was printed before stays before
-    with (
-        source.open("rb") as complete,
-        open(path if descriptor is None else os.dup(descriptor), "wb") as stream,
-    ):
-        shutil.copyfileobj(complete, stream)
+        return os.dup(standard)
+    # Opening neither creates nor empties what is there.
+    opened = os.open(path, os.O_WRONLY)
+    if stat.S_ISREG(os.fstat(opened).st_mode):
+        os.close(opened)
+        raise ArgumentError(
+            f"{path} has become a file while the result was computed: it is left as it is"
+        )
+    return opened
 
 
 @contextmanager

@@ -7,8 +7,9 @@ use tactid_logs::LogReader;
 use tactid_logs::messages::JointState;
 
 use super::renaming::Renaming;
-use crate::error::{RecordingError, TopicKind};
+use crate::error::RecordingError;
 use crate::sources::{LogSources, MotionTopics};
+use crate::topic_kind::TopicKind;
 use crate::{Finding, Method};
 
 /// Number of messages that are read to find who publishes which joints.

@@ -5,7 +5,8 @@ use tactid_logs::messages::{AccelStamped, Imu, JointState, Odometry, WrenchStamp
 use tactid_logs::{LogReader, Message, Topic};
 
 use crate::defaults::Motion;
-use crate::error::{RecordingError, TopicKind};
+use crate::error::RecordingError;
+use crate::topic_kind::TopicKind;
 use crate::{Method, Topics};
 
 /// Topics that measure the motion of the end-effector.

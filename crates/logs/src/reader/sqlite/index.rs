@@ -196,8 +196,7 @@ fn check_tables(connection: &Connection) -> Result<(), Problem> {
     let hides_key = "SELECT 1 FROM pragma_table_info('messages') \
                      WHERE lower(name) = 'rowid' AND NOT (pk AND upper(type) = 'INTEGER')";
     if connection.prepare(hides_key)?.exists([])? {
-        let reason = "the column rowid of the table messages is not its key".to_owned();
-        return Err(DatabaseFault::Other(reason).into());
+        return Err(DatabaseFault::HiddenKey.into());
     }
     Ok(())
 }

@@ -155,3 +155,43 @@ pub(super) fn unexpected(
     };
     fault.into()
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use rusqlite::Connection;
+
+    use super::Order;
+
+    /// Only an index that has the rows of equal times in the order of their numbers is used.
+    #[test]
+    fn an_index_of_the_times_alone_gives_their_order() {
+        let cases = [
+            ("", Order::Row),
+            ("CREATE INDEX i ON messages (timestamp)", Order::Time),
+            (
+                "CREATE UNIQUE INDEX i ON messages (timestamp ASC)",
+                Order::Time,
+            ),
+            ("CREATE INDEX i ON messages (timestamp DESC)", Order::Row),
+            ("CREATE INDEX i ON messages (timestamp, data)", Order::Row),
+            (
+                "CREATE INDEX i ON messages (timestamp, length(data))",
+                Order::Row,
+            ),
+            ("CREATE INDEX i ON messages (timestamp + 1)", Order::Row),
+            ("CREATE INDEX i ON messages (topic_id)", Order::Row),
+            (
+                "CREATE INDEX i ON messages (timestamp) WHERE topic_id = 1",
+                Order::Row,
+            ),
+        ];
+        for (index, expected) in cases {
+            let bag = Connection::open_in_memory().unwrap();
+            let table = "CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id, timestamp, data)";
+            bag.execute_batch(&format!("{table}; {index}")).unwrap();
+            assert_eq!(Order::of(&bag).unwrap(), expected, "{index}");
+        }
+    }
+}
