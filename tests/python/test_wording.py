@@ -134,6 +134,15 @@ FINDINGS = [
         },
     ),
     Finding(
+        "efforts_beyond_limits",
+        {
+            "joints": ["joint_2", "joint_3"],
+            "effort": 31234.0,
+            "limit": 150.0,
+            "limits_are_equal": True,
+        },
+    ),
+    Finding(
         "twist_contradicted",
         {"source": "/odom", "relative_difference": 0.8, "better_axes": "world"},
     ),
@@ -296,6 +305,12 @@ SENTENCES = {
         " -80, and its limits are -3.14 and 3.14. They are in degrees, but must be in rad (and the"
         " velocities in rad/s)."
     ),
+    "efforts_beyond_limits": (
+        "The efforts of joint_2 and joint_3 are far beyond the limits of the URDF: that of joint_2"
+        " is 3.123e+04 on average, and its limit is 150. They must be torques in N m, or forces in"
+        " N: check their unit and the gains (`effort_gain`). The limits of the URDF are all the"
+        " same, and may be placeholders."
+    ),
     "twist_contradicted": (
         "/odom: the twist is not the derivative of the pose (rms difference 80 % of the motion)."
         " It is in the axes of the world, but the twist of an odometry message must be in those"
@@ -352,6 +367,12 @@ SENTENCES = {
 """What each of them says to a caller of ``tactid.identify``."""
 
 ONLINE = {
+    "efforts_beyond_limits": (
+        "The efforts of joint_2 and joint_3 are far beyond the limits of the URDF: that of joint_2"
+        " is 3.123e+04 on average, and its limit is 150. They must be torques in N m, or forces in"
+        " N: check their unit and the gains. The limits of the URDF are all the same, and may be"
+        " placeholders."
+    ),
     "negative_mass": (
         "The identified mass is negative: the opposite sign of the wrench, or of gravity"
         " (`gravity`), would explain the data: negate `wrench` before `push`."
@@ -388,6 +409,7 @@ ONLINE_KINDS = (
     "outliers",
     "velocities_contradicted",
     "positions_beyond_limits",
+    "efforts_beyond_limits",
     "twist_contradicted",
     "constant_channels",
     "no_equations",

@@ -37,6 +37,7 @@ WRONG = (
     "velocities_contradicted",
     "twist_contradicted",
     "positions_beyond_limits",
+    "efforts_beyond_limits",
 )
 FIRST_OFFSET = np.array([2.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
@@ -99,6 +100,15 @@ def test_all_of_the_motion_in_degrees(found: Any) -> None:
     messages = [description(), *joint_states(turned), *wrenches(s.time, s.wrench)]
     finding = found(messages, "positions_beyond_limits")
     assert finding["are_degrees"] is True
+
+
+def test_efforts_in_newton_millimetres(found: Any) -> None:
+    s = state(FIXED, *SHORT)
+    messages = [description(), *joint_states(s, effort=1000.0 * s.effort)]
+    finding = found(messages, "efforts_beyond_limits")
+    assert finding["limits_are_equal"] is False
+    assert finding["effort"] > 5.0 * finding["limit"]
+    assert "--effort-gain" in finding["text"]
 
 
 def test_a_channel_that_is_not_measured(found: Any) -> None:

@@ -54,6 +54,8 @@ pub(crate) struct Joint {
     pub(crate) is_mimic: bool,
     /// Lower and upper limit of the position, rad or m, where it is limited.
     pub(crate) limits: Option<(f64, f64)>,
+    /// Largest effort, N m or N, where it is limited.
+    pub(crate) effort_limit: Option<f64>,
 }
 
 /// A rigid body: a link and all links that fixed joints attach to it. Its frame is the frame of that first link.
@@ -242,6 +244,13 @@ impl Manipulator {
     #[must_use]
     pub fn joint_limits(&self, index: usize) -> Option<(f64, f64)> {
         self.joint(index)?.limits
+    }
+
+    /// Returns the largest effort of the joint with an index in `q`, N m or N, or `None` where the description has no
+    /// positive one.
+    #[must_use]
+    pub fn effort_limit(&self, index: usize) -> Option<f64> {
+        self.joint(index)?.effort_limit
     }
 
     /// Returns the joint with an index in `q`.

@@ -4,7 +4,9 @@ use nalgebra::Vector3;
 use tactid_dynamics::ModelFinding;
 
 use crate::Method;
-use crate::checks::{PositionsBeyondLimits, TwistContradiction, VelocityContradiction};
+use crate::checks::{
+    EffortsBeyondLimits, PositionsBeyondLimits, TwistContradiction, VelocityContradiction,
+};
 use crate::combine::{Agreement, ValueDifference};
 use crate::result::{VALUE_NAMES, WrenchOffset};
 use crate::solve::KnownMass;
@@ -100,6 +102,8 @@ pub enum Finding {
     VelocitiesContradicted(VelocityContradiction),
     /// Joint positions are beyond the limits of the robot's description.
     PositionsBeyondLimits(PositionsBeyondLimits),
+    /// Most efforts of joints are far beyond the limits of the robot's description.
+    EffortsBeyondLimits(EffortsBeyondLimits),
     /// The twist of the base, or of a sensor without a robot, is not the derivative of its pose.
     TwistContradicted(TwistContradiction),
     /// Some channels of a wrench sensor have the same value in all samples.

@@ -4,7 +4,8 @@ use nalgebra::Vector3;
 use pyo3::prelude::*;
 use tactid_dynamics::{IgnoredPart, MimicFault, ModelFinding};
 use tactid_identify::checks::{
-    PositionsBeyondLimits, TwistAxes, TwistContradiction, VelocityCause, VelocityContradiction,
+    EffortsBeyondLimits, PositionsBeyondLimits, TwistAxes, TwistContradiction, VelocityCause,
+    VelocityContradiction,
 };
 use tactid_identify::{
     Disagreement, Finding as Found, KnownMass, Method, NoEquations, UnexplainedLoad,
@@ -145,6 +146,18 @@ fn positions_beyond_limits(
     Ok(("positions_beyond_limits", data))
 }
 
+/// Returns the data of joint efforts far beyond their limits.
+fn efforts_beyond_limits(py: Python<'_>, beyond: &EffortsBeyondLimits) -> PyResult<FindingData> {
+    let EffortsBeyondLimits {
+        joints,
+        effort,
+        limit,
+        limits_are_equal,
+    } = beyond;
+    let data = fields!(py, joints, effort, limit, limits_are_equal);
+    Ok(("efforts_beyond_limits", data))
+}
+
 /// Returns the data of samples of which none is in a window.
 fn no_equations(py: Python<'_>, counts: &NoEquations) -> PyResult<FindingData> {
     let data = data!(py, "samples": counts.samples, "rejected": counts.rejected, "gaps": counts.gaps,
@@ -192,6 +205,7 @@ pub(crate) fn data_finding(
     Ok(match finding {
         Found::VelocitiesContradicted(found) => velocities_contradicted(py, found)?,
         Found::PositionsBeyondLimits(found) => positions_beyond_limits(py, found)?,
+        Found::EffortsBeyondLimits(found) => efforts_beyond_limits(py, found)?,
         Found::TwistContradicted(contradiction) => twist_contradicted(py, "twists", contradiction)?,
         Found::ConstantChannels {
             frame,

@@ -1,8 +1,9 @@
-//! Measured velocities of a recording against the positions that they belong to, and positions against their limits.
+//! Measured velocities of a recording against the positions that they belong to, and positions and efforts against their
+//! limits.
 
 use tactid_identify::Finding as DataFinding;
 use tactid_identify::checks::{
-    JointRates, PositionMonitor, TwistRates, VelocityContradiction, grouped_by_cause,
+    EffortMonitor, JointRates, PositionMonitor, TwistRates, VelocityContradiction, grouped_by_cause,
 };
 
 use crate::Finding;
@@ -10,8 +11,7 @@ use crate::alignment::{Event, JointValues, Measured};
 use crate::recording::Sources;
 
 /// Returns findings about measured velocities that are not the derivatives of the measured positions, and about positions
-/// beyond the limits of the joints. Times between
-/// two events that are longer than `max_gap_s` are not bridged.
+/// and efforts beyond the limits of the joints. Times between two events that are longer than `max_gap_s` are not bridged.
 pub(crate) fn contradicted_rates(
     sources: &Sources,
     events: &[Event],
@@ -26,26 +26,38 @@ pub(crate) fn contradicted_rates(
     findings
 }
 
-/// Compares the positions of all joints with the limits of the robot's description.
-fn beyond_limits(sources: &Sources, events: &[Event]) -> Option<Finding> {
-    let mut monitor = PositionMonitor::new(&sources.robot);
+/// Compares the positions and the efforts of all joints with the limits of the robot's description.
+fn beyond_limits(sources: &Sources, events: &[Event]) -> Vec<Finding> {
+    let mut positions = PositionMonitor::new(&sources.robot);
+    let mut efforts = EffortMonitor::new(&sources.robot, f64::INFINITY);
     for event in events {
         if let Measured::Joints(values) = &event.measured {
             // A position of exactly zero may be that of a joint which the recording does not have.
-            let positions = values.position.iter().enumerate();
-            for (joint, &position) in positions.filter(|(_, position)| **position != 0.0) {
-                monitor.push(joint, event.time_s, position);
+            let measured = values.position.iter().enumerate();
+            for (joint, &position) in measured.filter(|(_, position)| **position != 0.0) {
+                positions.push(joint, event.time_s, position);
+            }
+            for (joint, &effort) in values.effort.iter().enumerate() {
+                efforts.push(joint, event.time_s, effort);
             }
         }
         if let Measured::MoreJoints(publisher, values) = &event.measured {
             let joints = &sources.streams.more_joints[*publisher];
             for (&joint, &position) in joints.iter().zip(&values.position) {
-                monitor.push(joint, event.time_s, position);
+                positions.push(joint, event.time_s, position);
+            }
+            for (&joint, &effort) in joints.iter().zip(&values.effort) {
+                efforts.push(joint, event.time_s, effort);
             }
         }
     }
-    let beyond = monitor.beyond_limits(f64::INFINITY);
-    beyond.map(|beyond| Finding::Data(DataFinding::PositionsBeyondLimits(beyond)))
+    let positions = positions.beyond_limits(f64::INFINITY);
+    let efforts = efforts.beyond_limits();
+    let found = [
+        positions.map(DataFinding::PositionsBeyondLimits),
+        efforts.map(DataFinding::EffortsBeyondLimits),
+    ];
+    found.into_iter().flatten().map(Finding::Data).collect()
 }
 
 /// Compares the velocities of each publisher of joint states with its positions.

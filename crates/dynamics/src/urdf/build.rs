@@ -8,7 +8,7 @@ use super::ignored::Ignored;
 use super::inertial::link_parameters;
 use super::mimic::{Leader, leader};
 use super::numbers::{axis, origin};
-use super::tree::{JointElement, Motion, Tree, position_limits};
+use super::tree::{JointElement, Motion, Tree, position_limits, positive_limit};
 use crate::manipulator::{BaseKind, Joint, Link, Manipulator};
 use crate::{InertialParameters, ModelError, ModelFinding};
 
@@ -129,6 +129,7 @@ impl<'a> Builder<'a> {
             offset: 0.0,
             is_mimic: false,
             limits: position_limits(joint.element),
+            effort_limit: positive_limit(joint.element, "effort"),
         }))
     }
 

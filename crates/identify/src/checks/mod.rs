@@ -1,11 +1,12 @@
 //! Checks of the samples themselves, before any equation: velocities against the positions that they belong to, positions
-//! against the limits of the joints, and channels that never change.
+//! and efforts against the limits of the joints, and channels that never change.
 //!
 //! A velocity that is not the derivative of its position is in other axes, in other units, of the opposite sign or of
 //! another joint. Velocities are integrated over short intervals and compared with the change of the position, because a
 //! derivative of noisy positions is far noisier than an integral of noisy velocities.
 
 mod constant_channels;
+mod effort_limits;
 mod increments;
 mod joint_rates;
 mod online;
@@ -13,6 +14,7 @@ mod position_limits;
 mod twist_rates;
 
 pub use constant_channels::{ChannelMonitor, ConstantChannels};
+pub use effort_limits::{EffortMonitor, EffortsBeyondLimits};
 pub use joint_rates::{JointRates, VelocityCause, VelocityContradiction, grouped_by_cause};
 pub(crate) use online::OnlineChecks;
 pub use position_limits::{PositionMonitor, PositionsBeyondLimits};

@@ -3,6 +3,7 @@
 use tactid_dynamics::{BaseKind, Manipulator};
 
 use super::constant_channels::ChannelMonitor;
+use super::effort_limits::EffortMonitor;
 use super::joint_rates::{JointRates, grouped_by_cause};
 use super::position_limits::PositionMonitor;
 use super::twist_rates::{TwistAxes, TwistRates};
@@ -20,6 +21,7 @@ pub(crate) struct OnlineChecks {
     joint_names: Vec<String>,
     joints: JointRates,
     positions: PositionMonitor,
+    efforts: EffortMonitor,
     /// `None` for a fixed base.
     twist: Option<TwistRates>,
     sensors: Vec<String>,
@@ -34,6 +36,7 @@ impl OnlineChecks {
             joint_names: robot.joint_names().to_vec(),
             joints: JointRates::new(robot.dof(), max_gap_s, Some(INTERVALS)),
             positions: PositionMonitor::new(robot),
+            efforts: EffortMonitor::new(robot, SPAN_S),
             twist: floats.then(|| TwistRates::new(TwistAxes::World, max_gap_s, Some(INTERVALS))),
             sensors: sensors.iter().map(|&name| name.to_owned()).collect(),
             channels: ChannelMonitor::new(sensors.len()),
@@ -46,6 +49,9 @@ impl OnlineChecks {
         self.joints.push(sample.time_s, position, velocity);
         for (joint, &position) in position.iter().enumerate() {
             self.positions.push(joint, sample.time_s, position);
+        }
+        for (joint, &effort) in sample.joint_effort.iter().enumerate() {
+            self.efforts.push(joint, sample.time_s, effort);
         }
         if let Some(twist) = &mut self.twist {
             twist.push(sample.time_s, &sample.base);
@@ -62,6 +68,8 @@ impl OnlineChecks {
         let mut findings: Vec<Finding> = joints.map(Finding::VelocitiesContradicted).collect();
         let beyond = self.positions.beyond_limits(SPAN_S);
         findings.extend(beyond.map(Finding::PositionsBeyondLimits));
+        let beyond = self.efforts.beyond_limits();
+        findings.extend(beyond.map(Finding::EffortsBeyondLimits));
         let twist = self.twist.as_ref().and_then(TwistRates::contradiction);
         findings.extend(twist.map(Finding::TwistContradicted));
         let constant = self.channels.constant_channels(SPAN_S).into_iter();

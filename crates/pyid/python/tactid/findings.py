@@ -26,6 +26,7 @@ CONTRADICTIONS = (
 first, because wrong measurements cause the others, which guess at another cause."""
 
 DOUBTS = (
+    "efforts_beyond_limits",
     "recording_calibrated",
     "nothing_held",
     "load_unexplained",
@@ -66,6 +67,8 @@ class Finding:
         """Whether the finding shows the result to be wrong."""
         if self.kind == "load_unexplained":
             return bool(self.data["residual_rms"] > LARGEST_UNEXPLAINED * self.data["load_rms"])
+        if self.kind == "efforts_beyond_limits":
+            return not self.data["limits_are_equal"]
         if self.kind == "mass_contradicted":
             return bool(self.data["distance"] > LARGEST_DISTANCE_OF_MASS)
         if is_of_another_arm(self.kind, self.data):

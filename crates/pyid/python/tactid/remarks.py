@@ -18,7 +18,12 @@ from tactid.payload import PayloadEstimate
 from tactid.reported import offsets
 from tactid.values import KIND_NAMES, KINDS, Z95, digits_of
 
-CAUSES = ("positions_beyond_limits", "velocities_contradicted", "twist_contradicted")
+CAUSES = (
+    "positions_beyond_limits",
+    "velocities_contradicted",
+    "twist_contradicted",
+    "efforts_beyond_limits",
+)
 """Findings that name what is wrong with the recordings themselves."""
 
 CONSEQUENCES = (

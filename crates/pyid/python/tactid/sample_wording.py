@@ -1,9 +1,9 @@
-"""Findings about samples in words: velocities, positions, and channels that never change."""
+"""Findings about samples in words: velocities, positions, efforts, and constant channels."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from tactid.naming import Style, listed
+from tactid.naming import Style, listed, option_name
 
 Data = Mapping[str, Any]
 
@@ -33,6 +33,21 @@ def _positions_beyond_limits(data: Data, _: Style) -> str:
     return (
         f"The positions of {listed(data['joints'])} are beyond the limits of the URDF: {first}"
         f" reaches {data['position']:.4g}, and its limits are {lower:.4g} and {upper:.4g}. {advice}"
+    )
+
+
+def _efforts_beyond_limits(data: Data, style: Style) -> str:
+    placeholders = (
+        " The limits of the URDF are all the same, and may be placeholders."
+        if data["limits_are_equal"]
+        else ""
+    )
+    gains = "" if style == "online" else f" ({option_name('effort_gain', style)})"
+    return (
+        f"The efforts of {listed(data['joints'])} are far beyond the limits of the URDF: that of"
+        f" {data['joints'][0]} is {data['effort']:.4g} on average, and its limit is"
+        f" {data['limit']:.4g}. They must be torques in N m, or forces in N: check their unit and"
+        f" the gains{gains}.{placeholders}"
     )
 
 
@@ -69,6 +84,7 @@ def _whole_percent(ratio: float) -> str:
 SAMPLE_FINDINGS: dict[str, Callable[[Data, Style], str]] = {
     "velocities_contradicted": _velocities_contradicted,
     "positions_beyond_limits": _positions_beyond_limits,
+    "efforts_beyond_limits": _efforts_beyond_limits,
     "twist_contradicted": _twist_contradicted,
     "constant_channels": _constant_channels,
 }
