@@ -37,6 +37,27 @@ def test_one_value_holds_for_all_samples(
     np.testing.assert_array_equal(one, robot.momentum(q, base_twist=np.tile(twist, (4, 1))))
 
 
+def test_a_long_series_has_the_results_of_its_states(
+    robot: tactid.Manipulator, rng: np.random.Generator
+) -> None:
+    """Its states are copied a thousand at a time; one twist holds for all."""
+    count = 2500
+    q, qd, qdd = rng.normal(size=(3, count, robot.dof))
+    pose = np.concatenate([rng.normal(size=(count, 3)), rng.normal(size=(count, 4))], axis=1)
+    pose[:, 3:] /= np.linalg.norm(pose[:, 3:], axis=1, keepdims=True)
+    base = {"base_twist": rng.normal(size=6), "gravity": [0.0, 0.0, -9.81]}
+    acceleration = rng.normal(size=(count, 6))
+    whole = robot.inverse_dynamics(
+        q, qd, qdd, base_pose=pose, base_acceleration=acceleration, **base
+    )
+    for k in (0, 1, 1023, 1024, 1025, 2047, 2048, 2499):
+        of_one = robot.inverse_dynamics(
+            q[k], qd[k], qdd[k], base_pose=pose[k], base_acceleration=acceleration[k], **base
+        )
+        for several, one in zip(whole, of_one, strict=True):
+            np.testing.assert_allclose(several[k], one, rtol=1e-10, atol=1e-10)
+
+
 def test_poses_as_quaternions_or_matrices(
     robot: tactid.Manipulator, rng: np.random.Generator
 ) -> None:

@@ -104,7 +104,7 @@ def test_a_link_in_the_payload_is_an_error(command: TactidCommand, tmp_path: Pat
     box = ("--payload-mass-max", "2", "--payload-box", "-1.5 -0.1 -0.1 0.2 0.1 0.1")
     done = command(*arm, *box)
     assert done.returncode == 2
-    assert "and the payload touch at the start; --payload-box sets it" in done.stderr
+    assert "and the payload touch at the start; --payload-box gives the box" in done.stderr
     assert not (tmp_path / "m").exists()
 
 

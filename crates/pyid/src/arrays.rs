@@ -1,18 +1,120 @@
 //! Conversion between NumPy arrays and series of samples. Anything that NumPy can convert is read; results are
 //! arrays with one entry for each sample.
 
-use nalgebra::{
-    Isometry3, Matrix3, Matrix4, Quaternion, Rotation3, UnitQuaternion, Vector3, Vector4,
-};
+use std::ops::Range;
+
+use nalgebra::Vector3;
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use tactid_recordings::unit_quaternion;
 
 use crate::errors::ArgumentError;
 use crate::shapes::{numbers, one_or_many, shape_error, shape_of, transposition};
 
-/// Largest entry of `R R^T - 1` for a rotation matrix `R`, above the rounding of float32.
-const ROTATION_TOLERANCE: f64 = 1e-5;
+/// An array of numbers that belong to samples, of which some are copied at a time.
+pub(crate) struct SeriesArray<'py> {
+    name: &'static str,
+    /// `None` for one item of zeros.
+    array: Option<Bound<'py, PyArrayDyn<f64>>>,
+    width: usize,
+    /// `None` for one item that holds for every sample.
+    samples: Option<usize>,
+}
+
+impl<'py> SeriesArray<'py> {
+    /// Takes an array of the shape `(width,)` or `(N, width)`.
+    pub(crate) fn read(
+        value: &Bound<'py, PyAny>,
+        name: &'static str,
+        width: usize,
+    ) -> PyResult<Self> {
+        Self::read_one_of(value, name, &[&[width]], "")
+    }
+
+    /// Takes an array of the shape `(width,)` or `(N, width)`; zeros where nothing is given.
+    pub(crate) fn read_or_zero(
+        value: Option<&Bound<'py, PyAny>>,
+        name: &'static str,
+        width: usize,
+    ) -> PyResult<Self> {
+        let zero = Self {
+            name,
+            array: None,
+            width,
+            samples: None,
+        };
+        value.map_or(Ok(zero), |value| Self::read(value, name, width))
+    }
+
+    /// Takes an array whose items have one of some shapes; where none fits, the error also says `what` an item is.
+    fn read_one_of(
+        value: &Bound<'py, PyAny>,
+        name: &'static str,
+        items: &[&[usize]],
+        what: &str,
+    ) -> PyResult<Self> {
+        let array = numbers(value, name)?;
+        let shape = array.shape();
+        let fitting = items.iter().find_map(|item| {
+            let samples = match shape.len().checked_sub(item.len())? {
+                0 if shape == *item => None,
+                1 if shape[1..] == **item => Some(shape[0]),
+                _ => return None,
+            };
+            Some((item.iter().product(), samples))
+        });
+        let Some((width, samples)) = fitting else {
+            let advice = transposition(shape, items);
+            return Err(shape_error(
+                name,
+                shape,
+                one_or_many(items),
+                &format!("{what}{advice}"),
+            ));
+        };
+        Ok(Self {
+            name,
+            array: Some(array),
+            width,
+            samples,
+        })
+    }
+
+    /// Copies all items.
+    fn whole(&self) -> PyResult<Series> {
+        let values = match &self.array {
+            Some(array) => array.to_vec()?,
+            None => vec![0.0; self.width],
+        };
+        Ok(Series {
+            name: self.name,
+            values,
+            width: self.width,
+            samples: self.samples,
+        })
+    }
+
+    /// Copies the items of some samples, or the one that holds for all of them.
+    ///
+    /// # Errors
+    /// Returns an `ArgumentError` if Python has changed the array's shape since it was taken.
+    pub(crate) fn part(&self, samples: Range<usize>) -> PyResult<Series> {
+        let (Some(array), Some(_)) = (&self.array, self.samples) else {
+            return self.whole();
+        };
+        let array = array.try_readonly()?;
+        let entries = samples.start * self.width..samples.end * self.width;
+        let Some(values) = array.as_slice()?.get(entries) else {
+            let message = format!("`{}` has changed its shape meanwhile", self.name);
+            return Err(ArgumentError::new_err(message));
+        };
+        Ok(Series {
+            name: self.name,
+            values: values.to_vec(),
+            width: self.width,
+            samples: Some(samples.len()),
+        })
+    }
+}
 
 /// Numbers that belong to samples: one item for each sample, or one item for all samples.
 ///
@@ -63,31 +165,7 @@ impl Series {
         items: &[&[usize]],
         what: &str,
     ) -> PyResult<Self> {
-        let array = numbers(value, name)?;
-        let shape = array.shape();
-        let fitting = items.iter().find_map(|item| {
-            let samples = match shape.len().checked_sub(item.len())? {
-                0 if shape == *item => None,
-                1 if shape[1..] == **item => Some(shape[0]),
-                _ => return None,
-            };
-            Some((item.iter().product(), samples))
-        });
-        let Some((width, samples)) = fitting else {
-            let advice = transposition(shape, items);
-            return Err(shape_error(
-                name,
-                shape,
-                one_or_many(items),
-                &format!("{what}{advice}"),
-            ));
-        };
-        Ok(Self {
-            name,
-            values: array.to_vec()?,
-            width,
-            samples,
-        })
+        SeriesArray::read_one_of(value, name, items, what)?.whole()
     }
 
     /// Reads an array of the shape `(width,)` or `(N, width)`; zeros where nothing is given.
@@ -96,17 +174,7 @@ impl Series {
         name: &'static str,
         width: usize,
     ) -> PyResult<Self> {
-        value.map_or_else(
-            || {
-                Ok(Self {
-                    name,
-                    values: vec![0.0; width],
-                    width,
-                    samples: None,
-                })
-            },
-            |value| Self::read(value, name, &[width]),
-        )
+        SeriesArray::read_or_zero(value, name, width)?.whole()
     }
 
     /// Reads an array of the shape `(width,)` or `(N, width)`; an item without entries where nothing is given.
@@ -158,119 +226,13 @@ impl Series {
     }
 }
 
-/// Poses, given as 4x4 matrices or as position and quaternion `[x, y, z, qx, qy, qz, qw]`.
-pub(crate) struct Poses {
-    name: &'static str,
-    poses: Vec<Isometry3<f64>>,
-    samples: Option<usize>,
-}
-
-impl Poses {
-    /// Reads poses; the identity where nothing is given. Any entry that is no pose is an error.
-    pub(crate) fn read_or_identity(
-        value: Option<&Bound<'_, PyAny>>,
-        name: &'static str,
-    ) -> PyResult<Self> {
-        Self::read(value, name, pose_from_quaternion, pose_from_matrix)
-    }
-
-    /// Reads measured poses; the identity where nothing is given.
-    ///
-    /// A matrix with NaN, and a quaternion that is not about normalised, become poses of NaN,
-    /// which the identification counts as faults of single samples. Any other matrix that is no pose is an error.
-    pub(crate) fn read_measured_or_identity(
-        value: Option<&Bound<'_, PyAny>>,
-        name: &'static str,
-    ) -> PyResult<Self> {
-        let read = Self::read(
-            value,
-            name,
-            |item| Ok(measured_pose_from_quaternion(item)),
-            |item| {
-                if item.iter().any(|entry| entry.is_nan()) {
-                    Ok(missing_pose())
-                } else {
-                    pose_from_matrix(item)
-                }
-            },
-        )?;
-        let is_missing = |pose: &Isometry3<f64>| pose.rotation.coords.iter().any(|x| x.is_nan());
-        if read.poses.len() > 1 && read.poses.iter().all(is_missing) {
-            return Err(ArgumentError::new_err(format!(
-                "`{name}` has no pose that can be used: expected [x, y, z, qx, qy, qz, qw] with a quaternion of \
-                 norm one, or 4x4 matrices without NaN"
-            )));
-        }
-        Ok(read)
-    }
-
-    fn read(
-        value: Option<&Bound<'_, PyAny>>,
-        name: &'static str,
-        from_quaternion: impl Fn(&[f64]) -> Result<Isometry3<f64>, &'static str>,
-        from_matrix: impl Fn(&[f64]) -> Result<Isometry3<f64>, &'static str>,
-    ) -> PyResult<Self> {
-        let Some(value) = value else {
-            return Ok(Self {
-                name,
-                poses: vec![Isometry3::identity()],
-                samples: None,
-            });
-        };
-        let array = numbers(value, name)?;
-        let shape = array.shape();
-        let (samples, width) = match *shape {
-            [4, 4] => (None, 16),
-            [count, 4, 4] => (Some(count), 16),
-            [7] => (None, 7),
-            [count, 7] => (Some(count), 7),
-            _ => return Err(shape_error(name, shape, one_or_many(&[&[4, 4], &[7]]), "")),
-        };
-        let values = array.to_vec()?;
-        let poses = values.chunks_exact(width).enumerate().map(|(row, item)| {
-            let pose = if width == 16 {
-                from_matrix(item)
-            } else {
-                from_quaternion(item)
-            };
-            pose.map_err(|why| ArgumentError::new_err(format!("`{name}`, entry {row}: {why}")))
-        });
-        Ok(Self {
-            name,
-            poses: poses.collect::<PyResult<_>>()?,
-            samples,
-        })
-    }
-
-    /// Returns the pose of a sample. Panics where there is none: ask [`common_length`] first.
-    pub(crate) fn at(&self, sample: usize) -> &Isometry3<f64> {
-        &self.poses[self.samples.map_or(0, |_| sample)]
-    }
-
-    /// Returns all poses, or the single one that holds for all samples.
-    pub(crate) fn as_slice(&self) -> &[Isometry3<f64>] {
-        &self.poses
-    }
-
-    /// Returns the single pose. A series is an error.
-    pub(crate) fn single(&self) -> PyResult<&Isometry3<f64>> {
-        match (self.samples, &self.poses[..]) {
-            (None, [pose]) => Ok(pose),
-            _ => Err(ArgumentError::new_err(format!(
-                "`{}` is a series of poses: expected one pose, (4, 4) or (7,)",
-                self.name
-            ))),
-        }
-    }
-}
-
 /// A quantity with one value for each sample, or one value for all samples.
 pub(crate) trait Sampled {
     fn name(&self) -> &'static str;
     fn samples(&self) -> Option<usize>;
 }
 
-impl Sampled for Series {
+impl Sampled for SeriesArray<'_> {
     fn name(&self) -> &'static str {
         self.name
     }
@@ -279,7 +241,7 @@ impl Sampled for Series {
     }
 }
 
-impl Sampled for Poses {
+impl Sampled for Series {
     fn name(&self) -> &'static str {
         self.name
     }
@@ -336,55 +298,4 @@ pub(crate) fn output<'py>(
 /// Appends two vectors, such as the linear and the angular part of a twist.
 pub(crate) fn extend_with(values: &mut Vec<f64>, first: &Vector3<f64>, second: &Vector3<f64>) {
     values.extend(first.iter().chain(second.iter()));
-}
-
-/// Returns the 16 entries of a pose as a 4x4 matrix, row by row.
-pub(crate) fn homogeneous(pose: &Isometry3<f64>) -> impl Iterator<Item = f64> {
-    let transposed = pose.to_homogeneous().transpose(); // nalgebra goes column by column
-    (0..16).map(move |index| transposed[index])
-}
-
-fn pose_from_matrix(entries: &[f64]) -> Result<Isometry3<f64>, &'static str> {
-    let matrix = Matrix4::from_row_slice(entries);
-    let rotation: Matrix3<f64> = matrix.fixed_view::<3, 3>(0, 0).into();
-    let off = (rotation * rotation.transpose() - Matrix3::identity()).amax();
-    // Written so that NaN is rejected, too.
-    if !(off < ROTATION_TOLERANCE && rotation.determinant() > 0.0) {
-        return Err("the upper left 3x3 block is not a rotation");
-    }
-    if matrix.row(3) != Matrix4::identity().row(3) {
-        return Err("the last row of a pose is [0, 0, 0, 1]");
-    }
-    let rotation = Rotation3::from_matrix_unchecked(rotation);
-    Ok(Isometry3::from_parts(
-        matrix.fixed_view::<3, 1>(0, 3).into_owned().into(),
-        UnitQuaternion::from_rotation_matrix(&rotation),
-    ))
-}
-
-fn pose_from_quaternion(entries: &[f64]) -> Result<Isometry3<f64>, &'static str> {
-    let quaternion = Quaternion::new(entries[6], entries[3], entries[4], entries[5]);
-    let rotation =
-        UnitQuaternion::try_new(quaternion, 1e-9).ok_or("the quaternion has no length")?;
-    Ok(Isometry3::from_parts(
-        Vector3::new(entries[0], entries[1], entries[2]).into(),
-        rotation,
-    ))
-}
-
-/// Returns the pose of a quaternion that is about normalised, else a pose of NaN.
-fn measured_pose_from_quaternion(entries: &[f64]) -> Isometry3<f64> {
-    let quaternion = Quaternion::new(entries[6], entries[3], entries[4], entries[5]);
-    unit_quaternion(quaternion).map_or_else(missing_pose, |rotation| {
-        let position = Vector3::new(entries[0], entries[1], entries[2]);
-        Isometry3::from_parts(position.into(), rotation)
-    })
-}
-
-fn missing_pose() -> Isometry3<f64> {
-    let rotation = Quaternion::from(Vector4::repeat(f64::NAN));
-    Isometry3::from_parts(
-        Vector3::repeat(f64::NAN).into(),
-        UnitQuaternion::new_unchecked(rotation),
-    )
 }

@@ -5,13 +5,14 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use tactid_dynamics::{BaseKind, ModelError, ToolMotion, Urdf};
+use tactid_dynamics::{BaseKind, ModelError, Urdf};
 
-use crate::arrays::{Series, common_length, extend_with, homogeneous, output};
+use crate::arrays::{Series, extend_with, output};
 use crate::errors::{IntoPyErr, detached};
 use crate::findings::model_finding;
 use crate::inertia::MassProperties;
-use crate::states::States;
+use crate::poses::homogeneous;
+use crate::states::StateArrays;
 use crate::text::Text;
 use crate::urdf::{ReadUrdf, base_kind, urdf_folder, urdf_text};
 use crate::workspaces::Workspaces;
@@ -193,13 +194,11 @@ impl Manipulator {
         base_acceleration: Argument<'_, 'py>,
     ) -> PyResult<FrameMotion> {
         let frame = self.robot.frame(&frame).map_err(IntoPyErr::into_py_err)?;
-        let states = States::read(&self.robot, q, qd, qdd)?.with_base(
-            base_pose,
-            base_twist,
-            base_acceleration,
-        )?;
-        let samples = states.samples()?;
+        let base = [base_pose, base_twist, base_acceleration];
+        let arrays = StateArrays::read(&self.robot, (q, qd, qdd), base)?;
+        let samples = arrays.samples()?;
         let count = samples.unwrap_or(1);
+        let states = arrays.part(0..count)?;
         let mut poses = Vec::with_capacity(16 * count);
         let mut vectors = [(); 4].map(|()| Vec::with_capacity(3 * count));
         detached(py, || {
@@ -265,32 +264,38 @@ impl Manipulator {
         self.check_masses()?;
         let gravity = Series::read_or_zero(gravity, "gravity", 3)?;
         let gravity = Vector3::from_column_slice(gravity.single()?);
-        let states = States::read(&self.robot, q, qd, qdd)?.with_base(
-            base_pose,
-            base_twist,
-            base_acceleration,
-        )?;
-        let samples = states.samples()?;
+        let base = [base_pose, base_twist, base_acceleration];
+        let arrays = StateArrays::read(&self.robot, (q, qd, qdd), base)?;
+        let samples = arrays.samples()?;
         let (dof, count) = (self.robot.dof(), samples.unwrap_or(1));
         let (mut torques, mut wrenches) = (vec![0.0; count * dof], vec![[0.0; 6]; count]);
-        detached(py, || match samples {
-            Some(_) => {
+        if samples.is_some() {
+            let workspace = self.workspaces.series(&self.robot);
+            arrays.in_parts(py, count, |states, part| {
                 let bases = states.bases()?;
-                let series = states.series(&bases);
-                let workspace = self.workspaces.series(&self.robot);
+                let torques = &mut torques[part.start * dof..part.end * dof];
                 workspace
-                    .inverse_dynamics(&series, &gravity, &mut torques, &mut wrenches)
+                    .inverse_dynamics(
+                        &states.series(&bases),
+                        &gravity,
+                        torques,
+                        &mut wrenches[part],
+                    )
                     .map_err(IntoPyErr::into_py_err)
-            }
-            None => states.first(&self.workspaces, &gravity, |workspace| {
-                tactid_dynamics::forces(workspace, &gravity);
-                torques.copy_from_slice(workspace.joint_torques()?);
-                let wrench = workspace.base_wrench()?;
-                wrenches[0][..3].copy_from_slice(wrench.force.as_slice());
-                wrenches[0][3..].copy_from_slice(wrench.moment.as_slice());
-                Ok(())
-            }),
-        })??;
+            })?;
+        } else {
+            let states = arrays.part(0..1)?;
+            detached(py, || {
+                states.first(&self.workspaces, &gravity, |workspace| {
+                    tactid_dynamics::forces(workspace, &gravity);
+                    torques.copy_from_slice(workspace.joint_torques()?);
+                    let wrench = workspace.base_wrench()?;
+                    wrenches[0][..3].copy_from_slice(wrench.force.as_slice());
+                    wrenches[0][3..].copy_from_slice(wrench.moment.as_slice());
+                    Ok(())
+                })
+            })??;
+        }
         Ok((
             output(py, torques, samples, &[dof])?,
             output(py, wrenches.into_flattened(), samples, &[6])?,
@@ -317,10 +322,11 @@ impl Manipulator {
         base_twist: Argument<'_, 'py>,
     ) -> PyResult<Array<'py>> {
         self.check_masses()?;
-        let states =
-            States::read(&self.robot, q, qd, qdd)?.with_base(base_pose, base_twist, None)?;
-        let samples = states.samples()?;
+        let base = [base_pose, base_twist, None];
+        let arrays = StateArrays::read(&self.robot, (q, qd, qdd), base)?;
+        let samples = arrays.samples()?;
         let count = samples.unwrap_or(1);
+        let states = arrays.part(0..count)?;
         let mut values = Vec::with_capacity(6 * count);
         detached(py, || {
             self.workspaces.with(&self.robot, |workspace| {
@@ -355,10 +361,11 @@ impl Manipulator {
         base_twist: Argument<'_, 'py>,
     ) -> PyResult<Array<'py>> {
         self.check_masses()?;
-        let states =
-            States::read(&self.robot, q, qd, None)?.with_base(base_pose, base_twist, None)?;
-        let samples = states.samples()?;
+        let base = [base_pose, base_twist, None];
+        let arrays = StateArrays::read(&self.robot, (q, qd, None), base)?;
+        let samples = arrays.samples()?;
         let count = samples.unwrap_or(1);
+        let states = arrays.part(0..count)?;
         let mut values = Vec::with_capacity(6 * count);
         detached(py, || {
             states.each(&self.workspaces, samples, |workspace| {
@@ -400,51 +407,4 @@ impl Manipulator {
             .check_masses(None)
             .map_err(IntoPyErr::into_py_err)
     }
-}
-
-/// The 6x10 matrix that takes a body's ten parameters to the wrench that moves it.
-///
-/// ``[force, moment] = wrench_regressor(...) @ body.parameters``: the wrench on the body, in the axes of a
-/// frame fixed to it and about its origin, in the order of :attr:`MassProperties.parameters`.
-///
-/// Args:
-///     acceleration: Classical acceleration of the frame's origin less gravity, in the frame's axes,
-///         (3,) or (N, 3), m/s².
-///     angular_velocity: In the frame's axes, (3,) or (N, 3), rad/s.
-///     angular_acceleration: In the frame's axes, (3,) or (N, 3), rad/s².
-///
-/// Returns:
-///     (6, 10) or (N, 6, 10).
-///
-/// Raises:
-///     ArgumentError: A shape does not fit.
-#[pyfunction]
-pub(crate) fn wrench_regressor<'py>(
-    py: Python<'py>,
-    acceleration: &Bound<'py, PyAny>,
-    angular_velocity: &Bound<'py, PyAny>,
-    angular_acceleration: &Bound<'py, PyAny>,
-) -> PyResult<Array<'py>> {
-    let acceleration = Series::read(acceleration, "acceleration", &[3])?;
-    let angular_velocity = Series::read(angular_velocity, "angular_velocity", &[3])?;
-    let angular_acceleration = Series::read(angular_acceleration, "angular_acceleration", &[3])?;
-    let samples = common_length(&[&acceleration, &angular_velocity, &angular_acceleration])?;
-    let count = samples.unwrap_or(1);
-    let mut values = Vec::with_capacity(60 * count);
-    detached(py, || {
-        for sample in 0..count {
-            let motion = ToolMotion {
-                acceleration: acceleration.vector(sample, 0),
-                angular_velocity: angular_velocity.vector(sample, 0),
-                angular_acceleration: angular_acceleration.vector(sample, 0),
-            };
-            // Transposed, since nalgebra goes column by column.
-            values.extend(
-                tactid_dynamics::wrench_regressor(&motion)
-                    .transpose()
-                    .iter(),
-            );
-        }
-    })?;
-    output(py, values, samples, &[6, 10])
 }

@@ -40,39 +40,49 @@ impl IntoPyErr for Error {
                 ),
                 "tip",
             ),
-            Self::TooShort { .. } => with_remedy(&message, Some("duration")),
-            Self::Impossible { limit, .. } => with_remedy(&message, keyword_of_limit(&limit)),
-            Self::OutOfReach { binding, .. } => {
-                with_remedy(&message, binding.as_ref().and_then(keyword_of_limit))
-            }
+            Self::TooShort { .. } => with_remedy(&message, ("duration", "`duration` sets it")),
+            Self::Impossible { limit, .. } => with_remedy(&message, remedy(&limit)),
+            Self::OutOfReach {
+                binding: Some(limit),
+                ..
+            } => with_remedy(&message, remedy(&limit)),
             _ => ExcitationError::new_err(message),
         }
     }
 }
 
-/// Adds the keyword that relaxes the limit or the duration which makes a motion impossible.
-fn with_remedy(message: &str, keyword: Option<&'static str>) -> PyErr {
-    match keyword {
-        Some(name) => ExcitationError::new_err((format!("{message}; `{name}` sets it"), name)),
-        None => ExcitationError::new_err(message.to_owned()),
-    }
+/// Adds the keyword that relaxes the limit or the duration which makes a motion impossible, and what it does.
+fn with_remedy(message: &str, (keyword, does): (&'static str, &'static str)) -> PyErr {
+    ExcitationError::new_err((format!("{message}; {does}"), keyword))
 }
 
-/// Returns the keyword that sets a limit; `None` for those of the URDF alone.
-fn keyword_of_limit(limit: &Limit) -> Option<&'static str> {
+/// Returns the keyword that relaxes a limit, or the load on it where the URDF alone sets it, with what to do.
+fn remedy(limit: &Limit) -> (&'static str, &'static str) {
     match limit {
-        Limit::Position(_) => Some("start"),
-        Limit::Velocity(_) => Some("speed"),
-        Limit::Acceleration(_) => Some("acceleration"),
-        Limit::Wrench(_) => Some("wrench_limit"),
-        Limit::Grip(_) => Some("grip"),
-        Limit::BaseAttitude => Some("base_attitude"),
-        Limit::BasePosition => Some("base_position"),
-        Limit::Workspace(..) => Some("workspace"),
-        Limit::Distance(_, second) if second.starts_with("the keep-out box") => Some("keep_out"),
-        Limit::Distance(_, second) if second == "the payload" => Some("payload_box"),
-        Limit::Distance(..) => Some("least_distance"),
-        _ => None,
+        Limit::Position(_) => ("start", "the URDF sets it: begin elsewhere (`start`)"),
+        Limit::Velocity(_) => ("speed", "the URDF and `speed` set it"),
+        Limit::Acceleration(_) => ("acceleration", "`acceleration` sets it"),
+        Limit::Effort(_) => (
+            "start",
+            "the URDF sets it: begin where less torque holds the payload (`start`), or expect a lighter one",
+        ),
+        Limit::Wrench(_) => ("wrench_limit", "`wrench_limit` sets it"),
+        Limit::Grip(_) => ("grip", "`grip` sets it"),
+        Limit::BaseAttitude => ("base_attitude", "`base_attitude` sets it"),
+        Limit::BasePosition => ("base_position", "`base_position` sets it"),
+        Limit::Workspace(..) => ("workspace", "`workspace` sets it"),
+        Limit::Distance(_, second) if second.starts_with("the keep-out box") => (
+            "keep_out",
+            "`keep_out` gives the box; a start elsewhere may be farther from it",
+        ),
+        Limit::Distance(_, second) if second == "the payload" => (
+            "payload_box",
+            "`payload_box` gives the box; a start elsewhere may keep it free",
+        ),
+        Limit::Distance(..) => (
+            "least_distance",
+            "`least_distance` sets it; a start elsewhere may keep it",
+        ),
     }
 }
 

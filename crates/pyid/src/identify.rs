@@ -7,7 +7,7 @@ use tactid_dynamics::BaseKind;
 use tactid_recordings::{Arrays, HistoryPoint, Observer, RecordingError, Request, UnloadedArrays};
 
 use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wrenches};
-use crate::arrays::{Poses, Sampled, Series, common_length};
+use crate::arrays::{Sampled, Series, common_length};
 use crate::dynamics::Manipulator;
 use crate::errors::{IntoPyErr, detached, option_error, urdf_is_at_fault, with_option};
 use crate::identification::IdentificationData;
@@ -15,6 +15,7 @@ use crate::interruption::InterruptionCheck;
 use crate::joint_arrays::JointArrays;
 use crate::keywords;
 use crate::options;
+use crate::poses::Poses;
 
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 

@@ -5,8 +5,9 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use tactid_dynamics::{InertialParameters, symmetric_matrix};
 
-use crate::arrays::{Poses, Series, output};
+use crate::arrays::{Series, output};
 use crate::errors::ArgumentError;
+use crate::poses::Poses;
 
 /// Mass, centre of mass and inertia of a rigid body in one frame.
 ///

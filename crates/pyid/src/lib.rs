@@ -28,7 +28,9 @@ mod keywords;
 mod logs;
 mod online;
 mod options;
+mod poses;
 mod read;
+mod regressor;
 mod rows;
 mod samples;
 mod shapes;
@@ -51,7 +53,7 @@ mod _native {
     #[pymodule_export]
     use crate::combine::{combine, identify_logs};
     #[pymodule_export]
-    use crate::dynamics::{FrameMotion, Manipulator, wrench_regressor};
+    use crate::dynamics::{FrameMotion, Manipulator};
     #[pymodule_export]
     use crate::estimators::{Estimator, Lms, Nlms, Rls};
     #[pymodule_export]
@@ -68,6 +70,8 @@ mod _native {
     use crate::online::{Identifier, OnlineSolver, PaperFilter};
     #[pymodule_export]
     use crate::read::read;
+    #[pymodule_export]
+    use crate::regressor::wrench_regressor;
     #[pymodule_export]
     use crate::samples::Samples;
     #[pymodule_export]

@@ -10,12 +10,13 @@ use tactid_identify::{BaseState, IdentifyError, PayloadEstimate, PushOutcome, Sa
 use tactid_recordings::{OnlineSetup, RecordingError, Request};
 
 use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wrenches};
-use crate::arrays::{Poses, Sampled, Series, common_length, output};
+use crate::arrays::{Sampled, Series, common_length, output};
 use crate::errors::{ArgumentError, IntoPyErr, detached, option_error, with_option};
 use crate::finding_data::FindingData;
 use crate::findings::data_finding;
 use crate::identification::{EstimateData, SingularValuesData, WrenchOffsetData};
 use crate::options;
+use crate::poses::Poses;
 
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 

@@ -1,58 +1,49 @@
 //! States of a robot, as arrays.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 use pyo3::prelude::*;
 use tactid_dynamics::{FrameMotion, JointMotion, Manipulator, StateError, StateSeries, Workspace};
 
-use crate::arrays::{Poses, Sampled, Series, common_length};
-use crate::errors::IntoPyErr;
+use crate::arrays::{Sampled, Series, SeriesArray, common_length};
+use crate::errors::{IntoPyErr, detached};
+use crate::poses::Poses;
 use crate::workspaces::Workspaces;
 
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
-/// The robot's states, as arrays.
-pub(crate) struct States<'a> {
+/// Number of states that are copied at once: few enough to stay in the processor's cache.
+const PART: usize = 1024;
+
+/// The robot's states, as arrays of Python.
+pub(crate) struct StateArrays<'a, 'py> {
     robot: &'a Manipulator,
-    q: Series,
-    qd: Series,
-    qdd: Series,
+    q: SeriesArray<'py>,
+    qd: SeriesArray<'py>,
+    qdd: SeriesArray<'py>,
     pose: Poses,
-    twist: Series,
-    acceleration: Series,
+    twist: SeriesArray<'py>,
+    acceleration: SeriesArray<'py>,
 }
 
-impl<'a> States<'a> {
-    /// Joints as given, the base at rest.
+impl<'a, 'py> StateArrays<'a, 'py> {
+    /// Takes position, velocity and acceleration of the joints, and pose, twist and acceleration of the base; what is not
+    /// given is at rest.
     pub(crate) fn read(
         robot: &'a Manipulator,
-        q: &Bound<'_, PyAny>,
-        qd: Argument<'_, '_>,
-        qdd: Argument<'_, '_>,
+        (q, qd, qdd): (&Bound<'py, PyAny>, Argument<'_, 'py>, Argument<'_, 'py>),
+        [pose, twist, acceleration]: [Argument<'_, 'py>; 3],
     ) -> PyResult<Self> {
         let dof = robot.dof();
         Ok(Self {
             robot,
-            q: Series::read(q, "q", &[dof])?,
-            qd: Series::read_or_zero(qd, "qd", dof)?,
-            qdd: Series::read_or_zero(qdd, "qdd", dof)?,
-            pose: Poses::read_or_identity(None, "base_pose")?,
-            twist: Series::read_or_zero(None, "base_twist", 6)?,
-            acceleration: Series::read_or_zero(None, "base_acceleration", 6)?,
-        })
-    }
-
-    /// The states with the base moving as given.
-    pub(crate) fn with_base(
-        self,
-        pose: Argument<'_, '_>,
-        twist: Argument<'_, '_>,
-        acceleration: Argument<'_, '_>,
-    ) -> PyResult<Self> {
-        Ok(Self {
+            q: SeriesArray::read(q, "q", dof)?,
+            qd: SeriesArray::read_or_zero(qd, "qd", dof)?,
+            qdd: SeriesArray::read_or_zero(qdd, "qdd", dof)?,
             pose: Poses::read_or_identity(pose, "base_pose")?,
-            twist: Series::read_or_zero(twist, "base_twist", 6)?,
-            acceleration: Series::read_or_zero(acceleration, "base_acceleration", 6)?,
-            ..self
+            twist: SeriesArray::read_or_zero(twist, "base_twist", 6)?,
+            acceleration: SeriesArray::read_or_zero(acceleration, "base_acceleration", 6)?,
         })
     }
 
@@ -69,6 +60,48 @@ impl<'a> States<'a> {
         common_length(&series)
     }
 
+    /// Copies the states of some samples.
+    pub(crate) fn part(&self, samples: Range<usize>) -> PyResult<States<'a>> {
+        Ok(States {
+            robot: self.robot,
+            q: self.q.part(samples.clone())?,
+            qd: self.qd.part(samples.clone())?,
+            qdd: self.qdd.part(samples.clone())?,
+            pose: self.pose.part(samples.clone()),
+            twist: self.twist.part(samples.clone())?,
+            acceleration: self.acceleration.part(samples)?,
+        })
+    }
+
+    /// Copies the states a part at a time, and calls `compute` with each and the range of its samples while the interpreter is
+    /// released. A copy of all of them would take as long as some computations.
+    pub(crate) fn in_parts(
+        &self,
+        py: Python<'_>,
+        count: usize,
+        mut compute: impl FnMut(&States<'_>, Range<usize>) -> PyResult<()> + Send,
+    ) -> PyResult<()> {
+        for first in (0..count).step_by(PART) {
+            let samples = first..count.min(first + PART);
+            let states = self.part(samples.clone())?;
+            detached(py, || compute(&states, samples))??;
+        }
+        Ok(())
+    }
+}
+
+/// States of the robot.
+pub(crate) struct States<'a> {
+    robot: &'a Manipulator,
+    q: Series,
+    qd: Series,
+    qdd: Series,
+    pose: Poses,
+    twist: Series,
+    acceleration: Series,
+}
+
+impl States<'_> {
     /// Motion of base and joints at a sample.
     pub(crate) fn at(&self, sample: usize) -> (FrameMotion, JointMotion<'_>) {
         let joints = JointMotion {

@@ -8,7 +8,7 @@ use super::joint_rates::{JointRates, grouped_by_cause};
 use super::position_limits::PositionMonitor;
 use super::twist_rates::{TwistAxes, TwistRates};
 use crate::Finding;
-use crate::equations::Sample;
+use crate::equations::{EquationSettings, Sample};
 
 /// Time at the end of which samples are checked, s.
 const SPAN_S: f64 = 10.0;
@@ -21,7 +21,8 @@ pub(crate) struct OnlineChecks {
     joint_names: Vec<String>,
     joints: JointRates,
     positions: PositionMonitor,
-    efforts: EffortMonitor,
+    /// `None` where no equation uses efforts.
+    efforts: Option<EffortMonitor>,
     /// `None` for a fixed base.
     twist: Option<TwistRates>,
     sensors: Vec<String>,
@@ -30,13 +31,14 @@ pub(crate) struct OnlineChecks {
 
 impl OnlineChecks {
     /// Creates the checks for the samples of a robot and its wrench sensors.
-    pub(crate) fn new(robot: &Manipulator, sensors: &[&str], max_gap_s: f64) -> Self {
+    pub(crate) fn new(robot: &Manipulator, sensors: &[&str], settings: &EquationSettings) -> Self {
+        let (max_gap_s, uses_effort) = (settings.max_gap_s, settings.method.uses_effort());
         let floats = robot.base_kind() == BaseKind::Floating;
         Self {
             joint_names: robot.joint_names().to_vec(),
             joints: JointRates::new(robot.dof(), max_gap_s, Some(INTERVALS)),
             positions: PositionMonitor::new(robot),
-            efforts: EffortMonitor::new(robot, SPAN_S),
+            efforts: uses_effort.then(|| EffortMonitor::new(robot, SPAN_S)),
             twist: floats.then(|| TwistRates::new(TwistAxes::World, max_gap_s, Some(INTERVALS))),
             sensors: sensors.iter().map(|&name| name.to_owned()).collect(),
             channels: ChannelMonitor::new(sensors.len()),
@@ -50,8 +52,10 @@ impl OnlineChecks {
         for (joint, &position) in position.iter().enumerate() {
             self.positions.push(joint, sample.time_s, position);
         }
-        for (joint, &effort) in sample.joint_effort.iter().enumerate() {
-            self.efforts.push(joint, sample.time_s, effort);
+        if let Some(efforts) = &mut self.efforts {
+            for (joint, &effort) in sample.joint_effort.iter().enumerate() {
+                efforts.push(joint, sample.time_s, effort);
+            }
         }
         if let Some(twist) = &mut self.twist {
             twist.push(sample.time_s, &sample.base);
@@ -68,7 +72,8 @@ impl OnlineChecks {
         let mut findings: Vec<Finding> = joints.map(Finding::VelocitiesContradicted).collect();
         let beyond = self.positions.beyond_limits(SPAN_S);
         findings.extend(beyond.map(Finding::PositionsBeyondLimits));
-        let beyond = self.efforts.beyond_limits();
+        let efforts = self.efforts.as_ref();
+        let beyond = efforts.and_then(EffortMonitor::beyond_limits);
         findings.extend(beyond.map(Finding::EffortsBeyondLimits));
         let twist = self.twist.as_ref().and_then(TwistRates::contradiction);
         findings.extend(twist.map(Finding::TwistContradicted));

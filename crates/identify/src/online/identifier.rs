@@ -180,7 +180,7 @@ impl Identifier {
             frame: tool.into(),
             update: StagedUpdate::new(&channels, stream.gripper_to_subtract())?,
             recent: RecentEquations::new(channels.count()),
-            checks: OnlineChecks::new(robot, sensors, settings.max_gap_s),
+            checks: OnlineChecks::new(robot, sensors, settings),
             stream,
             samples: 0,
             windows: 0,

@@ -245,8 +245,8 @@ def _payloads(
     even = MassProperties(
         mass_max / 2, corners.mean(axis=0), mass_max / 2 * np.diag([y + z, x + z, x + y])
     )
-    # On a fixed base, effort and wrench are linear in the parameters: those of a body in the box
-    # are between those of these bodies and those without a payload, which the design adds.
+    # On a fixed base, the force on a body in the box is between those on these bodies and none. Its
+    # moment has second moments, too, which are smaller inside the box by up to m d² / 4.
     points = [MassProperties(mass_max, corner, np.zeros((3, 3))) for corner in product(*corners.T)]
     return [payload or even, *points]
 

@@ -123,7 +123,7 @@ def _remedy(name: str, ratio: float, duration_s: float) -> str:
         return f"{name} needs a motion of at most {_rounded_up(needed_s)} s"
     return (
         f"the interval of {name} is {ratio:.3g} times its target, which no motion within these"
-        " limits reaches in an hour: allow larger accelerations, or more of the limits that bind"
+        " limits reaches in an hour: allow more of what binds"
     )
 
 
