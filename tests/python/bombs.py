@@ -266,6 +266,7 @@ def cases(folder: Path) -> Iterator[Case]:
         for command in ("info", "identify", "view"):
             yield Case(name, [command, str(path), *(drawn if command == "view" else [])])
         yield Case(name, ["calibrate", "--urdf", str(arm), "--unloaded", str(path), *calibrated])
+    assert not INDICES.keys() & DATABASES.keys(), "two bombs have one name"
     for name, write in (INDICES | DATABASES).items():
         path = write(folder)
         for command in ("info", "identify"):

@@ -34,7 +34,7 @@ DESCRIPTIONS: dict[str, str] = {
         'cdr' AS serialization_format FROM counted;""",
     "300 000 messages whose key is hidden": f"""{TABLES}
         ALTER TABLE messages ADD COLUMN rowid;{ROWS.format(time="k", count=300_000)}""",
-    "300 000 messages of one time": f"""{TABLES}{ROWS.format(time=7, count=300_000)}
+    "300 000 messages of one time, with an index": f"""{TABLES}{ROWS.format(time=7, count=300_000)}
         CREATE INDEX times ON messages (timestamp);""",
     "300 000 messages of one time, index of two": f"""{TABLES}{ROWS.format(time=7, count=300_000)}
         CREATE INDEX times ON messages (timestamp, abs(1000 - id));""",

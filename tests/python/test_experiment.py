@@ -176,6 +176,24 @@ def test_a_payload_is_identified_actively(command: TactidCommand, tmp_path: Path
     np.testing.assert_allclose(found.estimate.values / scale, truth / scale, atol=0.02)
 
 
+def test_noise_that_hides_the_first_gentle_motions_ends_nothing(tmp_path: Path) -> None:
+    """About 1 % of the peak of every channel, which leaves several values unknown for some plans."""
+    noise = {
+        "joint_position_rad": [0.0005, 0.013, 0.019, 0.005, 0.018, 0.0013, 0.0003, 0.0003],
+        "joint_velocity_rad_s": [0.0014, 0.0023, 0.0055, 0.0025, 0.0028, 0.0017, 0.0, 0.0],
+        "base_velocity_m_s": [7.5e-5, 3.5e-5, 3.7e-5],
+        "base_angular_velocity_rad_s": [7.5e-5, 7.9e-5, 1.3e-4],
+        "finger_force_n": [2.5, 3.2, 16.0, 2.9, 3.2, 16.0],
+        "finger_moment_nm": [0.057, 0.12, 0.28, 0.057, 0.13, 0.33],
+    }
+    active = tactid.Experiment.from_file(ACTIVE).replace(noise=noise)
+    for seed in range(3):
+        report = tactid.simulate(active.replace(seed=seed), tmp_path / "run.mcap").active
+        assert report is not None
+        assert report.contradictions == ()
+        assert report.reached is not None, report
+
+
 def test_wrong_bounds_of_the_payload_end_with_1(command: TactidCommand, tmp_path: Path) -> None:
     """The output names each bound with what was found, and how far the base turned beyond its."""
     text = ACTIVE.read_text()

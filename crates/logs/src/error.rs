@@ -65,6 +65,18 @@ pub enum LogError {
         /// The memory that the index may use, bytes: half of that of messages.
         budget: u64,
     },
+    /// A name in the log is longer than any that a robot uses.
+    #[error(
+        "{} names a topic, a type or an encoding with {bytes} bytes: names have at most {most_bytes}", path.display()
+    )]
+    LongName {
+        /// Path of the file.
+        path: PathBuf,
+        /// Length of the name, bytes.
+        bytes: usize,
+        /// Most bytes of a name.
+        most_bytes: usize,
+    },
     /// The watch has ended the opening of the log.
     #[error("the opening of the log was interrupted")]
     Interrupted,

@@ -80,7 +80,7 @@ impl<'py> SeriesArray<'py> {
     }
 
     /// Copies all items.
-    fn whole(&self) -> PyResult<Series> {
+    pub(crate) fn whole(&self) -> PyResult<Series> {
         let values = match &self.array {
             Some(array) => array.to_vec()?,
             None => vec![0.0; self.width],

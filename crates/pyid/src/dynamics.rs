@@ -198,7 +198,7 @@ impl Manipulator {
         let arrays = StateArrays::read(&self.robot, (q, qd, qdd), base)?;
         let samples = arrays.samples()?;
         let count = samples.unwrap_or(1);
-        let states = arrays.part(0..count)?;
+        let states = arrays.whole()?;
         let mut poses = Vec::with_capacity(16 * count);
         let mut vectors = [(); 4].map(|()| Vec::with_capacity(3 * count));
         detached(py, || {
@@ -284,7 +284,7 @@ impl Manipulator {
                     .map_err(IntoPyErr::into_py_err)
             })?;
         } else {
-            let states = arrays.part(0..1)?;
+            let states = arrays.whole()?;
             detached(py, || {
                 states.first(&self.workspaces, &gravity, |workspace| {
                     tactid_dynamics::forces(workspace, &gravity);
@@ -326,7 +326,7 @@ impl Manipulator {
         let arrays = StateArrays::read(&self.robot, (q, qd, qdd), base)?;
         let samples = arrays.samples()?;
         let count = samples.unwrap_or(1);
-        let states = arrays.part(0..count)?;
+        let states = arrays.whole()?;
         let mut values = Vec::with_capacity(6 * count);
         detached(py, || {
             self.workspaces.with(&self.robot, |workspace| {
@@ -365,7 +365,7 @@ impl Manipulator {
         let arrays = StateArrays::read(&self.robot, (q, qd, None), base)?;
         let samples = arrays.samples()?;
         let count = samples.unwrap_or(1);
-        let states = arrays.part(0..count)?;
+        let states = arrays.whole()?;
         let mut values = Vec::with_capacity(6 * count);
         detached(py, || {
             states.each(&self.workspaces, samples, |workspace| {

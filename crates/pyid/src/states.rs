@@ -60,8 +60,21 @@ impl<'a, 'py> StateArrays<'a, 'py> {
         common_length(&series)
     }
 
+    /// Copies all states.
+    pub(crate) fn whole(self) -> PyResult<States<'a>> {
+        Ok(States {
+            robot: self.robot,
+            q: self.q.whole()?,
+            qd: self.qd.whole()?,
+            qdd: self.qdd.whole()?,
+            pose: self.pose,
+            twist: self.twist.whole()?,
+            acceleration: self.acceleration.whole()?,
+        })
+    }
+
     /// Copies the states of some samples.
-    pub(crate) fn part(&self, samples: Range<usize>) -> PyResult<States<'a>> {
+    fn part(&self, samples: Range<usize>) -> PyResult<States<'a>> {
         Ok(States {
             robot: self.robot,
             q: self.q.part(samples.clone())?,

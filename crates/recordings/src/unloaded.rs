@@ -1,6 +1,7 @@
 //! The unloaded recording: search of the shift in time at which it has the same motion, and subtraction of its
 //! efforts.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -50,11 +51,12 @@ pub(crate) fn find_unloaded(
     if loaded.options.method() != Method::Effort {
         return Err(RecordingError::UnloadedNeedsEffort);
     }
+    let is_same = || RecordingError::SameRecording {
+        paths: [loaded_path, path].map(Path::to_owned),
+        because: NO_LOAD,
+    };
     if same_log(&[loaded_path, path]).is_some() {
-        return Err(RecordingError::SameRecording {
-            paths: [loaded_path, path].map(Path::to_owned),
-            because: NO_LOAD,
-        });
+        return Err(is_same());
     }
     let log = open_log(path, observer).map_err(|error| match error {
         RecordingError::Log(error) => RecordingError::UnloadedLog(error),
@@ -78,6 +80,9 @@ pub(crate) fn find_unloaded(
     }
     let ours = Motions::read(loaded_log, joints, loaded_decoding, observer)?;
     let theirs = Motions::read(&log, &topics, &decoding, observer)?;
+    if ours.content.finish() == theirs.content.finish() {
+        return Err(is_same());
+    }
     Ok(Unloaded {
         log,
         topics,
@@ -93,6 +98,8 @@ pub(crate) struct Motions {
     coarse: Motion,
     /// Every instant of the first [`FINE_S`].
     fine: Motion,
+    /// Hash of all positions and efforts, bit by bit, which a copy of the recording has, too.
+    content: DefaultHasher,
 }
 
 impl Motions {
@@ -110,6 +117,8 @@ impl Motions {
             for event in events.drain(..) {
                 if let Measured::Joints(values) = event.measured {
                     motions.add(event.time_s, &values.position);
+                    let numbers = values.position.iter().chain(&values.effort);
+                    numbers.for_each(|number| number.to_bits().hash(&mut motions.content));
                 }
             }
         }

@@ -373,7 +373,7 @@ fn estimates_are_written_as_a_log() {
 /// An unloaded recording is for the effort method only, and another one than the loaded one.
 #[test]
 fn an_unloaded_recording_needs_the_effort_method() {
-    let (_folder, path, _) = recorded(|_| {});
+    let (folder, path, _) = recorded(|_| {});
     let request = Request {
         unloaded: Some(path.clone()),
         ..least_squares()
@@ -389,4 +389,13 @@ fn an_unloaded_recording_needs_the_effort_method() {
     };
     let error = identify(&path, &request).unwrap_err();
     assert!(error.to_string().contains("is given twice"), "{error}");
+    let copy = folder.path().join("copy.mcap");
+    std::fs::copy(&path, &copy).unwrap();
+    let request = Request {
+        unloaded: Some(copy),
+        ..request
+    };
+    let error = identify(&path, &request).unwrap_err();
+    let same = "are the same recording, which is given twice";
+    assert!(error.to_string().contains(same), "{error}");
 }

@@ -43,9 +43,14 @@ const DRAWN: usize = 12;
 /// Fraction of a limit that a plan leaves for the noise of the estimate and the time between two samples.
 const TIGHTENING: f64 = 0.05;
 
-/// Plans after which the largest interval must be smaller by a fraction.
+/// Plans after which the largest interval must be smaller by the fraction [`PROGRESS`].
 const PATIENCE: usize = 6;
+
+/// Fraction by which it must be smaller.
 const PROGRESS: f64 = 0.02;
+
+/// Plans after which all values must be determined. The first ones are gentle, and noise hides what they show for a while.
+const PATIENCE_AT_FIRST: usize = 20;
 
 /// Fraction of the bound of the base that a plan uses, unless the base is there already: then it may go further by a stride.
 /// Near its bound the base could hardly be moved, and plans would be slow.
@@ -253,8 +258,13 @@ impl Planner {
             return Ok(Step::Reached);
         }
         self.history.push(ratio);
+        let patience = if ratio.is_finite() {
+            PATIENCE
+        } else {
+            PATIENCE_AT_FIRST
+        };
         // Both are infinite where no motion has determined all values.
-        if let [.., before] = self.history[..self.history.len().saturating_sub(PATIENCE)]
+        if let [.., before] = self.history[..self.history.len().saturating_sub(patience)]
             && ratio >= before * (1.0 - PROGRESS)
         {
             return Ok(Step::OutOfReach {

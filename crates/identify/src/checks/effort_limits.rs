@@ -23,7 +23,7 @@ pub struct EffortsBeyondLimits {
 #[derive(Clone, Debug)]
 pub struct EffortMonitor {
     joints: Vec<Joint>,
-    /// Time after which an effort has lost its weight, s.
+    /// Time constant with which the weight of an effort decreases, s.
     span_s: f64,
 }
 
@@ -66,8 +66,8 @@ impl Joint {
 }
 
 impl EffortMonitor {
-    /// Creates the monitor of the joints of a robot, which weighs an effort less the older it is: those before the last
-    /// `span_s` seconds count little. With an infinite time, all count the same.
+    /// Creates the monitor of the joints of a robot, which weighs an effort less the older it is: its weight decreases with the time
+    /// constant `span_s`, s. With an infinite one, all efforts weigh the same.
     #[must_use]
     pub fn new(robot: &Manipulator, span_s: f64) -> Self {
         let names = robot.joint_names().iter().enumerate();
@@ -85,10 +85,11 @@ impl EffortMonitor {
         }
     }
 
-    /// Adds the effort of one joint, N m or N, by its index in `q`, at a time, s. Zero, which a driver gives for what it does
-    /// not measure, counts for nothing.
+    /// Adds the effort of one joint, N m or N, by its index in `q`, at a time, s. What is not finite, and zero, which a driver
+    /// gives for what it does not measure, counts for nothing.
     pub fn push(&mut self, joint: usize, time_s: f64, effort: f64) {
         if effort != 0.0
+            && effort.is_finite()
             && let Some(joint) = self.joints.get_mut(joint)
         {
             joint.push(time_s, effort, self.span_s);
@@ -173,7 +174,7 @@ mod tests {
         assert_eq!(found(limits, &in_milli, forever), beyond(false));
     }
 
-    /// What was beyond the limits long before is forgotten.
+    /// Efforts beyond the limits lose their weight with time.
     #[test]
     fn old_efforts_are_forgotten() {
         let mut efforts = vec![[0.5, -300.0, 0.0]; 50];

@@ -10,6 +10,9 @@ use crate::equations::window::NOISE_CORRELATION;
 /// rounding of double precision.
 const EXACT: f64 = 1e-9;
 
+/// Masses that can be known, kg: far beyond any payload, and far within the numbers whose products are finite.
+const MASSES_KG: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
+
 /// Relative difference up to which an estimated mass is the exact known one: far above the rounding of a fit and
 /// of its projection, far below the error of a scale.
 const SAME_MASS: f64 = 1e-6;
@@ -27,7 +30,8 @@ impl KnownMass {
     /// Checks that the values are in range.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Value`] if the mass is not positive, or its standard deviation is negative or not finite.
+    /// Returns [`IdentifyError::Value`] if the mass is not from 1e-12 to 1e12 kg, or its standard deviation is negative or more
+    /// than 1e12 kg.
     pub(crate) fn check(&self) -> Result<(), IdentifyError> {
         let out_of_range = |name, given, expected| {
             Err(IdentifyError::Value {
@@ -36,12 +40,13 @@ impl KnownMass {
                 expected,
             })
         };
-        if !(self.mass_kg > 0.0 && self.mass_kg.is_finite()) {
-            return out_of_range("known_mass_kg", self.mass_kg, "a positive number of kg");
+        if !MASSES_KG.contains(&self.mass_kg) {
+            let expected = "a positive number of kg, from 1e-12 to 1e12";
+            return out_of_range("known_mass_kg", self.mass_kg, expected);
         }
-        if !(self.std_dev_kg >= 0.0 && self.std_dev_kg.is_finite()) {
-            let name = "known_mass_std_dev_kg";
-            return out_of_range(name, self.std_dev_kg, "zero or a positive number of kg");
+        if !(0.0..=*MASSES_KG.end()).contains(&self.std_dev_kg) {
+            let expected = "zero or a positive number of kg, up to 1e12";
+            return out_of_range("known_mass_std_dev_kg", self.std_dev_kg, expected);
         }
         Ok(())
     }

@@ -18,6 +18,9 @@ const OF_TEXT: u64 = 96;
 const OF_SEGMENT: u64 = 192;
 const OF_CHANNEL: u64 = 16;
 
+/// Most bytes of a name of a topic, a type or an encoding: messages and reports repeat names.
+pub(super) const MAX_NAME: usize = 4096;
+
 /// Content of a compressed file that is decompressed however small the file is, bytes.
 const SMALL_CONTENT: u64 = 1 << 30;
 
@@ -71,6 +74,23 @@ impl<'a> Opening<'a> {
     ) -> Result<(), LogError> {
         let add = |(count, bytes), text: &str| (count + 1, bytes + text.len() as u64);
         self.keep_texts(path, texts.into_iter().fold((0, 0), add))
+    }
+
+    /// Counts names of topics, types and encodings among what the index keeps of a file.
+    pub(super) fn keep_names<'t>(
+        &mut self,
+        path: &Path,
+        names: impl IntoIterator<Item = &'t str> + Clone,
+    ) -> Result<(), LogError> {
+        let bytes = names.clone().into_iter().map(str::len).max();
+        match bytes.filter(|&bytes| bytes > MAX_NAME) {
+            Some(bytes) => Err(LogError::LongName {
+                path: path.to_owned(),
+                bytes,
+                most_bytes: MAX_NAME,
+            }),
+            None => self.keep_each(path, names),
+        }
     }
 
     /// Counts a segment with a number of channels among what the index keeps of a file.

@@ -154,11 +154,11 @@ def new_folder(path: Path, option: str) -> Iterator[None]:
         raise ArgumentError(f"{option} {path} needs a folder, but {there} is a file")
     if not os.access(there, os.W_OK):
         raise ArgumentError(f"the folder {there} of {option} cannot be written")
-    path.mkdir(parents=True, exist_ok=True)
     try:
+        path.mkdir(parents=True, exist_ok=True)
         yield
     except BaseException:
-        for folder in missing:
+        for folder in (folder for folder in missing if folder.exists()):
             if any(folder.iterdir()):
                 break
             folder.rmdir()

@@ -6,6 +6,10 @@ from pathlib import Path
 from urllib.parse import unquote
 
 
+MOST_BYTES = 64 << 20
+"""Most bytes of a mesh that is read or shown: over a million triangles."""
+
+
 def candidates(uri: str, folder: Path | None) -> Iterator[Path]:
     """Yields where the file of a mesh may be, the likeliest place first.
 
@@ -29,11 +33,18 @@ def candidates(uri: str, folder: Path | None) -> Iterator[Path]:
             yield from (above / rest for above in folder.parents)
 
 
+def is_too_large(path: Path) -> bool:
+    """Returns whether a mesh is too large to be read or shown."""
+    return path.stat().st_size > MOST_BYTES
+
+
 def read(uri: str, folder: Path | None) -> bytes | str:
     """Returns the bytes of a mesh, or the reason why there are none."""
     for path in candidates(uri, folder):
         if path.is_file():
             try:
+                if is_too_large(path):
+                    return f"{path} is larger than {MOST_BYTES >> 20} MiB"
                 return path.read_bytes()
             except OSError as error:
                 return f"{path} cannot be read: {error.strerror}"

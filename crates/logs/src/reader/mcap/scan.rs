@@ -193,7 +193,7 @@ impl<'a, 'b> Scan<'a, 'b> {
             Record::Schema { header, .. } => {
                 let name = std::mem::take(&mut header.name);
                 if self.schemas.get(&header.id) != Some(&name) {
-                    self.opening.keep_each(&file.path, [name.as_str()])?;
+                    self.opening.keep_names(&file.path, [name.as_str()])?;
                     self.schemas.insert(header.id, name);
                 }
             }
@@ -203,7 +203,7 @@ impl<'a, 'b> Scan<'a, 'b> {
                 let key = [record.topic.as_str(), type_name, &record.message_encoding];
                 let channel = self.index.channels.entry(record.id.into()).or_default();
                 if channel.key() != key {
-                    self.opening.keep_each(&file.path, key)?;
+                    self.opening.keep_names(&file.path, key)?;
                     channel.type_name = type_name.to_owned();
                     channel.topic = std::mem::take(&mut record.topic);
                     channel.encoding = std::mem::take(&mut record.message_encoding);

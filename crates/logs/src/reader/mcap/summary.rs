@@ -157,12 +157,12 @@ impl Parts {
     ) -> Result<(), LogError> {
         match record {
             Record::Schema { header, .. } => {
-                opening.keep_each(path, [header.name.as_str()])?;
+                opening.keep_names(path, [header.name.as_str()])?;
                 self.schemas.insert(header.id, header.name);
             }
             Record::Channel(record) => {
                 let texts = [record.topic.as_str(), &record.message_encoding];
-                opening.keep_each(path, texts)?;
+                opening.keep_names(path, texts)?;
                 let channel = Channel {
                     topic: record.topic,
                     encoding: record.message_encoding,

@@ -13,7 +13,7 @@ use crate::{
     database_fault::DatabaseFault,
     error::LogError,
     reader::{
-        opening::Opening,
+        opening::{MAX_NAME, Opening},
         source::{Content as _, Source},
         storage::{Channel, ChannelId, FileIndex, Metadata, Segment},
     },
@@ -209,19 +209,31 @@ fn has_column(connection: &Connection, table: &str, column: &str) -> rusqlite::R
     connection.prepare(has_column)?.exists([table, column])
 }
 
+/// Most bytes of a text, and words for that.
+type MostBytes = (usize, &'static str);
+
+const OF_NAME: MostBytes = (MAX_NAME, "at most 4096 bytes");
+
+/// A bag describes itself as `metadata.yaml` does.
+const OF_DESCRIPTION: MostBytes = (16 << 20, "at most 16 MiB");
+
 /// Returns the number of texts that an index keeps, and that of their bytes. SQLite knows their lengths without reading them.
+///
+/// # Errors
+/// Returns the problem of a name or a description that is too long.
 fn texts(connection: &Connection) -> Result<(u64, u64), Problem> {
     check_tables(connection)?;
     let mut columns = vec![
-        ("name", "topics"),
-        ("type", "topics"),
-        ("serialization_format", "topics"),
+        ("name", "topics", OF_NAME),
+        ("type", "topics", OF_NAME),
+        ("serialization_format", "topics", OF_NAME),
     ];
     if has_column(connection, "metadata", "metadata")? {
-        columns.push(("metadata", "metadata"));
+        columns.push(("metadata", "metadata", OF_DESCRIPTION));
     }
     let (mut count, mut bytes) = (0, 0);
-    for (column, table) in columns {
+    for (column, table, most) in columns {
+        check_lengths(connection, (table, column), most)?;
         let query = format!("SELECT count(*), total(octet_length({column})) FROM {table}");
         let total = |row: &Row<'_>| Ok((row.get::<_, i64>(0)?, row.get::<_, f64>(1)?));
         let (rows, length) = connection.query_row(&query, [], total)?;
@@ -229,6 +241,29 @@ fn texts(connection: &Connection) -> Result<(u64, u64), Problem> {
         bytes += length as u64;
     }
     Ok((count, bytes))
+}
+
+/// Checks that the texts of a column have at most a number of bytes.
+fn check_lengths(
+    connection: &Connection,
+    (table, column): (&'static str, &'static str),
+    (most, expected): MostBytes,
+) -> Result<(), Problem> {
+    let query = format!(
+        "SELECT rowid, octet_length({column}) FROM {table} WHERE octet_length({column}) > {most}"
+    );
+    let longest = |row: &Row<'_>| Ok((row.get::<_, i64>(0)?, row.get::<_, i64>(1)?));
+    let Some((row, length)) = connection.query_row(&query, [], longest).optional()? else {
+        return Ok(());
+    };
+    let fault = DatabaseFault::Value {
+        table,
+        column,
+        row,
+        found: format!("a text of {length} bytes"),
+        expected,
+    };
+    Err(fault.into())
 }
 
 fn channels(connection: &Connection) -> Result<BTreeMap<ChannelId, Channel>, Problem> {

@@ -43,7 +43,9 @@ def record(
         raise TactidError("Rerun is missing, which shows it: pip install 'tactid[view]'") from None
     estimate = None if result is None else Estimate.read(result)
     scene = _scene(log, urdf, estimate)
-    return draw.record(scene, estimate, path, name=log.name, tip=tip)
+    # A name that is not UTF-8 is shown with replacement characters.
+    name = log.name.encode(errors="replace").decode()
+    return draw.record(scene, estimate, path, name=name, tip=tip)
 
 
 def _scene(log: Path, urdf: Path | None, estimate: Estimate | None) -> Scene:

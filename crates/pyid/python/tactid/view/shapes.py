@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactid.errors import ModelError
-from tactid.meshes import candidates
+from tactid.meshes import candidates, is_too_large
 
 Array = NDArray[np.float64]
 Color = tuple[int, int, int, int]
@@ -130,10 +130,10 @@ def _bones(robot: ElementTree.Element) -> dict[str, list[Shape]]:
 
 
 def _resolve(uri: str, folder: Path | None) -> Path | None:
-    """The file of a mesh, if it is there and of a kind that can be shown."""
+    """The file of a mesh, if it is there, and of a kind and size that can be shown."""
     for path in candidates(uri, folder):
         if path.suffix.lower() in MESHES and path.is_file():
-            return path
+            return None if is_too_large(path) else path
     return None
 
 
