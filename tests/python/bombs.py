@@ -211,6 +211,17 @@ def robot(count: int, kind: str, parent: Callable[[int], int], shapes: int = 1) 
     return f"<robot name='many'>{links}{joints}</robot>"
 
 
+def meshed(folder: Path) -> str:
+    """A robot whose link has the shape of a mesh with a hole of 1 GB."""
+    with (folder / "large.stl").open("wb") as file:
+        file.truncate(1 << 30)
+    mesh = "<geometry><mesh filename='large.stl'/></geometry>"
+    shapes = f"<visual>{mesh}</visual><collision>{mesh}</collision>"
+    return robot(2, "revolute", lambda _: 0).replace(
+        "<link name='l1'>", f"<link name='l1'>{shapes}"
+    )
+
+
 ROBOTS: dict[str, Callable[[], str]] = {
     "20 001 fixed links": lambda: robot(20_001, "fixed", lambda k: k - 1),
     "20 001 links without shapes": lambda: robot(20_001, "fixed", lambda _: 0, shapes=0),
@@ -282,6 +293,10 @@ def cases(folder: Path) -> Iterator[Case]:
         motion = ["--from", "0", "--duration", "1", "--payload-mass-max", "3", "--payload-box"]
         box = ["-0.1,-0.1,0,0.1,0.1,0.2", "--out", f"{folder}/motion"]
         yield Case(name, ["excite", "--urdf", str(urdf), "--tip", "l1", *motion, *box])
+    urdf = folder / "mesh.urdf"
+    urdf.write_text(meshed(folder))
+    yield Case("a mesh of 1 GB", ["view", str(log), "--urdf", str(urdf), *drawn])
+    yield Case("a mesh of 1 GB", ["excite", "--urdf", str(urdf), "--tip", "l1", *motion, *box])
     brackets = folder / "nested.toml"
     brackets.write_text(f"a = {'[' * 200_000}{']' * 200_000}\n")
     for command in (

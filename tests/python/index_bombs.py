@@ -93,6 +93,28 @@ def topic_names(folder: Path) -> Path:
     return path
 
 
+def long_name(folder: Path) -> Path:
+    """A log whose only topic has a name of 50 MB of escapes, in some kB."""
+    schema = record(0x03, struct.pack("<H", 1) + text(b"std_msgs/msg/Float64") + 2 * text(b""))
+    name = text(b"\x1b" * (50 * MEGABYTE))
+    channel = record(0x04, struct.pack("<HH", 1, 1) + name + text(b"cdr") + text(b""))
+    message = record(0x05, struct.pack("<HIQQ", 1, 0, 5, 5) + bytes(12))
+    return compressed(folder / "name.mcap.zstd", [BEGIN, schema, channel, message])
+
+
+def long_sqlite_name(folder: Path) -> Path:
+    """An SQLite bag with a topic whose name has 5 MB that are no UTF-8."""
+    path = folder / "name.db3"
+    bag = create(path)
+    name = b"\xff" * (5 * MEGABYTE)
+    bag.execute(
+        "INSERT INTO topics VALUES (1, CAST(? AS TEXT), 'std_msgs/msg/Float64', 'cdr')", (name,)
+    )
+    bag.commit()
+    bag.close()
+    return path
+
+
 def equal_times(folder: Path) -> Path:
     """An SQLite bag of 300 000 messages of one time, with an index of times and another column."""
     path = folder / "times.db3"
@@ -126,6 +148,8 @@ INDICES: dict[str, Callable[[Path], Path]] = {
     "3 million chunks in an index": chunk_indices,
     "8 million chunks without an index": small_chunks,
     "800 MB of names of SQLite": topic_names,
+    "a topic with a name of 50 MB": long_name,
+    "a topic of SQLite with a name of 5 MB": long_sqlite_name,
     "300 000 messages of one time": equal_times,
 }
 """What writes each log."""

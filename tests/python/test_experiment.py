@@ -177,7 +177,7 @@ def test_a_payload_is_identified_actively(command: TactidCommand, tmp_path: Path
 
 
 def test_noise_that_hides_the_first_gentle_motions_ends_nothing(tmp_path: Path) -> None:
-    """About 1 % of the peak of every channel, which leaves several values unknown for some plans."""
+    """With 1 % of the peak of each channel, several values are unknown for some plans."""
     noise = {
         "joint_position_rad": [0.0005, 0.013, 0.019, 0.005, 0.018, 0.0013, 0.0003, 0.0003],
         "joint_velocity_rad_s": [0.0014, 0.0023, 0.0055, 0.0025, 0.0028, 0.0017, 0.0, 0.0],

@@ -203,6 +203,13 @@ def test_a_link_into_a_missing_folder_is_refused(tmp_path: Path) -> None:
         check_outputs({"--report": tmp_path / "link"}, {})
 
 
+def test_a_link_to_itself_is_refused(tmp_path: Path) -> None:
+    link = tmp_path / "loop"
+    link.symlink_to("loop")
+    with pytest.raises(tactid.ArgumentError, match=r"loop is a link that leads to itself"):
+        check_outputs({"--report": link}, {})
+
+
 def test_a_named_pipe_is_written_through(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)

@@ -27,8 +27,10 @@ use tactid_identify::{
 /// Time from one sample to the next, s.
 const PERIOD_S: f64 = 1e-3;
 
-/// Samples from one payload change to the next, 20 s, and from one fault to the next.
+/// Samples from one payload change to the next, 20 s.
 const CHANGE_EVERY: u64 = 20_000;
+
+/// Samples from one fault to the next.
 const FAULT_EVERY: u64 = 7_300;
 
 /// Samples of an hour.
@@ -50,13 +52,17 @@ const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 /// Growth of the process after the first minute that is an error, bytes.
 const MAX_GROWTH: u64 = 1 << 20;
 
-/// Range of the coverage of the last hour, and its largest loss against the first, twice the standard deviation of the difference:
-/// an hour has 1800 values, the ten of a payload being correlated.
+/// Range of the coverage of the last hour.
 const COVERAGE: std::ops::RangeInclusive<f64> = 0.93..=0.97;
+
+/// Largest loss of coverage of the last hour against the first, where there are several: twice the standard deviation of the
+/// difference. An hour has 1800 values, the ten of a payload being correlated.
 const MAX_LOSS: f64 = 0.03;
 
-/// Largest fraction of an hour's payload changes that is missed, and of false alarms.
+/// Largest fraction of an hour's payload changes that is missed.
 const MAX_MISSED: f64 = 0.01;
+
+/// Largest ratio of an hour's false alarms to its payload changes.
 const MAX_FALSE: f64 = 0.05;
 
 /// Shortest time to simulate, s: memory is compared with that after the first minute, and intervals are counted.

@@ -1,6 +1,6 @@
 //! Identifies payloads that the built-in spacecraft holds, with motions that are planned from second to second.
 //!
-//! `cargo run --release -p tactid-excitation --example active -- BUILT_IN.urdf [PAYLOADS] [acceleration=3] [cutoff=4] [attitude=0.1]`
+//! `cargo run --release -p tactid-excitation --example active -- BUILT_IN.urdf [PAYLOADS] [acceleration=3] [cutoff=3] [attitude=0.1]`
 //!
 //! The arguments with names are the largest acceleration of the joints, rad/s², the cutoff of the filter, Hz, and the bound on the
 //! attitude of the base, degrees, of which `none` lets it turn.
@@ -95,7 +95,7 @@ impl Choices {
     fn read(arguments: &[String]) -> Result<Self> {
         let mut choices = Self {
             acceleration_rad_s2: 3.0,
-            cutoff_hz: 4.0,
+            cutoff_hz: 3.0,
             attitude_deg: Some(0.1),
         };
         for argument in arguments {

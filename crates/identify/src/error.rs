@@ -26,7 +26,7 @@ pub enum IdentifyError {
     #[error(transparent)]
     Setting(#[from] SettingError),
     /// A setting of the identification is out of range.
-    #[error("{name} is {given}, but must be {expected}")]
+    #[error("{name} is {}, but must be {expected}", digits(*given))]
     Value {
         /// Name of the setting.
         name: &'static str,
@@ -342,6 +342,17 @@ fn named(what: &str, name: &str) -> String {
         format!("no further {what}")
     } else {
         format!("the {what} `{name}`")
+    }
+}
+
+/// Returns all digits of a number for a message, with an exponent where it is very large or very small.
+#[must_use]
+pub fn digits(value: f64) -> String {
+    let size = value.abs();
+    if value.is_finite() && size != 0.0 && !(1e-5..1e16).contains(&size) {
+        format!("{value:e}")
+    } else {
+        format!("{value}")
     }
 }
 

@@ -99,7 +99,7 @@ pub use equations::{
     BaseState, Channel, Channels, EquationSettings, EquationStream, MotionRows, PushOutcome,
     Sample, states_of_poses,
 };
-pub use error::{IdentifyError, three_digits};
+pub use error::{IdentifyError, digits, three_digits};
 pub use finding::{Disagreement, Finding, NoEquations, UnexplainedLoad};
 pub use fit::Delay;
 pub use method::Method;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
-use tactid_identify::{IdentifyError, three_digits};
+use tactid_identify::{IdentifyError, digits, three_digits};
 use tactid_nlms::SettingError;
 use tactid_recordings::RecordingError;
 
@@ -248,6 +248,7 @@ impl IntoPyErr for RecordingError {
 /// An error of a number that is out of range.
 fn value_error(field: &'static str, given: f64, expected: &str) -> PyErr {
     let name = keyword_of(field);
+    let given = digits(given);
     option_error(format!("`{name}` is {given}, but must be {expected}"), name)
 }
 

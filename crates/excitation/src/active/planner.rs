@@ -258,11 +258,8 @@ impl Planner {
             return Ok(Step::Reached);
         }
         self.history.push(ratio);
-        let patience = if ratio.is_finite() {
-            PATIENCE
-        } else {
-            PATIENCE_AT_FIRST
-        };
+        let is_determined = ratio.is_finite();
+        let patience = [PATIENCE_AT_FIRST, PATIENCE][usize::from(is_determined)];
         // Both are infinite where no motion has determined all values.
         if let [.., before] = self.history[..self.history.len().saturating_sub(patience)]
             && ratio >= before * (1.0 - PROGRESS)

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import unquote
 
-
 MOST_BYTES = 64 << 20
 """Most bytes of a mesh that is read or shown: over a million triangles."""
 

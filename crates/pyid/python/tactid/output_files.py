@@ -43,6 +43,8 @@ def _check_place(option: str, path: Path) -> None:
         if not os.access(path, os.W_OK):
             raise ArgumentError(f"{option} {path} cannot be written")
         return
+    if path.is_symlink() and Path(os.path.realpath(path)).is_symlink():
+        raise ArgumentError(f"{option} {path} is a link that leads to itself")
     # The target of a link is replaced, and not the link.
     folder = Path(os.path.realpath(path)).parent if path.is_symlink() else path.parent
     if not folder.is_dir():

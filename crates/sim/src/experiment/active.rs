@@ -43,7 +43,7 @@ impl Default for ActiveExcitation {
             base_attitude_deg: None,
             base_position_m: None,
             friction_used: 0.7,
-            cutoff_hz: 4.0,
+            cutoff_hz: 3.0,
         }
     }
 }

@@ -74,7 +74,9 @@ def robot_shapes(
 ) -> tuple[dict[str, list[Shape]], list[str]]:
     """The shapes of a robot by its frames, and notes on those that are not shown."""
     found, missing = shapes_of(urdf, None if path is None else path.resolve().parent, frames)
-    notes = [f"Not found or too large, shown as lines or not at all: {abridged(missing)}."] if missing else []
+    notes = []
+    if missing:
+        notes = [f"Not found or too large, shown as lines or not at all: {abridged(missing)}."]
     count = sum(len(shapes) for shapes in found.values())
     if count > MOST_SHAPES:
         notes.append(f"Of the {count} shapes of the robot, the first {MOST_SHAPES} are shown.")
