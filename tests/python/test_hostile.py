@@ -94,6 +94,8 @@ def test_a_gripper_that_would_close_for_ever_is_refused_with_its_line() -> None:
                 f"duration_s = 1.0\n[gripper]\nclosing_speed_m_s = {speed}\n"
             )
     tactid.Experiment.from_toml("[gripper]\nclosing_speed_m_s = 1e-4\n")
+    with pytest.raises(tactid.ExperimentError, match=r"line 2: payload.mass_kg"):
+        tactid.Experiment.from_toml("[payload]\nmass_kg = 1e5\n")
 
 
 def test_a_pipe_is_no_log(command: TactidCommand, tmp_path: Path) -> None:

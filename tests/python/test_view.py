@@ -208,6 +208,23 @@ def test_without_a_result_the_robot_is_shown(tmp_path: Path, log: Path) -> None:
     assert not any(entity.startswith(("/estimate", "/fit", "/summary")) for entity in entities)
 
 
+def test_a_log_whose_name_is_not_utf8_is_shown(tmp_path: Path, log: Path) -> None:
+    named = tmp_path / os.fsdecode(b"l\xff.mcap")
+    named.write_bytes(log.read_bytes())
+    record(named, tmp_path / "shown.rrd")
+    assert (tmp_path / "shown.rrd").stat().st_size > 0
+
+
+def test_a_mesh_that_is_too_large_is_not_shown(tmp_path: Path) -> None:
+    with (tmp_path / "large.stl").open("wb") as file:
+        file.truncate((64 << 20) + 1)
+    mesh = "<visual><geometry><mesh filename='large.stl'/></geometry></visual>"
+    urdf = f"<robot name='r'><link name='l'>{mesh}</link></robot>"
+    shapes, missing = shapes_of(urdf, tmp_path, {"l"})
+    assert missing == ["large.stl"]
+    assert all(shape.mesh is None for of_link in shapes.values() for shape in of_link)
+
+
 @pytest.mark.parametrize(
     ("values", "ellipsoid", "com", "why"),
     [
