@@ -139,6 +139,24 @@ fn a_cut_log_is_used_up_to_the_cut() {
     assert_eq!(result.damage.len(), 1);
 }
 
+/// One message that a recorder logged at the end of time changes neither the cutoff nor the result.
+#[test]
+fn one_wrong_time_of_logging_changes_no_default() {
+    let request = Request {
+        cutoff_hz: None,
+        max_gap_s: None,
+        ..least_squares()
+    };
+    let (_folder, path, _) = recorded(|_| {});
+    let expected = identify(&path, &request).unwrap();
+    let (_folder, path, _) = recorded(|recording| recording.logged_late_ns = Some(i64::MAX as u64));
+    let result = identify(&path, &request).unwrap();
+    assert_eq!(result.cutoff_hz, expected.cutoff_hz);
+    assert_eq!(result.max_gap_s, expected.max_gap_s);
+    assert_eq!(result.estimate.windows, expected.estimate.windows);
+    assert!(worst_percent(&result.estimate.body) < 1e-2);
+}
+
 /// A log that was cut before there is enough for an estimate is refused with the cut.
 #[test]
 fn a_log_cut_too_early_names_the_cut() {

@@ -187,15 +187,50 @@ impl MotionTopics {
     }
 }
 
+/// Messages from which the period of a topic is known if its mean is wrong.
+const FIRST_MESSAGES: usize = 200;
+
+/// Ratio of the mean period to that of the first messages from which on the mean is wrong.
+const WRONG_MEAN: f64 = 10.0;
+
 /// Returns the period of the slowest of some topics by the times of logging, s.
 pub(crate) fn slowest_period_s<'a>(
     log: &LogReader,
     topics: impl IntoIterator<Item = &'a String>,
 ) -> Option<f64> {
-    let topics = topics.into_iter();
-    let rates = topics.filter_map(|name| log.topic(name)?.frequency_hz());
-    let slowest_hz = rates.fold(f64::INFINITY, f64::min);
-    slowest_hz.is_finite().then(|| 1.0 / slowest_hz)
+    let periods = topics.into_iter().filter_map(|name| period_s(log, name));
+    periods.reduce(f64::max)
+}
+
+/// Returns the period of a topic, s: the mean, or that of its first messages where a few wrong times of logging, such as one of a
+/// clock that was not set, make the mean many times as long.
+fn period_s(log: &LogReader, name: &str) -> Option<f64> {
+    let frequency_hz = log.topic(name)?.frequency_hz()?;
+    let mean_s = Some(frequency_hz.recip()).filter(|period_s| period_s.is_finite());
+    let Some(first_s) = first_period_s(log, name) else {
+        return mean_s;
+    };
+    match mean_s {
+        Some(mean_s) if mean_s < WRONG_MEAN * first_s => Some(mean_s),
+        _ => Some(first_s),
+    }
+}
+
+/// Returns the median time between two of the first messages on a topic, s; `None` where that is zero, as for messages that a
+/// recorder has written in batches, or where they cannot be read, which is an error later.
+fn first_period_s(log: &LogReader, name: &str) -> Option<f64> {
+    let messages = log.messages_on([name]).ok()?.take(FIRST_MESSAGES);
+    let times: Vec<u64> = messages
+        .map_while(Result::ok)
+        .map(|message| message.log_time_ns)
+        .collect();
+    let mut steps: Vec<u64> = times
+        .windows(2)
+        .map(|pair| pair[1].abs_diff(pair[0]))
+        .collect();
+    let middle = steps.len() / 2;
+    let (_, median_ns, _) = (!steps.is_empty()).then(|| steps.select_nth_unstable(middle))?;
+    (*median_ns > 0).then_some(*median_ns as f64 * 1e-9)
 }
 
 /// Returns the first and the last time of logging on some topics, ns.

@@ -19,6 +19,8 @@ pub(crate) struct Recording<'a> {
     pub(crate) sensors: &'a [&'a str],
     pub(crate) velocities: bool,
     pub(crate) stamps: bool,
+    /// Time of logging of one more joint state at the end, ns.
+    pub(crate) logged_late_ns: Option<u64>,
 }
 
 impl<'a> Recording<'a> {
@@ -42,6 +44,7 @@ impl<'a> Recording<'a> {
             sensors: &SENSORS,
             velocities: true,
             stamps: true,
+            logged_late_ns: None,
         }
     }
 
@@ -95,6 +98,10 @@ impl<'a> Recording<'a> {
                 };
                 log.write(topic, time_ns, &message).unwrap();
             }
+        }
+        if let (Some(late_ns), Some(last)) = (self.logged_late_ns, self.instants.last()) {
+            let state = self.joint_state(last, Header::default());
+            log.write(&joints[0], late_ns, &state).unwrap();
         }
         log.finish().unwrap();
     }
