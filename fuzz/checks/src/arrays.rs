@@ -7,7 +7,8 @@ use arbitrary::Arbitrary;
 use nalgebra::{Isometry3, Vector3};
 use tactid_dynamics::BaseKind;
 use tactid_recordings::{
-    ActsOn, Arrays, Estimator, Method, PaperSettings, Request, UnloadedArrays, identify_arrays,
+    ActsOn, Arrays, BoundingBox, Estimator, KnownMass, Method, PaperSettings, Request,
+    UnloadedArrays, identify_arrays,
 };
 
 #[derive(Arbitrary, Debug)]
@@ -34,6 +35,8 @@ struct Input {
     effort_gain: Option<Vec<Number>>,
     wrench_offset: Option<bool>,
     acts_on_sensor: bool,
+    known_mass: Option<[Number; 2]>,
+    bounding_box: Option<[Number; 6]>,
 }
 
 /// Checks one input.
@@ -135,6 +138,17 @@ fn request(input: &Input) -> Request {
         max_gap_s: input.max_gap_s.map(|number| number.0),
         delay_s: input.delay_s.map(|number| number.0),
         wrench_offset: input.wrench_offset,
+        known_mass: input.known_mass.map(|[mass, std_dev]| KnownMass {
+            mass_kg: mass.0,
+            std_dev_kg: std_dev.0,
+        }),
+        bounding_box: input.bounding_box.map(|corners| {
+            let [a, b, c, d, e, f] = corners.map(|number| number.0);
+            BoundingBox {
+                min: Vector3::new(a, b, c),
+                max: Vector3::new(d, e, f),
+            }
+        }),
         wrench_noise: input
             .wrench_noise
             .as_ref()
