@@ -143,3 +143,49 @@ fn a_bad_index_loses_nothing() {
     assert_eq!(damage.len(), 1);
     assert!(damage[0].what.contains("index"), "{}", damage[0]);
 }
+
+/// Returns a record of an MCAP file.
+fn record(opcode: u8, body: &[&[u8]]) -> Vec<u8> {
+    let body = body.concat();
+    [&[opcode], &(body.len() as u64).to_le_bytes()[..], &body].concat()
+}
+
+/// A channel that is defined again with another topic would move the messages of one topic to another: the log ends there.
+#[test]
+fn a_channel_that_is_defined_again_ends_the_log() {
+    let text = |text: &str| [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
+    let channel = |topic: &str| record(4, &[&[1, 0, 0, 0], &text(topic), &text("cdr"), &text("")]);
+    let message = record(5, &[&[1, 0], &[0; 4], &[7; 16], &[0; 12]]);
+    let magic = b"\x89MCAP0\r\n".to_vec();
+    let header = record(1, &[&text("ros2"), &text("")]);
+    let parts = [
+        channel("/a"),
+        message.clone(),
+        channel("/a"),
+        message.clone(),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    for (again, expected) in [
+        (channel("/a"), "the file ends"),
+        (channel("/b"), "id of another one"),
+    ] {
+        let bytes = [
+            &[magic.clone(), header.clone()][..],
+            &parts,
+            &[again, message.clone()],
+        ]
+        .concat();
+        fs::write(&path, bytes.concat()).unwrap();
+        let (messages, damage) = read_file(&path).unwrap();
+        assert!(
+            messages.iter().all(|message| message.0 == "/a"),
+            "{messages:?}"
+        );
+        assert_eq!(
+            messages.len(),
+            if expected == "the file ends" { 3 } else { 2 }
+        );
+        assert!(damage[0].what.contains(expected), "{damage:?}");
+    }
+}

@@ -78,6 +78,12 @@ fn databases_that_are_not_bags_are_refused() {
             "bytes as `type` in row 2",
         ),
         (
+            "CREATE TABLE other (id, name, type, serialization_format); \
+             INSERT INTO other SELECT 1, name || id, type, serialization_format FROM topics; \
+             DROP TABLE topics; ALTER TABLE other RENAME TO topics",
+            "the integer 1 as `id` in row 2; expected another id for each topic",
+        ),
+        (
             "DELETE FROM topics WHERE id = 1",
             "message 1 belongs to topic 1, which is missing in its table `topics`",
         ),

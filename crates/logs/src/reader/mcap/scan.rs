@@ -202,6 +202,10 @@ impl<'a, 'b> Scan<'a, 'b> {
                 let type_name = schema.map_or("", String::as_str);
                 let key = [record.topic.as_str(), type_name, &record.message_encoding];
                 let channel = self.index.channels.entry(record.id.into()).or_default();
+                let [topic, _, encoding] = channel.key();
+                if !topic.is_empty() && [topic, encoding] != [key[0], key[2]] {
+                    return Err(file.damage(head.at_byte, "a channel with the id of another one"));
+                }
                 if channel.key() != key {
                     self.opening.keep_names(&file.path, key)?;
                     channel.type_name = type_name.to_owned();

@@ -142,10 +142,24 @@ impl Parts {
             };
             let body = file.body(record)?;
             let parsed = record::parse(record.opcode, &body).map_err(|_| broken(file))?;
+            if self.has_another(&parsed) {
+                return Err(broken(file));
+            }
             self.add(parsed, &file.path, opening)?;
             at_byte = record.end();
         }
         Ok(())
+    }
+
+    /// Returns whether a record is a channel with the id of another one.
+    fn has_another(&self, record: &Record<'_>) -> bool {
+        let Record::Channel(record) = record else {
+            return false;
+        };
+        let known = self.channels.get(&record.id);
+        known.is_some_and(|(_, channel)| {
+            channel.topic != record.topic || channel.encoding != record.message_encoding
+        })
     }
 
     /// Adds a record, which counts among what the index keeps.

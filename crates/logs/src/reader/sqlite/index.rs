@@ -287,7 +287,10 @@ fn channels(connection: &Connection) -> Result<BTreeMap<ChannelId, Channel>, Pro
             encoding: text(4, "serialization_format")?,
             ..Channel::default()
         };
-        channels.insert(id, channel);
+        if channels.insert(id, channel).is_some() {
+            let (value, expected) = (ValueRef::Integer(id), "another id for each topic");
+            return Err(unexpected("topics", number, ("id", value), expected));
+        }
     }
     Ok(channels)
 }
