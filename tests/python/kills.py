@@ -19,7 +19,7 @@ import tempfile
 import time
 import tomllib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -32,13 +32,11 @@ import recorded_arm
 import tactid
 from recordings import driven, write_bag
 
-CODES = {
-    signal.SIGKILL: {-signal.SIGKILL},
-    # Before the command has its handlers, the signal itself ends the process.
-    signal.SIGTERM: {-signal.SIGTERM, 143},
-    signal.SIGINT: {-signal.SIGINT, 130},
-}
-"""Exit codes of a run that a signal has ended; a shell shows a negative one as 128 more."""
+CODES = {signal.SIGKILL: -signal.SIGKILL, signal.SIGTERM: 143, signal.SIGINT: 130}
+"""Exit code of a run that a signal has ended; a shell shows a negative one as 128 more."""
+
+STARTED_S = 3.0
+"""Time after which a command has its handlers. Before, the signal itself may end the process."""
 
 LOADING = ("Fatal Python error: init_import_site", "Could not import runpy module")
 """What Python prints where a signal ends its own start."""
@@ -130,7 +128,8 @@ def end(inputs: Inputs, command: str, sent: signal.Signals, moment_s: float) -> 
             _, errors = process.communicate()
             wrong = [f"no end within {DEADLINE_S:g} s: {errors}"]
         else:
-            wrong = list(faults_of_code(folder, command, sent, process.returncode, errors))
+            ended_by = {CODES[sent]} | ({-sent} if moment_s < STARTED_S else set())
+            wrong = list(faults_of_code(folder, command, ended_by, process.returncode, errors))
         wrong += faults(folder, sent)
         if inputs.present() != inputs.digests:
             wrong.append("an input has changed")
@@ -138,16 +137,16 @@ def end(inputs: Inputs, command: str, sent: signal.Signals, moment_s: float) -> 
 
 
 def faults_of_code(
-    folder: Path, command: str, sent: signal.Signals, code: int, errors: str
+    folder: Path, command: str, ended_by: Container[int], code: int, errors: str
 ) -> Iterator[str]:
-    """What is wrong with the way in which a run has ended."""
+    """What is wrong with the way in which a run has ended. ``ended_by``: codes of the signal."""
     # Python itself ends with 1 where a signal interrupts its own start: no line of tactid has run.
     is_loading = code == 1 and any(message in errors for message in LOADING)
     missing = {name for name in WRITTEN[command] if not (folder / name).is_file()}
     if code in ENDED[command] and not is_loading:
         if missing:
             yield f"exit code {code} without {sorted(missing)}: {errors}"
-    elif code not in CODES[sent] and not is_loading:
+    elif code not in ended_by and not is_loading:
         yield f"exit code {code}: {errors}"
 
 

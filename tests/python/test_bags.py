@@ -119,7 +119,7 @@ def other_content(bag: Path) -> None:
         (cut, ("damaged or cut off", ".recover")),
         (other_content, ("neither an MCAP log nor an SQLite bag",)),
         (damaged("DROP TABLE messages"), ("no table `messages`",)),
-        (damaged("ALTER TABLE topics DROP COLUMN name"), ("`topics` has no column `name`",)),
+        (damaged("ALTER TABLE topics DROP COLUMN name"), ("`topics` has no stored column `name`",)),
         (damaged("UPDATE topics SET serialization_format = 'json'"), ('encoded as "json"', "cdr")),
         (damaged("UPDATE messages SET timestamp = 'x' WHERE id = 9"), ("row 9", "`timestamp`")),
         (damaged("DELETE FROM messages"), ("no message",)),

@@ -130,3 +130,10 @@ def test_control_characters_in_names_are_escaped(command: TactidCommand, tmp_pat
     assert_refused(refused)
     assert "\x1b" not in refused.stderr
     assert_refused(command("identify", "\x1b[2J.mcap"), "\\x1b[2J.mcap")
+
+
+@pytest.mark.parametrize("columns", ["99999999", "9" * 5000])
+def test_an_absurd_width_is_bounded(shell: Shell, columns: str) -> None:
+    done = shell("tactid --help", COLUMNS=columns)
+    assert done.returncode == 0, done.stderr
+    assert max(map(len, done.stdout.splitlines())) < 10_000

@@ -47,7 +47,7 @@ pub enum DatabaseFault {
     #[error("it has no table `{0}`; a bag of rosbag2 has the tables `topics` and `messages`")]
     NoTable(&'static str),
     /// A column of a bag's table is missing.
-    #[error("its table `{table}` has no column `{column}`, which every bag of rosbag2 has")]
+    #[error("its table `{table}` has no stored column `{column}`, which every bag of rosbag2 has")]
     NoColumn {
         /// Name of the table.
         table: &'static str,

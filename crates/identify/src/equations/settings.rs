@@ -96,7 +96,7 @@ impl EquationSettings {
 
     fn check_values(&self, robot: &Manipulator) -> Result<(), IdentifyError> {
         if !(self.cutoff_hz > 0.0 && self.cutoff_hz.is_finite()) {
-            return out_of_range("cutoff_hz", self.cutoff_hz, "more than zero");
+            return out_of_range("cutoff_hz", self.cutoff_hz, "more than zero, and finite");
         }
         if self.max_gap_s.is_nan() || self.max_gap_s <= 0.0 {
             return out_of_range("max_gap_s", self.max_gap_s, "more than zero");

@@ -113,8 +113,8 @@ def growing(log: Path) -> Iterator[None]:
         try:
             yield
         except LogError as error:
-            # Other errors come before the first message.
-            if error.message.startswith(f"cannot write {log}:"):
+            # Other errors come before the first message, and a device holds nothing.
+            if error.message.startswith(f"cannot write {log}:") and log.is_file():
                 error.message += f"; {holds}"
             raise
 
