@@ -132,7 +132,7 @@ def test_control_characters_in_names_are_escaped(command: TactidCommand, tmp_pat
     assert_refused(command("identify", "\x1b[2J.mcap"), "\\x1b[2J.mcap")
 
 
-@pytest.mark.parametrize("columns", ["99999999", "9" * 5000])
+@pytest.mark.parametrize("columns", ["99999999", "9" * 5000, "²²", "none"])
 def test_an_absurd_width_is_bounded(shell: Shell, columns: str) -> None:
     done = shell("tactid --help", COLUMNS=columns)
     assert done.returncode == 0, done.stderr

@@ -54,7 +54,7 @@ pub enum DatabaseFault {
         /// Name of the column.
         column: &'static str,
     },
-    /// The table `messages` has a column in whose name its key cannot be read.
+    /// The table `messages` has a column `rowid` that hides its key.
     #[error(
         "its table `messages` has a column `rowid` that is not its key; rosbag2 names the key `id`"
     )]

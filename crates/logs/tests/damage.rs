@@ -150,15 +150,17 @@ fn record(opcode: u8, body: &[&[u8]]) -> Vec<u8> {
     [&[opcode], &(body.len() as u64).to_le_bytes()[..], &body].concat()
 }
 
-/// A channel that is defined again with another topic would move the messages of one topic to another: the log ends there.
+/// A channel or schema that is defined again as another one would change the topic or type of messages: the log ends there.
 #[test]
 fn a_channel_that_is_defined_again_ends_the_log() {
     let text = |text: &str| [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
-    let channel = |topic: &str| record(4, &[&[1, 0, 0, 0], &text(topic), &text("cdr"), &text("")]);
+    let schema = |name: &str| record(3, &[&[1, 0], &text(name), &text(""), &text("")]);
+    let channel = |topic: &str| record(4, &[&[1, 0, 1, 0], &text(topic), &text("cdr"), &text("")]);
     let message = record(5, &[&[1, 0], &[0; 4], &[7; 16], &[0; 12]]);
     let magic = b"\x89MCAP0\r\n".to_vec();
     let header = record(1, &[&text("ros2"), &text("")]);
     let parts = [
+        schema("T"),
         channel("/a"),
         message.clone(),
         channel("/a"),
@@ -168,7 +170,8 @@ fn a_channel_that_is_defined_again_ends_the_log() {
     let path = folder.path().join("log.mcap");
     for (again, expected) in [
         (channel("/a"), "the file ends"),
-        (channel("/b"), "id of another one"),
+        (channel("/b"), "a channel with the id of another one"),
+        (schema("U"), "a schema with the id of another one"),
     ] {
         let bytes = [
             &[magic.clone(), header.clone()][..],

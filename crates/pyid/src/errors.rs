@@ -70,16 +70,24 @@ pub(crate) fn urdf_is_at_fault(py: Python<'_>, error: &PyErr) -> PyResult<bool> 
 /// Puts the path of a recording in front of the message of its error, unless the message has it.
 pub(crate) fn in_recording(path: &Path, error: PyErr) -> PyErr {
     let path = path.display().to_string();
+    reworded(error, |message| {
+        if message.contains(&path) {
+            message
+        } else {
+            format!("{path}: {message}")
+        }
+    })
+}
+
+/// Changes the message of an error; an exception that is not ours stays as it is.
+fn reworded(error: PyErr, reword: impl FnOnce(String) -> String) -> PyErr {
     Python::attach(|py| {
         let value = error.value(py);
         let message = value
             .getattr("message")
             .and_then(|message| message.extract::<String>());
-        // An exception that is not ours stays as it is.
-        if let Ok(message) = message
-            && !message.contains(&path)
-        {
-            let _ = value.setattr("message", format!("{path}: {message}"));
+        if let Ok(message) = message {
+            let _ = value.setattr("message", reword(message));
         }
     });
     error
@@ -273,8 +281,10 @@ fn sensor_frame_norm(norm: f64) -> PyErr {
 fn several_or_calibration_error(error: RecordingError, message: String) -> PyErr {
     match error {
         RecordingError::InRecording { path, source } => in_recording(&path, source.into_py_err()),
-        RecordingError::DamagedEarly { source, .. } => {
-            identification_error(&message, remedy(&source))
+        RecordingError::DamagedEarly { source, damage } => {
+            reworded(source.into_py_err(), |message| {
+                format!("{message}; the log is damaged: {damage}")
+            })
         }
         RecordingError::NothingToCalibrate => option_error(message, "unloaded"),
         RecordingError::RenamedJoint { .. } | RecordingError::RenamedTwice { .. } => {

@@ -332,8 +332,8 @@ pub enum RecordingError {
         /// Number of samples that were used.
         used: u64,
     },
-    /// A log is damaged so early that what stands before gives too little for an estimate.
-    #[error("{source}; what stands before the damage is all that could be used: {damage}")]
+    /// A damaged log gives too little for an estimate.
+    #[error("{source}; the log is damaged: {damage}")]
     DamagedEarly {
         /// What there is too little of.
         source: Box<RecordingError>,

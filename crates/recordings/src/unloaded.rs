@@ -51,12 +51,12 @@ pub(crate) fn find_unloaded(
     if loaded.options.method() != Method::Effort {
         return Err(RecordingError::UnloadedNeedsEffort);
     }
-    let is_same = || RecordingError::SameRecording {
+    let same_recording = || RecordingError::SameRecording {
         paths: [loaded_path, path].map(Path::to_owned),
         because: NO_LOAD,
     };
     if same_log(&[loaded_path, path]).is_some() {
-        return Err(is_same());
+        return Err(same_recording());
     }
     let log = open_log(path, observer).map_err(|error| match error {
         RecordingError::Log(error) => RecordingError::UnloadedLog(error),
@@ -81,7 +81,7 @@ pub(crate) fn find_unloaded(
     let ours = Motions::read(loaded_log, joints, loaded_decoding, observer)?;
     let theirs = Motions::read(&log, &topics, &decoding, observer)?;
     if ours.content.finish() == theirs.content.finish() {
-        return Err(is_same());
+        return Err(same_recording());
     }
     Ok(Unloaded {
         log,

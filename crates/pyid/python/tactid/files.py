@@ -12,7 +12,7 @@ import stat
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from tactid.errors import ArgumentError, TactidError
@@ -158,10 +158,9 @@ def new_folder(path: Path, option: str) -> Iterator[None]:
         path.mkdir(parents=True, exist_ok=True)
         yield
     except BaseException:
-        for folder in (folder for folder in missing if folder.exists()):
-            if any(folder.iterdir()):
-                break
-            folder.rmdir()
+        for folder in missing:
+            with suppress(OSError):  # it has files, or was not created
+                folder.rmdir()
         raise
 
 

@@ -14,6 +14,10 @@ TERMINATED = 143
 """Exit code after SIGTERM: 128 and its number."""
 
 
+WIDEST = 1000
+"""Most columns of a terminal: lines of millions would take gigabytes."""
+
+
 class Terminated(KeyboardInterrupt):
     """SIGTERM, which ends the command as Ctrl-C does: nothing half-written is left."""
 
@@ -52,6 +56,20 @@ def leave_interruption_to_command() -> None:
         signal.signal(signal.SIGTERM, _raise)
 
 
+def bound_width() -> None:
+    """Bounds the width of the terminal that the environment names, if this process is the command.
+
+    Rich reads it while it is loaded, takes digits of any script, and fills lines of that width.
+    """
+    columns = os.environ.get("COLUMNS")
+    if columns is None or not _is_command():
+        return
+    if not (columns.isascii() and columns.isdigit()):
+        del os.environ["COLUMNS"]
+    elif len(columns) > len(str(WIDEST)) or int(columns) > WIDEST:
+        os.environ["COLUMNS"] = str(WIDEST)
+
+
 def _is_command() -> bool:
     """Returns whether this process is the script ``tactid``, or ``python -m tactid``."""
     program = sys.argv[0] if sys.argv else ""
@@ -76,3 +94,4 @@ def _exit(_signal: int, _frame: FrameType | None) -> None:
 
 
 handle_interruption()
+bound_width()

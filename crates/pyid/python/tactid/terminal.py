@@ -33,9 +33,6 @@ ASCII = {
 that tables stay aligned. Any other character becomes an escape such as ``\\xe9``, so that a name is
 not taken for another one."""
 
-WIDEST = 1000
-"""Most columns of a terminal. Rich fills lines: millions would take gigabytes."""
-
 BRAILLE = range(0x2800, 0x2900)
 """Code points of the characters of which the sign of ongoing work consists."""
 
@@ -45,12 +42,9 @@ def set_up() -> None:
 
     A closed standard input or error becomes the null device, and a closed standard output a pipe
     that nobody reads; otherwise the next file that is opened would take their place. Characters
-    that the encoding of a stream lacks are replaced, and an absurd width is bounded.
+    that the encoding of a stream lacks are replaced.
     """
     _open_closed()
-    columns = os.environ.get("COLUMNS", "")
-    if columns.isdecimal() and (len(columns) > 9 or int(columns) > WIDEST):
-        os.environ["COLUMNS"] = str(WIDEST)
     codecs.register_error("tactid-ascii", _replace)
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="tactid-ascii")  # type: ignore[union-attr]

@@ -187,11 +187,11 @@ impl MotionTopics {
     }
 }
 
-/// Messages from which the period of a topic is known if its mean is wrong.
-const FIRST_MESSAGES: usize = 200;
+/// Longest recording, s. A longer one has wrong times of logging, such as those of a clock that was not set.
+const LONGEST_S: f64 = 30.0 * 86_400.0;
 
-/// Ratio of the mean period to that of the first messages from which on the mean is wrong.
-const WRONG_MEAN: f64 = 10.0;
+/// First messages whose middle times are used then.
+const FIRST_MESSAGES: usize = 2000;
 
 /// Returns the period of the slowest of some topics by the times of logging, s.
 pub(crate) fn slowest_period_s<'a>(
@@ -202,35 +202,26 @@ pub(crate) fn slowest_period_s<'a>(
     periods.reduce(f64::max)
 }
 
-/// Returns the period of a topic, s: the mean, or that of its first messages where a few wrong times of logging, such as one of a
-/// clock that was not set, make the mean many times as long.
+/// Returns the mean period of a topic, s. Where it would be that of a recording of more than a month, a few times of logging are
+/// wrong, and it is that of the first messages without the earliest and the latest tenth of them.
 fn period_s(log: &LogReader, name: &str) -> Option<f64> {
-    let frequency_hz = log.topic(name)?.frequency_hz()?;
-    let mean_s = Some(frequency_hz.recip()).filter(|period_s| period_s.is_finite());
-    let Some(first_s) = first_period_s(log, name) else {
+    let topic = log.topic(name)?;
+    let (first_ns, last_ns) = topic.times_ns?;
+    let mean_s = topic.frequency_hz().filter(|hz| *hz > 0.0).map(f64::recip);
+    if last_ns.saturating_sub(first_ns) as f64 * 1e-9 <= LONGEST_S {
         return mean_s;
-    };
-    match mean_s {
-        Some(mean_s) if mean_s < WRONG_MEAN * first_s => Some(mean_s),
-        _ => Some(first_s),
     }
-}
-
-/// Returns the median time between two of the first messages on a topic, s; `None` where that is zero, as for messages that a
-/// recorder has written in batches, or where they cannot be read, which is an error later.
-fn first_period_s(log: &LogReader, name: &str) -> Option<f64> {
     let messages = log.messages_on([name]).ok()?.take(FIRST_MESSAGES);
     let times: Vec<u64> = messages
         .map_while(Result::ok)
         .map(|message| message.log_time_ns)
         .collect();
-    let mut steps: Vec<u64> = times
-        .windows(2)
-        .map(|pair| pair[1].abs_diff(pair[0]))
-        .collect();
-    let middle = steps.len() / 2;
-    let (_, median_ns, _) = (!steps.is_empty()).then(|| steps.select_nth_unstable(middle))?;
-    (*median_ns > 0).then_some(*median_ns as f64 * 1e-9)
+    let (lower, upper) = (times.len() / 10, times.len() * 9 / 10);
+    let span_ns = times.get(upper)?.saturating_sub(times[lower]);
+    let count = (upper - lower) as f64;
+    (span_ns > 0)
+        .then(|| span_ns as f64 * 1e-9 / count)
+        .or(mean_s)
 }
 
 /// Returns the first and the last time of logging on some topics, ns.

@@ -19,6 +19,8 @@ pub(crate) struct Recording<'a> {
     pub(crate) sensors: &'a [&'a str],
     pub(crate) velocities: bool,
     pub(crate) stamps: bool,
+    /// Whether the recorder logs messages in pairs, 50 µs apart.
+    pub(crate) in_pairs: bool,
     /// Time of logging of one more joint state at the end, ns.
     pub(crate) logged_late_ns: Option<u64>,
 }
@@ -44,6 +46,7 @@ impl<'a> Recording<'a> {
             sensors: &SENSORS,
             velocities: true,
             stamps: true,
+            in_pairs: false,
             logged_late_ns: None,
         }
     }
@@ -58,10 +61,8 @@ impl<'a> Recording<'a> {
             log.write(&topic, 1, &StringMsg { data }).unwrap();
         }
         let volatile = Durability::Volatile;
-        let joints = self.joint_topics.iter();
-        let joints: Vec<_> = joints
-            .map(|topic| log.channel(topic, volatile).unwrap())
-            .collect();
+        let mut channel = |topic: &&str| log.channel(topic, volatile).unwrap();
+        let joints: Vec<_> = self.joint_topics.iter().map(&mut channel).collect();
         let odometry = self
             .odometry
             .then(|| log.channel("/base/odom", volatile).unwrap());
@@ -69,8 +70,16 @@ impl<'a> Recording<'a> {
         let wrenches: Vec<_> = wrenches
             .map(|topic| log.channel(&topic, volatile).unwrap())
             .collect();
-        for instant in self.instants {
-            let time_ns = 1_800_000_000_000_000_000 + (instant.time_s * 1e9).round() as u64;
+        for (k, instant) in self.instants.iter().enumerate() {
+            let at = |instant: &Instant| {
+                1_800_000_000_000_000_000 + (instant.time_s * 1e9).round() as u64
+            };
+            let time_ns = at(instant);
+            let logged_ns = if self.in_pairs && k % 2 == 0 {
+                self.instants.get(k + 1).map_or(time_ns, at) - 50_000
+            } else {
+                time_ns
+            };
             let header = |frame_id: &str| Header {
                 stamp: if self.stamps {
                     Time::from_ns(time_ns)
@@ -80,23 +89,20 @@ impl<'a> Recording<'a> {
                 frame_id: frame_id.to_owned(),
             };
             for topic in &joints {
-                log.write(topic, time_ns, &self.joint_state(instant, header("")))
+                log.write(topic, logged_ns, &self.joint_state(instant, header("")))
                     .unwrap();
             }
             if let Some(topic) = &odometry {
-                log.write(topic, time_ns, &odometry_message(instant, header("world")))
-                    .unwrap();
+                log.write(
+                    topic,
+                    logged_ns,
+                    &odometry_message(instant, header("world")),
+                )
+                .unwrap();
             }
             for (k, topic) in wrenches.iter().enumerate() {
-                let wrench = &instant.wrenches[k];
-                let message = WrenchStamped {
-                    header: header(self.sensors[k]),
-                    wrench: Wrench {
-                        force: <[f64; 3]>::from(wrench.force).into(),
-                        torque: <[f64; 3]>::from(wrench.moment).into(),
-                    },
-                };
-                log.write(topic, time_ns, &message).unwrap();
+                let message = wrench_message(&instant.wrenches[k], header(self.sensors[k]));
+                log.write(topic, logged_ns, &message).unwrap();
             }
         }
         if let (Some(late_ns), Some(last)) = (self.logged_late_ns, self.instants.last()) {
@@ -122,6 +128,16 @@ impl<'a> Recording<'a> {
             },
             effort: vec![],
         }
+    }
+}
+
+fn wrench_message(wrench: &tactid_dynamics::Wrench, header: Header) -> WrenchStamped {
+    WrenchStamped {
+        header,
+        wrench: Wrench {
+            force: <[f64; 3]>::from(wrench.force).into(),
+            torque: <[f64; 3]>::from(wrench.moment).into(),
+        },
     }
 }
 

@@ -16,7 +16,7 @@ use crate::{
     reader::{
         opening::Opening,
         source::Content,
-        storage::{Entry, Segment, Stop},
+        storage::{Channel, Entry, Segment, Stop},
         zstd_context::ZstdContext,
     },
 };
@@ -192,7 +192,14 @@ impl<'a, 'b> Scan<'a, 'b> {
         match &mut parsed {
             Record::Schema { header, .. } => {
                 let name = std::mem::take(&mut header.name);
-                if self.schemas.get(&header.id) != Some(&name) {
+                if self
+                    .schemas
+                    .get(&header.id)
+                    .is_some_and(|known| *known != name)
+                {
+                    return Err(file.damage(head.at_byte, "a schema with the id of another one"));
+                }
+                if !self.schemas.contains_key(&header.id) {
                     self.opening.keep_names(&file.path, [name.as_str()])?;
                     self.schemas.insert(header.id, name);
                 }
@@ -201,16 +208,19 @@ impl<'a, 'b> Scan<'a, 'b> {
                 let schema = self.schemas.get(&record.schema_id);
                 let type_name = schema.map_or("", String::as_str);
                 let key = [record.topic.as_str(), type_name, &record.message_encoding];
-                let channel = self.index.channels.entry(record.id.into()).or_default();
-                let [topic, _, encoding] = channel.key();
-                if !topic.is_empty() && [topic, encoding] != [key[0], key[2]] {
+                let known = self.index.channels.get(&record.id.into());
+                if known.is_some_and(|known| known.key() != key) {
                     return Err(file.damage(head.at_byte, "a channel with the id of another one"));
                 }
-                if channel.key() != key {
+                if known.is_none() {
                     self.opening.keep_names(&file.path, key)?;
-                    channel.type_name = type_name.to_owned();
-                    channel.topic = std::mem::take(&mut record.topic);
-                    channel.encoding = std::mem::take(&mut record.message_encoding);
+                    let channel = Channel {
+                        type_name: type_name.to_owned(),
+                        topic: std::mem::take(&mut record.topic),
+                        encoding: std::mem::take(&mut record.message_encoding),
+                        ..Channel::default()
+                    };
+                    self.index.channels.insert(record.id.into(), channel);
                 }
             }
             Record::Metadata(record) => {

@@ -142,7 +142,7 @@ impl Parts {
             };
             let body = file.body(record)?;
             let parsed = record::parse(record.opcode, &body).map_err(|_| broken(file))?;
-            if self.has_another(&parsed) {
+            if self.redefines(&parsed) {
                 return Err(broken(file));
             }
             self.add(parsed, &file.path, opening)?;
@@ -151,15 +151,22 @@ impl Parts {
         Ok(())
     }
 
-    /// Returns whether a record is a channel with the id of another one.
-    fn has_another(&self, record: &Record<'_>) -> bool {
-        let Record::Channel(record) = record else {
-            return false;
-        };
-        let known = self.channels.get(&record.id);
-        known.is_some_and(|(_, channel)| {
-            channel.topic != record.topic || channel.encoding != record.message_encoding
-        })
+    /// Returns whether a record is a schema or a channel with the id of another one.
+    fn redefines(&self, record: &Record<'_>) -> bool {
+        match record {
+            Record::Schema { header, .. } => {
+                let known = self.schemas.get(&header.id);
+                known.is_some_and(|known| *known != header.name)
+            }
+            Record::Channel(record) => {
+                let known = self.channels.get(&record.id);
+                known.is_some_and(|(schema, channel)| {
+                    (*schema, &channel.topic, &channel.encoding)
+                        != (record.schema_id, &record.topic, &record.message_encoding)
+                })
+            }
+            _ => false,
+        }
     }
 
     /// Adds a record, which counts among what the index keeps.
