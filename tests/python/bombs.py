@@ -11,10 +11,11 @@ import struct
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import zstandard
 from mcap.writer import CompressionType, Writer
 from rich.console import Console
@@ -211,16 +212,59 @@ def robot(count: int, kind: str, parent: Callable[[int], int], shapes: int = 1) 
     return f"<robot name='many'>{links}{joints}</robot>"
 
 
-def meshed(folder: Path) -> str:
-    """A robot whose link has the shape of a mesh with a hole of 1 GB."""
-    with (folder / "large.stl").open("wb") as file:
-        file.truncate(1 << 30)
-    mesh = "<geometry><mesh filename='large.stl'/></geometry>"
-    shapes = f"<visual>{mesh}</visual><collision>{mesh}</collision>"
+def meshed(names: Sequence[str]) -> str:
+    """A robot whose link has the shapes of meshes."""
+    mesh = "<{0}><geometry><mesh filename='{1}'/></geometry></{0}>"
+    shapes = "".join(mesh.format(tag, name) for name in names for tag in ("visual", "collision"))
     return robot(2, "revolute", lambda _: 0).replace(
         "<link name='l1'>", f"<link name='l1'>{shapes}"
     )
 
+
+def hole(folder: Path) -> list[str]:
+    """A mesh with a hole of 1 GB."""
+    with (folder / "hole.stl").open("wb") as file:
+        file.truncate(1 << 30)
+    return ["hole.stl"]
+
+
+def round_mesh(folder: Path) -> list[str]:
+    """A mesh of 60 MB whose points are all corners of its hull, under sixty names."""
+    triangles = np.zeros(
+        1_200_000, dtype=[("normal", "<f4", 3), ("corners", "<f4", 9), ("", "<u2")]
+    )
+    points = np.random.default_rng(1).normal(size=(3 * len(triangles), 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    triangles["corners"] = points.reshape(-1, 9)
+    with (folder / "round.stl").open("wb") as file:
+        file.write(bytes(80) + struct.pack("<I", len(triangles)) + triangles.tobytes())
+    names = [f"round_{k}.stl" for k in range(60)]
+    for name in names:
+        (folder / name).hardlink_to(folder / "round.stl")
+    return names
+
+
+def vertices(folder: Path) -> list[str]:
+    """A mesh of 60 MB with as many objects as fit."""
+    (folder / "objects.obj").write_bytes(10_000_000 * b"o\nv 0\n")
+    return ["objects.obj"]
+
+
+def small_meshes(folder: Path) -> list[str]:
+    """A mesh of 0.8 MB whose points are all corners of its hull, 160 times."""
+    points = np.random.default_rng(1).normal(size=(40_000, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    (folder / "small.obj").write_text("".join(f"v {x:.4f} {y:.4f} {z:.4f}\n" for x, y, z in points))
+    return 160 * ["small.obj"]
+
+
+MESHES: dict[str, Callable[[Path], list[str]]] = {
+    "a mesh of 1 GB": hole,
+    "a round mesh of 60 MB under 60 names": round_mesh,
+    "a mesh of 10 million objects": vertices,
+    "a round mesh of 1 MB, 160 times": small_meshes,
+}
+"""What writes the meshes of a robot, and gives their names."""
 
 ROBOTS: dict[str, Callable[[], str]] = {
     "20 001 fixed links": lambda: robot(20_001, "fixed", lambda k: k - 1),
@@ -293,10 +337,11 @@ def cases(folder: Path) -> Iterator[Case]:
         motion = ["--from", "0", "--duration", "1", "--payload-mass-max", "3", "--payload-box"]
         box = ["-0.1,-0.1,0,0.1,0.1,0.2", "--out", f"{folder}/motion"]
         yield Case(name, ["excite", "--urdf", str(urdf), "--tip", "l1", *motion, *box])
-    urdf = folder / "mesh.urdf"
-    urdf.write_text(meshed(folder))
-    yield Case("a mesh of 1 GB", ["view", str(log), "--urdf", str(urdf), *drawn])
-    yield Case("a mesh of 1 GB", ["excite", "--urdf", str(urdf), "--tip", "l1", *motion, *box])
+    for number, (name, meshes) in enumerate(MESHES.items()):
+        urdf = folder / f"meshes_{number}.urdf"
+        urdf.write_text(meshed(meshes(folder)))
+        yield Case(name, ["view", str(log), "--urdf", str(urdf), *drawn])
+        yield Case(name, ["excite", "--urdf", str(urdf), "--tip", "l1", *motion, *box])
     brackets = folder / "nested.toml"
     brackets.write_text(f"a = {'[' * 200_000}{']' * 200_000}\n")
     for command in (

@@ -215,14 +215,30 @@ def test_a_log_whose_name_is_not_utf8_is_shown(tmp_path: Path, log: Path) -> Non
     assert (tmp_path / "shown.rrd").stat().st_size > 0
 
 
-def test_a_mesh_that_is_too_large_is_not_shown(tmp_path: Path) -> None:
-    with (tmp_path / "large.stl").open("wb") as file:
-        file.truncate((64 << 20) + 1)
-    mesh = "<visual><geometry><mesh filename='large.stl'/></geometry></visual>"
-    urdf = f"<robot name='r'><link name='l'>{mesh}</link></robot>"
-    shapes, missing = shapes_of(urdf, tmp_path, {"l"})
-    assert missing == ["large.stl"]
-    assert all(shape.mesh is None for of_link in shapes.values() for shape in of_link)
+def test_meshes_that_cannot_be_shown_have_reasons(tmp_path: Path) -> None:
+    """Each may have 64 MiB, and all together 96 MiB, links to one file counted each."""
+    sizes = {"larger.stl": (64 << 20) + 1, "a.stl": 64 << 20, "c.stl": (32 << 20) - 10, "d.stl": 10}
+    for name, size in sizes.items():
+        with (tmp_path / name).open("wb") as file:
+            file.truncate(size)
+    (tmp_path / "b.stl").hardlink_to(tmp_path / "c.stl")
+    names = ("larger.stl", "a.stl", "b.stl", "c.stl", "d.stl", "e.stl", "f.ply", 300 * "g" + ".stl")
+    shape = "<visual><geometry><mesh filename='{}'/></geometry></visual>"
+    link = "".join(map(shape.format, names))
+    shapes, reasons = shapes_of(
+        f"<robot name='r'><link name='l'>{link}</link></robot>", tmp_path, {"l"}
+    )
+    assert [shape.mesh for shape in shapes["l"]] == [
+        tmp_path / name for name in ("a.stl", "b.stl", "d.stl")
+    ]
+    together = "the meshes of the robot have more than 96 MiB with it"
+    assert reasons == {
+        "larger.stl": "its file is larger than 64 MiB",
+        "c.stl": together,
+        "e.stl": "its file was not found",
+        "f.ply": "its name ends in none of .glb, .gltf, .obj, .stl and .dae",
+        names[-1]: "its file was not found",
+    }
 
 
 @pytest.mark.parametrize(
@@ -384,8 +400,8 @@ def test_meshes_are_found_in_their_package(tmp_path: Path, monkeypatch: pytest.M
     """Beside the URDF, in a workspace that is installed, and in one of sources; else not at all."""
 
     def found(folder: Path | None) -> Path | None:
-        shapes, missing = shapes_of(ARM, folder, ["upper"])
-        assert ("package://arm/upper.stl" in missing) == (shapes["upper"][0].kind == "sphere")
+        shapes, reasons = shapes_of(ARM, folder, ["upper"])
+        assert ("package://arm/upper.stl" in reasons) == (shapes["upper"][0].kind == "sphere")
         return shapes["upper"][0].mesh
 
     for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH"):

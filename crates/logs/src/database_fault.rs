@@ -59,6 +59,11 @@ pub enum DatabaseFault {
         "its table `messages` has a column `rowid` that is not its key; rosbag2 names the key `id`"
     )]
     HiddenKey,
+    /// A table of a bag has no numbers of rows. Its name is the field of the variant.
+    #[error(
+        "its table `{0}` is WITHOUT ROWID, but messages are read by the numbers of their rows, which every table of rosbag2 has"
+    )]
+    NoRowNumbers(&'static str),
     /// A value has the wrong type or is out of range.
     #[error("its table `{table}` has {found} as `{column}` in row {row}; expected {expected}")]
     Value {
@@ -72,6 +77,22 @@ pub enum DatabaseFault {
         found: String,
         /// Description of a valid value.
         expected: &'static str,
+    },
+    /// A name or a description is longer than any of a robot.
+    #[error(
+        "its table `{table}` has {bytes} bytes as `{column}` in row {row}; expected at most {most_bytes}"
+    )]
+    Long {
+        /// Name of the table.
+        table: &'static str,
+        /// Name of the column.
+        column: &'static str,
+        /// Number of the row.
+        row: i64,
+        /// Length of the value, bytes.
+        bytes: i64,
+        /// Most bytes of a value in this column.
+        most_bytes: usize,
     },
     /// A message belongs to a topic that does not exist.
     #[error("message {row} belongs to topic {topic}, which is missing in its table `topics`")]

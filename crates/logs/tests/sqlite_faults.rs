@@ -84,6 +84,23 @@ fn databases_that_are_not_bags_are_refused() {
             "the integer 1 as `id` in row 2; expected another id for each topic",
         ),
         (
+            "UPDATE topics SET name = '/' || hex(zeroblob(2048)) WHERE id = 2",
+            "`topics` has 4097 bytes as `name` in row 2; expected at most 4096",
+        ),
+        (
+            "UPDATE topics SET type = zeroblob(5000) WHERE id = 2",
+            "`topics` has 5000 bytes as `type` in row 2; expected at most 4096",
+        ),
+        (
+            "INSERT INTO metadata VALUES (3, 5, hex(zeroblob(8388608)) || 'a')",
+            "`metadata` has 16777217 bytes as `metadata` in row 3; expected at most 16777216",
+        ),
+        (
+            "ALTER TABLE messages RENAME TO other; CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id, timestamp, \
+             data) WITHOUT ROWID; INSERT INTO messages SELECT * FROM other; DROP TABLE other",
+            "table `messages` is WITHOUT ROWID",
+        ),
+        (
             "DELETE FROM topics WHERE id = 1",
             "message 1 belongs to topic 1, which is missing in its table `topics`",
         ),
@@ -92,6 +109,22 @@ fn databases_that_are_not_bags_are_refused() {
         let error = error_after(change);
         assert!(error.contains(expected), "{change}: {error}");
     }
+}
+
+/// SQLite compares names of tables and columns without case, and a name may have 4096 bytes.
+#[test]
+fn names_in_another_case_and_of_full_length_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.db3");
+    bag(&path, 3);
+    let database = Connection::open(&path).unwrap();
+    let change = "ALTER TABLE topics RENAME TO other; ALTER TABLE other RENAME TO Topics; \
+                  ALTER TABLE messages RENAME COLUMN timestamp TO TimeStamp; \
+                  UPDATE topics SET name = hex(zeroblob(2048)) WHERE id = 1";
+    database.execute_batch(change).unwrap();
+    database.close().unwrap();
+    let (messages, _) = read_file(&path).unwrap();
+    assert!(messages.iter().any(|(topic, ..)| topic.len() == 4096));
 }
 
 /// A table without its constraints may lack the time of a message, which is found in every order of reading.

@@ -11,35 +11,36 @@ use crate::run::Run;
 use crate::time_unit::TimeUnit;
 
 /// Times between two samples of common recordings, s. Times whose samples would be as far apart in another unit are
-/// taken to be in this unit, if they are longer than [`HONEST_PERIOD_S`].
+/// taken to be in this unit, if they are longer than [`LONGEST_PERIOD_S`].
 const COMMON_PERIODS_S: std::ops::RangeInclusive<f64> = 1e-4..=0.2;
 
 /// Longest time between two samples of a slow recording whose times are in seconds, s.
-const HONEST_PERIOD_S: f64 = 1.0;
+const LONGEST_PERIOD_S: f64 = 1.0;
 
 /// Returns the cause of an error that says that there are too few windows or samples; other errors as they are.
 pub(crate) fn explain(error: RecordingError, plan: &Plan<'_>, run: &Run) -> RecordingError {
-    let is_too_little = match &error {
-        RecordingError::Identify(error) => is_too_little(error),
-        RecordingError::NoOverlap { .. } => true,
-        _ => false,
+    let cause = match &error {
+        RecordingError::Identify(error) if is_too_little(error) => {
+            cause(plan, run).or_else(|| too_rare_samples(plan))
+        }
+        RecordingError::NoOverlap { .. } => cause(plan, run),
+        _ => return error,
     };
-    let cause = is_too_little.then(|| {
-        let times = far_stamps(run).or_else(|| times_not_increasing(run));
-        times.or_else(|| too_many_gaps(plan, run))
-    });
-    let rare = |error: &RecordingError| match error {
-        RecordingError::Identify(_) if is_too_little => rare_samples(plan),
-        _ => None,
-    };
-    let explained = cause.flatten().or_else(|| rare(&error)).unwrap_or(error);
-    if !is_too_little || run.damage.is_empty() {
+    let explained = cause.unwrap_or(error);
+    if run.damage.is_empty() {
         return explained;
     }
     RecordingError::DamagedEarly {
         source: Box::new(explained),
         damage: run.damage.join("; "),
     }
+}
+
+/// Returns the cause that the times of the samples show.
+fn cause(plan: &Plan<'_>, run: &Run) -> Option<RecordingError> {
+    far_stamps(run)
+        .or_else(|| times_not_increasing(run))
+        .or_else(|| too_many_gaps(plan, run))
 }
 
 /// Returns whether the data are too short, or too sparse, for an estimate.
@@ -90,7 +91,7 @@ fn too_many_gaps(plan: &Plan<'_>, run: &Run) -> Option<RecordingError> {
     })
 }
 
-fn rare_samples(plan: &Plan<'_>) -> Option<RecordingError> {
+fn too_rare_samples(plan: &Plan<'_>) -> Option<RecordingError> {
     let (period_s, window_s) = (plan.period_s, window_s(plan));
     let mut units = TimeUnit::ALL.into_iter();
     let is_common =
@@ -101,7 +102,7 @@ fn rare_samples(plan: &Plan<'_>) -> Option<RecordingError> {
         window_s,
         min_samples: window::MIN_INSTANTS,
         unit: units
-            .find(|unit| period_s >= HONEST_PERIOD_S && is_common(unit))
+            .find(|unit| period_s >= LONGEST_PERIOD_S && is_common(unit))
             .map(|(unit, _)| unit),
     })
 }

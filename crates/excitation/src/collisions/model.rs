@@ -6,7 +6,7 @@ use parry3d_f64::shape::SharedShape;
 use tactid_dynamics::{CollisionGeometry, CollisionShape, Manipulator, ModelError, Urdf};
 
 use super::convert::glam_pose;
-use super::mesh::convex_hull;
+use super::mesh::ConvexHulls;
 use super::placed::Placed;
 use crate::ExcitationError;
 
@@ -125,6 +125,7 @@ impl CollisionModel {
             links: Vec::new(),
             findings: Vec::new(),
         };
+        let mut hulls = ConvexHulls::default();
         for link in robot.frame_names() {
             let shapes = match urdf.collision_shapes(link) {
                 // A frame that was added to the robot.
@@ -133,7 +134,7 @@ impl CollisionModel {
             };
             let mut placed = Vec::new();
             for shape in &shapes {
-                match shape_of(shape, read_mesh) {
+                match shape_of(shape, read_mesh, &mut hulls) {
                     Ok(shape) => placed.push(shape),
                     Err((shape, because)) => {
                         model.findings.push(CollisionFinding::ShapeLeftOut {
@@ -165,6 +166,7 @@ impl CollisionModel {
 fn shape_of(
     shape: &CollisionShape,
     read_mesh: &mut MeshReader<'_>,
+    hulls: &mut ConvexHulls,
 ) -> Result<Placed, (String, String)> {
     let mut pose = shape.link_from_shape;
     // Cylinders and capsules of parry are along y.
@@ -186,7 +188,7 @@ fn shape_of(
             SharedShape::capsule_y(0.5 * length_m, *radius_m)
         }
         CollisionGeometry::Mesh { file, scale } => {
-            let hull = read_mesh(file).and_then(|bytes| convex_hull(file, &bytes, scale));
+            let hull = read_mesh(file).and_then(|bytes| hulls.hull(file, &bytes, scale));
             let hull = hull.map_err(|because| (file.clone(), because))?;
             return Ok(Placed {
                 pose: glam_pose(&pose),

@@ -16,11 +16,11 @@ from tactid.console import (
     FLAG,
     Group,
     Stream,
-    growing,
     interruptible,
     notes,
     print_whole,
     progress,
+    reporting_partial_log,
 )
 from tactid.errors import ArgumentError, InternalError, TactidError
 from tactid.excite_command import excite
@@ -156,7 +156,7 @@ def run_paper(
         duration=duration,
     )
     files = paper_run.Files(out)
-    with new_folder(out, "--out"), growing(files.log), progress("simulating") as done:
+    with new_folder(out, "--out"), reporting_partial_log(files.log), progress("simulating") as done:
         check_outputs({f"{file.name} in --out": file for file in files.written}, {})
         report = paper_run.simulate_into(files, experiment, done)
     with interruptible(f"{files.log} is complete, no result was written"):
@@ -207,7 +207,7 @@ def run_simulation(
     if motion is not None:
         chosen = chosen.following(motion)
     check_outputs({"--out": out}, {"the experiment": experiment} | files_of(chosen))
-    with growing(out), progress("simulating") as done:
+    with reporting_partial_log(out), progress("simulating") as done:
         report = simulate(chosen, out, progress=done)
     notes.print(
         f"Wrote {out}: {report.simulated_time:g} s in {report.wall_time:.1f} s,"

@@ -106,7 +106,7 @@ def interruptible(outcome: str | None = None) -> Iterator[None]:
 
 
 @contextmanager
-def growing(log: Path) -> Iterator[None]:
+def reporting_partial_log(log: Path) -> Iterator[None]:
     """Says what a log holds where its run ends early, by Ctrl-C, SIGTERM or a full disk."""
     holds = f"{log} holds the run up to here"
     with interruptible(holds):

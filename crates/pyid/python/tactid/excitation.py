@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tactid import _native, meshes
+from tactid import _native
 from tactid._native import Manipulator, MassProperties
 from tactid.declaration import with_options
 from tactid.designed_motion import CollisionFinding, DesignedMotion, LimitMargin
@@ -28,6 +28,7 @@ from tactid.excitation_arguments import (
     places,
     start_of,
 )
+from tactid.meshes import Meshes
 from tactid.options import Options, collect
 from tactid.values import nested, values_of
 
@@ -172,7 +173,7 @@ def design_excitation(
         "base_attitude": base_attitude,
         "base_position": base_position,
         "places": places(payload_box, workspace, keep_out, least_distance),
-        "read_mesh": meshes.read if collisions else None,
+        "read_mesh": Meshes().read if collisions else None,
         "volume": is_volume(criterion),
         "seed": int(seed),
         "rate": rate,

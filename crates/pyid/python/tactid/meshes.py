@@ -5,8 +5,52 @@ from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import unquote
 
-MOST_BYTES = 64 << 20
-"""Most bytes of a mesh that is read or shown: over a million triangles."""
+MAX_MIB = 64
+"""Largest size of one mesh, MiB: over a million triangles of a binary STL file."""
+MAX_TOTAL_MIB = 96
+"""Largest size of all meshes of a robot, MiB, each counted as often as the URDF names it."""
+
+
+class Meshes:
+    """The files of the meshes of one robot, within limits of their size.
+
+    The limits keep a small URDF from taking much memory: it may name one file, or links to it, as
+    often as it wants.
+    """
+
+    def __init__(self) -> None:
+        self._total = 0
+
+    def find(self, uri: str, folder: Path | None) -> Path | str:
+        """Returns the file of a mesh, or the reason why there is none.
+
+        ``folder`` is the one of the URDF.
+        """
+        # `Path.is_file` raises for a name that is too long.
+        path = next((path for path in candidates(uri, folder) if os.path.isfile(path)), None)
+        if path is None:
+            searched = "in AMENT_PREFIX_PATH, in ROS_PACKAGE_PATH, or in a folder above the URDF"
+            where = f" {searched}" if uri.startswith("package://") else ""
+            return f"its file was not found{where}"
+        size = path.stat().st_size
+        if size > MAX_MIB << 20:
+            return f"its file is larger than {MAX_MIB} MiB"
+        if self._total + size > MAX_TOTAL_MIB << 20:
+            return f"the meshes of the robot have more than {MAX_TOTAL_MIB} MiB with it"
+        self._total += size
+        return path
+
+    def read(self, uri: str, folder: Path | None) -> bytes | str:
+        """Returns the bytes of a mesh, or the reason why there are none."""
+        found = self.find(uri, folder)
+        if isinstance(found, str):
+            return found
+        try:
+            with found.open("rb") as file:
+                # The size of a file of the system's own, such as one of /proc, says nothing.
+                return file.read(MAX_MIB << 20)
+        except OSError as error:
+            return f"its file cannot be read: {error.strerror}"
 
 
 def candidates(uri: str, folder: Path | None) -> Iterator[Path]:
@@ -30,24 +74,3 @@ def candidates(uri: str, folder: Path | None) -> Iterator[Path]:
         if folder is not None:
             # A URDF mostly stands in its own package, some folders down.
             yield from (above / rest for above in folder.parents)
-
-
-def is_too_large(path: Path) -> bool:
-    """Returns whether a mesh is too large to be read or shown."""
-    return path.stat().st_size > MOST_BYTES
-
-
-def read(uri: str, folder: Path | None) -> bytes | str:
-    """Returns the bytes of a mesh, or the reason why there are none."""
-    for path in candidates(uri, folder):
-        if path.is_file():
-            try:
-                if is_too_large(path):
-                    return f"{path} is larger than {MOST_BYTES >> 20} MiB"
-                return path.read_bytes()
-            except OSError as error:
-                return f"{path} cannot be read: {error.strerror}"
-    if uri.startswith("package://"):
-        searched = "in AMENT_PREFIX_PATH, in ROS_PACKAGE_PATH, or in a folder above the URDF"
-        return f"its file was not found {searched}"
-    return "its file was not found"

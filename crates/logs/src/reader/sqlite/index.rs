@@ -181,10 +181,14 @@ impl Part {
 
 /// Checks that the tables of a bag exist and have the columns that are needed.
 fn check_tables(connection: &Connection) -> Result<(), Problem> {
+    let has_no_rowid = "SELECT 1 FROM pragma_table_list(?) WHERE schema = 'main' AND wr";
     for (table, columns) in TABLES {
-        let exists = "SELECT 1 FROM sqlite_schema WHERE type = 'table' AND name = ?";
+        let exists = "SELECT 1 FROM sqlite_schema WHERE type = 'table' AND name = ? COLLATE NOCASE";
         if !connection.prepare(exists)?.exists([table])? {
             return Err(DatabaseFault::NoTable(table).into());
+        }
+        if connection.prepare(has_no_rowid)?.exists([table])? {
+            return Err(DatabaseFault::NoRowNumbers(table).into());
         }
         for &column in columns {
             if !has_column(connection, table, column)? {
@@ -204,18 +208,13 @@ fn check_tables(connection: &Connection) -> Result<(), Problem> {
 /// Returns whether a table exists and has a column, which must not be generated from others. A view, which would run what a file
 /// says, and a virtual table are none.
 fn has_column(connection: &Connection, table: &str, column: &str) -> rusqlite::Result<bool> {
-    let has_column = "SELECT 1 FROM pragma_table_info(?1) WHERE name = ?2 AND EXISTS \
+    let has_column = "SELECT 1 FROM pragma_table_info(?1) WHERE name = ?2 COLLATE NOCASE AND EXISTS \
                       (SELECT 1 FROM pragma_table_list(?1) WHERE schema = 'main' AND type = 'table')";
     connection.prepare(has_column)?.exists([table, column])
 }
 
-/// Most bytes of a text, and words for that.
-type MostBytes = (usize, &'static str);
-
-const OF_NAME: MostBytes = (MAX_NAME, "at most 4096 bytes");
-
-/// A bag describes itself as `metadata.yaml` does.
-const OF_DESCRIPTION: MostBytes = (16 << 20, "at most 16 MiB");
+/// Most bytes of the description of a bag, which is as in `metadata.yaml`.
+const MAX_DESCRIPTION: usize = 16 << 20;
 
 /// Returns the number of texts that an index keeps, and that of their bytes. SQLite knows their lengths without reading them.
 ///
@@ -224,12 +223,12 @@ const OF_DESCRIPTION: MostBytes = (16 << 20, "at most 16 MiB");
 fn texts(connection: &Connection) -> Result<(u64, u64), Problem> {
     check_tables(connection)?;
     let mut columns = vec![
-        ("name", "topics", OF_NAME),
-        ("type", "topics", OF_NAME),
-        ("serialization_format", "topics", OF_NAME),
+        ("name", "topics", MAX_NAME),
+        ("type", "topics", MAX_NAME),
+        ("serialization_format", "topics", MAX_NAME),
     ];
     if has_column(connection, "metadata", "metadata")? {
-        columns.push(("metadata", "metadata", OF_DESCRIPTION));
+        columns.push(("metadata", "metadata", MAX_DESCRIPTION));
     }
     let (mut count, mut bytes) = (0, 0);
     for (column, table, most) in columns {
@@ -243,27 +242,29 @@ fn texts(connection: &Connection) -> Result<(u64, u64), Problem> {
     Ok((count, bytes))
 }
 
-/// Checks that the texts of a column have at most a number of bytes.
+/// Checks that the values of a column have at most a number of bytes.
 fn check_lengths(
     connection: &Connection,
     (table, column): (&'static str, &'static str),
-    (most, expected): MostBytes,
+    most_bytes: usize,
 ) -> Result<(), Problem> {
     let query = format!(
-        "SELECT rowid, octet_length({column}) FROM {table} WHERE octet_length({column}) > {most}"
+        "SELECT rowid, octet_length({column}) FROM {table} WHERE octet_length({column}) > {most_bytes}"
     );
-    let longest = |row: &Row<'_>| Ok((row.get::<_, i64>(0)?, row.get::<_, i64>(1)?));
-    let Some((row, length)) = connection.query_row(&query, [], longest).optional()? else {
-        return Ok(());
-    };
-    let fault = DatabaseFault::Value {
-        table,
-        column,
-        row,
-        found: format!("a text of {length} bytes"),
-        expected,
-    };
-    Err(fault.into())
+    let too_long = |row: &Row<'_>| Ok((row.get::<_, i64>(0)?, row.get::<_, i64>(1)?));
+    match connection.query_row(&query, [], too_long).optional()? {
+        None => Ok(()),
+        Some((row, bytes)) => {
+            let fault = DatabaseFault::Long {
+                table,
+                column,
+                row,
+                bytes,
+                most_bytes,
+            };
+            Err(fault.into())
+        }
+    }
 }
 
 fn channels(connection: &Connection) -> Result<BTreeMap<ChannelId, Channel>, Problem> {

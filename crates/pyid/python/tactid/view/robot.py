@@ -73,10 +73,11 @@ def robot_shapes(
     urdf: str, path: Path | None, frames: dict[str, Frame]
 ) -> tuple[dict[str, list[Shape]], list[str]]:
     """The shapes of a robot by its frames, and notes on those that are not shown."""
-    found, missing = shapes_of(urdf, None if path is None else path.resolve().parent, frames)
+    found, reasons = shapes_of(urdf, None if path is None else path.resolve().parent, frames)
     notes = []
-    if missing:
-        notes = [f"Not found or too large, shown as lines or not at all: {abridged(missing)}."]
+    for reason in sorted(set(reasons.values())):
+        meshes = sorted(uri for uri in reasons if reasons[uri] == reason)
+        notes.append(f"Shown as lines or not at all, each because {reason}: {abridged(meshes)}.")
     count = sum(len(shapes) for shapes in found.values())
     if count > MOST_SHAPES:
         notes.append(f"Of the {count} shapes of the robot, the first {MOST_SHAPES} are shown.")

@@ -2,7 +2,7 @@
 
 from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Literal
 from xml.etree import ElementTree
 
@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactid.errors import ModelError
-from tactid.meshes import candidates, is_too_large
+from tactid.meshes import Meshes
+from tactid.naming import listed
 
 Array = NDArray[np.float64]
 Color = tuple[int, int, int, int]
@@ -18,7 +19,7 @@ Color = tuple[int, int, int, int]
 GREY: Color = (176, 180, 186, 255)
 """Of what the URDF gives no colour."""
 
-MESHES = {".glb", ".gltf", ".obj", ".stl", ".dae"}
+MESHES = [".glb", ".gltf", ".obj", ".stl", ".dae"]
 """What the viewer can show."""
 
 
@@ -43,8 +44,8 @@ def link_names(urdf: str) -> list[str]:
 
 def shapes_of(
     urdf: str, folder: Path | None, names: Container[str]
-) -> tuple[dict[str, list[Shape]], list[str]]:
-    """The shapes of the links of these names, and what is missing.
+) -> tuple[dict[str, list[Shape]], dict[str, str]]:
+    """The shapes of the links of these names, and why meshes are not among them, by their names.
 
     A link is shown as its visual geometry, or else its collision geometry; one that has none that
     can be shown, as lines to the joints that it carries. Meshes are looked for beside the URDF
@@ -57,20 +58,20 @@ def shapes_of(
         if (color := _color(material)) is not None
     }
     shapes: dict[str, list[Shape]] = {}
-    missing: list[str] = []
+    meshes = _Meshes(folder)
     bones = _bones(robot)
     for link in robot.findall("link"):
         name = link.get("name", "")
         if name not in names:
             continue
         for tag in ("visual", "collision"):
-            found = list(_shapes(link.findall(tag), colors, folder, missing))
+            found = list(_shapes(link.findall(tag), colors, meshes))
             if found:
                 shapes[name] = found
                 break
         else:
             shapes[name] = bones.get(name, [])
-    return shapes, sorted(set(missing))
+    return shapes, meshes.reasons
 
 
 def _parse(urdf: str) -> ElementTree.Element:
@@ -83,8 +84,7 @@ def _parse(urdf: str) -> ElementTree.Element:
 def _shapes(
     parts: Sequence[ElementTree.Element],
     colors: dict[str, Color],
-    folder: Path | None,
-    missing: list[str],
+    meshes: "_Meshes",
 ) -> Iterator[Shape]:
     for part in parts:
         geometry = part.find("geometry")
@@ -105,13 +105,10 @@ def _shapes(
             elif solid.tag == "sphere":
                 yield Shape("sphere", (_number(solid, "radius"),), position, rotation, color)
             elif solid.tag == "mesh":
-                uri = solid.get("filename", "")
-                path = _resolve(uri, folder)
-                if path is None:
-                    missing.append(uri)
-                    continue
-                scale = _numbers(solid, "scale", "1 1 1")
-                yield Shape("mesh", scale, position, rotation, color, path)
+                path = meshes.find(solid.get("filename", ""))
+                if path is not None:
+                    scale = _numbers(solid, "scale", "1 1 1")
+                    yield Shape("mesh", scale, position, rotation, color, path)
 
 
 def _bones(robot: ElementTree.Element) -> dict[str, list[Shape]]:
@@ -129,12 +126,24 @@ def _bones(robot: ElementTree.Element) -> dict[str, list[Shape]]:
     }
 
 
-def _resolve(uri: str, folder: Path | None) -> Path | None:
-    """The file of a mesh, if it is there, and of a kind and size that can be shown."""
-    for path in candidates(uri, folder):
-        if path.suffix.lower() in MESHES and path.is_file():
-            return None if is_too_large(path) else path
-    return None
+class _Meshes:
+    """The files of the meshes that can be shown, and why others are not."""
+
+    def __init__(self, folder: Path | None) -> None:
+        self._folder = folder
+        self._meshes = Meshes()
+        self.reasons: dict[str, str] = {}
+
+    def find(self, uri: str) -> Path | None:
+        """Returns the file of a mesh. Where it cannot be shown, the reason is kept."""
+        if PurePath(uri).suffix.lower() not in MESHES:
+            found: Path | str = f"its name ends in none of {listed(MESHES)}"
+        else:
+            found = self._meshes.find(uri, self._folder)
+        if isinstance(found, str):
+            self.reasons[uri] = found
+            return None
+        return found
 
 
 def _origin(element: ElementTree.Element) -> tuple[Array, Array]:
