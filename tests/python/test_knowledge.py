@@ -77,6 +77,9 @@ def test_a_box_helps_where_the_recording_says_little() -> None:
     [
         ({"known_mass": -1.0}, "`known_mass` is -1, but must be a positive number"),
         ({"known_mass": np.nan}, "known_mass"),
+        ({"known_mass": 0.9e-12}, "from 1e-12 to 1e12"),
+        ({"known_mass": 1.1e12}, "from 1e-12 to 1e12"),
+        ({"known_mass": 1.0, "known_mass_std_dev": 1.1e12}, "up to 1e12"),
         ({"known_mass": 1.0, "known_mass_std_dev": -0.1}, "`known_mass_std_dev` is -0.1"),
         (
             {"known_mass_std_dev": 0.1},

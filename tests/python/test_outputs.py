@@ -131,6 +131,8 @@ def test_a_refused_experiment_leaves_no_empty_folder(
     (tmp_path / "mine").mkdir()
     for out in ("new/folder", "mine/new", "mine"):
         assert_refused(command("paper", "--out", out, "--posture", "1,2"), "posture")
+    long = f"new/{300 * 'n'}/folder"
+    assert_refused(command("paper", "--out", long, "--duration", "0.1"), "File name too long")
     assert [path.name for path in tmp_path.rglob("*")] == ["mine"]
 
 
