@@ -6,7 +6,7 @@ use crate::ExcitationError;
 use crate::cones::cones;
 use crate::dense::DenseMotion;
 use crate::joint_rows::ROUNDING;
-use crate::limits::Margin;
+use crate::limits::{Limit, Margin};
 use crate::motion::JointStates;
 use crate::plant::Plant;
 use crate::problem::Problem;
@@ -29,16 +29,44 @@ pub(crate) fn check_rest(
     if let End::At(end) = &problem.end {
         places.push(("at the end", end));
     }
-    let cones = cones(problem, plant);
     for (at, posture) in places {
-        let dense = DenseMotion::of_states(plant, vec![JointStates::at_rest(posture)], 0.0)?;
-        let margins = dense.margins(problem, &cones, joints);
-        let exceeded = margins
+        let exceeded = exceeded(problem, plant, joints, posture)?
             .into_iter()
-            .find(|margin| margin.used > 1.0 + ROUNDING);
+            .next();
         if let Some(Margin { limit, used, .. }) = exceeded {
             return Err(ExcitationError::Impossible { limit, used, at });
         }
     }
     Ok(())
+}
+
+/// Checks that the tool and the bodies are where they may be at the start. Other limits depend on the payload.
+pub(crate) fn check_places(problem: &Problem, joints: &[usize]) -> Result<(), ExcitationError> {
+    let mut plant = Plant::new(problem)?;
+    let exceeded = exceeded(problem, &mut plant, joints, &problem.start)?;
+    let is_place = |limit: &Limit| matches!(limit, Limit::Workspace(..) | Limit::Distance(..));
+    let mut of_places = exceeded
+        .into_iter()
+        .filter(|margin| is_place(&margin.limit));
+    match of_places.next() {
+        Some(Margin { limit, used, .. }) => {
+            let at = "at the start";
+            Err(ExcitationError::Impossible { limit, used, at })
+        }
+        None => Ok(()),
+    }
+}
+
+/// Returns the margins of the limits that a robot at rest exceeds.
+fn exceeded(
+    problem: &Problem,
+    plant: &mut Plant,
+    joints: &[usize],
+    posture: &[f64],
+) -> Result<Vec<Margin>, ExcitationError> {
+    let cones = cones(problem, plant);
+    let dense = DenseMotion::of_states(plant, vec![JointStates::at_rest(posture)], 0.0)?;
+    let mut margins = dense.margins(problem, &cones, joints);
+    margins.retain(|margin| margin.used > 1.0 + ROUNDING);
+    Ok(margins)
 }

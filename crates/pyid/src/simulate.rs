@@ -186,6 +186,7 @@ pub(crate) struct ActiveReport {
     out_of_reach: bool,
     binding: Option<String>,
     contradictions: Vec<ActiveContradiction>,
+    untested_shapes: Vec<String>,
 }
 
 /// Fields of ``tactid.ActiveContradiction``.
@@ -214,6 +215,7 @@ impl From<tactid_sim::ActiveReport> for ActiveReport {
             out_of_reach: report.out_of_reach,
             binding: report.binding,
             contradictions: contradictions.collect(),
+            untested_shapes: report.untested_shapes,
         }
     }
 }

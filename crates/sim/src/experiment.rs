@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::{BaseKind, MassProperties, symmetric_matrix};
 
-pub use self::active::ActiveExcitation;
+pub use self::active::{ActiveExcitation, BoxCorners};
 pub(crate) use self::check::refuse;
 pub use self::excitation::{Excitation, ExcitationKind, ExcitationMode, JointExcitation};
 pub(crate) use self::lines::{is_given, with_line};

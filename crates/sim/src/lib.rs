@@ -62,7 +62,7 @@ pub use checks::{BaseExcursion, Checks};
 pub use error::SimError;
 pub use excitation::{ActiveContradiction, ActiveReport};
 pub use experiment::{
-    ActiveExcitation, BaseMount, BaseProperties, Bounds, Excitation, ExcitationKind,
+    ActiveExcitation, BaseMount, BaseProperties, Bounds, BoxCorners, Excitation, ExcitationKind,
     ExcitationMode, Experiment, Gripper, Handle, JointExcitation, NamedPosture, Noise, PAPER_TOML,
     Payload, Posture, RobotChoice, StdDev,
 };

@@ -192,6 +192,18 @@ fn faults_are_refused() {
             "line 4: excitation.active.base_attitude_deg = 200.0: must be at most 180",
         ),
         (
+            "[excitation]\nkind = 'active'\n[excitation.active]\npayload_box_m = [[0, 0, 0], [1, 0, 1]]",
+            "line 4: excitation.active.payload_box_m = [[0.0, 0.0, 0.0], [1.0, 0.0, 1.0]]: must be the corner with the least",
+        ),
+        (
+            "[excitation]\nkind = 'active'\n[excitation.active]\nworkspace_m = [[0, 0, -inf], [1, 1, 1]]",
+            "line 4: excitation.active.workspace_m = [[0.0, 0.0, -inf], [1.0, 1.0, 1.0]]: must be the corner with the least",
+        ),
+        (
+            "[excitation]\nkind = 'active'\n[excitation.active]\nkeep_out_m.panel = [[1, 1, 1], [0, 2, 2]]",
+            "line 4: excitation.active.keep_out_m.panel = [[1.0, 1.0, 1.0], [0.0, 2.0, 2.0]]: must be the corner with the least",
+        ),
+        (
             "[excitation]\nkind = 'active'\n[excitation.active]\nmass = 3",
             "line 4: unknown field `mass`, expected one of `within`",
         ),
@@ -207,6 +219,60 @@ fn faults_are_refused() {
     let error = Simulation::new(&experiment).map(|_| ()).unwrap_err();
     let expected = "robot: joint `joint_1` has no positive velocity limit in the URDF";
     assert!(error.to_string().starts_with(expected), "{error}");
+}
+
+/// Returns the error of the example with a table that a change has made.
+fn error_with(change: impl FnOnce(&mut ActiveExcitation)) -> Option<String> {
+    let mut experiment = example();
+    change(experiment.excitation.active.as_mut().unwrap());
+    let error = Simulation::new(&experiment).err();
+    error.map(|error| error.to_string())
+}
+
+/// Boxes are in the frame of the base, and a payload in the tool frame: the errors name what touches at the start.
+#[test]
+fn boxes_around_the_robot_are_limits() {
+    let (everywhere, payload) = ([[-9.0; 3], [9.0; 3]], [[-0.1, -0.1, 0.05], [0.6, 0.4, 0.4]]);
+    let error = error_with(|active| active.keep_out_m = [("panel".to_owned(), everywhere)].into());
+    let error = error.unwrap();
+    assert!(error.contains("the keep-out box panel"), "{error}");
+    let error = error_with(|active| active.workspace_m = Some([[8.0; 3], [9.0; 3]])).unwrap();
+    assert!(
+        error.contains("the position of the tool along x in the workspace"),
+        "{error}"
+    );
+    let around_payload = error_with(|active| {
+        active.payload_box_m = Some(payload);
+        active.workspace_m = Some(everywhere);
+    });
+    assert_eq!(around_payload, None);
+}
+
+/// Meshes are not read, which the report says of each, unless collisions are not tested at all.
+#[test]
+fn meshes_are_not_tested_for_collisions() {
+    let folder = tempfile::tempdir().unwrap();
+    let urdf = folder.path().join("arm.urdf");
+    let cylinder = "<geometry><cylinder radius=\"0.05\" length=\"0.425\"/></geometry>";
+    let mesh = "<geometry><mesh filename=\"arm.stl\"/></geometry>";
+    assert!(BUILT_IN_URDF.contains(cylinder));
+    std::fs::write(&urdf, BUILT_IN_URDF.replace(cylinder, mesh)).unwrap();
+    for collisions in [true, false] {
+        let mut experiment = example();
+        experiment.robot.urdf = Some(urdf.clone());
+        experiment.excitation.active.as_mut().unwrap().collisions = collisions;
+        let mut simulation = Simulation::new(&experiment).unwrap();
+        simulation.step().unwrap();
+        let report = simulation.active_report();
+        let untested = report.unwrap().untested_shapes;
+        assert_eq!(untested.len(), usize::from(collisions), "{untested:?}");
+        assert!(
+            untested
+                .iter()
+                .all(|shape| shape.contains("`arm.stl`") && shape.contains("no meshes")),
+            "{untested:?}"
+        );
+    }
 }
 
 /// A run in which the heaviest possible payload would slip even at rest does not move, and ends with the name of the limit.
@@ -252,6 +318,9 @@ fn the_documented_table_is_the_default() {
     let expected = ActiveExcitation {
         base_attitude_deg: Some(0.1),
         base_position_m: Some(0.05),
+        payload_box_m: Some([[-0.1, -0.1, 0.0], [0.5, 0.3, 0.2]]),
+        workspace_m: Some([[-1.0, -1.0, 0.0], [1.0, 1.0, 2.0]]),
+        keep_out_m: [("panel".to_owned(), [[0.8, -3.0, -0.1], [4.0, 3.0, 0.1]])].into(),
         ..ActiveExcitation::default()
     };
     assert_eq!(experiment.excitation.active, Some(expected));

@@ -6,7 +6,9 @@ mod contradiction;
 mod interior;
 mod planner;
 mod prior;
+mod settings;
 
 pub use contradiction::{PriorBound, PriorContradiction};
-pub use planner::{ActiveSettings, Planner, Step};
+pub use planner::{Planner, Step};
 pub use prior::Prior;
+pub use settings::ActiveSettings;

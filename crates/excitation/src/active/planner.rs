@@ -14,13 +14,14 @@ use super::check::{Checked, largest_within_limits, relax_to_rest};
 use super::contradiction::PriorContradiction;
 use super::interior::improve;
 use super::prior::{Prior, Vector};
+use super::settings::ActiveSettings;
 use crate::ExcitationError;
-use crate::checks::{positive, value};
 use crate::design::search;
 use crate::limits::Limit;
 use crate::motion::Trajectory;
 use crate::plant::Plant;
 use crate::problem::{Problem, targets_within};
+use crate::rest::check_places;
 use crate::search::{Point, Search};
 use crate::spline::{Spline, SplineBasis};
 use crate::variables::{End, Variables};
@@ -59,63 +60,6 @@ const STRIDE: f64 = 0.15;
 
 /// Seeds of one plan, and plans of one seed, that are not those of another.
 const SEEDS: u64 = 1000;
-
-/// Settings of active identification.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ActiveSettings {
-    /// Largest half width of the 95 % intervals, as a fraction of the largest value of their kind (mass, centre of mass,
-    /// inertia). Default: 0.01.
-    pub within: f64,
-    /// Number of spans of the splines in a plan. Default: 10.
-    pub spans: usize,
-    /// Number of spans after which the next plan begins, fewer than `spans`. Default: 6.
-    pub followed_spans: usize,
-    /// Duration of a span, s. Default: 0.15.
-    pub span_s: f64,
-    /// Motions that a plan is searched from, besides the rest of the previous one. Default: 2.
-    pub starts: usize,
-    /// Steps of the search in a plan. Default: 5.
-    pub iterations: usize,
-    /// Seed of the motions that the search starts from.
-    pub seed: u64,
-    /// Standard deviation of the white noise of one sample of each joint's velocity, rad/s or m/s, in the robot's order; empty
-    /// where velocities are exact. An error of the acceleration, which is differentiated from velocities, is an error of the
-    /// load of a heavy payload that can be far above the noise of a wrench sensor.
-    pub velocity_noise: Vec<f64>,
-}
-
-impl Default for ActiveSettings {
-    fn default() -> Self {
-        Self {
-            within: 0.01,
-            spans: 10,
-            followed_spans: 6,
-            span_s: 0.15,
-            starts: 2,
-            iterations: 5,
-            seed: 0,
-            velocity_noise: Vec::new(),
-        }
-    }
-}
-
-impl ActiveSettings {
-    fn check(&self) -> Result<(), ExcitationError> {
-        positive("within", self.within)?;
-        positive("span_s", self.span_s)?;
-        let (spans, followed) = (self.spans as f64, self.followed_spans as f64);
-        value("spans", spans, self.spans > 3, "at least four")?;
-        let is_part = (1..self.spans).contains(&self.followed_spans);
-        let expected = "from 1 to less than `spans`";
-        value("followed_spans", followed, is_part, expected)?;
-        for (joint, &noise) in self.velocity_noise.iter().enumerate() {
-            let is_valid = noise >= 0.0 && noise.is_finite();
-            let name = format!("velocity_noise[{joint}]");
-            value(&name, noise, is_valid, "at least zero and finite")?;
-        }
-        Ok(())
-    }
-}
 
 /// What the robot does next.
 #[derive(Clone, Debug)]
@@ -174,8 +118,8 @@ impl Planner {
     /// only the [`Design::findings`](crate::Design::findings) of a design from the same start list it.
     ///
     /// # Errors
-    /// Returns [`ExcitationError::Value`] for a number that is out of range, and the errors of a design for a problem that is not
-    /// valid.
+    /// Returns [`ExcitationError::Value`] for a number that is out of range, [`ExcitationError::Impossible`] where the tool or the payload
+    /// is not in its place at the start, and the errors of a design for a problem that is not valid.
     pub fn new(
         mut problem: Problem,
         prior: Prior,
@@ -194,6 +138,7 @@ impl Planner {
                 .check_length("velocity_noise", &settings.velocity_noise)?;
         }
         let joints = problem.moving_joints()?;
+        check_places(&problem, &joints)?;
         let count = settings.spans + MORE_CONTROL_POINTS;
         let basis = SplineBasis::new(count, problem.duration_s);
         let at_rest = |&joint: &usize| Spline::at_rest(basis.clone(), problem.start[joint]);

@@ -43,6 +43,9 @@ class ActiveReport:
     """Limit that binds the last motion, where planning ended early."""
     contradictions: tuple[ActiveContradiction, ...]
     """Bounds of the payload that its estimate contradicts; planning ends with the first."""
+    untested_shapes: tuple[str, ...]
+    """Shapes of the robot that are not tested for collisions, with the reason; none where
+    collisions are not tested at all."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +91,8 @@ def run_report(data: Mapping[str, Any]) -> RunReport:
     active = data["active"]
     if active is not None:
         found = tuple(ActiveContradiction(**found) for found in active["contradictions"])
-        active = ActiveReport(**{**active, "contradictions": found})
+        shapes = tuple(active["untested_shapes"])
+        active = ActiveReport(**{**active, "contradictions": found, "untested_shapes": shapes})
     return RunReport(**{**data, "active": active})
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from tactid import _native
 from tactid._native import Experiment
 from tactid.console import notes
+from tactid.naming import abridged
 from tactid.output_files import check_outputs
 from tactid.run_report import RunReport, active_text, base_text, run_report
 
@@ -57,6 +58,9 @@ def print_outcome(report: RunReport, experiment: Experiment) -> bool:
     if report.active is not None:
         notes.print(active_text(report.active), markup=False)
         is_contradicted = bool(report.active.contradictions)
+        if report.active.untested_shapes:
+            shapes = abridged(report.active.untested_shapes)
+            notes.print(f"Collisions are not tested for all shapes: {shapes}.", markup=False)
     active = tomllib.loads(experiment.to_toml())["excitation"].get("active", {})
     base = base_text(report, active)
     if base is not None:

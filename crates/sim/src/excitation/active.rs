@@ -4,8 +4,9 @@ use nalgebra::{Isometry3, SMatrix};
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::{BaseKind, InertialParameters, Urdf};
 use tactid_excitation::{
-    ActiveSettings, BaseBounds, ExcitationError, JointLimits, Motion, Planner, Prior, PriorBound,
-    PriorContradiction, Problem, Sensing, Step, Trajectory,
+    ActiveSettings, BaseBounds, CollisionModel, ExcitationError, JointLimits, KeepOutBox, Motion,
+    OrientedBox, Planner, Prior, PriorBound, PriorContradiction, Problem, Sensing, Step,
+    Trajectory,
 };
 use tactid_identify::{
     BaseState, BatchIdentifier, BatchSettings, EquationSettings, IdentifyError, PayloadEstimate,
@@ -14,7 +15,7 @@ use tactid_identify::{
 
 use super::Start;
 use super::grip::grip;
-use crate::experiment::{ActiveExcitation, Noise};
+use crate::experiment::{ActiveExcitation, BoxCorners, Noise};
 use crate::sample::Sample;
 use crate::{Experiment, SimError};
 
@@ -41,6 +42,9 @@ pub struct ActiveReport {
     pub binding: Option<String>,
     /// Bounds of the payload that its estimate contradicts. Planning ends with the first.
     pub contradictions: Vec<ActiveContradiction>,
+    /// Shapes of the robot that are not tested for collisions, with the reason; none where collisions are not tested at all.
+    #[serde(default)]
+    pub untested_shapes: Vec<String>,
 }
 
 /// A bound of the payload that the estimate contradicts, so that the motions may have exceeded their limits.
@@ -93,6 +97,7 @@ pub(super) struct ActiveControl {
     out_of_reach: bool,
     is_contradicted: bool,
     binding: Option<String>,
+    untested_shapes: Vec<String>,
     dt: f64,
 }
 
@@ -113,6 +118,8 @@ impl ActiveControl {
             BatchSettings::default(),
         )
         .map_err(planning)?;
+        let findings = problem.collisions.iter().flat_map(CollisionModel::findings);
+        let untested_shapes = findings.map(ToString::to_string).collect();
         let base = &start.robot.links[0];
         let start_pose = start.state.bodies[0].pose * base.body_from_link;
         let prior = Prior {
@@ -142,6 +149,7 @@ impl ActiveControl {
             out_of_reach: false,
             is_contradicted: false,
             binding: None,
+            untested_shapes,
             dt: experiment.step_s,
         })
     }
@@ -251,6 +259,7 @@ impl ActiveControl {
             out_of_reach: self.out_of_reach,
             binding: self.binding.clone(),
             contradictions: contradictions.into_iter().map(Into::into).collect(),
+            untested_shapes: self.untested_shapes.clone(),
         }
     }
 }
@@ -298,6 +307,22 @@ fn problem(
         attitude_rad: settings.base_attitude_deg.map(f64::to_radians),
         position_m: settings.base_position_m,
     };
+    if settings.collisions {
+        let not_read = &mut |_: &str| Err("the simulation reads no meshes".to_owned());
+        let shapes = CollisionModel::of_urdf(&urdf, &problem.robot, not_read);
+        problem.collisions = Some(shapes.map_err(planning)?);
+    }
+    let between = |[low, high]: BoxCorners| OrientedBox::between(low, high);
+    problem.payload_box = settings.payload_box_m.map(between);
+    problem.workspace.inside = settings.workspace_m.map(between);
+    let keep_out = settings
+        .keep_out_m
+        .iter()
+        .map(|(name, &corners)| KeepOutBox {
+            name: name.clone(),
+            place: between(corners),
+        });
+    problem.workspace.keep_out = keep_out.collect();
     Ok(problem)
 }
 

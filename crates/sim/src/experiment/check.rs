@@ -192,6 +192,20 @@ fn active(e: &Experiment) -> Result<(), SimError> {
         let why = "must be at most 1, the whole friction";
         return Err(refuse(field("friction_used"), settings.friction_used, why));
     }
+    let boxes = [
+        ("payload_box_m".to_owned(), settings.payload_box_m),
+        ("workspace_m".to_owned(), settings.workspace_m),
+    ];
+    let keep_out = settings.keep_out_m.iter();
+    let keep_out = keep_out.map(|(name, &corners)| (format!("keep_out_m.{name}"), Some(corners)));
+    for (name, corners) in boxes.into_iter().chain(keep_out) {
+        let Some([low, high]) = corners else { continue };
+        let is_box = |k: usize| low[k] < high[k] && (high[k] - low[k]).is_finite();
+        if !(0..3).all(is_box) {
+            let why = "must be the corner with the least coordinates and the one with the largest, [[x, y, z], [x, y, z]]";
+            return Err(refuse(field(&name), [low, high], why));
+        }
+    }
     for (name, bound, largest) in [
         ("base_attitude_deg", settings.base_attitude_deg, 180.0),
         ("base_position_m", settings.base_position_m, f64::INFINITY),
