@@ -212,59 +212,93 @@ def robot(count: int, kind: str, parent: Callable[[int], int], shapes: int = 1) 
     return f"<robot name='many'>{links}{joints}</robot>"
 
 
-def meshed(names: Sequence[str]) -> str:
-    """A robot whose link has the shapes of meshes."""
-    mesh = "<{0}><geometry><mesh filename='{1}'/></geometry></{0}>"
-    shapes = "".join(mesh.format(tag, name) for name in names for tag in ("visual", "collision"))
-    return robot(2, "revolute", lambda _: 0).replace(
-        "<link name='l1'>", f"<link name='l1'>{shapes}"
-    )
+@dataclass(frozen=True)
+class Mesh:
+    """A mesh that a URDF names, and its scale."""
+
+    name: str
+    scale: float = 1.0
 
 
-def hole(folder: Path) -> list[str]:
+def meshed(meshes: Sequence[Mesh]) -> str:
+    """An arm, a link of which has the shapes of meshes."""
+    shape = "<{0}><geometry><mesh filename='{1.name}' scale='1 1 {1.scale}'/></geometry></{0}>"
+    shapes = "".join(shape.format(tag, mesh) for mesh in meshes for tag in ("visual", "collision"))
+    link = '<link name="forearm_link">'
+    return recorded_arm.ur5e().replace(link, link + shapes)
+
+
+def hole(folder: Path) -> list[Mesh]:
     """A mesh with a hole of 1 GB."""
     with (folder / "hole.stl").open("wb") as file:
         file.truncate(1 << 30)
-    return ["hole.stl"]
+    return [Mesh("hole.stl")]
 
 
-def round_mesh(folder: Path) -> list[str]:
-    """A mesh of 60 MB whose points are all corners of its hull, under sixty names."""
+def sphere(count: int) -> np.ndarray:
+    """Points on a sphere, all of which are corners of their hull."""
+    points = np.random.default_rng(1).normal(size=(count, 3))
+    return 0.05 * points / np.linalg.norm(points, axis=1, keepdims=True)
+
+
+def large_meshes(folder: Path) -> list[Mesh]:
+    """A round mesh of 60 MB under sixty names."""
     triangles = np.zeros(
         1_200_000, dtype=[("normal", "<f4", 3), ("corners", "<f4", 9), ("", "<u2")]
     )
-    points = np.random.default_rng(1).normal(size=(3 * len(triangles), 3))
-    points /= np.linalg.norm(points, axis=1, keepdims=True)
-    triangles["corners"] = points.reshape(-1, 9)
+    triangles["corners"] = sphere(3 * len(triangles)).reshape(-1, 9)
     with (folder / "round.stl").open("wb") as file:
         file.write(bytes(80) + struct.pack("<I", len(triangles)) + triangles.tobytes())
     names = [f"round_{k}.stl" for k in range(60)]
     for name in names:
         (folder / name).hardlink_to(folder / "round.stl")
-    return names
+    return [Mesh(name) for name in names]
 
 
-def vertices(folder: Path) -> list[str]:
+def small_meshes(folder: Path) -> list[Mesh]:
+    """A round mesh of 1 MB at 160 scales."""
+    lines = [f"v {x:.4f} {y:.4f} {z:.4f}\n" for x, y, z in sphere(40_000)]
+    (folder / "small.obj").write_text("".join(lines))
+    return [Mesh("small.obj", 1 + 1e-3 * k) for k in range(160)]
+
+
+def objects(folder: Path) -> list[Mesh]:
     """A mesh of 60 MB with as many objects as fit."""
-    (folder / "objects.obj").write_bytes(10_000_000 * b"o\nv 0\n")
-    return ["objects.obj"]
+    (folder / "objects.obj").write_bytes(6_000_000 * b"o\nv 0 0 0\n")
+    return [Mesh("objects.obj")]
 
 
-def small_meshes(folder: Path) -> list[str]:
-    """A mesh of 0.8 MB whose points are all corners of its hull, 160 times."""
-    points = np.random.default_rng(1).normal(size=(40_000, 3))
-    points /= np.linalg.norm(points, axis=1, keepdims=True)
-    (folder / "small.obj").write_text("".join(f"v {x:.4f} {y:.4f} {z:.4f}\n" for x, y, z in points))
-    return 160 * ["small.obj"]
+def line_without_end(folder: Path) -> list[Mesh]:
+    """A mesh of 60 MB in one line of words."""
+    (folder / "line.stl").write_bytes(b"solid x\n" + 30_000_000 * b"a ")
+    return [Mesh("line.stl")]
 
 
-MESHES: dict[str, Callable[[Path], list[str]]] = {
+def missing(_folder: Path) -> list[Mesh]:
+    """A mesh that no package has, 20 000 times, and one with a name of a megabyte."""
+    return [*(20_000 * [Mesh("package://arm/1.stl")]), Mesh(MEGABYTE * "a" + ".stl")]
+
+
+def of_the_system(folder: Path) -> list[Mesh]:
+    """Files of the system without an end, without a size, or that block their reader."""
+    names = []
+    for k, path in enumerate(("/dev/zero", "/proc/kmsg", "/proc/kallsyms", "/proc/self/mem")):
+        names += [f"{path}", f"system_{k}.stl"]
+        (folder / names[-1]).symlink_to(path)
+    return [Mesh(name) for name in 100 * names]
+
+
+MESHES: dict[str, Callable[[Path], list[Mesh]]] = {
     "a mesh of 1 GB": hole,
-    "a round mesh of 60 MB under 60 names": round_mesh,
-    "a mesh of 10 million objects": vertices,
-    "a round mesh of 1 MB, 160 times": small_meshes,
+    "a round mesh of 60 MB under 60 names": large_meshes,
+    "a round mesh of 1 MB at 160 scales": small_meshes,
+    "a mesh of 6 million objects": objects,
+    "a mesh of 60 MB in a line": line_without_end,
+    "20 000 meshes that are missing": missing,
+    "files of the system as meshes": of_the_system,
 }
 """What writes the meshes of a robot, and gives their names."""
+
 
 ROBOTS: dict[str, Callable[[], str]] = {
     "20 001 fixed links": lambda: robot(20_001, "fixed", lambda k: k - 1),
@@ -341,7 +375,8 @@ def cases(folder: Path) -> Iterator[Case]:
         urdf = folder / f"meshes_{number}.urdf"
         urdf.write_text(meshed(meshes(folder)))
         yield Case(name, ["view", str(log), "--urdf", str(urdf), *drawn])
-        yield Case(name, ["excite", "--urdf", str(urdf), "--tip", "l1", *motion, *box])
+        excited = ["--tip", "tool0", "--from", "0,-1.2,1.6,-0.4,1.6,0", *motion[2:], *box]
+        yield Case(name, ["excite", "--urdf", str(urdf), *excited])
     brackets = folder / "nested.toml"
     brackets.write_text(f"a = {'[' * 200_000}{']' * 200_000}\n")
     for command in (

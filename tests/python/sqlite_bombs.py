@@ -44,6 +44,13 @@ DESCRIPTIONS: dict[str, str] = {
     "300 000 messages with a generated column": f"""{TABLES}
         ALTER TABLE messages ADD COLUMN long AS (hex(zeroblob(10000000)));
         {ROWS.format(time="k", count=300_000)}""",
+    "300 views, each twice the one before": TABLES
+    + ROWS.format(time="k", count=3)
+    + "CREATE VIEW v0 AS SELECT 1 AS a;"
+    + "".join(
+        f"CREATE VIEW v{k} AS SELECT * FROM v{k - 1} UNION ALL SELECT * FROM v{k - 1};"
+        for k in range(1, 300)
+    ),
     "300 000 topics": f"""{TABLES}
         INSERT INTO topics (name, type, serialization_format)
         SELECT '/t' || k, 'std_msgs/msg/Float64', 'cdr' FROM (

@@ -222,7 +222,20 @@ def test_meshes_that_cannot_be_shown_have_reasons(tmp_path: Path) -> None:
         with (tmp_path / name).open("wb") as file:
             file.truncate(size)
     (tmp_path / "b.stl").hardlink_to(tmp_path / "c.stl")
-    names = ("larger.stl", "a.stl", "b.stl", "c.stl", "d.stl", "e.stl", "f.ply", 300 * "g" + ".stl")
+    (tmp_path / "empty.stl").touch()
+    (tmp_path / "folder.stl").mkdir()
+    names = (
+        "larger.stl",
+        "a.stl",
+        "b.stl",
+        "c.stl",
+        "d.stl",
+        "e.stl",
+        "f.ply",
+        300 * "g" + ".stl",
+        "empty.stl",
+        "folder.stl",
+    )
     shape = "<visual><geometry><mesh filename='{}'/></geometry></visual>"
     link = "".join(map(shape.format, names))
     shapes, reasons = shapes_of(
@@ -231,13 +244,15 @@ def test_meshes_that_cannot_be_shown_have_reasons(tmp_path: Path) -> None:
     assert [shape.mesh for shape in shapes["l"]] == [
         tmp_path / name for name in ("a.stl", "b.stl", "d.stl")
     ]
-    together = "the meshes of the robot have more than 96 MiB with it"
+    together = "with it, the meshes of the robot exceed 96 MiB"
     assert reasons == {
         "larger.stl": "its file is larger than 64 MiB",
         "c.stl": together,
         "e.stl": "its file was not found",
         "f.ply": "its name ends in none of .glb, .gltf, .obj, .stl and .dae",
-        names[-1]: "its file was not found",
+        300 * "g" + ".stl": "its file was not found",
+        "empty.stl": "its file is empty",
+        "folder.stl": "its name leads to no regular file",
     }
 
 
@@ -409,8 +424,8 @@ def test_meshes_are_found_in_their_package(tmp_path: Path, monkeypatch: pytest.M
     beside, installed, sources = (tmp_path / name for name in ("beside", "installed", "sources"))
     for folder in (beside / "arm/urdf", installed / "share/arm", sources / "arm"):
         folder.mkdir(parents=True)
-        (folder / "upper.stl").touch()
-    (beside / "arm/upper.stl").touch()
+        (folder / "upper.stl").write_bytes(b"x")
+    (beside / "arm/upper.stl").write_bytes(b"x")
     assert found(None) is None
     assert found(tmp_path) is None
     assert found(beside / "arm/urdf") == found(beside / "arm") == beside / "arm/upper.stl"

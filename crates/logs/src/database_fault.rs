@@ -54,12 +54,10 @@ pub enum DatabaseFault {
         /// Name of the column.
         column: &'static str,
     },
-    /// The table `messages` has a column `rowid` that hides its key.
-    #[error(
-        "its table `messages` has a column `rowid` that is not its key; rosbag2 names the key `id`"
-    )]
-    HiddenKey,
-    /// A table of a bag has no numbers of rows. Its name is the field of the variant.
+    /// A table has a column `rowid` that hides its key. The field is the name of the table.
+    #[error("its table `{0}` has a column `rowid` that is not its key; rosbag2 names the key `id`")]
+    HiddenKey(&'static str),
+    /// A table of a bag has no numbers of rows. The field is its name.
     #[error(
         "its table `{0}` is WITHOUT ROWID, but messages are read by the numbers of their rows, which every table of rosbag2 has"
     )]
@@ -82,7 +80,7 @@ pub enum DatabaseFault {
     #[error(
         "its table `{table}` has {bytes} bytes as `{column}` in row {row}; expected at most {most_bytes}"
     )]
-    Long {
+    TooLong {
         /// Name of the table.
         table: &'static str,
         /// Name of the column.

@@ -101,6 +101,12 @@ fn databases_that_are_not_bags_are_refused() {
             "table `messages` is WITHOUT ROWID",
         ),
         (
+            "CREATE TABLE other (rowid TEXT, id, name, type, serialization_format); \
+             INSERT INTO other SELECT 'a', id, name, type, serialization_format FROM topics; \
+             DROP TABLE topics; ALTER TABLE other RENAME TO topics",
+            "its table `topics` has a column `rowid` that is not its key",
+        ),
+        (
             "DELETE FROM topics WHERE id = 1",
             "message 1 belongs to topic 1, which is missing in its table `topics`",
         ),
@@ -111,14 +117,17 @@ fn databases_that_are_not_bags_are_refused() {
     }
 }
 
-/// SQLite compares names of tables and columns without case, and a name may have 4096 bytes.
+/// SQLite compares names of tables and columns without case, and a name may have 4096 bytes. A description that is not by row numbers is
+/// not read.
 #[test]
 fn names_in_another_case_and_of_full_length_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.db3");
     bag(&path, 3);
     let database = Connection::open(&path).unwrap();
-    let change = "ALTER TABLE topics RENAME TO other; ALTER TABLE other RENAME TO Topics; \
+    let change = "DROP TABLE metadata; CREATE TABLE metadata (metadata TEXT PRIMARY KEY) WITHOUT ROWID; \
+                  INSERT INTO metadata VALUES ('text'); \
+                  ALTER TABLE topics RENAME TO other; ALTER TABLE other RENAME TO Topics; \
                   ALTER TABLE messages RENAME COLUMN timestamp TO TimeStamp; \
                   UPDATE topics SET name = hex(zeroblob(2048)) WHERE id = 1";
     database.execute_batch(change).unwrap();

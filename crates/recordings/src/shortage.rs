@@ -19,14 +19,14 @@ const LONGEST_PERIOD_S: f64 = 1.0;
 
 /// Returns the cause of an error that says that there are too few windows or samples; other errors as they are.
 pub(crate) fn explain(error: RecordingError, plan: &Plan<'_>, run: &Run) -> RecordingError {
-    let cause = match &error {
+    let found = match &error {
         RecordingError::Identify(error) if is_too_little(error) => {
-            cause(plan, run).or_else(|| too_rare_samples(plan))
+            cause_in_times(plan, run).or_else(|| too_rare_samples(plan))
         }
-        RecordingError::NoOverlap { .. } => cause(plan, run),
+        RecordingError::NoOverlap { .. } => cause_in_times(plan, run),
         _ => return error,
     };
-    let explained = cause.unwrap_or(error);
+    let explained = found.unwrap_or(error);
     if run.damage.is_empty() {
         return explained;
     }
@@ -37,7 +37,7 @@ pub(crate) fn explain(error: RecordingError, plan: &Plan<'_>, run: &Run) -> Reco
 }
 
 /// Returns the cause that the times of the samples show.
-fn cause(plan: &Plan<'_>, run: &Run) -> Option<RecordingError> {
+fn cause_in_times(plan: &Plan<'_>, run: &Run) -> Option<RecordingError> {
     far_stamps(run)
         .or_else(|| times_not_increasing(run))
         .or_else(|| too_many_gaps(plan, run))

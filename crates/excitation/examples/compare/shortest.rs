@@ -19,7 +19,10 @@ const LONGER: f64 = 1.1;
 /// Longest duration of the random motions, s: that of the shortest designed motion by default.
 const LONGEST_RANDOM_S: f64 = 60.0;
 
-/// Prints a row for each arm and acceleration.
+/// Factor by which each kind of limit is relaxed, one by one.
+const RELAXED: f64 = 3.0;
+
+/// Prints a row for each arm and acceleration, and how much each kind of limit costs.
 pub(crate) fn measure(arms: &[Arm]) -> Result<()> {
     println!(
         "\n{:28} {:>10} {:>10} {:>10}",
@@ -31,9 +34,7 @@ pub(crate) fn measure(arms: &[Arm]) -> Result<()> {
             for limits in &mut problem.limits {
                 limits.acceleration = acceleration;
             }
-            let mut observer = |_: &_| ControlFlow::Continue(());
-            let found = shortest(&problem, &ShortestSettings::default(), &mut observer);
-            let found = found.map_or(f64::NAN, |design| design.trajectory.duration_s());
+            let found = designed_s(&problem);
             // Motions of one joint are repeated: variances fall with their number.
             let single = largest_of(&problem, &OneAtATime::new(&problem)?);
             println!(
@@ -44,7 +45,50 @@ pub(crate) fn measure(arms: &[Arm]) -> Result<()> {
             );
         }
     }
+    measure_relaxed(arms)
+}
+
+/// Prints the duration where a kind of limit is relaxed, a row for each arm at the largest acceleration.
+fn measure_relaxed(arms: &[Arm]) -> Result<()> {
+    let [_, acceleration] = ACCELERATIONS;
+    println!(
+        "\n{:28} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10}",
+        "seconds to 1 %, 3 times", "nothing", "speed", "accel.", "torque", "all", "cutoff"
+    );
+    for arm in arms {
+        let mut problem = arm.problem(0, 1.0)?;
+        for limits in &mut problem.limits {
+            limits.acceleration = acceleration;
+        }
+        let relaxed = |speed: f64, acceleration: f64, effort: f64, cutoff: f64| {
+            let mut relaxed = problem.clone();
+            for limits in &mut relaxed.limits {
+                limits.velocity *= speed;
+                limits.acceleration *= acceleration;
+                limits.effort *= effort;
+            }
+            relaxed.sensing.equations.cutoff_hz *= cutoff;
+            designed_s(&relaxed)
+        };
+        println!(
+            "{:28} {:10.3} {:10.3} {:10.3} {:10.3} {:10.3} {:10.3}",
+            format!("{}, {acceleration} rad/s2", arm.name),
+            relaxed(1.0, 1.0, 1.0, 1.0),
+            relaxed(RELAXED, 1.0, 1.0, 1.0),
+            relaxed(1.0, RELAXED, 1.0, 1.0),
+            relaxed(1.0, 1.0, RELAXED, 1.0),
+            relaxed(RELAXED, RELAXED, RELAXED, 1.0),
+            relaxed(1.0, 1.0, 1.0, RELAXED)
+        );
+    }
     Ok(())
+}
+
+/// Returns the duration of the shortest designed motion, s, or NaN where there is none.
+fn designed_s(problem: &Problem) -> f64 {
+    let mut observer = |_: &_| ControlFlow::Continue(());
+    let found = shortest(problem, &ShortestSettings::default(), &mut observer);
+    found.map_or(f64::NAN, |design| design.trajectory.duration_s())
 }
 
 /// Returns the least duration at which half of random motions reach the targets, s, or infinity where it exceeds

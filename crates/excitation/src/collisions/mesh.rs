@@ -3,35 +3,46 @@
 use std::collections::hash_map::DefaultHasher;
 use std::collections::{HashMap, HashSet};
 use std::hash::{Hash, Hasher};
-use std::io::Cursor;
 
 use nalgebra::Vector3;
 use parry3d_f64::math::{Pose, Vector};
 use parry3d_f64::shape::SharedShape;
 use parry3d_f64::transformation::try_convex_hull;
 
+use super::mesh_file::vertices;
 use super::placed::Placed;
 
 /// Directions in which the hull of a mesh is exact. A search for closest points visits all corners, and a mesh may have thousands.
 const DIRECTIONS: usize = 100;
 
-const NO_VOLUME: &str = "its points span no volume";
-
-/// Points of a mesh at most. A finer mesh is replaced by one point in each cell of a grid, the finest in which no more cells have
-/// points.
+/// Largest number of points of which all distances are computed, 2 microseconds for each. A finer mesh is replaced by one point in each
+/// cell of a grid, the finest in which no more cells have points.
 const MAX_POINTS: usize = 50_000;
 
-/// Points at most whose convex hull is computed as it is; each takes some microseconds.
+/// Largest number of points whose convex hull is computed as it is, 10 microseconds for each.
 const MAX_HULL_POINTS: usize = 1_000;
 
-/// Convex hulls of meshes. Each is computed once, however often and under however many names a robot has the mesh.
+/// Convex hulls of the meshes of a robot. Each is computed once, however often, under however many names and at however many scales the
+/// robot has the mesh.
 #[derive(Default)]
 pub(crate) struct ConvexHulls {
-    by_hash: HashMap<u64, Result<Placed, String>>,
+    by_hash: HashMap<u64, Result<Hull, String>>,
+}
+
+/// The corners of a polyhedron, and the distance from it up to which the mesh may extend, m.
+#[derive(Clone)]
+struct Hull {
+    corners: Vec<Vector>,
+    margin_m: f64,
 }
 
 impl ConvexHulls {
-    /// Returns [`convex_hull`].
+    /// Returns the convex hull of the mesh in the bytes of a file, whose coordinates are multiplied by `scale`. The end of its name
+    /// determines the format. A hull of many corners is replaced by that of the farthest ones in [`DIRECTIONS`] directions, with a
+    /// margin that contains all others.
+    ///
+    /// # Errors
+    /// Returns the reason why there is no hull: the format, what is wrong with the file, or points that span no volume.
     pub(crate) fn hull(
         &mut self,
         file: &str,
@@ -39,54 +50,71 @@ impl ConvexHulls {
         scale: &Vector3<f64>,
     ) -> Result<Placed, String> {
         let mut hasher = DefaultHasher::new();
-        let scale_bits: [u64; 3] = scale.map(f64::to_bits).into();
-        (extension(file), bytes, scale_bits).hash(&mut hasher);
-        let hull = self.by_hash.entry(hasher.finish());
-        hull.or_insert_with(|| convex_hull(file, bytes, scale))
-            .clone()
+        // The end of the name decides how the bytes are read.
+        (file.rsplit_once('.').map(|(_, end)| end), bytes).hash(&mut hasher);
+        let known = self.by_hash.entry(hasher.finish());
+        let hull = known
+            .or_insert_with(|| Hull::of_mesh(file, bytes))
+            .clone()?;
+        // The hull of scaled points is the scaled hull.
+        let scale_of = Vector::new(scale.x, scale.y, scale.z);
+        let corners: Vec<Vector> = hull
+            .corners
+            .iter()
+            .map(|&corner| corner * scale_of)
+            .collect();
+        if !corners.iter().all(|corner| corner.is_finite()) {
+            return Err("a coordinate is not finite".to_owned());
+        }
+        Ok(Placed {
+            pose: Pose::IDENTITY,
+            margin_m: hull.margin_m * scale.amax(),
+            shape: polyhedron(&corners)?,
+        })
     }
 }
 
-fn extension(file: &str) -> String {
-    let (_, extension) = file.rsplit_once('.').unwrap_or_default();
-    extension.to_ascii_lowercase()
-}
-
-/// Returns the convex hull of the mesh in the bytes of a file, whose coordinates are multiplied by `scale`. The end of its name
-/// determines the format. A hull of many corners is replaced by that of the farthest ones in [`DIRECTIONS`] directions, with a margin
-/// that contains all others.
-///
-/// # Errors
-/// Returns the reason why there is no hull: the format, what is wrong with the file, or points that span no volume.
-fn convex_hull(file: &str, bytes: &[u8], scale: &Vector3<f64>) -> Result<Placed, String> {
-    let vertices = match extension(file).as_str() {
-        "stl" => stl_vertices(bytes),
-        "obj" => obj_vertices(bytes),
-        _ => Err("only STL and OBJ are read".to_owned()),
-    }?;
-    let scale = Vector::new(scale.x, scale.y, scale.z);
-    let placed = |vertex: &[f32; 3]| Vector::from(vertex.map(f64::from)) * scale;
-    if !vertices.iter().all(|vertex| placed(vertex).is_finite()) {
-        return Err("a coordinate is not finite".to_owned());
+impl Hull {
+    fn of_mesh(file: &str, bytes: &[u8]) -> Result<Self, String> {
+        let vertices = vertices(file, bytes)?;
+        let point = |vertex: &[f32; 3]| Vector::from(vertex.map(f64::from));
+        if !vertices.iter().all(|vertex| point(vertex).is_finite()) {
+            return Err("a coordinate is not finite".to_owned());
+        }
+        let (mut points, cell_m) = thinned(&vertices, point);
+        let mut corners = farthest(&points);
+        let mut shape = polyhedron(&corners)?;
+        // Points inside are no corners of the hull.
+        points.retain(|&point| shape.distance_to_local_point(point, true) > 0.0);
+        points.extend(&corners);
+        if points.len() <= MAX_HULL_POINTS {
+            (points, _) = try_convex_hull(&points).map_err(|_| NO_VOLUME.to_owned())?;
+            corners = farthest(&points);
+            shape = polyhedron(&corners)?;
+        }
+        let beyond = points
+            .iter()
+            .map(|&point| shape.distance_to_local_point(point, true));
+        Ok(Self {
+            corners,
+            margin_m: beyond.fold(0.0, f64::max) + cell_m,
+        })
     }
-    let (points, cell_m) = thinned(&vertices, placed);
-    let corners = outermost(points)?;
-    let shape = hull(&farthest(&corners))?;
-    let beyond = corners
-        .iter()
-        .map(|corner| shape.distance_to_local_point(*corner, true));
-    Ok(Placed {
-        pose: Pose::IDENTITY,
-        margin_m: beyond.fold(0.0, f64::max) + cell_m,
-        shape,
-    })
 }
 
-/// Returns the points of a mesh, each once, and 0; of many points one in each cell of a grid, and the diagonal of the cells, m.
-fn thinned(vertices: &[[f32; 3]], placed: impl Fn(&[f32; 3]) -> Vector) -> (Vec<Vector>, f64) {
-    let points = || vertices.iter().map(&placed);
-    if let Some(each) = one_of_each(points(), |point| point.to_array().map(f64::to_bits)) {
-        return (each, 0.0);
+const NO_VOLUME: &str = "its points span no volume";
+
+fn polyhedron(points: &[Vector]) -> Result<SharedShape, String> {
+    let (corners, faces) = try_convex_hull(points).map_err(|_| NO_VOLUME.to_owned())?;
+    SharedShape::convex_mesh(corners, &faces).ok_or_else(|| NO_VOLUME.to_owned())
+}
+
+/// Returns the different points of a mesh and zero. Of more than [`MAX_POINTS`] it returns one in each cell of a grid, and the diagonal of
+/// the cells, m.
+fn thinned(vertices: &[[f32; 3]], point: impl Fn(&[f32; 3]) -> Vector) -> (Vec<Vector>, f64) {
+    let points = || vertices.iter().map(&point);
+    if let Some(first) = first_of_each(points(), |point| point.to_array().map(f64::to_bits)) {
+        return (first, 0.0);
     }
     let low = points().fold(Vector::INFINITY, Vector::min);
     let high = points().fold(Vector::NEG_INFINITY, Vector::max);
@@ -97,15 +125,15 @@ fn thinned(vertices: &[[f32; 3]], placed: impl Fn(&[f32; 3]) -> Vector) -> (Vec<
                 .to_array()
                 .map(|index| index as u64)
         };
-        if let Some(each) = one_of_each(points(), cell) {
-            return (each, 3f64.sqrt() * cell_m);
+        if let Some(first) = first_of_each(points(), cell) {
+            return (first, 3f64.sqrt() * cell_m);
         }
         cell_m *= 2.0;
     }
 }
 
-/// Returns the first point of each key, or `None` if there are more than [`MAX_POINTS`].
-fn one_of_each(
+/// Returns the first point of each key, or `None` if there are more than [`MAX_POINTS`] keys.
+fn first_of_each(
     points: impl Iterator<Item = Vector>,
     key: impl Fn(Vector) -> [u64; 3],
 ) -> Option<Vec<Vector>> {
@@ -120,26 +148,6 @@ fn one_of_each(
         }
     }
     Some(first)
-}
-
-/// Returns the corners of the convex hull of points, or of very many points all that may be corners.
-fn outermost(mut points: Vec<Vector>) -> Result<Vec<Vector>, String> {
-    if points.len() > MAX_HULL_POINTS {
-        let farthest = farthest(&points);
-        let inner = hull(&farthest)?;
-        points.retain(|point| inner.distance_to_local_point(*point, true) > 0.0);
-        points.extend(farthest);
-    }
-    if points.len() > MAX_HULL_POINTS {
-        return Ok(points);
-    }
-    let (corners, _) = try_convex_hull(&points).map_err(|_| NO_VOLUME.to_owned())?;
-    Ok(corners)
-}
-
-fn hull(points: &[Vector]) -> Result<SharedShape, String> {
-    let (corners, faces) = try_convex_hull(points).map_err(|_| NO_VOLUME.to_owned())?;
-    SharedShape::convex_mesh(corners, &faces).ok_or_else(|| NO_VOLUME.to_owned())
 }
 
 /// Returns the farthest of many corners in each of [`DIRECTIONS`] directions, and few corners as they are.
@@ -167,38 +175,6 @@ fn farthest(corners: &[Vector]) -> Vec<Vector> {
     chosen.into_iter().map(|k| corners[k]).collect()
 }
 
-fn stl_vertices(bytes: &[u8]) -> Result<Vec<[f32; 3]>, String> {
-    let mut cursor = Cursor::new(bytes);
-    let triangles = stl_io::create_stl_reader(&mut cursor).map_err(|error| error.to_string())?;
-    let mut vertices = Vec::new();
-    for triangle in triangles {
-        let triangle = triangle.map_err(|error| error.to_string())?;
-        vertices.extend(triangle.vertices.map(<[f32; 3]>::from));
-    }
-    Ok(vertices)
-}
-
-/// Returns the vertices of an OBJ file, which are all that its hull needs.
-fn obj_vertices(bytes: &[u8]) -> Result<Vec<[f32; 3]>, String> {
-    let mut vertices = Vec::new();
-    for (number, line) in (1..).zip(bytes.split(|byte| *byte == b'\n')) {
-        let words = line.split(u8::is_ascii_whitespace);
-        let mut words = words.filter(|word| !word.is_empty());
-        if words.next() == Some(b"v") {
-            let mut coordinate = || std::str::from_utf8(words.next()?).ok()?.parse().ok();
-            match (coordinate(), coordinate(), coordinate()) {
-                (Some(x), Some(y), Some(z)) => vertices.push([x, y, z]),
-                _ => {
-                    return Err(format!(
-                        "line {number}: expected three coordinates after `v`"
-                    ));
-                }
-            }
-        }
-    }
-    Ok(vertices)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -216,6 +192,11 @@ mod tests {
         (0..count).map(point).collect()
     }
 
+    fn convex_hull(text: &str, scale: f64) -> Result<Placed, String> {
+        let scale = Vector3::repeat(scale);
+        ConvexHulls::default().hull("a.OBJ", text.as_bytes(), &scale)
+    }
+
     fn obj(vertices: &[[f64; 3]]) -> String {
         let line = |[x, y, z]: &[f64; 3]| format!("v {x} {y} {z}\n");
         let vertices: String = vertices.iter().map(line).collect();
@@ -229,7 +210,7 @@ mod tests {
         for (count, most) in [(1000, 0.02), (20_000, 0.02), (60_000, 0.03)] {
             let corners = ellipsoid(count);
             let file = obj(&corners);
-            let hull = convex_hull("a.obj", file.as_bytes(), &Vector3::repeat(0.1)).unwrap();
+            let hull = convex_hull(&file, 0.1).unwrap();
             let kept = hull.shape.as_convex_polyhedron().unwrap().points().len();
             assert!(kept <= DIRECTIONS && kept > DIRECTIONS / 2, "{kept}");
             let margin = hull.margin_m;
@@ -250,22 +231,41 @@ mod tests {
             .map(|point| point.map(|x| 0.3 * x));
         let cube = (0..8).map(|k| [1, 2, 4].map(|bit| if k & bit == 0 { -1.0 } else { 1.0 }));
         let points: Vec<[f64; 3]> = inside.chain(cube).collect();
-        let hull = convex_hull("a.OBJ", obj(&points).as_bytes(), &Vector3::repeat(1.0)).unwrap();
+        let hull = convex_hull(&obj(&points), 1.0).unwrap();
         assert_eq!(hull.shape.as_convex_polyhedron().unwrap().points().len(), 8);
         assert!(hull.margin_m < 1e-12, "{}", hull.margin_m);
     }
 
+    /// A mesh has one hull, which each scale changes, also where it mirrors.
+    #[test]
+    fn the_scale_is_that_of_each_place() {
+        let mut hulls = ConvexHulls::default();
+        let file = obj(&ellipsoid(3000));
+        let mut used = |scale: Vector3<f64>| hulls.hull("a.obj", file.as_bytes(), &scale).unwrap();
+        let (whole, mirrored) = (
+            used(Vector3::repeat(1.0)),
+            used(Vector3::new(1.0, -0.5, 2.0)),
+        );
+        for [x, y, z] in ellipsoid(3000) {
+            let [whole, mirrored] = [
+                (&whole, Vector::new(x, y, z)),
+                (&mirrored, Vector::new(x, -0.5 * y, 2.0 * z)),
+            ]
+            .map(|(hull, point)| hull.shape.distance_to_local_point(point, true) - hull.margin_m);
+            assert!(whole <= 1e-7 && mirrored <= 1e-7, "{whole} {mirrored}");
+        }
+        assert!((mirrored.margin_m / whole.margin_m - 2.0).abs() < 1e-12);
+        assert_eq!(hulls.by_hash.len(), 1);
+    }
+
     #[test]
     fn a_mesh_without_a_hull_has_a_reason() {
-        let reason = |name: &str, text: &str| {
-            let hull = convex_hull(name, text.as_bytes(), &Vector3::repeat(1.0));
-            hull.err().unwrap()
-        };
-        assert_eq!(reason("a.dae", ""), "only STL and OBJ are read");
-        let vertex = "line 2: expected three coordinates after `v`";
-        assert_eq!(reason("a.obj", "v 1 2 3\r\nv 1 2\r\n"), vertex);
-        assert_eq!(reason("a.obj", "v 1 2 3\nv 1 2 x\n"), vertex);
-        assert_eq!(reason("a.obj", "v 1 2 inf\n"), "a coordinate is not finite");
-        assert_eq!(reason("a.obj", "vn 1 2 3\n"), NO_VOLUME);
+        let reason = |text: &str, scale: f64| convex_hull(text, scale).err().unwrap();
+        assert_eq!(reason("v 1 2 inf\n", 1.0), "a coordinate is not finite");
+        assert_eq!(
+            reason("v 3 2 3\nv 1 0 0\nv 0 1 0\nv 0 0 1\n", 1e308),
+            "a coordinate is not finite"
+        );
+        assert_eq!(reason("v 1 2 3\nv 1 2 3\n", 1.0), NO_VOLUME);
     }
 }

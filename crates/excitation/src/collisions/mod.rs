@@ -3,6 +3,7 @@
 mod convert;
 mod distance;
 mod mesh;
+mod mesh_file;
 mod model;
 mod pairs;
 mod placed;

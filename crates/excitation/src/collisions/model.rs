@@ -10,6 +10,9 @@ use super::mesh::ConvexHulls;
 use super::placed::Placed;
 use crate::ExcitationError;
 
+/// Characters of the name of a shape in a finding.
+const LONGEST_NAME: usize = 200;
+
 /// Returns the bytes of a mesh file, given its name as the URDF has it, or the reason why they cannot be read.
 pub type MeshReader<'a> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'a;
 
@@ -137,11 +140,16 @@ impl CollisionModel {
                 match shape_of(shape, read_mesh, &mut hulls) {
                     Ok(shape) => placed.push(shape),
                     Err((shape, because)) => {
-                        model.findings.push(CollisionFinding::ShapeLeftOut {
+                        let shape = shortened(shape);
+                        let finding = CollisionFinding::ShapeLeftOut {
                             link: link.to_owned(),
                             shape,
                             because,
-                        });
+                        };
+                        // A link may have the same mesh many times.
+                        if model.findings.last() != Some(&finding) {
+                            model.findings.push(finding);
+                        }
                     }
                 }
             }
@@ -159,6 +167,14 @@ impl CollisionModel {
     #[must_use]
     pub fn findings(&self) -> &[CollisionFinding] {
         &self.findings
+    }
+}
+
+/// Returns a name that a sentence can have.
+fn shortened(name: String) -> String {
+    match name.char_indices().nth(LONGEST_NAME) {
+        Some((end, _)) => format!("{}…", &name[..end]),
+        None => name,
     }
 }
 

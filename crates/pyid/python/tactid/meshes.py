@@ -1,7 +1,7 @@
 """The files of the meshes that a URDF names."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -19,38 +19,61 @@ class Meshes:
     """
 
     def __init__(self) -> None:
+        self._found: dict[str, tuple[Path, int] | str] = {}
         self._total = 0
 
     def find(self, uri: str, folder: Path | None) -> Path | str:
-        """Returns the file of a mesh, or the reason why there is none.
+        """Returns the file of a mesh, or the reason why it is not used.
 
-        ``folder`` is the one of the URDF.
+        Args:
+            uri: Name of the mesh in the URDF.
+            folder: Folder of the URDF; None for a URDF that is no file.
         """
-        # `Path.is_file` raises for a name that is too long.
-        path = next((path for path in candidates(uri, folder) if os.path.isfile(path)), None)
-        if path is None:
-            searched = "in AMENT_PREFIX_PATH, in ROS_PACKAGE_PATH, or in a folder above the URDF"
-            where = f" {searched}" if uri.startswith("package://") else ""
-            return f"its file was not found{where}"
-        size = path.stat().st_size
-        if size > MAX_MIB << 20:
-            return f"its file is larger than {MAX_MIB} MiB"
+        if uri not in self._found:
+            self._found[uri] = _search(uri, folder)
+        found = self._found[uri]
+        if isinstance(found, str):
+            return found
+        path, size = found
         if self._total + size > MAX_TOTAL_MIB << 20:
-            return f"the meshes of the robot have more than {MAX_TOTAL_MIB} MiB with it"
+            return f"with it, the meshes of the robot exceed {MAX_TOTAL_MIB} MiB"
         self._total += size
         return path
 
     def read(self, uri: str, folder: Path | None) -> bytes | str:
-        """Returns the bytes of a mesh, or the reason why there are none."""
+        """Returns the bytes of the file that :meth:`find` returns, or the reason."""
         found = self.find(uri, folder)
-        if isinstance(found, str):
-            return found
         try:
-            with found.open("rb") as file:
-                # The size of a file of the system's own, such as one of /proc, says nothing.
-                return file.read(MAX_MIB << 20)
+            return found if isinstance(found, str) else found.read_bytes()
         except OSError as error:
             return f"its file cannot be read: {error.strerror}"
+
+
+def _search(uri: str, folder: Path | None) -> tuple[Path, int] | str:
+    """Returns the file of a mesh and its size in bytes, or the reason why it is not used."""
+    paths = list(candidates(uri, folder))
+    # `Path.is_file` raises for a name that is too long.
+    path = next((path for path in paths if os.path.isfile(path)), None)
+    if path is None:
+        return _absence(uri, paths)
+    try:
+        with path.open("rb") as file:
+            size = os.fstat(file.fileno()).st_size
+    except OSError as error:
+        return f"its file cannot be read: {error.strerror}"
+    # A file of the system, such as those of /proc, has the size 0 and may block its reader.
+    if size == 0:
+        return "its file is empty"
+    if size > MAX_MIB << 20:
+        return f"its file is larger than {MAX_MIB} MiB"
+    return path, size
+
+
+def _absence(uri: str, paths: Sequence[Path]) -> str:
+    if any(map(os.path.lexists, paths)):
+        return "its name leads to no regular file"
+    searched = "in AMENT_PREFIX_PATH, in ROS_PACKAGE_PATH, or in a folder above the URDF"
+    return "its file was not found" + (f" {searched}" if uri.startswith("package://") else "")
 
 
 def candidates(uri: str, folder: Path | None) -> Iterator[Path]:

@@ -32,13 +32,20 @@ def listed(words: Sequence[str]) -> str:
 MOST_NAMES = 6
 """Names that a sentence lists; of more it lists one less, and counts the rest."""
 
+LONGEST_NAME = 200
+"""Characters of a name in such a list."""
+
 
 def abridged(words: Sequence[str], most: int = MOST_NAMES) -> str:
-    """Lists words as :func:`listed` does, the first of more than ``most`` alone."""
+    """Lists words as :func:`listed` does, the first of more than ``most`` alone.
+
+    A long word is cut off.
+    """
+    shown = words if len(words) <= most else words[: most - 1]
+    cut = [word if len(word) <= LONGEST_NAME else word[:LONGEST_NAME] + "…" for word in shown]
     if len(words) <= most:
-        return listed(words)
-    shown = words[: most - 1]
-    return f"{', '.join(shown)} and {len(words) - len(shown)} more"
+        return listed(cut)
+    return f"{', '.join(cut)} and {len(words) - len(shown)} more"
 
 
 LARGEST_SHOWN = 1000

@@ -181,36 +181,75 @@ impl Part {
 
 /// Checks that the tables of a bag exist and have the columns that are needed.
 fn check_tables(connection: &Connection) -> Result<(), Problem> {
-    let has_no_rowid = "SELECT 1 FROM pragma_table_list(?) WHERE schema = 'main' AND wr";
-    for (table, columns) in TABLES {
-        let exists = "SELECT 1 FROM sqlite_schema WHERE type = 'table' AND name = ? COLLATE NOCASE";
-        if !connection.prepare(exists)?.exists([table])? {
-            return Err(DatabaseFault::NoTable(table).into());
-        }
-        if connection.prepare(has_no_rowid)?.exists([table])? {
-            return Err(DatabaseFault::NoRowNumbers(table).into());
-        }
-        for &column in columns {
-            if !has_column(connection, table, column)? {
-                return Err(DatabaseFault::NoColumn { table, column }.into());
+    for (name, needed) in TABLES {
+        let Some(table) = Table::read(connection, name)? else {
+            return Err(DatabaseFault::NoTable(name).into());
+        };
+        if let Some(&column) = needed.iter().find(|column| !table.has(column)) {
+            return Err(DatabaseFault::NoColumn {
+                table: name,
+                column,
             }
+            .into());
         }
-    }
-    // A column of this name hides the key, by which messages are read a block at a time.
-    let hides_key = "SELECT 1 FROM pragma_table_info('messages') \
-                     WHERE lower(name) = 'rowid' AND NOT (pk AND upper(type) = 'INTEGER')";
-    if connection.prepare(hides_key)?.exists([])? {
-        return Err(DatabaseFault::HiddenKey.into());
+        // Rows are read by their keys, a block at a time.
+        if table.hides_key {
+            return Err(DatabaseFault::HiddenKey(name).into());
+        }
+        if !table.has_row_numbers {
+            return Err(DatabaseFault::NoRowNumbers(name).into());
+        }
     }
     Ok(())
 }
 
-/// Returns whether a table exists and has a column, which must not be generated from others. A view, which would run what a file
-/// says, and a virtual table are none.
-fn has_column(connection: &Connection, table: &str, column: &str) -> rusqlite::Result<bool> {
-    let has_column = "SELECT 1 FROM pragma_table_info(?1) WHERE name = ?2 COLLATE NOCASE AND EXISTS \
-                      (SELECT 1 FROM pragma_table_list(?1) WHERE schema = 'main' AND type = 'table')";
-    connection.prepare(has_column)?.exists([table, column])
+/// A table of a database.
+struct Table {
+    /// Names of its stored columns in lower case.
+    columns: Vec<String>,
+    /// Whether a column named `rowid` is not the key.
+    hides_key: bool,
+    has_row_numbers: bool,
+}
+
+impl Table {
+    /// Returns the table with a name, in which letters count without case; `None` where there is none. A view, which would run what a
+    /// file says, and a virtual table are none: they have no page.
+    ///
+    /// `pragma_table_list` would expand all views of the file, whose size a few of them can double each time.
+    fn read(connection: &Connection, name: &str) -> rusqlite::Result<Option<Self>> {
+        let is_stored = "SELECT 1 FROM sqlite_schema \
+                         WHERE type = 'table' AND rootpage > 0 AND name = ? COLLATE NOCASE";
+        if !connection.prepare(is_stored)?.exists([name])? {
+            return Ok(None);
+        }
+        let mut table = Self {
+            columns: Vec::new(),
+            hides_key: false,
+            has_row_numbers: connection
+                .prepare(&format!("SELECT rowid FROM {name}"))
+                .is_ok(),
+        };
+        connection.pragma(None, "table_info", name, |row| {
+            let column: String = row.get::<_, String>(1)?.to_ascii_lowercase();
+            let type_name: String = row.get(2)?;
+            let is_key = row.get::<_, i64>(5)? > 0 && type_name.eq_ignore_ascii_case("INTEGER");
+            table.hides_key |= column == "rowid" && !is_key;
+            table.columns.push(column);
+            Ok(())
+        })?;
+        Ok(Some(table))
+    }
+
+    fn has(&self, column: &str) -> bool {
+        self.columns.iter().any(|name| name == column)
+    }
+}
+
+/// Returns whether the bag describes itself, as bags since ROS 2 Iron do.
+fn has_description(connection: &Connection) -> rusqlite::Result<bool> {
+    let table = Table::read(connection, "metadata")?;
+    Ok(table.is_some_and(|table| table.has("metadata") && table.has_row_numbers))
 }
 
 /// Most bytes of the description of a bag, which is as in `metadata.yaml`.
@@ -227,7 +266,7 @@ fn texts(connection: &Connection) -> Result<(u64, u64), Problem> {
         ("type", "topics", MAX_NAME),
         ("serialization_format", "topics", MAX_NAME),
     ];
-    if has_column(connection, "metadata", "metadata")? {
+    if has_description(connection)? {
         columns.push(("metadata", "metadata", MAX_DESCRIPTION));
     }
     let (mut count, mut bytes) = (0, 0);
@@ -255,7 +294,7 @@ fn check_lengths(
     match connection.query_row(&query, [], too_long).optional()? {
         None => Ok(()),
         Some((row, bytes)) => {
-            let fault = DatabaseFault::Long {
+            let fault = DatabaseFault::TooLong {
                 table,
                 column,
                 row,
@@ -299,7 +338,7 @@ fn channels(connection: &Connection) -> Result<BTreeMap<ChannelId, Channel>, Pro
 /// Returns the description of the bag under the name that it has in MCAP, or nothing for bags before ROS 2 Iron.
 fn metadata(connection: &Connection) -> Result<Metadata, Problem> {
     let mut metadata = Metadata::new();
-    if has_column(connection, "metadata", "metadata")? {
+    if has_description(connection)? {
         let last = "SELECT metadata FROM metadata WHERE typeof(metadata) = 'text' \
                     ORDER BY rowid DESC LIMIT 1";
         let text: Option<String> = connection

@@ -77,7 +77,7 @@ def robot_shapes(
     notes = []
     for reason in sorted(set(reasons.values())):
         meshes = sorted(uri for uri in reasons if reasons[uri] == reason)
-        notes.append(f"Shown as lines or not at all, each because {reason}: {abridged(meshes)}.")
+        notes.append(f"Meshes that are not shown, each because {reason}: {abridged(meshes)}.")
     count = sum(len(shapes) for shapes in found.values())
     if count > MOST_SHAPES:
         notes.append(f"Of the {count} shapes of the robot, the first {MOST_SHAPES} are shown.")

@@ -1,5 +1,6 @@
 """The shapes of a robot's links, from its URDF."""
 
+import math
 from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePath
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from tactid.errors import ModelError
 from tactid.meshes import Meshes
-from tactid.naming import listed
+from tactid.naming import abridged, listed
 
 Array = NDArray[np.float64]
 Color = tuple[int, int, int, int]
@@ -183,9 +184,10 @@ def _numbers(
         values = tuple(float(number) for number in text.split())
     except ValueError:
         values = ()
-    if len(values) != count:
+    if len(values) != count or not all(map(math.isfinite, values)):
         raise ModelError(
-            f'the URDF has {key}="{text}" in a <{element.tag}>: expected {count} numbers'
+            f'the URDF has {key}="{abridged([text])}" in a <{element.tag}>:'
+            f" expected {count} finite numbers"
         )
     return values
 
