@@ -274,9 +274,17 @@ def line_without_end(folder: Path) -> list[Mesh]:
     return [Mesh("line.stl")]
 
 
+def small_shapes(folder: Path) -> list[Mesh]:
+    """A small mesh 2000 times."""
+    corners = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\n"
+    (folder / "tetrahedron.obj").write_text(corners)
+    return 2000 * [Mesh("tetrahedron.obj")]
+
+
 def missing(_folder: Path) -> list[Mesh]:
-    """A mesh that no package has, 20 000 times, and one with a name of a megabyte."""
-    return [*(20_000 * [Mesh("package://arm/1.stl")]), Mesh(MEGABYTE * "a" + ".stl")]
+    """20 000 meshes that no package has, and one with a name of a megabyte."""
+    missing = [Mesh(f"package://arm/{k}.stl") for k in range(20_000)]
+    return [*missing, Mesh(MEGABYTE * "a" + ".stl")]
 
 
 def of_the_system(folder: Path) -> list[Mesh]:
@@ -296,6 +304,7 @@ MESHES: dict[str, Callable[[Path], list[Mesh]]] = {
     "a mesh of 60 MB in a line": line_without_end,
     "20 000 meshes that are missing": missing,
     "files of the system as meshes": of_the_system,
+    "a tetrahedron 2000 times": small_shapes,
 }
 """What writes the meshes of a robot, and gives their names."""
 

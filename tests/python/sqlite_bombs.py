@@ -51,6 +51,9 @@ DESCRIPTIONS: dict[str, str] = {
         f"CREATE VIEW v{k} AS SELECT * FROM v{k - 1} UNION ALL SELECT * FROM v{k - 1};"
         for k in range(1, 300)
     ),
+    "a generated description of 1 GB": f"""{TABLES}{ROWS.format(time="k", count=3)}
+        CREATE TABLE metadata (metadata, rowid AS (hex(zeroblob(90000000)) || metadata));
+        INSERT INTO metadata (metadata) VALUES ('a'), ('b'), ('c'), ('d'), ('e'), ('f');""",
     "300 000 topics": f"""{TABLES}
         INSERT INTO topics (name, type, serialization_format)
         SELECT '/t' || k, 'std_msgs/msg/Float64', 'cdr' FROM (

@@ -251,8 +251,8 @@ def test_meshes_that_cannot_be_shown_have_reasons(tmp_path: Path) -> None:
         "e.stl": "its file was not found",
         "f.ply": "its name ends in none of .glb, .gltf, .obj, .stl and .dae",
         300 * "g" + ".stl": "its file was not found",
-        "empty.stl": "its file is empty",
-        "folder.stl": "its name leads to no regular file",
+        "empty.stl": "its file has no content",
+        "folder.stl": "it is not a regular file",
     }
 
 

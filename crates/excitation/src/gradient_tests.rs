@@ -2,7 +2,7 @@
 
 #[path = "../tests/common/mod.rs"]
 #[allow(dead_code, reason = "not each test uses all of it")]
-mod common;
+pub(crate) mod common;
 
 use nalgebra::{Point3, Vector3};
 use rand::{RngExt, SeedableRng, rngs::StdRng};

@@ -1,7 +1,7 @@
 //! Outputs of the robot model at one state of the joints: regressor rows, torques, wrench on the payload, twist of the base, and
 //! distances of bodies.
 
-use nalgebra::{DMatrix, DVector, Isometry3, SMatrix, Vector3};
+use nalgebra::{DMatrix, DVector, Isometry3, Vector3, Vector6};
 use tactid_dynamics::{
     BaseKind, FrameId, FrameMotion, InertialParameters, Workspace, free_base_motion,
     inverse_dynamics, motion, wrench_regressor,
@@ -86,6 +86,8 @@ impl Layout {
 pub(crate) struct Plant {
     rows: MotionRows,
     loaded: Vec<(Workspace, InertialParameters)>,
+    /// Columns of the Jacobian of the tool, as workspace of an evaluation.
+    jacobian: Vec<Vector6<f64>>,
     tool: FrameId,
     gravity: Vector3<f64>,
     whitening: DMatrix<f64>,
@@ -117,6 +119,7 @@ impl Plant {
         let mut plant = Self {
             rows: motion_rows(problem)?,
             loaded,
+            jacobian: vec![Vector6::zeros(); robot.dof()],
             tool,
             gravity: problem.gravity(),
             whitening: DMatrix::zeros(0, 0),
@@ -250,35 +253,70 @@ impl Plant {
         outputs: &mut [f64],
     ) -> Result<(), ExcitationError> {
         let layout = self.layout;
-        for payload in 0..self.loaded.len() {
-            let base = self.base_motion(payload, &Isometry3::identity(), states)?;
-            let (workspace, parameters) = &self.loaded[payload];
-            for (joint, torque) in workspace.joint_torques()?.iter().enumerate() {
-                outputs[layout.effort(payload, joint)] = *torque;
+        let base = self.evaluate_payload(0, states, outputs)?;
+        let rows = self.rows.at(&base, states.joints())?;
+        whiten(
+            &self.whitening,
+            rows,
+            &mut outputs[..layout.row(layout.channels)],
+        );
+        for (body, confined) in self.confined.iter().enumerate() {
+            let first = layout.confined(body, 0);
+            outputs[first..first + AXES].copy_from_slice(&confined.used(&self.loaded[0].0));
+        }
+        if !layout.floats {
+            return self.evaluate_others_on_ground(outputs);
+        }
+        for payload in 1..self.loaded.len() {
+            self.evaluate_payload(payload, states, outputs)?;
+        }
+        Ok(())
+    }
+
+    /// Computes the efforts, the wrench and the twist of the base with one payload, and returns the motion of the base.
+    fn evaluate_payload(
+        &mut self,
+        payload: usize,
+        states: &JointStates,
+        outputs: &mut [f64],
+    ) -> Result<FrameMotion, ExcitationError> {
+        let layout = self.layout;
+        let base = self.base_motion(payload, &Isometry3::identity(), states)?;
+        let (workspace, parameters) = &self.loaded[payload];
+        let first = layout.effort(payload, 0);
+        outputs[first..first + layout.dof].copy_from_slice(workspace.joint_torques()?);
+        let regressor = wrench_regressor(&workspace.tool_motion(self.tool, &self.gravity));
+        let wrench = regressor * parameters.as_vector();
+        let first = layout.wrench(payload, 0);
+        outputs[first..first + WRENCH_ENTRIES].copy_from_slice(wrench.as_slice());
+        if layout.floats {
+            let first = layout.twist(payload, 0);
+            let twist = base.angular_velocity.iter().chain(&base.velocity);
+            for (output, entry) in outputs[first..].iter_mut().zip(twist) {
+                *output = *entry;
             }
-            let regressor: SMatrix<f64, 6, 10> =
-                wrench_regressor(&workspace.tool_motion(self.tool, &self.gravity));
-            let wrench = regressor * parameters.as_vector();
-            let first = layout.wrench(payload, 0);
-            outputs[first..first + WRENCH_ENTRIES].copy_from_slice(wrench.as_slice());
-            if layout.floats {
-                let first = layout.twist(payload, 0);
-                let twist = base.angular_velocity.iter().chain(&base.velocity);
-                for (output, entry) in outputs[first..].iter_mut().zip(twist) {
-                    *output = *entry;
-                }
-            }
-            if payload == 0 {
-                let rows = self.rows.at(&base, states.joints())?;
-                whiten(
-                    &self.whitening,
-                    rows,
-                    &mut outputs[..layout.row(layout.channels)],
-                );
-                for (body, confined) in self.confined.iter().enumerate() {
-                    let first = layout.confined(body, 0);
-                    outputs[first..first + AXES].copy_from_slice(&confined.used(workspace));
-                }
+        }
+        Ok(base)
+    }
+
+    /// Computes the efforts and the wrench of all payloads but the first, on a fixed base. All move alike there, so that the efforts differ
+    /// by what the difference of their wrenches needs: `τ - τ₀ = Jᵀ (w - w₀)`.
+    fn evaluate_others_on_ground(&mut self, outputs: &mut [f64]) -> Result<(), ExcitationError> {
+        let layout = self.layout;
+        let (workspace, _) = &self.loaded[0];
+        workspace.jacobian(self.tool, &mut self.jacobian)?;
+        let regressor = wrench_regressor(&workspace.tool_motion(self.tool, &self.gravity));
+        let wrench_of_first = layout.wrench(0, 0);
+        let first =
+            Vector6::from_column_slice(&outputs[wrench_of_first..wrench_of_first + WRENCH_ENTRIES]);
+        for (payload, (_, parameters)) in self.loaded.iter().enumerate().skip(1) {
+            let wrench: Vector6<f64> = regressor * parameters.as_vector();
+            let place = layout.wrench(payload, 0);
+            outputs[place..place + WRENCH_ENTRIES].copy_from_slice(wrench.as_slice());
+            let more = wrench - first;
+            for (joint, column) in self.jacobian.iter().enumerate() {
+                let effort = outputs[layout.effort(0, joint)] + column.dot(&more);
+                outputs[layout.effort(payload, joint)] = effort;
             }
         }
         Ok(())
@@ -346,5 +384,55 @@ fn whitening(
 fn unknown_noise(channel: &str) -> ExcitationError {
     ExcitationError::UnknownNoise {
         channel: channel.to_owned(),
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use rand::{RngExt, SeedableRng, rngs::StdRng};
+
+    use super::*;
+    use crate::gradient_tests::common::on_ground;
+
+    /// Each payload has the efforts and the wrench of the whole dynamics with it.
+    #[test]
+    fn payloads_on_the_ground_share_one_computation() {
+        let mut problem = on_ground();
+        let first = problem.payloads[0];
+        problem.payloads.extend(
+            [0.0, 0.3, 2.0]
+                .map(|factor| InertialParameters::from_vector(first.as_vector() * factor)),
+        );
+        let mut plant = Plant::new(&problem).unwrap();
+        let mut random = StdRng::seed_from_u64(1);
+        let mut outputs = vec![0.0; plant.layout().count()];
+        let mut alone = outputs.clone();
+        for _ in 0..20 {
+            let mut states = JointStates::at_rest(&problem.start);
+            for numbers in [
+                &mut states.position,
+                &mut states.velocity,
+                &mut states.acceleration,
+            ] {
+                numbers
+                    .iter_mut()
+                    .for_each(|number| *number += random.random_range(-1.0..1.0));
+            }
+            plant.evaluate(&states, &mut outputs).unwrap();
+            for payload in 0..problem.payloads.len() {
+                plant
+                    .evaluate_payload(payload, &states, &mut alone)
+                    .unwrap();
+                let layout = plant.layout();
+                let range = layout.effort(payload, 0)..layout.wrench(payload, 0) + WRENCH_ENTRIES;
+                for (found, expected) in outputs[range.clone()].iter().zip(&alone[range]) {
+                    assert!(
+                        (found - expected).abs() < 1e-9 * (1.0 + expected.abs()),
+                        "{found} {expected}"
+                    );
+                }
+            }
+        }
     }
 }

@@ -5,6 +5,10 @@ use tactid_dynamics::{FrameId, Workspace};
 
 use crate::ExcitationError;
 use crate::checks::{positive, value};
+use crate::collisions::LARGEST_SIZE_M;
+
+/// Largest number of boxes that must not be entered: each link is tested for each of them at each step.
+const MAX_KEEP_OUT: usize = 100;
 
 /// A box with a pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,16 +30,24 @@ impl OrientedBox {
         }
     }
 
-    /// Checks that pose and size are finite, and that the size is positive.
+    /// Checks that pose and size are finite and at most 1000 km, and that the size is positive.
     pub(crate) fn check(&self, name: &str) -> Result<(), ExcitationError> {
         for &half in &self.half_size {
             positive(&format!("{name}.half_size"), half)?;
+            let expected = format!("at most {LARGEST_SIZE_M} m");
+            value(
+                &format!("{name}.half_size"),
+                half,
+                half <= LARGEST_SIZE_M,
+                &expected,
+            )?;
         }
         let translation = self.pose.translation.vector;
         let pose = translation.iter().chain(self.pose.rotation.coords.iter());
         for &entry in pose {
             let name = format!("{name}.pose");
-            value(&name, entry, entry.is_finite(), "finite numbers")?;
+            let expected = "finite numbers up to 1000 km";
+            value(&name, entry, entry.abs() <= LARGEST_SIZE_M, expected)?;
         }
         Ok(())
     }
@@ -61,8 +73,16 @@ pub struct WorkspaceBounds {
 }
 
 impl WorkspaceBounds {
-    /// Checks the numbers of all boxes.
+    /// Checks the numbers of all boxes, and how many there are.
     pub(crate) fn check(&self) -> Result<(), ExcitationError> {
+        let count = self.keep_out.len();
+        let expected = format!("at most {MAX_KEEP_OUT} boxes");
+        value(
+            "workspace.keep_out",
+            count as f64,
+            count <= MAX_KEEP_OUT,
+            &expected,
+        )?;
         if let Some(inside) = &self.inside {
             inside.check("workspace.inside")?;
         }

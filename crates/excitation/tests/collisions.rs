@@ -305,7 +305,11 @@ fn meshes_are_read_or_named() {
     let cases = [
         ("a.dae", Ok(Vec::new()), "only STL and OBJ are read"),
         ("a.stl", Ok(flat), "its points span no volume"),
-        ("a.stl", Ok(binary), "failed to fill whole buffer"),
+        (
+            "a.stl",
+            Ok(binary),
+            "its header announces 4 triangles, but it has room for 1",
+        ),
         ("a.stl", Err("no such file".to_owned()), "no such file"),
     ];
     for (file, bytes, because) in cases {
@@ -315,4 +319,54 @@ fn meshes_are_read_or_named() {
         ];
         assert_eq!(model(file, bytes), expected);
     }
+}
+
+/// Returns an arm whose link has the shapes of a text.
+fn with_shapes(shapes: &str) -> Urdf {
+    let mesh =
+        "<collision><geometry><mesh filename='' scale='0.001 0.001 0.001'/></geometry></collision>";
+    let urdf = with_mesh("");
+    assert!(urdf.xml().contains(mesh));
+    Urdf::from_xml(&urdf.xml().replace(mesh, shapes)).unwrap()
+}
+
+/// Findings are few, and shapes as many as can be tested at each step; what is too far away to measure a distance is left out.
+#[test]
+fn shapes_and_findings_are_bounded() {
+    let findings = |shapes: &str| {
+        let urdf = with_shapes(shapes);
+        let robot = urdf.manipulator(tactid_dynamics::BaseKind::Fixed).unwrap();
+        let read = &mut |_: &str| Err("there is none".to_owned());
+        let model = CollisionModel::of_urdf(&urdf, &robot, read).unwrap();
+        let findings = model.findings().iter().map(ToString::to_string);
+        findings.collect::<Vec<_>>()
+    };
+    let shape = |origin: &str, geometry: &str| {
+        format!("<collision><origin xyz='{origin}'/><geometry>{geometry}</geometry></collision>")
+    };
+    let small = shape("0 0 1", "<box size='1 1 1'/>");
+    assert_eq!(findings(&small.repeat(200)), Vec::<String>::new());
+    assert_eq!(
+        findings(&small.repeat(203)),
+        ["3 more collision shapes are not tested: at most 200 are"]
+    );
+    let missing = (0..25).map(|k| shape("0 0 0", &format!("<mesh filename='{k}.stl'/>")));
+    let found = findings(&(missing.collect::<String>() + &small));
+    assert_eq!(found.len(), 21);
+    assert_eq!(found[20], "5 more collision shapes are left out");
+    for far in [
+        shape("0 2e6 0", "<sphere radius='1'/>"),
+        shape("0 0 0", "<box size='1 1 1e160'/>"),
+    ] {
+        let found = findings(&(far + &small));
+        assert!(
+            found[0].ends_with("it reaches beyond 1000 km") && found.len() == 1,
+            "{found:?}"
+        );
+    }
+    let long = shape(
+        "0 0 0",
+        &format!("<mesh filename='{}.stl'/>", "n".repeat(1000)),
+    );
+    assert!(findings(&(long + &small))[0].len() < 300);
 }

@@ -54,8 +54,10 @@ pub enum DatabaseFault {
         /// Name of the column.
         column: &'static str,
     },
-    /// A table has a column `rowid` that hides its key. The field is the name of the table.
-    #[error("its table `{0}` has a column `rowid` that is not its key; rosbag2 names the key `id`")]
+    /// A table has a column `rowid`, which may hide its key. The field is the name of the table.
+    #[error(
+        "its table `{0}` has a column `rowid`, which may hide its key; rosbag2 names the key `id`"
+    )]
     HiddenKey(&'static str),
     /// A table of a bag has no numbers of rows. The field is its name.
     #[error(

@@ -204,6 +204,10 @@ fn faults_are_refused() {
             "line 4: excitation.active.keep_out_m.panel = [[1.0, 1.0, 1.0], [0.0, 2.0, 2.0]]: must be the corner with the least",
         ),
         (
+            "[excitation]\nkind = 'active'\n[excitation.active]\npayload_box_m = [[-1e160, 0, 0], [1, 1, 1]]",
+            "line 4: excitation.active.payload_box_m = [[-1e160, 0.0, 0.0], [1.0, 1.0, 1.0]]: must be the corner with the least",
+        ),
+        (
             "[excitation]\nkind = 'active'\n[excitation.active]\nmass = 3",
             "line 4: unknown field `mass`, expected one of `within`",
         ),
@@ -211,6 +215,24 @@ fn faults_are_refused() {
         let message = Experiment::from_toml(text).unwrap_err().to_string();
         assert!(message.starts_with(expected), "{text}: {message}");
     }
+    let boxes = |names: &mut dyn Iterator<Item = String>| {
+        let mut experiment = example();
+        let unit = [[1.0; 3], [2.0; 3]];
+        let active = experiment.excitation.active.as_mut().unwrap();
+        active.keep_out_m = names.map(|name| (name, unit)).collect();
+        Experiment::from_toml(&experiment.to_toml().unwrap()).map_err(|error| error.to_string())
+    };
+    assert!(boxes(&mut (0..100).map(|k| k.to_string())).is_ok());
+    let error = boxes(&mut (0..101).map(|k| k.to_string())).unwrap_err();
+    assert!(
+        error.contains("excitation.active.keep_out_m = 101: must be at most 100 boxes"),
+        "{error}"
+    );
+    let error = boxes(&mut std::iter::once("n".repeat(201))).unwrap_err();
+    assert!(
+        error.contains("must be names of at most 200 bytes"),
+        "{error}"
+    );
     let folder = tempfile::tempdir().unwrap();
     let urdf = folder.path().join("arm.urdf");
     std::fs::write(&urdf, BUILT_IN_URDF.replace(" velocity=\"3.14\"", "")).unwrap();

@@ -5,6 +5,9 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use super::element::Element;
 use crate::ModelError;
 
+/// Largest number of characters of an attribute in an error.
+const LONGEST_TEXT: usize = 200;
+
 /// An attribute whose text is not the finite numbers that it must be.
 #[derive(Clone, Debug)]
 pub(super) struct Unreadable {
@@ -17,9 +20,11 @@ pub(super) struct Unreadable {
 impl Unreadable {
     fn new(element: &Element, attribute: &'static str, expected: usize) -> Self {
         let text = element.attribute(attribute).unwrap_or_default();
+        let end = text.char_indices().nth(LONGEST_TEXT);
+        let (shown, rest) = end.map_or((text, ""), |(end, _)| (&text[..end], "…"));
         Self {
             attribute,
-            given: format!("{} {attribute}=\"{text}\"", element.name),
+            given: format!("{} {attribute}=\"{shown}{rest}\"", element.name),
             expected,
         }
     }

@@ -10,6 +10,7 @@ use parry3d_f64::shape::SharedShape;
 use parry3d_f64::transformation::try_convex_hull;
 
 use super::mesh_file::vertices;
+use super::model::LARGEST_SIZE_M;
 use super::placed::Placed;
 
 /// Directions in which the hull of a mesh is exact. A search for closest points visits all corners, and a mesh may have thousands.
@@ -63,8 +64,11 @@ impl ConvexHulls {
             .iter()
             .map(|&corner| corner * scale_of)
             .collect();
-        if !corners.iter().all(|corner| corner.is_finite()) {
-            return Err("a coordinate is not finite".to_owned());
+        if !corners
+            .iter()
+            .all(|corner| corner.abs().max_element() <= LARGEST_SIZE_M)
+        {
+            return Err("it reaches beyond 1000 km".to_owned());
         }
         Ok(Placed {
             pose: Pose::IDENTITY,
@@ -264,7 +268,7 @@ mod tests {
         assert_eq!(reason("v 1 2 inf\n", 1.0), "a coordinate is not finite");
         assert_eq!(
             reason("v 3 2 3\nv 1 0 0\nv 0 1 0\nv 0 0 1\n", 1e308),
-            "a coordinate is not finite"
+            "it reaches beyond 1000 km"
         );
         assert_eq!(reason("v 1 2 3\nv 1 2 3\n", 1.0), NO_VOLUME);
     }

@@ -9,4 +9,5 @@ mod pairs;
 mod placed;
 
 pub(crate) use distance::{Distances, REACH_M};
+pub(crate) use model::LARGEST_SIZE_M;
 pub use model::{CollisionFinding, CollisionModel, MeshReader, NotTested};

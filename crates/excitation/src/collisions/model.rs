@@ -10,8 +10,18 @@ use super::mesh::ConvexHulls;
 use super::placed::Placed;
 use crate::ExcitationError;
 
-/// Characters of the name of a shape in a finding.
+/// Largest number of characters of the name of a shape in a finding.
 const LONGEST_NAME: usize = 200;
+
+/// Largest number of shapes that are tested, of which each pair costs time at each step: a dual arm with a convex decomposition of each
+/// link has fewer.
+const MAX_SHAPES: usize = 200;
+
+/// Largest number of shapes that have a finding each.
+const MAX_LEFT_OUT: usize = 20;
+
+/// Largest coordinate and size of a shape, m: beyond it, distances lose their digits.
+pub(crate) const LARGEST_SIZE_M: f64 = 1e6;
 
 /// Returns the bytes of a mesh file, given its name as the URDF has it, or the reason why they cannot be read.
 pub type MeshReader<'a> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'a;
@@ -45,6 +55,16 @@ pub enum CollisionFinding {
         pairs: Vec<[String; 2]>,
         /// The reason.
         because: NotTested,
+    },
+    /// More shapes are left out than have a finding each.
+    MoreShapesLeftOut {
+        /// Number of these shapes.
+        count: usize,
+    },
+    /// The robot has more collision shapes than are tested.
+    TooManyShapes {
+        /// Number of shapes that are not tested.
+        count: usize,
     },
     /// A pair is so close at the start that it keeps less than the least distance: half of its distance at the start.
     LeastDistanceReduced {
@@ -88,6 +108,13 @@ impl fmt::Display for CollisionFinding {
                 formatter,
                 "the collision shape `{shape}` of link {link} is left out: {because}"
             ),
+            Self::MoreShapesLeftOut { count } => {
+                write!(formatter, "{count} more collision shapes are left out")
+            }
+            Self::TooManyShapes { count } => write!(
+                formatter,
+                "{count} more collision shapes are not tested: at most {MAX_SHAPES} are"
+            ),
             Self::LeastDistanceReduced {
                 pair: [first, second],
                 at_start_m,
@@ -129,6 +156,7 @@ impl CollisionModel {
             findings: Vec::new(),
         };
         let mut hulls = ConvexHulls::default();
+        let (mut tested, mut too_many, mut left_out) = (0, 0, 0);
         for link in robot.frame_names() {
             let shapes = match urdf.collision_shapes(link) {
                 // A frame that was added to the robot.
@@ -137,18 +165,23 @@ impl CollisionModel {
             };
             let mut placed = Vec::new();
             for shape in &shapes {
+                if tested == MAX_SHAPES {
+                    too_many += 1;
+                    continue;
+                }
                 match shape_of(shape, read_mesh, &mut hulls) {
-                    Ok(shape) => placed.push(shape),
+                    Ok(shape) => {
+                        placed.push(shape);
+                        tested += 1;
+                    }
                     Err((shape, because)) => {
-                        let shape = shortened(shape);
-                        let finding = CollisionFinding::ShapeLeftOut {
-                            link: link.to_owned(),
-                            shape,
-                            because,
-                        };
-                        // A link may have the same mesh many times.
-                        if model.findings.last() != Some(&finding) {
-                            model.findings.push(finding);
+                        left_out += 1;
+                        if left_out <= MAX_LEFT_OUT {
+                            model.findings.push(CollisionFinding::ShapeLeftOut {
+                                link: link.to_owned(),
+                                shape: shortened(shape),
+                                because,
+                            });
                         }
                     }
                 }
@@ -156,6 +189,17 @@ impl CollisionModel {
             if !placed.is_empty() {
                 model.links.push((link.to_owned(), placed));
             }
+        }
+        if left_out > MAX_LEFT_OUT {
+            let count = left_out - MAX_LEFT_OUT;
+            model
+                .findings
+                .push(CollisionFinding::MoreShapesLeftOut { count });
+        }
+        if too_many > 0 {
+            model
+                .findings
+                .push(CollisionFinding::TooManyShapes { count: too_many });
         }
         if model.links.is_empty() {
             model.findings.push(CollisionFinding::NoShapes);
@@ -184,6 +228,29 @@ fn shape_of(
     read_mesh: &mut MeshReader<'_>,
     hulls: &mut ConvexHulls,
 ) -> Result<Placed, (String, String)> {
+    let name = || match &shape.geometry {
+        CollisionGeometry::Box { .. } => "box".to_owned(),
+        CollisionGeometry::Sphere { .. } => "sphere".to_owned(),
+        CollisionGeometry::Cylinder { .. } => "cylinder".to_owned(),
+        CollisionGeometry::Capsule { .. } => "capsule".to_owned(),
+        CollisionGeometry::Mesh { file, .. } => file.clone(),
+        CollisionGeometry::Unknown { element } => element.clone(),
+    };
+    let placed = placed_of(shape, read_mesh, hulls).map_err(|because| (name(), because))?;
+    let bounds = placed.shape.compute_aabb(&placed.pose);
+    let farthest_m = bounds.mins.abs().max(bounds.maxs.abs()).max_element();
+    if farthest_m > LARGEST_SIZE_M {
+        return Err((name(), "it reaches beyond 1000 km".to_owned()));
+    }
+    Ok(placed)
+}
+
+/// Returns a shape in its place on the link, or the reason why it is left out.
+fn placed_of(
+    shape: &CollisionShape,
+    read_mesh: &mut MeshReader<'_>,
+    hulls: &mut ConvexHulls,
+) -> Result<Placed, String> {
     let mut pose = shape.link_from_shape;
     // Cylinders and capsules of parry are along y.
     let along_z = nalgebra::UnitQuaternion::from_axis_angle(
@@ -205,14 +272,13 @@ fn shape_of(
         }
         CollisionGeometry::Mesh { file, scale } => {
             let hull = read_mesh(file).and_then(|bytes| hulls.hull(file, &bytes, scale));
-            let hull = hull.map_err(|because| (file.clone(), because))?;
             return Ok(Placed {
                 pose: glam_pose(&pose),
-                ..hull
+                ..hull?
             });
         }
-        CollisionGeometry::Unknown { element } => {
-            return Err((element.clone(), "the format has no such shape".to_owned()));
+        CollisionGeometry::Unknown { .. } => {
+            return Err("the format has no such shape".to_owned());
         }
     };
     Ok(Placed {

@@ -112,16 +112,20 @@ def places(
     }
 
 
+LARGEST_COORDINATE = 1e6
+"""Largest coordinate of a corner of a box, m: beyond it, distances lose their digits."""
+
+
 def corners_of(keyword: str, box: ArrayLike, which: str = "") -> list[list[float]]:
     """Returns the least and the largest corner of a box, (2, 3); ``which`` one of several."""
     try:
         corners = np.asarray(box, float)
     except (TypeError, ValueError):
         corners = np.zeros(0)
-    if corners.shape != (2, 3) or not np.isfinite(corners).all():
+    if corners.shape != (2, 3) or not (np.abs(corners) <= LARGEST_COORDINATE).all():
         raise ArgumentError(
-            f"`{keyword}`{which} must have two corners of three numbers: least x, y, z, then"
-            " largest x, y, z",
+            f"`{keyword}`{which} must have two corners of three numbers, within"
+            f" {LARGEST_COORDINATE:g} m: least x, y, z, then largest x, y, z",
             keyword,
         )
     for axis, low, high in zip("xyz", *corners, strict=True):

@@ -11,6 +11,10 @@ MAX_TOTAL_MIB = 96
 """Largest size of all meshes of a robot, MiB, each counted as often as the URDF names it."""
 
 
+MAX_FOLDERS = 12
+"""Largest number of folders above a URDF in which its packages are searched."""
+
+
 class Meshes:
     """The files of the meshes of one robot, within limits of their size.
 
@@ -61,9 +65,9 @@ def _search(uri: str, folder: Path | None) -> tuple[Path, int] | str:
             size = os.fstat(file.fileno()).st_size
     except OSError as error:
         return f"its file cannot be read: {error.strerror}"
-    # A file of the system, such as those of /proc, has the size 0 and may block its reader.
+    # Files of the system, such as those of /proc, have no size and may block their reader.
     if size == 0:
-        return "its file is empty"
+        return "its file has no content"
     if size > MAX_MIB << 20:
         return f"its file is larger than {MAX_MIB} MiB"
     return path, size
@@ -71,7 +75,7 @@ def _search(uri: str, folder: Path | None) -> tuple[Path, int] | str:
 
 def _absence(uri: str, paths: Sequence[Path]) -> str:
     if any(map(os.path.lexists, paths)):
-        return "its name leads to no regular file"
+        return "it is not a regular file"
     searched = "in AMENT_PREFIX_PATH, in ROS_PACKAGE_PATH, or in a folder above the URDF"
     return "its file was not found" + (f" {searched}" if uri.startswith("package://") else "")
 
@@ -96,4 +100,4 @@ def candidates(uri: str, folder: Path | None) -> Iterator[Path]:
         yield from (source / inside for source in sources if source.name == package)
         if folder is not None:
             # A URDF mostly stands in its own package, some folders down.
-            yield from (above / rest for above in folder.parents)
+            yield from (above / rest for above in folder.parents[:MAX_FOLDERS])

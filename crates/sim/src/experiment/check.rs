@@ -163,6 +163,9 @@ fn excitation(e: &Experiment) -> Result<(), SimError> {
     }
 }
 
+/// Largest number of boxes that the arm keeps out of.
+const MAX_KEEP_OUT: usize = 100;
+
 /// Checks the table of active excitation.
 fn active(e: &Experiment) -> Result<(), SimError> {
     let settings = e.excitation.active.clone().unwrap_or_default();
@@ -196,13 +199,26 @@ fn active(e: &Experiment) -> Result<(), SimError> {
         ("payload_box_m".to_owned(), settings.payload_box_m),
         ("workspace_m".to_owned(), settings.workspace_m),
     ];
+    if settings.keep_out_m.len() > MAX_KEEP_OUT {
+        let why = format!("must be at most {MAX_KEEP_OUT} boxes");
+        return Err(refuse(field("keep_out_m"), settings.keep_out_m.len(), &why));
+    }
+    if let Some(name) = settings.keep_out_m.keys().find(|name| name.len() > 200) {
+        let why = "must be names of at most 200 bytes";
+        return Err(refuse(
+            field("keep_out_m"),
+            format!("{} bytes", name.len()),
+            why,
+        ));
+    }
     let keep_out = settings.keep_out_m.iter();
     let keep_out = keep_out.map(|(name, &corners)| (format!("keep_out_m.{name}"), Some(corners)));
     for (name, corners) in boxes.into_iter().chain(keep_out) {
         let Some([low, high]) = corners else { continue };
-        let is_box = |k: usize| low[k] < high[k] && (high[k] - low[k]).is_finite();
+        let is_box = |k: usize| low[k] >= -1e6 && high[k] - low[k] >= 1e-6 && high[k] <= 1e6;
         if !(0..3).all(is_box) {
-            let why = "must be the corner with the least coordinates and the one with the largest, [[x, y, z], [x, y, z]]";
+            let why = "must be the corner with the least coordinates and the one with the largest, [[x, y, z], [x, y, z]], \
+                       with sides from 1e-6 m on and within 1e6 m";
             return Err(refuse(field(&name), [low, high], why));
         }
     }

@@ -207,7 +207,7 @@ fn check_tables(connection: &Connection) -> Result<(), Problem> {
 struct Table {
     /// Names of its stored columns in lower case.
     columns: Vec<String>,
-    /// Whether a column named `rowid` is not the key.
+    /// Whether a column is named `rowid`, as the key is.
     hides_key: bool,
     has_row_numbers: bool,
 }
@@ -230,12 +230,13 @@ impl Table {
                 .prepare(&format!("SELECT rowid FROM {name}"))
                 .is_ok(),
         };
-        connection.pragma(None, "table_info", name, |row| {
+        connection.pragma(None, "table_xinfo", name, |row| {
             let column: String = row.get::<_, String>(1)?.to_ascii_lowercase();
-            let type_name: String = row.get(2)?;
-            let is_key = row.get::<_, i64>(5)? > 0 && type_name.eq_ignore_ascii_case("INTEGER");
-            table.hides_key |= column == "rowid" && !is_key;
-            table.columns.push(column);
+            let is_generated = row.get::<_, i64>(6)? != 0;
+            table.hides_key |= column == "rowid";
+            if !is_generated {
+                table.columns.push(column);
+            }
             Ok(())
         })?;
         Ok(Some(table))
@@ -249,7 +250,8 @@ impl Table {
 /// Returns whether the bag describes itself, as bags since ROS 2 Iron do.
 fn has_description(connection: &Connection) -> rusqlite::Result<bool> {
     let table = Table::read(connection, "metadata")?;
-    Ok(table.is_some_and(|table| table.has("metadata") && table.has_row_numbers))
+    Ok(table
+        .is_some_and(|table| table.has("metadata") && table.has_row_numbers && !table.hides_key))
 }
 
 /// Most bytes of the description of a bag, which is as in `metadata.yaml`.
