@@ -1,7 +1,9 @@
 //! Momentum of the whole robot, and the motion of the base that follows from its conservation.
 
-use nalgebra::{Isometry3, Matrix3, Vector3};
+use nalgebra::{Cholesky, Const, Isometry3, Vector3};
 
+use crate::placement::MovingPlacement;
+use crate::recursion::{BodyModel, BodyState};
 use crate::vector::Vec3;
 use crate::workspace::{JointMotion, Workspace, inverse_dynamics, motion};
 use crate::{FrameMotion, InertialParameters, StateError, Wrench};
@@ -33,26 +35,41 @@ pub fn momentum(workspace: &Workspace) -> Momentum {
 /// Returns the linear and the angular momentum of the robot, in the places of force and moment, in the frame of the base and
 /// about its origin.
 fn momentum_about_base(workspace: &Workspace) -> Wrench {
-    let base = &workspace.states[0];
-    let base_velocity = base.rotation.tr_mul((&workspace.base_velocity).into());
-    let of_bodies = workspace.placed_bodies().map(|(body, state, moving)| {
-        let placement = moving.placement;
-        let velocity = placement.rotation.tr_mul(base_velocity + moving.velocity);
-        let (linear, angular) = body.momentum(velocity, state.angular_velocity);
-        placement.transform_wrench(&Wrench {
-            force: linear.into(),
-            moment: angular.into(),
-        })
-    });
+    let base_velocity = velocity_of_base(workspace);
+    let of_bodies = workspace
+        .placed_bodies()
+        .map(|(body, state, moving)| momentum_of(body, state, &moving, base_velocity));
     of_bodies.fold(Wrench::zero(), |sum, one| sum + one)
+}
+
+/// Returns the velocity of the base in its own frame.
+fn velocity_of_base(workspace: &Workspace) -> Vec3<f64> {
+    let base = &workspace.states[0];
+    base.rotation.tr_mul((&workspace.base_velocity).into())
+}
+
+/// Returns the momentum of a body in the frame of the base and about its origin.
+fn momentum_of(
+    body: &BodyModel,
+    state: &BodyState<f64>,
+    moving: &MovingPlacement,
+    base_velocity: Vec3<f64>,
+) -> Wrench {
+    let placement = moving.placement;
+    let velocity = placement.rotation.tr_mul(base_velocity + moving.velocity);
+    let (linear, angular) = body.momentum(velocity, state.angular_velocity);
+    placement.transform_wrench(&Wrench {
+        force: linear.into(),
+        moment: angular.into(),
+    })
 }
 
 /// Computes the motion of a free-floating base for a motion of its joints if the robot started at rest and nothing acts from
 /// outside: the velocity for which the momentum vanishes, and the acceleration for which the wrench on the base does.
 /// `pose` is the pose of the base in the inertial frame.
 ///
-/// The workspace then holds the resulting motion and its forces. The cost is three passes for the motion, two for the
-/// forces and the solution of two 3x3 systems. Nothing is allocated.
+/// The workspace then holds the resulting motion and its forces. The cost is three passes for the motion, one for the momentum, two
+/// for the forces and the solution of two 3x3 systems. Nothing is allocated.
 ///
 /// # Errors
 /// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint.
@@ -63,9 +80,15 @@ pub fn free_base_motion(
 ) -> Result<FrameMotion, StateError> {
     let mut base = FrameMotion::at_rest(*pose);
     motion(workspace, &base, joints)?;
-    let twist = twist_that_cancels(workspace, &momentum_about_base(workspace));
-    (base.velocity, base.angular_velocity) = twist;
-    let acceleration = base_acceleration(workspace, &base, joints)?;
+    let base_velocity = velocity_of_base(workspace);
+    let (mut momentum, mut whole) = (Wrench::zero(), InertialParameters::zero());
+    for (body, state, moving) in workspace.placed_bodies() {
+        momentum = momentum + momentum_of(body, state, &moving, base_velocity);
+        whole = whole + moving.placement.parameters_of(body);
+    }
+    let locked = LockedRobot::of(&whole);
+    (base.velocity, base.angular_velocity) = locked.twist_that_cancels(workspace, &momentum);
+    let acceleration = acceleration_of(workspace, &base, joints, |_| locked)?;
     (base.acceleration, base.angular_acceleration) = (acceleration.linear, acceleration.angular);
     Ok(base)
 }
@@ -92,6 +115,20 @@ pub fn base_acceleration(
     base: &FrameMotion,
     joints: JointMotion<'_>,
 ) -> Result<BaseAcceleration, StateError> {
+    acceleration_of(workspace, base, joints, |workspace| {
+        let bodies = workspace.placed_bodies();
+        let whole = bodies.map(|(body, _, at)| at.placement.parameters_of(body));
+        LockedRobot::of(&whole.sum())
+    })
+}
+
+/// Computes [`base_acceleration`] with a robot with locked joints, which `locked` returns for the posture that a workspace holds.
+fn acceleration_of(
+    workspace: &mut Workspace,
+    base: &FrameMotion,
+    joints: JointMotion<'_>,
+    locked: impl FnOnce(&Workspace) -> LockedRobot,
+) -> Result<BaseAcceleration, StateError> {
     let mut base = FrameMotion {
         acceleration: Vector3::zeros(),
         angular_acceleration: Vector3::zeros(),
@@ -104,32 +141,47 @@ pub fn base_acceleration(
         force: of_base.force.into(),
         moment: of_base.moment.into(),
     };
-    let (linear, angular) = twist_that_cancels(workspace, &on_base);
+    let (linear, angular) = locked(workspace).twist_that_cancels(workspace, &on_base);
     (base.acceleration, base.angular_acceleration) = (linear, angular);
     inverse_dynamics(workspace, &base, joints, &zero_gravity)?;
     Ok(BaseAcceleration { linear, angular })
 }
 
-/// Returns the linear and angular velocity of the base, in the inertial frame, that reduce a momentum of the robot with
-/// locked joints to zero. `on_base` is the momentum in the frame of the base and about its origin. For a wrench in its
-/// place, the result is an acceleration.
-fn twist_that_cancels(workspace: &Workspace, on_base: &Wrench) -> (Vector3<f64>, Vector3<f64>) {
-    let base = &workspace.states[0];
-    let (force, moment) = (on_base.force, on_base.moment);
-    let bodies = workspace.placed_bodies();
-    let whole: InertialParameters = bodies
-        .map(|(body, _, at)| at.placement.parameters_of(body))
-        .sum();
-    let mass = whole.mass();
-    let c = whole.first_moment() / mass;
-    let inertia = whole
-        .mass_properties()
-        .map_or_else(Matrix3::zeros, |body| body.inertia);
-    // The inertia of a robot with mass is invertible, except that of a point mass, which no moment can turn.
-    let angular = inertia.cholesky().map_or_else(Vector3::zeros, |factor| {
-        -factor.solve(&(moment - c.cross(&force)))
-    });
-    let linear = -force / mass - angular.cross(&c);
-    let in_world = |vector: Vector3<f64>| Vector3::from(&base.rotation * Vec3::from(&vector));
-    (in_world(linear), in_world(angular))
+/// A robot with locked joints: one rigid body, in the frame of the base.
+struct LockedRobot {
+    mass: f64,
+    center_of_mass: Vector3<f64>,
+    /// Factor of the inertia about the centre of mass. That of a robot with mass is invertible, except of a point mass, which no moment
+    /// can turn.
+    inertia: Option<Cholesky<f64, Const<3>>>,
+}
+
+impl LockedRobot {
+    fn of(whole: &InertialParameters) -> Self {
+        let mass = whole.mass();
+        let body = whole.mass_properties();
+        Self {
+            mass,
+            center_of_mass: whole.first_moment() / mass,
+            inertia: body.and_then(|body| body.inertia.cholesky()),
+        }
+    }
+
+    /// Returns the linear and angular velocity of the base, in the inertial frame, that reduce a momentum to zero. `on_base` is the
+    /// momentum in the frame of the base and about its origin. For a wrench in its place, the result is an acceleration.
+    fn twist_that_cancels(
+        &self,
+        workspace: &Workspace,
+        on_base: &Wrench,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let (force, moment) = (on_base.force, on_base.moment);
+        let c = self.center_of_mass;
+        let angular = self.inertia.as_ref().map_or_else(Vector3::zeros, |factor| {
+            -factor.solve(&(moment - c.cross(&force)))
+        });
+        let linear = -force / self.mass - angular.cross(&c);
+        let base = &workspace.states[0];
+        let in_world = |vector: Vector3<f64>| Vector3::from(&base.rotation * Vec3::from(&vector));
+        (in_world(linear), in_world(angular))
+    }
 }
