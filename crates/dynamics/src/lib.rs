@@ -76,7 +76,9 @@ pub use inertia::{
     InertialParameters, MassProperties, PARAMETER_NAMES, symmetric_entries, symmetric_matrix,
 };
 pub use manipulator::{BaseKind, FrameId, JointKind, Manipulator};
-pub use momentum::{BaseAcceleration, Momentum, base_acceleration, free_base_motion, momentum};
+pub use momentum::{
+    BaseAcceleration, FreeRobot, Momentum, base_acceleration, free_base_motion, momentum,
+};
 pub use names::list_similar;
 pub use rows::{
     Rows, inertia_regressor, inertia_rows, mass_rows, mean_wrench_regressor, omega_matrix,

@@ -78,19 +78,88 @@ pub fn free_base_motion(
     pose: &Isometry3<f64>,
     joints: JointMotion<'_>,
 ) -> Result<FrameMotion, StateError> {
-    let mut base = FrameMotion::at_rest(*pose);
-    motion(workspace, &base, joints)?;
-    let base_velocity = velocity_of_base(workspace);
-    let (mut momentum, mut whole) = (Wrench::zero(), InertialParameters::zero());
-    for (body, state, moving) in workspace.placed_bodies() {
-        momentum = momentum + momentum_of(body, state, &moving, base_velocity);
-        whole = whole + moving.placement.parameters_of(body);
+    FreeRobot::new(workspace, joints)?.base_motion(workspace, pose, joints)
+}
+
+/// Momentum and inertia of a robot whose base does not move, from which [`free_base_motion`] follows, also with another payload: where
+/// one motion is computed with many payloads, a third of the passes over the bodies remain for each.
+#[derive(Clone, Copy, Debug)]
+pub struct FreeRobot {
+    /// Linear and angular momentum, in the places of force and moment, in the frame of the base and about its origin.
+    momentum: Wrench,
+    /// Robot with locked joints, in the frame of the base.
+    whole: InertialParameters,
+}
+
+impl FreeRobot {
+    /// Computes momentum and inertia for a motion of the joints. The workspace then holds the motion with the base at rest at the
+    /// origin of the inertial frame.
+    ///
+    /// # Errors
+    /// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint.
+    pub fn new(workspace: &mut Workspace, joints: JointMotion<'_>) -> Result<Self, StateError> {
+        motion(
+            workspace,
+            &FrameMotion::at_rest(Isometry3::identity()),
+            joints,
+        )?;
+        let base_velocity = velocity_of_base(workspace);
+        let mut robot = Self {
+            momentum: Wrench::zero(),
+            whole: InertialParameters::zero(),
+        };
+        for (body, state, moving) in workspace.placed_bodies() {
+            robot.momentum = robot.momentum + momentum_of(body, state, &moving, base_velocity);
+            robot.whole = robot.whole + moving.placement.parameters_of(body);
+        }
+        Ok(robot)
     }
-    let locked = LockedRobot::of(&whole);
-    (base.velocity, base.angular_velocity) = locked.twist_that_cancels(workspace, &momentum);
-    let acceleration = acceleration_of(workspace, &base, joints, |_| locked)?;
-    (base.acceleration, base.angular_acceleration) = (acceleration.linear, acceleration.angular);
-    Ok(base)
+
+    /// Returns those of the robot with a body more, or of another payload with the difference of the two. `frame` is the motion of the
+    /// body's frame in the workspace of [`new`](Self::new), and `body` is expressed in that frame.
+    #[must_use]
+    pub fn with_body(&self, frame: &FrameMotion, body: &InertialParameters) -> Self {
+        let in_frame = |vector: &Vector3<f64>| frame.pose.rotation.inverse() * vector;
+        let velocity = in_frame(&frame.velocity);
+        let angular_velocity = in_frame(&frame.angular_velocity);
+        let first_moment = body.first_moment();
+        let turning = body.inertia_about_origin() * angular_velocity;
+        let linear = velocity * body.mass() + angular_velocity.cross(&first_moment);
+        let angular = turning + first_moment.cross(&velocity);
+        let force = frame.pose.rotation * linear;
+        let lever = frame.pose.translation.vector;
+        let momentum = Wrench {
+            force,
+            moment: frame.pose.rotation * angular + lever.cross(&force),
+        };
+        Self {
+            momentum: self.momentum + momentum,
+            whole: self.whole + body.expressed_in(&frame.pose),
+        }
+    }
+
+    /// Computes the motion of the base as [`free_base_motion`] does, in the workspace of the robot with this payload.
+    ///
+    /// The workspace then holds the resulting motion and its forces. The cost is two passes for the motion, two for the forces and the
+    /// solution of two 3x3 systems. Nothing is allocated.
+    ///
+    /// # Errors
+    /// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint.
+    pub fn base_motion(
+        &self,
+        workspace: &mut Workspace,
+        pose: &Isometry3<f64>,
+        joints: JointMotion<'_>,
+    ) -> Result<FrameMotion, StateError> {
+        let locked = LockedRobot::of(&self.whole);
+        let mut base = FrameMotion::at_rest(*pose);
+        let (linear, angular) = locked.twist_that_cancels(&self.momentum);
+        base.velocity = pose.rotation * linear;
+        base.angular_velocity = pose.rotation * angular;
+        let found = acceleration_of(workspace, &base, joints, |_| locked)?;
+        (base.acceleration, base.angular_acceleration) = (found.linear, found.angular);
+        Ok(base)
+    }
 }
 
 /// Acceleration of the base, expressed in the inertial frame.
@@ -141,7 +210,8 @@ fn acceleration_of(
         force: of_base.force.into(),
         moment: of_base.moment.into(),
     };
-    let (linear, angular) = locked(workspace).twist_that_cancels(workspace, &on_base);
+    let (linear, angular) = locked(workspace).twist_that_cancels(&on_base);
+    let (linear, angular) = (base.pose.rotation * linear, base.pose.rotation * angular);
     (base.acceleration, base.angular_acceleration) = (linear, angular);
     inverse_dynamics(workspace, &base, joints, &zero_gravity)?;
     Ok(BaseAcceleration { linear, angular })
@@ -167,21 +237,14 @@ impl LockedRobot {
         }
     }
 
-    /// Returns the linear and angular velocity of the base, in the inertial frame, that reduce a momentum to zero. `on_base` is the
-    /// momentum in the frame of the base and about its origin. For a wrench in its place, the result is an acceleration.
-    fn twist_that_cancels(
-        &self,
-        workspace: &Workspace,
-        on_base: &Wrench,
-    ) -> (Vector3<f64>, Vector3<f64>) {
+    /// Returns the linear and angular velocity of the base, in its own frame, that reduce a momentum to zero. `on_base` is the momentum in
+    /// this frame and about its origin. For a wrench in its place, the result is an acceleration.
+    fn twist_that_cancels(&self, on_base: &Wrench) -> (Vector3<f64>, Vector3<f64>) {
         let (force, moment) = (on_base.force, on_base.moment);
         let c = self.center_of_mass;
         let angular = self.inertia.as_ref().map_or_else(Vector3::zeros, |factor| {
             -factor.solve(&(moment - c.cross(&force)))
         });
-        let linear = -force / self.mass - angular.cross(&c);
-        let base = &workspace.states[0];
-        let in_world = |vector: Vector3<f64>| Vector3::from(&base.rotation * Vec3::from(&vector));
-        (in_world(linear), in_world(angular))
+        (-force / self.mass - angular.cross(&c), angular)
     }
 }

@@ -4,11 +4,11 @@
 
 mod common;
 
-use common::{RandomTree, State, assert_close, derivative, rng, robots, six, vector};
+use common::{Cloud, RandomTree, State, assert_close, derivative, rng, robots, six, vector};
 use nalgebra::{Isometry3, Vector3, Vector6};
 use tactid_dynamics::{
-    BaseKind, Manipulator, Momentum, Workspace, Wrench, base_acceleration, forces,
-    free_base_motion, momentum,
+    BaseKind, FreeRobot, InertialParameters, Manipulator, Momentum, Workspace, Wrench,
+    base_acceleration, forces, free_base_motion, momentum,
 };
 
 fn loaded(robot: &Manipulator, state: &State, gravity: &Vector3<f64>) -> Workspace {
@@ -216,6 +216,43 @@ fn free_base_motion_has_no_momentum() {
         state.base = found;
         let rate = derivative(|t| stacked(momentum(&state.at(t).moved(&robot))));
         assert!(rate.norm() < 1e-7, "momentum changes by {rate}");
+    }
+}
+
+/// A payload that is added to a motion of the joints gives the motion of the robot with it, wherever the base is.
+#[test]
+fn a_free_robot_takes_a_payload() {
+    let rng = &mut rng(10);
+    for robot in robots() {
+        let state = State::random(rng, robot.dof());
+        let tool = robot.frame(robot.frame_names().last().unwrap()).unwrap();
+        let payload = InertialParameters::from(Cloud::random(rng).mass_properties());
+        let mut unloaded = Workspace::new(&robot);
+        let free = FreeRobot::new(&mut unloaded, state.joints()).unwrap();
+        let frame = unloaded.frame_motion(tool);
+        let mut loaded = Workspace::new(&robot.with_payload(tool, &payload));
+        let (pose, joints) = (state.base.pose, state.joints());
+        let expected = free_base_motion(&mut loaded, &pose, joints).unwrap();
+        let efforts = loaded.joint_torques().unwrap().to_vec();
+        let with_body = free.with_body(&frame, &payload);
+        let found = with_body.base_motion(&mut loaded, &pose, joints).unwrap();
+        for (found, expected) in [
+            (found.velocity, expected.velocity),
+            (found.angular_velocity, expected.angular_velocity),
+            (found.acceleration, expected.acceleration),
+            (found.angular_acceleration, expected.angular_acceleration),
+        ] {
+            assert!(
+                (found - expected).norm() < 1e-10 * (1.0 + expected.norm()),
+                "{found} {expected}"
+            );
+        }
+        for (found, expected) in loaded.joint_torques().unwrap().iter().zip(&efforts) {
+            assert!(
+                (found - expected).abs() < 1e-9 * (1.0 + expected.abs()),
+                "{found} {expected}"
+            );
+        }
     }
 }
 

@@ -9,8 +9,9 @@ use common::{Cloud, State, rng, robots};
 use nalgebra::{SVector, Vector3};
 use std::hint::black_box;
 use tactid_dynamics::{
-    Workspace, base_acceleration, forces, free_base_motion, inertia_rows, inverse_dynamics,
-    momentum, motion, tactile_mass_rows, wrench_on_end_effector, wrench_regressor,
+    FreeRobot, Workspace, base_acceleration, forces, free_base_motion, inertia_rows,
+    inverse_dynamics, momentum, motion, tactile_mass_rows, wrench_on_end_effector,
+    wrench_regressor,
 };
 
 /// With an existing workspace, motion, forces, acceleration of the base, momentum, wrench on the end-effector and all
@@ -30,6 +31,10 @@ fn the_loop_allocates_nothing() {
             forces(&mut workspace, &Vector3::new(0.0, 0.0, -9.81));
             base_acceleration(&mut workspace, &state.base, state.joints()).unwrap();
             free_base_motion(&mut workspace, &state.base.pose, state.joints()).unwrap();
+            let free = FreeRobot::new(&mut workspace, state.joints()).unwrap();
+            let free = free.with_body(&workspace.frame_motion(tool), &payload.into());
+            free.base_motion(&mut workspace, &state.base.pose, state.joints())
+                .unwrap();
             black_box(momentum(&workspace));
             black_box(workspace.subtree_parameters(robot.base_frame()));
             let wrench = wrench_on_end_effector(&workspace, tool);

@@ -86,6 +86,7 @@ mod shortest;
 mod spline;
 mod subproblem;
 mod variables;
+mod whitening;
 mod workspace_bounds;
 
 pub use active::{ActiveSettings, Planner, Prior, PriorBound, PriorContradiction, Step};

@@ -3,23 +3,24 @@
 
 use nalgebra::{DMatrix, DVector, Isometry3, Vector3, Vector6};
 use tactid_dynamics::{
-    BaseKind, FrameId, FrameMotion, InertialParameters, Workspace, free_base_motion,
+    BaseKind, FrameId, FrameMotion, FreeRobot, InertialParameters, Workspace, free_base_motion,
     inverse_dynamics, motion, wrench_regressor,
 };
+use tactid_identify::MotionRows;
 use tactid_identify::equations::Row;
-use tactid_identify::{Channels, Method, MotionRows};
 
 use crate::ExcitationError;
 use crate::collisions::Distances;
 use crate::motion::JointStates;
-use crate::problem::{Problem, Sensing};
+use crate::problem::Problem;
+use crate::whitening::{covariance, whiten, whitening};
 use crate::workspace_bounds::Confined;
 
 /// Number of entries of a wrench or a twist.
 const WRENCH_ENTRIES: usize = 6;
 
 /// Number of parameters of a payload.
-const PARAMETERS: usize = 10;
+pub(crate) const PARAMETERS: usize = 10;
 
 /// Number of axes of a box.
 const AXES: usize = 3;
@@ -253,7 +254,14 @@ impl Plant {
         outputs: &mut [f64],
     ) -> Result<(), ExcitationError> {
         let layout = self.layout;
-        let base = self.evaluate_payload(0, states, outputs)?;
+        let base = if layout.floats {
+            self.evaluate_floating(states, outputs)?
+        } else {
+            let base = self.base_motion(0, &Isometry3::identity(), states)?;
+            self.write_loads(0, &base, outputs)?;
+            self.write_others_on_ground(outputs)?;
+            base
+        };
         let rows = self.rows.at(&base, states.joints())?;
         whiten(
             &self.whitening,
@@ -264,24 +272,42 @@ impl Plant {
             let first = layout.confined(body, 0);
             outputs[first..first + AXES].copy_from_slice(&confined.used(&self.loaded[0].0));
         }
-        if !layout.floats {
-            return self.evaluate_others_on_ground(outputs);
-        }
-        for payload in 1..self.loaded.len() {
-            self.evaluate_payload(payload, states, outputs)?;
-        }
         Ok(())
     }
 
-    /// Computes the efforts, the wrench and the twist of the base with one payload, and returns the motion of the base.
-    fn evaluate_payload(
+    /// Computes the efforts, the wrench and the twist of a floating base with each payload, and returns the motion of the base with the
+    /// first.
+    fn evaluate_floating(
         &mut self,
-        payload: usize,
         states: &JointStates,
         outputs: &mut [f64],
     ) -> Result<FrameMotion, ExcitationError> {
+        let (joints, pose) = (states.joints(), Isometry3::identity());
+        let (workspace, first) = &mut self.loaded[0];
+        let first = *first;
+        let robot = FreeRobot::new(workspace, joints)?;
+        let tool = workspace.frame_motion(self.tool);
+        let of_first = robot.base_motion(workspace, &pose, joints)?;
+        self.write_loads(0, &of_first, outputs)?;
+        for payload in 1..self.loaded.len() {
+            let (workspace, parameters) = &mut self.loaded[payload];
+            let more = InertialParameters::from_vector(parameters.as_vector() - first.as_vector());
+            let base = robot
+                .with_body(&tool, &more)
+                .base_motion(workspace, &pose, joints)?;
+            self.write_loads(payload, &base, outputs)?;
+        }
+        Ok(of_first)
+    }
+
+    /// Writes the efforts, the wrench and the twist of the base with one payload, of which the workspace holds the motion.
+    fn write_loads(
+        &self,
+        payload: usize,
+        base: &FrameMotion,
+        outputs: &mut [f64],
+    ) -> Result<(), ExcitationError> {
         let layout = self.layout;
-        let base = self.base_motion(payload, &Isometry3::identity(), states)?;
         let (workspace, parameters) = &self.loaded[payload];
         let first = layout.effort(payload, 0);
         outputs[first..first + layout.dof].copy_from_slice(workspace.joint_torques()?);
@@ -296,12 +322,12 @@ impl Plant {
                 *output = *entry;
             }
         }
-        Ok(base)
+        Ok(())
     }
 
-    /// Computes the efforts and the wrench of all payloads but the first, on a fixed base. All move alike there, so that the efforts differ
+    /// Writes the efforts and the wrench of all payloads but the first, on a fixed base. All move alike there, so that the efforts differ
     /// by what the difference of their wrenches needs: `τ - τ₀ = Jᵀ (w - w₀)`.
-    fn evaluate_others_on_ground(&mut self, outputs: &mut [f64]) -> Result<(), ExcitationError> {
+    fn write_others_on_ground(&mut self, outputs: &mut [f64]) -> Result<(), ExcitationError> {
         let layout = self.layout;
         let (workspace, _) = &self.loaded[0];
         workspace.jacobian(self.tool, &mut self.jacobian)?;
@@ -323,19 +349,6 @@ impl Plant {
     }
 }
 
-/// Writes the product of a lower triangular whitening with the regressors of rows, ten entries for each row.
-fn whiten(whitening: &DMatrix<f64>, rows: &[Row], white: &mut [f64]) {
-    for (channel, white) in white.chunks_exact_mut(PARAMETERS).enumerate() {
-        white.fill(0.0);
-        for (other, row) in rows.iter().enumerate().take(channel + 1) {
-            let factor = whitening[(channel, other)];
-            for (entry, value) in white.iter_mut().zip(&row.regressor) {
-                *entry += factor * value;
-            }
-        }
-    }
-}
-
 /// Returns the rows of a problem's method.
 fn motion_rows(problem: &Problem) -> Result<MotionRows, ExcitationError> {
     let sensing = &problem.sensing;
@@ -344,95 +357,59 @@ fn motion_rows(problem: &Problem) -> Result<MotionRows, ExcitationError> {
     Ok(rows)
 }
 
-/// Returns the covariance of the sensors' noise of one sample across the channels.
-fn covariance(channels: &Channels, sensing: &Sensing) -> Result<DMatrix<f64>, ExcitationError> {
-    let count = channels.count();
-    let mut covariance = DMatrix::<f64>::zeros(count, count);
-    let mut first = 0;
-    for &size in &channels.sources {
-        let channel = &channels.channels[first].name;
-        let known = channels
-            .known_noise
-            .iter()
-            .find(|noise| noise.first_channel == first);
-        let of_base =
-            sensing.equations.method == Method::JointSensing || channel.starts_with("base ");
-        let mut block = covariance.view_mut((first, first), (size, size));
-        match (known, sensing.base_noise) {
-            (Some(known), _) => block.copy_from(&known.covariance),
-            (None, Some(std_devs)) if of_base => {
-                let variances = std_devs.map(|std_dev| std_dev * std_dev);
-                block.set_diagonal(&DVector::from_column_slice(&variances));
-            }
-            _ => return Err(unknown_noise(channel)),
-        }
-        first += size;
-    }
-    Ok(covariance)
-}
-
-/// Returns the inverse of the Cholesky factor of a covariance across the channels.
-fn whitening(
-    covariance: DMatrix<f64>,
-    channels: &Channels,
-) -> Result<DMatrix<f64>, ExcitationError> {
-    let factor = covariance.cholesky();
-    let inverse = factor.and_then(|factor| factor.l().try_inverse());
-    inverse.ok_or_else(|| unknown_noise(&channels.channels[0].name))
-}
-
-fn unknown_noise(channel: &str) -> ExcitationError {
-    ExcitationError::UnknownNoise {
-        channel: channel.to_owned(),
-    }
-}
-
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
     use rand::{RngExt, SeedableRng, rngs::StdRng};
 
     use super::*;
-    use crate::gradient_tests::common::on_ground;
+    use crate::gradient_tests::common::{in_orbit, on_ground};
 
-    /// Each payload has the efforts and the wrench of the whole dynamics with it.
+    /// Each payload has the efforts, the wrench and the twist of the base of the whole dynamics with it.
     #[test]
-    fn payloads_on_the_ground_share_one_computation() {
-        let mut problem = on_ground();
-        let first = problem.payloads[0];
-        problem.payloads.extend(
-            [0.0, 0.3, 2.0]
-                .map(|factor| InertialParameters::from_vector(first.as_vector() * factor)),
-        );
-        let mut plant = Plant::new(&problem).unwrap();
-        let mut random = StdRng::seed_from_u64(1);
-        let mut outputs = vec![0.0; plant.layout().count()];
-        let mut alone = outputs.clone();
-        for _ in 0..20 {
-            let mut states = JointStates::at_rest(&problem.start);
-            for numbers in [
-                &mut states.position,
-                &mut states.velocity,
-                &mut states.acceleration,
-            ] {
-                numbers
-                    .iter_mut()
-                    .for_each(|number| *number += random.random_range(-1.0..1.0));
-            }
-            plant.evaluate(&states, &mut outputs).unwrap();
-            for payload in 0..problem.payloads.len() {
-                plant
-                    .evaluate_payload(payload, &states, &mut alone)
-                    .unwrap();
+    fn payloads_share_a_computation() {
+        for mut problem in [on_ground(), in_orbit()] {
+            let first = problem.payloads[0];
+            let more = [0.0, 0.3, 2.0].map(|factor| first.as_vector() * factor);
+            problem
+                .payloads
+                .extend(more.map(InertialParameters::from_vector));
+            let mut plant = Plant::new(&problem).unwrap();
+            let mut random = StdRng::seed_from_u64(1);
+            let mut outputs = vec![0.0; plant.layout().count()];
+            let mut alone = outputs.clone();
+            for _ in 0..20 {
+                let states = random_states(&problem, &mut random);
+                plant.evaluate(&states, &mut outputs).unwrap();
+                for payload in 0..problem.payloads.len() {
+                    let base = plant
+                        .base_motion(payload, &Isometry3::identity(), &states)
+                        .unwrap();
+                    plant.write_loads(payload, &base, &mut alone).unwrap();
+                }
                 let layout = plant.layout();
-                let range = layout.effort(payload, 0)..layout.wrench(payload, 0) + WRENCH_ENTRIES;
-                for (found, expected) in outputs[range.clone()].iter().zip(&alone[range]) {
-                    assert!(
-                        (found - expected).abs() < 1e-9 * (1.0 + expected.abs()),
-                        "{found} {expected}"
-                    );
+                let of_payloads = layout.effort(0, 0)..layout.distance(0);
+                for (found, expected) in
+                    outputs[of_payloads.clone()].iter().zip(&alone[of_payloads])
+                {
+                    let tolerance = 1e-9 * (1.0 + expected.abs());
+                    assert!((found - expected).abs() < tolerance, "{found} {expected}");
                 }
             }
         }
+    }
+
+    fn random_states(problem: &Problem, random: &mut StdRng) -> JointStates {
+        let mut states = JointStates::at_rest(&problem.start);
+        for numbers in [
+            &mut states.position,
+            &mut states.velocity,
+            &mut states.acceleration,
+        ] {
+            for number in numbers {
+                *number += random.random_range(-1.0..1.0);
+            }
+        }
+        states
     }
 }
