@@ -81,8 +81,8 @@ pub fn free_base_motion(
     FreeRobot::new(workspace, joints)?.base_motion(workspace, pose, joints)
 }
 
-/// Momentum and inertia of a robot whose base does not move, from which [`free_base_motion`] follows, also with another payload: where
-/// one motion is computed with many payloads, a third of the passes over the bodies remain for each.
+/// Momentum and inertia of a robot whose base does not move, from which [`free_base_motion`] follows, also with a body more: where one
+/// motion is computed with many payloads, two of three passes over the bodies remain for each.
 #[derive(Clone, Copy, Debug)]
 pub struct FreeRobot {
     /// Linear and angular momentum, in the places of force and moment, in the frame of the base and about its origin.
@@ -115,7 +115,7 @@ impl FreeRobot {
         Ok(robot)
     }
 
-    /// Returns those of the robot with a body more, or of another payload with the difference of the two. `frame` is the motion of the
+    /// Returns momentum and inertia of the robot with a body more, which may be the difference of two payloads. `frame` is the motion of the
     /// body's frame in the workspace of [`new`](Self::new), and `body` is expressed in that frame.
     #[must_use]
     pub fn with_body(&self, frame: &FrameMotion, body: &InertialParameters) -> Self {

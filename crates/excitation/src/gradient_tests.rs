@@ -1,9 +1,5 @@
 //! Gradients of all functions and limits against differences of the whole computation.
 
-#[path = "../tests/common/mod.rs"]
-#[allow(dead_code, reason = "not each test uses all of it")]
-pub(crate) mod common;
-
 use nalgebra::{Point3, Vector3};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
@@ -125,7 +121,7 @@ fn grip() -> Grip {
 /// On the ground, with offsets, an open end, and windows as long as several samples.
 #[test]
 fn gradients_on_the_ground() {
-    let mut problem = common::on_ground();
+    let mut problem = crate::common::on_ground();
     check(&problem);
     problem.sensing.equations.wrench_offset = true;
     problem.duration_s = 0.8;
@@ -139,7 +135,7 @@ fn gradients_on_the_ground() {
 /// On a free-floating base, with its attitude and position bounded, the grip, and two payloads.
 #[test]
 fn gradients_in_orbit() {
-    let mut problem = common::in_orbit();
+    let mut problem = crate::common::in_orbit();
     problem.base = BaseBounds {
         attitude_rad: Some(0.01),
         position_m: Some(0.02),
@@ -148,16 +144,16 @@ fn gradients_in_orbit() {
     problem.end = End::Free;
     problem
         .payloads
-        .push(common::body(50.0, [0.3, 0.0, 0.1], [0.5, 0.4, 0.3]));
+        .push(crate::common::body(50.0, [0.3, 0.0, 0.1], [0.5, 0.4, 0.3]));
     check(&problem);
 }
 
 /// Places and distances, with links, payload and a keep-out box close to one another.
 #[test]
 fn gradients_of_places() {
-    let mut problem = common::on_ground();
+    let mut problem = crate::common::on_ground();
     let no_files = &mut |_: &str| Err("there is no file".to_owned());
-    let model = CollisionModel::of_urdf(&common::urdf(), &problem.robot, no_files).unwrap();
+    let model = CollisionModel::of_urdf(&crate::common::urdf(), &problem.robot, no_files).unwrap();
     problem.collisions = Some(model);
     problem.payload_box = Some(OrientedBox::between([0.1, -0.1, 0.0], [0.3, 0.1, 0.2]));
     problem.workspace = WorkspaceBounds {

@@ -61,6 +61,10 @@ extern crate self as tactid_excitation;
 mod active;
 mod checks;
 mod collisions;
+#[cfg(test)]
+#[path = "../tests/common/mod.rs"]
+#[allow(dead_code, reason = "not each test uses all of it")]
+mod common;
 mod cones;
 mod dense;
 mod design;

@@ -13,14 +13,11 @@ use crate::ExcitationError;
 use crate::collisions::Distances;
 use crate::motion::JointStates;
 use crate::problem::Problem;
-use crate::whitening::{covariance, whiten, whitening};
+use crate::whitening::{PARAMETERS, covariance, whiten, whitening};
 use crate::workspace_bounds::Confined;
 
 /// Number of entries of a wrench or a twist.
 const WRENCH_ENTRIES: usize = 6;
-
-/// Number of parameters of a payload.
-pub(crate) const PARAMETERS: usize = 10;
 
 /// Number of axes of a box.
 const AXES: usize = 3;
@@ -363,7 +360,7 @@ mod tests {
     use rand::{RngExt, SeedableRng, rngs::StdRng};
 
     use super::*;
-    use crate::gradient_tests::common::{in_orbit, on_ground};
+    use crate::common::{in_orbit, on_ground};
 
     /// Each payload has the efforts, the wrench and the twist of the base of the whole dynamics with it.
     #[test]

@@ -5,8 +5,10 @@ use tactid_identify::equations::Row;
 use tactid_identify::{Channels, Method};
 
 use crate::ExcitationError;
-use crate::plant::PARAMETERS;
 use crate::problem::Sensing;
+
+/// Number of parameters of a payload.
+pub(crate) const PARAMETERS: usize = 10;
 
 /// Writes the product of a lower triangular whitening with the regressors of rows, ten entries for each row.
 pub(crate) fn whiten(whitening: &DMatrix<f64>, rows: &[Row], white: &mut [f64]) {

@@ -4,8 +4,7 @@ use nalgebra::{Isometry3, Vector3};
 use tactid_dynamics::{FrameId, Workspace};
 
 use crate::ExcitationError;
-use crate::checks::{positive, value};
-use crate::collisions::LARGEST_SIZE_M;
+use crate::checks::{LARGEST_SIZE_M, positive, value};
 
 /// Largest number of boxes that must not be entered: each link is tested for each of them at each step.
 const MAX_KEEP_OUT: usize = 100;

@@ -254,9 +254,8 @@ fn with_mesh(file: &str) -> Urdf {
     .unwrap()
 }
 
-/// Meshes are read as their convex hull, whatever their format; what cannot be read is a finding that names the file.
-#[test]
-fn meshes_are_read_or_named() {
+/// Returns a tetrahedron as an STL file of text, a binary one and an OBJ file.
+fn tetrahedron() -> [Vec<u8>; 3] {
     let corners = [[0, 0, 0], [100, 0, 0], [0, 100, 0], [0, 0, 100]];
     let faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
     let text = |[x, y, z]: [i32; 3]| format!("{x} {y} {z}");
@@ -280,6 +279,13 @@ fn meshes_are_read_or_named() {
         binary.extend(numbers.flat_map(|x| (x as f32).to_le_bytes()));
         binary.extend([0; 2]);
     }
+    [ascii.into_bytes(), binary, obj.into_bytes()]
+}
+
+/// Meshes are read as their convex hull, whatever their format; what cannot be read is a finding that names the file.
+#[test]
+fn meshes_are_read_or_named() {
+    let [ascii, mut binary, obj] = tetrahedron();
     let model = |file: &str, bytes: Result<Vec<u8>, String>| {
         let urdf = with_mesh(file);
         let robot = urdf.manipulator(tactid_dynamics::BaseKind::Fixed).unwrap();
@@ -297,14 +303,14 @@ fn meshes_are_read_or_named() {
             .collect::<Vec<_>>()
     };
     let none: Vec<String> = Vec::new();
-    assert_eq!(model("a.stl", Ok(ascii.clone().into_bytes())), none);
+    assert_eq!(model("a.stl", Ok(ascii.clone())), none);
     assert_eq!(model("a.STL", Ok(binary.clone())), none);
-    assert_eq!(model("package://arm/a.obj", Ok(obj.into_bytes())), none);
+    assert_eq!(model("package://arm/a.obj", Ok(obj)), none);
     binary.truncate(150);
-    let flat = ascii.replace("100", "0").into_bytes();
+    let flat = String::from_utf8(ascii).unwrap().replace("100", "0");
     let cases = [
         ("a.dae", Ok(Vec::new()), "only STL and OBJ are read"),
-        ("a.stl", Ok(flat), "its points span no volume"),
+        ("a.stl", Ok(flat.into_bytes()), "its points span no volume"),
         (
             "a.stl",
             Ok(binary),

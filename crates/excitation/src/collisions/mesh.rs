@@ -10,8 +10,8 @@ use parry3d_f64::shape::SharedShape;
 use parry3d_f64::transformation::try_convex_hull;
 
 use super::mesh_file::vertices;
-use super::model::LARGEST_SIZE_M;
 use super::placed::Placed;
+use crate::checks::LARGEST_SIZE_M;
 
 /// Directions in which the hull of a mesh is exact. A search for closest points visits all corners, and a mesh may have thousands.
 const DIRECTIONS: usize = 100;

@@ -9,5 +9,4 @@ mod pairs;
 mod placed;
 
 pub(crate) use distance::{Distances, REACH_M};
-pub(crate) use model::LARGEST_SIZE_M;
 pub use model::{CollisionFinding, CollisionModel, MeshReader, NotTested};

@@ -9,6 +9,7 @@ use super::convert::glam_pose;
 use super::mesh::ConvexHulls;
 use super::placed::Placed;
 use crate::ExcitationError;
+use crate::checks::LARGEST_SIZE_M;
 
 /// Largest number of characters of the name of a shape in a finding.
 const LONGEST_NAME: usize = 200;
@@ -19,9 +20,6 @@ const MAX_SHAPES: usize = 200;
 
 /// Largest number of shapes that have a finding each.
 const MAX_LEFT_OUT: usize = 20;
-
-/// Largest coordinate and size of a shape, m: beyond it, distances lose their digits.
-pub(crate) const LARGEST_SIZE_M: f64 = 1e6;
 
 /// Returns the bytes of a mesh file, given its name as the URDF has it, or the reason why they cannot be read.
 pub type MeshReader<'a> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'a;
