@@ -252,6 +252,12 @@ def test_what_active_identification_has_not_reached_is_reported(tmp_path: Path) 
     assert report.plans == 1
     assert not report.out_of_reach
     assert active_text(report).endswith("give the run more time.")
+    still = dataclasses.replace(
+        report, plans=0, binding="the friction of the grip at pad 0", out_of_reach=True
+    )
+    assert "the friction of the grip at pad 0 is beyond its limit already at rest" in active_text(
+        still
+    )
     near = dataclasses.replace(report, interval_ratio=0.97)
     assert "all intervals are within their targets, but the arm has not come" in active_text(near)
     paper = tactid.Experiment.paper().replace(duration=0.1)

@@ -221,8 +221,8 @@ fn acceleration_of(
 struct LockedRobot {
     mass: f64,
     center_of_mass: Vector3<f64>,
-    /// Factor of the inertia about the centre of mass. That of a robot with mass is invertible, except of a point mass, which no moment
-    /// can turn.
+    /// Factor of the inertia about the centre of mass. It does not exist where all mass is on a line, about which no moment turns it: such a
+    /// robot is taken not to turn at all.
     inertia: Option<Cholesky<f64, Const<3>>>,
 }
 

@@ -3,6 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::ExcitationError;
+use crate::collisions::REACH_M;
 use crate::cones::{Cone, Kind, UNIT_M, cones};
 use crate::joint_limits::JointLimits;
 use crate::limits::{Limit, Margin};
@@ -250,7 +251,11 @@ fn margin(limit: Limit, worst: Usage) -> Margin {
         used: worst.used,
         time_s: worst.time_s,
         distance_m: worst.distance_m,
-        binds: worst.used > BINDING,
+        // Bodies out of reach count as at its end.
+        binds: worst.used > BINDING
+            && worst
+                .distance_m
+                .is_none_or(|distance_m| distance_m < REACH_M),
     }
 }
 

@@ -73,7 +73,10 @@ pub fn predict(problem: &Problem, motion: &dyn Motion) -> Result<Prediction, Exc
     let slopes = value_jacobian(problem.payloads[0].as_vector());
     let slopes = slopes.ok_or(ExcitationError::NotObservable)?;
     let variances = (slopes * covariance * slopes.transpose()).diagonal();
-    let std_devs: [f64; 10] = variances.map(|v| v.max(0.0).sqrt()).into();
+    if !variances.iter().all(|variance| *variance > 0.0) {
+        return Err(ExcitationError::NotObservable);
+    }
+    let std_devs: [f64; 10] = variances.map(f64::sqrt).into();
     Ok(Prediction {
         covariance,
         std_devs,

@@ -114,13 +114,30 @@ pub struct Problem {
 /// Returns targets for the half widths of the 95 % intervals of the ten values: a fraction, such as 0.01, of the largest
 /// value of its kind (mass, centre of mass, inertia). `None` for a payload without mass.
 ///
-/// The target of the centre of mass is zero, which a design refuses, for a payload whose centre of mass is at the origin of the
-/// tool frame.
+/// A centre of mass that is closer to the origin of the tool frame than a tenth of the radius of gyration, the root mean square distance of
+/// the mass from its centre, counts as that far away: a fraction of nothing could not be reached.
 #[must_use]
 pub fn targets_within(payload: &InertialParameters, fraction: f64) -> Option<[f64; 10]> {
-    let values = values_of_body(&payload.mass_properties()?);
-    Some(largest_of_kind(&values).map(|largest| fraction * largest))
+    targets_from(payload, fraction, NEAREST_CENTER)
 }
+
+/// Returns [`targets_within`] with another least distance of the centre of mass, in radii of gyration.
+pub(crate) fn targets_from(
+    payload: &InertialParameters,
+    fraction: f64,
+    nearest_center: f64,
+) -> Option<[f64; 10]> {
+    let body = payload.mass_properties()?;
+    let mut largest = largest_of_kind(&values_of_body(&body));
+    let gyration_m = (0.5 * body.inertia.trace().max(0.0) / body.mass_kg).sqrt();
+    for center in &mut largest[1..4] {
+        *center = center.max(nearest_center * gyration_m);
+    }
+    Some(largest.map(|largest| fraction * largest))
+}
+
+/// Least distance of the centre of mass from the origin of which a precision is a fraction, in radii of gyration.
+const NEAREST_CENTER: f64 = 0.1;
 
 impl Sensing {
     /// Returns why a motion has no averaging window: it is too short, or a window has too few samples.

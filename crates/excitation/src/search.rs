@@ -270,6 +270,7 @@ impl Search {
                     let is_slow = point.merit() - better.merit() < CONVERGED;
                     slow = if is_slow { slow + 1 } else { 0 };
                     point = better;
+                    self.failure = None;
                 }
                 _ => {
                     slow += usize::from(trial.predicted < CONVERGED);

@@ -70,7 +70,8 @@ pub fn shortest(
     problem.check()?;
     let shortest_s = SHORTEST_IN_WINDOWS * window::length_s(problem.sensing.equations.cutoff_hz);
     settings.check(shortest_s)?;
-    let mut short_s = shortest_s;
+    // The longest duration that is too short; unknown until one has failed.
+    let mut short_s: Option<f64> = None;
     let mut duration_s = problem.duration_s.clamp(shortest_s, settings.longest_s);
     let mut found: Option<(f64, Design)> = None;
     let mut last: Option<Trajectory> = None;
@@ -87,7 +88,7 @@ pub fn shortest(
             Some(design) if found.is_none() && duration_s >= settings.longest_s => {
                 return Err(out_of_reach(&design, settings.longest_s));
             }
-            _ => short_s = duration_s,
+            _ => short_s = Some(duration_s),
         }
         // Standard deviations fall with a power of the duration between 0.5 and 2.5.
         let factor = ratio.map_or(LARGEST_FACTOR, |ratio| ratio.powf(0.5));
@@ -96,14 +97,19 @@ pub fn shortest(
                 let longer = duration_s * factor.clamp(LEAST_FACTOR, LARGEST_FACTOR);
                 longer.min(settings.longest_s)
             }
-            Some((long_s, design)) if long_s <= short_s * settings.precision => return Ok(design),
+            Some((long_s, design))
+                if long_s <= short_s.unwrap_or(shortest_s) * settings.precision =>
+            {
+                return Ok(design);
+            }
             Some((long_s, design)) => {
                 found = Some((long_s, design));
-                if short_s == shortest_s {
-                    (long_s * factor.clamp(LARGEST_FACTOR.recip(), LEAST_FACTOR.recip()))
-                        .max(shortest_s)
-                } else {
-                    (short_s * long_s).sqrt()
+                match short_s {
+                    Some(short_s) => (short_s * long_s).sqrt(),
+                    None => {
+                        let factor = factor.clamp(LARGEST_FACTOR.recip(), LEAST_FACTOR.recip());
+                        (long_s * factor).max(shortest_s)
+                    }
                 }
             }
         };

@@ -10,9 +10,10 @@ use std::ops::ControlFlow;
 use rand::{SeedableRng, rngs::StdRng};
 use tactid_excitation::{
     Criterion, DesignSettings, End, ExcitationError, FourierMotion, Limit, Motion, Problem,
-    ShortestSettings, design, design_observed, margins, predict, shortest,
+    Progress, ShortestSettings, design, design_observed, margins, predict, shortest,
 };
 use tactid_identify::Method;
+use tactid_identify::equations::window;
 
 use common::{in_orbit, on_ground};
 
@@ -179,11 +180,11 @@ fn other_methods_have_designs() {
         .sensing
         .base_noise
         .map(|noise| noise.map(|std_dev| 3.0 * std_dev));
-    let prediction = |problem: &Problem| design(problem, &settings).unwrap().prediction;
-    let quiet = prediction(&orbit).largest().1;
+    let quiet = design(&orbit, &settings).unwrap();
     orbit.sensing.base_noise = noisy;
-    let ratio = prediction(&orbit).largest().1 / quiet;
-    assert!((ratio - 3.0).abs() < 1.0, "{ratio}");
+    let noisy = predict(&orbit, &quiet.trajectory).unwrap();
+    let ratio = noisy.largest().1 / quiet.prediction.largest().1;
+    assert!((ratio - 3.0).abs() < 1e-9, "{ratio}");
 }
 
 /// The shortest motion reaches its targets without exceeding them much, and targets out of reach are an error.
@@ -232,6 +233,38 @@ fn the_shortest_motion_is_long_enough_for_its_end() {
     let found = shortest(&problem, &settings, &mut observer).unwrap();
     let turned = found.trajectory.at(60.0).position[5] - problem.start[5];
     assert!((turned - 2.0).abs() < 1e-12, "{turned}");
+}
+
+/// The search ends where the shortest duration that is tried is a little too short.
+#[test]
+fn the_shortest_motion_may_be_a_little_longer_than_the_least() {
+    let mut problem = on_ground();
+    let shortest_s = 2.0 * window::length_s(problem.sensing.equations.cutoff_hz);
+    let quick = DesignSettings {
+        starts: 1,
+        iterations: 4,
+        ..DesignSettings::default()
+    };
+    problem.duration_s = 1.1 * shortest_s;
+    let (_, ratio) = design(&problem, &quick).unwrap().prediction.largest();
+    problem.targets = problem.targets.map(|target| 1.01 * ratio * target);
+    let settings = ShortestSettings {
+        design: quick,
+        longest_s: problem.duration_s,
+        precision: 1.001,
+    };
+    let mut designs = 0;
+    let mut observer = |progress: &Progress| {
+        designs += usize::from(progress.iteration == 0);
+        ControlFlow::Continue(())
+    };
+    let found = shortest(&problem, &settings, &mut observer).unwrap();
+    let duration_s = found.trajectory.duration_s();
+    assert!(
+        duration_s > shortest_s && duration_s <= problem.duration_s,
+        "{duration_s}"
+    );
+    assert!(designs < 40, "{designs}");
 }
 
 /// Settings of a search that would not end, or that have no duration to try, are errors.

@@ -26,8 +26,8 @@ pub(crate) fn finding(finding: &CollisionFinding) -> FindingData {
             asked_m,
         } => FindingData {
             text: format!(
-                "half of the {:.1} mm at the start is the least distance, in place of {:.1} mm",
-                1e3 * at_start_m,
+                "the least distance is {:.1} mm, half of that at the start, in place of {:.1} mm",
+                0.5e3 * at_start_m,
                 1e3 * asked_m
             ),
             pairs: vec![pair.clone()],

@@ -33,10 +33,6 @@ const DESIGNS_OF_SHORTEST: usize = 8;
 /// Accuracy of the inertia of an expected payload, relative to its size: a plate that is given in four digits is a body.
 const ROUNDING_OF_INERTIA: f64 = 1e-3;
 
-/// Least distance of the centre of mass from the origin of which a precision is a fraction, in radii of gyration: of a payload that is
-/// centred on the tip, a fraction of the distance would be zero.
-const NEAREST_CENTER: f64 = 0.1;
-
 /// Topic of a designed motion.
 const TRAJECTORY_TOPIC: &str = "/joint_trajectory";
 
@@ -232,21 +228,16 @@ fn targets(expected: &InertialParameters, within: f64) -> PyResult<[f64; 10]> {
                        largest principal moment is at most the sum of the others";
         return Err(option_error(message.to_owned(), "payload"));
     }
-    let (Some(mut targets), Some(body)) =
+    let (Some(targets), Some(body)) =
         (targets_within(expected, within), expected.mass_properties())
     else {
         let message = "the expected payload has no mass";
         return Err(option_error(message.to_owned(), "payload"));
     };
-    // The mean square distance of the mass from its centre is half of the trace of the inertia over the mass.
-    let gyration_m = (0.5 * body.inertia.trace() / body.mass_kg).sqrt();
-    if gyration_m <= 0.0 {
+    if body.inertia.trace() <= 0.0 {
         let message = "the inertia of the expected payload is zero, so that no precision can be a fraction of it: give an \
                        estimate of it";
         return Err(option_error(message.to_owned(), "payload"));
-    }
-    for target in &mut targets[1..4] {
-        *target = target.max(within * NEAREST_CENTER * gyration_m);
     }
     Ok(targets)
 }

@@ -108,7 +108,7 @@ pub enum SimError {
         expected: usize,
     },
     /// A step of a run failed.
-    #[error("{reason}\nThe log up to there is `{}`.", log.display())]
+    #[error("{reason}.\nThe log up to there is `{}`.", log.display())]
     Aborted {
         /// Error of the step.
         reason: Box<SimError>,

@@ -312,7 +312,7 @@ fn a_run_that_cannot_move_ends() {
     let report = simulation.active_report().unwrap();
     assert!(simulation.time_s() < experiment.duration_s, "{report:?}");
     assert!(
-        report.out_of_reach && report.interval_ratio.is_none(),
+        report.out_of_reach && report.interval_ratio.is_none() && report.plans == 0,
         "{report:?}"
     );
     let binding = report.binding.unwrap();

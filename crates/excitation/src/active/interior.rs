@@ -32,6 +32,10 @@ const HALVINGS: usize = 4;
 /// Least slack of a limit whose barrier is computed.
 const LEAST_SLACK: f64 = 1e-4;
 
+/// Least head of a cone whose barrier is computed. A negative one, of bodies that touch or a payload that pulls off a pad, would have the
+/// mirrored barrier, which pushes further out.
+const LEAST_HEAD: f64 = 1e-2;
+
 /// Limits along the motion in linear form, and their barrier.
 struct Barrier<'a> {
     cones: &'a [LinearCone],
@@ -67,7 +71,7 @@ impl<'a> Barrier<'a> {
         // A row for each rank of the Hessian, whose product is one fast multiplication.
         let mut ranks: Vec<f64> = Vec::new();
         for cone in cones {
-            let (head, tail) = (cone.value.head, &cone.value.tail);
+            let (head, tail) = (cone.value.head.max(LEAST_HEAD), &cone.value.tail);
             let squares: f64 = tail.iter().map(|x| x * x).sum();
             let slack = (head * head - squares).max(LEAST_SLACK);
             // -ln(h² - |t|²) has the gradient -2 (h ∇h - Σ t ∇t) / s.
@@ -113,6 +117,10 @@ impl<'a> Barrier<'a> {
 /// Returns the multiple of a step at which a cone's limit is reached.
 fn to_boundary(cone: &LinearCone, step: &[f64]) -> f64 {
     let (head, tail) = (cone.value.head, &cone.value.tail);
+    if head <= 0.0 {
+        // The limit is exceeded already: the merit decides about the step.
+        return f64::INFINITY;
+    }
     let along_head = along(&cone.head, step);
     // (h + a dh)² = |t + a dt|²
     let (mut a, mut b, mut c) = (along_head * along_head, head * along_head, head * head);
@@ -161,7 +169,7 @@ impl Objective {
     }
 }
 
-/// Improves a motion that is within its limits by up to so many steps.
+/// Improves a motion, which should be within its limits, by up to so many steps.
 pub(super) fn improve(
     search: &mut Search,
     mut point: Point,

@@ -7,7 +7,7 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 use tactid_dynamics::InertialParameters;
 use tactid_identify::equations::window;
-use tactid_identify::{HALF_WIDTH_95, PayloadEstimate, VALUE_NAMES, largest_of_kind};
+use tactid_identify::{HALF_WIDTH_95, PayloadEstimate, VALUE_NAMES};
 
 use super::belief::Belief;
 use super::check::{Checked, largest_within_limits, relax_to_rest};
@@ -20,7 +20,7 @@ use crate::design::search;
 use crate::limits::Limit;
 use crate::motion::Trajectory;
 use crate::plant::Plant;
-use crate::problem::{Problem, targets_within};
+use crate::problem::{Problem, targets_from, targets_within};
 use crate::rest::check_places;
 use crate::search::{Point, Search};
 use crate::spline::{Spline, SplineBasis};
@@ -58,6 +58,11 @@ const PATIENCE_AT_FIRST: usize = 20;
 const USED: f64 = 0.6;
 const STRIDE: f64 = 0.15;
 
+/// Least distance of the centre of mass of which a plan's target is a fraction, in radii of gyration. The mean of a prior is near the tip, so
+/// that the first plans determine the centre of mass before the inertia. With the tenth of [`targets_within`], the largest rms error of the
+/// twenty seeds of `make bench-active` was 1.5 % in place of 0.37 %.
+const NEAREST_CENTER: f64 = 1e-3;
+
 /// Seeds of one plan, and plans of one seed, that are not those of another.
 const SEEDS: u64 = 1000;
 
@@ -69,7 +74,8 @@ pub enum Step {
     Move(Trajectory),
     /// All ten intervals are within their targets: the robot follows the motion it has to its end.
     Reached,
-    /// Several plans in a row did not make the largest interval smaller: the robot follows the motion it has to its end.
+    /// Several plans in a row did not make the largest interval smaller, or the robot exceeds a limit already at rest, for a payload of
+    /// the prior: the robot follows the motion it has to its end.
     OutOfReach {
         /// The value whose interval is the largest relative to its target.
         value: &'static str,
@@ -144,7 +150,7 @@ impl Planner {
         let at_rest = |&joint: &usize| Spline::at_rest(basis.clone(), problem.start[joint]);
         let slope = differentiation_gain(problem.sensing.equations.cutoff_hz);
         let acceleration_noise = settings.velocity_noise.iter().map(|noise| noise * slope);
-        Ok(Self {
+        let planner = Self {
             acceleration_noise: acceleration_noise.collect(),
             splines: joints.iter().map(at_rest).collect(),
             basis,
@@ -156,7 +162,10 @@ impl Planner {
             prior,
             settings,
             joints,
-        })
+        };
+        // A plan that is too short for an averaging window is an error now and not on the way.
+        planner.search(STEPS_PER_SPAN, &Isometry3::identity())?;
+        Ok(planner)
     }
 
     /// Returns the time after which the next plan begins, s.
@@ -169,10 +178,21 @@ impl Planner {
     /// reached where it is at most one. Infinite where a value is not known.
     #[must_use]
     pub fn largest_ratio(&self, estimate: &PayloadEstimate) -> (usize, f64) {
-        let largest = largest_of_kind(&estimate.values());
+        let targets = targets_within(&estimate.body.into(), self.settings.within);
+        let targets = targets.unwrap_or([0.0; 10]);
         let std_devs = estimate.std_devs.unwrap_or([f64::INFINITY; 10]);
-        let ratio = |k: usize| HALF_WIDTH_95 * std_devs[k] / (self.settings.within * largest[k]);
-        let ratios = (0..10).map(|k| (k, ratio(k)));
+        let ratio = |k: usize| HALF_WIDTH_95 * std_devs[k] / targets[k];
+        // A value without a number is not known.
+        let ratios = (0..10).map(|k| {
+            (
+                k,
+                if ratio(k).is_nan() {
+                    f64::INFINITY
+                } else {
+                    ratio(k)
+                },
+            )
+        });
         ratios.fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
     }
 
@@ -209,22 +229,26 @@ impl Planner {
         if let [.., before] = self.history[..self.history.len().saturating_sub(patience)]
             && ratio >= before * (1.0 - PROGRESS)
         {
-            return Ok(Step::OutOfReach {
-                value: VALUE_NAMES[place],
-                ratio,
-                binding: self.binding.clone(),
-            });
+            return Ok(self.out_of_reach(place, ratio));
         }
         let measured = covariance
             .and_then(|covariance| self.of_prior.with(parameters.as_vector(), covariance));
         let belief = measured.unwrap_or_else(|| self.of_prior.clone());
+        let before = (self.splines.clone(), self.plans);
         if self.plans > 0 {
             let followed = self.settings.followed_spans;
             let tails = self.splines.iter().map(|spline| spline.tail(followed));
             self.splines = tails.collect();
         }
         self.plans += 1;
-        self.improve(&belief, base)?;
+        let improved = self.improve(&belief, base);
+        if improved.is_err() {
+            (self.splines, self.plans) = before;
+        }
+        if !improved? && self.plans == 1 {
+            // What is measured at rest changes nothing about it.
+            return Ok(self.out_of_reach(place, ratio));
+        }
         let splines = self
             .joints
             .iter()
@@ -238,20 +262,33 @@ impl Planner {
         Ok(Step::Move(trajectory))
     }
 
-    /// Replaces the splines by those of a better motion from the same start.
-    fn improve(&mut self, belief: &Belief, base: &Isometry3<f64>) -> Result<(), ExcitationError> {
+    fn out_of_reach(&self, place: usize, ratio: f64) -> Step {
+        Step::OutOfReach {
+            value: VALUE_NAMES[place],
+            ratio,
+            binding: self.binding.clone(),
+        }
+    }
+
+    /// Replaces the splines by those of a better motion from the same start. Returns false where even the rest of the previous plan
+    /// exceeds a limit, so that nothing else is safe.
+    fn improve(&mut self, belief: &Belief, base: &Isometry3<f64>) -> Result<bool, ExcitationError> {
         let payloads = belief.payloads(&self.prior);
         set_payloads(&mut self.problem, &payloads, self.settings.within);
         let mut search = self.search(STEPS_PER_SPAN, base)?;
         search.objective.known = belief.information;
+        if let Some(binding) = relax_to_rest(&mut search)? {
+            self.binding = Some(binding);
+            return Ok(false);
+        }
         let Some(best) = self.best_start(&mut search)? else {
-            return Ok(());
+            return Ok(true);
         };
         let best = improve(&mut search, best, self.settings.iterations)?;
         let checked = self.checked(belief, &search, &best, base)?;
         self.splines = search.sampler.variables.splines(&checked.values);
         self.binding = checked.binding;
-        Ok(())
+        Ok(true)
     }
 
     /// Returns the search for the next motion, with limits that include where the base is already.
@@ -306,13 +343,8 @@ impl Planner {
         plan.wrapping_mul(SEEDS)
     }
 
-    /// Returns the best of the rest of the previous plan and of random motions; `None` where the rest exceeds a limit, so that nothing
-    /// but a standstill is safe, or where no motion determines all values.
-    fn best_start(&mut self, search: &mut Search) -> Result<Option<Point>, ExcitationError> {
-        if let Some(binding) = relax_to_rest(search)? {
-            self.binding = Some(binding);
-            return Ok(None);
-        }
+    /// Returns the best of the rest of the previous plan and of random motions; `None` where no motion determines all values.
+    fn best_start(&self, search: &mut Search) -> Result<Option<Point>, ExcitationError> {
         let mut best = search.point(search.direct.clone())?;
         for start in 0..self.settings.starts as u64 {
             let seed = self.seed().wrapping_add(start);
@@ -360,7 +392,7 @@ impl Planner {
 fn set_payloads(problem: &mut Problem, payloads: &[Vector], within: f64) {
     let payloads = payloads.iter().copied();
     problem.payloads = payloads.map(InertialParameters::from_vector).collect();
-    if let Some(targets) = targets_within(&problem.payloads[0], within) {
+    if let Some(targets) = targets_from(&problem.payloads[0], within, NEAREST_CENTER) {
         problem.targets = targets;
     }
 }

@@ -223,20 +223,17 @@ fn contact(poses: [Pose; 2], parts: [&Part; 2], reach: f64) -> Option<(f64, [Vec
     if let Some(found) = found {
         return Some((found.dist, [found.point1, found.point2], found.normal1));
     }
-    // The depth of a penetration is not always found: the centres then are the points, and their spheres the depth.
-    if !query::intersection_test(&a, shapes[0], &b, shapes[1])
-        .ok()?
-        .intersecting
-    {
+    // The depth of a penetration is not always found: that of the spheres around both takes its place.
+    let intersects = query::intersection_test(&a, shapes[0], &b, shapes[1]);
+    if !intersects.ok()?.intersecting {
         return None;
     }
-    let centers = [a, b].map(|pose| pose.translation);
-    let normal = (centers[1] - centers[0])
-        .try_normalize()
-        .unwrap_or(Vector::X);
-    Some((
-        (centers[1] - centers[0]).dot(normal).min(0.0),
-        centers,
-        normal,
-    ))
+    let spheres = [0, 1].map(|k| shapes[k].compute_bounding_sphere(&[a, b][k]));
+    let between = spheres[1].center() - spheres[0].center();
+    let normal = between.try_normalize().unwrap_or(Vector::X);
+    let points = [
+        spheres[0].center() + normal * spheres[0].radius(),
+        spheres[1].center() - normal * spheres[1].radius(),
+    ];
+    Some((normal.dot(points[1] - points[0]), points, normal))
 }
