@@ -67,7 +67,7 @@ pub struct Design {
     pub margins: Vec<Margin>,
     /// Largest motion of the base with the expected payload.
     pub excursion: Excursion,
-    /// What the test for collisions leaves out; empty for a problem without [`Problem::collisions`] and keep-out boxes.
+    /// What the test for collisions leaves out or relaxes; empty for a problem without [`Problem::collisions`] and keep-out boxes.
     pub findings: Vec<CollisionFinding>,
 }
 

@@ -173,7 +173,8 @@ impl Search {
         self.start_at(&values)
     }
 
-    /// Returns a motion of the shape of another one within all limits; `None` if it does not determine all values.
+    /// Returns a motion like another one, which may exceed limits by [`START_EXCESS`] if any does; `None` if it does not determine all
+    /// values. Where a joint exceeds its limits, the excursion of each joint becomes the largest within them.
     pub(crate) fn start_like(
         &mut self,
         mut values: Vec<f64>,
@@ -184,8 +185,8 @@ impl Search {
         self.start_at(&values)
     }
 
-    /// Returns a motion of the shape of another one within all limits of the joints; `None` if it does not determine all values.
-    /// What it exceeds other limits by, the search corrects.
+    /// Returns a motion like another one within all limits of the joints, whose excursions become the largest within them where one
+    /// exceeds them; `None` if it does not determine all values. What it exceeds other limits by, the search corrects.
     pub(crate) fn refined_start(
         &mut self,
         mut values: Vec<f64>,
@@ -215,7 +216,7 @@ impl Search {
         Ok(best)
     }
 
-    /// Shrinks the excursion of each joint until it uses a fraction of its limits at most.
+    /// Scales the excursion of each joint to the largest that uses a fraction of its limits at most.
     fn fit_joints(&self, values: &mut [f64], fraction: f64) {
         let of_joint = self.sampler.variables.of_joint();
         let mut factors = vec![f64::INFINITY; self.sampler.variables.joints()];

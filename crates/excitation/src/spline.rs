@@ -1,4 +1,4 @@
-//! Clamped uniform B-splines of degree five that begin and end at rest.
+//! Clamped uniform B-splines of degree five, which end at rest; those of a design begin at rest, too.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -268,7 +268,8 @@ impl Spline {
         Some(Self::new(basis.clone(), control_points.as_slice().to_vec()))
     }
 
-    /// Returns position, velocity and acceleration at a time, s. Before the beginning and after the end the spline rests.
+    /// Returns position, velocity and acceleration at a time, s. Before the beginning they are
+    /// those of the beginning, and after the end the spline rests.
     #[must_use]
     pub fn at(&self, time_s: f64) -> [f64; 3] {
         let local = self.basis.at(time_s);

@@ -32,7 +32,7 @@ const STEPS_PER_SPAN: usize = 2;
 /// Samples in each span at which the limits of a plan are checked.
 const CHECKED_STEPS_PER_SPAN: usize = 5;
 
-/// Equal control points at the end of a motion and those at its beginning leave one more for each span after the fifth.
+/// Control points of a spline beyond one for each span: the degree of the splines.
 const MORE_CONTROL_POINTS: usize = 5;
 
 /// Halvings of a start that is not within all limits.
@@ -95,8 +95,8 @@ pub enum Step {
 /// limits of a [`Problem`], those of places and distances of bodies included. It begins with the position, the velocity and the acceleration that the previous plan reaches after
 /// [`followed_s`](Self::followed_s), and ends at a standstill, so that the robot can always stop within its limits.
 ///
-/// A plan is checked for a sample of the payloads that are possible, with a margin of 5 % of each limit, and this is no proof for
-/// all of them. Before the first estimate they are [`Prior::samples`] and twelve random payloads of the prior: so the motion starts
+/// A plan is checked for a sample of the payloads that are possible, with a margin of 4 to 5 % of each limit unless the rest
+/// of the previous plan uses more of it, and this is no proof for all of them. Before the first estimate they are [`Prior::samples`] and twelve random payloads of the prior: so the motion starts
 /// gently. After it, they are the mean, the ends at three standard deviations along the three axes of the confidence region in
 /// which the load is the most uncertain, and twelve random payloads of it.
 #[derive(Clone, Debug)]
@@ -199,6 +199,10 @@ impl Planner {
     /// Plans the motion that begins where the plan before has been followed for [`followed_s`](Self::followed_s). `covariance` is that
     /// of [`Identifier::covariance`](tactid_identify::Identifier::covariance), and `base` is the measured pose of a floating
     /// base relative to the pose in which it started.
+    ///
+    /// It is called once for each period of [`followed_s`](Self::followed_s), and takes tens of milliseconds. Within a plan, the position of
+    /// the base is integrated from its velocity in its own frame, without its rotation since the beginning of the plan: an error as large
+    /// as this rotation, for which the unused part of the bound leaves room. The noise of the accelerations is that at the problem's start.
     ///
     /// Where no motion within the limits is found, the plan is the rest of the one before, which comes to a standstill. Where the
     /// estimate contradicts the prior, nothing more is planned.

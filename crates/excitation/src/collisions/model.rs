@@ -33,7 +33,7 @@ pub struct CollisionModel {
     findings: Vec<CollisionFinding>,
 }
 
-/// What is not part of a test for collisions.
+/// What a test for collisions leaves out or relaxes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CollisionFinding {
     /// No link has a collision shape, so that collisions of the robot are not tested.

@@ -222,9 +222,25 @@ def grip_of(grip: Grip | None) -> tuple[Any, ...] | None:
         return None
     if not isinstance(grip, Grip):
         raise ArgumentError(f"`grip` is {grip!r}: expected a tactid.Grip", "grip")
-    center, normal = list(map(float, grip.center)), list(map(float, grip.normal))
     carries = (grip.force, grip.friction, grip.torsion_radius, grip.used)
-    return (center, normal, grip.distance, *carries)
+    return (
+        _point("grip.center", grip.center),
+        _point("grip.normal", grip.normal),
+        grip.distance,
+        *carries,
+    )
+
+
+def _point(name: str, given: ArrayLike) -> list[float]:
+    """Returns three numbers of a grip."""
+    try:
+        numbers = np.asarray(given, float)
+    except (TypeError, ValueError):
+        numbers = np.zeros(0)
+    if numbers.shape != (3,):
+        raise ArgumentError(f"`{name}` is {given!r}: expected three numbers", "grip")
+    found: list[float] = numbers.tolist()
+    return found
 
 
 def is_volume(criterion: str) -> bool:

@@ -28,12 +28,12 @@ class LimitMargin:
 
 @dataclass(frozen=True)
 class CollisionFinding:
-    """What the test for collisions leaves out."""
+    """What the test for collisions leaves out or relaxes."""
 
     text: str
-    """What is left out, and the reason."""
+    """What is left out or relaxed, and the reason."""
     pairs: tuple[tuple[str, str], ...]
-    """Names of the bodies of each pair that is not tested; empty for a shape that is left out."""
+    """Names of the bodies of each pair that this is true of; empty for a shape that is left out."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
