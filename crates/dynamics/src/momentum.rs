@@ -217,6 +217,9 @@ fn acceleration_of(
     Ok(BaseAcceleration { linear, angular })
 }
 
+/// Ratio of two pivots of an inertia below which its mass is on a line: the square root of the rounding of its entries.
+const LEAST_PIVOT: f64 = 1e-7;
+
 /// A robot with locked joints: one rigid body, in the frame of the base.
 struct LockedRobot {
     mass: f64,
@@ -233,7 +236,12 @@ impl LockedRobot {
         Self {
             mass,
             center_of_mass: whole.first_moment() / mass,
-            inertia: body.and_then(|body| body.inertia.cholesky()),
+            inertia: body
+                .and_then(|body| body.inertia.cholesky())
+                .filter(|factor| {
+                    let pivots = factor.l_dirty().diagonal();
+                    pivots.min() > LEAST_PIVOT * pivots.max()
+                }),
         }
     }
 

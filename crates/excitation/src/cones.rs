@@ -1,8 +1,7 @@
 //! Limits that depend on the robot's dynamics, as second-order cones of the outputs along a motion.
 
-use crate::collisions::REACH_M;
 use crate::grip::Grip;
-use crate::limits::Limit;
+use crate::limits::{Limit, REACH_M};
 use crate::plant::{Layout, Plant};
 use crate::problem::Problem;
 use crate::samples::{Sampler, Samples};

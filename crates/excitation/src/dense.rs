@@ -3,10 +3,9 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::ExcitationError;
-use crate::collisions::REACH_M;
 use crate::cones::{Cone, Kind, UNIT_M, cones};
 use crate::joint_limits::JointLimits;
-use crate::limits::{Limit, Margin};
+use crate::limits::{Limit, Margin, REACH_M};
 use crate::motion::{JointStates, Motion};
 use crate::plant::{Layout, Plant};
 use crate::problem::Problem;

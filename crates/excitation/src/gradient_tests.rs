@@ -101,6 +101,7 @@ fn check(problem: &Problem) {
             assert_eq!(count_off(&found, &expected, TOLERANCE), 0);
         }
     }
+    assert_eq!(distances.0.is_empty(), problem.collisions.is_none());
     if !distances.0.is_empty() {
         let off = count_off(&distances.0, &distances.1, OF_DISTANCES);
         let all = distances.0.len();

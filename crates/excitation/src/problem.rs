@@ -11,6 +11,7 @@ use crate::checks::{positive, value};
 use crate::collisions::CollisionModel;
 use crate::grip::Grip;
 use crate::joint_limits::JointLimits;
+use crate::limits::REACH_M;
 use crate::variables::End;
 use crate::workspace_bounds::{OrientedBox, WorkspaceBounds};
 
@@ -60,8 +61,8 @@ const LONGEST_S: f64 = 3600.0;
 /// Default least distance of bodies, m.
 const LEAST_DISTANCE_M: f64 = 0.01;
 
-/// Largest least distance of bodies, m: larger distances are not computed.
-pub(crate) const LARGEST_LEAST_DISTANCE_M: f64 = 0.08;
+/// Largest least distance of bodies, m: pairs that are beyond [`REACH_M`], and count as at its end, keep it with a margin.
+const LARGEST_LEAST_DISTANCE_M: f64 = 0.06;
 
 /// A motion to be designed: [`Problem::new`] makes one, whose fields can then be changed.
 #[derive(Clone, Debug)]
@@ -105,8 +106,8 @@ pub struct Problem {
     /// Shapes of the links, which must not touch one another, the payload's bounding box or a keep-out box. Default: none, so
     /// that collisions of the robot are not tested.
     pub collisions: Option<CollisionModel>,
-    /// Least distance of links, payload and keep-out boxes, m: at most 0.08. Default: 0.01. A pair without a keep-out box that is
-    /// closer than twice that at the start must keep half of its distance at the start, which
+    /// Least distance of links, payload and keep-out boxes, m: at most 0.06. Default: 0.01. A pair without a keep-out box that is
+    /// closer than twice that and than 0.08 m at the start must keep half of its distance at the start, which
     /// [`CollisionFinding::LeastDistanceReduced`](crate::CollisionFinding) reports.
     pub least_distance_m: f64,
 }
@@ -265,7 +266,7 @@ impl Problem {
             self.least_distance_m,
             self.least_distance_m <= LARGEST_LEAST_DISTANCE_M,
             &format!(
-                "at most {LARGEST_LEAST_DISTANCE_M} m, beyond which distances are not computed"
+                "at most {LARGEST_LEAST_DISTANCE_M} m, because distances beyond {REACH_M} m are not computed"
             ),
         )?;
         self.check_base()

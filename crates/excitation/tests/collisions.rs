@@ -321,7 +321,7 @@ fn meshes_are_read_or_named() {
     for (file, bytes, because) in cases {
         let expected = [
             format!("the collision shape `{file}` of link arm is left out: {because}"),
-            "no link has a collision shape: collisions of the robot are not tested".to_owned(),
+            "no link has a collision shape that can be tested: collisions of the robot are not tested".to_owned(),
         ];
         assert_eq!(model(file, bytes), expected);
     }

@@ -38,10 +38,11 @@ pub(super) fn relax_to_rest(search: &mut Search) -> Result<Option<Limit>, Excita
     let of_rest = slacks(search, &search.direct.clone())?;
     for (cone, slack) in search.cones.iter_mut().zip(of_rest) {
         if slack < 0.0 {
-            cone.tightening += slack - EXCESS;
-            if cone.tightening < 0.0 {
+            let left = cone.tightening + slack;
+            if left < 0.0 {
                 return Ok(Some(cone.limit.clone()));
             }
+            cone.tightening = (left - EXCESS).max(0.0);
         }
     }
     Ok(None)

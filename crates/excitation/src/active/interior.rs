@@ -9,7 +9,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use crate::ExcitationError;
 use crate::cones::LinearCone;
 use crate::search::{Linear, Point, Search};
-use crate::subproblem::along;
+use crate::subproblem::{PENALTY, along};
 
 /// Weights of the barriers that are tried in each step, in units of the logarithm of an interval.
 const BARRIERS: [f64; 4] = [0.1, 0.03, 0.01, 0.003];
@@ -117,10 +117,6 @@ impl<'a> Barrier<'a> {
 /// Returns the multiple of a step at which a cone's limit is reached.
 fn to_boundary(cone: &LinearCone, step: &[f64]) -> f64 {
     let (head, tail) = (cone.value.head, &cone.value.tail);
-    if head <= 0.0 {
-        // The limit is exceeded already: the merit decides about the step.
-        return f64::INFINITY;
-    }
     let along_head = along(&cone.head, step);
     // (h + a dh)² = |t + a dt|²
     let (mut a, mut b, mut c) = (along_head * along_head, head * along_head, head * head);
@@ -130,8 +126,9 @@ fn to_boundary(cone: &LinearCone, step: &[f64]) -> f64 {
         b -= value * change;
         c -= value * value;
     }
-    if c <= 0.0 {
-        return if b > 0.0 { f64::INFINITY } else { 0.0 };
+    if head <= 0.0 || c <= 0.0 {
+        // The limit is exceeded already: the merit decides about the step.
+        return f64::INFINITY;
     }
     // The positive root of a x² + 2 b x + c, in a form without cancellation.
     let root = (b * b - a * c).max(0.0).sqrt();
@@ -213,7 +210,9 @@ fn best_step(search: &Search, point: &Point, linear: &Linear) -> Option<Vec<f64>
         step *= barrier.longest(step.as_slice());
         let step = step.as_slice().to_vec();
         let after = linear.functions.iter().map(|(f, g)| f + along(g, &step));
-        let after = after.fold(f64::NEG_INFINITY, f64::max);
+        let excess = cones.iter().map(|cone| cone.excess_after(&step));
+        // What a search minimises, to first order.
+        let after = after.fold(f64::NEG_INFINITY, f64::max) + PENALTY * excess.fold(0.0, f64::max);
         if best.as_ref().is_none_or(|(least, _)| after < *least) {
             best = Some((after, step));
         }

@@ -74,8 +74,8 @@ pub enum Step {
     Move(Trajectory),
     /// All ten intervals are within their targets: the robot follows the motion it has to its end.
     Reached,
-    /// Several plans in a row did not make the largest interval smaller, or the robot exceeds a limit already at rest, for a payload of
-    /// the prior: the robot follows the motion it has to its end.
+    /// Several plans in a row did not make the largest interval smaller, or the robot exceeds a limit already at rest, for a payload
+    /// that is possible: the robot follows the motion it has to its end.
     OutOfReach {
         /// The value whose interval is the largest relative to its target.
         value: &'static str,
@@ -95,8 +95,8 @@ pub enum Step {
 /// limits of a [`Problem`], those of places and distances of bodies included. It begins with the position, the velocity and the acceleration that the previous plan reaches after
 /// [`followed_s`](Self::followed_s), and ends at a standstill, so that the robot can always stop within its limits.
 ///
-/// A plan is checked for a sample of the payloads that are possible, with a margin of 4 to 5 % of each limit unless the rest
-/// of the previous plan uses more of it, and this is no proof for all of them. Before the first estimate they are [`Prior::samples`] and twelve random payloads of the prior: so the motion starts
+/// A plan is checked for a sample of the payloads that are possible, with a margin of some percent of the limits that depend on the
+/// payload, unless the rest of the previous plan uses more, and this is no proof for all of them. Before the first estimate they are [`Prior::samples`] and twelve random payloads of the prior: so the motion starts
 /// gently. After it, they are the mean, the ends at three standard deviations along the three axes of the confidence region in
 /// which the load is the most uncertain, and twelve random payloads of it.
 #[derive(Clone, Debug)]
@@ -246,10 +246,13 @@ impl Planner {
         }
         self.plans += 1;
         let improved = self.improve(&belief, base);
-        if improved.is_err() {
+        let is_stuck = self.plans == 1 && matches!(improved, Ok(false));
+        if improved.is_err() || is_stuck {
             (self.splines, self.plans) = before;
+            self.history.pop();
         }
-        if !improved? && self.plans == 1 {
+        improved?;
+        if is_stuck {
             // What is measured at rest changes nothing about it.
             return Ok(self.out_of_reach(place, ratio));
         }

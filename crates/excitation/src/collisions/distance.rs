@@ -9,12 +9,8 @@ use super::model::CollisionFinding;
 use super::pairs::{Pair, Tested, pairs};
 use super::placed::{Part, PartPlace, Solid};
 use crate::ExcitationError;
-use crate::limits::Limit;
-use crate::problem::{LARGEST_LEAST_DISTANCE_M, Problem};
-
-/// Largest distance that is computed, m. Pairs that are further apart count as so far apart, and most of them cost a
-/// comparison of boxes or the first steps of a search only.
-pub(crate) const REACH_M: f64 = LARGEST_LEAST_DISTANCE_M;
+use crate::limits::{Limit, REACH_M};
+use crate::problem::Problem;
 
 /// The closest points of two solids, each in the frame of its solid, and the direction from the first to the second in the
 /// frame of the base.

@@ -4,6 +4,8 @@
 const STL_HEADER: usize = 84;
 const STL_TRIANGLE: usize = 50;
 
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
 /// Returns the vertices in the bytes of a file. The end of its name determines the format.
 ///
 /// # Errors
@@ -25,7 +27,9 @@ fn stl(bytes: &[u8]) -> Result<Vec<[f32; 3]>, String> {
     let room = (bytes.len().saturating_sub(STL_HEADER) / STL_TRIANGLE) as u64;
     if count != room || room == 0 {
         // The header of a binary file may begin with the same word.
-        return match bytes.starts_with(b"solid") {
+        let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+        let begin = text.trim_ascii_start().get(..5).unwrap_or_default();
+        return match begin.eq_ignore_ascii_case(b"solid") {
             true => of_lines(bytes, "vertex"),
             false => Err(format!(
                 "its header announces {count} triangles, but it has room for {room}"
@@ -43,9 +47,9 @@ fn stl(bytes: &[u8]) -> Result<Vec<[f32; 3]>, String> {
     Ok(corners.map(corner).collect())
 }
 
-/// Returns the three numbers after each first word of a line that is `keyword`.
+/// Returns the three numbers that follow `keyword` on each line that begins with it.
 fn of_lines(bytes: &[u8], keyword: &str) -> Result<Vec<[f32; 3]>, String> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
     let mut vertices = Vec::new();
     let mut number = 1;
     for line in bytes.split(|byte| matches!(byte, b'\n' | b'\r')) {
@@ -92,6 +96,8 @@ mod tests {
         assert_eq!(of("a.STL", &binary(b"solid", 1)), CORNERS);
         let text = "solid a\r\nfacet normal 0 0 0\r\n outer loop\r\n  vertex 0 0 1\r\n  vertex 1.5 0 0\r\n\
                     \tvertex 0 -2 3e-3\r\n endloop\r\nendfacet\r\nendsolid a\r\n";
+        assert_eq!(of("a.stl", text.as_bytes()), CORNERS);
+        let text = text.replacen("solid", "\u{feff} SOLID", 1);
         assert_eq!(of("a.stl", text.as_bytes()), CORNERS);
         let text = "\u{feff}v 0 0 1 0.5 0.5 0.5\rvn 1 0 0\rv 1.5 0 0\rv 0 -2 3e-3\rf 1 2 3\r";
         assert_eq!(of("a.obj", text.as_bytes()), CORNERS);

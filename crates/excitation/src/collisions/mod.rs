@@ -8,5 +8,5 @@ mod model;
 mod pairs;
 mod placed;
 
-pub(crate) use distance::{Distances, REACH_M};
+pub(crate) use distance::Distances;
 pub use model::{CollisionFinding, CollisionModel, MeshReader, NotTested};

@@ -97,7 +97,7 @@ impl fmt::Display for CollisionFinding {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoShapes => formatter
-                .write_str("no link has a collision shape: collisions of the robot are not tested"),
+                .write_str("no link has a collision shape that can be tested: collisions of the robot are not tested"),
             Self::ShapeLeftOut {
                 link,
                 shape,

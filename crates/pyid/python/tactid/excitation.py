@@ -132,7 +132,7 @@ def design_excitation(
             in, in the frame of the base, (2, 3), m.
         keep_out: Boxes that must not be entered, by their names: least and largest corner, in the
             frame of the base, (2, 3), m.
-        least_distance: Least distance of links, payload and keep-out boxes, m: at most 0.08. A pair
+        least_distance: Least distance of links, payload and keep-out boxes, m: at most 0.06. A pair
             that is closer than twice that at the start keeps half of its distance there, unless it
             is a keep-out box; the result lists those pairs.
         criterion: What is minimised: the largest interval relative to its target, or the volume of

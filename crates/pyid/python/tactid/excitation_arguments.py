@@ -12,7 +12,7 @@ from tactid import _native
 from tactid._native import Manipulator, MassProperties
 from tactid.errors import ArgumentError
 
-MOST = {"rate": 1e5, "acceleration": 1e5, "speed": 1.0, "least_distance": 0.08}
+MOST = {"rate": 1e5, "acceleration": 1e5, "speed": 1.0, "least_distance": 0.06}
 """Largest values of keywords: a larger rate, Hz, or acceleration is a mistake, a factor above 1
 exceeds the velocity limits of the URDF, and larger distances, m, are not computed."""
 

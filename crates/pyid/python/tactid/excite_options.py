@@ -206,7 +206,7 @@ _ARGUMENTS = (
         "least_distance",
         float,
         LIMITS,
-        "Least distance of links, payload and keep-out boxes, at most 0.08; a pair that is closer "
+        "Least distance of links, payload and keep-out boxes, at most 0.06; a pair that is closer "
         "at the start keeps half of that, and is listed. Default: 0.01. Unit: m.",
     ),
     _Argument(

@@ -100,10 +100,9 @@ def active_text(report: ActiveReport) -> str:
     """Returns sentences on what active excitation has reached."""
     if report.plans == 0 and report.binding is not None:
         return (
-            "The arm did not move: for a payload within the bounds of excitation.active,"
-            f" {report.binding} is beyond its limit already at rest. Give the payload a smaller"
-            " largest mass, center_of_mass_m or half_diagonal_m, the gripper more grip_force_n, or"
-            " the arm another posture."
+            f"The arm did not move: {report.binding} is beyond its limit already at rest, for one"
+            " of the payloads that excitation.active allows. Give the payload smaller bounds, the"
+            " gripper more grip_force_n, the boxes more room, or the arm another posture."
         )
     motions = "1 motion" if report.plans == 1 else f"{report.plans} motions"
     if report.contradictions:
