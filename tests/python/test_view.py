@@ -254,6 +254,11 @@ def test_meshes_that_cannot_be_shown_have_reasons(tmp_path: Path) -> None:
         "empty.stl": "its file has no content",
         "folder.stl": "it is not a regular file",
     }
+    many = "".join(shape.format(f"{k}.stl") for k in range(1001))
+    urdf = f"<robot name='r'><link name='l'>{many}</link></robot>"
+    _, reasons = shapes_of(urdf, tmp_path, {"l"})
+    assert reasons["999.stl"] == "its file was not found"
+    assert reasons["1000.stl"] == "the URDF names more than 1000 other meshes"
 
 
 @pytest.mark.parametrize(

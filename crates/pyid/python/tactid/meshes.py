@@ -11,6 +11,9 @@ MAX_TOTAL_MIB = 96
 """Largest size of all meshes of a robot, MiB, each counted as often as the URDF names it."""
 
 
+MAX_NAMES = 1000
+"""Largest number of different meshes of a robot that are searched."""
+
 MAX_FOLDERS = 12
 """Largest number of folders above a URDF in which its packages are searched."""
 
@@ -34,6 +37,8 @@ class Meshes:
             folder: Folder of the URDF; None for a URDF that is no file.
         """
         if uri not in self._found:
+            if len(self._found) == MAX_NAMES:
+                return f"the URDF names more than {MAX_NAMES} other meshes"
             self._found[uri] = _search(uri, folder)
         found = self._found[uri]
         if isinstance(found, str):
