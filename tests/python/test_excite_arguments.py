@@ -42,6 +42,7 @@ def _design(**keywords: object) -> tactid.DesignedMotion:
         ({"keep_out": BOX}, "`keep_out` is .*: expected boxes by their names"),
         ({"grip": list(range(10))}, r"`grip` is \[0, .*: expected a tactid.Grip"),
         ({"grip": tactid.Grip(1.0, [0, 1, 0], 0.04, 1500.0, 0.8, 0.06)}, "`grip.center` is 1.0"),
+        ({"grip": tactid.Grip([0, 0, 0], None, 0.04, 1500.0, 0.8, 0.06)}, "`grip.normal` is None"),
         ({"payload_box": [[0, 0, 1], [1, 1, 0]]}, "from 1 m to 0 m along z: expected the least"),
         ({"payload_box": [[0, 0, 0], [1, 1, 1e7]]}, r"three numbers, within 1e\+06 m"),
         ({"payload_box": BOX[0]}, "`payload_box` must have two corners of three numbers"),

@@ -79,7 +79,7 @@ pub use manipulator::{BaseKind, FrameId, JointKind, Manipulator};
 pub use momentum::{
     BaseAcceleration, FreeRobot, Momentum, base_acceleration, free_base_motion, momentum,
 };
-pub use names::list_similar;
+pub use names::{list_similar, shortened};
 pub use rows::{
     Rows, inertia_regressor, inertia_rows, mass_rows, mean_wrench_regressor, omega_matrix,
     tactile_mass_rows, wrench_regressor,

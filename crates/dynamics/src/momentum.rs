@@ -35,20 +35,15 @@ pub fn momentum(workspace: &Workspace) -> Momentum {
 /// Returns the linear and the angular momentum of the robot, in the places of force and moment, in the frame of the base and
 /// about its origin.
 fn momentum_about_base(workspace: &Workspace) -> Wrench {
-    let base_velocity = velocity_of_base(workspace);
+    let base = &workspace.states[0];
+    let base_velocity = base.rotation.tr_mul((&workspace.base_velocity).into());
     let of_bodies = workspace
         .placed_bodies()
         .map(|(body, state, moving)| momentum_of(body, state, &moving, base_velocity));
     of_bodies.fold(Wrench::zero(), |sum, one| sum + one)
 }
 
-/// Returns the velocity of the base in its own frame.
-fn velocity_of_base(workspace: &Workspace) -> Vec3<f64> {
-    let base = &workspace.states[0];
-    base.rotation.tr_mul((&workspace.base_velocity).into())
-}
-
-/// Returns the momentum of a body in the frame of the base and about its origin.
+/// Returns the momentum of a body in the frame of the base and about its origin. `base_velocity` is in this frame, too.
 fn momentum_of(
     body: &BodyModel,
     state: &BodyState<f64>,
@@ -81,8 +76,8 @@ pub fn free_base_motion(
     FreeRobot::new(workspace, joints)?.base_motion(workspace, pose, joints)
 }
 
-/// Momentum and inertia of a robot whose base does not move, from which [`free_base_motion`] follows, also with a body more: where one
-/// motion is computed with many payloads, two of three passes over the bodies remain for each.
+/// Momentum and inertia of a robot whose base does not move, from which [`free_base_motion`] follows, also with an additional body:
+/// where one motion is computed with many payloads, each costs four of the six passes over the bodies.
 #[derive(Clone, Copy, Debug)]
 pub struct FreeRobot {
     /// Linear and angular momentum, in the places of force and moment, in the frame of the base and about its origin.
@@ -103,19 +98,18 @@ impl FreeRobot {
             &FrameMotion::at_rest(Isometry3::identity()),
             joints,
         )?;
-        let base_velocity = velocity_of_base(workspace);
         let mut robot = Self {
             momentum: Wrench::zero(),
             whole: InertialParameters::zero(),
         };
         for (body, state, moving) in workspace.placed_bodies() {
-            robot.momentum = robot.momentum + momentum_of(body, state, &moving, base_velocity);
+            robot.momentum = robot.momentum + momentum_of(body, state, &moving, Vec3([0.0; 3]));
             robot.whole = robot.whole + moving.placement.parameters_of(body);
         }
         Ok(robot)
     }
 
-    /// Returns momentum and inertia of the robot with a body more, which may be the difference of two payloads. `frame` is the motion of the
+    /// Returns momentum and inertia of the robot with an additional body, which may be the difference of two payloads. `frame` is the motion of the
     /// body's frame in the workspace of [`new`](Self::new), and `body` is expressed in that frame.
     #[must_use]
     pub fn with_body(&self, frame: &FrameMotion, body: &InertialParameters) -> Self {
@@ -156,7 +150,9 @@ impl FreeRobot {
         let (linear, angular) = locked.twist_that_cancels(&self.momentum);
         base.velocity = pose.rotation * linear;
         base.angular_velocity = pose.rotation * angular;
-        let found = acceleration_of(workspace, &base, joints, |_| locked)?;
+        let on_base = wrench_without_acceleration(workspace, &base, joints)?;
+        let acceleration = locked.twist_that_cancels(&on_base);
+        let found = accelerate(workspace, &base, joints, acceleration)?;
         (base.acceleration, base.angular_acceleration) = (found.linear, found.angular);
         Ok(base)
     }
@@ -184,36 +180,46 @@ pub fn base_acceleration(
     base: &FrameMotion,
     joints: JointMotion<'_>,
 ) -> Result<BaseAcceleration, StateError> {
-    acceleration_of(workspace, base, joints, |workspace| {
-        let bodies = workspace.placed_bodies();
-        let whole = bodies.map(|(body, _, at)| at.placement.parameters_of(body));
-        LockedRobot::of(&whole.sum())
-    })
+    let on_base = wrench_without_acceleration(workspace, base, joints)?;
+    let bodies = workspace.placed_bodies();
+    let whole = bodies.map(|(body, _, at)| at.placement.parameters_of(body));
+    let locked = LockedRobot::of(&whole.sum());
+    accelerate(workspace, base, joints, locked.twist_that_cancels(&on_base))
 }
 
-/// Computes [`base_acceleration`] with a robot with locked joints, which `locked` returns for the posture that a workspace holds.
-fn acceleration_of(
+/// Returns the wrench on the base, in its own frame, if the base does not accelerate.
+fn wrench_without_acceleration(
     workspace: &mut Workspace,
     base: &FrameMotion,
     joints: JointMotion<'_>,
-    locked: impl FnOnce(&Workspace) -> LockedRobot,
-) -> Result<BaseAcceleration, StateError> {
-    let mut base = FrameMotion {
+) -> Result<Wrench, StateError> {
+    let base = FrameMotion {
         acceleration: Vector3::zeros(),
         angular_acceleration: Vector3::zeros(),
         ..*base
     };
-    let zero_gravity = Vector3::zeros();
-    inverse_dynamics(workspace, &base, joints, &zero_gravity)?;
+    inverse_dynamics(workspace, &base, joints, &Vector3::zeros())?;
     let of_base = &workspace.states[0];
-    let on_base = Wrench {
+    Ok(Wrench {
         force: of_base.force.into(),
         moment: of_base.moment.into(),
-    };
-    let (linear, angular) = locked(workspace).twist_that_cancels(&on_base);
+    })
+}
+
+/// Accelerates the base, by a linear and an angular acceleration in its own frame, and returns both in the inertial frame.
+fn accelerate(
+    workspace: &mut Workspace,
+    base: &FrameMotion,
+    joints: JointMotion<'_>,
+    (linear, angular): (Vector3<f64>, Vector3<f64>),
+) -> Result<BaseAcceleration, StateError> {
     let (linear, angular) = (base.pose.rotation * linear, base.pose.rotation * angular);
-    (base.acceleration, base.angular_acceleration) = (linear, angular);
-    inverse_dynamics(workspace, &base, joints, &zero_gravity)?;
+    let base = FrameMotion {
+        acceleration: linear,
+        angular_acceleration: angular,
+        ..*base
+    };
+    inverse_dynamics(workspace, &base, joints, &Vector3::zeros())?;
     Ok(BaseAcceleration { linear, angular })
 }
 

@@ -22,19 +22,29 @@ const MAX_NAME_CHARS: usize = 64;
 /// ```
 #[must_use]
 pub fn list_similar<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
-    let mut known: Vec<String> = known.into_iter().map(shortened).collect();
+    let mut known: Vec<String> = known
+        .into_iter()
+        .map(|name| shortened(name, MAX_NAME_CHARS))
+        .collect();
     let more = known.len().saturating_sub(MOST_SIMILAR);
     if known.len() <= MAX_LISTED {
         return known.join(", ");
     }
-    let name = shortened(name);
+    let name = shortened(name, MAX_NAME_CHARS);
     known.sort_by_cached_key(|other| levenshtein(&name, other));
     known.truncate(MOST_SIMILAR);
     format!("{} and {more} more", known.join(", "))
 }
 
-fn shortened(name: &str) -> String {
-    match name.char_indices().nth(MAX_NAME_CHARS) {
+/// Returns a text for an error message: the first characters of one that is longer than `most_chars`, and three dots.
+///
+/// ```
+/// assert_eq!(tactid_dynamics::shortened("forearm_link", 20), "forearm_link");
+/// assert_eq!(tactid_dynamics::shortened("forearm_link", 7), "forearm...");
+/// ```
+#[must_use]
+pub fn shortened(name: &str, most_chars: usize) -> String {
+    match name.char_indices().nth(most_chars) {
         Some((end, _)) => format!("{}...", &name[..end]),
         None => name.to_owned(),
     }

@@ -3,7 +3,7 @@
 use crate::ExcitationError;
 
 /// Largest coordinate and size of a shape, m: beyond it, distances lose their digits.
-pub(crate) const LARGEST_SIZE_M: f64 = 1e6;
+pub const LARGEST_SIZE_M: f64 = 1e6;
 
 /// Returns an error for a number that is not finite and positive.
 pub(crate) fn positive(name: &str, given: f64) -> Result<(), ExcitationError> {

@@ -94,6 +94,7 @@ mod whitening;
 mod workspace_bounds;
 
 pub use active::{ActiveSettings, Planner, Prior, PriorBound, PriorContradiction, Step};
+pub use checks::LARGEST_SIZE_M;
 pub use collisions::{CollisionFinding, CollisionModel, MeshReader, NotTested};
 pub use dense::{Excursion, margins};
 pub use design::{Design, design, design_observed};
@@ -110,4 +111,4 @@ pub use settings::DesignSettings;
 pub use shortest::{ShortestSettings, shortest};
 pub use spline::{FEWEST_CONTROL_POINTS, Spline};
 pub use variables::End;
-pub use workspace_bounds::{KeepOutBox, OrientedBox, WorkspaceBounds};
+pub use workspace_bounds::{KeepOutBox, MAX_KEEP_OUT, OrientedBox, WorkspaceBounds};

@@ -3,8 +3,7 @@
 use std::fmt;
 
 /// Largest distance that is computed, m. Pairs that are further apart count as so far apart, and most of them cost a
-/// comparison of boxes or the first steps of a search only.
-/// A least distance is shorter, so that pairs beyond reach are far from their limit.
+/// comparison of boxes or the first steps of a search only. A least distance is shorter, so that these pairs are far from it.
 pub(crate) const REACH_M: f64 = 0.08;
 
 /// One of the limits of a motion.

@@ -256,7 +256,9 @@ impl Plant {
         } else {
             let base = self.base_motion(0, &Isometry3::identity(), states)?;
             self.write_loads(0, &base, outputs)?;
-            self.write_others_on_ground(outputs)?;
+            if self.loaded.len() > 1 {
+                self.write_others_on_ground(outputs)?;
+            }
             base
         };
         let rows = self.rows.at(&base, states.joints())?;
@@ -288,9 +290,10 @@ impl Plant {
         self.write_loads(0, &of_first, outputs)?;
         for payload in 1..self.loaded.len() {
             let (workspace, parameters) = &mut self.loaded[payload];
-            let more = InertialParameters::from_vector(parameters.as_vector() - first.as_vector());
+            let difference =
+                InertialParameters::from_vector(parameters.as_vector() - first.as_vector());
             let base = robot
-                .with_body(&tool, &more)
+                .with_body(&tool, &difference)
                 .base_motion(workspace, &pose, joints)?;
             self.write_loads(payload, &base, outputs)?;
         }
@@ -336,9 +339,9 @@ impl Plant {
             let wrench: Vector6<f64> = regressor * parameters.as_vector();
             let place = layout.wrench(payload, 0);
             outputs[place..place + WRENCH_ENTRIES].copy_from_slice(wrench.as_slice());
-            let more = wrench - first;
+            let difference = wrench - first;
             for (joint, column) in self.jacobian.iter().enumerate() {
-                let effort = outputs[layout.effort(0, joint)] + column.dot(&more);
+                let effort = outputs[layout.effort(0, joint)] + column.dot(&difference);
                 outputs[layout.effort(payload, joint)] = effort;
             }
         }

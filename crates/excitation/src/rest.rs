@@ -45,10 +45,8 @@ pub(crate) fn check_places(problem: &Problem, joints: &[usize]) -> Result<(), Ex
     let mut plant = Plant::new(problem)?;
     let exceeded = exceeded(problem, &mut plant, joints, &problem.start)?;
     let is_place = |limit: &Limit| matches!(limit, Limit::Workspace(..) | Limit::Distance(..));
-    let mut of_places = exceeded
-        .into_iter()
-        .filter(|margin| is_place(&margin.limit));
-    match of_places.next() {
+    let of_place = exceeded.into_iter().find(|margin| is_place(&margin.limit));
+    match of_place {
         Some(Margin { limit, used, .. }) => {
             let at = "at the start";
             Err(ExcitationError::Impossible { limit, used, at })

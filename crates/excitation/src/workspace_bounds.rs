@@ -7,7 +7,7 @@ use crate::ExcitationError;
 use crate::checks::{LARGEST_SIZE_M, positive, value};
 
 /// Largest number of boxes that must not be entered: each link is tested for each of them at each step.
-const MAX_KEEP_OUT: usize = 100;
+pub const MAX_KEEP_OUT: usize = 100;
 
 /// A box with a pose.
 #[derive(Clone, Copy, Debug, PartialEq)]

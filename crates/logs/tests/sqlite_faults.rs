@@ -8,9 +8,8 @@ use std::{fs, path::Path};
 
 use common::{
     Read, random, read_file,
-    sqlite::{bag, create, fill, message, topic},
+    sqlite::{bag, change, create, fill, message, topic},
 };
-use rusqlite::Connection;
 use tactid_logs::{LogReader, Message, messages::JointState};
 
 /// Returns the error of a file, which is one line and names the file.
@@ -23,13 +22,11 @@ fn error(path: &Path) -> String {
 }
 
 /// Returns the error of a bag after a change of its database.
-fn error_after(change: &str) -> String {
+fn error_after(statements: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.db3");
     bag(&path, 3);
-    let database = Connection::open(&path).unwrap();
-    database.execute_batch(change).unwrap();
-    database.close().unwrap();
+    change(&path, statements);
     error(&path)
 }
 
@@ -124,14 +121,12 @@ fn names_in_another_case_and_of_full_length_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.db3");
     bag(&path, 3);
-    let database = Connection::open(&path).unwrap();
-    let change = "DROP TABLE metadata; CREATE TABLE metadata (metadata TEXT PRIMARY KEY) WITHOUT ROWID; \
+    let statements = "DROP TABLE metadata; CREATE TABLE metadata (metadata TEXT PRIMARY KEY) WITHOUT ROWID; \
                   INSERT INTO metadata VALUES ('text'); \
                   ALTER TABLE topics RENAME TO other; ALTER TABLE other RENAME TO Topics; \
                   ALTER TABLE messages RENAME COLUMN timestamp TO TimeStamp; \
                   UPDATE topics SET name = hex(zeroblob(2048)) WHERE id = 1";
-    database.execute_batch(change).unwrap();
-    database.close().unwrap();
+    change(&path, statements);
     let (messages, _) = read_file(&path).unwrap();
     assert!(messages.iter().any(|(topic, ..)| topic.len() == 4096));
 }
@@ -299,11 +294,9 @@ fn views_are_not_read() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.db3");
     bag(&path, 3);
-    let database = Connection::open(&path).unwrap();
     let view =
         "DROP TABLE IF EXISTS metadata; CREATE VIEW metadata AS SELECT 'of a view' AS metadata";
-    database.execute_batch(view).unwrap();
-    database.close().unwrap();
+    change(&path, view);
     let log = LogReader::open(&path).unwrap();
     assert!(log.metadata().is_empty(), "{:?}", log.metadata());
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use super::element::Element;
-use crate::ModelError;
+use crate::{ModelError, shortened};
 
 /// Largest number of characters of an attribute in an error.
 const LONGEST_TEXT: usize = 200;
@@ -20,11 +20,10 @@ pub(super) struct Unreadable {
 impl Unreadable {
     fn new(element: &Element, attribute: &'static str, expected: usize) -> Self {
         let text = element.attribute(attribute).unwrap_or_default();
-        let end = text.char_indices().nth(LONGEST_TEXT);
-        let (shown, rest) = end.map_or((text, ""), |(end, _)| (&text[..end], "…"));
+        let shown = shortened(text, LONGEST_TEXT);
         Self {
             attribute,
-            given: format!("{} {attribute}=\"{shown}{rest}\"", element.name),
+            given: format!("{} {attribute}=\"{shown}\"", element.name),
             expected,
         }
     }

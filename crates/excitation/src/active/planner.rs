@@ -96,8 +96,8 @@ pub enum Step {
 /// [`followed_s`](Self::followed_s), and ends at a standstill, so that the robot can always stop within its limits.
 ///
 /// A plan is checked for a sample of the payloads that are possible, with a margin of some percent of the limits that depend on the
-/// payload, unless the rest of the previous plan uses more, and this is no proof for all of them. Before the first estimate they are [`Prior::samples`] and twelve random payloads of the prior: so the motion starts
-/// gently. After it, they are the mean, the ends at three standard deviations along the three axes of the confidence region in
+/// payload, unless the rest of the previous plan uses more, and this is no proof for all of them. Before the first estimate they are
+/// [`Prior::samples`] and twelve random payloads of the prior: so the motion starts gently. After it, they are the mean, the ends at three standard deviations along the three axes of the confidence region in
 /// which the load is the most uncertain, and twelve random payloads of it.
 #[derive(Clone, Debug)]
 pub struct Planner {
@@ -181,18 +181,12 @@ impl Planner {
         let targets = targets_within(&estimate.body.into(), self.settings.within);
         let targets = targets.unwrap_or([0.0; 10]);
         let std_devs = estimate.std_devs.unwrap_or([f64::INFINITY; 10]);
-        let ratio = |k: usize| HALF_WIDTH_95 * std_devs[k] / targets[k];
-        // A value without a number is not known.
-        let ratios = (0..10).map(|k| {
-            (
-                k,
-                if ratio(k).is_nan() {
-                    f64::INFINITY
-                } else {
-                    ratio(k)
-                },
-            )
-        });
+        let ratio = |k: usize| match HALF_WIDTH_95 * std_devs[k] / targets[k] {
+            // A value without a number is not known.
+            ratio if ratio.is_nan() => f64::INFINITY,
+            ratio => ratio,
+        };
+        let ratios = (0..10).map(|k| (k, ratio(k)));
         ratios.fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
     }
 

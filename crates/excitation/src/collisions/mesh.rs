@@ -9,6 +9,7 @@ use parry3d_f64::math::{Pose, Vector};
 use parry3d_f64::shape::SharedShape;
 use parry3d_f64::transformation::try_convex_hull;
 
+use super::convert::glam_vector;
 use super::mesh_file::vertices;
 use super::placed::Placed;
 use crate::checks::LARGEST_SIZE_M;
@@ -17,7 +18,7 @@ use crate::checks::LARGEST_SIZE_M;
 const DIRECTIONS: usize = 100;
 
 /// Largest number of points of which all distances are computed, 2 microseconds for each. A finer mesh is replaced by one point in each
-/// cell of a grid, the finest in which no more cells have points.
+/// cell of a grid, whose cells are doubled until no more of them have points.
 const MAX_POINTS: usize = 50_000;
 
 /// Largest number of points whose convex hull is computed as it is, 10 microseconds for each.
@@ -58,11 +59,11 @@ impl ConvexHulls {
             .or_insert_with(|| Hull::of_mesh(file, bytes))
             .clone()?;
         // The hull of scaled points is the scaled hull.
-        let scale_of = Vector::new(scale.x, scale.y, scale.z);
+        let factors = glam_vector(scale);
         let corners: Vec<Vector> = hull
             .corners
             .iter()
-            .map(|&corner| corner * scale_of)
+            .map(|&corner| corner * factors)
             .collect();
         if !corners
             .iter()

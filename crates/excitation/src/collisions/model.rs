@@ -3,7 +3,9 @@
 use std::fmt;
 
 use parry3d_f64::shape::SharedShape;
-use tactid_dynamics::{CollisionGeometry, CollisionShape, Manipulator, ModelError, Urdf};
+use tactid_dynamics::{
+    CollisionGeometry, CollisionShape, Manipulator, ModelError, Urdf, shortened,
+};
 
 use super::convert::glam_pose;
 use super::mesh::ConvexHulls;
@@ -177,7 +179,7 @@ impl CollisionModel {
                         if left_out <= MAX_LEFT_OUT {
                             model.findings.push(CollisionFinding::ShapeLeftOut {
                                 link: link.to_owned(),
-                                shape: shortened(shape),
+                                shape: shortened(&shape, LONGEST_NAME),
                                 because,
                             });
                         }
@@ -209,14 +211,6 @@ impl CollisionModel {
     #[must_use]
     pub fn findings(&self) -> &[CollisionFinding] {
         &self.findings
-    }
-}
-
-/// Returns a name that a sentence can have.
-fn shortened(name: String) -> String {
-    match name.char_indices().nth(LONGEST_NAME) {
-        Some((end, _)) => format!("{}…", &name[..end]),
-        None => name,
     }
 }
 

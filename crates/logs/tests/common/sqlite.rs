@@ -48,6 +48,13 @@ pub(crate) fn create(path: &Path, schema: usize, index: bool) -> Connection {
     bag
 }
 
+/// Executes statements on a bag that is not open.
+pub(crate) fn change(path: &Path, statements: &str) {
+    let bag = Connection::open(path).unwrap();
+    bag.execute_batch(statements).unwrap();
+    bag.close().unwrap();
+}
+
 /// Adds a topic and returns its number.
 pub(crate) fn topic(bag: &Connection, name: &str, type_name: &str, format: &str) -> i64 {
     let count = bag.prepare("SELECT * FROM topics").unwrap().column_count();

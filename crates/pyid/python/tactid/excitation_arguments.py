@@ -193,16 +193,20 @@ def _check_position(name: str, position: float, low: float, high: float, unit: s
 
 
 def numbers_of(name: str, given: ArrayLike | None, count: int | None) -> list[float] | None:
-    """Returns a list of numbers, as many as ``count`` unless that is None."""
-    if given is None:
-        return None
+    """Returns a list of numbers, as many as ``count`` unless that is None; None for None."""
+    return None if given is None else _numbers(name, given, count)
+
+
+def _numbers(name: str, given: ArrayLike, count: int | None) -> list[float]:
+    """Returns numbers that must be there; ``name`` may be a field of an argument."""
     try:
         numbers = np.asarray(given, float)
     except (TypeError, ValueError):
         numbers = np.zeros((0, 0))
     if numbers.ndim != 1 or (count is not None and len(numbers) != count):
         expected = "a list of numbers" if count is None else f"{count} numbers"
-        raise ArgumentError(f"`{name}` is {given!r}: expected {expected}", name)
+        argument = name.partition(".")[0]
+        raise ArgumentError(f"`{name}` is {given!r}: expected {expected}", argument)
     found: list[float] = numbers.tolist()
     return found
 
@@ -224,23 +228,11 @@ def grip_of(grip: Grip | None) -> tuple[Any, ...] | None:
         raise ArgumentError(f"`grip` is {grip!r}: expected a tactid.Grip", "grip")
     carries = (grip.force, grip.friction, grip.torsion_radius, grip.used)
     return (
-        _point("grip.center", grip.center),
-        _point("grip.normal", grip.normal),
+        _numbers("grip.center", grip.center, 3),
+        _numbers("grip.normal", grip.normal, 3),
         grip.distance,
         *carries,
     )
-
-
-def _point(name: str, given: ArrayLike) -> list[float]:
-    """Returns three numbers of a grip."""
-    try:
-        numbers = np.asarray(given, float)
-    except (TypeError, ValueError):
-        numbers = np.zeros(0)
-    if numbers.shape != (3,):
-        raise ArgumentError(f"`{name}` is {given!r}: expected three numbers", "grip")
-    found: list[float] = numbers.tolist()
-    return found
 
 
 def is_volume(criterion: str) -> bool:

@@ -33,7 +33,12 @@ MOST_NAMES = 6
 """Names that a sentence lists; of more it lists one less, and counts the rest."""
 
 LONGEST_NAME = 200
-"""Characters of a name in such a list."""
+"""Largest number of characters of a name in a sentence."""
+
+
+def shortened(word: str) -> str:
+    """Returns a word, cut off after :data:`LONGEST_NAME` characters."""
+    return word if len(word) <= LONGEST_NAME else word[:LONGEST_NAME] + "…"
 
 
 def abridged(words: Sequence[str], most: int = MOST_NAMES) -> str:
@@ -42,10 +47,10 @@ def abridged(words: Sequence[str], most: int = MOST_NAMES) -> str:
     A long word is cut off.
     """
     shown = words if len(words) <= most else words[: most - 1]
-    cut = [word if len(word) <= LONGEST_NAME else word[:LONGEST_NAME] + "…" for word in shown]
+    short = [shortened(word) for word in shown]
     if len(words) <= most:
-        return listed(cut)
-    return f"{', '.join(cut)} and {len(words) - len(shown)} more"
+        return listed(short)
+    return f"{', '.join(short)} and {len(words) - len(shown)} more"
 
 
 LARGEST_SHOWN = 1000

@@ -2,6 +2,7 @@
 
 use nalgebra::SymmetricEigen;
 use tactid_dynamics::symmetric_matrix;
+use tactid_excitation::{LARGEST_SIZE_M, MAX_KEEP_OUT};
 
 use super::{
     ActiveExcitation, BaseMount, ExcitationKind, Experiment, JointExcitation, Noise, Posture,
@@ -163,9 +164,6 @@ fn excitation(e: &Experiment) -> Result<(), SimError> {
     }
 }
 
-/// Largest number of boxes that the arm keeps out of.
-const MAX_KEEP_OUT: usize = 100;
-
 /// Checks the table of active excitation.
 fn active(e: &Experiment) -> Result<(), SimError> {
     let settings = e.excitation.active.clone().unwrap_or_default();
@@ -215,7 +213,10 @@ fn active(e: &Experiment) -> Result<(), SimError> {
     let keep_out = keep_out.map(|(name, &corners)| (format!("keep_out_m.{name}"), Some(corners)));
     for (name, corners) in boxes.into_iter().chain(keep_out) {
         let Some([low, high]) = corners else { continue };
-        let is_box = |k: usize| low[k] >= -1e6 && high[k] - low[k] >= 1e-6 && high[k] <= 1e6;
+        let is_box = |k: usize| {
+            let is_near = low[k] >= -LARGEST_SIZE_M && high[k] <= LARGEST_SIZE_M;
+            is_near && high[k] - low[k] >= 1e-6
+        };
         if !(0..3).all(is_box) {
             let why = "must be the corner with the least coordinates and the one with the largest, [[x, y, z], [x, y, z]], \
                        with sides from 1e-6 m on and within 1e6 m";

@@ -213,8 +213,8 @@ struct Table {
 }
 
 impl Table {
-    /// Returns the table with a name, in which letters count without case; `None` where there is none. A view, which would run what a
-    /// file says, and a virtual table are none: they have no page.
+    /// Returns the table with a name, in which letters count without case; `None` where there is none. Views and
+    /// virtual tables, which have no root page, do not count: reading them would run what the file says.
     ///
     /// `pragma_table_list` would expand all views of the file, whose size a few of them can double each time.
     fn read(connection: &Connection, name: &str) -> rusqlite::Result<Option<Self>> {

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tactid.errors import ModelError
 from tactid.meshes import Meshes
-from tactid.naming import abridged, listed
+from tactid.naming import listed, shortened
 
 Array = NDArray[np.float64]
 Color = tuple[int, int, int, int]
@@ -59,7 +59,7 @@ def shapes_of(
         if (color := _color(material)) is not None
     }
     shapes: dict[str, list[Shape]] = {}
-    meshes = _Meshes(folder)
+    meshes = _ShownMeshes(folder)
     bones = _bones(robot)
     for link in robot.findall("link"):
         name = link.get("name", "")
@@ -85,7 +85,7 @@ def _parse(urdf: str) -> ElementTree.Element:
 def _shapes(
     parts: Sequence[ElementTree.Element],
     colors: dict[str, Color],
-    meshes: "_Meshes",
+    meshes: "_ShownMeshes",
 ) -> Iterator[Shape]:
     for part in parts:
         geometry = part.find("geometry")
@@ -127,7 +127,7 @@ def _bones(robot: ElementTree.Element) -> dict[str, list[Shape]]:
     }
 
 
-class _Meshes:
+class _ShownMeshes:
     """The files of the meshes that can be shown, and why others are not."""
 
     def __init__(self, folder: Path | None) -> None:
@@ -186,7 +186,7 @@ def _numbers(
         values = ()
     if len(values) != count or not all(map(math.isfinite, values)):
         raise ModelError(
-            f'the URDF has {key}="{abridged([text])}" in a <{element.tag}>:'
+            f'the URDF has {key}="{shortened(text)}" in a <{element.tag}>:'
             f" expected {count} finite numbers"
         )
     return values
