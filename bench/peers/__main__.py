@@ -6,20 +6,19 @@ With words as arguments, only the tasks that contain one of them are measured, a
 written.
 """
 
-import importlib
 import os
 import platform
 import subprocess
 import sys
-from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from peers import dynamics, estimators, logs, online, python_calls, simulation
 from peers.cores import use_one_core
-from peers.harness import Row, Timing, report, run
+from peers.harness import report, run
 from peers.native import BUILD, CXX_FLAGS, compiler
 
-MODULES = ("dynamics", "estimators", "online", "python_calls", "logs", "simulation")
+MODULES = (dynamics, estimators, online, python_calls, logs, simulation)
 PACKAGES = ("tactid", "pin", "cmeel-eigen", "padasip", "mujoco", "rosbags", "numpy")
 
 
@@ -27,22 +26,12 @@ def main() -> None:
     """Measures on one core, and reports."""
     chosen = sys.argv[1:]
     use_one_core()
-    rows = [row for name in MODULES for row in measured(name, chosen)]
-    if not rows:
+    tasks = [each for module in MODULES for each in module.comparisons()]
+    if chosen:
+        tasks = [each for each in tasks if any(word in each.task for word in chosen)]
+    if not tasks:
         sys.exit(f"no task contains {' or '.join(chosen)}; make bench-peers without words runs all")
-    report(rows, facts(), None if chosen else BUILD)
-
-
-def measured(name: str, chosen: list[str]) -> Iterator[Row]:
-    """The rows of a module; one that says what is missing where a library that it needs is."""
-    try:
-        module = importlib.import_module(f"peers.{name}")
-    except ModuleNotFoundError as error:
-        yield Row(name, "", None, [Timing("all", missing=f"the module {error.name}")])
-        return
-    for comparison in module.comparisons():
-        if not chosen or any(word in comparison.task for word in chosen):
-            yield run(comparison)
+    report([run(each) for each in tasks], facts(), None if chosen else BUILD)
 
 
 def facts() -> dict[str, str]:

@@ -1,16 +1,16 @@
 """Kernels of the dynamics beside Pinocchio's in C++, on a UR5e."""
 
 import ctypes
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import airo_models
 import numpy as np
-import pinocchio as pin
 
-from peers.harness import Array, Comparison, Contender
-from peers.native import MissingPeerError, handle, robot_library, tactid_library, thread_seconds
+from peers.harness import Array, Comparison, Contender, peer
+from peers.native import handle, robot_library, tactid_library, thread_seconds
 
 TOOL = "tool0"
 SECONDS = 0.02
@@ -109,6 +109,7 @@ class Robot:
 
     def pinocchio(self, name: str, width: int, *flags: str) -> Kernel:
         """A kernel of Pinocchio in C++, compiled with further flags."""
+        pin = peer("pinocchio", "pin")
         library = robot_library("pinocchio", *flags)
         root = (pin.JointModelFreeFlyer(),) if self.floating else ()
         model = pin.buildModelFromXML(self.urdf, *root)
@@ -121,8 +122,8 @@ class Robot:
         return Kernel(library.pinocchio_run, pointer, name, self.count, width)
 
 
-def model_arguments(model: pin.Model) -> list:
-    """A model as the plain numbers of which `robot.hpp` makes it again."""
+def model_arguments(model) -> list:
+    """A model of Pinocchio as the plain numbers of which `robot.hpp` makes it again."""
     kinds, parents, numbers = [], [], []
     for joint in range(1, model.njoints):
         kinds.append(model.joints[joint].shortname().encode())
@@ -148,11 +149,15 @@ def c_numbers(numbers: Array) -> ctypes.Array:
 
 def rotations(quaternions: Array) -> Array:
     """Rotation matrices of quaternions x, y, z, w."""
-    return np.array([pin.Quaternion(*q[[3, 0, 1, 2]]).matrix() for q in quaternions])
+    vectors, reals = quaternions[:, :3], quaternions[:, 3]
+    axes = np.eye(3)[None, :, :]
+    crossed = np.cross(vectors[:, None, :], axes)  # A row for each axis.
+    turned = axes + 2 * (reals[:, None, None] * crossed + np.cross(vectors[:, None, :], crossed))
+    return np.swapaxes(turned, 1, 2)
 
 
-def placement(pose: pin.SE3) -> Array:
-    """Rotation row by row, then translation."""
+def placement(pose) -> Array:
+    """A placement of Pinocchio: rotation row by row, then translation."""
     return np.hstack([pose.rotation.ravel(), pose.translation])
 
 
@@ -217,21 +222,32 @@ TASKS = [
 ]
 
 
-def comparisons() -> Iterator[Comparison]:
+def comparisons() -> list[Comparison]:
     """All tasks of the dynamics."""
-    for task in TASKS:
-        robot = Robot(task.count, floating=task.floating)
-        ours = robot.tactid(task.ours, task.widths[0])
-        contenders = [Contender("tactid", ours, our_result(task, robot, ours.out))]
-        for label, flags in (("-O3", ()), ("-O3 -march=native", ("-march=native",))):
-            name = f"Pinocchio C++ {label}"
-            try:
-                theirs = robot.pinocchio(task.theirs, task.widths[1], *flags)
-            except MissingPeerError as missing:
-                contenders.append(Contender(name, missing=str(missing)))
-            else:
-                contenders.append(Contender(name, theirs, their_result(task, theirs.out)))
-        yield Comparison(task.name, "ns", contenders, bar=task.bar)
+    return [Comparison(task.name, "ns", contenders(task), bar=task.bar) for task in TASKS]
+
+
+def contenders(task: Task) -> dict[str, Callable[[], Contender]]:
+    """Both libraries, and the builds of Pinocchio."""
+    return {
+        "tactid": partial(in_rust, task),
+        "Pinocchio C++ -O3": partial(in_cxx, task),
+        "Pinocchio C++ -O3 -march=native": partial(in_cxx, task, "-march=native"),
+    }
+
+
+def in_rust(task: Task) -> Contender:
+    """The task by tactid."""
+    robot = Robot(task.count, floating=task.floating)
+    kernel = robot.tactid(task.ours, task.widths[0])
+    return Contender(kernel, our_result(task, robot, kernel.out))
+
+
+def in_cxx(task: Task, *flags: str) -> Contender:
+    """The task by Pinocchio, compiled with further flags."""
+    robot = Robot(task.count, floating=task.floating)
+    kernel = robot.pinocchio(task.theirs, task.widths[1], *flags)
+    return Contender(kernel, their_result(task, kernel.out))
 
 
 def our_result(task: Task, robot: Robot, out: Array) -> Array:

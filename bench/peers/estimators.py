@@ -2,18 +2,14 @@
 
 import ctypes
 import time
-from collections.abc import Iterator
-from functools import cache
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, partial
 
 import numpy as np
 
-from peers.harness import TOLERANCE, Array, Comparison, Contender
-from peers.native import MissingPeerError, cxx_library, tactid_library, thread_seconds
-
-try:
-    import padasip
-except ImportError:
-    padasip = None
+from peers.harness import TOLERANCE, Array, Comparison, Contender, peer
+from peers.native import cxx_library, tactid_library, thread_seconds
 
 ROWS = 4098
 """Rows of one measurement: whole blocks of six."""
@@ -29,34 +25,59 @@ HALF_OF_THE_DIGITS = 1e-6
 loses half of the digits; the table has the difference."""
 
 
-def comparisons() -> Iterator[Comparison]:
+@dataclass
+class Task:
+    """A filter: its kernels in both languages, and how well their parameters must agree."""
+
+    name: str
+    ours: str
+    theirs: str
+    bar: float
+    tolerance: float
+
+
+TASKS = [
+    Task("NLMS, a row", "nlms", "nlms", 1.0, TOLERANCE),
+    Task("RLS, a row, parameters at the end", "rls", "rls", 0.6, HALF_OF_THE_DIGITS),
+    Task(
+        "RLS, a row in blocks of six, parameters at the end",
+        "rls_blocks",
+        "rls",
+        1.0,
+        HALF_OF_THE_DIGITS,
+    ),
+]
+
+
+def comparisons() -> list[Comparison]:
     """A row of each estimator."""
+    return [
+        Comparison(task.name, "ns", contenders(task), bar=task.bar, tolerance=task.tolerance)
+        for task in TASKS
+    ]
+
+
+def contenders(task: Task) -> dict[str, Callable[[], Contender]]:
+    """The filter in Rust, in C++, and in Python where it takes single rows."""
+    chosen = {
+        "tactid": partial(kernel, tactid, task.ours),
+        "C++ with Eigen -O3": partial(kernel, cxx, task.theirs),
+        "C++ with Eigen -O3 -march=native": partial(
+            kernel, partial(cxx, "-march=native"), task.theirs
+        ),
+    }
+    if task.ours == task.theirs:
+        chosen["padasip"] = partial(in_python, task.theirs)
+    return chosen
+
+
+@cache
+def measured() -> Array:
+    """Rows with their targets, which have noise."""
     rng = np.random.default_rng(3)
     rows = rng.normal(size=(ROWS, 10))
     targets = rows @ rng.normal(size=10) + NOISE * rng.normal(size=ROWS)
-    numbers = np.column_stack([rows, targets])
-    tasks = [
-        ("NLMS, a row", "nlms", "nlms", 1.0, TOLERANCE),
-        ("RLS, a row, parameters at the end", "rls", "rls", 0.6, HALF_OF_THE_DIGITS),
-        (
-            "RLS, a row in blocks of six, parameters at the end",
-            "rls_blocks",
-            "rls",
-            1.0,
-            HALF_OF_THE_DIGITS,
-        ),
-    ]
-    for task, ours, theirs, bar, tolerance in tasks:
-        contenders = [kernel("tactid", tactid(), ours, numbers)]
-        for label, flags in (("-O3", ()), ("-O3 -march=native", ("-march=native",))):
-            name = f"C++ with Eigen {label}"
-            try:
-                contenders.append(kernel(name, cxx(*flags), theirs, numbers))
-            except MissingPeerError as missing:
-                contenders.append(Contender(name, missing=str(missing)))
-        if ours != "rls_blocks":
-            contenders.append(in_python(theirs, numbers))
-        yield Comparison(task, "ns", contenders, bar=bar, tolerance=tolerance)
+    return np.column_stack([rows, targets])
 
 
 def tactid():
@@ -72,9 +93,9 @@ def cxx(*flags: str):
     return function
 
 
-def kernel(label: str, function, name: str, numbers: Array) -> Contender:
+def kernel(library: Callable, name: str) -> Contender:
     """A kernel behind the C interface."""
-    out = np.zeros(10)
+    function, numbers, out = library(), measured(), np.zeros(10)
 
     def measure() -> float:
         at = [array.ctypes.data_as(ctypes.c_void_p) for array in (numbers, out)]
@@ -83,19 +104,18 @@ def kernel(label: str, function, name: str, numbers: Array) -> Contender:
         return thread_seconds(run, name) / (REPETITIONS * len(numbers))
 
     measure()
-    return Contender(label, measure, out)
+    return Contender(measure, out)
 
 
-def in_python(name: str, numbers: Array) -> Contender:
+def in_python(name: str) -> Contender:
     """The same filter of padasip."""
-    if padasip is None:
-        return Contender("padasip", missing="pip install padasip")
-    rows, targets = numbers[:, :10], numbers[:, 10]
+    filters = peer("padasip", "padasip").filters
+    rows, targets = measured()[:, :10], measured()[:, 10]
 
     def new():
         if name == "nlms":
-            return padasip.filters.FilterNLMS(n=10, mu=1.8, eps=0.9, w="zeros")
-        return padasip.filters.FilterRLS(n=10, mu=1.0, eps=1e-8, w="zeros")
+            return filters.FilterNLMS(n=10, mu=1.8, eps=0.9, w="zeros")
+        return filters.FilterRLS(n=10, mu=1.0, eps=1e-8, w="zeros")
 
     def measure() -> float:
         made = new()
@@ -105,4 +125,4 @@ def in_python(name: str, numbers: Array) -> Contender:
 
     once = new()
     once.run(targets, rows)
-    return Contender("padasip", measure, once.w)
+    return Contender(measure, once.w)

@@ -1,15 +1,17 @@
 """What all comparisons have in common: agreement first, then interleaved rounds, then one table.
 
-A comparison is a function that yields `Comparison`s, in a module of its own that `__main__` lists.
-It says what is computed, by whom, and how the results compare; nothing else differs between a
-kernel of nanoseconds and a command of seconds.
+A module that `__main__` lists has a function `comparisons`, which returns its `Comparison`s. Each
+says what is computed, by whom, and how the results compare; nothing else differs between a kernel
+of nanoseconds and a command of seconds. Nothing is prepared before a comparison is run.
 """
 
+import importlib
 import json
 import statistics
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 from rich.console import Console
@@ -21,27 +23,45 @@ ROUNDS = 9
 """Interleaved rounds; one more before them warms caches and is not counted."""
 
 TOLERANCE = 1e-10
-"""Largest difference between results, as a fraction of the largest entry."""
+"""Largest difference between results, as a fraction of the largest entry of its column."""
 
+SMALL_COLUMN = 1e-3
+"""A column whose entries are smaller than this fraction of the largest of all is compared as if
+they were of this size: it may consist of rounding."""
 
 COLUMNS = ("task", "contender", "minimum", "median", "ratio (of medians)", "bar", "difference")
-"""Columns of the table. The difference is that of the result from tactid's, relative to the largest
-entry; it is empty where only times are compared."""
+"""Columns of the table. The bar has a mark where it is missed. The difference is that of the result
+from tactid's, relative to the largest entry of its column; it is empty where only times are
+compared."""
+
+
+class MissingPeerError(Exception):
+    """A peer cannot be used here; the message says what is not installed."""
+
+
+def peer(module: str, package: str) -> ModuleType:
+    """The module of a peer.
+
+    Raises:
+        MissingPeerError: It cannot be imported.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        raise MissingPeerError(f"pip install {package}") from error
 
 
 @dataclass
 class Contender:
-    """One library at one task.
+    """One library at one task, ready to be timed."""
 
-    `measure` does the task once or often and returns the seconds of one unit. `result` is compared
-    with that of the others; without it, only the time is. A contender that is not here has
-    `missing` instead.
-    """
-
-    name: str
-    measure: Callable[[], float] | None = None
+    measure: Callable[[], float]
+    """Does the task once or often, and returns the seconds of one unit."""
     result: Array | None = None
-    missing: str = ""
+    """Compared with those of the others: an array with a column for each quantity, or one for
+    quantities of one kind. Without it, only times are compared."""
+    note: str = ""
+    """What else a reader must know, such as the accuracy of the result."""
 
 
 @dataclass
@@ -50,14 +70,15 @@ class Comparison:
 
     task: str
     unit: str
-    contenders: list[Contender]
+    contenders: dict[str, Callable[[], Contender]]
+    """What prepares each contender, or raises `MissingPeerError`."""
     scale: float = 1e9
     bar: float | None = None
     """Ratio that is aimed for, of the fastest peer's time to that of tactid."""
     tolerance: float = TOLERANCE
-    """Largest difference between results, as a fraction of the largest entry."""
+    """Largest difference between results, as a fraction of the largest entry of its column."""
     note: str = ""
-    """What else a reader must know, such as the accuracy of the results."""
+    """What the notes of the contenders say."""
 
 
 @dataclass
@@ -68,7 +89,7 @@ class Timing:
     minimum: float | None = None
     median: float | None = None
     difference: float | None = None
-    """Difference of its result from tactid's, as a fraction of the largest entry."""
+    """Difference of its result from tactid's, as a fraction of the largest entry of its column."""
     ratio: float | None = None
     """Minimum of this peer as a multiple of tactid's in the same run: above 1, tactid is faster."""
     median_ratio: float | None = None
@@ -89,47 +110,72 @@ class Row:
 
 def run(comparison: Comparison) -> Row:
     """Checks that the results agree, then measures all contenders in turn, round after round."""
-    reference = comparison.contenders[0]
-    if reference.measure is None:
-        raise SystemExit(f"{comparison.task}: tactid itself is missing: {reference.missing}")
-    present = [each for each in comparison.contenders if each.measure is not None]
-    differences = check_agreement(comparison, present)
-    rounds: dict[str, list[float]] = {each.name: [] for each in present}
-    for number in range(ROUNDS + 1):
-        for each in present:
-            assert each.measure is not None
-            seconds = each.measure()
-            if number > 0:
-                rounds[each.name].append(seconds * comparison.scale)
-    ours = rounds[reference.name]
+    present: dict[str, Contender] = {}
+    missing: dict[str, str] = {}
+    for name, prepare in comparison.contenders.items():
+        try:
+            present[name] = prepare()
+        except MissingPeerError as error:
+            missing[name] = str(error)
+    reference = next(iter(comparison.contenders))
+    if reference in missing:
+        raise SystemExit(f"{comparison.task}: tactid itself is missing: {missing[reference]}")
+    differences = check_agreement(comparison, present, reference)
+    rounds = interleaved_rounds(comparison, present)
+    ours = rounds[reference]
     timings = []
-    for each in comparison.contenders:
-        if each.name not in rounds:
-            timings.append(Timing(each.name, missing=each.missing))
+    for name in comparison.contenders:
+        if name in missing:
+            timings.append(Timing(name, missing=missing[name]))
             continue
-        times = rounds[each.name]
-        timing = Timing(each.name, min(times), statistics.median(times), rounds=times)
-        if each is not reference:
-            timing.difference = differences.get(each.name)
+        times = rounds[name]
+        timing = Timing(name, min(times), statistics.median(times), rounds=times)
+        if name != reference:
+            timing.difference = differences.get(name)
             timing.ratio = timing.minimum / min(ours)
             timing.median_ratio = timing.median / statistics.median(ours)
         timings.append(timing)
-    return Row(comparison.task, comparison.unit, comparison.bar, timings, comparison.note)
+    notes = "; ".join(f"{name}: {each.note}" for name, each in present.items() if each.note)
+    note = f"{comparison.note}: {notes}" if notes else comparison.note
+    return Row(comparison.task, comparison.unit, comparison.bar, timings, note)
 
 
-def check_agreement(comparison: Comparison, contenders: list[Contender]) -> dict[str, float]:
-    """Differences of the results from the first one; raises where one is too large."""
-    ours, *others = [each for each in contenders if each.result is not None] or [None]
+def interleaved_rounds(
+    comparison: Comparison, contenders: dict[str, Contender]
+) -> dict[str, list[float]]:
+    """Times of each contender in the unit of the task; the first round is not counted."""
+    rounds: dict[str, list[float]] = {name: [] for name in contenders}
+    for number in range(ROUNDS + 1):
+        for name, each in contenders.items():
+            seconds = each.measure()
+            if number > 0:
+                rounds[name].append(seconds * comparison.scale)
+    return rounds
+
+
+def check_agreement(
+    comparison: Comparison, contenders: dict[str, Contender], reference: str
+) -> dict[str, float]:
+    """Differences of the results from tactid's; raises where one is too large."""
+    results = {name: each.result for name, each in contenders.items() if each.result is not None}
     differences = {}
-    for other in others:
-        scale = np.abs(ours.result).max()
-        difference = float(np.abs(other.result - ours.result).max() / scale)
-        if not difference <= comparison.tolerance:
+    for name, result in results.items():
+        if name == reference:
+            continue
+        differences[name] = difference(result, results[reference])
+        if not differences[name] <= comparison.tolerance:
             raise SystemExit(
-                f"{comparison.task}: {other.name} and {ours.name} differ by {difference:.1e}"
+                f"{comparison.task}: {name} and {reference} differ by {differences[name]:.1e}"
             )
-        differences[other.name] = difference
     return differences
+
+
+def difference(theirs: Array, ours: Array) -> float:
+    """Largest difference of two results, as a fraction of the largest entry of its column."""
+    theirs, ours = (each.reshape(len(each), -1) for each in (theirs, ours))
+    largest = np.abs(ours).max(axis=0)
+    sizes = np.maximum(largest, SMALL_COLUMN * largest.max())
+    return float((np.abs(theirs - ours).max(axis=0) / sizes).max())
 
 
 def report(rows: list[Row], facts: dict[str, str], folder: Path | None) -> None:
@@ -169,7 +215,9 @@ def figures(row: Row, timing: Timing) -> list[str]:
     if timing.minimum is None:
         return [f"missing: {timing.missing}", "", "", "", ""]
     ratio = "1" if timing.ratio is None else f"{timing.ratio:.2f} ({timing.median_ratio:.2f})"
-    bar = "" if row.bar is None or timing.ratio is None else f"{row.bar:g}"
+    bar = "" if row.bar is None or timing.ratio is None else f"{row.bar:.3g}"
+    if bar and timing.ratio < row.bar:
+        bar += " missed"
     difference = "" if timing.difference is None else f"{timing.difference:.0e}"
     times = [f"{time:.4g} {row.unit}" for time in (timing.minimum, timing.median)]
     return [*times, ratio, bar, difference]

@@ -4,35 +4,47 @@ import json
 import resource
 import subprocess
 import sys
-from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 import tactid
-from peers.harness import Array, Comparison, Contender
+from peers.harness import Array, Comparison, Contender, peer
 from peers.native import BUILD
 
-SECONDS = 60.0
+EXPERIMENT = tactid.Experiment.paper().replace(duration=60.0)
 SCRIPT = Path(__file__).with_name("log_script.py")
 
 
-def comparisons() -> Iterator[Comparison]:
+def comparisons() -> list[Comparison]:
     """The paper's experiment, simulated and then identified by a process of each."""
-    log = BUILD / "minute.mcap"
-    log.parent.mkdir(parents=True, exist_ok=True)
-    tactid.simulate(tactid.Experiment.paper().replace(duration=SECONDS), log)
-    tool = Path(sys.executable).with_name("tactid")
-    ours = Command([str(tool), "identify", str(log), "--json"])
-    theirs = Command([sys.executable, str(SCRIPT), str(log)])
-    estimate = parameters(json.loads(ours.printed())["estimate"])
-    size = sizes(estimate)
-    contenders = [
-        Contender("tactid identify", ours, estimate / size),
-        Contender("script", theirs, np.array(theirs.printed().split(), dtype=float) / size),
-    ]
     # The script differs by what it does not know, such as outliers at contact.
-    yield Comparison("log of 60 s", "s", contenders, scale=1.0, bar=6.0, tolerance=2e-3)
+    contenders = {"tactid identify": by_tactid, "script": by_script}
+    return [Comparison("log of 60 s", "s", contenders, scale=1.0, bar=6.0, tolerance=2e-3)]
+
+
+def by_tactid() -> Contender:
+    """The command line of tactid."""
+    command = Command([str(Path(sys.executable).with_name("tactid")), "identify", log(), "--json"])
+    return Contender(command, in_sizes(parameters(json.loads(command.printed())["estimate"])))
+
+
+def by_script() -> Contender:
+    """The script beside this module."""
+    peer("pinocchio", "pin")
+    peer("rosbags", "rosbags")
+    command = Command([sys.executable, str(SCRIPT), log()])
+    return Contender(command, in_sizes(np.array(command.printed().split(), dtype=float)))
+
+
+@cache
+def log() -> str:
+    """The path of a log that is simulated once."""
+    path = BUILD / "minute.mcap"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    tactid.simulate(EXPERIMENT, path)
+    return str(path)
 
 
 class Command:
@@ -54,10 +66,10 @@ class Command:
         return command.stdout
 
 
-def sizes(parameters: Array) -> Array:
-    """For each parameter the largest value of its kind: mass, first moment or inertia."""
-    mass, first_moments, inertia = np.abs(parameters[0]), parameters[1:4], parameters[4:]
-    return np.repeat([mass, np.abs(first_moments).max(), np.abs(inertia).max()], [1, 3, 6])
+def in_sizes(estimate: Array) -> Array:
+    """Ten parameters as multiples of the payload's largest of their kind: mass, moment, inertia."""
+    kinds = np.split(np.abs(EXPERIMENT.payload.parameters), [1, 4])
+    return estimate / np.repeat([kind.max() for kind in kinds], [1, 3, 6])
 
 
 def parameters(estimate: dict) -> Array:

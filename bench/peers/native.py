@@ -13,6 +13,7 @@ from functools import cache
 from pathlib import Path
 
 from peers.cores import all_cores
+from peers.harness import MissingPeerError
 
 BENCH = Path(__file__).parents[1]
 BUILD = BENCH.parent / "target" / "bench"
@@ -23,10 +24,6 @@ CXX_FLAGS += ["-fvisibility=hidden", "-fno-semantic-interposition", "-fno-gnu-un
 # What Pinocchio's own build defines: its list of joints is longer than Boost's headers expect.
 CXX_FLAGS += ["-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30"]
 CXX_FLAGS += ["-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS", "-DBOOST_FUSION_INVOKE_MAX_ARITY=10"]
-
-
-class MissingPeerError(Exception):
-    """A peer cannot be built here; the message says what is not installed."""
 
 
 def thread_seconds(run: Callable[[], bool], name: str) -> float:

@@ -1,16 +1,16 @@
 """The online update from a wrench sensor beside a plain loop in C++ with Eigen, on a UR5e."""
 
 import ctypes
-from collections.abc import Iterator
+from collections.abc import Callable
+from functools import cache, partial
 from pathlib import Path
 
 import airo_models
 import numpy as np
-import pinocchio as pin
 
 from peers.dynamics import PARAMETERS, TOOL, model_arguments
-from peers.harness import Array, Comparison, Contender
-from peers.native import MissingPeerError, handle, robot_library, tactid_library, thread_seconds
+from peers.harness import TOLERANCE, Array, Comparison, Contender, peer
+from peers.native import handle, robot_library, tactid_library, thread_seconds
 
 SAMPLES = 10_000
 """Samples of one measurement, at 1 kHz."""
@@ -49,35 +49,36 @@ class Loop:
         return thread_seconds(run, self.name) / len(self.samples)
 
 
-def comparisons() -> Iterator[Comparison]:
+def comparisons() -> list[Comparison]:
     """The mean rows of windows, and the estimate after each sample."""
-    samples = measured()
-    noisy = [with_noise(samples, seed) for seed in range(SEEDS)]
-    tasks = [
-        ("online, a sample to mean rows of windows", "rows", 66, None, 1e-10),
-        ("online, a sample to the estimate", "update", 10, 1.3, EXACT),
+    return [
+        Comparison(
+            "online, a sample to mean rows of windows",
+            "ns",
+            {name: partial(timed_rows, name) for name in LIBRARIES},
+            tolerance=TOLERANCE,
+        ),
+        Comparison(
+            "online, a sample to the estimate",
+            "ns",
+            {name: partial(timed_update, name) for name in LIBRARIES},
+            bar=1.3,
+            tolerance=EXACT,
+            note="rms errors of mass, centre of mass and inertia at equal noise",
+        ),
     ]
-    for task, name, width, bar, tolerance in tasks:
-        contenders, note = [], ""
-        for label, start in starts():
-            try:
-                loop = Loop(start, name, samples, width)
-            except MissingPeerError as missing:
-                contenders.append(Contender(label, missing=str(missing)))
-                continue
-            contenders.append(Contender(label, loop, comparable(label, loop.out)))
-            if name == "update":
-                note += f"{label}: {errors(start, label, noisy)}. "
-        note = note and f"rms errors of mass, centre of mass and inertia at equal noise: {note}"
-        yield Comparison(task, "ns", contenders, bar=bar, tolerance=tolerance, note=note)
 
 
-def starts():
-    """Name and start of each library: a function of samples that returns what runs its kernels."""
-    yield "tactid", tactid
-    for flags in ((), ("-march=native",)):
-        name = " ".join(["C++ loop -O3", *flags])
-        yield name, lambda samples, flags=flags: cxx(samples, *flags)
+def timed_rows(name: str) -> Contender:
+    """Mean rows of the windows by a library: six for each, with their targets."""
+    loop = Loop(LIBRARIES[name], "rows", measured(), 66)
+    return Contender(loop, comparable(name, loop.out).reshape(6, 11))
+
+
+def timed_update(name: str) -> Contender:
+    """The estimate after each sample by a library."""
+    loop = Loop(LIBRARIES[name], "update", measured(), 10)
+    return Contender(loop, comparable(name, loop.out), errors(name))
 
 
 def tactid(samples: Array):
@@ -94,7 +95,7 @@ def tactid(samples: Array):
     return run
 
 
-def cxx(samples: Array, *flags: str):
+def cxx(samples: Array, flags: tuple[str, ...] = ()):
     """Runs the loop in C++ on samples."""
     library = robot_library("online", *flags)
     online = handle(library.online_new(*model_arguments(ur5e())), "the robot")
@@ -107,21 +108,23 @@ def cxx(samples: Array, *flags: str):
     return run
 
 
-def comparable(label: str, out: Array) -> Array:
+def comparable(name: str, out: Array) -> Array:
     """A result in the order of tactid.
 
     Rows of C++ lie column by column, in Pinocchio's order of the parameters.
     """
-    if label == "tactid":
+    if name == "tactid":
         return out.copy()
     if len(out) == len(PARAMETERS):
         return out[PARAMETERS]
     return out.reshape(11, 6).T[:, [*PARAMETERS, 10]].ravel()
 
 
-def errors(start, label: str, noisy: list[Array]) -> str:
-    """Root mean square errors of the estimates from noisy samples."""
-    estimates = np.array([comparable(label, Loop(start, "update", each, 10).out) for each in noisy])
+def errors(name: str) -> str:
+    """Root mean square errors of the estimates of a library from noisy samples."""
+    noisy = [with_noise(measured(), seed) for seed in range(SEEDS)]
+    loops = [Loop(LIBRARIES[name], "update", each, 10) for each in noisy]
+    estimates = np.array([comparable(name, loop.out) for loop in loops])
     rms = lambda values: np.sqrt(np.mean(np.square(values)))  # noqa: E731
     mass = rms(estimates[:, 0] - PAYLOAD[0])
     center = rms(estimates[:, 1:4] / estimates[:, :1] - PAYLOAD[1:4] / PAYLOAD[0])
@@ -129,17 +132,26 @@ def errors(start, label: str, noisy: list[Array]) -> str:
     return f"{mass * 1e3:.3g} g, {center * 1e3:.3g} mm, {inertia * 1e4:.3g}e-4 kg m²"
 
 
-def ur5e() -> pin.Model:
-    """The robot."""
-    return pin.buildModelFromXML(Path(airo_models.get_urdf_path("ur5e")).read_text())
+LIBRARIES: dict[str, Callable[[Array], Callable]] = {
+    "tactid": tactid,
+    "C++ loop -O3": cxx,
+    "C++ loop -O3 -march=native": partial(cxx, flags=("-march=native",)),
+}
+"""What starts each library: a function of samples that returns what runs its kernels."""
 
 
+def ur5e():
+    """The robot in Pinocchio."""
+    return peer("pinocchio", "pin").buildModelFromXML(Path(airo_models.get_urdf_path("ur5e")).read_text())
+
+
+@cache
 def measured() -> Array:
-    """Exact samples of a smooth motion.
+    """Exact samples of a smooth motion, computed by Pinocchio.
 
     A row has the time, positions and velocities of the joints, and the wrench on the payload.
     """
-    model = ur5e()
+    pin, model = peer("pinocchio", "pin"), ur5e()
     data, tool = model.createData(), model.getFrameId(TOOL)
     rows = np.zeros((SAMPLES, 1 + 2 * JOINTS + 6))
     rates, phases = 1.5 + 0.37 * np.arange(JOINTS), np.arange(JOINTS)

@@ -2,63 +2,96 @@
 
 import re
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import airo_models
-import mujoco
 import numpy as np
-import pinocchio as pin
 
 import tactid
 from peers.dynamics import Robot
-from peers.harness import Array, Comparison, Contender
+from peers.harness import Array, Comparison, Contender, peer
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 CALLS = 5000
 SERIES = 100_000
+DOF = 6
 
 
-def comparisons() -> Iterator[Comparison]:
+def comparisons() -> list[Comparison]:
     """A call for one state, and a call for many."""
-    urdf = Path(airo_models.get_urdf_path("ur5e")).read_text()
-    robot = tactid.Manipulator.from_urdf(urdf, base="fixed")
-    # Arrays of their own: to take them from one array in each call costs as much as a computation.
-    state = tuple(np.random.default_rng(5).normal(size=(3, robot.dof)))
-    model = pin.buildModelFromXML(urdf)
-    data = model.createData()
-    calls = {
-        "tactid": lambda: robot.inverse_dynamics(*state, gravity=GRAVITY)[0],
-        "pin": lambda: pin.rnea(model, data, *state),
-        "MuJoCo": in_mujoco(urdf, state),
-    }
-    contenders = [Contender(name, timed(call), call().copy()) for name, call in calls.items()]
-    yield Comparison("Python: one inverse dynamics", "µs", contenders, scale=1e6, bar=1.0)
-
-    peer = Robot(SERIES, floating=False)
-    kernel = peer.tactid("series_inverse_dynamics", robot.dof)
-    states = np.ascontiguousarray(np.moveaxis(peer.states.joints, 1, 0))
-    whole = lambda: robot.inverse_dynamics(*states, gravity=GRAVITY)  # noqa: E731
-    contenders = [
-        Contender("tactid", timed(whole, calls=1, states=SERIES), whole()[0]),
-        Contender("tactid in Rust", kernel, kernel.out.copy()),
+    one = {"tactid": one_by_tactid, "pin": one_by_pin, "MuJoCo": one_by_mujoco}
+    many = {"tactid": many_by_tactid, "tactid in Rust": many_in_rust}
+    return [
+        Comparison("Python: one inverse dynamics", "µs", one, scale=1e6, bar=1.0),
+        Comparison("Python: 100 000 inverse dynamics", "ns", many, bar=1 / 1.1),
     ]
-    yield Comparison("Python: 100 000 inverse dynamics", "ns", contenders, bar=1 / 1.1)
 
 
-def in_mujoco(urdf: str, state: tuple[Array, ...]) -> Callable[[], Array]:
-    """A call of MuJoCo for the same state; the links need no meshes for it."""
-    text = re.sub(r"<(visual|collision)\b.*?</\1>", "", urdf, flags=re.DOTALL)
+def urdf() -> str:
+    """The robot."""
+    return Path(airo_models.get_urdf_path("ur5e")).read_text()
+
+
+def state() -> tuple[Array, ...]:
+    """Positions, velocities and accelerations, random and the same in every run.
+
+    Arrays of their own: to take them from one array in each call costs as much as a computation.
+    """
+    return tuple(np.random.default_rng(5).normal(size=(3, DOF)))
+
+
+def one_by_tactid() -> Contender:
+    """A call of tactid."""
+    robot, joints = tactid.Manipulator.from_urdf(urdf(), base="fixed"), state()
+    call = lambda: robot.inverse_dynamics(*joints, gravity=GRAVITY)[0]  # noqa: E731
+    return Contender(timed(call), call())
+
+
+def one_by_pin() -> Contender:
+    """A call of Pinocchio."""
+    pin, joints = peer("pinocchio", "pin"), state()
+    model = pin.buildModelFromXML(urdf())
+    data = model.createData()
+    call = lambda: pin.rnea(model, data, *joints)  # noqa: E731
+    return Contender(timed(call), call().copy())
+
+
+def one_by_mujoco() -> Contender:
+    """A call of MuJoCo, whose links need no meshes for it."""
+    mujoco = peer("mujoco", "mujoco")
+    text = re.sub(r"<(visual|collision)\b.*?</\1>", "", urdf(), flags=re.DOTALL)
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
-    q, qd, qdd = state
+    q, qd, qdd = state()
 
     def call() -> Array:
         data.qpos[:], data.qvel[:], data.qacc[:] = q, qd, qdd
         mujoco.mj_inverse(model, data)
         return data.qfrc_inverse
 
-    return call
+    return Contender(timed(call), call().copy())
+
+
+@cache
+def robot_with_states() -> Robot:
+    """The robot and the states of a series."""
+    return Robot(SERIES, floating=False)
+
+
+def many_by_tactid() -> Contender:
+    """One call for all states."""
+    robot = tactid.Manipulator.from_urdf(urdf(), base="fixed")
+    states = np.ascontiguousarray(np.moveaxis(robot_with_states().states.joints, 1, 0))
+    call = lambda: robot.inverse_dynamics(*states, gravity=GRAVITY)  # noqa: E731
+    return Contender(timed(call, calls=1, states=SERIES), call()[0])
+
+
+def many_in_rust() -> Contender:
+    """The same without Python."""
+    kernel = robot_with_states().tactid("series_inverse_dynamics", DOF)
+    return Contender(kernel, kernel.out.copy())
 
 
 def timed(call: Callable, *, calls: int = CALLS, states: int = 1) -> Callable[[], float]:

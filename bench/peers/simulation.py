@@ -1,27 +1,27 @@
 """Steps of the paper's spacecraft, beside MuJoCo with the same robot, payload and motion.
 
 tactid holds the payload by friction between two fingers. In MuJoCo it is fixed to the tool, without
-any contact, which is less work. The wrench is that at the start of a step, and the motion beside it
-the mean over the step: for Runge and Kutta's method, they differ by half a step.
+any contact, which is less work. MuJoCo is measured with tactid's step, and with the longest one at
+which momentum and moments are as exact. Forces are not compared in it: those of tactid are the
+impulses of its contacts, which are exact to rounding.
 """
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
+from functools import cache, partial
 from pathlib import Path
 
-import mujoco
 import numpy as np
-from mujoco import rollout
-from rosbags.highlevel import AnyReader
 
 import tactid
-from peers.harness import Array, Comparison, Contender
+from peers.harness import Array, Comparison, Contender, MissingPeerError, peer
 from peers.native import BENCH, BUILD
 
 STEP_S = 1e-3
 SECONDS = 15.0
 """The three driven joints have 5 s each, a period of their motion."""
 
+EXPERIMENT = tactid.Experiment.paper().replace(duration=SECONDS)
 URDF = BENCH.parent / "crates" / "sim" / "robots" / "tactid.urdf"
 POSTURE = [0.0, -1.2, 1.6, -0.4, np.pi / 2, 0.0]
 DRIVE_GAIN = 1e2
@@ -30,57 +30,82 @@ DRIVE_GAIN = 1e2
 Stiffer drives need implicit steps, with which the wrench that MuJoCo reports is not that of the
 motion."""
 
-INTEGRATORS = {
-    "Euler": mujoco.mjtIntegrator.mjINT_EULER,
-    "RK4": mujoco.mjtIntegrator.mjINT_RK4,
-}
+INTEGRATORS = ("Euler", "RK4")
+SUBSTEPS = (1, 2, 4, 8, 16, 32, 64, 128)
+"""Divisions of a step that are tried."""
+COMPARED = [0, 1, 3]
+"""Which of the four errors must be as small as tactid's: all but that of forces."""
 
 
-def comparisons() -> Iterator[Comparison]:
+def comparisons() -> list[Comparison]:
     """A step of tactid with its log, and of MuJoCo with each integrator."""
-    experiment = tactid.Experiment.paper().replace(duration=SECONDS)
-    log = BUILD / "simulated.mcap"
-    log.parent.mkdir(parents=True, exist_ok=True)
-    checks = tactid.simulate(experiment, log)
-    errors = {
-        "tactid": np.array(
-            [
-                checks.linear_momentum_drift,
-                checks.angular_momentum_drift,
-                checks.newton_residual,
-                checks.euler_residual,
-            ]
-        )
-    }
-    contenders = [Contender("tactid, with log", lambda: with_log(experiment, log))]
+    contenders: dict[str, Callable[[], Contender]] = {"tactid, with log": with_log}
     for integrator in INTEGRATORS:
-        peer = Spacecraft(experiment.payload, integrator, log)
-        name = f"MuJoCo {integrator}, payload fixed, no log"
-        contenders.append(Contender(name, peer.seconds))
-        errors[name] = peer.errors()
-    texts = [f"{name}: {', '.join(f'{x:.0e}' for x in each)}" for name, each in errors.items()]
+        contenders[f"MuJoCo {integrator}, payload fixed, no log"] = partial(with_equal_step, integrator)
+        contenders[f"MuJoCo {integrator}, as exact"] = partial(as_exact, integrator)
     note = (
         "change of the linear and the angular momentum as fractions of the largest of a body, and "
         "residuals of the payload's Newton and Euler equations as fractions of the largest force "
-        "and moment: " + "; ".join(texts)
+        "and moment"
     )
-    yield Comparison("simulation, a step of 1 ms", "µs", contenders, scale=1e6, note=note)
+    return [Comparison("simulation, 1 ms", "µs", contenders, scale=1e6, note=note)]
 
 
-def with_log(experiment: tactid.Experiment, log: Path) -> float:
-    """Seconds of a step, in the time of all threads."""
-    start = time.process_time()
-    report = tactid.simulate(experiment, log)
-    return (time.process_time() - start) / report.steps
+@cache
+def simulated() -> tuple[Path, Array]:
+    """A log of tactid's run, and its errors."""
+    log = BUILD / "simulated.mcap"
+    log.parent.mkdir(parents=True, exist_ok=True)
+    checks = tactid.simulate(EXPERIMENT, log)
+    momentum = [checks.linear_momentum_drift, checks.angular_momentum_drift]
+    return log, np.array([*momentum, checks.newton_residual, checks.euler_residual])
+
+
+def with_log() -> Contender:
+    """tactid, in the time of all threads."""
+    log, errors = simulated()
+
+    def measure() -> float:
+        start = time.process_time()
+        report = tactid.simulate(EXPERIMENT, log)
+        return (time.process_time() - start) / report.steps
+
+    return Contender(measure, note=text(errors))
+
+
+def with_equal_step(integrator: str) -> Contender:
+    """MuJoCo with the step of tactid."""
+    spacecraft = Spacecraft(integrator, 1)
+    return Contender(spacecraft.seconds, note=text(spacecraft.errors()))
+
+
+def as_exact(integrator: str) -> Contender:
+    """MuJoCo with the longest step whose errors of momentum and moments are at most tactid's."""
+    _, allowed = simulated()
+    for substeps in SUBSTEPS:
+        spacecraft = Spacecraft(integrator, substeps)
+        errors = spacecraft.errors()
+        if (errors <= allowed)[COMPARED].all():
+            note = f"steps of {STEP_S / substeps * 1e3:.3g} ms, {text(errors)}"
+            return Contender(spacecraft.seconds, note=note)
+    raise MissingPeerError(f"no step down to {STEP_S / SUBSTEPS[-1] * 1e3:.2g} ms")
+
+
+def text(errors: Array) -> str:
+    """Errors for a note."""
+    return ", ".join(f"{error:.0e}" for error in errors)
 
 
 class Spacecraft:
     """The spacecraft in MuJoCo with locked fingers, whose joints move as in a log of tactid."""
 
-    def __init__(self, payload: tactid.MassProperties, integrator: str, log: Path) -> None:
+    def __init__(self, integrator: str, substeps: int) -> None:
+        self.mujoco = mujoco = peer("mujoco", "mujoco")
+        self.substeps, self.full = substeps, mujoco.mjtState.mjSTATE_FULLPHYSICS
+        payload = EXPERIMENT.payload
         spec = mujoco.MjSpec.from_string(URDF.read_text())
-        spec.option.timestep, spec.option.gravity = STEP_S, np.zeros(3)
-        spec.option.integrator = INTEGRATORS[integrator]
+        spec.option.timestep, spec.option.gravity = STEP_S / substeps, np.zeros(3)
+        spec.option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT
         spec.compiler.fusestatic = False  # The payload stays a body, of which the wrench is known.
@@ -100,33 +125,41 @@ class Spacecraft:
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
         self.data.qpos[7:] = POSTURE
-        self.start = np.zeros(mujoco.mj_stateSize(self.model, FULL))
-        mujoco.mj_getState(self.model, self.data, self.start, FULL)
-        self.commands = commands(log, joints)
+        self.start = np.zeros(mujoco.mj_stateSize(self.model, self.full))
+        mujoco.mj_getState(self.model, self.data, self.start, self.full)
+        self.commands = np.repeat(commands(tuple(joints)), substeps, axis=0)
 
-    def states(self) -> tuple[Array, Array]:
-        """The state after each step, and the wrench on the payload at its start."""
-        states, wrenches = rollout.rollout(self.model, self.data, self.start, self.commands)
-        return states[0], wrenches[0]
+    def states(self) -> Array:
+        """The state after each step."""
+        rollout = peer("mujoco.rollout", "mujoco").rollout
+        return rollout(self.model, self.data, self.start, self.commands)[0][0]
 
     def seconds(self) -> float:
-        """Seconds of a step."""
+        """Seconds of a step of tactid."""
         start = time.thread_time()
         self.states()
-        return (time.thread_time() - start) / len(self.commands)
+        return (time.thread_time() - start) * self.substeps / len(self.commands)
 
     def errors(self) -> Array:
-        """What tactid reports of a run, of all steps."""
-        states, wrenches = self.states()
-        payload = self.model.body("payload").id
-        momenta = np.array([self.momenta(state) for state in states])
+        """What tactid reports of a run, of the first of the substeps of each step.
+
+        Euler's method moves the payload with the wrench at the start of a step; for Runge and
+        Kutta's it is compared with the mean of those at its start and at its end.
+        """
+        states, payload = self.states(), self.model.body("payload").id
+        first = np.arange(0, len(states) - 1, self.substeps)
+        before, after, commands = states[first], states[first + 1], self.commands[first + 1]
+        momenta = np.array([self.momenta(state) for state in before])
         total = momenta.sum(axis=1)
         drift = np.linalg.norm(total - total[0], axis=2).max(axis=0)
         largest = np.linalg.norm(momenta, axis=3).max(axis=(0, 1))
-        changes = np.diff(self.about_center(states, payload), axis=0) / STEP_S
-        at_start = self.in_world(states[:-1], wrenches[1:])
-        residual = np.linalg.norm(changes - at_start, axis=2).max(axis=0)
-        return np.hstack([drift / largest, residual / np.linalg.norm(at_start, axis=2).max(axis=0)])
+        acting = self.wrenches(before, commands)
+        sizes = np.linalg.norm(acting, axis=2).max(axis=0)
+        if self.model.opt.integrator == self.mujoco.mjtIntegrator.mjINT_RK4:
+            acting = (acting + self.wrenches(after, commands)) / 2
+        change = self.about_center(after, payload) - self.about_center(before, payload)
+        residual = np.linalg.norm(change / self.model.opt.timestep - acting, axis=2).max(axis=0)
+        return np.hstack([drift / largest, residual / sizes])
 
     def momenta(self, state: Array) -> Array:
         """Linear and angular momentum of each body about the world's origin."""
@@ -145,7 +178,8 @@ class Spacecraft:
     def momentum(self, body: int) -> Array:
         """Linear and angular momentum of a body in the present state, about the world's origin."""
         both = np.zeros(6)
-        mujoco.mj_objectVelocity(self.model, self.data, mujoco.mjtObj.mjOBJ_BODY, body, both, 0)
+        of_body = self.mujoco.mjtObj.mjOBJ_BODY
+        self.mujoco.mj_objectVelocity(self.model, self.data, of_body, body, both, 0)
         angular_velocity, velocity = both[:3], both[3:]
         axes = self.data.ximat[body].reshape(3, 3)
         inertia = axes @ np.diag(self.model.body_inertia[body]) @ axes.T
@@ -153,29 +187,30 @@ class Spacecraft:
         angular = inertia @ angular_velocity + np.cross(self.data.xipos[body], linear)
         return np.array([linear, angular])
 
-    def in_world(self, states: Array, wrenches: Array) -> Array:
-        """Force and moment about the centre of mass, in world axes."""
+    def wrenches(self, states: Array, commands: Array) -> Array:
+        """Force and moment on the payload about its centre of mass, in world axes."""
         turned = []
-        for state, wrench in zip(states, wrenches, strict=True):
-            self.move_to(state)
+        for state, command in zip(states, commands, strict=True):
+            self.mujoco.mj_setState(self.model, self.data, state, self.full)
+            self.data.ctrl[:] = command
+            self.mujoco.mj_forward(self.model, self.data)
             axes = self.data.site("payload").xmat.reshape(3, 3)
-            turned.append(wrench.reshape(2, 3) @ axes.T)
+            turned.append(self.data.sensordata.reshape(2, 3) @ axes.T)
         return np.array(turned)
 
     def move_to(self, state: Array) -> None:
         """Sets a state, and computes the poses and velocities of its bodies."""
-        mujoco.mj_setState(self.model, self.data, state, FULL)
-        mujoco.mj_fwdPosition(self.model, self.data)
-        mujoco.mj_fwdVelocity(self.model, self.data)
+        self.mujoco.mj_setState(self.model, self.data, state, self.full)
+        self.mujoco.mj_fwdPosition(self.model, self.data)
+        self.mujoco.mj_fwdVelocity(self.model, self.data)
 
 
-FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
-
-
-def commands(log: Path, joints: list[str]) -> Array:
+@cache
+def commands(joints: tuple[str, ...]) -> Array:
     """Inputs of the drives in each step: velocity after it, and torque in it over the gain."""
     velocity, torque = [], []
-    with AnyReader([log]) as reader:
+    reading = peer("rosbags.highlevel", "rosbags").AnyReader
+    with reading([simulated()[0]]) as reader:
         chosen = [each for each in reader.connections if each.topic == "/joint_states"]
         for connection, _, data in reader.messages(chosen):
             message = reader.deserialize(data, connection.msgtype)

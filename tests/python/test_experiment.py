@@ -12,6 +12,7 @@ import pages
 import tactid
 from conftest import TactidCommand
 from tactid.run_report import active_text, base_text
+from tactid.values import values_of
 
 PAPER = tactid.Experiment.paper()
 
@@ -264,3 +265,15 @@ def test_what_active_identification_has_not_reached_is_reported(tmp_path: Path) 
     assert tactid.simulate(paper, tmp_path / "run.mcap").active is None
     with pytest.raises(tactid.ExperimentError, match=r"active\.within = 0\.01: is used only with"):
         active.replace(excitation={"kind": "cosine"})
+
+
+@pytest.mark.parametrize("seconds", [0.25, 0.4, 0.7, 1.0, 1.6, 2.5, 4.0])
+def test_intervals_hold_at_the_beginning_of_a_motion(tmp_path: Path, seconds: float) -> None:
+    """Without noise, what is left is how the payload gives way in its grasp, which one short arc of
+    the motion cannot tell from inertia. Where no body explains it, the intervals grow."""
+    log = tmp_path / "beginning.mcap"
+    tactid.simulate(PAPER.replace(duration=seconds), log)
+    low, high = np.transpose(tactid.identify(log).estimate.intervals)
+    truth = values_of(PAPER.payload)
+    outside = (truth < low) | (truth > high)
+    assert not outside.any(), f"{truth[outside]} not in {low[outside]} .. {high[outside]}"

@@ -2,13 +2,13 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use crate::diagnosis::nearest_consistent;
 use crate::equations::Equation;
 use crate::equations::window::NOISE_CORRELATION;
 use crate::fit::Fit;
 use crate::fit::normal_equations::NormalEquations;
 use crate::result::HistoryPoint;
 use crate::solve::BoundingBox;
-use crate::solve::consistency::project;
 use crate::solve::uncertainty::{std_devs, values_of};
 
 /// Most points of a history.
@@ -64,9 +64,14 @@ fn solve(
     covariance += &of_gains * of_gains.transpose();
     let parameters = parameters.component_mul(scales) - known;
     let covariance = SMatrix::from_fn(|i, j| covariance[(i, j)] * scales[i] * scales[j]);
-    let projection = project(&parameters, &covariance, scales, bounding_box);
-    let parameters = projection.map_or(parameters, |projection| projection.parameters);
+    let consistent = nearest_consistent(parameters, &covariance, scales, bounding_box);
+    let parameters = consistent.parameters;
     let values = values_of(&parameters)?;
     let of_values = std_devs(&parameters, &covariance, &spectrum.null_space(*scales));
-    Some((values, of_values.std_devs))
+    Some((
+        values,
+        of_values
+            .std_devs
+            .map(|std_dev| consistent.widening * std_dev),
+    ))
 }

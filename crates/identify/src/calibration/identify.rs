@@ -17,7 +17,7 @@ use super::unloaded::{Update, update};
 use crate::batch::{BatchResult, BatchSettings, FitReport};
 use crate::combine::{LinearEstimate, SharedErrors, information};
 use crate::diagnosis::{
-    CONTRADICTION, consistent_parameters, mass_finding, nothing_held, without_repetition,
+    CONTRADICTION, mass_finding, nearest_consistent, nothing_held, without_repetition,
 };
 use crate::equations::{Channel, window};
 use crate::finding::{Finding, UnexplainedLoad};
@@ -172,8 +172,9 @@ impl Solution<'_> {
         let bounding_box = self.settings.bounding_box.as_ref();
         let scales = best.null_space.scales();
         let parameters = best.parameters - self.tool;
-        let (consistent, inconsistent) =
-            consistent_parameters(parameters, &covariance, scales, bounding_box);
+        let nearest = nearest_consistent(parameters, &covariance, scales, bounding_box);
+        let (consistent, widening) = (nearest.parameters, nearest.widening);
+        let covariance = covariance * (widening * widening);
         let noise_fraction = noise_fraction(best, &consistent);
         let fit = self.fit_report(noise_fraction);
         let of_data = self.data_findings(&fit);
@@ -184,7 +185,7 @@ impl Solution<'_> {
             );
             mass_finding(mass, found, consistent[0], bounding_box.is_some(), &of_data)
         });
-        let findings = without_repetition(of_mass, inconsistent, of_data);
+        let findings = without_repetition(of_mass, nearest.contradiction, of_data);
         let of_model = self.loaded[0].arm.findings.iter().cloned();
         CalibratedEstimate {
             result: BatchResult {

@@ -45,11 +45,10 @@ use self::linear::with_variance;
 pub use self::linear::{LinearEstimate, SharedErrors};
 use self::term::{Pooled, Term};
 use crate::IdentifyError;
-use crate::diagnosis::CONTRADICTION;
+use crate::diagnosis::nearest_consistent;
 use crate::finding::{Disagreement, Finding};
 use crate::fit::GainErrors;
 use crate::result::{self, PayloadEstimate, is_physical};
-use crate::solve::consistency::project;
 use crate::solve::intervals::intervals;
 use crate::solve::subspace::{Matrix, Vector};
 use crate::solve::uncertainty::{ValueStdDevs, observability, std_devs, value_jacobian};
@@ -250,13 +249,9 @@ fn combination(
     let bounding_box = settings.bounding_box.as_ref();
     let scales = pooled.inverse.null_space.scales();
     let covariance = pooled.covariance();
-    let projection = project(&pooled.term.at, &covariance, scales, bounding_box);
-    let parameters = projection.map_or(pooled.term.at, |found| found.parameters);
-    let inconsistent = projection.filter(|found| found.distance > CONTRADICTION);
-    let inconsistent = inconsistent.map(|found| Finding::Inconsistent {
-        distance: found.distance,
-        within_box: bounding_box.is_some(),
-    });
+    let consistent = nearest_consistent(pooled.term.at, &covariance, scales, bounding_box);
+    let parameters = consistent.parameters;
+    let factors = factors.map(|factor| factor * consistent.widening);
     let of_values = std_devs(&parameters, &covariance, &pooled.inverse.null_space);
     let ValueStdDevs { observable, .. } = of_values;
     let mut std_devs: [f64; 10] = std::array::from_fn(|k| factors[k] * of_values.std_devs[k]);
@@ -291,7 +286,10 @@ fn combination(
             &covariance,
             &pooled.inverse.null_space,
         ),
-        findings: disagreement.into_iter().chain(inconsistent).collect(),
+        findings: disagreement
+            .into_iter()
+            .chain(consistent.contradiction)
+            .collect(),
         agreement,
         between_runs,
     }

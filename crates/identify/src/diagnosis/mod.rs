@@ -23,6 +23,9 @@ use crate::solve::consistency::project;
 /// Distance in standard deviations from which a contradiction is reported.
 pub(crate) const CONTRADICTION: f64 = 5.0;
 
+/// Distance in standard deviations at which a consistent body is plausible: noise alone is rarely larger.
+const PLAUSIBLE: f64 = 2.0;
+
 /// Returns what equations of a stream show about its assumptions without any prior information, and what is wrong in the
 /// robot's description. `gripper` is the known part of the identified body. Without enough equations there are only the
 /// findings of the description.
@@ -38,42 +41,52 @@ pub(crate) fn findings_without_prior(
         return stream.model_findings();
     };
     let known = gripper.map_or(SVector::zeros(), |gripper| *gripper.as_vector());
-    let (_, inconsistent) = consistent_payload(&fit, &known, None);
-    let mut findings: Vec<Finding> = inconsistent.into_iter().collect();
+    let consistent = consistent_payload(&fit, &known, None);
+    let mut findings: Vec<Finding> = consistent.contradiction.into_iter().collect();
     findings.extend(data_findings(equations, &fit, &fit, stream, known[0]));
     findings.extend(stream.model_findings());
     findings
 }
 
-/// Projects the payload's parameters onto physically consistent ones, and reports where these are far away. `known` are
-/// the parameters of the known bodies that the fit contains.
+/// The parameters of the physically consistent body that is nearest to an estimate.
+pub(crate) struct ConsistentPayload {
+    pub(crate) parameters: SVector<f64, 10>,
+    /// The finding that the body is far away: the noise that was estimated cannot be all of the error.
+    pub(crate) contradiction: Option<Finding>,
+    /// Factor by which standard deviations are wider than the noise tells, so that the body is within what is plausible;
+    /// 1 without a contradiction.
+    pub(crate) widening: f64,
+}
+
+/// Returns the physically consistent payload that is nearest to a fit. `known` are the parameters of the known bodies that
+/// the fit contains.
 pub(crate) fn consistent_payload(
     fit: &Fit,
     known: &SVector<f64, 10>,
     bounding_box: Option<&BoundingBox>,
-) -> (SVector<f64, 10>, Option<Finding>) {
+) -> ConsistentPayload {
     let parameters = fit.parameters - known;
-    consistent_parameters(parameters, &fit.metric, fit.scales(), bounding_box)
+    nearest_consistent(parameters, &fit.metric, fit.scales(), bounding_box)
 }
 
-/// Projects the parameters of a payload onto physically consistent ones, and reports where these are far away. `scales` are
-/// units in which their standard deviations are of similar size.
-pub(crate) fn consistent_parameters(
+/// Returns the physically consistent payload that is nearest to an estimate. `scales` are units of the parameters in which
+/// their standard deviations are of similar size.
+pub(crate) fn nearest_consistent(
     parameters: SVector<f64, 10>,
     covariance: &SMatrix<f64, 10, 10>,
     scales: &SVector<f64, 10>,
     bounding_box: Option<&BoundingBox>,
-) -> (SVector<f64, 10>, Option<Finding>) {
-    match project(&parameters, covariance, scales, bounding_box) {
-        None => (parameters, None),
-        Some(projection) => {
-            let finding = Finding::Inconsistent {
-                distance: projection.distance,
-                within_box: bounding_box.is_some(),
-            };
-            let is_far = projection.distance > CONTRADICTION;
-            (projection.parameters, is_far.then_some(finding))
-        }
+) -> ConsistentPayload {
+    let projection = project(&parameters, covariance, scales, bounding_box);
+    let distance = projection.map_or(0.0, |found| found.distance);
+    let is_far = distance > CONTRADICTION;
+    ConsistentPayload {
+        parameters: projection.map_or(parameters, |found| found.parameters),
+        contradiction: is_far.then_some(Finding::Inconsistent {
+            distance,
+            within_box: bounding_box.is_some(),
+        }),
+        widening: if is_far { distance / PLAUSIBLE } else { 1.0 },
     }
 }
 
@@ -133,4 +146,43 @@ fn model_findings(
         findings.extend(offset.map(|offset| Finding::OffsetSuspected { offset }));
     }
     findings
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix3, Vector3};
+    use tactid_dynamics::MassProperties;
+
+    use super::*;
+
+    /// A body whose greatest moment of inertia is larger than the sum of the others by some standard deviations is brought
+    /// within two of them where it contradicts the noise, and has those of the noise otherwise.
+    #[test]
+    fn a_contradiction_widens_until_it_is_plausible() {
+        let estimate = |excess: f64| {
+            let body = MassProperties {
+                mass_kg: 1.0,
+                center_of_mass: Vector3::zeros(),
+                inertia: Matrix3::from_diagonal(&Vector3::new(0.01, 0.02, 0.03 + excess)),
+            };
+            *InertialParameters::from(body).as_vector()
+        };
+        let std_dev: f64 = 1e-4;
+        let covariance = SMatrix::identity() * std_dev.powi(2);
+        let scales = SVector::repeat(std_dev);
+        for (excess, is_far) in [(-0.001, false), (0.0005, false), (0.002, true)] {
+            let found = nearest_consistent(estimate(excess), &covariance, &scales, None);
+            // The nearest body shares the excess among the three moments.
+            let distance = excess.max(0.0) / std_dev / 3f64.sqrt();
+            let moved = (found.parameters - estimate(excess)).norm() / std_dev;
+            assert!((moved - distance).abs() < 0.01, "{moved} {distance}");
+            assert_eq!(found.contradiction.is_some(), is_far);
+            let expected = if is_far { moved / 2.0 } else { 1.0 };
+            assert!(
+                (found.widening - expected).abs() < 1e-3,
+                "{}",
+                found.widening
+            );
+        }
+    }
 }

@@ -147,6 +147,13 @@ impl Fit {
         self.covariance += self.gain_covariance();
     }
 
+    /// Returns the same fit with standard deviations that are larger by a factor.
+    pub(crate) fn widened(mut self, factor: f64) -> Self {
+        self.covariance *= factor * factor;
+        self.gain_errors *= factor;
+        self
+    }
+
     /// Returns the part of the covariance that errors of the gains cause; the rest is noise.
     pub(crate) fn gain_covariance(&self) -> SMatrix<f64, 10, 10> {
         &self.gain_errors * self.gain_errors.transpose()

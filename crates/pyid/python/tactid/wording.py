@@ -225,7 +225,8 @@ def _inconsistent(data: Data, _: Style) -> str:
     within, box = (" within the box", ", the box") if data["within_box"] else ("", "")
     return (
         f"No physically consistent body{within} explains the data within their noise. The result is"
-        f" the nearest one, {at_most(data['distance'])} standard deviations away: check the"
+        f" the nearest one, {at_most(data['distance'])} standard deviations away, and the intervals"
+        " are widened until it is plausible: check the"
         f" frames{box}, gravity and the offsets of the sensors."
     )
 
