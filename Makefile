@@ -8,7 +8,7 @@ SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -t
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.json' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
 .PHONY: help demo test miri instructions test-rust test-python lint lint-rust lint-python docs pictures bench bench-peers bench-seeds bench-study \
-    bench-study-logs bench-active bench-coverage bench-excite bench-hour bench-swap bench-update clean tools fuzz soak lint-supply
+    bench-study-logs bench-active bench-coverage bench-excite bench-hour bench-many bench-swap bench-update clean tools fuzz soak lint-supply
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | grep -v '^bench-' | sed -E 's/:.*## /\t/' | expand -t 14
@@ -77,6 +77,9 @@ bench: ## list the measurements, none of which a test needs
 bench-peers: $(VENV)/peers ## tactid beside Pinocchio and others, on one core: the table lands in target/bench/
 	cd bench && ../$(BIN)/python -m peers
 
+bench-many: $(VENV)/installed ## eight logs by one command, on one core and on all
+	$(BIN)/python bench/many.py
+
 bench-seeds: $(VENV)/installed ## the README's figures: five seeds of the paper's experiment
 	$(BIN)/python bench/seeds.py
 
@@ -86,9 +89,10 @@ bench-study: $(VENV)/installed ## the estimators against noise, time and the Cra
 bench-study-logs: $(VENV)/installed ## from logs with 1 % noise on every channel that the simulator draws, 20 seeds
 	$(BIN)/python bench/logs.py
 
-bench-coverage: $(VENV)/installed ## how often 95 % intervals hold the truth, 2000 runs of each method, and 400 of each motion from efforts
+bench-coverage: $(VENV)/installed ## how often 95 % intervals hold the truth, 2000 runs of each method, 400 of each motion from efforts, and errors of the model
 	$(BIN)/python bench/coverage.py
 	$(BIN)/python bench/coverage_efforts.py
+	$(BIN)/python bench/coverage_model.py
 
 bench-hour: $(VENV)/installed ## seconds and memory for a log of one hour at 1 kHz, which is simulated first
 	$(BIN)/python bench/hour.py

@@ -38,22 +38,32 @@ def main() -> None:
 
 
 def measure(log: Path) -> None:
-    """Runs the command as a user does, in a process of its own."""
+    """Prints the time and the memory that a log takes on one core, and on all."""
     print(f"{log.name}: {log.stat().st_size / 1e9:.2f} GB")
-    command = Path(sys.executable).with_name("tactid")
     for cores in core_sets():
-        if cores:  # The process inherits them.
-            os.sched_setaffinity(0, cores)
-        start = time.perf_counter()
-        process = subprocess.Popen([command, "identify", log], stdout=subprocess.DEVNULL)
-        _, status, usage = os.wait4(process.pid, 0)
-        elapsed_s = time.perf_counter() - start
-        if status != 0:
-            sys.exit("tactid identify has failed")
-        # The largest resident set is in KiB on Linux.
-        peak_mb = usage.ru_maxrss * 1024 / 1e6
-        count = f"{len(cores)} core{'s' if len(cores) > 1 else ''}" if cores else "all cores"
-        print(f"tactid identify: {elapsed_s:.1f} s on {count}, {peak_mb:.0f} MB")
+        elapsed_s, peak_mb = identify([log], cores)
+        print(f"tactid identify: {elapsed_s:.1f} s on {counted(cores)}, {peak_mb:.0f} MB")
+
+
+def identify(logs: list[Path], cores: set[int]) -> tuple[float, float]:
+    """Runs the command as a user does, in a process of its own; returns seconds and megabytes."""
+    command = Path(sys.executable).with_name("tactid")
+    if cores:  # The process inherits them.
+        os.sched_setaffinity(0, cores)
+    start = time.perf_counter()
+    arguments = [command, "identify", *logs]
+    process = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    elapsed_s = time.perf_counter() - start
+    if status != 0:
+        sys.exit("tactid identify has failed")
+    # The largest resident set is in KiB on Linux.
+    return elapsed_s, usage.ru_maxrss * 1024 / 1e6
+
+
+def counted(cores: set[int]) -> str:
+    """Number of cores as text."""
+    return f"{len(cores)} core{'s' if len(cores) > 1 else ''}" if cores else "all cores"
 
 
 def core_sets() -> list[set[int]]:

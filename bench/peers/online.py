@@ -142,7 +142,9 @@ LIBRARIES: dict[str, Callable[[Array], Callable]] = {
 
 def ur5e():
     """The robot in Pinocchio."""
-    return peer("pinocchio", "pin").buildModelFromXML(Path(airo_models.get_urdf_path("ur5e")).read_text())
+    return peer("pinocchio", "pin").buildModelFromXML(
+        Path(airo_models.get_urdf_path("ur5e")).read_text()
+    )
 
 
 @cache

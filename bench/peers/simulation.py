@@ -41,7 +41,9 @@ def comparisons() -> list[Comparison]:
     """A step of tactid with its log, and of MuJoCo with each integrator."""
     contenders: dict[str, Callable[[], Contender]] = {"tactid, with log": with_log}
     for integrator in INTEGRATORS:
-        contenders[f"MuJoCo {integrator}, payload fixed, no log"] = partial(with_equal_step, integrator)
+        contenders[f"MuJoCo {integrator}, payload fixed, no log"] = partial(
+            with_equal_step, integrator
+        )
         contenders[f"MuJoCo {integrator}, as exact"] = partial(as_exact, integrator)
     note = (
         "change of the linear and the angular momentum as fractions of the largest of a body, and "

@@ -185,6 +185,8 @@ SENTENCES = {
     ),
     "nothing_held": (
         "Nothing is held, or too little for this recording: the mass is -0.0012 ± 0.0020 kg."
+        " If something is, check the units of the load, and that each of its channels is that of its"
+        " name."
     ),
     "negative_mass": (
         "The identified mass is negative: the opposite sign of the wrench (`wrench_acts_on`), or"
@@ -225,8 +227,8 @@ SENTENCES = {
     ),
     "inconsistent": (
         "No physically consistent body within the box explains the data within their noise. The"
-        " result is the nearest one, 7.0 standard deviations away: check the frames, the box,"
-        " gravity and the offsets of the sensors."
+        " result is the nearest one, 7.0 standard deviations away, and the intervals are widened"
+        " until it is plausible: check the frames, the box, gravity and the offsets of the sensors."
     ),
     "outliers": (
         "3 of 100 windows are outliers, as an impact causes them, and have next to no weight."
@@ -274,7 +276,8 @@ SENTENCES = {
     "joint_zero_moved": (
         "The data fit better if the zero of elbow has moved since the calibration: with positions"
         " of 0.021 ± 0.0049 rad less, 8.5 standard deviations from none. The intervals do not"
-        " contain such an error. Check the zero of this joint, set it as it was, or calibrate anew."
+        " contain such an error. Check the order of the joints and the zero of this one: set it as it"
+        " was, or calibrate anew."
     ),
     "unloaded_left_out": (
         "The unloaded recording was left out: with it the efforts would fit 5.4 times worse."
@@ -367,6 +370,11 @@ SENTENCES = {
 """What each of them says to a caller of ``tactid.identify``."""
 
 ONLINE = {
+    "inconsistent": (
+        "No physically consistent body within the box explains the data within their noise. The"
+        " result is the nearest one, 7.0 standard deviations away: check the frames, the box,"
+        " gravity and the offsets of the sensors."
+    ),
     "efforts_beyond_limits": (
         "The efforts of joint_2 and joint_3 are far beyond the limits of the URDF: that of joint_2"
         " is 3.123e+04 on average, and its limit is 150. They must be torques in N m, or forces in"

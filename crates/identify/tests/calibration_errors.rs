@@ -202,7 +202,7 @@ fn a_calibration_is_checked_against_robot_and_recordings() {
 fn faulty_calibrations_are_refused() {
     type Fault = fn(&mut Calibration);
     let calibration = calibrated(&mut World::new(3));
-    let broken: [(&str, Fault); 10] = [
+    let broken: [(&str, Fault); 11] = [
         ("`parameters`", |c| c.parameters.truncate(3)),
         ("`precision`", |c| c.precision[7] = f64::NAN),
         ("`precision`", |c| c.precision[0] = -1.0),
@@ -216,6 +216,14 @@ fn faulty_calibrations_are_refused() {
         ("`noise`", |c| c.noise[1].white = 0.0),
         ("`friction_widths`", |c| c.friction_widths = vec![0.3]),
         ("`reference_torques`", |c| c.reference_torques.push(1.0)),
+        ("`joint_2` sum to -", |c| {
+            let names = c.parameter_names().unwrap();
+            for (name, parameter) in names.iter().zip(&mut c.parameters) {
+                if name.starts_with("joint_2 friction") {
+                    *parameter = -*parameter;
+                }
+            }
+        }),
     ];
     for (field, fault) in broken {
         let mut faulty = calibration.clone();

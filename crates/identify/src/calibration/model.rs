@@ -1,6 +1,6 @@
 //! The calibrated model of an arm as plain data.
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
 use tactid_dynamics::{InertialParameters, Manipulator};
 
 use super::arm::{Arm, WIDTHS};
@@ -14,12 +14,16 @@ use super::rows::EffortModel;
 use super::settings::CalibrationSettings;
 use super::solver::Prior;
 use crate::IdentifyError;
+use crate::diagnosis::CONTRADICTION;
 use crate::equations::window;
 use crate::solve::subspace::Vector;
 
 /// Largest noise of window means that is plausible, in reference torques. A reference torque is at least 0.003 of the range of the
 /// joint's efforts, so that a larger noise exceeds three times this range; that of the measured arms of the tests is at most 12.
 const LARGEST_NOISE_RATIO: f64 = 1e3;
+
+/// Friction that drives its joint, a fraction of the joint's torque, up to which it may be an error of the fit.
+const DRIVING_FRICTION: f64 = 0.05;
 
 /// What a calibration knows of an arm: the mean and the precision of all unknowns, and the noise of each joint.
 ///
@@ -183,9 +187,36 @@ impl Calibration {
         check_numbers("scales", without_unit.map(|(_, scale)| scale), |_| false)?;
         let (_, prior) = self.model()?;
         match prior.precision.cholesky() {
-            Some(_) => Ok(()),
+            Some(factor) => self.check_friction(layout, &factor),
             None => invalid("precision", "it is not positive definite"),
         }
+    }
+
+    /// Checks that no friction drives its joint at full speed, given the Cholesky factor of the precision: the sum of its terms
+    /// is not negative beyond its uncertainty and a small fraction of the torque.
+    fn check_friction(
+        &self,
+        layout: &Layout,
+        precision: &Cholesky<f64, Dyn>,
+    ) -> Result<(), IdentifyError> {
+        for (joint, torque) in self.reference_torques.iter().enumerate() {
+            let mut units = DVector::zeros(layout.len());
+            let mut sum = 0.0;
+            for width in 0..layout.widths.len() {
+                let term = layout.index(Group::Friction(width), joint);
+                units[term] = self.scales[term];
+                sum += self.parameters[term];
+            }
+            let std_dev = units.dot(&precision.solve(&units)).sqrt();
+            if sum < -(CONTRADICTION * std_dev).max(DRIVING_FRICTION * torque) {
+                let reason = format!(
+                    "the friction terms of `{}` sum to {sum:.3} N m or N: they would drive the joint",
+                    self.joints[joint]
+                );
+                return invalid("parameters", &reason);
+            }
+        }
+        Ok(())
     }
 
     /// Returns the order of the unknowns.

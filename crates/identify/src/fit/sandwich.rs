@@ -9,8 +9,11 @@
 //! | [`MeatEstimator::newey_west_meat`] | scores over many lags | errors of any kind, also of the model, from many windows |
 //! | [`MeatEstimator::local_meat`] | residuals and half-differences of each window | white noise of sensors whose effect changes with the motion |
 //! | [`MeatEstimator::stationary_meat`] | mean products of all residuals | stationary noise of any colour |
+//!
+//! [`MeatEstimator::section_scatter`] estimates the covariance `B M Bᵀ` itself, for errors of the model that last for seconds.
 
 mod neighbours;
+mod sections;
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
@@ -18,6 +21,7 @@ use super::products::{Products, WIDTH, WideRow};
 use super::vector_unit::Computation;
 use crate::equations::window::NOISE_CORRELATION;
 use neighbours::ProductsOfNeighbours;
+pub(crate) use sections::SectionScatter;
 
 /// A whitened row with scaled columns, times the root of its weight.
 #[derive(Default)]

@@ -129,11 +129,12 @@ def _gravity_tilted(data: Data, style: Style) -> str:
     )
 
 
-def _joint_zero_off(data: Data, _: Style) -> str:
+def _joint_zero_off(data: Data, style: Style) -> str:
     return _contradicted(
         f"with positions of {data['joint']} that are"
         f" {'larger' if data['size'] > 0 else 'smaller'} by {_degrees(data)}",
-        "Check the zero of this joint, and the origin of the joint in the URDF",
+        "Check the zero of this joint, the origin of the joint in the URDF, the order of the joints"
+        f" and {option_name('payload_com', style)}, of which a wrong one can look the same",
     )
 
 
@@ -186,8 +187,8 @@ def _joint_zero_moved(data: Data, _: Style) -> str:
         f"The data fit better if the zero of {data['joint']} has moved since the calibration: with"
         f" positions of {size} {direction},"
         f" {at_most(abs(data['size']) / data['std_dev'], 1)} standard deviations from none. The"
-        " intervals do not contain such an error. Check the zero of this joint, set it as it was,"
-        " or calibrate anew."
+        " intervals do not contain such an error. Check the order of the joints and the zero of this"
+        " one: set it as it was, or calibrate anew."
     )
 
 

@@ -41,7 +41,10 @@ def _gravity_contradicted(data: Data, style: Style) -> str:
 
 def _nothing_held(data: Data, _: Style) -> str:
     mass = _with_interval(data["mass_kg"], Z95 * data["std_dev_kg"])
-    return f"Nothing is held, or too little for this recording: the mass is {mass} kg."
+    return (
+        f"Nothing is held, or too little for this recording: the mass is {mass} kg. If something is,"
+        " check the units of the load, and that each of its channels is that of its name."
+    )
 
 
 def _negative_mass(data: Data, style: Style) -> str:
@@ -221,12 +224,12 @@ def _no_equations(data: Data, style: Style) -> str:
     )
 
 
-def _inconsistent(data: Data, _: Style) -> str:
+def _inconsistent(data: Data, style: Style) -> str:
     within, box = (" within the box", ", the box") if data["within_box"] else ("", "")
+    widened = "" if style == "online" else ", and the intervals are widened until it is plausible"
     return (
         f"No physically consistent body{within} explains the data within their noise. The result is"
-        f" the nearest one, {at_most(data['distance'])} standard deviations away, and the intervals"
-        " are widened until it is plausible: check the"
+        f" the nearest one, {at_most(data['distance'])} standard deviations away{widened}: check the"
         f" frames{box}, gravity and the offsets of the sensors."
     )
 

@@ -1,16 +1,20 @@
 //! The covariance of the unknowns after the last pass.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SVector};
 
 use super::ReweightedLeastSquares;
 use super::whitened::WhitenedWindow;
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
-use crate::fit::rows::TARGET;
-use crate::fit::sandwich::{MeatEstimator, NoiseMeat, ScoredRow};
+use crate::fit::rows::{TARGET, UNKNOWNS};
+use crate::fit::sandwich::{MeatEstimator, NoiseMeat, ScoredRow, SectionScatter};
 
 impl ReweightedLeastSquares<'_> {
-    /// Returns two sandwich covariances of the unknowns from so many windows (see [`sandwich`](crate::fit::sandwich)), given the inverse
+    /// Returns two covariances of the unknowns from so many windows (see [`sandwich`](crate::fit::sandwich)), given the inverse
     /// of their information: for the noise as it is, and for noise that is the same in all windows.
+    ///
+    /// Errors of the model that last for seconds, such as those of a payload that gives way in its grasp, are in neither. Where
+    /// the sections of the recording contradict one another, the first one has what they show, too, and the second one is larger
+    /// by a factor.
     pub(super) fn covariances(&self, count: usize, bread: &DMatrix<f64>) -> [DMatrix<f64>; 2] {
         let channels = self.noise.channels();
         let independent = (count * channels) as f64 / NOISE_CORRELATION;
@@ -19,43 +23,45 @@ impl ReweightedLeastSquares<'_> {
         let rows = self.scored_rows();
         let sums = MeatEstimator::new(&rows, channels, bread);
         let scores = sums.newey_west_meat() * independent / freedom;
-        let [of_noise, stationary] = sums.noise_meats();
-        [of_noise, stationary].map(|meat| self.covariance(bread, &scores, meat, count))
+        let meats = sums.noise_meats();
+        let meats = meats.map(|meat| larger_meat(bread, &scores, meat));
+        let size = (bread * &meats[0].meat).trace();
+        let [of_noise, stationary] = meats.map(|meat| self.covariance(bread, meat, count));
+        let is_lasting = |found: &SectionScatter| found.size > found.bound * size;
+        match sums.section_scatter().filter(is_lasting) {
+            None => [of_noise, stationary],
+            Some(of_sections) => [
+                of_noise + self.in_units(&of_sections.covariance, &self.scales),
+                stationary * (1.0 + of_sections.size / size),
+            ],
+        }
     }
 
-    /// Returns the covariance with the larger one of two meats: that of the `scores`, and one of the noise.
-    fn covariance(
-        &self,
-        bread: &DMatrix<f64>,
-        scores: &DMatrix<f64>,
-        of_noise: NoiseMeat,
-        count: usize,
-    ) -> DMatrix<f64> {
-        // Errors that last longer than the filter show in the scores, if there are enough of them.
-        let size = |meat: &DMatrix<f64>| (bread * meat).trace();
+    /// Returns the covariance with a meat of the noise from so many windows.
+    fn covariance(&self, bread: &DMatrix<f64>, of_noise: NoiseMeat, count: usize) -> DMatrix<f64> {
         let NoiseMeat {
             meat,
             t_factors,
             from_residuals,
-        } = if size(scores) > size(&of_noise.meat) {
-            NoiseMeat {
-                meat: scores.clone(),
-                t_factors: DVector::repeat(self.columns, 1.0),
-                from_residuals: 1.0,
-            }
-        } else {
-            of_noise
-        };
+        } = of_noise;
         let independent = count as f64 / PRODUCT_CORRELATION;
         let mut meat = meat * self.noise.inflation(independent, from_residuals);
         // Variance of the weighing: its information is enlarged for the correlation of neighbouring windows.
         meat[(0, 0)] += self.mass_information() * NOISE_CORRELATION;
-        let scaled = self.spectrum.across_unobservable(bread * meat * bread);
-        let mut scales = DVector::from_fn(self.columns, |k, _| self.scales[k] * t_factors[k]);
+        let mut scales = SVector::from_fn(|k, _| {
+            let t_factor = t_factors.get(k).copied().unwrap_or(1.0);
+            self.scales[k] * t_factor
+        });
         if self.mass_information() > 0.0 {
             // The variance of a known mass is not estimated from the residuals.
             scales[0] = self.scales[0];
         }
+        self.in_units(&(bread * meat * bread), &scales)
+    }
+
+    /// Returns a covariance of scaled unknowns in the units of the unknowns, zero in unobservable directions.
+    fn in_units(&self, scaled: &DMatrix<f64>, scales: &SVector<f64, UNKNOWNS>) -> DMatrix<f64> {
+        let scaled = self.spectrum.across_unobservable(scaled.clone());
         DMatrix::from_fn(self.columns, self.columns, |i, j| {
             scaled[(i, j)] * scales[i] * scales[j]
         })
@@ -86,5 +92,20 @@ impl ReweightedLeastSquares<'_> {
             }
         }
         scored
+    }
+}
+
+/// Returns the larger one of two meats, that of the `scores` and one of the noise: errors that last longer than the filter show
+/// in the scores, if there are enough of them.
+fn larger_meat(bread: &DMatrix<f64>, scores: &DMatrix<f64>, of_noise: NoiseMeat) -> NoiseMeat {
+    let size = |meat: &DMatrix<f64>| (bread * meat).trace();
+    if size(scores) > size(&of_noise.meat) {
+        NoiseMeat {
+            meat: scores.clone(),
+            t_factors: DVector::repeat(bread.nrows(), 1.0),
+            from_residuals: 1.0,
+        }
+    } else {
+        of_noise
     }
 }

@@ -10,6 +10,8 @@ use crate::equations::{Channels, Row};
 use crate::fit::normal_equations::NormalEquations;
 use crate::solve::prior::KnownMass;
 
+mod lasting_errors;
+
 const FORCE_NOISE: f64 = 0.3;
 const MOMENT_NOISE: f64 = 0.02;
 
