@@ -185,8 +185,8 @@ SENTENCES = {
     ),
     "nothing_held": (
         "Nothing is held, or too little for this recording: the mass is -0.0012 ± 0.0020 kg."
-        " If something is, check the units of the load, and that each of its channels is that of its"
-        " name."
+        " If something is, check the units of the load, and that each of its channels is that of"
+        " its name."
     ),
     "negative_mass": (
         "The identified mass is negative: the opposite sign of the wrench (`wrench_acts_on`), or"
@@ -276,8 +276,8 @@ SENTENCES = {
     "joint_zero_moved": (
         "The data fit better if the zero of elbow has moved since the calibration: with positions"
         " of 0.021 ± 0.0049 rad less, 8.5 standard deviations from none. The intervals do not"
-        " contain such an error. Check the order of the joints and the zero of this one: set it as it"
-        " was, or calibrate anew."
+        " contain such an error. Check the order of the joints and the zero of this one: set it as"
+        " it was, or calibrate anew."
     ),
     "unloaded_left_out": (
         "The unloaded recording was left out: with it the efforts would fit 5.4 times worse."

@@ -187,8 +187,8 @@ def _joint_zero_moved(data: Data, _: Style) -> str:
         f"The data fit better if the zero of {data['joint']} has moved since the calibration: with"
         f" positions of {size} {direction},"
         f" {at_most(abs(data['size']) / data['std_dev'], 1)} standard deviations from none. The"
-        " intervals do not contain such an error. Check the order of the joints and the zero of this"
-        " one: set it as it was, or calibrate anew."
+        " intervals do not contain such an error. Check the order of the joints and the zero of"
+        " this one: set it as it was, or calibrate anew."
     )
 
 

@@ -42,8 +42,8 @@ def _gravity_contradicted(data: Data, style: Style) -> str:
 def _nothing_held(data: Data, _: Style) -> str:
     mass = _with_interval(data["mass_kg"], Z95 * data["std_dev_kg"])
     return (
-        f"Nothing is held, or too little for this recording: the mass is {mass} kg. If something is,"
-        " check the units of the load, and that each of its channels is that of its name."
+        f"Nothing is held, or too little for this recording: the mass is {mass} kg. If something"
+        " is, check the units of the load, and that each of its channels is that of its name."
     )
 
 
@@ -229,8 +229,8 @@ def _inconsistent(data: Data, style: Style) -> str:
     widened = "" if style == "online" else ", and the intervals are widened until it is plausible"
     return (
         f"No physically consistent body{within} explains the data within their noise. The result is"
-        f" the nearest one, {at_most(data['distance'])} standard deviations away{widened}: check the"
-        f" frames{box}, gravity and the offsets of the sensors."
+        f" the nearest one, {at_most(data['distance'])} standard deviations away{widened}: check"
+        f" the frames{box}, gravity and the offsets of the sensors."
     )
 
 
