@@ -185,8 +185,7 @@ SENTENCES = {
     ),
     "nothing_held": (
         "Nothing is held, or too little for this recording: the mass is -0.0012 ± 0.0020 kg."
-        " If something is, check the units of the load, and that each of its channels is that of"
-        " its name."
+        " If something is, check the units of the load and the order of its channels."
     ),
     "negative_mass": (
         "The identified mass is negative: the opposite sign of the wrench (`wrench_acts_on`), or"

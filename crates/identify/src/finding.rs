@@ -183,9 +183,9 @@ pub enum Finding {
         /// Whether the body also had to fit into a bounding box.
         within_box: bool,
     },
-    /// No physically consistent body explains the data within their noise, so that the noise is not all of the error. The
-    /// projection onto consistent parameters is returned, with standard deviations that are larger by a factor: the
-    /// returned body is two of them away from the unconstrained estimate.
+    /// No physically consistent body explains the data within their noise: there are other errors. The projection onto
+    /// consistent parameters is returned, with standard deviations that are larger by a factor, with which it is three of them
+    /// away from the unconstrained estimate.
     Inconsistent {
         /// Mahalanobis distance of the returned body from the unconstrained estimate, in standard deviations.
         distance: f64,

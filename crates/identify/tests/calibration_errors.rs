@@ -216,10 +216,10 @@ fn faulty_calibrations_are_refused() {
         ("`noise`", |c| c.noise[1].white = 0.0),
         ("`friction_widths`", |c| c.friction_widths = vec![0.3]),
         ("`reference_torques`", |c| c.reference_torques.push(1.0)),
-        ("`joint_2` sum to -", |c| {
+        ("friction of `joint_2` at 1 rad/s (m/s) is -", |c| {
             let names = c.parameter_names().unwrap();
             for (name, parameter) in names.iter().zip(&mut c.parameters) {
-                if name.starts_with("joint_2 friction") {
+                if name.starts_with("joint_2 friction") || name == "joint_2 viscous friction" {
                     *parameter = -*parameter;
                 }
             }

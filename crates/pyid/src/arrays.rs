@@ -6,6 +6,7 @@ use std::ops::Range;
 use nalgebra::Vector3;
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use smallvec::SmallVec;
 
 use crate::errors::ArgumentError;
 use crate::shapes::{numbers, one_or_many, shape_error, shape_of, transposition};
@@ -82,8 +83,8 @@ impl<'py> SeriesArray<'py> {
     /// Copies all items.
     pub(crate) fn whole(&self) -> PyResult<Series> {
         let values = match &self.array {
-            Some(array) => array.to_vec()?,
-            None => vec![0.0; self.width],
+            Some(array) => Numbers::from_slice(array.try_readonly()?.as_slice()?),
+            None => Numbers::from_elem(0.0, self.width),
         };
         Ok(Series {
             name: self.name,
@@ -109,12 +110,15 @@ impl<'py> SeriesArray<'py> {
         };
         Ok(Series {
             name: self.name,
-            values: values.to_vec(),
+            values: Numbers::from_slice(values),
             width: self.width,
             samples: Some(samples.len()),
         })
     }
 }
+
+/// Numbers of which one item stays out of the heap.
+type Numbers = SmallVec<[f64; 8]>;
 
 /// Numbers that belong to samples: one item for each sample, or one item for all samples.
 ///
@@ -122,7 +126,7 @@ impl<'py> SeriesArray<'py> {
 /// is released.
 pub(crate) struct Series {
     name: &'static str,
-    values: Vec<f64>,
+    values: Numbers,
     width: usize,
     /// `None` for one item that holds for every sample.
     samples: Option<usize>,
@@ -152,7 +156,7 @@ impl Series {
         }
         Ok(Self {
             name,
-            values: array.to_vec()?,
+            values: Numbers::from_slice(array.try_readonly()?.as_slice()?),
             width: item.iter().product(),
             samples: None,
         })
@@ -203,7 +207,7 @@ impl Series {
     /// Returns all items one after the other; a single item is repeated `count` times.
     pub(crate) fn repeated(self, count: usize) -> Vec<f64> {
         match self.samples {
-            Some(_) => self.values,
+            Some(_) => self.values.into_vec(),
             None => self.values.repeat(count),
         }
     }

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use tactid_dynamics::{BaseKind, ModelError, Urdf};
 
 use crate::arrays::{Series, extend_with, output};
-use crate::errors::{IntoPyErr, detached};
+use crate::errors::{IntoPyErr, detached, guarded};
 use crate::findings::model_finding;
 use crate::inertia::MassProperties;
 use crate::poses::homogeneous;
@@ -285,7 +285,7 @@ impl Manipulator {
             })?;
         } else {
             let states = arrays.whole()?;
-            detached(py, || {
+            guarded(|| {
                 states.first(&self.workspaces, &gravity, |workspace| {
                     tactid_dynamics::forces(workspace, &gravity);
                     torques.copy_from_slice(workspace.joint_torques()?);

@@ -26,17 +26,24 @@ pyo3::import_exception!(tactid.errors, InternalError);
 /// Runs a computation with the interpreter released.
 ///
 /// # Errors
+/// Returns the error of [`guarded`].
+pub(crate) fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    py.detach(|| guarded(work))
+}
+
+/// Runs a computation that is too short for the interpreter to be released.
+///
+/// # Errors
 /// Returns `InternalError` if the work panics, which is a fault of tactid. PyO3 would raise `PanicException`, which `except
 /// Exception` does not catch. The panic hook prints the place.
-pub(crate) fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+pub(crate) fn guarded<T>(work: impl FnOnce() -> T) -> PyResult<T> {
     // Safe to resume: state is dropped or belongs to a solver whose memory stays valid.
-    py.detach(|| catch_unwind(AssertUnwindSafe(work)))
-        .map_err(|panic| {
-            let text = panic.downcast_ref::<String>().map(String::as_str);
-            let what = text.or_else(|| panic.downcast_ref::<&str>().copied());
-            let what = what.unwrap_or("unknown");
-            InternalError::new_err(format!("internal error: {what}; please report it"))
-        })
+    catch_unwind(AssertUnwindSafe(work)).map_err(|panic| {
+        let text = panic.downcast_ref::<String>().map(String::as_str);
+        let what = text.or_else(|| panic.downcast_ref::<&str>().copied());
+        let what = what.unwrap_or("unknown");
+        InternalError::new_err(format!("internal error: {what}; please report it"))
+    })
 }
 
 /// Converts an error of a crate into the Python exception of its kind.

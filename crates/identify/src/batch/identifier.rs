@@ -159,27 +159,33 @@ impl BatchIdentifier {
             }
             None => None,
         };
-        let fit = known_mass_fit.unwrap_or_else(|| fit_without_mass.clone());
+        let fit = known_mass_fit.as_ref().unwrap_or(&fit_without_mass);
         let bounding_box = self.settings.bounding_box.as_ref();
-        let consistent = consistent_payload(&fit, &known, bounding_box);
-        let (fit, parameters) = (&fit.widened(consistent.widening), consistent.parameters);
-        let widening = consistent_payload(&fit_without_mass, &known, None).widening;
-        let fit_without_mass = fit_without_mass.widened(widening);
+        let consistent = consistent_payload(fit, &known, bounding_box);
         let of_data = data_findings(equations, &fit_without_mass, fit, &self.stream, known[0]);
         let found_kg = fit_without_mass.parameters[0] - known[0];
         let found = (found_kg, fit_without_mass.mass_std_dev_kg());
         let of_mass = self.settings.known_mass.and_then(|mass| {
-            mass_finding(mass, found, parameters[0], bounding_box.is_some(), &of_data)
+            mass_finding(
+                mass,
+                found,
+                consistent.parameters[0],
+                bounding_box.is_some(),
+                &of_data,
+            )
         });
         let of_model = self.stream.model_findings();
         let findings = without_repetition(of_mass, consistent.contradiction, of_data).into_iter();
         let findings = findings.chain(of_model);
         let cutoff_hz = self.equations.cutoff_hz;
         let frame = self.stream.offset_frame();
+        let (fit, parameters) = (&fit.widened(consistent.widening), consistent.parameters);
+        let of_recording = consistent_payload(&fit_without_mass, &known, None);
+        let linear = fit_without_mass.widened(of_recording.widening);
         let report = FitReport::new(&self.batch, fit, &parameters, &channels, cutoff_hz, frame);
         Ok(BatchResult {
             estimate: self.estimate(fit, &parameters, &known),
-            linear: LinearEstimate::of_fit(&fit_without_mass, &known),
+            linear: LinearEstimate::of_fit(&linear, &known),
             principal_moments: PrincipalMoments::with_std_devs(
                 &parameters,
                 &fit.covariance,

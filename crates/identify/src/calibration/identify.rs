@@ -24,6 +24,7 @@ use crate::finding::{Finding, UnexplainedLoad};
 use crate::fit::GainErrors;
 use crate::result::{self, PayloadEstimate, is_physical};
 use crate::solve::intervals::intervals;
+use crate::solve::prior::widened;
 use crate::solve::subspace::{Matrix, Vector};
 use crate::solve::uncertainty::{ValueStdDevs, observability, std_devs, value_jacobian};
 use crate::solve::{KnownMass, PrincipalMoments};
@@ -157,8 +158,11 @@ impl Solution<'_> {
             (!self.day, &free.unloaded_errors),
         ]);
         let covariance = free.covariance * (WIDENING * WIDENING);
+        let (parameters, scales) = (free.parameters - self.tool, free.null_space.scales());
+        let widening = nearest_consistent(parameters, &covariance, scales, None).widening;
+        let covariance = covariance * (widening * widening);
         LinearEstimate {
-            parameters: free.parameters - self.tool,
+            parameters,
             information: information(&covariance, &free.null_space),
             covariance: covariance - &shared.changes * shared.changes.transpose(),
             shared,
@@ -173,8 +177,8 @@ impl Solution<'_> {
         let scales = best.null_space.scales();
         let parameters = best.parameters - self.tool;
         let nearest = nearest_consistent(parameters, &covariance, scales, bounding_box);
-        let (consistent, widening) = (nearest.parameters, nearest.widening);
-        let covariance = covariance * (widening * widening);
+        let consistent = nearest.parameters;
+        let covariance = widened(&covariance, nearest.widening, self.settings.known_mass);
         let noise_fraction = noise_fraction(best, &consistent);
         let fit = self.fit_report(noise_fraction);
         let of_data = self.data_findings(&fit);

@@ -22,7 +22,10 @@ use crate::solve::subspace::Vector;
 /// joint's efforts, so that a larger noise exceeds three times this range; that of the measured arms of the tests is at most 12.
 const LARGEST_NOISE_RATIO: f64 = 1e3;
 
-/// Friction that drives its joint, a fraction of the joint's torque, up to which it may be an error of the fit.
+/// Velocity at which friction must brake, rad/s or m/s: one of usual motions.
+const FRICTION_VELOCITY: f64 = 1.0;
+
+/// Friction that drives its joint, a fraction of the joint's rms torque, up to which it may be an error of the fit.
 const DRIVING_FRICTION: f64 = 0.05;
 
 /// What a calibration knows of an arm: the mean and the precision of all unknowns, and the noise of each joint.
@@ -192,25 +195,36 @@ impl Calibration {
         }
     }
 
-    /// Checks that no friction drives its joint at full speed, given the Cholesky factor of the precision: the sum of its terms
-    /// is not negative beyond its uncertainty and a small fraction of the torque.
+    /// Checks that no friction drives its joint at [`FRICTION_VELOCITY`] beyond its uncertainty and a small fraction of the
+    /// torque, given the Cholesky factor of the precision.
     fn check_friction(
         &self,
         layout: &Layout,
         precision: &Cholesky<f64, Dyn>,
     ) -> Result<(), IdentifyError> {
         for (joint, torque) in self.reference_torques.iter().enumerate() {
-            let mut units = DVector::zeros(layout.len());
-            let mut sum = 0.0;
-            for width in 0..layout.widths.len() {
-                let term = layout.index(Group::Friction(width), joint);
-                units[term] = self.scales[term];
-                sum += self.parameters[term];
+            let of_width = |(term, &width): (usize, &usize)| {
+                let share = (FRICTION_VELOCITY / WIDTHS[width]).tanh();
+                (layout.index(Group::Friction(term), joint), share)
+            };
+            let viscous = (layout.index(Group::Viscous, joint), FRICTION_VELOCITY);
+            let mut slopes = DVector::zeros(layout.len());
+            let mut friction = 0.0;
+            for (unknown, slope) in layout
+                .widths
+                .iter()
+                .enumerate()
+                .map(of_width)
+                .chain([viscous])
+            {
+                slopes[unknown] = self.scales[unknown] * slope;
+                friction += self.parameters[unknown] * slope;
             }
-            let std_dev = units.dot(&precision.solve(&units)).sqrt();
-            if sum < -(CONTRADICTION * std_dev).max(DRIVING_FRICTION * torque) {
+            let std_dev = slopes.dot(&precision.solve(&slopes)).sqrt();
+            if friction < -(CONTRADICTION * std_dev).max(DRIVING_FRICTION * torque) {
                 let reason = format!(
-                    "the friction terms of `{}` sum to {sum:.3} N m or N: they would drive the joint",
+                    "the friction of `{}` at {FRICTION_VELOCITY} rad/s (m/s) is {friction:.3} N m (N): it would drive the \
+                     joint. Calibrate anew, or restore the file",
                     self.joints[joint]
                 );
                 return invalid("parameters", &reason);

@@ -255,6 +255,11 @@ fn combination(
     let of_values = std_devs(&parameters, &covariance, &pooled.inverse.null_space);
     let ValueStdDevs { observable, .. } = of_values;
     let mut std_devs: [f64; 10] = std::array::from_fn(|k| factors[k] * of_values.std_devs[k]);
+    if let Some(mass) = settings.known_mass {
+        // No other error makes a known mass less certain than it was.
+        let largest = mass.std_dev_kg.max(of_values.std_devs[0]);
+        std_devs[0] = std_devs[0].min(largest);
+    }
     let is_exact = |mass: KnownMass| mass.std_dev_kg == 0.0 && mass.agrees_with(parameters[0], 0.0);
     if settings.known_mass.is_some_and(is_exact) {
         std_devs[0] = 0.0;

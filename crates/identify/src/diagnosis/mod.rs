@@ -23,8 +23,9 @@ use crate::solve::consistency::project;
 /// Distance in standard deviations from which a contradiction is reported.
 pub(crate) const CONTRADICTION: f64 = 5.0;
 
-/// Distance in standard deviations at which a consistent body is plausible: noise alone is rarely larger.
-const PLAUSIBLE: f64 = 2.0;
+/// Distance in standard deviations up to which a consistent body is plausible. Where the truth is on the border of consistent
+/// bodies in several directions, noise alone takes the estimate two or three away from it.
+const PLAUSIBLE: f64 = 3.0;
 
 /// Returns what equations of a stream show about its assumptions without any prior information, and what is wrong in the
 /// robot's description. `gripper` is the known part of the identified body. Without enough equations there are only the
@@ -51,10 +52,9 @@ pub(crate) fn findings_without_prior(
 /// The parameters of the physically consistent body that is nearest to an estimate.
 pub(crate) struct ConsistentPayload {
     pub(crate) parameters: SVector<f64, 10>,
-    /// The finding that the body is far away: the noise that was estimated cannot be all of the error.
+    /// The finding that the body is far away: the estimate has errors besides the noise.
     pub(crate) contradiction: Option<Finding>,
-    /// Factor by which standard deviations are wider than the noise tells, so that the body is within what is plausible;
-    /// 1 without a contradiction.
+    /// Factor on the standard deviations with which the distance is plausible; 1 where it is already.
     pub(crate) widening: f64,
 }
 
@@ -66,7 +66,8 @@ pub(crate) fn consistent_payload(
     bounding_box: Option<&BoundingBox>,
 ) -> ConsistentPayload {
     let parameters = fit.parameters - known;
-    nearest_consistent(parameters, &fit.metric, fit.scales(), bounding_box)
+    let covariance = fit.metric + fit.gain_covariance();
+    nearest_consistent(parameters, &covariance, fit.scales(), bounding_box)
 }
 
 /// Returns the physically consistent payload that is nearest to an estimate. `scales` are units of the parameters in which
@@ -86,7 +87,7 @@ pub(crate) fn nearest_consistent(
             distance,
             within_box: bounding_box.is_some(),
         }),
-        widening: if is_far { distance / PLAUSIBLE } else { 1.0 },
+        widening: (distance / PLAUSIBLE).max(1.0),
     }
 }
 
@@ -155,8 +156,8 @@ mod tests {
 
     use super::*;
 
-    /// A body whose greatest moment of inertia is larger than the sum of the others by some standard deviations is brought
-    /// within two of them where it contradicts the noise, and has those of the noise otherwise.
+    /// A body whose greatest moment of inertia exceeds the sum of the others is brought back by so many standard deviations.
+    /// Beyond three of them the standard deviations grow, and beyond five it is a contradiction.
     #[test]
     fn a_contradiction_widens_until_it_is_plausible() {
         let estimate = |excess: f64| {
@@ -170,14 +171,14 @@ mod tests {
         let std_dev: f64 = 1e-4;
         let covariance = SMatrix::identity() * std_dev.powi(2);
         let scales = SVector::repeat(std_dev);
-        for (excess, is_far) in [(-0.001, false), (0.0005, false), (0.002, true)] {
+        for (excess, is_far) in [(-0.001, false), (4e-4, false), (7e-4, false), (0.002, true)] {
             let found = nearest_consistent(estimate(excess), &covariance, &scales, None);
             // The nearest body shares the excess among the three moments.
             let distance = excess.max(0.0) / std_dev / 3f64.sqrt();
             let moved = (found.parameters - estimate(excess)).norm() / std_dev;
             assert!((moved - distance).abs() < 0.01, "{moved} {distance}");
             assert_eq!(found.contradiction.is_some(), is_far);
-            let expected = if is_far { moved / 2.0 } else { 1.0 };
+            let expected = (moved / 3.0).max(1.0);
             assert!(
                 (found.widening - expected).abs() < 1e-3,
                 "{}",

@@ -15,7 +15,7 @@ use crate::equations::{Channels, Equation, OffsetFrame, Row};
 use crate::result::WrenchOffset;
 use crate::solve::noise::Noise;
 use crate::solve::offsets::Offsets;
-use crate::solve::prior::KnownMass;
+use crate::solve::prior::{KnownMass, widened};
 use crate::solve::spectrum::Excitation;
 use crate::solve::subspace::NullSpace;
 use crate::solve::uncertainty::{ValueStdDevs, std_dev, std_devs, value_jacobian};
@@ -147,11 +147,13 @@ impl Fit {
         self.covariance += self.gain_covariance();
     }
 
-    /// Returns the same fit with standard deviations that are larger by a factor.
-    pub(crate) fn widened(mut self, factor: f64) -> Self {
-        self.covariance *= factor * factor;
-        self.gain_errors *= factor;
-        self
+    /// Returns the same fit with standard deviations that are larger by a factor, but for that of a known mass.
+    pub(crate) fn widened(&self, factor: f64) -> Self {
+        let covariance = widened(&self.covariance, factor, self.known_mass);
+        Self {
+            covariance,
+            ..self.clone()
+        }
     }
 
     /// Returns the part of the covariance that errors of the gains cause; the rest is noise.

@@ -10,7 +10,7 @@
 //! | [`MeatEstimator::local_meat`] | residuals and half-differences of each window | white noise of sensors whose effect changes with the motion |
 //! | [`MeatEstimator::stationary_meat`] | mean products of all residuals | stationary noise of any colour |
 //!
-//! [`MeatEstimator::section_scatter`] estimates the covariance `B M Bᵀ` itself, for errors of the model that last for seconds.
+//! [`MeatEstimator::cluster_robust`] estimates the covariance `B M Bᵀ` itself, for errors that are correlated over seconds.
 
 mod neighbours;
 mod sections;
@@ -21,7 +21,7 @@ use super::products::{Products, WIDTH, WideRow};
 use super::vector_unit::Computation;
 use crate::equations::window::NOISE_CORRELATION;
 use neighbours::ProductsOfNeighbours;
-pub(crate) use sections::SectionScatter;
+pub(crate) use sections::ClusterRobust;
 
 /// A whitened row with scaled columns, times the root of its weight.
 #[derive(Default)]

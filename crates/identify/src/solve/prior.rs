@@ -1,6 +1,6 @@
 //! Prior knowledge of the payload: its mass, and a box that contains it.
 
-use nalgebra::{SVector, Vector3, Vector4};
+use nalgebra::{SMatrix, SVector, Vector3, Vector4};
 use tactid_dynamics::InertialParameters;
 
 use crate::IdentifyError;
@@ -139,6 +139,23 @@ impl BoundingBox {
         let point = center.push(1.0);
         InertialParameters::from_pseudo_inertia(&(mass_kg * (pseudo + point * point.transpose())))
     }
+}
+
+/// Returns the covariance of linear parameters with standard deviations that are larger by a factor. That of a known mass
+/// becomes no larger than it was known.
+pub(crate) fn widened(
+    covariance: &SMatrix<f64, 10, 10>,
+    factor: f64,
+    known_mass: Option<KnownMass>,
+) -> SMatrix<f64, 10, 10> {
+    let mut wide = covariance * (factor * factor);
+    if let Some(mass) = known_mass {
+        let largest = mass.std_dev_kg.powi(2).max(covariance[(0, 0)]);
+        let ratio = (largest / wide[(0, 0)].max(f64::MIN_POSITIVE)).min(1.0);
+        wide.row_mut(0).scale_mut(ratio.sqrt());
+        wide.column_mut(0).scale_mut(ratio.sqrt());
+    }
+    wide
 }
 
 #[cfg(test)]

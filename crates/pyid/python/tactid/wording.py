@@ -43,7 +43,7 @@ def _nothing_held(data: Data, _: Style) -> str:
     mass = _with_interval(data["mass_kg"], Z95 * data["std_dev_kg"])
     return (
         f"Nothing is held, or too little for this recording: the mass is {mass} kg. If something"
-        " is, check the units of the load, and that each of its channels is that of its name."
+        " is, check the units of the load and the order of its channels."
     )
 
 

@@ -6,15 +6,15 @@ use super::ReweightedLeastSquares;
 use super::whitened::WhitenedWindow;
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
 use crate::fit::rows::{TARGET, UNKNOWNS};
-use crate::fit::sandwich::{MeatEstimator, NoiseMeat, ScoredRow, SectionScatter};
+use crate::fit::sandwich::{ClusterRobust, MeatEstimator, NoiseMeat, ScoredRow};
 
 impl ReweightedLeastSquares<'_> {
     /// Returns two covariances of the unknowns from so many windows (see [`sandwich`](crate::fit::sandwich)), given the inverse
     /// of their information: for the noise as it is, and for noise that is the same in all windows.
     ///
-    /// Errors of the model that last for seconds, such as those of a payload that gives way in its grasp, are in neither. Where
-    /// the sections of the recording contradict one another, the first one has what they show, too, and the second one is larger
-    /// by a factor.
+    /// Where the sections of the recording scatter significantly more than the noise explains, the model has errors that are
+    /// correlated over seconds. The excess of the cluster-robust covariance is then added to the first covariance, and the
+    /// second one, from which correlations are taken, grows by the same factor.
     pub(super) fn covariances(&self, count: usize, bread: &DMatrix<f64>) -> [DMatrix<f64>; 2] {
         let channels = self.noise.channels();
         let independent = (count * channels) as f64 / NOISE_CORRELATION;
@@ -24,17 +24,17 @@ impl ReweightedLeastSquares<'_> {
         let sums = MeatEstimator::new(&rows, channels, bread);
         let scores = sums.newey_west_meat() * independent / freedom;
         let meats = sums.noise_meats();
-        let meats = meats.map(|meat| larger_meat(bread, &scores, meat));
-        let size = (bread * &meats[0].meat).trace();
-        let [of_noise, stationary] = meats.map(|meat| self.covariance(bread, meat, count));
-        let is_lasting = |found: &SectionScatter| found.size > found.bound * size;
-        match sums.section_scatter().filter(is_lasting) {
-            None => [of_noise, stationary],
-            Some(of_sections) => [
-                of_noise + self.in_units(&of_sections.covariance, &self.scales),
-                stationary * (1.0 + of_sections.size / size),
-            ],
+        let [of_noise, mut stationary] = meats.map(|meat| larger_meat(bread, &scores, meat));
+        let is_significant = |found: &ClusterRobust| found.ratio > found.bound;
+        let clusters = sums.cluster_robust(&of_noise.meat, freedom);
+        let clusters = clusters.filter(is_significant);
+        let mut covariance = self.covariance(bread, of_noise, count);
+        if let Some(found) = clusters {
+            let excess = found.covariance * (1.0 - found.ratio.recip());
+            covariance += self.in_units(excess, &self.scales);
+            stationary.meat *= 1.0 + found.few_sections * (found.ratio - 1.0);
         }
+        [covariance, self.covariance(bread, stationary, count)]
     }
 
     /// Returns the covariance with a meat of the noise from so many windows.
@@ -56,12 +56,12 @@ impl ReweightedLeastSquares<'_> {
             // The variance of a known mass is not estimated from the residuals.
             scales[0] = self.scales[0];
         }
-        self.in_units(&(bread * meat * bread), &scales)
+        self.in_units(bread * meat * bread, &scales)
     }
 
     /// Returns a covariance of scaled unknowns in the units of the unknowns, zero in unobservable directions.
-    fn in_units(&self, scaled: &DMatrix<f64>, scales: &SVector<f64, UNKNOWNS>) -> DMatrix<f64> {
-        let scaled = self.spectrum.across_unobservable(scaled.clone());
+    fn in_units(&self, scaled: DMatrix<f64>, scales: &SVector<f64, UNKNOWNS>) -> DMatrix<f64> {
+        let scaled = self.spectrum.across_unobservable(scaled);
         DMatrix::from_fn(self.columns, self.columns, |i, j| {
             scaled[(i, j)] * scales[i] * scales[j]
         })

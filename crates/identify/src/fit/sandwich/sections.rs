@@ -1,9 +1,9 @@
-//! The scatter of the unknowns over the sections of a recording.
+//! The cluster-robust sandwich, whose clusters are sections of the recording.
 
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::{MeatEstimator, add, score, t_factor};
 use crate::fit::products::{Products, WIDTH};
@@ -19,35 +19,46 @@ const MIN_WINDOWS: usize = 4;
 /// determines a direction alone say nothing about it.
 const MAX_FRACTION: f64 = 0.95;
 
-/// Probability that noise without errors that last exceeds [`SectionScatter::bound`].
+/// Probability that noise without serially correlated errors exceeds [`ClusterRobust::bound`].
 const PROBABILITY: f64 = 1e-3;
 
-/// Scatter of the unknowns over the sections of a recording.
-pub(crate) struct SectionScatter {
-    /// Covariance of the unknowns, widened because eight sections are few.
+/// The cluster-robust covariance of the unknowns, beside that of the noise.
+pub(crate) struct ClusterRobust {
+    /// Covariance of the unknowns, widened by Student's t because the sections are few.
     pub(crate) covariance: DMatrix<f64>,
-    /// Sum of the variances of all directions, in units of white noise.
-    pub(crate) size: f64,
-    /// Ratio of this sum to that of the noise that noise alone rarely exceeds.
+    /// Size of the covariance without this widening, relative to that of the noise: the sum of the variances of all directions,
+    /// in units of white noise.
+    pub(crate) ratio: f64,
+    /// Ratio that is rarely exceeded where the only error is the noise.
     pub(crate) bound: f64,
+    /// Variance of Student's t, by which the covariance is widened.
+    pub(crate) few_sections: f64,
 }
 
 impl MeatEstimator<'_> {
-    /// Estimates the covariance of the unknowns from the sums of the scores of eight sections; `None` where windows are few.
+    /// Estimates the covariance of the unknowns from the sums of the scores of sections, given the meat of the noise and its
+    /// degrees of freedom; `None` where windows are few. Cost: about a pass over all windows.
     ///
-    /// It holds for errors of any kind that do not last much longer than a section. A section loses the part of its error that
-    /// the fit follows, the more the larger its fraction `Hₖ` of the information; `(I - Hₖ)^-½` restores it (Bell and McCaffrey
-    /// 2002, Survey Methodology 28, 169-181). The rank of the covariance is less than the number of sections, so that it says
-    /// little about the correlation of unknowns.
-    pub(crate) fn section_scatter(&self) -> Option<SectionScatter> {
+    /// It holds for errors that are correlated within a section and not beyond, also those of the model. The residuals of a
+    /// section lack what the fit absorbs of its own error, the more the larger its fraction `Hₖ` of the information;
+    /// `(I - Hₖ)^-½` corrects the bias for white noise (CR2: Bell and McCaffrey 2002, Survey Methodology 28, 169-181). The rank
+    /// of the covariance is less than the number of sections, so that it says little about the correlation of unknowns.
+    pub(crate) fn cluster_robust(
+        &self,
+        meat: &DMatrix<f64>,
+        freedom_of_noise: f64,
+    ) -> Option<ClusterRobust> {
         let length = self.count() / SECTIONS;
         if length < MIN_WINDOWS {
             return None;
         }
-        let root = root(self.bread);
-        let unknowns = self.unknowns();
-        let mut scatter = DMatrix::zeros(unknowns, unknowns);
-        let (mut fractions, mut squares) = (0.0, 0.0);
+        let root = square_root(self.bread);
+        let noise = root.tr_mul(meat) * &root;
+        let size = noise.trace();
+        // A known mass, or a mean that was subtracted, leaves the sum of all scores different from zero.
+        let (_, sum) = self.information_and_score(0..self.count());
+        let mut scatter = DMatrix::zeros(self.unknowns(), self.unknowns());
+        let mut squares = 0.0;
         for section in 0..SECTIONS {
             let first = section * length;
             let is_last = section + 1 == SECTIONS;
@@ -56,26 +67,27 @@ impl MeatEstimator<'_> {
             } else {
                 first + length
             };
+            let share = windows.len() as f64 / self.count() as f64;
             let (information, score) = self.information_and_score(windows);
-            // With the root of the bread, Hₖ = Rᵀ Aₖ R.
-            let mut fraction = (root.tr_mul(&information) * &root).symmetric_eigen();
-            fractions += fraction.eigenvalues.sum();
-            squares += fraction.eigenvalues.norm_squared();
-            fraction.eigenvalues.apply(|value| {
+            // With the root R of the bread, Hₖ = Rᵀ Aₖ R.
+            let fraction = root.tr_mul(&information) * &root;
+            squares += (&fraction * &noise).norm_squared();
+            let mut correction = fraction.symmetric_eigen();
+            correction.eigenvalues.apply(|value| {
                 *value = (1.0 - value.clamp(0.0, MAX_FRACTION)).sqrt().recip();
             });
-            let moved = fraction.recompose() * root.tr_mul(&score);
+            let moved = correction.recompose() * root.tr_mul(&(score - share * &sum));
             scatter += &moved * moved.transpose();
         }
-        // White noise gives the sum a mean of ΣₖHₖ and a variance of 2 ΣₖHₖ².
-        let freedom = fractions * fractions / squares.max(f64::MIN_POSITIVE);
-        let few = t_factor((SECTIONS - 1) as f64).powi(2);
-        Some(SectionScatter {
-            size: scatter.trace(),
-            covariance: &root * scatter * root.transpose() * few,
-            bound: ChiSquared::new(freedom).map_or(f64::INFINITY, |of_noise| {
-                of_noise.inverse_cdf(1.0 - PROBABILITY) / freedom
-            }),
+        // The noise gives the scatter a mean of ΣₖHₖM and a variance of 2 ΣₖHₖMHₖM (Satterthwaite 1946).
+        let freedom = size * size / squares.max(f64::MIN_POSITIVE);
+        let few_sections = t_factor((SECTIONS - 1) as f64).powi(2);
+        let of_noise = FisherSnedecor::new(freedom, freedom_of_noise.max(1.0));
+        Some(ClusterRobust {
+            ratio: scatter.trace() / size,
+            covariance: &root * scatter * root.transpose() * few_sections,
+            bound: of_noise.map_or(f64::INFINITY, |of| of.inverse_cdf(1.0 - PROBABILITY)),
+            few_sections,
         })
     }
 
@@ -97,8 +109,8 @@ impl MeatEstimator<'_> {
 }
 
 /// Returns a matrix `R` with `R Rᵀ` equal to a positive semidefinite one.
-fn root(of: &DMatrix<f64>) -> DMatrix<f64> {
-    let mut eigen = of.clone().symmetric_eigen();
+fn square_root(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut eigen = matrix.clone().symmetric_eigen();
     eigen
         .eigenvalues
         .apply(|value| *value = value.max(0.0).sqrt());

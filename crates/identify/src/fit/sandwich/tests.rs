@@ -125,9 +125,8 @@ fn fitted_rows(seed: u64) -> (Vec<ScoredRow>, DMatrix<f64>) {
     (scored.collect(), bread)
 }
 
-/// White noise makes the sections scatter as much as it makes the unknowns uncertain: by one for each of them in the mean of
-/// 2000 fits, with a standard deviation of 1.2, and more than the bound in about one of a thousand. The covariance is that of
-/// Student's t with seven degrees of freedom.
+/// White noise makes the sections scatter as it makes the unknowns uncertain, a ratio of one in the mean of 2000 fits, and more
+/// than the bound in about one of a thousand. The covariance is that of Student's t with seven degrees of freedom.
 #[test]
 fn sections_scatter_by_white_noise() {
     const FITS: u32 = 2000;
@@ -135,23 +134,23 @@ fn sections_scatter_by_white_noise() {
     let mut covariance = DMatrix::zeros(3, 3);
     for seed in 0..FITS {
         let (rows, bread) = fitted_rows(u64::from(seed));
-        let found = MeatEstimator::new(&rows, 1, &bread)
-            .section_scatter()
-            .unwrap();
-        mean += found.size / f64::from(FITS);
-        beyond += u32::from(found.size > found.bound * 3.0);
-        let information = bread.try_inverse().unwrap();
+        let information = bread.clone().try_inverse().unwrap();
+        let sums = MeatEstimator::new(&rows, 1, &bread);
+        let found = sums.cluster_robust(&information, f64::INFINITY).unwrap();
+        mean += found.ratio / f64::from(FITS);
+        beyond += u32::from(found.ratio > found.bound);
         covariance += information * found.covariance / f64::from(FITS);
     }
-    assert!((mean - 3.0).abs() < 0.12, "{mean}");
-    assert!(beyond < 20, "{beyond}");
+    // The standard deviation of a ratio is some 0.4.
+    assert!((mean - 1.0).abs() < 0.04, "{mean}");
+    assert!(beyond < 10, "{beyond}");
     for unknown in 0..3 {
         let ratio = covariance[(unknown, unknown)] / (7.0 / 5.0);
         assert!((ratio - 1.0).abs() < 0.1, "{covariance}");
     }
 }
 
-/// Too few windows have no sections, and an unknown that no window excites has no scatter.
+/// Too few windows have no sections, and an unknown that no window excites has no variance.
 #[test]
 fn sections_need_windows() {
     let (mut rows, _) = fitted_rows(0);
@@ -160,10 +159,10 @@ fn sections_need_windows() {
     }
     let mut bread = DMatrix::identity(4, 4);
     bread[(3, 3)] = 0.0;
-    let found = MeatEstimator::new(&rows, 1, &bread)
-        .section_scatter()
-        .unwrap();
+    let meat = DMatrix::identity(4, 4);
+    let sums = MeatEstimator::new(&rows, 1, &bread);
+    let found = sums.cluster_robust(&meat, 100.0).unwrap();
     assert!(found.covariance.row(3).iter().all(|entry| *entry == 0.0));
-    let few = MeatEstimator::new(&rows[..31], 1, &bread).section_scatter();
-    assert!(few.is_none());
+    let few = MeatEstimator::new(&rows[..31], 1, &bread);
+    assert!(few.cluster_robust(&meat, 100.0).is_none());
 }
