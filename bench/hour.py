@@ -52,11 +52,13 @@ def identify(logs: list[Path], cores: set[int]) -> tuple[float, float]:
         os.sched_setaffinity(0, cores)
     start = time.perf_counter()
     arguments = [command, "identify", *logs]
-    process = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    _, status, usage = os.wait4(process.pid, 0)
-    elapsed_s = time.perf_counter() - start
-    if status != 0:
-        sys.exit("tactid identify has failed")
+    with tempfile.TemporaryFile() as errors:
+        process = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=errors)
+        _, status, usage = os.wait4(process.pid, 0)
+        elapsed_s = time.perf_counter() - start
+        if status != 0:
+            errors.seek(0)
+            sys.exit(errors.read().decode())
     # The largest resident set is in KiB on Linux.
     return elapsed_s, usage.ru_maxrss * 1024 / 1e6
 

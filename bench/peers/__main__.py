@@ -59,7 +59,7 @@ def processor() -> str:
 
 
 def first_line(*command: str) -> str:
-    """What a command says first."""
+    """The first line of what a command prints."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=True)
     except (OSError, subprocess.CalledProcessError):

@@ -36,7 +36,7 @@ compared."""
 
 
 class MissingPeerError(Exception):
-    """A peer cannot be used here; the message says what is not installed."""
+    """A peer cannot be measured here; the message says why, such as what is not installed."""
 
 
 def peer(module: str, package: str) -> ModuleType:
@@ -78,7 +78,7 @@ class Comparison:
     tolerance: float = TOLERANCE
     """Largest difference between results, as a fraction of the largest entry of its column."""
     note: str = ""
-    """What the notes of the contenders say."""
+    """What the contenders' notes are: the first part of the note below the table."""
 
 
 @dataclass
@@ -118,8 +118,9 @@ def run(comparison: Comparison) -> Row:
         except MissingPeerError as error:
             missing[name] = str(error)
     reference = next(iter(comparison.contenders))
-    if reference in missing:
-        raise SystemExit(f"{comparison.task}: tactid itself is missing: {missing[reference]}")
+    if reference in missing:  # What it is measured with is.
+        timings = [Timing(name, missing=missing[reference]) for name in comparison.contenders]
+        return Row(comparison.task, comparison.unit, comparison.bar, timings, comparison.note)
     differences = check_agreement(comparison, present, reference)
     rounds = interleaved_rounds(comparison, present)
     ours = rounds[reference]

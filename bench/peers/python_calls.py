@@ -89,7 +89,7 @@ def many_by_tactid() -> Contender:
 
 
 def many_in_rust() -> Contender:
-    """The same without Python."""
+    """The same states in Rust, without Python."""
     kernel = robot_with_states().tactid("series_inverse_dynamics", DOF)
     return Contender(kernel, kernel.out.copy())
 

@@ -98,6 +98,7 @@ def test_options_and_keywords_are_the_same(log: Path) -> None:
         ("cutoff", -1.0),
         ("max_gap", 0.0),
         ("gravity", [1.0, 2.0]),
+        ("gravity", [0.0, 0.0, -98.1]),
         ("wrench_noise", [1.0]),
         ("wrench_acts_on", "robot"),
         ("known_tool", "hammer"),

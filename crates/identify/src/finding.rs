@@ -184,7 +184,7 @@ pub enum Finding {
         within_box: bool,
     },
     /// No physically consistent body explains the data within their noise: there are other errors. The projection onto
-    /// consistent parameters is returned, with standard deviations that are larger by a factor, with which it is three of them
+    /// consistent parameters is returned, with standard deviations that are larger by a factor, with which it is two of them
     /// away from the unconstrained estimate.
     Inconsistent {
         /// Mahalanobis distance of the returned body from the unconstrained estimate, in standard deviations.

@@ -14,6 +14,12 @@ use crate::calibration::ArmCalibration;
 use crate::decode::LONGEST_DELAY_S;
 use crate::{RecordingError, unit_quaternion};
 
+/// Largest entry of gravity, m/s²: twice that of Jupiter. A larger one is in another unit.
+const LARGEST_GRAVITY: f64 = 50.0;
+
+/// What gravity must be.
+const GRAVITY_RANGE: &str = "between -50 and 50 m/s²";
+
 /// How equations become parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Estimator {
@@ -305,6 +311,8 @@ impl Request {
         let is_delay: IsValid = |delay_s| delay_s.abs() <= LONGEST_DELAY_S;
         let (cutoff_hz, gap_s) = (one(self.cutoff_hz), one(self.max_gap_s));
         let (effort_noise, gains) = (flat(&self.effort_noise), flat(&self.effort_gain));
+        let is_gravity: IsValid = |entry| entry.abs() <= LARGEST_GRAVITY;
+        let gravity: Field = ("gravity", flat(&self.gravity), is_gravity, GRAVITY_RANGE);
         let of_time: [Field; 3] = [
             ("cutoff_hz", cutoff_hz, is_positive, "more than zero"),
             ("max_gap_s", gap_s, is_gap, "more than zero"),
@@ -328,7 +336,6 @@ impl Request {
             ),
         ];
         let finite = [
-            ("gravity", flat(&self.gravity)),
             ("effort_gain", gains),
             ("known_tool", self.tool_numbers()),
             ("sensor_frame", self.frame_numbers()),
@@ -336,6 +343,7 @@ impl Request {
         let finite =
             finite.map(|(name, values)| -> Field { (name, values, f64::is_finite, "finite") });
         let fields = of_time.into_iter().chain(of_noise).chain(finite);
+        let fields = fields.chain([gravity]);
         for (name, values, is_valid, expected) in fields {
             if let Some(given) = values.into_iter().find(|value| !is_valid(*value)) {
                 return Err(IdentifyError::Value {

@@ -224,7 +224,7 @@ impl Calibration {
             if friction < -(CONTRADICTION * std_dev).max(DRIVING_FRICTION * torque) {
                 let reason = format!(
                     "the friction of `{}` at {FRICTION_VELOCITY} rad/s (m/s) is {friction:.3} N m (N): it would drive the \
-                     joint. Calibrate anew, or restore the file",
+                     joint. Usual causes are an unloaded recording that holds a payload, and a file that was edited",
                     self.joints[joint]
                 );
                 return invalid("parameters", &reason);

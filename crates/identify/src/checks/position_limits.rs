@@ -91,11 +91,12 @@ impl PositionMonitor {
         let beyond: Vec<&Joint> = self.joints.iter().filter(beyond).collect();
         let first = beyond.first()?;
         let in_degrees = |joint: &&Joint| !joint.is_beyond(joint.farthest.to_radians());
+        let is_more_than_a_turn = |joint: &&Joint| joint.farthest.abs() > std::f64::consts::TAU;
         Some(PositionsBeyondLimits {
             joints: beyond.iter().map(|joint| joint.name.clone()).collect(),
             position: first.farthest,
             limits: first.limits?,
-            are_degrees: beyond.iter().all(in_degrees),
+            are_degrees: beyond.iter().all(in_degrees) && beyond.iter().any(is_more_than_a_turn),
         })
     }
 }
@@ -138,6 +139,9 @@ mod tests {
         };
         let degrees = monitor(&[[30.0, 0.0], [-80.0, 0.0], [10.0, 0.0]]);
         assert_eq!(degrees.beyond_limits(f64::INFINITY), found(-80.0, true));
+        // An angle within a turn may as well be that of another joint.
+        let exchanged = monitor(&[[3.0, 0.0]]);
+        assert_eq!(exchanged.beyond_limits(f64::INFINITY), found(3.0, false));
         let wrong = monitor(&[[500.0, 0.0]]);
         assert_eq!(wrong.beyond_limits(f64::INFINITY), found(500.0, false));
     }

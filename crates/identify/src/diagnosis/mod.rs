@@ -23,9 +23,8 @@ use crate::solve::consistency::project;
 /// Distance in standard deviations from which a contradiction is reported.
 pub(crate) const CONTRADICTION: f64 = 5.0;
 
-/// Distance in standard deviations up to which a consistent body is plausible. Where the truth is on the border of consistent
-/// bodies in several directions, noise alone takes the estimate two or three away from it.
-const PLAUSIBLE: f64 = 3.0;
+/// Distance in standard deviations up to which a consistent body is plausible: that of intervals of 95 %.
+const PLAUSIBLE: f64 = 2.0;
 
 /// Returns what equations of a stream show about its assumptions without any prior information, and what is wrong in the
 /// robot's description. `gripper` is the known part of the identified body. Without enough equations there are only the
@@ -157,7 +156,7 @@ mod tests {
     use super::*;
 
     /// A body whose greatest moment of inertia exceeds the sum of the others is brought back by so many standard deviations.
-    /// Beyond three of them the standard deviations grow, and beyond five it is a contradiction.
+    /// Beyond two of them the standard deviations grow, and beyond five it is a contradiction.
     #[test]
     fn a_contradiction_widens_until_it_is_plausible() {
         let estimate = |excess: f64| {
@@ -171,14 +170,14 @@ mod tests {
         let std_dev: f64 = 1e-4;
         let covariance = SMatrix::identity() * std_dev.powi(2);
         let scales = SVector::repeat(std_dev);
-        for (excess, is_far) in [(-0.001, false), (4e-4, false), (7e-4, false), (0.002, true)] {
+        for (excess, is_far) in [(-0.001, false), (3e-4, false), (7e-4, false), (0.002, true)] {
             let found = nearest_consistent(estimate(excess), &covariance, &scales, None);
             // The nearest body shares the excess among the three moments.
             let distance = excess.max(0.0) / std_dev / 3f64.sqrt();
             let moved = (found.parameters - estimate(excess)).norm() / std_dev;
             assert!((moved - distance).abs() < 0.01, "{moved} {distance}");
             assert_eq!(found.contradiction.is_some(), is_far);
-            let expected = (moved / 3.0).max(1.0);
+            let expected = (moved / 2.0).max(1.0);
             assert!(
                 (found.widening - expected).abs() < 1e-3,
                 "{}",

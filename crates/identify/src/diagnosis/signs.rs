@@ -46,7 +46,7 @@ pub(super) fn sign_findings(
         )
     {
         findings.push(nothing);
-    } else if best_mass < 0.0 {
+    } else if best_mass < 0.0 && given.mass_std_dev_kg().is_finite() {
         findings.push(Finding::NegativeMass {
             method,
             or_gravity: has_gravity && better.is_none(),

@@ -214,7 +214,7 @@ def _of_recording(recording: CalibrationRecording, style: Style) -> list[str]:
     return [
         *(f"{recording.path.name}: {sentence}" for sentence in noticed),
         # These name the file.
-        *(f"{damage}; what stands before was used." for damage in recording.damage),
+        *(f"{damage}; what could be read was used." for damage in recording.damage),
     ]
 
 

@@ -120,7 +120,7 @@ def lines(result: CombinationData, style: Style = "keyword") -> list[str]:
     for name, run in zip(result.names, result.runs, strict=True):
         own = remarks(run, style)
         of_runs += [f"{name}: {line}" for line in (own[1:] if run.is_contradicted else own)]
-        of_runs += [f"{damage}; what stands before was used." for damage in run.damage]
+        of_runs += [f"{damage}; what could be read was used." for damage in run.damage]
         of_runs.append(f"{name}: {assumptions(run)}")
     return [*combined_remarks(result, style), *of_runs]
 

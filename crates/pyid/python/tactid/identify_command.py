@@ -214,7 +214,7 @@ def _print(
     """
     runs = [result] if isinstance(result, Identification) else result.runs
     for damage in (damage for run in runs for damage in run.damage):
-        notes.print(f"tactid: note: {damage}; what stands before was used", style="yellow")
+        notes.print(f"tactid: note: {damage}; what could be read was used", style="yellow")
     if output.form is Form.JSON:
         print_json(result_json.to_json(_record(log, result, output)))
         return None

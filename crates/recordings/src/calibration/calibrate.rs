@@ -165,7 +165,9 @@ pub fn calibrate_arm(
     });
     let result = result.map_err(|error| cause(error, &used))?;
     let comparisons = compare(&result, &calibrating, &held_out)?;
-    check_held_out(&result, &all[calibrating.len()..], &held_out, &comparisons)?;
+    let windows = calibrating.iter().map(|(windows, _)| windows);
+    let windows: Vec<&EffortRecording> = windows.chain(&held_out).collect();
+    check_empty_recordings(&result, &all, &windows, &comparisons)?;
     let recordings = used.into_iter().zip(comparisons);
     Ok(CalibrationRun {
         gain_std_dev: settings.gain_std_dev,
@@ -394,17 +396,26 @@ fn read_recording(
     Ok((windows, notes))
 }
 
-/// Checks that the held-out recordings hold nothing. `comparisons` are those of all recordings, these the last.
-fn check_held_out(
+/// Checks that each recording that was given as unloaded or held out holds nothing beyond what all unloaded ones hold. A single
+/// unloaded recording is the reference itself.
+fn check_empty_recordings(
     result: &CalibrationResult,
     given: &[GivenRecording<'_>],
-    held_out: &[EffortRecording],
+    windows: &[&EffortRecording],
     comparisons: &[EffortComparison],
 ) -> Result<(), RecordingError> {
-    let of_held_out = &comparisons[comparisons.len() - held_out.len()..];
-    for ((windows, comparison), given) in held_out.iter().zip(of_held_out).zip(given) {
-        check_empty(&result.calibration, windows, comparison)
-            .map_err(|error| RecordingError::from(error).in_recording(given.source.path()))?;
+    let is_unloaded = |each: &&GivenRecording<'_>| each.role == RecordingRole::Unloaded;
+    let are_compared = given.iter().filter(is_unloaded).count() > 1;
+    for ((given, windows), comparison) in given.iter().zip(windows).zip(comparisons) {
+        let is_checked = match given.role {
+            RecordingRole::Unloaded => are_compared,
+            RecordingRole::Loaded => false,
+            RecordingRole::HeldOut => true,
+        };
+        if is_checked {
+            check_empty(&result.calibration, windows, comparison)
+                .map_err(|error| RecordingError::from(error).in_recording(given.source.path()))?;
+        }
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Check that a recording without payload, which did not calibrate the arm, holds none.
+//! Check that a recording without payload holds none.
 
 use tactid_identify::calibration::{Calibration, EffortComparison, EffortRecording};
 use tactid_identify::{BatchSettings, HALF_WIDTH_95, IdentifyError};

@@ -13,8 +13,8 @@ impl ReweightedLeastSquares<'_> {
     /// of their information: for the noise as it is, and for noise that is the same in all windows.
     ///
     /// Where the sections of the recording scatter significantly more than the noise explains, the model has errors that are
-    /// correlated over seconds. The excess of the cluster-robust covariance is then added to the first covariance, and the
-    /// second one, from which correlations are taken, grows by the same factor.
+    /// correlated over seconds. The cluster-robust covariance is then added to the first covariance, which counts the noise twice:
+    /// eight sections miss errors that last longer. The second one, from which correlations are taken, grows by the same factor.
     pub(super) fn covariances(&self, count: usize, bread: &DMatrix<f64>) -> [DMatrix<f64>; 2] {
         let channels = self.noise.channels();
         let independent = (count * channels) as f64 / NOISE_CORRELATION;
@@ -30,9 +30,8 @@ impl ReweightedLeastSquares<'_> {
         let clusters = clusters.filter(is_significant);
         let mut covariance = self.covariance(bread, of_noise, count);
         if let Some(found) = clusters {
-            let excess = found.covariance * (1.0 - found.ratio.recip());
-            covariance += self.in_units(excess, &self.scales);
-            stationary.meat *= 1.0 + found.few_sections * (found.ratio - 1.0);
+            covariance += self.in_units(found.covariance, &self.scales);
+            stationary.meat *= 1.0 + found.few_sections * found.ratio;
         }
         [covariance, self.covariance(bread, stationary, count)]
     }

@@ -20,7 +20,7 @@ const MIN_WINDOWS: usize = 4;
 const MAX_FRACTION: f64 = 0.95;
 
 /// Probability that noise without serially correlated errors exceeds [`ClusterRobust::bound`].
-const PROBABILITY: f64 = 1e-3;
+const PROBABILITY: f64 = 0.01;
 
 /// The cluster-robust covariance of the unknowns, beside that of the noise.
 pub(crate) struct ClusterRobust {

@@ -126,7 +126,7 @@ fn fitted_rows(seed: u64) -> (Vec<ScoredRow>, DMatrix<f64>) {
 }
 
 /// White noise makes the sections scatter as it makes the unknowns uncertain, a ratio of one in the mean of 2000 fits, and more
-/// than the bound in about one of a thousand. The covariance is that of Student's t with seven degrees of freedom.
+/// than the bound in about one of a hundred. The covariance is that of Student's t with seven degrees of freedom.
 #[test]
 fn sections_scatter_by_white_noise() {
     const FITS: u32 = 2000;
@@ -136,14 +136,14 @@ fn sections_scatter_by_white_noise() {
         let (rows, bread) = fitted_rows(u64::from(seed));
         let information = bread.clone().try_inverse().unwrap();
         let sums = MeatEstimator::new(&rows, 1, &bread);
-        let found = sums.cluster_robust(&information, f64::INFINITY).unwrap();
+        let found = sums.cluster_robust(&information, 1e6).unwrap();
         mean += found.ratio / f64::from(FITS);
         beyond += u32::from(found.ratio > found.bound);
         covariance += information * found.covariance / f64::from(FITS);
     }
     // The standard deviation of a ratio is some 0.4.
     assert!((mean - 1.0).abs() < 0.04, "{mean}");
-    assert!(beyond < 10, "{beyond}");
+    assert!((5..40).contains(&beyond), "{beyond}");
     for unknown in 0..3 {
         let ratio = covariance[(unknown, unknown)] / (7.0 / 5.0);
         assert!((ratio - 1.0).abs() < 0.1, "{covariance}");

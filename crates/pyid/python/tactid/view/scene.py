@@ -80,7 +80,7 @@ class _Log:
         info = log_info(path)
         self.types = {topic.name: topic.type_name for topic in info.topics if topic.count}
         self.every = max(1 / RATE_HZ, (info.duration or 0.0) / MOST)
-        self.notes = [f"{damage}; what stands before is shown" for damage in info.damage]
+        self.notes = [f"{damage}; what could be read is shown" for damage in info.damage]
         self.start_ns: int | None = None
 
     def read_all(self, type_name: str) -> list[Samples]:
@@ -92,7 +92,7 @@ class _Log:
         ]
         topics = [read(self.path, name, every=self.every) for name in names]
         for damage in (damage for topic in topics for damage in topic.damage):
-            note = f"{damage}; what stands before is shown"
+            note = f"{damage}; what could be read is shown"
             if note not in self.notes:
                 self.notes.append(note)
         return [topic for topic in topics if len(topic)]
