@@ -51,7 +51,7 @@ use crate::fit::GainErrors;
 use crate::result::{self, PayloadEstimate, is_physical};
 use crate::solve::intervals::intervals;
 use crate::solve::subspace::{Matrix, Vector};
-use crate::solve::uncertainty::{ValueStdDevs, observability, std_devs, value_jacobian};
+use crate::solve::uncertainty::{observability, std_devs, value_jacobian};
 use crate::solve::{BoundingBox, KnownMass, PrincipalMoments};
 
 /// Standard deviation of a run's parameters, relative to a body of the payload's size, below which runs are not
@@ -253,16 +253,15 @@ fn combination(
     let parameters = consistent.parameters;
     let factors = factors.map(|factor| factor * consistent.widening);
     let of_values = std_devs(&parameters, &covariance, &pooled.inverse.null_space);
-    let ValueStdDevs { observable, .. } = of_values;
     let mut std_devs: [f64; 10] = std::array::from_fn(|k| factors[k] * of_values.std_devs[k]);
     if let Some(mass) = settings.known_mass {
-        // No other error makes a known mass less certain than it was.
-        let largest = mass.std_dev_kg.max(of_values.std_devs[0]);
-        std_devs[0] = std_devs[0].min(largest);
-    }
-    let is_exact = |mass: KnownMass| mass.std_dev_kg == 0.0 && mass.agrees_with(parameters[0], 0.0);
-    if settings.known_mass.is_some_and(is_exact) {
-        std_devs[0] = 0.0;
+        let is_exact = mass.std_dev_kg == 0.0 && mass.agrees_with(parameters[0], 0.0);
+        let largest = mass.std_dev_kg.max(of_values.std_devs[0]); // however much else is wrong
+        std_devs[0] = if is_exact {
+            0.0
+        } else {
+            std_devs[0].min(largest)
+        };
     }
     // The moments depend on all entries of the inertia.
     let of_inertia = factors[4..].iter().fold(1.0, |a, b| f64::max(a, *b));
@@ -276,7 +275,7 @@ fn combination(
             frame: frame.into(),
             body,
             composite: None,
-            observability: observability(&values, &std_devs, &observable),
+            observability: observability(&values, &std_devs, &of_values.observable),
             intervals: Some(intervals(&values, &std_devs, bounding_box)),
             std_devs: Some(std_devs),
             is_physical: is_physical(&body),

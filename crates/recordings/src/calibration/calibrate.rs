@@ -165,9 +165,7 @@ pub fn calibrate_arm(
     });
     let result = result.map_err(|error| cause(error, &used))?;
     let comparisons = compare(&result, &calibrating, &held_out)?;
-    let windows = calibrating.iter().map(|(windows, _)| windows);
-    let windows: Vec<&EffortRecording> = windows.chain(&held_out).collect();
-    check_empty_recordings(&result, &all, &windows, &comparisons)?;
+    check_empty_recordings(&result, &all, &calibrating, &held_out, &comparisons)?;
     let recordings = used.into_iter().zip(comparisons);
     Ok(CalibrationRun {
         gain_std_dev: settings.gain_std_dev,
@@ -401,9 +399,14 @@ fn read_recording(
 fn check_empty_recordings(
     result: &CalibrationResult,
     given: &[GivenRecording<'_>],
-    windows: &[&EffortRecording],
+    calibrating: &[(EffortRecording, Option<KnownPayload>)],
+    held_out: &[EffortRecording],
     comparisons: &[EffortComparison],
 ) -> Result<(), RecordingError> {
+    let windows = calibrating
+        .iter()
+        .map(|(windows, _)| windows)
+        .chain(held_out);
     let is_unloaded = |each: &&GivenRecording<'_>| each.role == RecordingRole::Unloaded;
     let are_compared = given.iter().filter(is_unloaded).count() > 1;
     for ((given, windows), comparison) in given.iter().zip(windows).zip(comparisons) {
