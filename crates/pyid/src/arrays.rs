@@ -6,7 +6,6 @@ use std::ops::Range;
 use nalgebra::Vector3;
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use smallvec::SmallVec;
 
 use crate::errors::ArgumentError;
 use crate::shapes::{numbers, one_or_many, shape_error, shape_of, transposition};
@@ -83,8 +82,8 @@ impl<'py> SeriesArray<'py> {
     /// Copies all items.
     pub(crate) fn whole(&self) -> PyResult<Series> {
         let values = match &self.array {
-            Some(array) => Numbers::from_slice(array.try_readonly()?.as_slice()?),
-            None => Numbers::from_elem(0.0, self.width),
+            Some(array) => array.to_vec()?,
+            None => vec![0.0; self.width],
         };
         Ok(Series {
             name: self.name,
@@ -110,15 +109,12 @@ impl<'py> SeriesArray<'py> {
         };
         Ok(Series {
             name: self.name,
-            values: Numbers::from_slice(values),
+            values: values.to_vec(),
             width: self.width,
             samples: Some(samples.len()),
         })
     }
 }
-
-/// Numbers of which one item stays out of the heap.
-type Numbers = SmallVec<[f64; 8]>;
 
 /// Numbers that belong to samples: one item for each sample, or one item for all samples.
 ///
@@ -126,7 +122,7 @@ type Numbers = SmallVec<[f64; 8]>;
 /// is released.
 pub(crate) struct Series {
     name: &'static str,
-    values: Numbers,
+    values: Vec<f64>,
     width: usize,
     /// `None` for one item that holds for every sample.
     samples: Option<usize>,
@@ -156,7 +152,7 @@ impl Series {
         }
         Ok(Self {
             name,
-            values: Numbers::from_slice(array.try_readonly()?.as_slice()?),
+            values: array.to_vec()?,
             width: item.iter().product(),
             samples: None,
         })
@@ -207,7 +203,7 @@ impl Series {
     /// Returns all items one after the other; a single item is repeated `count` times.
     pub(crate) fn repeated(self, count: usize) -> Vec<f64> {
         match self.samples {
-            Some(_) => self.values.into_vec(),
+            Some(_) => self.values,
             None => self.values.repeat(count),
         }
     }

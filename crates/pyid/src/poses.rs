@@ -7,7 +7,6 @@ use nalgebra::{
 };
 use numpy::{PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use smallvec::{SmallVec, smallvec};
 use tactid_recordings::unit_quaternion;
 
 use crate::arrays::Sampled;
@@ -20,8 +19,7 @@ const ROTATION_TOLERANCE: f64 = 1e-5;
 /// Poses, given as 4x4 matrices or as position and quaternion `[x, y, z, qx, qy, qz, qw]`.
 pub(crate) struct Poses {
     name: &'static str,
-    /// One pose stays out of the heap.
-    poses: SmallVec<[Isometry3<f64>; 1]>,
+    poses: Vec<Isometry3<f64>>,
     samples: Option<usize>,
 }
 
@@ -73,7 +71,7 @@ impl Poses {
         let Some(value) = value else {
             return Ok(Self {
                 name,
-                poses: smallvec![Isometry3::identity()],
+                poses: vec![Isometry3::identity()],
                 samples: None,
             });
         };
@@ -107,7 +105,7 @@ impl Poses {
         Self {
             name: self.name,
             poses: match self.samples {
-                Some(_) => self.poses[samples.clone()].into(),
+                Some(_) => self.poses[samples.clone()].to_vec(),
                 None => self.poses.clone(),
             },
             samples: self.samples.map(|_| samples.len()),
