@@ -1,6 +1,6 @@
 """Eight logs, identified together by one command: seconds on one core, and on all.
 
-It also prints how much of the speed that so many cores could have is reached.
+It also prints the parallel efficiency.
 
 Run by `make bench-many`. The logs are simulated first, which takes a minute.
 """
@@ -33,7 +33,7 @@ def main() -> None:
 
 
 def simulated(folder: Path, seed: int) -> Path:
-    """A log of the paper's experiment, whose command has noise of its own."""
+    """A log of the paper's experiment, with a seed of its own."""
     log = folder / f"{seed}.mcap"
     experiment = tactid.Experiment.paper().replace(duration=SECONDS, seed=seed)
     tactid.simulate(experiment, log)

@@ -118,7 +118,7 @@ def run(comparison: Comparison) -> Row:
         except MissingPeerError as error:
             missing[name] = str(error)
     reference = next(iter(comparison.contenders))
-    if reference in missing:  # What it is measured with is.
+    if reference in missing:  # Without its own result, there is nothing to compare with.
         timings = [Timing(name, missing=missing[reference]) for name in comparison.contenders]
         return Row(comparison.task, comparison.unit, comparison.bar, timings, comparison.note)
     differences = check_agreement(comparison, present, reference)
@@ -173,6 +173,8 @@ def check_agreement(
 
 def difference(theirs: Array, ours: Array) -> float:
     """Largest difference of two results, as a fraction of the largest entry of its column."""
+    if theirs.shape != ours.shape:
+        raise SystemExit(f"results have the shapes {theirs.shape} and {ours.shape}")
     theirs, ours = (each.reshape(len(each), -1) for each in (theirs, ours))
     largest = np.abs(ours).max(axis=0)
     sizes = np.maximum(largest, SMALL_COLUMN * largest.max())

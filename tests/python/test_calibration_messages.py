@@ -65,7 +65,7 @@ def test_the_command_names_what_is_wrong(
         ((*alone, "--gain-std-dev", "1000%"), ["less than 100%", "positive", "give rough gains"]),
         ((*alone, "--gravity", "0,0,-9", "--gravity", "0,0,-8"), ["--gravity is given 2 times"]),
         ((*alone, "--hold-out", loaded), [f"{loaded}: ", "holds a payload of 2."]),
-        ((*alone, "--unloaded", loaded), [f"{loaded}: ", "holds a payload of "]),
+        ((*alone, "--unloaded", loaded), [f"{loaded}: ", "payload that the other ones do not"]),
         ((*alone, "--gravity", "0,0,-9810"), ["--gravity", "between -50 and 50 m/s²"]),
         ((*alone, "--unloaded", copy), [f"{unloaded} and {copy} are the same", "noise"]),
         ((*alone, "--unloaded", link), [str(link), "twice", "noise"]),

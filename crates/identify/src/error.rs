@@ -221,6 +221,11 @@ pub enum IdentifyError {
         /// Half width of its 95 % interval, kg.
         half_width_kg: f64,
     },
+    /// One of several unloaded recordings of a calibration holds a payload that the others do not have.
+    #[error(
+        "the unloaded recording holds a payload that the other ones do not have: give those of the empty arm only"
+    )]
+    UnloadedDiffers,
     /// Efforts lag or lead the motion by more than a calibration can correct.
     #[error(
         "the efforts {} the motion by {} ms, but windows of {} s allow for {} ms at most: correct the stamps of the efforts",

@@ -184,8 +184,8 @@ pub enum Finding {
         within_box: bool,
     },
     /// No physically consistent body explains the data within their noise: there are other errors. The projection onto
-    /// consistent parameters is returned, with standard deviations that are larger by a factor, with which it is two of them
-    /// away from the unconstrained estimate.
+    /// consistent parameters is returned. For recordings, the standard deviations are multiplied by half of `distance`, except
+    /// that of a known mass; online they are not.
     Inconsistent {
         /// Mahalanobis distance of the returned body from the unconstrained estimate, in standard deviations.
         distance: f64,

@@ -39,7 +39,7 @@ type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 ///   velocity), then angular acceleration, both in world axes, (6,); m/s², rad/s². Zero where left out.
 ///
 /// A shape that does not fit raises an ``ArgumentError`` with the shape expected and the one given. The
-/// interpreter is released while the arrays are worked through.
+/// interpreter is released while a series is worked through.
 #[pyclass(module = "tactid", frozen)]
 pub(crate) struct Manipulator {
     pub(crate) robot: tactid_dynamics::Manipulator,

@@ -31,7 +31,7 @@ pub(crate) fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send)
     py.detach(|| guarded(work))
 }
 
-/// Runs a computation that is too short for the interpreter to be released.
+/// Runs a computation, and turns a panic into an error.
 ///
 /// # Errors
 /// Returns `InternalError` if the work panics, which is a fault of tactid. PyO3 would raise `PanicException`, which `except

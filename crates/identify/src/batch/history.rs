@@ -9,6 +9,7 @@ use crate::fit::Fit;
 use crate::fit::normal_equations::NormalEquations;
 use crate::result::HistoryPoint;
 use crate::solve::BoundingBox;
+use crate::solve::prior::widened;
 use crate::solve::uncertainty::{std_devs, values_of};
 
 /// Most points of a history.
@@ -67,11 +68,7 @@ fn solve(
     let consistent = nearest_consistent(parameters, &covariance, scales, bounding_box);
     let parameters = consistent.parameters;
     let values = values_of(&parameters)?;
+    let covariance = widened(&covariance, consistent.widening, fit.known_mass);
     let of_values = std_devs(&parameters, &covariance, &spectrum.null_space(*scales));
-    Some((
-        values,
-        of_values
-            .std_devs
-            .map(|std_dev| consistent.widening * std_dev),
-    ))
+    Some((values, of_values.std_devs))
 }

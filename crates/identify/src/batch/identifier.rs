@@ -179,17 +179,17 @@ impl BatchIdentifier {
         let findings = findings.chain(of_model);
         let cutoff_hz = self.equations.cutoff_hz;
         let frame = self.stream.offset_frame();
-        let (fit, parameters) = (&fit.widened(consistent.widening), consistent.parameters);
+        let parameters = consistent.parameters;
+        let widened = fit.widened(consistent.widening);
         let of_recording = consistent_payload(&fit_without_mass, &known, None);
-        let linear = fit_without_mass.widened(of_recording.widening);
         let report = FitReport::new(&self.batch, fit, &parameters, &channels, cutoff_hz, frame);
         Ok(BatchResult {
-            estimate: self.estimate(fit, &parameters, &known),
-            linear: LinearEstimate::of_fit(&linear, &known),
+            estimate: self.estimate(&widened, &parameters, &known),
+            linear: LinearEstimate::of_fit(&fit_without_mass, &known, of_recording.widening),
             principal_moments: PrincipalMoments::with_std_devs(
                 &parameters,
-                &fit.covariance,
-                &fit.null_space,
+                &widened.covariance,
+                &widened.null_space,
             ),
             history: history(equations, fit, &known, bounding_box),
             forecast: Forecast::new(equations, fit, &parameters, report.stride_s),

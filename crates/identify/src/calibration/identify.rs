@@ -160,11 +160,11 @@ impl Solution<'_> {
         let covariance = free.covariance * (WIDENING * WIDENING);
         let (parameters, scales) = (free.parameters - self.tool, free.null_space.scales());
         let widening = nearest_consistent(parameters, &covariance, scales, None).widening;
-        let covariance = covariance * (widening * widening);
+        let own = covariance - &shared.changes * shared.changes.transpose();
         LinearEstimate {
             parameters,
             information: information(&covariance, &free.null_space),
-            covariance: covariance - &shared.changes * shared.changes.transpose(),
+            covariance: own * widening.powi(2),
             shared,
             degrees_of_freedom: f64::INFINITY, // the covariance is widened already
         }
@@ -178,7 +178,7 @@ impl Solution<'_> {
         let parameters = best.parameters - self.tool;
         let nearest = nearest_consistent(parameters, &covariance, scales, bounding_box);
         let consistent = nearest.parameters;
-        let covariance = widened(&covariance, nearest.widening, self.settings.known_mass);
+        let wide = widened(&covariance, nearest.widening, self.settings.known_mass);
         let noise_fraction = noise_fraction(best, &consistent);
         let fit = self.fit_report(noise_fraction);
         let of_data = self.data_findings(&fit);
@@ -194,10 +194,10 @@ impl Solution<'_> {
         CalibratedEstimate {
             result: BatchResult {
                 linear: self.linear(),
-                estimate: self.payload(&consistent, &covariance),
+                estimate: self.payload(&consistent, &wide),
                 principal_moments: PrincipalMoments::with_std_devs(
                     &consistent,
-                    &covariance,
+                    &wide,
                     &best.null_space,
                 ),
                 history: Vec::new(),

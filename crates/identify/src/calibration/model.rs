@@ -22,7 +22,7 @@ use crate::solve::subspace::Vector;
 /// joint's efforts, so that a larger noise exceeds three times this range; that of the measured arms of the tests is at most 12.
 const LARGEST_NOISE_RATIO: f64 = 1e3;
 
-/// Velocity at which friction must brake, rad/s or m/s: one of usual motions.
+/// Velocity at which friction must brake, rad/s or m/s: a convention.
 const FRICTION_VELOCITY: f64 = 1.0;
 
 /// Friction that drives its joint, a fraction of the joint's rms torque, up to which it may be an error of the fit.
@@ -84,8 +84,8 @@ impl Calibration {
     /// the links, and the places of their joints. Links beyond the tool, the place of the base, and rounding do not matter.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::CalibrationData`] if a field has the wrong length or a number that is not valid,
-    /// [`IdentifyError::Model`] if the robot does not have the link, [`IdentifyError::CalibrationBase`] if the base floats
+    /// Returns [`IdentifyError::CalibrationData`] if a field has the wrong length or a number that is not valid, or friction would
+    /// drive its joint, [`IdentifyError::Model`] if the robot does not have the link, [`IdentifyError::CalibrationBase`] if the base floats
     /// or no joint moves the link, and [`IdentifyError::CalibrationRobot`] or [`IdentifyError::CalibrationLink`] with the first
     /// joint or link that differs.
     pub fn check(&self, robot: &Manipulator, tool: &str) -> Result<(), IdentifyError> {

@@ -89,9 +89,10 @@ impl LinearEstimate {
         }
     }
 
-    /// Returns what a fit says about the payload, given the parameters of the `known` bodies that the fit contains.
-    pub(crate) fn of_fit(fit: &Fit, known: &Vector) -> Self {
-        let covariance = fit.covariance - fit.gain_covariance();
+    /// Returns what a fit says about the payload, given the parameters of the `known` bodies that the fit contains, and a factor
+    /// on the standard deviations of what the recording does not share with others.
+    pub(crate) fn of_fit(fit: &Fit, known: &Vector, widening: f64) -> Self {
+        let covariance = (fit.covariance - fit.gain_covariance()) * widening.powi(2);
         let information = information(&fit.bread, &fit.null_space);
         // Windows overlap, and noise may be coloured: by so much the parameters scatter more than by white noise.
         let rank = 10 - fit.null_space.directions().len();

@@ -237,7 +237,8 @@ fn pooled(
     Pooled::new(terms.iter())
 }
 
-/// Returns the payload with its intervals, each wider than by its standard deviation by one of the `factors`.
+/// Returns the payload. Its standard deviations are multiplied by `factors`, or by what makes the nearest consistent body
+/// plausible where that is larger; disagreement does not make a known mass less certain.
 fn combination(
     frame: &str,
     settings: &CombineSettings,
@@ -251,12 +252,12 @@ fn combination(
     let covariance = pooled.covariance();
     let consistent = nearest_consistent(pooled.term.at, &covariance, scales, bounding_box);
     let parameters = consistent.parameters;
-    let factors = factors.map(|factor| factor * consistent.widening);
+    let factors = factors.map(|factor| factor.max(consistent.widening));
     let of_values = std_devs(&parameters, &covariance, &pooled.inverse.null_space);
     let mut std_devs: [f64; 10] = std::array::from_fn(|k| factors[k] * of_values.std_devs[k]);
     if let Some(mass) = settings.known_mass {
         let is_exact = mass.std_dev_kg == 0.0 && mass.agrees_with(parameters[0], 0.0);
-        let largest = mass.std_dev_kg.max(of_values.std_devs[0]); // however much else is wrong
+        let largest = mass.std_dev_kg.max(of_values.std_devs[0]);
         std_devs[0] = if is_exact {
             0.0
         } else {

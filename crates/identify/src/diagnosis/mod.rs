@@ -23,7 +23,7 @@ use crate::solve::consistency::project;
 /// Distance in standard deviations from which a contradiction is reported.
 pub(crate) const CONTRADICTION: f64 = 5.0;
 
-/// Distance in standard deviations up to which a consistent body is plausible: that of intervals of 95 %.
+/// Distance in standard deviations up to which a consistent body is plausible: about the half-width of a 95 % interval.
 const PLAUSIBLE: f64 = 2.0;
 
 /// Returns what equations of a stream show about its assumptions without any prior information, and what is wrong in the

@@ -141,8 +141,8 @@ impl BoundingBox {
     }
 }
 
-/// Returns the covariance of linear parameters with standard deviations that are larger by a factor. That of a known mass
-/// becomes no larger than it was known.
+/// Returns the covariance of linear parameters with standard deviations that are larger by a factor. That of a known mass does
+/// not grow beyond that of its weighing.
 pub(crate) fn widened(
     covariance: &SMatrix<f64, 10, 10>,
     factor: f64,

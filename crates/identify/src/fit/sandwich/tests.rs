@@ -103,7 +103,7 @@ fn sums_of_neighbours_are_products_over_all_lags() {
     }
 }
 
-/// Three unknowns of 83 windows, of which the last section has three more than the others, with targets of noise.
+/// Returns the rows of a fit of three unknowns to white noise in 83 windows, with the inverse of their information.
 fn fitted_rows(seed: u64) -> (Vec<ScoredRow>, DMatrix<f64>) {
     let mut random = SmallRng::seed_from_u64(seed);
     let mut draw = || -> f64 { random.sample(StandardNormal) };
@@ -126,7 +126,7 @@ fn fitted_rows(seed: u64) -> (Vec<ScoredRow>, DMatrix<f64>) {
 }
 
 /// White noise makes the sections scatter as it makes the unknowns uncertain, a ratio of one in the mean of 2000 fits, and more
-/// than the bound in about one of a hundred. The covariance is that of Student's t with seven degrees of freedom.
+/// than the bound in one to three of a hundred. The covariance is that of Student's t with seven degrees of freedom.
 #[test]
 fn sections_scatter_by_white_noise() {
     const FITS: u32 = 2000;
@@ -143,7 +143,7 @@ fn sections_scatter_by_white_noise() {
     }
     // The standard deviation of a ratio is some 0.4.
     assert!((mean - 1.0).abs() < 0.04, "{mean}");
-    assert!((5..40).contains(&beyond), "{beyond}");
+    assert!((10..60).contains(&beyond), "{beyond}");
     for unknown in 0..3 {
         let ratio = covariance[(unknown, unknown)] / (7.0 / 5.0);
         assert!((ratio - 1.0).abs() < 0.1, "{covariance}");
