@@ -189,6 +189,7 @@ impl IntoPyErr for IdentifyError {
             | Self::GainUnexpected { .. }
             | Self::GainsUnexpected { .. }
             | Self::UnloadedHolds { .. }
+            | Self::UnloadedDiffers
             | Self::UnloadedCalibrated
             | Self::EffortConstant { .. }
             | Self::GainsNotPositive { .. }
