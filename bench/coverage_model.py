@@ -1,9 +1,8 @@
 """How often 95 % intervals hold the truth where the error is that of the model, not noise.
 
 Run by `make bench-coverage`. Recordings of 0.5 to 14.5 s are simulated without noise: what is left
-is how the payload gives way in its grasp. Joints move one after the other, or together, on a
-spacecraft and on the ground. Half of the recordings have the paper's payload, the others have
-random ones, which are lighter on the ground.
+is the compliance of the grasp. Joints move one after the other, or together, on a spacecraft and on
+the ground. Half of the recordings have one payload, the others have random ones like it.
 """
 
 import tempfile
@@ -17,7 +16,6 @@ from tactid.values import values_of
 
 LENGTHS_S = np.linspace(0.5, 14.5, 12)
 
-
 MOTIONS = {
     "one after the other": "",
     "together": '[excitation]\nmode = "together"\n',
@@ -26,6 +24,7 @@ MOTIONS = {
         'inertia_kg_m2 = [0.02, 0.001, 0.0, 0.03, 0.0, 0.02]\n[excitation]\nmode = "together"\n'
     ),
 }
+"""Experiments by what moves: what their files have beyond the paper's."""
 
 
 def main() -> None:

@@ -268,7 +268,7 @@ def test_what_active_identification_has_not_reached_is_reported(tmp_path: Path) 
 
 
 def test_intervals_hold_at_the_beginning_of_a_motion(tmp_path: Path) -> None:
-    """Without noise, what is left is how the payload gives way in its grasp.
+    """Without noise, what is left is the compliance of the grasp.
 
     Errors of the ten values are correlated, so that more than one in twenty may be outside; with
     the noise of the windows alone it was every second one.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 use tactid_dynamics::{InertialParameters, Manipulator, MassProperties};
 
 use super::equation_batch::EquationBatch;
@@ -17,7 +17,8 @@ use crate::finding::Finding;
 use crate::fit::{Delay, Fit, FitOptions, least_squares};
 use crate::result::{self, HistoryPoint, Observability, PayloadEstimate, is_physical};
 use crate::solve::intervals::intervals;
-use crate::solve::uncertainty::{ValueStdDevs, observability};
+use crate::solve::prior::widened;
+use crate::solve::uncertainty::{ValueStdDevs, observability, std_devs};
 use crate::solve::{BoundingBox, KnownMass, PrincipalMoments};
 
 /// Prior knowledge and options of the batch identifier. By default nothing is known.
@@ -180,16 +181,16 @@ impl BatchIdentifier {
         let cutoff_hz = self.equations.cutoff_hz;
         let frame = self.stream.offset_frame();
         let parameters = consistent.parameters;
-        let widened = fit.widened(consistent.widening);
+        let covariance = widened(&fit.covariance, consistent.widening, fit.known_mass);
         let of_recording = consistent_payload(&fit_without_mass, &known, None);
         let report = FitReport::new(&self.batch, fit, &parameters, &channels, cutoff_hz, frame);
         Ok(BatchResult {
-            estimate: self.estimate(&widened, &parameters, &known),
+            estimate: self.estimate(fit, &covariance, &parameters, &known),
             linear: LinearEstimate::of_fit(&fit_without_mass, &known, of_recording.widening),
             principal_moments: PrincipalMoments::with_std_devs(
                 &parameters,
-                &widened.covariance,
-                &widened.null_space,
+                &covariance,
+                &fit.null_space,
             ),
             history: history(equations, fit, &known, bounding_box),
             forecast: Forecast::new(equations, fit, &parameters, report.stride_s),
@@ -232,18 +233,19 @@ impl BatchIdentifier {
         known
     }
 
-    /// Returns the estimate with its uncertainty, given the payload's consistent parameters and those of the
-    /// `known` bodies.
+    /// Returns the estimate with its uncertainty, given the covariance of the fit's parameters, the payload's consistent
+    /// parameters and those of the `known` bodies.
     fn estimate(
         &self,
         fit: &Fit,
+        covariance: &SMatrix<f64, 10, 10>,
         parameters: &SVector<f64, 10>,
         known: &SVector<f64, 10>,
     ) -> PayloadEstimate {
         let ValueStdDevs {
             mut std_devs,
             observable,
-        } = fit.std_devs(parameters);
+        } = std_devs(parameters, covariance, &fit.null_space);
         let exact = self
             .settings
             .known_mass

@@ -15,10 +15,10 @@ use crate::equations::{Channels, Equation, OffsetFrame, Row};
 use crate::result::WrenchOffset;
 use crate::solve::noise::Noise;
 use crate::solve::offsets::Offsets;
-use crate::solve::prior::{KnownMass, widened};
+use crate::solve::prior::KnownMass;
 use crate::solve::spectrum::Excitation;
 use crate::solve::subspace::NullSpace;
-use crate::solve::uncertainty::{ValueStdDevs, std_dev, std_devs, value_jacobian};
+use crate::solve::uncertainty::{std_dev, value_jacobian};
 use crate::solve::weights::OUTLIER;
 
 /// Step of a pass, in standard deviations, below which parameters that are reported have converged.
@@ -122,11 +122,6 @@ impl Fit {
         self.null_space.scales()
     }
 
-    /// Returns the standard deviations of the ten values at parameters near those of the fit.
-    pub(crate) fn std_devs(&self, parameters: &SVector<f64, 10>) -> ValueStdDevs {
-        std_devs(parameters, &self.covariance, &self.null_space)
-    }
-
     /// Adds what the errors of the gains cause to the covariance, given the equations of the fit and which of them it uses.
     fn add_gain_errors(&mut self, equations: &[Equation], used: Option<&[bool]>) {
         let of_rows = |equation: &Equation| equation.rows.iter().any(|row| row.gain_error != 0.0);
@@ -145,15 +140,6 @@ impl Fit {
         }
         self.gain_errors = errors;
         self.covariance += self.gain_covariance();
-    }
-
-    /// Returns the same fit with standard deviations that are larger by a factor, but for that of a known mass.
-    pub(crate) fn widened(&self, factor: f64) -> Self {
-        let covariance = widened(&self.covariance, factor, self.known_mass);
-        Self {
-            covariance,
-            ..self.clone()
-        }
     }
 
     /// Returns the part of the covariance that errors of the gains cause; the rest is noise.

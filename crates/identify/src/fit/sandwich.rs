@@ -21,7 +21,6 @@ use super::products::{Products, WIDTH, WideRow};
 use super::vector_unit::Computation;
 use crate::equations::window::NOISE_CORRELATION;
 use neighbours::ProductsOfNeighbours;
-pub(crate) use sections::ClusterRobust;
 
 /// A whitened row with scaled columns, times the root of its weight.
 #[derive(Default)]

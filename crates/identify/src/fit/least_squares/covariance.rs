@@ -6,7 +6,7 @@ use super::ReweightedLeastSquares;
 use super::whitened::WhitenedWindow;
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
 use crate::fit::rows::{TARGET, UNKNOWNS};
-use crate::fit::sandwich::{ClusterRobust, MeatEstimator, NoiseMeat, ScoredRow};
+use crate::fit::sandwich::{MeatEstimator, NoiseMeat, ScoredRow};
 
 impl ReweightedLeastSquares<'_> {
     /// Returns two covariances of the unknowns from so many windows (see [`sandwich`](crate::fit::sandwich)), given the inverse
@@ -14,7 +14,8 @@ impl ReweightedLeastSquares<'_> {
     ///
     /// Where the sections of the recording scatter significantly more than the noise explains, the model has errors that are
     /// correlated over seconds. The cluster-robust covariance is then added to the first covariance, which counts the noise twice:
-    /// eight sections miss errors that last longer. The second one, from which correlations are taken, grows by the same factor.
+    /// eight sections miss errors that last longer. The second one, in whose metric parameters are projected, grows by the same
+    /// factor.
     pub(super) fn covariances(&self, count: usize, bread: &DMatrix<f64>) -> [DMatrix<f64>; 2] {
         let channels = self.noise.channels();
         let independent = (count * channels) as f64 / NOISE_CORRELATION;
@@ -25,13 +26,11 @@ impl ReweightedLeastSquares<'_> {
         let scores = sums.newey_west_meat() * independent / freedom;
         let meats = sums.noise_meats();
         let [of_noise, mut stationary] = meats.map(|meat| larger_meat(bread, &scores, meat));
-        let is_significant = |found: &ClusterRobust| found.ratio > found.bound;
         let clusters = sums.cluster_robust(&of_noise.meat, freedom);
-        let clusters = clusters.filter(is_significant);
         let mut covariance = self.covariance(bread, of_noise, count);
-        if let Some(found) = clusters {
+        if let Some(found) = clusters.filter(|found| found.ratio > found.bound) {
             covariance += self.in_units(found.covariance, &self.scales);
-            stationary.meat *= 1.0 + found.few_sections * found.ratio;
+            stationary.meat *= 1.0 + found.t_variance * found.ratio;
         }
         [covariance, self.covariance(bread, stationary, count)]
     }
@@ -47,10 +46,10 @@ impl ReweightedLeastSquares<'_> {
         let mut meat = meat * self.noise.inflation(independent, from_residuals);
         // Variance of the weighing: its information is enlarged for the correlation of neighbouring windows.
         meat[(0, 0)] += self.mass_information() * NOISE_CORRELATION;
-        let mut scales = SVector::from_fn(|k, _| {
-            let t_factor = t_factors.get(k).copied().unwrap_or(1.0);
-            self.scales[k] * t_factor
-        });
+        let mut scales = self.scales;
+        for (scale, t_factor) in scales.iter_mut().zip(&t_factors) {
+            *scale *= t_factor;
+        }
         if self.mass_information() > 0.0 {
             // The variance of a known mass is not estimated from the residuals.
             scales[0] = self.scales[0];

@@ -32,7 +32,7 @@ pub(crate) struct ClusterRobust {
     /// Ratio that is rarely exceeded where the only error is the noise.
     pub(crate) bound: f64,
     /// Variance of Student's t, by which the covariance is widened.
-    pub(crate) few_sections: f64,
+    pub(crate) t_variance: f64,
 }
 
 impl MeatEstimator<'_> {
@@ -55,14 +55,16 @@ impl MeatEstimator<'_> {
         let root = square_root(self.bread);
         let noise = root.tr_mul(meat) * &root;
         let size = noise.trace();
+        let sections: Vec<_> = (0..SECTIONS)
+            .map(|k| k * count / SECTIONS..(k + 1) * count / SECTIONS)
+            .map(|windows| (windows.len(), self.information_and_score(windows)))
+            .collect();
         // A known mass leaves the sum of all scores different from zero; each section has its share of it.
-        let (_, sum) = self.information_and_score(0..count);
+        let sum: DVector<f64> = sections.iter().map(|(_, (_, score))| score).sum();
         let mut scatter = DMatrix::zeros(self.unknowns(), self.unknowns());
         let mut squares = 0.0;
-        for section in 0..SECTIONS {
-            let windows = section * count / SECTIONS..(section + 1) * count / SECTIONS;
-            let share = windows.len() as f64 / count as f64;
-            let (information, score) = self.information_and_score(windows);
+        for (windows, (information, score)) in sections {
+            let share = windows as f64 / count as f64;
             // With the root R of the bread, Hₖ = Rᵀ Aₖ R.
             let fraction = root.tr_mul(&information) * &root;
             let of_noise = &fraction * &noise;
@@ -76,13 +78,13 @@ impl MeatEstimator<'_> {
         }
         // The noise gives the scatter a mean of ΣₖHₖM and a variance of 2 ΣₖHₖMHₖM (Satterthwaite 1946).
         let freedom = size * size / squares.max(f64::MIN_POSITIVE);
-        let few_sections = t_factor((SECTIONS - 1) as f64).powi(2);
+        let t_variance = t_factor((SECTIONS - 1) as f64).powi(2);
         let of_noise = FisherSnedecor::new(freedom, freedom_of_noise.max(1.0));
         Some(ClusterRobust {
             ratio: scatter.trace() / size,
-            covariance: &root * scatter * root.transpose() * few_sections,
+            covariance: &root * scatter * root.transpose() * t_variance,
             bound: of_noise.map_or(f64::INFINITY, |of| of.inverse_cdf(1.0 - PROBABILITY)),
-            few_sections,
+            t_variance,
         })
     }
 
