@@ -26,14 +26,14 @@ def test_the_packages_example_runs() -> None:
     assert outcome.failed == 0
 
 
-def readme_blocks(language: str) -> list[str]:
-    found = pages.blocks(ROOT / "README.md")
-    return [block.text for block in found if block.language == language]
+def toml_blocks(page: str) -> list[str]:
+    found = pages.blocks(ROOT / "docs" / page)
+    return [block.text for block in found if block.language == "toml"]
 
 
-def test_the_readmes_manifest_has_the_workspaces_versions() -> None:
+def test_the_tutorials_manifest_has_the_workspaces_versions() -> None:
     """What a controller's Cargo.toml needs is what the workspace says of itself."""
-    manifest, _ = map(tomllib.loads, readme_blocks("toml"))
+    (manifest,) = map(tomllib.loads, toml_blocks("tutorials/controller.md"))
     workspace = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]
     crate = manifest["dependencies"]["tactid-identify"]
     assert crate["version"] == workspace["package"]["version"]
@@ -43,8 +43,8 @@ def test_the_readmes_manifest_has_the_workspaces_versions() -> None:
         assert manifest["package"][key] == workspace["package"][key]
 
 
-def test_the_readmes_experiment_is_one() -> None:
-    _, experiment = readme_blocks("toml")
+def test_the_experiment_with_an_own_robot_is_one() -> None:
+    (experiment,) = (text for text in toml_blocks("formats/experiment.md") if "arm.urdf" in text)
     assert tactid.Experiment.from_toml(experiment).base == "fixed"
 
 
