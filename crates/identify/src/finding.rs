@@ -7,28 +7,9 @@ use crate::Method;
 use crate::checks::{
     EffortsBeyondLimits, PositionsBeyondLimits, TwistContradiction, VelocityContradiction,
 };
-use crate::combine::{Agreement, ValueDifference};
-use crate::result::{VALUE_NAMES, WrenchOffset};
-use crate::solve::KnownMass;
-
-/// How samples were taken of which none is in a window.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NoEquations {
-    /// Number of samples that were accepted.
-    pub samples: u64,
-    /// Number of samples that were rejected: not finite, or with derivatives that are not, or not later than the one before.
-    pub rejected: u64,
-    /// Number of times between two samples that were too long to be bridged.
-    pub gaps: u64,
-    /// Longest time between two samples that is bridged, s.
-    pub max_gap_s: f64,
-    /// Mean time between two accepted samples, s.
-    pub period_s: f64,
-    /// Length of a window, s.
-    pub window_s: f64,
-    /// Fewest samples in a window.
-    pub min_samples: u32,
-}
+use crate::prior::KnownMass;
+use crate::result::WrenchOffset;
+use crate::sampling::Sampling;
 
 /// How much of the load the model leaves unexplained.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,7 +33,7 @@ pub struct UnexplainedLoad {
 pub struct Disagreement {
     /// Number of recordings.
     pub runs: usize,
-    /// Distance of all parameters of the recordings from the combined ones, see [`Agreement::chi_square`].
+    /// Distance of all parameters of the recordings from the combined ones, see [`Agreement::chi_square`](crate::Agreement::chi_square).
     pub chi_square: f64,
     /// Degrees of freedom of the chi-square.
     pub degrees_of_freedom: f64,
@@ -72,25 +53,26 @@ pub struct Disagreement {
     pub largest: Option<ValueDifference>,
 }
 
-impl Disagreement {
-    /// Returns the disagreement of recordings that do not agree.
-    pub(crate) fn of(agreement: &Agreement) -> Option<Self> {
-        let run = agreement.largest.map(|largest| largest.run);
-        let run = run.filter(|_| agreement.runs.len() > 2);
-        let values = VALUE_NAMES.into_iter().zip(agreement.value_p_values);
-        let (least_probable, least_p_value) = values.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        (!agreement.agree).then_some(Self {
-            runs: agreement.runs.len(),
-            chi_square: agreement.chi_square,
-            degrees_of_freedom: agreement.degrees_of_freedom,
-            noise_degrees_of_freedom: agreement.noise_degrees_of_freedom,
-            p_value: agreement.p_value,
-            least_probable,
-            least_p_value,
-            run,
-            others_agree: run.is_some_and(|run| agreement.runs[run].others_agree),
-            largest: agreement.largest,
-        })
+/// Difference between one run and the others in one value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ValueDifference {
+    /// Index of the run. Of two runs, neither is the one that differs, and it is the second.
+    pub run: usize,
+    /// Name of the value, of [`VALUE_NAMES`](crate::VALUE_NAMES).
+    pub value: &'static str,
+    /// Value of the run less that of the others, in its unit.
+    pub difference: f64,
+    /// Value of the others, in its unit.
+    pub others: f64,
+    /// Standard deviation of the difference from the noise within the runs, in the unit of the value.
+    pub std_dev: f64,
+}
+
+impl ValueDifference {
+    /// Returns the difference in standard deviations, with its sign.
+    #[must_use]
+    pub fn sigmas(&self) -> f64 {
+        self.difference / self.std_dev
     }
 }
 
@@ -116,7 +98,7 @@ pub enum Finding {
         is_zero: bool,
     },
     /// Not a single window of the averages was filled, so that nothing is known.
-    NoEquations(NoEquations),
+    NoEquations(Sampling),
     /// Something is wrong in the description of the robot. Masses and inertias are reported only where the method uses
     /// them.
     Model(ModelFinding),

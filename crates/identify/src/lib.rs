@@ -83,7 +83,9 @@ mod fit;
 mod method;
 mod online;
 mod paper;
+mod prior;
 mod result;
+mod sampling;
 mod solve;
 
 pub use nalgebra;
@@ -92,22 +94,21 @@ pub use tactid_dynamics::{BaseKind, Manipulator, ModelError, Wrench};
 
 pub use batch::{BatchIdentifier, BatchResult, BatchSettings, FitReport, Forecast};
 pub use combine::{
-    Agreement, Combination, CombineSettings, LinearEstimate, RunDistance, SharedErrors,
-    ValueDifference, combine,
+    Agreement, Combination, CombineSettings, LinearEstimate, RunDistance, SharedErrors, combine,
 };
 pub use equations::{
     BaseState, Channel, Channels, EquationSettings, EquationStream, MotionRows, PushOutcome,
     Sample, states_of_poses,
 };
 pub use error::{IdentifyError, digits, three_digits};
-pub use finding::{Disagreement, Finding, NoEquations, UnexplainedLoad};
+pub use finding::{Disagreement, Finding, UnexplainedLoad, ValueDifference};
 pub use fit::Delay;
 pub use method::Method;
 pub use online::Identifier;
 pub use paper::{PaperFilter, PaperSettings, SingularValues};
+pub use prior::{BoundingBox, KnownMass};
 pub use result::{
     HistoryPoint, Observability, PayloadEstimate, VALUE_NAMES, WrenchOffset, values_of_body,
 };
-pub use solve::{
-    BoundingBox, HALF_WIDTH_95, KnownMass, PrincipalMoments, largest_of_kind, value_jacobian,
-};
+pub use sampling::Sampling;
+pub use solve::{HALF_WIDTH_95, PrincipalMoments, largest_of_kind, value_jacobian};

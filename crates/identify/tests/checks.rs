@@ -12,7 +12,7 @@ use tactid_dynamics::BaseKind;
 use tactid_identify::checks::{
     TwistAxes, TwistContradiction, VelocityCause, VelocityContradiction,
 };
-use tactid_identify::{EquationSettings, Finding, Identifier, NoEquations};
+use tactid_identify::{EquationSettings, Finding, Identifier, Sampling};
 
 fn instants(rate_hz: f64, duration_s: f64) -> Vec<Instant> {
     let run = Run {
@@ -169,7 +169,7 @@ fn samples_without_an_equation_are_reported() {
     let not_finite = findings_after(200.0, |instant| instant.wrench.force.x = f64::NAN);
     let counts = [sparse, nanoseconds, not_finite].map(|findings| match findings[..] {
         [
-            Finding::NoEquations(NoEquations {
+            Finding::NoEquations(Sampling {
                 samples,
                 rejected,
                 gaps,

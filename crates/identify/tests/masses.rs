@@ -5,8 +5,7 @@
 
 use tactid_dynamics::ModelFinding;
 use tactid_identify::{
-    BaseKind, EquationSettings, EquationStream, Finding, IdentifyError, Manipulator, Method,
-    ModelError,
+    BaseKind, EquationSettings, EquationStream, IdentifyError, Manipulator, Method, ModelError,
 };
 
 const MASSLESS: &str = r#"<robot name="arm"><link name="base"/><link name="arm"/><link name="tool0"/>
@@ -81,10 +80,10 @@ fn a_part_of_the_masses_is_enough_and_the_rest_is_reported() {
     let findings = |method, base, text: &str| {
         let robot = Manipulator::from_urdf(&partly(text), base).unwrap();
         let stream = EquationStream::new(&robot, "tool0", &["tool0"], &with(method))?;
-        let kind = |finding: Finding| match finding {
-            Finding::Model(ModelFinding::Massless { .. }) => "massless",
-            Finding::Model(ModelFinding::ImpossibleInertia { .. }) => "inertia",
-            Finding::Model(ModelFinding::PartIgnored { .. }) => "ignored",
+        let kind = |finding: ModelFinding| match finding {
+            ModelFinding::Massless { .. } => "massless",
+            ModelFinding::ImpossibleInertia { .. } => "inertia",
+            ModelFinding::PartIgnored { .. } => "ignored",
             other => panic!("{other:?}"),
         };
         Ok::<_, IdentifyError>(

@@ -8,8 +8,8 @@ use tactid_identify::checks::{
     VelocityContradiction,
 };
 use tactid_identify::{
-    Disagreement, Finding as Found, KnownMass, Method, NoEquations, UnexplainedLoad,
-    ValueDifference, WrenchOffset,
+    Disagreement, Finding as Found, KnownMass, Method, Sampling, UnexplainedLoad, ValueDifference,
+    WrenchOffset,
 };
 use tactid_recordings::{Delay, Finding, NotUsedBecause};
 
@@ -159,7 +159,7 @@ fn efforts_beyond_limits(py: Python<'_>, beyond: &EffortsBeyondLimits) -> PyResu
 }
 
 /// Returns the data of samples of which none is in a window.
-fn no_equations(py: Python<'_>, counts: &NoEquations) -> PyResult<FindingData> {
+fn no_equations(py: Python<'_>, counts: &Sampling) -> PyResult<FindingData> {
     let data = data!(py, "samples": counts.samples, "rejected": counts.rejected, "gaps": counts.gaps,
         "max_gap_s": counts.max_gap_s, "period_s": counts.period_s, "window_s": counts.window_s,
         "min_samples": counts.min_samples);

@@ -1,5 +1,9 @@
 //! The clock of a recording.
 
+/// Longest delay of a stamp, in either direction, s. A stamp that is further from where the time of logging puts it
+/// is a fault, and a request cannot correct a longer delay.
+pub(crate) const LONGEST_STAMP_DELAY_S: f64 = 60.0;
+
 /// Which times the measurements were taken to belong to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Clock {

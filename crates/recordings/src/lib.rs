@@ -54,6 +54,7 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod alignment;
+mod arm_calibration;
 mod arrays;
 mod calibration;
 mod clock;
@@ -86,10 +87,11 @@ mod time_unit;
 mod topic_kind;
 mod unloaded;
 
+pub use arm_calibration::ArmCalibration;
 pub use arrays::{Arrays, UnloadedArrays};
 pub use calibration::{
-    ArmCalibration, CalibrationRecording, CalibrationRun, CalibrationSource, CalibrationSources,
-    RecordingRole, calibrate_arm,
+    CalibrationRecording, CalibrationRun, CalibrationSource, CalibrationSources, RecordingRole,
+    calibrate_arm,
 };
 pub use clock::Clock;
 pub use combination::combine;

@@ -10,8 +10,8 @@ use tactid_identify::{
     equations::{GAIN_STD_DEV, NOISE_STD_DEV, is_gain_std_dev, is_noise_std_dev},
 };
 
-use crate::calibration::ArmCalibration;
-use crate::decode::LONGEST_DELAY_S;
+use crate::arm_calibration::ArmCalibration;
+use crate::clock::LONGEST_STAMP_DELAY_S;
 use crate::{RecordingError, unit_quaternion};
 
 /// Largest entry of gravity, m/s²: twice that of Jupiter. A larger one is in another unit.
@@ -308,7 +308,7 @@ impl Request {
         let wrench_noise = self.wrench_noise.iter().flatten().flatten();
         let is_positive: IsValid = |value| value > 0.0 && value.is_finite();
         let is_gap: IsValid = |gap_s| gap_s > 0.0;
-        let is_delay: IsValid = |delay_s| delay_s.abs() <= LONGEST_DELAY_S;
+        let is_delay: IsValid = |delay_s| delay_s.abs() <= LONGEST_STAMP_DELAY_S;
         let (cutoff_hz, gap_s) = (one(self.cutoff_hz), one(self.max_gap_s));
         let (effort_noise, gains) = (flat(&self.effort_noise), flat(&self.effort_gain));
         let is_gravity: IsValid = |entry| entry.abs() <= LARGEST_GRAVITY;

@@ -7,10 +7,10 @@ use crate::equations::Equation;
 use crate::equations::window::NOISE_CORRELATION;
 use crate::fit::Fit;
 use crate::fit::normal_equations::NormalEquations;
+use crate::prior::BoundingBox;
 use crate::result::HistoryPoint;
-use crate::solve::BoundingBox;
-use crate::solve::prior::widened;
 use crate::solve::uncertainty::{std_devs, values_of};
+use crate::solve::widening::widened;
 
 /// Most points of a history.
 const MAX_POINTS: usize = 600;

@@ -15,11 +15,12 @@ use crate::diagnosis::{consistent_payload, data_findings, mass_finding, without_
 use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::finding::Finding;
 use crate::fit::{Delay, Fit, FitOptions, least_squares};
+use crate::prior::{BoundingBox, KnownMass};
 use crate::result::{self, HistoryPoint, Observability, PayloadEstimate, is_physical};
+use crate::solve::PrincipalMoments;
 use crate::solve::intervals::intervals;
-use crate::solve::prior::widened;
 use crate::solve::uncertainty::{ValueStdDevs, observability, std_devs};
-use crate::solve::{BoundingBox, KnownMass, PrincipalMoments};
+use crate::solve::widening::widened;
 
 /// Prior knowledge and options of the batch identifier. By default nothing is known.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -175,7 +176,7 @@ impl BatchIdentifier {
                 &of_data,
             )
         });
-        let of_model = self.stream.model_findings();
+        let of_model = self.stream.model_findings().into_iter().map(Finding::Model);
         let findings = without_repetition(of_mass, consistent.contradiction, of_data).into_iter();
         let findings = findings.chain(of_model);
         let cutoff_hz = self.equations.cutoff_hz;

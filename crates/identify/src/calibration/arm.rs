@@ -2,13 +2,14 @@
 
 use nalgebra::{SVector, Vector2, Vector3};
 use tactid_dynamics::{
-    BaseKind, FrameId, JointKind, JointMotion, Manipulator, StateError, Workspace, inverse_dynamics,
+    BaseKind, FrameId, JointKind, JointMotion, Manipulator, ModelFinding, StateError, Workspace,
+    inverse_dynamics,
 };
 
 use super::description::LinkDescription;
 use super::settings::CalibrationSettings;
+use crate::IdentifyError;
 use crate::equations::Instant;
-use crate::{Finding, IdentifyError};
 
 /// Velocities of all friction terms, rad/s or m/s. A calibration uses the plain Coulomb term (the last), or a step, what
 /// presliding and the Stribeck effect leave, and the curvature of the viscous friction (the first three).
@@ -60,7 +61,7 @@ pub(crate) struct Arm {
     pub(crate) gravity: Vector3<f64>,
     pub(crate) cutoff_hz: f64,
     /// What is wrong in the description of the robot.
-    pub(crate) findings: Vec<Finding>,
+    pub(crate) findings: Vec<ModelFinding>,
 }
 
 /// The quantities of one joint: those of one instant, or their means over one window.
@@ -156,7 +157,7 @@ impl Arm {
             slopes,
             gravity: settings.gravity(),
             cutoff_hz: settings.cutoff_hz,
-            findings: robot.findings().into_iter().map(Finding::Model).collect(),
+            findings: robot.findings(),
         })
     }
 

@@ -22,12 +22,13 @@ use crate::diagnosis::{
 use crate::equations::{Channel, window};
 use crate::finding::{Finding, UnexplainedLoad};
 use crate::fit::GainErrors;
+use crate::prior::KnownMass;
 use crate::result::{self, PayloadEstimate, is_physical};
+use crate::solve::PrincipalMoments;
 use crate::solve::intervals::intervals;
-use crate::solve::prior::widened;
 use crate::solve::subspace::{Matrix, Vector};
 use crate::solve::uncertainty::{ValueStdDevs, observability, std_devs, value_jacobian};
-use crate::solve::{KnownMass, PrincipalMoments};
+use crate::solve::widening::widened;
 use crate::{IdentifyError, Method};
 
 /// Fewest windows of the loaded recordings: 1 s at 2 Hz.
@@ -191,6 +192,7 @@ impl Solution<'_> {
         });
         let findings = without_repetition(of_mass, nearest.contradiction, of_data);
         let of_model = self.loaded[0].arm.findings.iter().cloned();
+        let of_model = of_model.map(Finding::Model);
         CalibratedEstimate {
             result: BatchResult {
                 linear: self.linear(),

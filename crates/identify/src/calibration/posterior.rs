@@ -14,7 +14,7 @@ use super::solver::{Block, NormalEquations, Prior, Problem};
 use super::student::WIDENING;
 use crate::IdentifyError;
 use crate::fit::GainErrors;
-use crate::solve::KnownMass;
+use crate::prior::KnownMass;
 use crate::solve::spectrum::{Excitation, Spectrum};
 use crate::solve::subspace::{Matrix, NullSpace, Vector};
 

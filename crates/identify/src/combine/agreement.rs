@@ -4,6 +4,7 @@ use super::between::Variation;
 use super::linear::{PseudoInverse, pseudo_inverse};
 use super::scatter::Scatter;
 use super::term::{Pooled, Term};
+use crate::finding::{Disagreement, ValueDifference};
 use crate::result::VALUE_NAMES;
 use crate::solve::subspace::{Matrix, Vector};
 use crate::solve::uncertainty::{value_jacobian, values_of};
@@ -54,19 +55,26 @@ pub struct RunDistance {
     pub others_agree: bool,
 }
 
-/// Difference between one run and the others in one value.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ValueDifference {
-    /// Index of the run. Of two runs, neither is the one that differs, and it is the second.
-    pub run: usize,
-    /// Name of the value, of [`VALUE_NAMES`].
-    pub value: &'static str,
-    /// Value of the run less that of the others, in its unit.
-    pub difference: f64,
-    /// Value of the others, in its unit.
-    pub others: f64,
-    /// Standard deviation of the difference from the noise within the runs, in the unit of the value.
-    pub std_dev: f64,
+impl Agreement {
+    /// Returns the disagreement of recordings that do not agree.
+    pub(crate) fn disagreement(&self) -> Option<Disagreement> {
+        let run = self.largest.map(|largest| largest.run);
+        let run = run.filter(|_| self.runs.len() > 2);
+        let values = VALUE_NAMES.into_iter().zip(self.value_p_values);
+        let (least_probable, least_p_value) = values.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        (!self.agree).then_some(Disagreement {
+            runs: self.runs.len(),
+            chi_square: self.chi_square,
+            degrees_of_freedom: self.degrees_of_freedom,
+            noise_degrees_of_freedom: self.noise_degrees_of_freedom,
+            p_value: self.p_value,
+            least_probable,
+            least_p_value,
+            run,
+            others_agree: run.is_some_and(|run| self.runs[run].others_agree),
+            largest: self.largest,
+        })
+    }
 }
 
 impl RunDistance {
@@ -77,14 +85,6 @@ impl RunDistance {
         p_value: 1.0,
         others_agree: true,
     };
-}
-
-impl ValueDifference {
-    /// Returns the difference in standard deviations, with its sign.
-    #[must_use]
-    pub fn sigmas(&self) -> f64 {
-        self.difference / self.std_dev
-    }
 }
 
 /// Runs with the linearisation of the ten values, about which they are compared.

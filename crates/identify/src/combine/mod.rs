@@ -36,7 +36,7 @@ mod term;
 use tactid_dynamics::InertialParameters;
 
 use self::agreement::Comparison;
-pub use self::agreement::{Agreement, RunDistance, ValueDifference};
+pub use self::agreement::{Agreement, RunDistance};
 use self::between::Variation;
 pub(crate) use self::distributions::f_p;
 use self::distributions::students_factor;
@@ -46,13 +46,14 @@ pub use self::linear::{LinearEstimate, SharedErrors};
 use self::term::{Pooled, Term};
 use crate::IdentifyError;
 use crate::diagnosis::nearest_consistent;
-use crate::finding::{Disagreement, Finding};
+use crate::finding::Finding;
 use crate::fit::GainErrors;
+use crate::prior::{BoundingBox, KnownMass};
 use crate::result::{self, PayloadEstimate, is_physical};
+use crate::solve::PrincipalMoments;
 use crate::solve::intervals::intervals;
 use crate::solve::subspace::{Matrix, Vector};
 use crate::solve::uncertainty::{observability, std_devs, value_jacobian};
-use crate::solve::{BoundingBox, KnownMass, PrincipalMoments};
 
 /// Standard deviation of a run's parameters, relative to a body of the payload's size, below which runs are not
 /// compared: exact samples give the payload to 1e-7.
@@ -270,7 +271,7 @@ fn combination(
     let body = InertialParameters::from_vector(parameters).mass_properties();
     let body = body.unwrap_or(result::body(&[0.0; 10]));
     let values = result::values_of_body(&body);
-    let disagreement = Disagreement::of(&agreement).map(Finding::RunsDisagree);
+    let disagreement = agreement.disagreement().map(Finding::RunsDisagree);
     Combination {
         estimate: PayloadEstimate {
             frame: frame.into(),

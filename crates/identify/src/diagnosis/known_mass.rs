@@ -2,7 +2,7 @@
 
 use super::CONTRADICTION;
 use crate::finding::Finding;
-use crate::solve::KnownMass;
+use crate::prior::KnownMass;
 
 /// Reports where the payload's mass from the data alone, `found_kg` with its standard deviation, contradicts the known one
 /// and no other finding, in `of_data`, explains why, or where the result, `estimated_kg`, is not the known one.

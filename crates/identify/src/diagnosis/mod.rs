@@ -17,7 +17,7 @@ use self::unexplained::unexplained_load;
 use crate::equations::{Equation, EquationStream};
 use crate::finding::Finding;
 use crate::fit::{Fit, FitOptions, least_squares};
-use crate::solve::BoundingBox;
+use crate::prior::BoundingBox;
 use crate::solve::consistency::project;
 
 /// Distance in standard deviations from which a contradiction is reported.
@@ -36,15 +36,16 @@ pub(crate) fn findings_without_prior(
     stream: &EquationStream,
     gripper: Option<InertialParameters>,
 ) -> Vec<Finding> {
+    let of_model = stream.model_findings().into_iter().map(Finding::Model);
     let channels = stream.channels();
     let Some(fit) = least_squares::fit(equations, FitOptions::new(&channels)) else {
-        return stream.model_findings();
+        return of_model.collect();
     };
     let known = gripper.map_or(SVector::zeros(), |gripper| *gripper.as_vector());
     let consistent = consistent_payload(&fit, &known, None);
     let mut findings: Vec<Finding> = consistent.contradiction.into_iter().collect();
     findings.extend(data_findings(equations, &fit, &fit, stream, known[0]));
-    findings.extend(stream.model_findings());
+    findings.extend(of_model);
     findings
 }
 

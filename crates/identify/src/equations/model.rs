@@ -4,8 +4,8 @@ use std::iter;
 
 use nalgebra::Vector3;
 use tactid_dynamics::{
-    FrameId, InertialParameters, JointMotion, Manipulator, ModelError, StateError, Workspace,
-    inverse_dynamics, motion_under_gravity,
+    FrameId, InertialParameters, JointMotion, Manipulator, ModelError, ModelFinding, StateError,
+    Workspace, inverse_dynamics, motion_under_gravity,
 };
 
 use super::channels::{Channels, KnownNoise};
@@ -15,7 +15,7 @@ use super::sample::Sample;
 use super::settings::EquationSettings;
 use super::sources::{RobotState, Source, sources_of};
 use super::window::WindowMean;
-use crate::{Finding, IdentifyError, Method};
+use crate::{IdentifyError, Method};
 
 /// A robot and the sources of its measurements.
 #[derive(Clone, Debug)]
@@ -94,11 +94,10 @@ impl Model {
     }
 
     /// What is wrong in the description of the robot, as far as the method uses it.
-    pub(crate) fn findings(&self) -> impl Iterator<Item = Finding> {
+    pub(crate) fn findings(&self) -> impl Iterator<Item = ModelFinding> {
         let uses_masses = self.sources.iter().any(|source| source.needs_masses());
         let findings = self.robot.findings().into_iter();
-        let used = findings.filter(move |finding| uses_masses || !finding.concerns_masses());
-        used.map(Finding::Model)
+        findings.filter(move |finding| uses_masses || !finding.concerns_masses())
     }
 
     /// Returns the robot.

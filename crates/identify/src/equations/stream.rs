@@ -1,7 +1,7 @@
 //! The equation stream: from samples to averaged equations of motion.
 
 use nalgebra::Vector3;
-use tactid_dynamics::{InertialParameters, Manipulator};
+use tactid_dynamics::{InertialParameters, Manipulator, ModelFinding};
 
 use super::channels::Channels;
 use super::equation::Equation;
@@ -11,7 +11,8 @@ use super::offset_frame::OffsetFrame;
 use super::sample::Sample;
 use super::settings::EquationSettings;
 use super::window::{MIN_INSTANTS, WindowMean, Windows};
-use crate::{Finding, IdentifyError, Method, NoEquations};
+use crate::sampling::Sampling;
+use crate::{IdentifyError, Method};
 
 /// What became of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,9 +98,9 @@ impl EquationStream {
         Ok((PushOutcome::Used, Some(&self.equation)))
     }
 
-    /// Returns what is wrong in the description of the robot, as far as the method uses it: each is a [`Finding::Model`].
+    /// Returns what is wrong in the description of the robot, as far as the method uses it.
     #[must_use]
-    pub fn model_findings(&self) -> Vec<Finding> {
+    pub fn model_findings(&self) -> Vec<ModelFinding> {
         self.model.findings().collect()
     }
 
@@ -158,9 +159,9 @@ impl EquationStream {
     }
 
     /// Returns how the samples were taken.
-    pub(crate) fn sampling(&self) -> NoEquations {
+    pub(crate) fn sampling(&self) -> Sampling {
         let motion = &self.motion;
-        NoEquations {
+        Sampling {
             samples: motion.accepted() - self.windows.left_out(),
             rejected: self.rejected(),
             gaps: motion.gaps(),

@@ -6,6 +6,7 @@ mod whitened;
 
 use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector};
 
+use super::normal_equations::mass_information;
 use super::products::{Products, WIDTH, WideRow};
 use super::rows::{DELAY, FitRows, TARGET, UNKNOWNS, remainder};
 use super::vector_unit::Computation;
@@ -199,7 +200,7 @@ impl<'a> ReweightedLeastSquares<'a> {
         }
         let lengths = bounded_lengths(&Vector::from_fn(|k, _| squares[k].sqrt()), MIN_LENGTH);
         let known_mass = self.options.known_mass;
-        let of_mass = known_mass.map_or(0.0, |mass| mass.information());
+        let of_mass = known_mass.map_or(0.0, mass_information);
         let of_delay = squares[DELAY].sqrt().max(f64::MIN_POSITIVE);
         self.scales[0] = 1.0 / lengths[0].hypot(of_mass.sqrt());
         for k in 1..10 {
@@ -250,7 +251,7 @@ impl<'a> ReweightedLeastSquares<'a> {
     /// Information of a known mass, in scaled parameters.
     fn mass_information(&self) -> f64 {
         let mass = self.options.known_mass;
-        mass.map_or(0.0, |mass| mass.information() * self.scales[0].powi(2))
+        mass.map_or(0.0, |mass| mass_information(mass) * self.scales[0].powi(2))
     }
 
     /// Estimates the noise from the residuals, by medians or by mean products, and from both the robust weight of every

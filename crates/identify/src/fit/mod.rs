@@ -12,10 +12,10 @@ use nalgebra::{Dyn, OMatrix, RowSVector, SMatrix, SVector, U10};
 use self::normal_equations::NormalEquations;
 
 use crate::equations::{Channels, Equation, OffsetFrame, Row};
+use crate::prior::KnownMass;
 use crate::result::WrenchOffset;
 use crate::solve::noise::Noise;
 use crate::solve::offsets::Offsets;
-use crate::solve::prior::KnownMass;
 use crate::solve::spectrum::Excitation;
 use crate::solve::subspace::NullSpace;
 use crate::solve::uncertainty::{std_dev, value_jacobian};

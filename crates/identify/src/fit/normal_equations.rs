@@ -5,10 +5,18 @@ use nalgebra::{SMatrix, SVector, U10};
 use super::products::{Products, WIDTH, WideRow};
 use super::rows::TARGET;
 use super::{Fit, GainErrors};
+use crate::equations::window::NOISE_CORRELATION;
 use crate::equations::{Equation, Row};
+use crate::prior::KnownMass;
 use crate::solve::noise::Whitening;
 use crate::solve::offsets::Centering;
 use crate::solve::spectrum::Spectrum;
+
+/// Returns the weight of a row whose target is a known mass among the whitened rows of windows, 1/kg². It is enlarged,
+/// because the rows of neighbouring windows share samples and are overweighted by the same factor.
+pub(crate) fn mass_information(mass: KnownMass) -> f64 {
+    NOISE_CORRELATION / mass.std_dev_kg.powi(2)
+}
 
 /// Normal equations in scaled parameters, with errors-in-variables bias correction.
 pub(crate) struct NormalEquations<'a> {
@@ -38,7 +46,7 @@ impl<'a> NormalEquations<'a> {
         if let Some(mass) = fit.known_mass {
             let scale = fit.scales()[0];
             equations.of_mass =
-                [scale.powi(2), scale * mass.mass_kg].map(|factor| mass.information() * factor);
+                [scale.powi(2), scale * mass.mass_kg].map(|factor| mass_information(mass) * factor);
         }
         equations
     }
@@ -165,7 +173,6 @@ mod tests {
     use super::*;
     use crate::equations::{Channel, Channels};
     use crate::fit::{FitOptions, least_squares};
-    use crate::solve::prior::KnownMass;
 
     /// Returns equations of three joints with random rows and half-differences, whose gains have different errors.
     fn equations(random: &mut SmallRng) -> Vec<Equation> {

@@ -244,7 +244,7 @@ impl PaperFilter {
                 load_kg,
             })
         };
-        let of_model = self.stream.model_findings();
+        let of_model = self.stream.model_findings().into_iter().map(Finding::Model);
         finding.into_iter().chain(of_model).collect()
     }
 

@@ -1,7 +1,7 @@
 //! Intervals of 95 % that claim no more than what a body can have.
 
-use super::prior::BoundingBox;
 use super::uncertainty::HALF_WIDTH_95;
+use crate::prior::BoundingBox;
 
 /// Limits of an interval, in the unit of the value.
 type Interval = [f64; 2];

@@ -7,12 +7,11 @@ pub(crate) mod intervals;
 pub(crate) mod noise;
 pub(crate) mod offsets;
 pub(crate) mod principal_moments;
-pub(crate) mod prior;
 pub(crate) mod spectrum;
 pub(crate) mod subspace;
 pub(crate) mod uncertainty;
 pub(crate) mod weights;
+pub(crate) mod widening;
 
 pub use principal_moments::PrincipalMoments;
-pub use prior::{BoundingBox, KnownMass};
 pub use uncertainty::{HALF_WIDTH_95, largest_of_kind, value_jacobian};

@@ -9,9 +9,9 @@ use tactid_identify::calibration::{
 };
 use tactid_identify::{Finding as DataFinding, IdentifyError};
 
-use super::arm::ArmCalibration;
 use super::held_out::check_empty;
 use super::record::Recorded;
+use crate::ArmCalibration;
 use crate::arrays::ArrayRecording;
 use crate::defaults::{CLAIMED_GAIN_STD_DEV, effort_gains};
 use crate::log::LogRecording;

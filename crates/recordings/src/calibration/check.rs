@@ -3,8 +3,8 @@
 use nalgebra::DMatrix;
 use tactid_identify::calibration::{Assumption, LinkDescription, MotionShortage};
 
-use super::arm::ArmCalibration;
 use super::layout::Layout;
+use crate::ArmCalibration;
 
 /// Largest difference of `gain` from the inverse of `inverse_gain`, a fraction: the rounding of one division.
 const ROUNDING: f64 = 1e-12;

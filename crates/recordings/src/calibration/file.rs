@@ -4,8 +4,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::arm::ArmCalibration;
 use super::text;
+use crate::ArmCalibration;
 use crate::RecordingError;
 
 impl ArmCalibration {

@@ -1,6 +1,5 @@
 //! Calibration of an arm from recordings, its file, and payloads identified with it.
 
-mod arm;
 mod calibrate;
 mod check;
 mod contradiction;
@@ -14,7 +13,6 @@ mod shortage;
 mod text;
 mod used;
 
-pub use arm::ArmCalibration;
 pub use calibrate::{
     CalibrationRecording, CalibrationRun, CalibrationSource, CalibrationSources, RecordingRole,
     calibrate_arm,

@@ -5,8 +5,8 @@ use std::path::Path;
 use tactid_identify::IdentifyError;
 use tactid_identify::calibration::EffortRecording;
 
-use super::arm::ArmCalibration;
 use super::record::Recorded;
+use crate::ArmCalibration;
 use crate::arrays::ArrayRecording;
 use crate::identification::CalibratedFit;
 use crate::log::LogRecording;

@@ -8,13 +8,13 @@ use tactid_identify::Delay;
 use tactid_identify::calibration::{Calibration, CalibrationReport, EffortNoise, JointCalibration};
 use toml::Spanned;
 
-use super::arm::ArmCalibration;
 use super::check::{Fault, Place, check_numbers};
 use super::contradiction::StoredContradiction;
 use super::layout::{Layout, OF_LINK};
 use super::link::{Link, body};
 use super::shortage::Shortage;
 use super::used::Used;
+use crate::ArmCalibration;
 
 /// Version of the layout: a change that breaks a reader increments it.
 const VERSION: u32 = 4;

@@ -3,14 +3,12 @@
 use tactid_logs::messages::Time;
 use tactid_logs::{LogReader, RawMessage};
 
+use crate::clock::LONGEST_STAMP_DELAY_S;
 use crate::fault::FaultKind;
 use crate::{Clock, RecordingError};
 
 /// Number of messages whose stamps are compared with their times of logging.
 const COMPARED: usize = 200;
-/// Longest delay of a stamp, in either direction, s: one that is further from where the time of logging puts it is
-/// a fault.
-pub(crate) const LONGEST_DELAY_S: f64 = 60.0;
 
 /// Time zero of a log, and how its stamps relate to the times of logging.
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +76,7 @@ impl LogClock {
             return Ok((log_s, self.offset_ns.map(|_| FaultKind::NoStamp)));
         }
         let time_s = stamp.as_ns().saturating_sub(self.origin_ns) as f64 * 1e-9;
-        if (time_s - log_s).abs() > LONGEST_DELAY_S {
+        if (time_s - log_s).abs() > LONGEST_STAMP_DELAY_S {
             return Err(FaultKind::FarStamp);
         }
         Ok((time_s, None))

@@ -17,7 +17,7 @@ use crate::defaults::{Motion, effort_gains};
 use crate::fault::{FaultCounts, FaultKind};
 use crate::sources::{LogSources, MotionTopics};
 use crate::{Finding, RecordingError, Request};
-pub(crate) use clock::{LONGEST_DELAY_S, LogClock};
+pub(crate) use clock::LogClock;
 use joints::{JointGroups, Mapping};
 use publishers::Publishers;
 

@@ -8,7 +8,7 @@ use nalgebra::{SMatrix, SVector, Vector6};
 use super::*;
 use crate::equations::{Channels, Row};
 use crate::fit::normal_equations::NormalEquations;
-use crate::solve::prior::KnownMass;
+use crate::prior::KnownMass;
 
 mod lasting_errors;
 

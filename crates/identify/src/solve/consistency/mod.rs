@@ -22,8 +22,8 @@ use tactid_dynamics::InertialParameters;
 use self::barrier::{ConsistentSet, PSEUDO_INERTIA_BARRIERS};
 use self::newton::{Objective, solve};
 pub(crate) use self::tracker::ProjectionTracker;
-use super::prior::BoundingBox;
 use super::subspace::{Matrix, VARIANCE_RATIO, Vector};
+use crate::prior::BoundingBox;
 
 /// Standard deviation of an unobservable direction, in [`units`] of the estimate: far beyond any body of its size.
 const UNOBSERVABLE_STD_DEV: f64 = 1e3;

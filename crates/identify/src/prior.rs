@@ -1,10 +1,9 @@
 //! Prior knowledge of the payload: its mass, and a box that contains it.
 
-use nalgebra::{SMatrix, SVector, Vector3, Vector4};
+use nalgebra::{SVector, Vector3, Vector4};
 use tactid_dynamics::InertialParameters;
 
 use crate::IdentifyError;
-use crate::equations::window::NOISE_CORRELATION;
 
 /// Relative standard deviation of a mass that is given as exact: better than any scale, and far from the
 /// rounding of double precision.
@@ -64,12 +63,6 @@ impl KnownMass {
     pub(crate) fn agrees_with(&self, estimated_kg: f64, std_devs: f64) -> bool {
         let tolerance_kg = (std_devs * self.std_dev_kg).max(SAME_MASS * self.mass_kg);
         (estimated_kg - self.mass_kg).abs() <= tolerance_kg
-    }
-
-    /// Weight of a row with this mass as its target among the whitened rows of windows, 1/kg². It is enlarged,
-    /// because the rows of neighbouring windows share samples and are overweighted by the same factor.
-    pub(crate) fn information(&self) -> f64 {
-        NOISE_CORRELATION / self.std_dev_kg.powi(2)
     }
 }
 
@@ -139,23 +132,6 @@ impl BoundingBox {
         let point = center.push(1.0);
         InertialParameters::from_pseudo_inertia(&(mass_kg * (pseudo + point * point.transpose())))
     }
-}
-
-/// Returns the covariance of linear parameters with standard deviations that are larger by a factor. That of a known mass does
-/// not grow beyond that of its weighing.
-pub(crate) fn widened(
-    covariance: &SMatrix<f64, 10, 10>,
-    factor: f64,
-    known_mass: Option<KnownMass>,
-) -> SMatrix<f64, 10, 10> {
-    let mut wide = covariance * (factor * factor);
-    if let Some(mass) = known_mass {
-        let largest = mass.std_dev_kg.powi(2).max(covariance[(0, 0)]);
-        let ratio = (largest / wide[(0, 0)].max(f64::MIN_POSITIVE)).min(1.0);
-        wide.row_mut(0).scale_mut(ratio.sqrt());
-        wide.column_mut(0).scale_mut(ratio.sqrt());
-    }
-    wide
 }
 
 #[cfg(test)]
