@@ -17,6 +17,7 @@ from expectations import assert_fits_schema
 from tactid import (
     Finding,
     Identification,
+    formats,
     identification,
     outlook,
     payload,
@@ -49,6 +50,7 @@ OFFSET = Finding(
         "frame": "tool0",
         "values": [1.5, 0.0, 0.2, 0.0, 0.01, 0.0],
         "std_devs": [0.1, 0.1, 0.1, 0.01, 0.01, 0.01],
+        "load_force_rms_n": 20.0,
     },
 )
 
@@ -196,7 +198,7 @@ def test_the_examples_of_the_methods_run(tmp_path: Path, monkeypatch: pytest.Mon
         is_physical=True,
     )
     names = {"tactid": tactid, "result": found, "estimate": estimate}
-    for module in (payload, result, schemas):
+    for module in (payload, result, formats, schemas):
         outcome = doctest.testmod(module, extraglobs=names, optionflags=doctest.ELLIPSIS)
         assert outcome.failed == 0, module.__name__
         assert outcome.attempted

@@ -34,6 +34,7 @@ FINDINGS = [
             "frame": "tool0",
             "values": [1.5, 0.0, 0.2, 0.0, 0.01, 0.0],
             "std_devs": [0.1, 0.1, 0.1, 0.01, 0.01, 0.01],
+            "load_force_rms_n": 20.0,
         },
     ),
     Finding(

@@ -38,6 +38,7 @@ WRONG = (
     "twist_contradicted",
     "positions_beyond_limits",
     "efforts_beyond_limits",
+    "offset_suspected",
 )
 FIRST_OFFSET = np.array([2.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 

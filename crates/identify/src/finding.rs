@@ -138,6 +138,8 @@ pub enum Finding {
     OffsetSuspected {
         /// The offset, as it is identified together with the payload.
         offset: WrenchOffset,
+        /// Rms force of the measured wrenches without the offset, N.
+        load_force_rms_n: f64,
     },
     /// The model leaves much of the load unexplained, far more than the noise of the measurements: its error is not in
     /// the standard deviations. Usual reasons are friction in the joints where efforts are used, and otherwise a frame,

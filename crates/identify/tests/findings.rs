@@ -132,7 +132,7 @@ impl Recorded {
 
 fn suspected(findings: &[Finding]) -> Option<&WrenchOffset> {
     findings.iter().find_map(|finding| match finding {
-        Finding::OffsetSuspected { offset } => Some(offset),
+        Finding::OffsetSuspected { offset, .. } => Some(offset),
         _ => None,
     })
 }

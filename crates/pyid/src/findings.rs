@@ -231,7 +231,10 @@ pub(crate) fn data_finding(
             "known_bodies_too_heavy",
             fields!(py, known_bodies_kg, load_kg),
         ),
-        Found::OffsetSuspected { offset } => offset_suspected(py, offset)?,
+        Found::OffsetSuspected {
+            offset,
+            load_force_rms_n,
+        } => offset_suspected(py, offset, *load_force_rms_n)?,
         Found::LoadUnexplained(load) => load_unexplained(py, load, has_unloaded)?,
         Found::MassContradicted {
             known,
@@ -369,8 +372,12 @@ pub(crate) fn model_finding(py: Python<'_>, finding: &ModelFinding) -> PyResult<
 }
 
 /// Returns the data of a suspected offset of the wrenches.
-fn offset_suspected(py: Python<'_>, offset: &WrenchOffset) -> PyResult<FindingData> {
+fn offset_suspected(
+    py: Python<'_>,
+    offset: &WrenchOffset,
+    load_force_rms_n: f64,
+) -> PyResult<FindingData> {
     let frame = &*offset.frame;
     let (values, std_devs) = (offset.values(), offset.std_devs);
-    Ok(("offset_suspected", fields!(py, frame, values, std_devs)))
+    Ok(("offset_suspected", fields!(py, frame, values, std_devs, load_force_rms_n)))
 }

@@ -222,7 +222,7 @@ impl Solution {
             .findings
             .iter_mut()
             .filter_map(|finding| match finding {
-                Finding::Data(Data::OffsetSuspected { offset }) => Some(offset),
+                Finding::Data(Data::OffsetSuspected { offset, .. }) => Some(offset),
                 _ => None,
             });
         for offset in of_fit.chain(of_findings) {

@@ -10,7 +10,7 @@ use nalgebra::{SMatrix, SVector};
 use tactid_dynamics::InertialParameters;
 
 pub(crate) use self::known_mass::{mass_finding, without_repetition};
-use self::offset::{better_with_offset, has_significant_component};
+use self::offset::{better_with_offset, has_significant_component, load_force_rms};
 pub(crate) use self::signs::nothing_held;
 use self::signs::sign_findings;
 use self::unexplained::unexplained_load;
@@ -144,7 +144,10 @@ fn model_findings(
         let offset = fit
             .wrench_offset(stream.offset_frame())
             .filter(has_significant_component);
-        findings.extend(offset.map(|offset| Finding::OffsetSuspected { offset }));
+        findings.extend(offset.map(|offset| Finding::OffsetSuspected {
+            offset,
+            load_force_rms_n: load_force_rms(equations, &fit),
+        }));
     }
     findings
 }

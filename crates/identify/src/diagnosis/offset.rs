@@ -52,3 +52,16 @@ pub(super) fn has_significant_component(offset: &WrenchOffset) -> bool {
     let mut components = offset.values().into_iter().zip(std_devs);
     components.any(|(value, std_dev)| value.abs() > SIGNIFICANT_COMPONENT * std_dev)
 }
+
+/// Returns the rms norm of the measured force without the offset of a fit, N, with the robust weights of the fit.
+pub(super) fn load_force_rms(equations: &[Equation], fit: &Fit) -> f64 {
+    let offset = fit.offsets.map_or([0.0; WRENCH], |found| found.values.into());
+    let (mut squares, mut weights) = (0.0, 0.0);
+    for (equation, weight) in equations.iter().zip(&fit.weights) {
+        for (row, offset) in equation.rows.iter().zip(offset).take(3) {
+            squares += weight * (row.target - offset).powi(2);
+        }
+        weights += weight;
+    }
+    (squares / weights.max(f64::MIN_POSITIVE)).sqrt()
+}

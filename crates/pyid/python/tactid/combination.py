@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tactid.equality import ComparedByValue
-from tactid.findings import CONTRADICTIONS, Finding
+from tactid.findings import Finding
 from tactid.fit import Array
 from tactid.identification import IdentificationData, PrincipalMoments
 from tactid.payload import PayloadEstimate
@@ -86,7 +86,7 @@ class CombinationData(ComparedByValue):
 
         A disagreement alone is no contradiction, because the intervals include it.
         """
-        wrong = any(noticed.kind in CONTRADICTIONS for noticed in self.findings)
+        wrong = any(noticed.contradicts_result for noticed in self.findings)
         wrong = wrong or any(run.is_contradicted for run in self.runs)
         return wrong or self.estimate.why_impossible is not None
 

@@ -12,7 +12,9 @@ from tactid.combination import Agreement, CombinationData, RunDistance
 from tactid.errors import ArgumentError, IdentificationError
 from tactid.field_docs import with_fields
 from tactid.findings import Finding
+from tactid.formats import Formats
 from tactid.identification import IdentificationData, LinearEstimate, PrincipalMoments
+from tactid.naming import Style
 from tactid.options import Options
 from tactid.outlook import WITHIN
 from tactid.output_files import checked_output
@@ -22,11 +24,10 @@ from tactid.values import finite
 
 @with_fields
 @dataclass(frozen=True, eq=False, repr=False)
-class Combination(CombinationData):
+class Combination(Formats, CombinationData):
     """One payload identified from several recordings, and whether they agree.
 
-    ``print`` shows all recordings together and each alone. A format of another program is that of
-    :attr:`estimate`: ``result.estimate.to_urdf()``.
+    ``print`` shows all recordings together and each alone.
 
     >>> experiment = tactid.Experiment.paper().replace(duration=2.0, frequency=0.5)
     >>> _ = tactid.simulate(experiment, "one.mcap")
@@ -79,6 +80,10 @@ class Combination(CombinationData):
         from tactid import combination_report  # imports matplotlib, which takes a while to load
 
         combination_report.write_report(self, checked_output(path, self.inputs))
+
+    def worded_remarks(self, style: Style = "keyword") -> list[str]:
+        """Says what a reader must know to trust the result; what shows it to be wrong is first."""
+        return combination_text.combined_remarks(self, style)
 
     def __repr__(self) -> str:
         verdict = "agree" if self.agreement.agree else "disagree"

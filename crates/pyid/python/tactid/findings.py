@@ -43,6 +43,26 @@ LARGEST_UNEXPLAINED = 0.3
 """Fraction of the load from which what the model leaves unexplained shows the result to be wrong:
 friction of a geared arm rarely exceeds it."""
 
+LARGEST_OFFSET = 0.05
+"""Fraction of the force of the load that an offset of the wrenches may have before it shows the
+result to be wrong. An offset changes the mass by up to this fraction (``bench/contradicted.py``).
+Gains of 5 %, drifts of 1 N and mountings of 2 degrees look like offsets of up to 4 % there."""
+
+LARGEST_SHIFT_M = 0.01
+"""Shift of the centre of mass by the moment of an offset, m, from which the result is wrong. Where
+offsets are smaller in both measures, the centre of mass is right to 4 mm in
+``bench/contradicted.py``."""
+
+CERTAIN = 5.0
+"""Standard deviations by which an offset must exceed its limits: those from which a contradiction
+is reported at all."""
+
+LARGEST_DISTANCE_OF_BODY = 25.0
+"""Standard deviations from the nearest body that can exist from which the result is wrong. A slim
+rod, on the border of what can exist, is 15 away by 0.02 rad of a joint, which leaves mass and
+centre of mass right, and 27 by a mounting of the sensor that is turned by 2 degrees
+(``bench/contradicted.py``)."""
+
 LARGEST_DISTANCE_OF_MASS = 100.0
 """Standard deviations from which on a given mass is another body's or in another unit: no noise and
 no usual error of a sensor is as large."""
@@ -71,6 +91,10 @@ class Finding:
             return not self.data["limits_are_equal"]
         if self.kind == "mass_contradicted":
             return bool(self.data["distance"] > LARGEST_DISTANCE_OF_MASS)
+        if self.kind == "inconsistent":
+            return bool(self.data["distance"] > LARGEST_DISTANCE_OF_BODY)
+        if self.kind == "offset_suspected":
+            return _is_large_offset(self.data)
         if is_of_another_arm(self.kind, self.data):
             return True
         return self.kind in CONTRADICTIONS
@@ -78,6 +102,16 @@ class Finding:
     def worded(self, style: Style) -> str:
         """Returns the finding in sentences, with options as the reader would write them."""
         return wording.finding(self.kind, self.data, style)
+
+
+def _is_large_offset(data: Mapping[str, Any]) -> bool:
+    """Whether an offset is certainly so large that a result without it is wrong."""
+    pairs = zip(data["values"], data["std_devs"], strict=True)
+    # An unknown component has an infinite standard deviation.
+    certain = [max(abs(value) - CERTAIN * std_dev, 0.0) for value, std_dev in pairs]
+    load = float(data["load_force_rms_n"])
+    is_heavy = math.hypot(*certain[:3]) > LARGEST_OFFSET * load
+    return is_heavy or math.hypot(*certain[3:]) > LARGEST_SHIFT_M * load
 
 
 @dataclass(frozen=True)

@@ -230,7 +230,10 @@ class IdentificationData(ComparedByValue):
         """
         is_nothing = any(noticed.kind == "nothing_held" for noticed in self.findings)
         is_impossible = self.estimate.why_impossible is not None and not is_nothing
-        return is_impossible or any(noticed.contradicts_result for noticed in self.findings)
+        # An offset changes no value where none is known.
+        is_known = any(self.estimate.is_reported)
+        found = [each for each in self.findings if is_known or each.kind != "offset_suspected"]
+        return is_impossible or any(noticed.contradicts_result for noticed in found)
 
     def remaining(self, within: float = 0.01) -> Array:
         """Returns how much longer the motion must go on until every value is known well enough.

@@ -39,6 +39,7 @@ from tactid.console import (
 from tactid.controllers import MAKERS
 from tactid.declaration import Declaration
 from tactid.errors import ArgumentError, IdentificationError
+from tactid.formats import given
 from tactid.naming import command_line_flag
 from tactid.offline import identify
 from tactid.options import Options
@@ -72,12 +73,21 @@ def _result(text: str, *flags: str, metavar: str | None = None) -> Any:
     return typer.Option(*flags, help=text, metavar=metavar, rich_help_panel=RESULTS)
 
 
+ACCEPT_CONTRADICTED = _result(
+    "Prints a format of another program also where the data contradict the result. The exit code"
+    " stays 1.",
+    "--accept-contradicted",
+    metavar=FLAG,
+)
+
+
 @dataclass(frozen=True)
 class Output:
     """What the command prints and writes."""
 
     form: Form
     within: float
+    accepts_contradicted: bool
     result_file: Path | None
     report: Path | None
     estimates: Path | None
@@ -113,6 +123,7 @@ def identify_recording(
         Path | None,
         _result("An .mcap file to write, which contains the estimate over time (InertiaStamped)."),
     ] = None,
+    accept_contradicted: Annotated[bool, ACCEPT_CONTRADICTED] = False,
     **options: Any,
 ) -> None:
     """Identifies the payload from a recording, or from several.
@@ -121,7 +132,7 @@ def identify_recording(
     """
     precision = option_text.fraction("--within", within)
     chosen, design = Form.JSON if as_json else form, _design_command(options)
-    output = Output(chosen, precision, result_file, report, estimates, design)
+    output = Output(chosen, precision, accept_contradicted, result_file, report, estimates, design)
     check_outputs(
         {"--result": result_file, "--report": report, "--estimates": estimates},
         {
@@ -228,11 +239,15 @@ def _print(
     else:
         _warn_of_disagreement(output.form, result)
         try:
-            print(printable(_in_form(output.form, result.estimate)))
+            text = _in_form(output.form, result.estimate)
+            accepted = output.accepts_contradicted
+            print(printable(given(result, text, accepted, "command-line")))
         except IdentificationError as error:
             refusal = error
     for line in _lines(result, output):
-        notes.print(line, markup=False)
+        # What contradicts the result is in the refusal.
+        if refusal is None or line not in refusal.message:
+            notes.print(line, markup=False)
     return refusal
 
 

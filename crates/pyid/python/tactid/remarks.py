@@ -5,6 +5,7 @@ A sentence that names an option spells it as its reader would write it: see :mod
 
 import math
 from collections.abc import Sequence
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,10 +49,13 @@ def remarks(result: IdentificationData, style: Style = "keyword") -> list[str]:
     """
     findings = _without_consequences(result.findings)
     order = {kind: rank for rank, kind in enumerate((*CONTRADICTIONS, *DOUBTS))}
-    grave = sorted(
-        (each for each in findings if each.kind in order), key=lambda each: order[each.kind]
-    )
-    others = [each for each in findings if each.kind not in order]
+
+    def rank(finding: Finding) -> tuple[bool, int]:
+        return not finding.contradicts_result, order.get(finding.kind, len(order))
+
+    is_grave = [each.contradicts_result or each.kind in order for each in findings]
+    grave = sorted(compress(findings, is_grave), key=rank)
+    others = [each for each, yes in zip(findings, is_grave, strict=True) if not yes]
     return list(
         dict.fromkeys(
             [

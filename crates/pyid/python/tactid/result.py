@@ -8,15 +8,17 @@ import numpy as np
 from tactid import _native, result_json, summary
 from tactid.field_docs import with_fields
 from tactid.files import atomic_path
+from tactid.formats import Formats
 from tactid.identification import IdentificationData
-from tactid.naming import counted
+from tactid.naming import Style, counted
 from tactid.outlook import WITHIN
 from tactid.output_files import checked_output
+from tactid.remarks import remarks
 
 
 @with_fields
 @dataclass(frozen=True, eq=False, repr=False)
-class Identification(IdentificationData):
+class Identification(Formats, IdentificationData):
     """The payload identified from a recording, with the reasons to trust it.
 
     ``print`` shows the table of the command line, with a line for each thing to know. ``to_...``
@@ -28,60 +30,6 @@ class Identification(IdentificationData):
     >>> result
     <tactid.Identification: ... kg in tool0, 10 of 10 values identifiable, tactile...>
     """
-
-    def to_urdf(self) -> str:
-        """Returns the payload as the ``<inertial>`` of a URDF's link.
-
-        See :meth:`PayloadEstimate.to_urdf` for the place where it belongs.
-
-        >>> print(result.to_urdf().splitlines()[1])
-        <inertial>
-
-        Raises:
-            IdentificationError: A value is unknown, or no body can have these values.
-        """
-        return self.estimate.to_urdf()
-
-    def to_mujoco(self) -> str:
-        """Returns the payload as the ``<inertial>`` of a body in MuJoCo's MJCF.
-
-        See :meth:`PayloadEstimate.to_mujoco` for the place where it belongs.
-
-        >>> "fullinertia=" in result.to_mujoco()
-        True
-
-        Raises:
-            IdentificationError: A value is unknown, or no body can have these values.
-        """
-        return self.estimate.to_mujoco()
-
-    def to_ros(self) -> str:
-        """Returns the payload as a ``geometry_msgs/msg/InertiaStamped`` in YAML.
-
-        >>> print(result.to_ros().splitlines()[0])
-        header:
-
-        Raises:
-            IdentificationError: A value is unknown, or no body can have these values.
-        """
-        return self.estimate.to_ros()
-
-    def to_controller(self, maker: str | None = None) -> str:
-        """Returns what a robot controller asks for, as text with units.
-
-        >>> print(result.to_controller().splitlines()[0])
-        payload, in the frame tool0 and along its axes
-
-        Args:
-            maker: ``"ur"``, ``"franka"``, ``"kuka"`` or ``"abb"`` for a line of the language of
-                that maker's controllers: see :meth:`PayloadEstimate.to_controller`.
-
-        Raises:
-            ArgumentError: The maker is not known.
-            IdentificationError: A value that the controller needs is unknown, or no body can have
-                these values.
-        """
-        return self.estimate.to_controller(maker)
 
     def to_json(self, within: float = WITHIN) -> str:
         """Returns the result as a JSON document, without time series.
@@ -158,6 +106,10 @@ class Identification(IdentificationData):
                 values=np.vstack([values[:-1].reshape(-1, 10), self.estimate.values]),
                 std_devs=np.vstack([std_devs[:-1].reshape(-1, 10), self.estimate.std_devs]),
             )
+
+    def worded_remarks(self, style: Style = "keyword") -> list[str]:
+        """Says what a reader must know to trust the result; what shows it to be wrong is first."""
+        return remarks(self, style)
 
     def __repr__(self) -> str:
         shown = f"{self.estimate.summary}, {self.method}, {self.estimator}"

@@ -1,0 +1,121 @@
+"""What the data contradict is not given to a program that would take it for right."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import doubles
+import faulty
+import tactid
+from conftest import TactidCommand
+from recorded_arm import FIXED, SENSOR, TIP_FROM_SENSOR
+from recordings import moving, state, wrenches, write_bag
+from tactid import Finding, Identification, remarks
+from wrist import EARLY, identified
+
+FORMATS = ("urdf", "mujoco", "ros", "controller", "ur", "franka", "kuka", "abb")
+
+
+def offset(force: float, moment: float, std_dev: float = 0.01) -> Finding:
+    """An offset of the wrenches of a load of 20 N."""
+    values, std_devs = [force, 0, 0, moment, 0, 0], np.repeat([std_dev, 0.1 * std_dev], 3)
+    data = {"frame": "tool0", "values": values, "std_devs": std_devs.tolist()}
+    return Finding("offset_suspected", {**data, "load_force_rms_n": 20.0})
+
+
+def inconsistent(distance: float) -> Finding:
+    return Finding("inconsistent", {"distance": distance, "within_box": False})
+
+
+@pytest.mark.parametrize(
+    ("finding", "contradicts"),
+    [
+        (offset(12.0, 0.0), True),
+        (offset(1.1, 0.0), True),
+        (offset(0.9, 0.0), False),  # less than a twentieth of the load
+        (offset(3.0, 0.0, std_dev=0.5), False),  # five standard deviations less are nothing
+        (offset(0.0, 0.25), True),  # the centre of mass by 12 mm
+        (offset(0.0, 0.15), False),
+        (offset(12.0, 0.0, std_dev=np.inf), False),
+        (inconsistent(28.0), True),
+        (inconsistent(20.0), False),
+    ],
+)
+def test_what_is_certain_and_large_contradicts(finding: Finding, contradicts: bool) -> None:
+    assert finding.contradicts_result == contradicts
+    result = replace(doubles.tactile(duration=4.0), findings=[finding])
+    assert result.is_contradicted == contradicts
+
+
+def test_an_offset_of_half_the_load_contradicts_and_one_of_a_good_sensor_does_not() -> None:
+    wrong = identified(EARLY, 1, offset=np.array([12.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    assert wrong.is_contradicted
+    (found,) = wrong.findings
+    assert found.data["load_force_rms_n"] == pytest.approx(18.05, rel=0.01)
+    good = identified(EARLY, 1, offset=np.array([0.5, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    assert [each.kind for each in good.findings] == ["offset_suspected"]
+    assert not good.is_contradicted
+
+
+@pytest.fixture(scope="module")
+def shifted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A bag of an arm whose sensor has an offset of 12 N."""
+    s = state(FIXED, 6.0, 100.0)
+    felt = wrenches(s.time, s.wrench, frame=SENSOR, tip_from_sensor=TIP_FROM_SENSOR)
+    noisy = faulty.noisy(faulty.offset(felt, [12, 0, 0, 0, 0, 0]), force=0.05, moment=0.005)
+    return write_bag(tmp_path_factory.mktemp("bag") / "bag", [*moving(FIXED, 6.0, 100.0), *noisy])
+
+
+def test_the_command_refuses_a_format_unless_the_user_insists(
+    command: TactidCommand, shifted: Path
+) -> None:
+    given = ("identify", shifted, "--tip", "wrist_3_link")
+    for form in FORMATS:
+        done = command(*given, "--format", form)
+        assert done.returncode == 1
+        assert done.stdout == ""
+        *others, last = done.stderr.splitlines()
+        assert last.startswith("tactid: error: the data contradict the result: The wrenches seem")
+        assert "let --wrench-offset identify it" in last
+        assert last.endswith("--accept-contradicted gives the result as it is.")
+        assert not any("constant offset" in line for line in others)
+    done = command(*given, "--format", "ur", "--accept-contradicted")
+    assert done.returncode == 1
+    assert "set_target_payload(" in done.stdout
+    assert done.stderr.startswith("The wrenches seem to have a constant offset")
+    assert command(*given, "--format", "ur", "--wrench-offset").returncode == 0
+
+
+def formats_of(result: Identification | tactid.Combination) -> list[Callable[..., str]]:
+    return [result.to_urdf, result.to_mujoco, result.to_ros, result.to_controller]
+
+
+def test_a_caller_gets_an_exception_unless_it_insists(shifted: Path) -> None:
+    wrong = tactid.identify(shifted, tip="wrist_3_link")
+    sound = tactid.identify(shifted, tip="wrist_3_link", wrench_offset=True)
+    both = tactid.combine([sound, replace(wrong, inputs={})])
+    for result in (wrong, both):
+        assert result.is_contradicted
+        for form in formats_of(result):
+            with pytest.raises(tactid.IdentificationError, match="constant offset") as raised:
+                form()
+            assert str(raised.value).endswith("`accept_contradicted` gives the result as it is.")
+            assert form(accept_contradicted=True)
+    assert "recording 2: The wrenches seem" in str(raised.value)
+    for form in formats_of(sound):
+        assert form() == form(accept_contradicted=True)
+
+
+def test_a_body_that_cannot_exist_is_refused_whoever_insists() -> None:
+    with pytest.raises(tactid.IdentificationError, match="no body can have this estimate"):
+        doubles.impossible().to_controller("ur", accept_contradicted=True)
+
+
+def test_what_contradicts_stands_before_what_only_doubts() -> None:
+    doubt = Finding("nothing_held", {"mass_kg": 0.001, "std_dev_kg": 0.001})
+    certain = offset(12.0, 0.0)
+    result = replace(doubles.tactile(duration=4.0), findings=[doubt, certain])
+    assert remarks.remarks(result)[0] == str(certain)
