@@ -111,6 +111,7 @@ impl Manipulator {
                 offset: 0.0,
                 is_mimic: false,
                 limits: None,
+                velocity_limit: None,
                 effort_limit: None,
             };
             let body_from_frame = Isometry3::from_parts(

@@ -39,7 +39,7 @@ pub enum ModelFinding {
     JointTakenAsFixed {
         /// Name of the joint.
         joint: String,
-        /// Its type: `floating` or `planar`.
+        /// Its type: `floating` or `planar`, or `spherical`, which a program may use but no file.
         joint_type: &'static str,
     },
     /// A joint cannot mimic the joint that it names, and is taken to move independently.

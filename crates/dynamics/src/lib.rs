@@ -88,7 +88,8 @@ pub use series::{BatchDynamics, StateSeries, VectorUnit};
 pub use spatial::{FrameMotion, ToolMotion, Wrench, cross, inertia_product};
 pub use structure::{BodyView, JointView, LinkView};
 pub use text_file::{read_text, read_text_within};
-pub use urdf::{CollisionBox, CollisionGeometry, CollisionShape, Urdf};
+pub use urdf::{CollisionShape, Urdf};
+pub use urdf_rs;
 pub use workspace::{
     JointMotion, Workspace, forces, inverse_dynamics, motion, motion_under_gravity,
 };

@@ -54,6 +54,8 @@ pub(crate) struct Joint {
     pub(crate) is_mimic: bool,
     /// Lower and upper limit of the position, rad or m, where it is limited.
     pub(crate) limits: Option<(f64, f64)>,
+    /// Largest speed, rad/s or m/s, where it is limited.
+    pub(crate) velocity_limit: Option<f64>,
     /// Largest effort, N m or N, where it is limited.
     pub(crate) effort_limit: Option<f64>,
 }
@@ -244,6 +246,13 @@ impl Manipulator {
     #[must_use]
     pub fn joint_limits(&self, index: usize) -> Option<(f64, f64)> {
         self.joint(index)?.limits
+    }
+
+    /// Returns the largest speed of the joint with an index in `q`, rad/s or m/s, or `None` where the
+    /// description has no positive one.
+    #[must_use]
+    pub fn velocity_limit(&self, index: usize) -> Option<f64> {
+        self.joint(index)?.velocity_limit
     }
 
     /// Returns the largest effort of the joint with an index in `q`, N m or N, or `None` where the description has no

@@ -30,6 +30,8 @@ pub struct JointView<'a> {
     pub parent: usize,
     /// Pose of the body's frame in the parent body's frame at joint position zero.
     pub parent_from_body: Isometry3<f64>,
+    /// Lower and upper limit of the position, rad or m, where it is limited.
+    pub limits: Option<(f64, f64)>,
 }
 
 /// A rigid body of a [`Manipulator`]: a link that a joint moves, or the base, with all links fixed to it. Its frame is
@@ -65,6 +67,7 @@ impl Manipulator {
                 axis: joint.axis,
                 parent: body.parent,
                 parent_from_body: joint.parent_from_zero,
+                limits: joint.limits,
             }),
             parameters: body.parameters,
         })

@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, Matrix4, Vector3};
 use rand::RngExt;
 use tactid_dynamics::{
     BaseKind, DhLink, DhRobot, FrameMotion, InertialParameters, JointKind, Manipulator, ModelError,
-    forces,
+    Urdf, forces,
 };
 
 /// Table 1 of the paper: θ, a, d, α of each joint.
@@ -295,7 +295,10 @@ fn masses_add_up() {
 fn below_a_link_is_that_part_of_the_tree() {
     let xml = RandomTree::new(3).urdf(false);
     let whole = Manipulator::from_urdf(&xml, BaseKind::Floating).unwrap();
-    let part = Manipulator::from_urdf_below(&xml, BaseKind::Floating, Some("link_1")).unwrap();
+    let part = Urdf::from_xml(&xml).unwrap();
+    let part = part
+        .manipulator_below(BaseKind::Floating, Some("link_1"))
+        .unwrap();
     assert_eq!(part.frame_name(part.base_frame()), "link_1");
     assert!(
         part.joint_names()

@@ -323,7 +323,8 @@ fn what_is_no_xml_document() {
 #[test]
 fn unknown_frames_list_the_links() {
     let xml = Urdf::default().xml();
-    let below = Manipulator::from_urdf_below(&xml, BaseKind::Floating, Some("bse"));
+    let urdf = tactid_dynamics::Urdf::from_xml(&xml).unwrap();
+    let below = urdf.manipulator_below(BaseKind::Floating, Some("bse"));
     assert_says!(
         below.unwrap_err(),
         ModelError::UnknownFrame { .. },

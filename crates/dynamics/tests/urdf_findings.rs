@@ -2,9 +2,10 @@
 
 #![allow(clippy::unwrap_used)]
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use tactid_dynamics::{
     BaseKind, IgnoredPart, InertialParameters, Manipulator, MimicFault, ModelError, ModelFinding,
+    Urdf,
 };
 
 const SOUND: &str = "<inertial><mass value='1'/>\
@@ -329,7 +330,10 @@ fn mimic_joints_that_cannot_follow() {
          <joint name='hinge' type='revolute'><parent link='base'/><child link='arm'/></joint>{}</robot>",
         follower("a", "<mimic joint='hinge'/>")
     );
-    let below = Manipulator::from_urdf_below(&xml, BaseKind::Fixed, Some("arm")).unwrap();
+    let below = Urdf::from_xml(&xml).unwrap();
+    let below = below
+        .manipulator_below(BaseKind::Fixed, Some("arm"))
+        .unwrap();
     assert_eq!(below.joint_names(), ["a"], "its leader is above the base");
     assert_eq!(below.findings().len(), 1);
 }
@@ -391,4 +395,20 @@ fn quaternions() {
         0.0,
         "roll, pitch and yaw come first"
     );
+}
+
+/// Where the pitch is a right angle, or nearly, a quaternion keeps its digits.
+#[test]
+fn quaternions_at_a_right_angle() {
+    let half = std::f64::consts::FRAC_PI_4;
+    for (roll, tilt, yaw) in [(0.3, 0.0, -2.0), (0.0, 1e-9, 1.0), (-1.0, 1e-3, 0.0)] {
+        for pitch in [2.0 * half - tilt, tilt - 2.0 * half] {
+            let given = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+            let [x, y, z, w] = given.coords.into();
+            let robot = with(SOUND, &format!("<origin quat_xyzw='{x} {y} {z} {w}'/>"), "");
+            let joint = robot.bodies().nth(1).unwrap().joint.unwrap();
+            let read = joint.parent_from_body.rotation;
+            assert!(read.angle_to(&given) < 1e-15, "{roll} {pitch} {yaw}");
+        }
+    }
 }

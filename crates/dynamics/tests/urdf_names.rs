@@ -8,7 +8,8 @@ use common::{RandomTree, rng};
 use nalgebra::{Matrix3, Vector3};
 use rand::RngExt;
 use rand::rngs::StdRng;
-use tactid_dynamics::{BaseKind, CollisionGeometry, Manipulator, MassProperties, ModelError, Urdf};
+use tactid_dynamics::urdf_rs::{Geometry, Vec3};
+use tactid_dynamics::{BaseKind, Manipulator, MassProperties, ModelError, Urdf};
 
 /// Additions that no reader of URDFs may notice. Tools write them; `link` and `mass` are names that the format has.
 const ELEMENTS: [&str; 6] = [
@@ -118,13 +119,19 @@ fn boxes_and_limits_are_read() {
     let urdf = described(&shapes).unwrap();
     let boxes = urdf.collision_boxes("arm").unwrap();
     assert_eq!(boxes.len(), 2);
-    assert_eq!(boxes[0].half_size, Vector3::new(0.5, 1.0, 1.5));
-    assert_eq!(boxes[0].link_from_box.translation.z, 1.0);
-    assert_eq!(urdf.joint_limits("slide"), Some((-0.5, 2.0)));
-    assert_eq!(urdf.joint_limits("turn"), None);
-    assert_eq!(urdf.joint_limits("missing"), None);
+    assert!(matches!(&boxes[0].geometry, Ok(Geometry::Box { size }) if **size == [1.0, 2.0, 3.0]));
+    assert_eq!(boxes[0].link_from_shape.translation.z, 1.0);
+    let robot = urdf.manipulator(BaseKind::Fixed).unwrap();
+    assert_eq!(robot.joint_limits(0), Some((-0.5, 2.0)));
+    assert_eq!(robot.joint_limits(1), None);
+    assert_eq!(robot.joint_limits(2), None);
     assert_eq!(urdf.root_link(), "base");
-    assert_eq!(urdf.mimic_joints().count(), 0);
+    assert!(
+        urdf.robot()
+            .joints
+            .iter()
+            .all(|joint| joint.mimic.is_none())
+    );
     let error = urdf.collision_boxes("leg").unwrap_err();
     assert!(matches!(error, ModelError::UnknownFrame { .. }), "{error}");
 }
@@ -143,28 +150,25 @@ fn collision_shapes_are_read() {
         + "<collision/>";
     let shapes = described(&all).unwrap().collision_shapes("arm").unwrap();
     assert_eq!(shapes[0].link_from_shape.translation.z, 1.0);
-    let geometries: Vec<CollisionGeometry> = shapes.into_iter().map(|s| s.geometry).collect();
-    let unknown = |element: &str| CollisionGeometry::Unknown {
-        element: element.to_owned(),
-    };
+    let geometries: Vec<_> = shapes.into_iter().map(|shape| shape.geometry).collect();
     let expected = [
-        CollisionGeometry::Cylinder {
-            radius_m: 1.0,
-            length_m: 3.0,
-        },
-        CollisionGeometry::Sphere { radius_m: 2.0 },
-        CollisionGeometry::Capsule {
-            radius_m: 1.0,
-            length_m: 4.0,
-        },
-        CollisionGeometry::Mesh {
-            file: "package://a/b.stl".to_owned(),
-            scale: Vector3::repeat(2.0),
-        },
-        unknown("cone"),
-        unknown(""),
+        Ok(Geometry::Cylinder {
+            radius: 1.0,
+            length: 3.0,
+        }),
+        Ok(Geometry::Sphere { radius: 2.0 }),
+        Ok(Geometry::Capsule {
+            radius: 1.0,
+            length: 4.0,
+        }),
+        Ok(Geometry::Mesh {
+            filename: "package://a/b.stl".to_owned(),
+            scale: Some(Vec3([2.0; 3])),
+        }),
+        Err("cone".to_owned()),
+        Err(String::new()),
     ];
-    assert_eq!(geometries, expected);
+    assert_eq!(format!("{geometries:?}"), format!("{expected:?}"));
     for shape in ["<sphere/>", "<cylinder radius='1' length='-1'/>"] {
         let urdf = described(&collision("0 0 0", shape)).unwrap();
         let error = urdf.collision_shapes("arm").unwrap_err();
@@ -200,7 +204,7 @@ fn mass_properties_can_be_replaced() {
     urdf.set_mass_properties("base", &body).unwrap();
     let written = Urdf::from_xml(urdf.xml()).unwrap();
     for urdf in [&urdf, &written] {
-        let model = urdf.manipulator_below(BaseKind::Floating, "base").unwrap();
+        let model = urdf.manipulator(BaseKind::Floating).unwrap();
         let error = model.check_bodies().err();
         assert!(
             matches!(error, Some(ModelError::NoInertial(ref link, _)) if link == "hand"),

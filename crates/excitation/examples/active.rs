@@ -114,7 +114,7 @@ impl Choices {
 fn spacecraft(path: &str, choices: &Choices) -> Result<Problem> {
     let urdf = Urdf::from_file(Path::new(path))?;
     let robot = urdf.manipulator(BaseKind::Floating)?;
-    let limits = JointLimits::of_urdf(&urdf, &robot, choices.acceleration_rad_s2, 1.0)?;
+    let limits = JointLimits::of_robot(&robot, choices.acceleration_rad_s2, 1.0)?;
     let sensing = Sensing {
         sensors: vec!["tool0".to_owned()],
         equations: EquationSettings {

@@ -1,6 +1,6 @@
 //! Limits of single joints.
 
-use tactid_dynamics::{Manipulator, Urdf};
+use tactid_dynamics::Manipulator;
 
 use crate::ExcitationError;
 
@@ -18,27 +18,26 @@ pub struct JointLimits {
 }
 
 impl JointLimits {
-    /// Returns the limits of all joints of a robot from its URDF, with one limit of the acceleration, rad/s² or m/s², for
+    /// Returns the limits of all joints of a robot, with one limit of the acceleration, rad/s² or m/s², for
     /// all joints: the format has none. Velocities and accelerations are multiplied by `speed`, such as 0.3.
     ///
     /// A joint without a positive `effort` has no limit of its torque, nor has one whose `effort` is no number.
     ///
     /// # Errors
-    /// Returns [`ExcitationError::NoVelocityLimit`] for a joint without a positive velocity limit in the URDF.
-    pub fn of_urdf(
-        urdf: &Urdf,
+    /// Returns [`ExcitationError::NoVelocityLimit`] for a joint without a positive velocity limit.
+    pub fn of_robot(
         robot: &Manipulator,
         acceleration: f64,
         speed: f64,
     ) -> Result<Vec<Self>, ExcitationError> {
         let of_joint = |(index, name): (usize, &String)| {
             let unlimited = (f64::NEG_INFINITY, f64::INFINITY);
-            let velocity = urdf.velocity_limit(name);
+            let velocity = robot.velocity_limit(index);
             Ok(Self {
                 position: robot.joint_limits(index).unwrap_or(unlimited),
                 velocity: speed * velocity.ok_or_else(|| no_velocity_limit(name))?,
                 acceleration: speed * acceleration,
-                effort: urdf.effort_limit(name).unwrap_or(f64::INFINITY),
+                effort: robot.effort_limit(index).unwrap_or(f64::INFINITY),
             })
         };
         robot

@@ -19,7 +19,7 @@
 //!     inertia: nalgebra::Matrix3::from_diagonal(&[0.005, 0.008, 0.007].into()),
 //! }
 //! .into();
-//! let limits = JointLimits::of_urdf(&urdf, &robot, 5.0, 1.0)?; // 5 rad/s², full speed
+//! let limits = JointLimits::of_robot(&robot, 5.0, 1.0)?; // 5 rad/s², full speed
 //! let sensing = Sensing {
 //!     sensors: vec!["tool0".to_owned()],
 //!     equations: EquationSettings {

@@ -94,8 +94,7 @@ impl Manipulator {
         let (text, folder) = (urdf_text(urdf)?, urdf_folder(urdf));
         let read = || {
             let urdf = Urdf::from_xml(&text)?;
-            let base = base_link.as_deref().unwrap_or(urdf.root_link());
-            let robot = urdf.manipulator_below(kind, base)?;
+            let robot = urdf.manipulator_below(kind, base_link.as_deref())?;
             Ok::<_, ModelError>(Self::new(robot, Arc::new(ReadUrdf { urdf, folder })))
         };
         detached(urdf.py(), read)?.map_err(IntoPyErr::into_py_err)

@@ -178,8 +178,8 @@ fn problem(
         effort_noise: request.effort_noise.unwrap_or_default(),
         ..defaults
     };
-    let (model, source) = (&robot.get().robot, &robot.get().urdf);
-    let limits = JointLimits::of_urdf(&source.urdf, model, given.acceleration, given.speed)
+    let model = &robot.get().robot;
+    let limits = JointLimits::of_robot(model, given.acceleration, given.speed)
         .map_err(IntoPyErr::into_py_err)?;
     let sensing = Sensing {
         sensors: given.sensors.clone(),

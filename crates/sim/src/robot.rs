@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 use tactid_dynamics::{
     BaseKind, BodyView, JointKind, JointView, LinkView, Manipulator, MassProperties, Urdf,
+    urdf_rs::Geometry,
 };
 
 use crate::SimError;
@@ -83,9 +84,11 @@ impl Robot {
             let root = urdf.root_link().to_owned();
             urdf.set_mass_properties(&root, mass)?;
         }
-        if let Some(joint) = urdf.mimic_joints().next() {
+        let mut joints = urdf.robot().joints.iter();
+        if let Some(joint) = joints.find(|joint| joint.mimic.is_some()) {
             return Err(SimError::Robot(format!(
-                "joint `{joint}` mimics another, which the simulation does not support: drive it by itself or make it fixed"
+                "joint `{}` mimics another, which the simulation does not support: drive it by itself or make it fixed",
+                joint.name
             )));
         }
         let model = urdf.manipulator(base)?;
@@ -93,15 +96,17 @@ impl Robot {
         let mut robot = Self {
             urdf: urdf.xml().to_owned(),
             base,
-            bodies: bodies(&model, &urdf),
+            bodies: bodies(&model),
             links: links(&model),
         };
         for link in model.links() {
             for shape in urdf.collision_boxes(link.name)? {
-                robot.bodies[link.body].boxes.push(BoxShape {
-                    body_from_box: link.body_from_link * shape.link_from_box,
-                    half_size: shape.half_size,
-                });
+                if let Ok(Geometry::Box { size }) = shape.geometry {
+                    robot.bodies[link.body].boxes.push(BoxShape {
+                        body_from_box: link.body_from_link * shape.link_from_shape,
+                        half_size: 0.5 * Vector3::from(*size),
+                    });
+                }
             }
         }
         if base == BaseKind::Floating {
@@ -132,28 +137,28 @@ impl Robot {
 }
 
 /// Returns the bodies of a robot, without their boxes.
-fn bodies(model: &Manipulator, urdf: &Urdf) -> Vec<Body> {
+fn bodies(model: &Manipulator) -> Vec<Body> {
     let massless = MassProperties {
         mass_kg: 0.0,
         center_of_mass: Vector3::zeros(),
         inertia: Matrix3::zeros(),
     };
     let body = |body: BodyView<'_>| Body {
-        joint: body.joint.map(|joint| moving_joint(&joint, urdf)),
+        joint: body.joint.map(|joint| moving_joint(&joint)),
         mass: body.parameters.mass_properties().unwrap_or(massless),
         boxes: Vec::new(),
     };
     model.bodies().map(body).collect()
 }
 
-fn moving_joint(joint: &JointView<'_>, urdf: &Urdf) -> MovingJoint {
+fn moving_joint(joint: &JointView<'_>) -> MovingJoint {
     MovingJoint {
         name: joint.name.to_owned(),
         prismatic: joint.kind == JointKind::Prismatic,
         axis: joint.axis,
         parent: joint.parent,
         parent_from_body: joint.parent_from_body,
-        limits: urdf.joint_limits(joint.name),
+        limits: joint.limits,
     }
 }
 

@@ -5,7 +5,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use tactid_dynamics::Urdf;
+use tactid_dynamics::{BaseKind, Manipulator};
 use tactid_logs::LogReader;
 use tactid_sim::{
     ActiveExcitation, BUILT_IN_URDF, BaseMount, ExcitationKind, Experiment, PAPER_TOML, RunReport,
@@ -21,7 +21,7 @@ fn example() -> Experiment {
 #[test]
 fn the_run_ends_at_rest_when_the_payload_is_known() {
     let experiment = example();
-    let urdf = Urdf::from_xml(BUILT_IN_URDF).unwrap();
+    let robot = Manipulator::from_urdf(BUILT_IN_URDF, BaseKind::Floating).unwrap();
     let mut simulation = Simulation::new(&experiment).unwrap();
     let (mut angle, mut used) = (0.0_f64, 0.0_f64);
     let mut base = None;
@@ -32,7 +32,8 @@ fn the_run_ends_at_rest_when_the_payload_is_known() {
         angle = angle.max(start.angle_to(&sample.base.pose.rotation));
         let names: Vec<String> = simulation.arm_joint_names().map(str::to_owned).collect();
         for (name, effort) in names.iter().zip(&sample.joint_torque) {
-            used = used.max(effort.abs() / urdf.effort_limit(name).unwrap());
+            let limit = robot.effort_limit(robot.joint_index(name).unwrap());
+            used = used.max(effort.abs() / limit.unwrap());
         }
         let speed = |velocity: &f64| velocity.abs();
         speeds.push(

@@ -18,8 +18,8 @@ pub fn run(bytes: &[u8]) {
     let Ok(urdf) = Urdf::from_xml(text) else {
         return;
     };
-    for joint in urdf.mimic_joints() {
-        let _ = urdf.joint_limits(joint);
+    for link in &urdf.robot().links {
+        let _ = urdf.collision_shapes(&link.name);
     }
     for base in [BaseKind::Fixed, BaseKind::Floating] {
         if let Ok(robot) = urdf.manipulator(base) {

@@ -1,62 +1,98 @@
-//! Construction of a [`Manipulator`] from the tree of a URDF.
+//! Construction of a [`Manipulator`] from the links and joints that urdf-rs has read.
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 
-use nalgebra::{Isometry3, Unit};
+use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+use urdf_rs::{JointType, Pose};
 
-use super::ignored::Ignored;
+use super::front::{Repair, Repairs};
 use super::inertial::link_parameters;
 use super::mimic::{Leader, leader};
-use super::numbers::{axis, origin};
-use super::tree::{JointElement, Motion, Tree, position_limits, positive_limit};
+use super::tree::Tree;
+use crate::finding::IgnoredPart;
 use crate::manipulator::{BaseKind, Joint, Link, Manipulator};
-use crate::{InertialParameters, ModelError, ModelFinding};
+use crate::{InertialParameters, JointKind, ModelError, ModelFinding};
+
+/// Returns the kind of a joint with one degree of freedom, or `None` for another joint.
+pub(super) fn joint_kind(joint: &urdf_rs::Joint) -> Option<JointKind> {
+    match joint.joint_type {
+        JointType::Revolute | JointType::Continuous => Some(JointKind::Revolute),
+        JointType::Prismatic => Some(JointKind::Prismatic),
+        _ => None,
+    }
+}
+
+/// Returns a pose as a transform.
+pub(super) fn isometry(pose: &Pose) -> Isometry3<f64> {
+    let [roll, pitch, yaw] = *pose.rpy;
+    let rotation = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+    Isometry3::from_parts(Translation3::from(*pose.xyz), rotation)
+}
+
+/// Returns whether all numbers are finite.
+pub(super) fn is_finite(numbers: &[f64]) -> bool {
+    numbers.iter().all(|number| number.is_finite())
+}
 
 /// Reads links and joints outwards from the base, and keeps what is wrong with them.
 struct Builder<'a> {
     tree: &'a Tree<'a>,
     base_kind: BaseKind,
+    repairs: &'a Repairs,
     /// The base and all links below it.
     links: HashSet<&'a str>,
     /// Indices of the bodies with mimic joints, each with the joint that it follows.
     mimics: Vec<(usize, Leader<'a>)>,
     findings: Vec<ModelFinding>,
-    ignored: Ignored,
+    /// Ignored parts, each with the names of the links or joints in which it occurs.
+    ignored: BTreeMap<(&'static str, IgnoredPart, &'a str), Vec<String>>,
 }
 
-/// Builds the model of a link and of all links below it.
+/// Builds the model of a link and of all links below it. `repairs` are what the front has
+/// changed.
 ///
 /// # Errors
 /// Returns [`ModelError::UnknownFrame`] if there is no link `base`, or the first fault of a joint.
 pub(super) fn build(
     tree: &Tree<'_>,
+    repairs: &Repairs,
     base_kind: BaseKind,
     base: &str,
 ) -> Result<Manipulator, ModelError> {
-    let base = tree.link(base)?.attribute("name").unwrap_or_default();
+    let base = tree.link(base)?.name.as_str();
     let mut builder = Builder {
         tree,
         base_kind,
+        repairs,
         links: tree.reached_from(&[base]),
         mimics: Vec::new(),
         findings: Vec::new(),
-        ignored: Ignored::default(),
+        ignored: BTreeMap::new(),
     };
     let own = builder.parameters(base, 0)?;
     let mut robot = Manipulator::with_root(base_kind, base, own);
     builder.add_links(base, &mut robot)?;
     builder.resolve_mimics(&mut robot);
     robot.findings = builder.findings;
-    robot.findings.extend(builder.ignored.into_findings());
+    let ignored = builder.ignored.into_iter();
+    let ignored = ignored.map(|((inside, part, name), owners)| ModelFinding::PartIgnored {
+        part,
+        name: name.to_owned(),
+        inside,
+        owners,
+    });
+    robot.findings.extend(ignored);
     Ok(robot)
 }
 
 impl<'a> Builder<'a> {
     /// Returns the inertial parameters of a link that is fixed to the body with an index.
     fn parameters(&mut self, link: &str, body: usize) -> Result<InertialParameters, ModelError> {
-        let element = self.tree.link(link)?;
-        self.ignored.add(element, link);
-        let (parameters, findings) = link_parameters(link, element);
+        let link = self.tree.link(link)?;
+        let repair = self.repairs.links.get(&link.name);
+        self.report_ignored(repair, &link.name);
+        let rotation = repair.and_then(|repair| repair.rotation).unwrap_or("rpy");
+        let (parameters, findings) = link_parameters(link, rotation);
         // The mass of a fixed base has no effect.
         if body > 0 || self.base_kind == BaseKind::Floating {
             self.findings.extend(findings);
@@ -64,8 +100,18 @@ impl<'a> Builder<'a> {
         Ok(parameters)
     }
 
-    /// Adds all links below the root in depth-first order. The stack is explicit, because a long chain would exhaust that
-    /// of a recursion.
+    /// Reports what the front has left out in a link or joint, whose name is `owner`.
+    fn report_ignored(&mut self, repair: Option<&'a Repair>, owner: &str) {
+        for (inside, part, name) in repair.iter().flat_map(|repair| &repair.ignored) {
+            let owners = self.ignored.entry((inside, *part, name)).or_default();
+            if owners.last().is_none_or(|last| last != owner) {
+                owners.push(owner.to_owned());
+            }
+        }
+    }
+
+    /// Adds all links below the root in depth-first order. The stack is explicit, because a long
+    /// chain would exhaust that of a recursion.
     fn add_links(&mut self, root: &str, robot: &mut Manipulator) -> Result<(), ModelError> {
         let tree = self.tree;
         let below = |link: &str, position: usize| {
@@ -74,73 +120,74 @@ impl<'a> Builder<'a> {
         };
         let mut open: Vec<_> = below(root, 0).collect();
         while let Some((joint, above)) = open.pop() {
-            self.ignored.add(joint.element, joint.name);
+            self.report_ignored(self.repairs.joints.get(&joint.name), &joint.name);
             let Link {
                 body,
                 body_from_link,
                 ..
             } = robot.links[above];
-            let origin = origin(joint.element).map_err(|fault| fault.of("joint", joint.name))?;
-            let zero = body_from_link * origin;
-            let (body, body_from_link) = match self.moving_joint(&joint, zero)? {
+            check(joint, "the origin", &[*joint.origin.xyz, *joint.origin.rpy])?;
+            let zero = body_from_link * isometry(&joint.origin);
+            let (body, body_from_link) = match self.moving_joint(joint, zero)? {
                 None => (body, zero),
                 Some(moving) => {
-                    let moved = self.add_body(robot, body, moving, &joint);
+                    let moved = self.add_body(robot, body, moving, joint);
                     (moved, Isometry3::identity())
                 }
             };
-            let own = self.parameters(joint.child, body)?;
-            let position = robot.add_link(joint.child, above, body, body_from_link, own);
-            open.extend(below(joint.child, position));
+            let child = &joint.child.link;
+            let own = self.parameters(child, body)?;
+            let position = robot.add_link(child, above, body, body_from_link, own);
+            open.extend(below(child, position));
         }
         Ok(())
     }
 
-    /// Returns the joint above a moving link, or `None` for a joint that is fixed or taken to be. The caller sets its
-    /// coordinate.
+    /// Returns the joint above a moving link, or `None` for a joint that is fixed or taken to be.
+    /// The caller sets its coordinate.
     fn moving_joint(
         &mut self,
-        joint: &JointElement<'_>,
+        joint: &urdf_rs::Joint,
         parent_from_zero: Isometry3<f64>,
     ) -> Result<Option<Joint>, ModelError> {
-        let name = || joint.name.to_owned();
-        let kind = match joint.motion()? {
-            Motion::Fixed => return Ok(None),
-            Motion::OneFreedom(kind) => kind,
-            Motion::SeveralFreedoms(kind) => {
-                let joint = name();
-                let finding = ModelFinding::JointTakenAsFixed {
-                    joint,
-                    joint_type: kind,
-                };
-                self.findings.push(finding);
-                return Ok(None);
-            }
+        let name = || joint.name.clone();
+        let Some(kind) = joint_kind(joint) else {
+            let joint_type = match joint.joint_type {
+                JointType::Floating => "floating",
+                JointType::Planar => "planar",
+                JointType::Spherical => "spherical",
+                _ => return Ok(None),
+            };
+            let joint = name();
+            let finding = ModelFinding::JointTakenAsFixed { joint, joint_type };
+            self.findings.push(finding);
+            return Ok(None);
         };
-        let axis = axis(joint.element).map_err(|fault| fault.of("joint", joint.name))?;
-        let axis = Unit::try_new(axis, 1e-9).ok_or_else(|| ModelError::Axis(name()))?;
+        check(joint, "the axis", &[*joint.axis.xyz])?;
+        let axis = Unit::try_new(Vector3::from(*joint.axis.xyz), 1e-9);
         Ok(Some(Joint {
             name: name(),
             kind,
-            axis,
+            axis: axis.ok_or_else(|| ModelError::Axis(name()))?,
             parent_from_zero,
             coordinate: 0,
             ratio: 1.0,
             offset: 0.0,
             is_mimic: false,
-            limits: position_limits(joint.element),
-            effort_limit: positive_limit(joint.element, "effort"),
+            limits: position_limits(joint),
+            velocity_limit: positive(joint.limit.velocity),
+            effort_limit: positive(joint.limit.effort),
         }))
     }
 
-    /// Adds the body that a joint moves and returns its index. The joint has a coordinate of its own unless it mimics
-    /// another joint.
+    /// Adds the body that a joint moves and returns its index. The joint has a coordinate of its
+    /// own unless it mimics another joint.
     fn add_body(
         &mut self,
         robot: &mut Manipulator,
         parent: usize,
         mut moving: Joint,
-        joint: &JointElement<'a>,
+        joint: &'a urdf_rs::Joint,
     ) -> usize {
         let followed = leader(self.tree, &self.links, joint);
         moving.is_mimic = matches!(followed, Some(Ok(_)));
@@ -161,7 +208,7 @@ impl<'a> Builder<'a> {
     fn resolve_mimics(&self, robot: &mut Manipulator) {
         for (body, leader) in &self.mimics {
             // A leader is a moving joint below the base, and so has a coordinate.
-            if let Some(coordinate) = robot.joint_index(leader.joint)
+            if let Some(coordinate) = robot.joint_index(&leader.joint.name)
                 && let Some(moving) = &mut robot.bodies[*body].joint
             {
                 moving.coordinate = coordinate;
@@ -169,4 +216,33 @@ impl<'a> Builder<'a> {
             }
         }
     }
+}
+
+/// Checks that a vector or two of a joint are finite. The front has refused others in a text.
+///
+/// # Errors
+/// Returns [`ModelError::NotFinite`].
+fn check(
+    joint: &urdf_rs::Joint,
+    what: &'static str,
+    vectors: &[[f64; 3]],
+) -> Result<(), ModelError> {
+    let name = joint.name.clone();
+    let is_finite = is_finite(vectors.as_flattened());
+    is_finite
+        .then_some(())
+        .ok_or(ModelError::NotFinite { what, name })
+}
+
+/// Returns the lower and upper limit of a joint's position, rad or m, or `None` for a joint that is
+/// continuous, or whose limits are not two finite numbers of which the lower comes first.
+fn position_limits(joint: &urdf_rs::Joint) -> Option<(f64, f64)> {
+    let (lower, upper) = (joint.limit.lower, joint.limit.upper);
+    let is_limited = joint.joint_type != JointType::Continuous;
+    (is_limited && is_finite(&[lower, upper]) && lower < upper).then_some((lower, upper))
+}
+
+/// Returns a limit that is a positive finite number.
+fn positive(limit: f64) -> Option<f64> {
+    Some(limit).filter(|limit| limit.is_finite() && *limit > 0.0)
 }

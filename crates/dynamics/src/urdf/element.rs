@@ -22,7 +22,7 @@ const MAX_ATTRIBUTES: usize = 1_000;
 ///
 /// Names are compared as they are written: a name with a prefix, as in `drake:joint`, is another name than `joint`,
 /// whether or not the prefix is declared.
-#[derive(Clone, Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Element {
     pub(super) name: String,
     pub(super) attributes: Vec<(String, String)>,
@@ -128,6 +128,10 @@ fn element(xml: &str, tag: &BytesStart<'_>, place: Range<usize>) -> Result<Eleme
         // A reference to an entity of a document type stays as it is written.
         let value = attribute.unescape_value();
         let value = value.map_or_else(|_| text(&attribute.value), Cow::into_owned);
+        if value.contains(is_no_character) {
+            let message = "an attribute has a character that XML does not allow";
+            return Err(syntax(xml, place.start, message));
+        }
         attributes.push((text(attribute.key.into_inner()), value));
     }
     Ok(Element {
@@ -137,6 +141,11 @@ fn element(xml: &str, tag: &BytesStart<'_>, place: Range<usize>) -> Result<Eleme
         tag: place.clone(),
         span: place,
     })
+}
+
+/// Returns whether XML forbids a character.
+fn is_no_character(character: char) -> bool {
+    matches!(character, '\0'..='\x08' | '\x0b' | '\x0c' | '\x0e'..='\x1f' | '\u{fffe}'..='\u{ffff}')
 }
 
 /// Returns the error for a place in the text.

@@ -1,29 +1,40 @@
 //! The inertial parameters of a link. Whatever its `<inertial>` lacks is reported and never refused.
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
+use urdf_rs::{Inertial, Link, Pose, Vec3};
 
-use super::element::Element;
-use super::numbers::{number, rotation, translation};
+use super::build::{is_finite, isometry};
+use super::element::parse;
 use crate::inertia::impossible_moments;
 use crate::{
-    InertialParameters, MassProperties, ModelFinding, symmetric_entries, symmetric_matrix,
+    InertialParameters, MassProperties, ModelError, ModelFinding, symmetric_entries,
+    symmetric_matrix,
 };
 
 /// Attributes of `<inertia>`.
-pub(super) const ENTRIES: [&str; 6] = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"];
+const ENTRIES: [&str; 6] = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"];
 
-/// Returns the inertial parameters of a link in the link's frame, zero for a link without `<inertial>`, and what is
-/// wrong with them.
+/// Returns the inertial parameters of a link in the link's frame, zero for a link without
+/// `<inertial>`, and what is wrong with them. `rotation` is the attribute of its `<origin>` that
+/// gives the rotation.
 pub(super) fn link_parameters(
-    name: &str,
-    link: &Element,
+    link: &Link,
+    rotation: &'static str,
 ) -> (InertialParameters, Vec<ModelFinding>) {
-    let Some(inertial) = link.child("inertial") else {
-        return (InertialParameters::zero(), Vec::new());
-    };
-    let ([mass_kg], of_mass) = required(inertial.child("mass"), ["value"]);
-    let (entries, of_inertia) = required(inertial.child("inertia"), ENTRIES);
-    let (link_from_inertial, of_origin) = pose(inertial.child("origin"));
+    let Inertial {
+        origin,
+        mass,
+        inertia: i,
+    } = &link.inertial;
+    let (mass, entries) = ([mass.value], [i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz]);
+    let of_mass = unknown([("value", &mass[..])]);
+    let of_inertia = unknown(ENTRIES.into_iter().zip(entries.chunks(1)));
+    let of_origin = unknown([("xyz", &origin.xyz[..]), (rotation, &origin.rpy[..])]);
+    let ([mass_kg], entries) = (known(mass), entries.map(|entry| known([entry])[0]));
+    let link_from_inertial = isometry(&Pose {
+        xyz: Vec3(known(*origin.xyz)),
+        rpy: Vec3(known(*origin.rpy)),
+    });
     // Nothing is concluded from a zero that stands for an unknown number.
     let (knows_mass, knows_inertia) = (of_mass.is_empty(), of_inertia.is_empty());
     let unknown = [
@@ -31,12 +42,10 @@ pub(super) fn link_parameters(
         ("inertia", of_inertia),
         ("origin", of_origin),
     ];
-    let unknown = unknown
-        .into_iter()
-        .filter(|(_, attributes)| !attributes.is_empty());
+    let unknown = unknown.into_iter().filter(|(_, names)| !names.is_empty());
     let mut findings: Vec<ModelFinding> = unknown
         .map(|(element, attributes)| ModelFinding::UnknownNumbers {
-            link: name.to_owned(),
+            link: link.name.clone(),
             element,
             attributes,
         })
@@ -47,18 +56,39 @@ pub(super) fn link_parameters(
         inertia: symmetric_matrix(entries),
     });
     let has_inertia = entries.iter().any(|&entry| entry != 0.0);
+    let link = link.name.clone();
     if knows_mass && (mass_kg < 0.0 || (mass_kg == 0.0 && has_inertia)) {
-        let link = name.to_owned();
         findings.push(ModelFinding::ImpossibleMass { link, mass_kg });
     } else if let Some(moments) = impossible_moments(&body).filter(|_| knows_inertia) {
-        let link = name.to_owned();
         findings.push(ModelFinding::ImpossibleInertia { link, moments });
     }
     (body.expressed_in(&link_from_inertial), findings)
 }
 
+/// Returns the text of a URDF with another body in the `<inertial>` of a link. The rest of the text
+/// stays as it is.
+pub(super) fn replace(text: &str, link: &str, body: &MassProperties) -> Result<String, ModelError> {
+    let robot = parse(text)?;
+    let mut text = text.to_owned();
+    let mut links = robot.children("link");
+    if let Some(element) = links.find(|one| one.attribute("name") == Some(link)) {
+        let mut former: Vec<_> = element.children("inertial").collect();
+        while let Some(former) = former.pop() {
+            text.replace_range(former.span.clone(), "");
+        }
+        let (inertial, end) = (to_xml(body), element.tag.end);
+        if element.tag == element.span {
+            // `<link .../>` becomes `<link ...>...</link>`.
+            text.replace_range(end - 2..end, &format!(">{inertial}</link>"));
+        } else {
+            text.insert_str(end, &inertial);
+        }
+    }
+    Ok(text)
+}
+
 /// Returns the element `<inertial>` of a body.
-pub(super) fn to_xml(body: &MassProperties) -> String {
+fn to_xml(body: &MassProperties) -> String {
     let [x, y, z]: [f64; 3] = body.center_of_mass.into();
     let entries = ENTRIES.into_iter().zip(symmetric_entries(&body.inertia));
     let entries: String = entries
@@ -70,32 +100,13 @@ pub(super) fn to_xml(body: &MassProperties) -> String {
     )
 }
 
-/// Returns the numbers of attributes, zero for those that are missing or unreadable, and the names of these.
-fn required<const N: usize>(
-    element: Option<&Element>,
-    attributes: [&'static str; N],
-) -> ([f64; N], Vec<&'static str>) {
-    let mut unknown = Vec::new();
-    let values = attributes.map(|attribute| {
-        let read = element.and_then(|element| number(element, attribute).ok().flatten());
-        if read.is_none() {
-            unknown.push(attribute);
-        }
-        read.unwrap_or(0.0)
-    });
-    (values, unknown)
+/// Returns the names of the attributes that are not finite.
+fn unknown<'a>(numbers: impl IntoIterator<Item = (&'static str, &'a [f64])>) -> Vec<&'static str> {
+    let unknown = numbers.into_iter().filter(|(_, values)| !is_finite(values));
+    unknown.map(|(name, _)| name).collect()
 }
 
-/// Returns the transform of an optional `<origin>`, without what is unreadable in it, and the names of these attributes.
-fn pose(origin: Option<&Element>) -> (Isometry3<f64>, Vec<&'static str>) {
-    let Some(origin) = origin else {
-        return (Isometry3::identity(), Vec::new());
-    };
-    let (shift, turn) = (translation(origin), rotation(origin));
-    let faults = [shift.as_ref().err(), turn.as_ref().err()];
-    let unknown = faults.iter().flatten().map(|fault| fault.attribute);
-    let unknown = unknown.collect();
-    let shift = shift.unwrap_or_else(|_| Translation3::identity());
-    let turn = turn.unwrap_or_else(|_| UnitQuaternion::identity());
-    (Isometry3::from_parts(shift, turn), unknown)
+/// Returns the numbers of an attribute, zero where they are unknown.
+fn known<const N: usize>(values: [f64; N]) -> [f64; N] {
+    if is_finite(&values) { values } else { [0.0; N] }
 }

@@ -2,35 +2,36 @@
 
 use std::collections::HashSet;
 
-use super::element::Element;
-use super::numbers::number;
-use super::tree::{JointElement, Motion, Tree};
+use urdf_rs::{Joint, Mimic};
+
+use super::build::{is_finite, joint_kind};
+use super::tree::Tree;
 use crate::finding::{MimicFault, ModelFinding};
 
-/// The independent joint that a mimic joint follows: `position = ratio · leader + offset`.
+/// The joint that a mimic joint follows: `position = ratio · leader + offset`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leader<'a> {
-    pub(super) joint: &'a str,
+    pub(super) joint: &'a Joint,
     pub(super) ratio: f64,
     /// Position of the mimic joint at leader position zero, rad or m.
     pub(super) offset: f64,
 }
 
-/// Returns the joint that a joint follows, directly or through other mimic joints, or `None` for an independent joint.
-/// `links` are those of the robot.
+/// Returns the independent joint that a joint follows, directly or through other mimic joints, or
+/// `None` for an independent joint. `links` are the links of the robot.
 ///
 /// # Errors
 /// Returns [`ModelFinding::MimicNotFollowed`] if the joint cannot follow the one that it names.
 pub(super) fn leader<'a>(
     tree: &Tree<'a>,
     links: &HashSet<&str>,
-    joint: &JointElement<'a>,
+    joint: &'a Joint,
 ) -> Option<Result<Leader<'a>, ModelFinding>> {
-    let mimic = joint.element.child("mimic")?;
+    let mimic = joint.mimic.as_ref()?;
     let found = follow(tree, links, joint, mimic);
     Some(found.map_err(|because| ModelFinding::MimicNotFollowed {
-        joint: joint.name.to_owned(),
-        leader: mimic.attribute("joint").unwrap_or_default().to_owned(),
+        joint: joint.name.clone(),
+        leader: mimic.joint.clone(),
         because,
     }))
 }
@@ -38,59 +39,47 @@ pub(super) fn leader<'a>(
 fn follow<'a>(
     tree: &Tree<'a>,
     links: &HashSet<&str>,
-    joint: &JointElement<'a>,
-    mimic: &Element,
+    joint: &'a Joint,
+    mimic: &Mimic,
 ) -> Result<Leader<'a>, MimicFault> {
-    let mut met = HashSet::from([joint.name]);
+    let mut met = HashSet::from([joint.name.as_str()]);
     let mut leader = step(tree, links, mimic)?;
-    while met.insert(leader.joint.name) {
-        let (ratio, offset) = (leader.ratio, leader.offset);
-        let next = leader.joint.element.child("mimic");
+    while met.insert(&leader.joint.name) {
+        let next = leader.joint.mimic.as_ref();
         // A leader that cannot follow another joint moves independently.
         let Some(Ok(next)) = next.map(|next| step(tree, links, next)) else {
-            let joint = leader.joint.name;
-            let is_finite = ratio.is_finite() && offset.is_finite();
-            return is_finite
-                .then_some(Leader {
-                    joint,
-                    ratio,
-                    offset,
-                })
-                .ok_or(MimicFault::Numbers);
+            return finite(leader);
         };
-        leader = Step {
+        leader = Leader {
             joint: next.joint,
-            ratio: ratio * next.ratio,
-            offset: ratio * next.offset + offset,
+            ratio: leader.ratio * next.ratio,
+            offset: leader.ratio * next.offset + leader.offset,
         };
     }
     Err(MimicFault::Circular)
 }
 
-/// The joint that a mimic joint names: `position = ratio · joint + offset`.
-struct Step<'a> {
-    joint: JointElement<'a>,
-    ratio: f64,
-    offset: f64,
-}
-
+/// Returns the joint that a mimic joint names.
 fn step<'a>(
     tree: &Tree<'a>,
     links: &HashSet<&str>,
-    mimic: &Element,
-) -> Result<Step<'a>, MimicFault> {
-    let named = mimic.attribute("joint").unwrap_or_default();
-    let joint = tree.joints.get(named).copied();
-    let joint = joint.filter(|joint| links.contains(joint.parent));
+    mimic: &Mimic,
+) -> Result<Leader<'a>, MimicFault> {
+    let joint = tree.joints.get(mimic.joint.as_str()).copied();
+    let joint = joint.filter(|joint| links.contains(joint.parent.link.as_str()));
     let joint = joint.ok_or(MimicFault::NoSuchJoint)?;
-    if !matches!(joint.motion(), Ok(Motion::OneFreedom(_))) {
+    if joint_kind(joint).is_none() {
         return Err(MimicFault::LeaderIsFixed);
     }
-    let ratio = number(mimic, "multiplier").map_err(|_| MimicFault::Numbers)?;
-    let offset = number(mimic, "offset").map_err(|_| MimicFault::Numbers)?;
-    Ok(Step {
+    finite(Leader {
         joint,
-        ratio: ratio.unwrap_or(1.0),
-        offset: offset.unwrap_or(0.0),
+        ratio: mimic.multiplier.unwrap_or(1.0),
+        offset: mimic.offset.unwrap_or(0.0),
     })
+}
+
+/// Returns a leader, or [`MimicFault::Numbers`] if its numbers are not finite.
+fn finite(leader: Leader<'_>) -> Result<Leader<'_>, MimicFault> {
+    let is_finite = is_finite(&[leader.ratio, leader.offset]);
+    is_finite.then_some(leader).ok_or(MimicFault::Numbers)
 }

@@ -2,39 +2,29 @@
 
 mod build;
 mod element;
-mod ignored;
+mod format;
+mod front;
 mod inertial;
 mod mimic;
-mod numbers;
 mod shapes;
 mod tree;
 
 use std::{collections::HashMap, path::Path};
 
-use nalgebra::{Isometry3, Vector3};
-
 use crate::manipulator::{BaseKind, Manipulator, check_body};
 use crate::{MassProperties, ModelError, read_text};
 use build::build;
-use element::{Element, parse, syntax};
-use shapes::shape_of;
-use tree::{Tree, position_limits, positive_limit};
+use front::Repairs;
+use shapes::shapes;
+use tree::{Tree, names};
 
-pub use shapes::{CollisionGeometry, CollisionShape};
-
-/// A box that is fixed to a link, from a `<collision>` element.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CollisionBox {
-    /// Pose of the box's centre in the link's frame.
-    pub link_from_box: Isometry3<f64>,
-    /// Half the lengths of the box's sides, m.
-    pub half_size: Vector3<f64>,
-}
+pub use shapes::CollisionShape;
 
 /// A URDF whose links and joints form one tree.
 ///
 /// This is the only reader of URDFs: [`Manipulator::from_urdf`] and the simulator use it, so that both accept the same
-/// files. Mesh files need not exist. Names with an XML prefix, as in `drake:acceleration`, are ignored whether or not
+/// files. [`urdf_rs`] reads what a model needs, after a front that bounds and repairs the document. Mesh files need not
+/// exist. Names with an XML prefix, as in `drake:acceleration`, are ignored whether or not
 /// the prefix is declared, as ROS tools do. What is wrong with masses, inertias and optional elements prevents no model:
 /// [`Manipulator::findings`] reports it.
 ///
@@ -49,43 +39,41 @@ pub struct CollisionBox {
 ///     <limit lower="-1" upper="2" effort="10" velocity="1" drake:acceleration="5"/></joint>
 /// </robot>"#)?;
 /// assert_eq!(urdf.root_link(), "base");
-/// assert_eq!(urdf.joint_limits("hinge"), Some((-1.0, 2.0)));
-/// assert_eq!((urdf.velocity_limit("hinge"), urdf.effort_limit("hinge")), (Some(1.0), Some(10.0)));
-/// assert_eq!(urdf.manipulator(BaseKind::Fixed)?.mass(), 2.0);
+/// let robot = urdf.manipulator(BaseKind::Fixed)?;
+/// assert_eq!(robot.mass(), 2.0);
+/// assert_eq!(robot.joint_limits(0), Some((-1.0, 2.0)));
+/// assert_eq!((robot.velocity_limit(0), robot.effort_limit(0)), (Some(1.0), Some(10.0)));
 /// # Ok::<(), tactid_dynamics::ModelError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Urdf {
     text: String,
-    /// The element `<robot>` of the text.
-    robot: Element,
+    robot: urdf_rs::Robot,
+    repairs: Repairs,
     root: String,
-    /// Index of each link's element among the children of `robot`.
+    /// Index of each link among those of the robot.
     links: HashMap<String, usize>,
-    /// Index of each joint's element among the children of `robot`.
-    joints: HashMap<String, usize>,
 }
 
 impl Urdf {
     /// Reads the text of a URDF.
     ///
     /// # Errors
-    /// Returns [`ModelError::Syntax`] for text that is not a URDF, and [`ModelError::Duplicate`],
-    /// [`ModelError::MissingLink`], [`ModelError::Loop`] or [`ModelError::Roots`] for links that do not form one tree.
+    /// Returns [`ModelError::Syntax`] for text that is not a URDF; [`ModelError::JointKind`] and [`ModelError::Numbers`],
+    /// which name the joint, for a type that the format does not have and for a pose or axis that is not finite numbers;
+    /// and [`ModelError::Duplicate`], [`ModelError::MissingLink`], [`ModelError::Loop`] or [`ModelError::Roots`] for links
+    /// that do not form one tree.
     pub fn from_xml(xml: &str) -> Result<Self, ModelError> {
         let text = xml.trim_start_matches('\u{feff}').to_owned();
-        let robot = parse(&text)?;
-        if robot.name != "robot" {
-            let message = format!("the root element is <{}>, not <robot>", robot.name);
-            return Err(syntax(&text, robot.span.start, &message));
-        }
-        let root = Tree::new(&text, &robot)?.root()?;
-        let root = root.ok_or_else(|| no_link(&robot))?.to_owned();
+        let (robot, repairs) = front::read(&text)?;
+        let root = Tree::new(&robot)?.root()?.to_owned();
+        let links = robot.links.iter().enumerate();
+        let links = links.map(|(index, link)| (link.name.clone(), index));
         Ok(Self {
-            links: indices(&robot, "link"),
-            joints: indices(&robot, "joint"),
+            links: links.collect(),
             text,
             robot,
+            repairs,
             root,
         })
     }
@@ -108,6 +96,13 @@ impl Urdf {
         &self.text
     }
 
+    /// Returns what urdf-rs has read: the links and joints without visuals, materials and what
+    /// else no model needs. A number that is missing in an `<inertial>`, or unreadable, is NaN.
+    #[must_use]
+    pub fn robot(&self) -> &urdf_rs::Robot {
+        &self.robot
+    }
+
     /// Returns the name of the root link.
     #[must_use]
     pub fn root_link(&self) -> &str {
@@ -117,22 +112,23 @@ impl Urdf {
     /// Builds the model of the whole robot. A link without `<inertial>` has no mass, see [`Manipulator::findings`].
     ///
     /// # Errors
-    /// Returns a [`ModelError`] that names the joint at fault: an axis of length zero, a type that the format does not have,
-    /// or a pose or axis that is not finite numbers.
+    /// Returns [`ModelError::Axis`], which names the joint, for an axis of length zero.
     pub fn manipulator(&self, base_kind: BaseKind) -> Result<Manipulator, ModelError> {
-        self.manipulator_below(base_kind, &self.root)
+        self.manipulator_below(base_kind, None)
     }
 
-    /// Builds the model of the link `base` and of all links below it. `base` becomes the base of the robot.
+    /// Builds the model of the link `base` and of all links below it, or of the whole robot for `None`. `base` becomes the
+    /// base of the robot.
     ///
     /// # Errors
     /// Returns [`ModelError::UnknownFrame`] for an unknown link, and the errors of [`Self::manipulator`].
     pub fn manipulator_below(
         &self,
         base_kind: BaseKind,
-        base: &str,
+        base: Option<&str>,
     ) -> Result<Manipulator, ModelError> {
-        build(&self.tree()?, base_kind, base)
+        let base = base.unwrap_or(&self.root);
+        build(&Tree::new(&self.robot)?, &self.repairs, base_kind, base)
     }
 
     /// Replaces the mass properties of a link, expressed in the link's frame. The rest of the text stays as it is.
@@ -146,124 +142,70 @@ impl Urdf {
         body: &MassProperties,
     ) -> Result<(), ModelError> {
         check_body(link, &(*body).into())?;
-        let element = self.link(link)?;
-        let mut text = self.text.clone();
-        for old in element.children.iter().rev() {
-            if old.name == "inertial" {
-                text.replace_range(old.span.clone(), "");
-            }
-        }
-        let (inertial, end) = (inertial::to_xml(body), element.tag.end);
-        if element.tag == element.span {
-            // `<link .../>` becomes `<link ...>...</link>`.
-            text.replace_range(end - 2..end, &format!(">{inertial}</link>"));
-        } else {
-            text.insert_str(end, &inertial);
-        }
-        *self = Self::from_xml(&text)?;
+        self.link(link)?;
+        *self = Self::from_xml(&inertial::replace(&self.text, link, body)?)?;
         Ok(())
     }
 
-    /// Returns the shapes of the `<collision>` elements of a link, in the order of the file.
+    /// Returns the shapes of the `<collision>` elements of a link, in the order of the file, and after them those
+    /// that the format does not have.
     ///
     /// # Errors
     /// Returns [`ModelError::UnknownFrame`] for an unknown link, [`ModelError::Numbers`] for a pose or size that is not
     /// finite numbers, and [`ModelError::ShapeSize`] for a size that is not positive.
     pub fn collision_shapes(&self, link: &str) -> Result<Vec<CollisionShape>, ModelError> {
-        let collisions = self.link(link)?.children("collision");
-        collisions
-            .map(|collision| CollisionShape::of(collision, link))
-            .collect()
+        shapes(self.link(link)?, &self.repairs, |_| true)
     }
 
     /// Returns the boxes among the collision shapes of a link. Other shapes are skipped.
     ///
     /// # Errors
     /// Returns the errors of [`Self::collision_shapes`] for the link's boxes.
-    pub fn collision_boxes(&self, link: &str) -> Result<Vec<CollisionBox>, ModelError> {
-        let mut boxes = Vec::new();
-        let is_box =
-            |element: &&Element| shape_of(element).is_some_and(|shape| shape.name == "box");
-        for collision in self.link(link)?.children("collision").filter(is_box) {
-            let shape = CollisionShape::of(collision, link)?;
-            if let CollisionGeometry::Box { half_size } = shape.geometry {
-                boxes.push(CollisionBox {
-                    link_from_box: shape.link_from_shape,
-                    half_size,
-                });
-            }
-        }
-        Ok(boxes)
+    pub fn collision_boxes(&self, link: &str) -> Result<Vec<CollisionShape>, ModelError> {
+        shapes(self.link(link)?, &self.repairs, |shape| shape == "box")
     }
 
-    /// Returns the lower and upper limit of a joint's position, rad or m, or `None` for a joint that is unknown,
-    /// continuous or fixed, or whose limits are not two finite numbers of which the lower comes first.
-    #[must_use]
-    pub fn joint_limits(&self, joint: &str) -> Option<(f64, f64)> {
-        position_limits(self.joint(joint)?)
+    /// Returns the link with a name.
+    fn link(&self, name: &str) -> Result<&urdf_rs::Link, ModelError> {
+        let found = self.links.get(name);
+        let found = found.and_then(|&index| self.robot.links.get(index));
+        found.ok_or_else(|| ModelError::unknown_frame(name, names(&self.robot)))
     }
-
-    /// Returns the largest speed of a joint, rad/s or m/s, or `None` for a joint that is unknown or for which the file
-    /// has no positive finite number.
-    #[must_use]
-    pub fn velocity_limit(&self, joint: &str) -> Option<f64> {
-        positive_limit(self.joint(joint)?, "velocity")
-    }
-
-    /// Returns the largest effort of a joint, N m or N, or `None` for a joint that is unknown or for which the file has no
-    /// positive finite number.
-    #[must_use]
-    pub fn effort_limit(&self, joint: &str) -> Option<f64> {
-        positive_limit(self.joint(joint)?, "effort")
-    }
-
-    /// Returns the names of the joints that mimic another joint, in the order of the file.
-    pub fn mimic_joints(&self) -> impl Iterator<Item = &str> {
-        let joints = self.robot.children("joint");
-        let mimics = joints.filter(|joint| joint.child("mimic").is_some());
-        mimics.filter_map(|joint| joint.attribute("name"))
-    }
-
-    /// Returns the element of a link.
-    fn link(&self, name: &str) -> Result<&Element, ModelError> {
-        let place = self.links.get(name);
-        let element = place.and_then(|&index| self.robot.children.get(index));
-        element.ok_or_else(|| {
-            let links = self.robot.children("link");
-            ModelError::unknown_frame(name, links.filter_map(|link| link.attribute("name")))
-        })
-    }
-
-    /// Returns the element of a joint.
-    fn joint(&self, name: &str) -> Option<&Element> {
-        self.robot.children.get(*self.joints.get(name)?)
-    }
-
-    fn tree(&self) -> Result<Tree<'_>, ModelError> {
-        Tree::new(&self.text, &self.robot)
-    }
-}
-
-/// Returns the index of each named element of a kind among the children of `<robot>`.
-fn indices(robot: &Element, kind: &str) -> HashMap<String, usize> {
-    let children = robot.children.iter().enumerate();
-    let of_kind = children.filter(|(_, element)| element.name == kind);
-    let named = of_kind.filter_map(|(index, one)| Some((one.attribute("name")?.to_owned(), index)));
-    named.collect()
-}
-
-/// Returns the error for an element `<robot>` without links.
-fn no_link(robot: &Element) -> ModelError {
-    let is_macro = |element: &Element| element.name.starts_with("xacro:");
-    let message = if robot.children.iter().any(is_macro) {
-        "there is no link, but there are xacro macros: expand them with `xacro`"
-    } else {
-        "there is no link"
-    };
-    ModelError::Syntax(message.to_owned())
 }
 
 impl Manipulator {
+    /// Builds a robot from links and joints that urdf-rs has read, or that a program has made: the
+    /// link `base` and all links below it, or the whole robot for `None`. A number of an
+    /// `<inertial>` that is not finite counts as zero, see [`Self::findings`].
+    ///
+    /// [`Self::from_urdf`] reads files that urdf-rs alone refuses, and quaternions to all digits.
+    ///
+    /// ```
+    /// use tactid_dynamics::{BaseKind, Manipulator, urdf_rs};
+    ///
+    /// let robot = urdf_rs::read_from_string(r#"<robot name="pendulum">
+    ///   <link name="base"/>
+    ///   <link name="arm"><inertial><mass value="2"/>
+    ///     <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>
+    ///   <joint name="hinge" type="continuous"><parent link="base"/><child link="arm"/></joint>
+    /// </robot>"#)?;
+    /// assert_eq!(Manipulator::from_robot(&robot, BaseKind::Fixed, None)?.mass(), 2.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Returns the errors of [`Urdf::from_xml`] for links that do not form one tree, those of
+    /// [`Urdf::manipulator_below`], and [`ModelError::NotFinite`] for a pose or axis of a joint.
+    pub fn from_robot(
+        robot: &urdf_rs::Robot,
+        base_kind: BaseKind,
+        base: Option<&str>,
+    ) -> Result<Self, ModelError> {
+        let tree = Tree::new(robot)?;
+        let root = tree.root()?;
+        build(&tree, &Repairs::default(), base_kind, base.unwrap_or(root))
+    }
+
     /// Builds a robot from the text of a URDF.
     ///
     /// # Errors
@@ -278,18 +220,5 @@ impl Manipulator {
     /// Returns the errors of [`Urdf::from_file`] and [`Urdf::manipulator`].
     pub fn from_urdf_file(path: &Path, base_kind: BaseKind) -> Result<Self, ModelError> {
         Urdf::from_file(path)?.manipulator(base_kind)
-    }
-
-    /// Builds a robot from the text of a URDF: the link `base` and all links below it, or the whole robot for `None`.
-    ///
-    /// # Errors
-    /// Returns the errors of [`Urdf::from_xml`] and [`Urdf::manipulator_below`].
-    pub fn from_urdf_below(
-        xml: &str,
-        base_kind: BaseKind,
-        base: Option<&str>,
-    ) -> Result<Self, ModelError> {
-        let urdf = Urdf::from_xml(xml)?;
-        urdf.manipulator_below(base_kind, base.unwrap_or(urdf.root_link()))
     }
 }

@@ -1,126 +1,75 @@
 //! Shapes of the `<collision>` elements of a link.
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::Isometry3;
+use urdf_rs::{Geometry, Link};
 
-use super::element::Element;
-use super::numbers::{Unreadable, number, numbers, origin};
+use super::build::isometry;
+use super::front::{LeftOut, Repairs};
 use crate::ModelError;
 
 /// A shape that is fixed to a link, from a `<collision>` element.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct CollisionShape {
     /// Pose of the shape in the link's frame.
     pub link_from_shape: Isometry3<f64>,
-    /// The shape itself.
-    pub geometry: CollisionGeometry,
-}
-
-/// What a shape is, in its own frame. Cylinders and capsules are along z; boxes, cylinders, capsules and spheres have their
-/// centre at the frame's origin.
-#[derive(Clone, Debug, PartialEq)]
-pub enum CollisionGeometry {
-    /// A box.
-    Box {
-        /// Half the lengths of the box's sides, m.
-        half_size: Vector3<f64>,
-    },
-    /// A cylinder.
-    Cylinder {
-        /// Radius, m.
-        radius_m: f64,
-        /// Length, m.
-        length_m: f64,
-    },
-    /// A cylinder with half a ball at each end.
-    Capsule {
-        /// Radius of cylinder and balls, m.
-        radius_m: f64,
-        /// Length of the cylinder alone, m.
-        length_m: f64,
-    },
-    /// A ball.
-    Sphere {
-        /// Radius, m.
-        radius_m: f64,
-    },
-    /// A mesh in a file, which is not read here.
-    Mesh {
-        /// Name of the file as the URDF has it, such as `package://arm/meshes/link.stl`.
-        file: String,
-        /// Factors for the coordinates of the file, which then are in m.
-        scale: Vector3<f64>,
-    },
-    /// An element that the format does not have, or none.
-    Unknown {
-        /// Name of the element; empty where there is none.
-        element: String,
-    },
-}
-
-impl CollisionShape {
-    /// Reads a `<collision>` element of a link with a name.
+    /// The shape in its own frame, or the name of an element that the format does not have, which
+    /// is empty where there is no element.
     ///
-    /// # Errors
-    /// Returns [`ModelError::Numbers`] for a pose or size that is not finite numbers, and [`ModelError::ShapeSize`] for a size
-    /// that is not positive.
-    pub(super) fn of(collision: &Element, link: &str) -> Result<Self, ModelError> {
-        let unreadable = |fault: Unreadable| fault.of("link", link);
-        let shape = shape_of(collision);
-        Ok(Self {
-            link_from_shape: origin(collision).map_err(unreadable)?,
-            geometry: shape.map_or_else(|| Ok(unknown("")), |shape| geometry(shape, link))?,
-        })
-    }
+    /// Cylinders and capsules are along z; boxes, cylinders, capsules and spheres have their centre
+    /// at the frame's origin, and their sizes are positive. The length of a capsule is that of its
+    /// cylinder alone. Mesh files are not read.
+    pub geometry: Result<Geometry, String>,
 }
 
-/// Returns the element of the shape in a `<collision>`.
-pub(super) fn shape_of(collision: &Element) -> Option<&Element> {
-    collision.child("geometry")?.children.first()
-}
-
-fn unknown(element: &str) -> CollisionGeometry {
-    CollisionGeometry::Unknown {
-        element: element.to_owned(),
-    }
-}
-
-fn geometry(shape: &Element, link: &str) -> Result<CollisionGeometry, ModelError> {
-    let unreadable = |fault: Unreadable| fault.of("link", link);
-    let size = |attribute| positive(number(shape, attribute).map_err(unreadable)?, shape, link);
-    match shape.name.as_str() {
-        "box" => {
-            let size = numbers(shape, "size").map_err(unreadable)?;
-            let half_size = 0.5 * size.map_or_else(Vector3::zeros, Vector3::from);
-            positive(Some(half_size.min()), shape, link)?;
-            Ok(CollisionGeometry::Box { half_size })
+/// Returns the collision shapes of a link whose elements have the wanted names: those that urdf-rs
+/// has read, and after them those that the front has left out.
+///
+/// # Errors
+/// Returns [`ModelError::ShapeSize`] for a size that is not positive, and [`ModelError::Numbers`] for
+/// a pose or size that is not finite numbers.
+pub(super) fn shapes(
+    link: &Link,
+    repairs: &Repairs,
+    is_wanted: impl Fn(&str) -> bool,
+) -> Result<Vec<CollisionShape>, ModelError> {
+    let mut shapes = Vec::new();
+    for collision in &link.collision {
+        let (element, sizes) = sizes(&collision.geometry);
+        if !is_wanted(element) {
+            continue;
         }
-        "cylinder" => Ok(CollisionGeometry::Cylinder {
-            radius_m: size("radius")?,
-            length_m: size("length")?,
-        }),
-        "capsule" => Ok(CollisionGeometry::Capsule {
-            radius_m: size("radius")?,
-            length_m: size("length")?,
-        }),
-        "sphere" => Ok(CollisionGeometry::Sphere {
-            radius_m: size("radius")?,
-        }),
-        "mesh" => {
-            let scale = numbers(shape, "scale").map_err(unreadable)?;
-            Ok(CollisionGeometry::Mesh {
-                file: shape.attribute("filename").unwrap_or_default().to_owned(),
-                scale: scale.map_or_else(|| Vector3::repeat(1.0), Vector3::from),
-            })
+        if !sizes.iter().all(|&size| size > 0.0) {
+            return Err(ModelError::ShapeSize {
+                link: link.name.clone(),
+                shape: element.to_owned(),
+            });
         }
-        other => Ok(unknown(other)),
+        shapes.push(CollisionShape {
+            link_from_shape: isometry(&collision.origin),
+            geometry: Ok(collision.geometry.clone()),
+        });
     }
+    let repair = repairs.links.get(&link.name);
+    for LeftOut { element, fault } in repair.iter().flat_map(|repair| &repair.shapes) {
+        match fault {
+            _ if !is_wanted(element) => {}
+            Some(fault) => return Err(fault.of("link", &link.name)),
+            None => shapes.push(CollisionShape {
+                link_from_shape: Isometry3::identity(),
+                geometry: Err(element.clone()),
+            }),
+        }
+    }
+    Ok(shapes)
 }
 
-/// Returns a size that must be given and positive.
-fn positive(size: Option<f64>, shape: &Element, link: &str) -> Result<f64, ModelError> {
-    size.filter(|size| *size > 0.0)
-        .ok_or_else(|| ModelError::ShapeSize {
-            link: link.to_owned(),
-            shape: shape.name.clone(),
-        })
+/// Returns the name of the element of a shape, and its sizes.
+fn sizes(geometry: &Geometry) -> (&'static str, Vec<f64>) {
+    match geometry {
+        Geometry::Box { size } => ("box", size.to_vec()),
+        Geometry::Cylinder { radius, length } => ("cylinder", vec![*radius, *length]),
+        Geometry::Capsule { radius, length } => ("capsule", vec![*radius, *length]),
+        Geometry::Sphere { radius } => ("sphere", vec![*radius]),
+        Geometry::Mesh { .. } => ("mesh", Vec::new()),
+    }
 }

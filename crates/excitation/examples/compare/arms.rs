@@ -55,7 +55,7 @@ fn problem(
 ) -> Result<Problem> {
     let urdf = Urdf::from_file(path)?;
     let robot = urdf.manipulator(base)?;
-    let limits = JointLimits::of_urdf(&urdf, &robot, acceleration, 1.0)?;
+    let limits = JointLimits::of_robot(&robot, acceleration, 1.0)?;
     let sensing = Sensing {
         sensors: vec![tool.to_owned()],
         equations: EquationSettings {

@@ -4,7 +4,7 @@ use std::fmt;
 
 use parry3d_f64::shape::SharedShape;
 use tactid_dynamics::{
-    CollisionGeometry, CollisionShape, Manipulator, ModelError, Urdf, shortened,
+    CollisionShape, Manipulator, ModelError, Urdf, shortened, urdf_rs::Geometry,
 };
 
 use super::convert::glam_pose;
@@ -221,12 +221,12 @@ fn shape_of(
     hulls: &mut ConvexHulls,
 ) -> Result<Placed, (String, String)> {
     let name = || match &shape.geometry {
-        CollisionGeometry::Box { .. } => "box".to_owned(),
-        CollisionGeometry::Sphere { .. } => "sphere".to_owned(),
-        CollisionGeometry::Cylinder { .. } => "cylinder".to_owned(),
-        CollisionGeometry::Capsule { .. } => "capsule".to_owned(),
-        CollisionGeometry::Mesh { file, .. } => file.clone(),
-        CollisionGeometry::Unknown { element } => element.clone(),
+        Ok(Geometry::Box { .. }) => "box".to_owned(),
+        Ok(Geometry::Sphere { .. }) => "sphere".to_owned(),
+        Ok(Geometry::Cylinder { .. }) => "cylinder".to_owned(),
+        Ok(Geometry::Capsule { .. }) => "capsule".to_owned(),
+        Ok(Geometry::Mesh { filename, .. }) => filename.clone(),
+        Err(element) => element.clone(),
     };
     let placed = placed_of(shape, read_mesh, hulls).map_err(|because| (name(), because))?;
     let bounds = placed.shape.compute_aabb(&placed.pose);
@@ -250,26 +250,29 @@ fn placed_of(
         std::f64::consts::FRAC_PI_2,
     );
     let shape = match &shape.geometry {
-        CollisionGeometry::Box { half_size } => {
-            SharedShape::cuboid(half_size.x, half_size.y, half_size.z)
+        Ok(Geometry::Box { size }) => {
+            let [x, y, z] = size.map(|length| 0.5 * length);
+            SharedShape::cuboid(x, y, z)
         }
-        CollisionGeometry::Sphere { radius_m } => SharedShape::ball(*radius_m),
-        CollisionGeometry::Cylinder { radius_m, length_m } => {
+        Ok(Geometry::Sphere { radius }) => SharedShape::ball(*radius),
+        Ok(Geometry::Cylinder { radius, length }) => {
             pose.rotation *= along_z;
-            SharedShape::cylinder(0.5 * length_m, *radius_m)
+            SharedShape::cylinder(0.5 * length, *radius)
         }
-        CollisionGeometry::Capsule { radius_m, length_m } => {
+        Ok(Geometry::Capsule { radius, length }) => {
             pose.rotation *= along_z;
-            SharedShape::capsule_y(0.5 * length_m, *radius_m)
+            SharedShape::capsule_y(0.5 * length, *radius)
         }
-        CollisionGeometry::Mesh { file, scale } => {
-            let hull = read_mesh(file).and_then(|bytes| hulls.hull(file, &bytes, scale));
+        Ok(Geometry::Mesh { filename, scale }) => {
+            let scale = nalgebra::Vector3::from(scale.map_or([1.0; 3], |scale| *scale));
+            let bytes = read_mesh(filename);
+            let hull = bytes.and_then(|bytes| hulls.hull(filename, &bytes, &scale));
             return Ok(Placed {
                 pose: glam_pose(&pose),
                 ..hull?
             });
         }
-        CollisionGeometry::Unknown { .. } => {
+        Err(_) => {
             return Err("the format has no such shape".to_owned());
         }
     };

@@ -31,7 +31,7 @@ pub(crate) fn body(mass_kg: f64, center: [f64; 3], size_m: [f64; 3]) -> Inertial
 }
 
 fn problem(robot: Manipulator, payload: InertialParameters, acceleration: f64) -> Problem {
-    let limits = JointLimits::of_urdf(&urdf(), &robot, acceleration, 1.0).unwrap();
+    let limits = JointLimits::of_robot(&robot, acceleration, 1.0).unwrap();
     let sensing = Sensing {
         sensors: vec![TOOL.to_owned()],
         equations: EquationSettings {

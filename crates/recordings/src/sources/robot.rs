@@ -1,6 +1,6 @@
 //! The robot of a log, by its URDF.
 
-use tactid_dynamics::{BaseKind, Manipulator};
+use tactid_dynamics::{BaseKind, Manipulator, Urdf};
 use tactid_logs::messages::{Odometry, StringMsg};
 use tactid_logs::{LogReader, Topic};
 
@@ -23,7 +23,7 @@ pub(crate) fn robot(
     };
     let moved = first::<Odometry>(log, odometry)?.child_frame_id;
     let base = (!moved.is_empty()).then_some(moved.as_str());
-    let robot = Manipulator::from_urdf_below(&urdf, BaseKind::Floating, base)?;
+    let robot = Urdf::from_xml(&urdf)?.manipulator_below(BaseKind::Floating, base)?;
     Ok(robot)
 }
 

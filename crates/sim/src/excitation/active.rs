@@ -274,7 +274,7 @@ fn problem(
     let urdf = Urdf::from_xml(&robot.urdf)?;
     let model = urdf.manipulator(robot.base)?;
     let limits =
-        JointLimits::of_urdf(&urdf, &model, settings.acceleration_rad_s2, 1.0).map_err(planning)?;
+        JointLimits::of_robot(&model, settings.acceleration_rad_s2, 1.0).map_err(planning)?;
     let sensing = Sensing {
         sensors: roles
             .fingers
