@@ -1,8 +1,8 @@
 """Docstrings for the reference: those of the native module, and references as links.
 
 griffe reads the source. The stubs of ``tactid._native`` have types and no docstrings, which are
-with the Rust code, and options and arrays are documented by their declarations: all of it comes
-from the package.
+with the Rust code, as those of results are, and options and arrays are documented by their
+declarations: all of it comes from the package.
 """
 
 import inspect
@@ -17,6 +17,7 @@ import tactid
 from tactid import _native
 from tactid.arrays import Caller, describe
 from tactid.declaration import Declaration
+from tactid.records import SCHEMAS
 
 OPTIONS = {
     f"tactid.options.Options.{option.name}": Declaration.of(option).documentation
@@ -60,6 +61,8 @@ def docstring(obj: griffe.Object) -> str | None:
     """Returns the docstring of an object; None where it has none."""
     if obj.path.startswith("tactid._native."):
         return runtime_docstring(obj.path.removeprefix("tactid._native."))
+    if obj.path.startswith("tactid.records."):
+        return record_docstring(*obj.path.split(".")[2:])
     if obj.path in OPTIONS:
         assert isinstance(obj, griffe.Attribute)
         obj.value = "None"
@@ -80,6 +83,14 @@ def runtime_docstring(path: str) -> str | None:
         thing = getattr(thing, name, None)
     documented = callable(thing) or hasattr(thing, "__get__")
     return inspect.getdoc(thing) if documented else None
+
+
+def record_docstring(name: str, attribute: str | None = None) -> str | None:
+    """Returns the documentation of a structure of the crates, or of one of its fields."""
+    schema = SCHEMAS.get(name, {})
+    if attribute is not None:
+        schema = schema.get("properties", {}).get(attribute, {})
+    return schema.get("description")
 
 
 def link(name: str, path: str) -> str:

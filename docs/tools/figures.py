@@ -50,7 +50,7 @@ def intervals() -> Figure:
     figure, axes = plt.subplots(figsize=(6.4, 2.8))
     for name, unit in (("mass", "kg"), ("Izz", "kg m²")):
         std_devs = result.history.std_devs[:, tactid.VALUE_NAMES.index(name)]
-        axes.semilogy(result.history.time, 1.96 * std_devs, label=f"{name}, {unit}")
+        axes.semilogy(result.history.times_s, 1.96 * std_devs, label=f"{name}, {unit}")
     axes.set(xlabel="time, s", ylabel="half width of the interval")
     axes.legend(frameon=False)
     return figure

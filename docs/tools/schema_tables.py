@@ -10,31 +10,33 @@ DEFINITIONS = "#/$defs/"
 
 def tables(schema: Schema) -> str:
     """Returns a table of the keys at the top, and one for each key that contains others."""
-    top, definitions = schema["properties"], schema["$defs"]
+    top, definitions = schema["properties"], schema.get("$defs", {})
     sections = [table(top.items())]
     for name, part in [*top.items(), *definitions.items()]:
-        if "oneOf" in part:
-            sections.append(f"### `{name}`\n\n{part['description']}\n\n{finding_table(schema)}")
+        head = f"### `{name}`\n\n{part.get('description', '')}\n\n"
+        if name == "Finding":
+            sections.append(head + finding_table(schema))
+        elif "oneOf" in part:
+            meanings = ((each["const"], each) for each in part["oneOf"])
+            sections.append(head + table(meanings))
         below = list(inner("" if name in definitions else f"{name}.", part))
         if below:
-            sections.append(f"### `{name}`\n\n{table(below)}")
+            sections.append(head + table(below))
     return "\n\n".join(sections)
 
 
 def combination_tables(schema: Schema) -> str:
     """Returns tables of the keys that only the document of several recordings has."""
-    own = ("agreement", "recordings")
-    top, recording = schema["properties"], schema["$defs"]["recording"]
-    sections = [table((key, part) for key, part in top.items())]
-    sections += [f"#### `{key}`\n\n{table(inner(f'{key}.', top[key]))}" for key in own[:1]]
-    sections.append(f"#### `recording`\n\n{table(inner('', recording))}")
+    sections = [table(schema["properties"].items())]
+    for name in ("Agreement", "RunDistance", "ValueDifference"):
+        sections.append(f"#### `{name}`\n\n{table(inner('', schema['$defs'][name]))}")
     return "\n\n".join(sections)
 
 
 def finding_table(schema: Schema) -> str:
     """Returns a table of the kinds of findings, with the keys of their data."""
     lines = ["| kind | what it means | data |", "|---|---|---|"]
-    for part in schema["$defs"]["finding"]["oneOf"]:
+    for part in schema["$defs"]["Finding"]["oneOf"]:
         keys = {**part["properties"]}
         kinds = keys.pop("kind")
         names = [kinds["const"]] if "const" in kinds else kinds["enum"]
@@ -69,7 +71,9 @@ def kind(part: Schema) -> str:
     """Returns the type of a value, or the values that it may have."""
     if "$ref" in part:
         name = part["$ref"].removeprefix(DEFINITIONS)
-        return f"[`{name}`](#{name})"
+        return f"[`{name}`](#{name.lower()})"
+    if "anyOf" in part:
+        return " or ".join(map(kind, part["anyOf"]))
     if "const" in part:
         return f'"{part["const"]}"'
     if "enum" in part:

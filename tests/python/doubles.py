@@ -4,16 +4,25 @@ Each is a ``tactid.Identification``, made to be shown; some are of what goes wro
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 import tactid
-from tactid import Channel, Delay, Fit, History, Identification, PayloadEstimate, PrincipalMoments
+from tactid import (
+    Channel,
+    Delay,
+    FitReport,
+    Forecast,
+    History,
+    Identification,
+    PayloadEstimate,
+    PrincipalMoments,
+)
 from tactid.bodies import principal_moments
-from tactid.values import Observability, values_of
+from tactid.values import Observability, noise_intervals, values_of
 
 Array = NDArray[np.float64]
 
@@ -28,24 +37,11 @@ LENGTH = 0.1
 SCALES = LENGTH ** np.array([0, 1, 1, 1, 2, 2, 2, 2, 2, 2])
 """By which a parameter is divided: a body of 0.1 m has them all of the size of its mass."""
 
-KINDS = ((1, slice(0, 1)), (3, slice(1, 4)), (6, slice(4, 10)))
-"""How many values there are of mass, centre of mass and inertia, and where."""
 
-
-@dataclass(frozen=True)
-class MeanForecast:
+def mean_forecast(duration: float) -> Forecast:
     """By the mean of the whole recording: the information grows in proportion to the time."""
-
-    values: Array
-    std_devs: Array
-    duration: float
-
-    def remaining(self, within: float) -> Array:
-        if not np.isfinite(self.values).all():
-            return np.full(10, np.nan)
-        largest = np.concatenate([np.full(n, np.abs(self.values[k]).max()) for n, k in KINDS])
-        part = 1.96 * self.std_devs / (within * largest)
-        return np.asarray(self.duration * np.maximum(part**2 - 1, 0))
+    growth = np.full(10, 1 / duration)
+    return Forecast(growth, fractions=np.eye(10), noise_fraction=np.ones(10), length_s=duration)
 
 
 def with_estimate(found: Identification, **changes: Any) -> Identification:
@@ -59,9 +55,15 @@ def with_estimate(found: Identification, **changes: Any) -> Identification:
         found,
         estimate=estimate,
         # As uncertain as the worst known entry of the inertia.
-        principal_moments=PrincipalMoments(np.array(moments), np.full(3, std_devs[4:].max())),
-        forecast=MeanForecast(values, std_devs, found.duration),
+        principal_moments=with_intervals(moments, np.full(3, std_devs[4:].max())),
+        forecast=mean_forecast(found.duration_s),
     )
+
+
+def with_intervals(moments: Sequence[float], std_devs: Array) -> PrincipalMoments:
+    """Principal moments whose intervals are as wide as the noise makes them."""
+    values = np.array(moments)
+    return PrincipalMoments(values, std_devs, noise_intervals(values, std_devs))
 
 
 def observability(known: Iterable[bool]) -> list[Observability]:
@@ -69,7 +71,7 @@ def observability(known: Iterable[bool]) -> list[Observability]:
     return ["identifiable" if yes else "unobservable" for yes in known]
 
 
-def fit_of(found: Identification) -> Fit:
+def fit_of(found: Identification) -> FitReport:
     """The fit, which every recording here has."""
     assert found.fit is not None
     return found.fit
@@ -119,7 +121,7 @@ def effort(joints: int = 7, duration: float = 20.0) -> Identification:
     names = [f"effort panda_joint{number}" for number in range(1, joints + 1)]
     found = _solved(time, rows, measured, np.ones_like(measured), noise, names, ["N m"] * joints)
     found = with_estimate(found, frame="panda_link8")
-    return replace(found, method="effort", delay=0.0, estimated_delay=None)
+    return replace(found, method="effort", delay_s=0.0, estimated_delay=None)
 
 
 def turned_about_one_axis() -> Identification:
@@ -154,15 +156,15 @@ def nothing_known() -> Identification:
         residual_rms=np.full(6, np.nan),
         held_out_rms=np.full(6, np.nan),
     )
-    return replace(found, delay=float("nan"), cutoff=float("nan"))
+    return replace(found, delay_s=float("nan"), cutoff_hz=float("nan"))
 
 
 def cut(found: Identification, windows: int, history: int) -> Identification:
     """The same with so many windows and points of history only."""
     known, past = fit_of(found), found.history
-    names = ("time", "measured", "predicted", "weights", "held_out")
+    names = ("times_s", "measured", "predicted", "weights", "held_out")
     found = with_fit(found, **{name: getattr(known, name)[:windows] for name in names})
-    names = ("epoch", "time", "values", "std_devs")
+    names = ("epoch", "times_s", "values", "std_devs")
     return with_history(found, **{name: getattr(past, name)[:history] for name in names})
 
 
@@ -224,31 +226,45 @@ def _solved(
     predicted = rows @ parameters
     error = measured - predicted
     strengths, directions = np.linalg.eigh(information[-1])
-    fit = Fit(
+    fit = FitReport(
         channels=[Channel(*pair) for pair in zip(channels, units, strict=True)],
-        time=time,
+        times_s=time,
         measured=measured,
         predicted=predicted,
-        weights=weight,
+        weights=weight[:, 0],
         held_out=held_out,
         residual_rms=np.sqrt(np.average(error**2, axis=0, weights=used + 1e-12)),
         held_out_rms=np.sqrt((error[held_out] ** 2).mean(axis=0)),
-        stride=STRIDE,
+        stride_s=STRIDE,
         excitation=np.sqrt(np.maximum(strengths[::-1], 0.0)),
         excitation_directions=directions.T[::-1],
+        noise_fraction=np.ones(10),
+        cutoff_hz=10.0,
     )
     nothing = np.full(3, np.nan)
     found = Identification(
-        estimate=PayloadEstimate("tool0", final, sigma, observability(np.isfinite(sigma)), True),
+        estimate=PayloadEstimate(
+            "tool0",
+            values=final,
+            std_devs=sigma,
+            observability=observability(np.isfinite(sigma)),
+            is_physical=True,
+        ),
         method="tactile",
         estimator="least-squares",
-        principal_moments=PrincipalMoments(nothing, nothing),
+        principal_moments=with_intervals(nothing, nothing),
         history=History(np.zeros(len(points), dtype=np.uint32), time[points], values, std_devs),
-        gravity=GRAVITY.copy(),
-        cutoff=10.0,
-        max_gap=0.1,
-        duration=float(time[-1] + STRIDE),
-        delay=0.0123,
+        gravity_m_s2=GRAVITY.copy(),
+        cutoff_hz=10.0,
+        max_gap_s=0.1,
+        duration_s=float(time[-1] + STRIDE),
+        delay_s=0.0123,
+        subtracts_unloaded=False,
+        clock="stamps",
+        faults=(),
+        findings=(),
+        interrupted=False,
+        damage=(),
         estimated_delay=Delay(0.0123, 0.0004),
         start_ns=1_700_000_000_000_000_000,
         fit=fit,
@@ -295,7 +311,7 @@ def without_finite_numbers() -> Identification:
         excitation=nothing,
         excitation_directions=np.full((10, 10), np.nan),
     )
-    return replace(found, gravity=np.full(3, np.nan))
+    return replace(found, gravity_m_s2=np.full(3, np.nan))
 
 
 def by_the_papers_filter() -> Identification:
@@ -303,7 +319,7 @@ def by_the_papers_filter() -> Identification:
     found = tactile(duration=4.0)
     found = with_estimate(found, std_devs=np.full(10, np.nan))
     found = with_history(found, std_devs=np.full_like(found.history.values, np.nan))
-    moments = PrincipalMoments(found.principal_moments.values, np.full(3, np.nan))
+    moments = with_intervals(found.principal_moments.values, np.full(3, np.nan))
     return replace(found, estimator="nlms", fit=None, forecast=None, principal_moments=moments)
 
 

@@ -13,23 +13,38 @@ Identify = Callable[..., Record]
 
 LAYOUT = [
     "schema",
-    "frame",
-    "inertia_about",
     "units",
     "estimate",
-    "half_width_95",
-    "interval_95",
-    "observability",
     "principal_moments",
-    "remaining_s",
+    "fit",
+    "singular_values",
     "method",
     "estimator",
-    "is_contradicted",
-    "diagnostics",
+    "paper_settings",
+    "cutoff_hz",
+    "max_gap_s",
+    "gravity_m_s2",
+    "delay_s",
+    "estimated_delay",
+    "subtracts_unloaded",
+    "calibrated",
+    "known_mass",
+    "bounding_box",
+    "clock",
+    "start_ns",
+    "duration_s",
+    "faults",
     "findings",
+    "interrupted",
+    "damage",
+    "is_contradicted",
+    "not_identifiable",
+    "motion_advice",
+    "remaining_s",
     "remarks",
+    "files",
 ]
-"""Of a recording's record, in this order: what others read."""
+"""The keys of every recording's record: what others read."""
 
 NAMES = ("mass", "com x", "com y", "com z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 KINDS = (slice(0, 1), slice(1, 4), slice(4, 10))
@@ -43,11 +58,25 @@ def assert_fits_schema(record: Record) -> None:
 
 
 def values_of(block: Record) -> np.ndarray:
-    """The ten numbers of an estimate or of its half widths; NaN for null."""
+    """The ten numbers of an estimate; NaN for null."""
     com, inertia = block["com"], block["inertia"]
     entries = [com[axis] for axis in "xyz"]
     entries += [inertia[entry] for entry in ("xx", "xy", "xz", "yy", "yz", "zz")]
     return np.array([block["mass"], *entries], dtype=float)
+
+
+def limits_of(record: Record) -> tuple[np.ndarray, np.ndarray]:
+    """The lower and the upper limits of the ten intervals; NaN for null."""
+    ten = record["estimate"]["intervals"]
+    pairs = [ten["mass"], *ten["com"].values(), *ten["inertia"].values()]
+    low, high = np.array(pairs, dtype=float).T
+    return low, high
+
+
+def half_widths_of(record: Record) -> np.ndarray:
+    """The distance of the ten values to the farther limit; NaN for null."""
+    values, (low, high) = values_of(record["estimate"]["values"]), limits_of(record)
+    return np.asarray(np.maximum(values - low, high - values))
 
 
 def scales(truth: np.ndarray) -> np.ndarray:
@@ -59,7 +88,7 @@ def scales(truth: np.ndarray) -> np.ndarray:
 
 def errors(record: Record, truth: np.ndarray) -> np.ndarray:
     """Relative errors of all ten."""
-    return np.asarray((values_of(record["estimate"]) - truth) / scales(truth))
+    return np.asarray((values_of(record["estimate"]["values"]) - truth) / scales(truth))
 
 
 def assert_within(record: Record, truth: np.ndarray, tolerance: float) -> None:
@@ -83,7 +112,7 @@ def mentions(record: Record, about: str, *words: str, count: int | None = None) 
 
     Any of the words will do; the count must be right where one is asked for.
     """
-    for line in record["diagnostics"].get("faults", []):
+    for line in record.get("faults", []):
         text = f"{line['topic']} {line['text']}".casefold()
         right = count is None or line["count"] == count
         if right and about in text and any(word.casefold() in text for word in words or ("",)):

@@ -31,7 +31,7 @@ from calibrated_arms import (
     write,
 )
 from conftest import TactidCommand
-from expectations import Identify, values_of
+from expectations import Identify, half_widths_of, values_of
 from recorded_arm import Arm, body, ur5e
 from recordings import clock
 from tactid import calibration_text, cli
@@ -72,22 +72,22 @@ def test_another_payload_of_the_simulated_arm_is_identified(
 ) -> None:
     loaded = simulated(folder, OTHER, 13)
     record = identify(loaded, "--urdf", folder / "arm.urdf", "--calibration", folder / "arm.toml")
-    error = values_of(record["estimate"]) - OTHER.values
-    half_width = values_of(record["half_width_95"])
+    error = values_of(record["estimate"]["values"]) - OTHER.values
+    half_width = half_widths_of(record)
     assert abs(error[0]) < 0.01 * OTHER.mass
     # One draw shows gross errors only; Rust tests count how many intervals hold.
     assert (np.abs(error) < 1.5 * half_width).all(), error / half_width
-    found = record["diagnostics"]["calibration"]
-    assert found["file"] == "arm.toml"
+    found = record["calibrated"]
+    assert record["files"]["calibration"] == "arm.toml"
     assert not found["updated_by_unloaded"]
     shares = values_of(found["noise_fraction"])
     assert ((shares > 0) & (shares < 1)).all()
-    misfits = {each["joint"]: each["misfit"] for each in found["misfit"]}
+    misfits = dict(zip(found["joints"], found["misfit"], strict=True))
     assert len(misfits) == 6
     assert not [each for each in record["findings"] if each["kind"] == "effort_noisier"]
     assert all(0.2 < misfit < 9 for misfit in misfits.values()), misfits
     again = tactid.identify(loaded, urdf=folder / "arm.urdf", calibration=arm)
-    np.testing.assert_array_equal(again.estimate.values, values_of(record["estimate"]))
+    np.testing.assert_array_equal(again.estimate.values, values_of(record["estimate"]["values"]))
 
 
 @pytest.mark.parametrize(("name", "within"), [("ur10", 0.037), ("panda", 0.006 * 3.0)])
@@ -104,10 +104,10 @@ def test_a_payload_on_a_measured_arm_is_identified(
         done = command("calibrate", *arm, *unloaded, "--out", out)
         assert done.returncode == 0, done.stderr
         record = identify(pairs[identified][1], *arm, "--calibration", out)
-        error = values_of(record["estimate"]) - payload.values
+        error = values_of(record["estimate"]["values"]) - payload.values
         assert abs(error[0]) < within
         assert np.linalg.norm(error[1:4]) < (0.0075 if name == "ur10" else 0.0035)
-        half_width = values_of(record["half_width_95"])
+        half_width = half_widths_of(record)
         known = np.isfinite(error)
         assert known[:4].all()
         assert (np.abs(error) < half_width)[known].all()

@@ -59,7 +59,7 @@ def test_the_data_of_every_finding_are_in_the_reference() -> None:
     from schema_tables import finding_table
 
     table = finding_table(tactid.result_schema())
-    for each in tactid.result_schema()["$defs"]["finding"]["oneOf"]:
+    for each in tactid.result_schema()["$defs"]["Finding"]["oneOf"]:
         (row,) = (
             line
             for line in table.splitlines()

@@ -21,7 +21,7 @@ def test_three_seconds_are_enough_for_least_squares(log: Path) -> None:
     assert found.damage == []
     assert (found.method, found.estimator) == ("tactile", "least-squares")
     assert found.estimate.frame == "tool0"
-    assert found.history.values.shape == (len(found.history.time), 10)
+    assert found.history.values.shape == (len(found.history.times_s), 10)
     np.testing.assert_allclose(
         found.history.values[-1], found.estimate.values, rtol=1e-3, atol=1e-3
     )
@@ -30,11 +30,11 @@ def test_three_seconds_are_enough_for_least_squares(log: Path) -> None:
 def test_each_epoch_has_its_history(log: Path) -> None:
     once, thrice = (tactid.identify(log, estimator="nlms", epochs=epochs) for epochs in (1, 3))
     default = tactid.identify(log, estimator="nlms").paper_settings
-    assert default == tactid.PaperSettings(alpha=1.8, beta=0.9, average=10.0, epochs=2)
+    assert default == tactid.PaperSettings(alpha=1.8, beta=0.9, average_s=10.0, epochs=2)
     assert set(thrice.history.epoch) == {0, 1, 2}
-    first = thrice.history.epoch == 0
+    first = np.array(thrice.history.epoch) == 0
     np.testing.assert_array_equal(thrice.history.values[first], once.history.values)
-    np.testing.assert_array_equal(thrice.history.time[first], once.history.time)
+    np.testing.assert_array_equal(thrice.history.times_s[first], once.history.times_s)
     # Counts are those of one presentation.
     assert thrice.estimate.windows == once.estimate.windows
 
@@ -42,7 +42,7 @@ def test_each_epoch_has_its_history(log: Path) -> None:
 def test_a_higher_cutoff_has_more_windows(log: Path) -> None:
     default = tactid.identify(log, estimator="nlms")
     fine = tactid.identify(log, estimator="nlms", cutoff=20.0)
-    assert default.cutoff == 10
+    assert default.cutoff_hz == 10
     assert default.estimate.windows == 94
     assert fine.estimate.windows == pytest.approx(2 * 94, abs=4)
     for wrong in ({"cutoff": -1.0}, {"epochs": 0, "estimator": "nlms"}, {"max_gap": 0.0}):
@@ -192,7 +192,7 @@ def test_online_estimates_know_their_uncertainty_and_detect_a_payload_change(
         # Ten squares over their variances are within 30 in all but a thousandth of all cases.
         assert error @ np.linalg.solve(covariance, error) < 30
         np.testing.assert_allclose(estimate.body.parameters, body.parameters, atol=0.01)
-    assert 4 < estimate.since < 4.2
+    assert 4 < estimate.since_s < 4.2
 
 
 def test_what_cannot_be_identified_is_refused(robot: tactid.Manipulator, urdf: str) -> None:

@@ -44,7 +44,7 @@ def test_arrays_give_what_their_log_gives(
     for method in ("tactile", "combined"):
         found = tactid.identify(time, robot=robot, sensors=FINGERS, method=method, **given)
         expected = tactid.identify(log, method=method)
-        assert found.cutoff == pytest.approx(expected.cutoff, rel=1e-2)
+        assert found.cutoff_hz == pytest.approx(expected.cutoff_hz, rel=1e-2)
         np.testing.assert_allclose(
             found.estimate.values, expected.estimate.values, rtol=2e-3, atol=2e-3
         )

@@ -46,7 +46,7 @@ def test_a_body_that_fits_into_the_box_stays_and_another_is_brought_in() -> None
     free = identified(EARLY, 1)
     inside = identified(EARLY, 1, bounding_box=ROOM)
     np.testing.assert_array_equal(inside.estimate.values, free.estimate.values)
-    np.testing.assert_array_equal(inside.bounding_box, ROOM)
+    assert inside.bounding_box == tactid.BoundingBox(*ROOM)
     low = [ROOM[0], [0.2, 0.2, 0.09]]
     brought = identified(EARLY, 1, bounding_box=low)
     assert free.estimate.body.com[2] > 0.09 > brought.estimate.body.com[2]

@@ -15,6 +15,7 @@ import pytest
 
 import pages
 import tactid
+from tactid import records
 
 PACKAGE = Path(tactid.__file__).parent
 ROOT = Path(__file__).parents[2]
@@ -71,9 +72,14 @@ def is_data(thing: object) -> bool:
 
 
 def test_every_field_of_a_result_says_what_it_is() -> None:
-    """Python keeps no docstrings of fields: each has a string below it in the source."""
+    """Those of the crates have one in their schema, others a string below them in the source."""
+    for name, schema in records.SCHEMAS.items():
+        for key, part in schema.get("properties", {}).items():
+            text = part.get("description", "") if name in records.CLASSES else "."
+            assert text.endswith("."), f"{name}: {key}"
     public = [getattr(tactid, name) for name in tactid.__all__]
-    for thing in (each for each in public if is_data(each) and each is not tactid.Options):
+    own = [each for each in public if is_data(each) and each is not tactid.Options]
+    for thing in (each for each in own if each.__module__ != records.__name__):
         (body,) = ast.parse(inspect.getsource(thing)).body
         assert isinstance(body, ast.ClassDef)
         below = dict(zip(body.body, body.body[1:], strict=False))
@@ -111,6 +117,14 @@ def test_no_public_function_shadows_a_module() -> None:
     modules = {path.stem for path in PACKAGE.glob("*.py")}
     modules |= {path.name for path in PACKAGE.iterdir() if (path / "__init__.py").exists()}
     assert not modules & set(tactid.__all__)
+
+
+def test_the_stub_of_the_results_is_that_of_their_schemas() -> None:
+    """``python docs/tools/record_stub.py`` writes it."""
+    sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "tools"))
+    from record_stub import PATH, stub
+
+    assert PATH.read_text(encoding="utf-8") == stub()
 
 
 @pytest.mark.parametrize("module", ["tactid._native"])

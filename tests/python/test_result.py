@@ -10,7 +10,17 @@ import pytest
 
 import doubles
 from expectations import LAYOUT, assert_fits_schema
-from tactid import Finding, KnownMass, files, outlook, remarks, result_json, truth, values
+from tactid import (
+    BoundingBox,
+    Finding,
+    KnownMass,
+    files,
+    outlook,
+    remarks,
+    result_json,
+    truth,
+    values,
+)
 
 NOMINAL = [100.0, 0.5, 0.0, 0.0, 10.0, 0.0, 0.0, 20.0, 0.0, 10.0]
 
@@ -43,7 +53,7 @@ def test_principal_moments_and_the_remaining_time_are_reported() -> None:
     shown = result_json.record(found, within=0.002)
     moments = shown["principal_moments"]
     assert moments["values"] == pytest.approx(found.principal_moments.values)
-    assert moments["half_width_95"] == pytest.approx(1.96 * found.principal_moments.std_devs)
+    assert moments["std_devs"] == pytest.approx(found.principal_moments.std_devs)
     remaining = found.remaining(0.002)
     assert shown["remaining_s"]["all"] == pytest.approx(remaining.max())
     assert values.flat(shown["remaining_s"]["each"]) == pytest.approx(remaining)
@@ -75,93 +85,89 @@ def test_a_recording_as_json_has_the_layout_that_others_read() -> None:
     found = replace(doubles.turned_about_one_axis(), findings=[finding])
     shown = json.loads(result_json.to_json(result_json.record(found)))
     assert list(shown) == LAYOUT
-    assert shown["frame"] == "tool0"
-    assert shown["estimate"]["mass"] == pytest.approx(doubles.BODY.mass, rel=1e-3)
-    assert shown["half_width_95"]["mass"] == pytest.approx(1.96 * found.estimate.std_devs[0])
-    for part in ("estimate", "half_width_95"):
-        unknown = [axes for axes, value in shown[part]["inertia"].items() if value is None]
+    assert shown["estimate"]["frame"] == "tool0"
+    assert shown["estimate"]["values"]["mass"] == pytest.approx(doubles.BODY.mass, rel=1e-3)
+    assert shown["estimate"]["std_devs"]["mass"] == pytest.approx(found.estimate.std_devs[0])
+    for part in ("values", "std_devs"):
+        ten = shown["estimate"][part]
+        unknown = [axes for axes, value in ten["inertia"].items() if value is None]
         assert unknown == ["xx", "xy", "xz", "yy", "yz"]
-        assert shown[part]["com"]["z"] is None
-    nothing = [None] * 3
+        assert ten["com"]["z"] is None
     assert shown["principal_moments"] == {
-        "values": nothing,
-        "half_width_95": nothing,
-        "interval_95": {"low": nothing, "high": nothing},
+        "values": [None] * 3,
+        "std_devs": [None] * 3,
+        "intervals": [[None, None]] * 3,
     }
     assert shown["remaining_s"]["within"] == 0.01
     assert shown["remaining_s"]["all"] is None
     assert shown["remaining_s"]["each"]["mass"] == 0
-    diagnostics = shown["diagnostics"]
-    assert shown["method"] == diagnostics["method"] == "tactile"
-    fit = doubles.fit_of(found)
-    assert diagnostics["fit_windows"] + diagnostics["held_out_windows"] == len(fit.time)
-    assert list(diagnostics["held_out_rms"]) == [channel.name for channel in fit.channels]
-    assert diagnostics["residual_rms"]["force y"] == pytest.approx(0.12, rel=0.05)
-    assert diagnostics["not_identifiable"] == ["com.z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz"]
+    assert shown["method"] == "tactile"
+    fit = shown["fit"]
+    assert len(fit["held_out_rms"]) == len(fit["channels"]) == 6
+    assert fit["channels"][1] == {"name": "force y", "unit": "N"}
+    assert fit["residual_rms"][1] == pytest.approx(0.12, rel=0.05)
+    assert shown["not_identifiable"] == ["com.z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz"]
     assert shown["remarks"][0].startswith("Unobservable: com.z, Ixx")
-    assert shown["remarks"][0].endswith(diagnostics["motion_advice"][-1])
+    assert shown["remarks"][0].endswith(shown["motion_advice"][-1])
     assert shown["remarks"][1:] == [str(finding)]
     assert shown["findings"] == [{"kind": "frame_assumed", **finding.data, "text": str(finding)}]
 
 
 def test_the_keys_of_what_was_given_have_units() -> None:
-    box = np.array([[-0.1, -0.1, 0.0], [0.1, 0.1, 0.3]])
+    low, high = [-0.1, -0.1, 0.0], [0.1, 0.1, 0.3]
     found = replace(
-        doubles.tactile(duration=4.0), known_mass=KnownMass(1.84, 0.01), bounding_box=box
+        doubles.tactile(duration=4.0),
+        known_mass=KnownMass(1.84, 0.01),
+        bounding_box=BoundingBox(low, high),
     )
-    shown = result_json.record(found)["diagnostics"]
-    assert (shown["known_mass_kg"], shown["known_mass_std_dev_kg"]) == (1.84, 0.01)
-    assert shown["bounding_box_m"] == box.tolist()
+    shown = result_json.record(found)
+    assert shown["known_mass"] == {"mass_kg": 1.84, "std_dev_kg": 0.01}
+    assert shown["bounding_box"] == {"min": low, "max": high}
     assert shown["gravity_m_s2"] == doubles.GRAVITY.tolist()
-    assert shown["estimated_delay_std_dev_s"] == found.estimated_delay.std_dev
-    assert shown["wrench_offset"] is None
+    assert shown["estimated_delay"]["std_dev_s"] == found.estimated_delay.std_dev_s
+    assert shown["fit"]["wrench_offset"] is None
 
 
 def test_series_hold_fit_and_history_of_a_recording() -> None:
     found = doubles.tactile()
-    shown = json.loads(result_json.to_json(result_json.series(found)))
+    shown = json.loads(result_json.to_json(result_json.record(found, series=True)))
     assert shown["start_ns"] == found.start_ns
     fit, history = shown["fit"], shown["history"]
     known = doubles.fit_of(found)
-    assert fit["time_s"] == pytest.approx(known.time)
+    assert fit["times_s"] == pytest.approx(known.times_s)
     assert fit["held_out"] == known.held_out.tolist()
     assert [c["unit"] for c in fit["channels"]] == [channel.unit for channel in known.channels]
-    moment_y = fit["channels"][4]
-    assert moment_y["name"] == "moment y"
-    for name, array in (
-        ("measured", known.measured),
-        ("predicted", known.predicted),
-        ("weight", known.weights),
-    ):
-        assert moment_y[name] == pytest.approx(array[:, 4])
-    assert np.shape(history["values"]) == (len(history["time_s"]), 10)
+    assert fit["channels"][4]["name"] == "moment y"
+    for name in ("measured", "predicted", "weights"):
+        np.testing.assert_allclose(np.array(fit[name], dtype=float), getattr(known, name))
+    assert np.shape(history["values"]) == (len(history["times_s"]), 10)
     np.testing.assert_array_equal(
         np.array(history["values"], dtype=float)[-1], found.history.values[-1]
     )
     np.testing.assert_allclose(
-        np.array(history["half_width_95"], dtype=float)[-1], 1.96 * found.history.std_devs[-1]
+        np.array(history["std_devs"], dtype=float)[-1], found.history.std_devs[-1]
     )
 
 
 def test_a_long_series_is_thinned_and_keeps_its_ends() -> None:
     found = doubles.tactile(duration=250.0)
-    fit_time = doubles.fit_of(found).time
+    fit_time = doubles.fit_of(found).times_s
     assert len(fit_time) == 12_500
-    shown = result_json.series(found)
-    for part, time in (("fit", fit_time), ("history", found.history.time)):
-        times = shown[part]["time_s"]
+    shown = result_json.record(found, series=True)
+    for part, time in (("fit", fit_time), ("history", found.history.times_s)):
+        times = shown[part]["times_s"]
         assert len(times) == min(2000, len(time))
         assert (times[0], times[-1]) == (time[0], time[-1])
         assert all(np.diff(times) > 0)
-    assert all(len(channel["weight"]) == 2000 for channel in shown["fit"]["channels"])
+    assert len(shown["fit"]["measured"]) == len(shown["fit"]["weights"]) == 2000
 
 
 def test_what_is_not_known_yet_is_null_in_the_history() -> None:
     found = doubles.tactile()
     std_devs = found.history.std_devs.copy()
     std_devs[:5, 7] = np.inf
-    history = result_json.series(doubles.with_history(found, std_devs=std_devs))["history"]
-    for shown in (history["values"], history["half_width_95"]):
+    history = result_json.history(doubles.with_history(found, std_devs=std_devs))
+    for shown in (history["values"], history["std_devs"]):
         np.testing.assert_array_equal(np.isnan(np.array(shown, dtype=float)), np.isinf(std_devs))
 
 
@@ -172,17 +178,17 @@ def test_an_estimator_without_standard_deviations_still_has_values() -> None:
         doubles.with_estimate(found, std_devs=np.full(10, np.inf)),
         std_devs=np.full_like(found.history.values, np.inf),
     )
-    shown = result_json.record(silent) | {"series": result_json.series(silent)}
-    assert None not in values.flat(shown["estimate"])
-    assert shown["half_width_95"]["mass"] is None
-    assert None not in shown["series"]["history"]["values"][-1]
-    assert set(shown["series"]["history"]["half_width_95"][-1]) == {None}
+    shown = result_json.record(silent, series=True)
+    assert None not in values.flat(shown["estimate"]["values"])
+    assert shown["estimate"]["std_devs"]["mass"] is None
+    assert None not in shown["history"]["values"][-1]
+    assert set(shown["history"]["std_devs"][-1]) == {None}
 
 
 @pytest.mark.parametrize("name", doubles.DEGENERATE)
 def test_json_never_holds_nan(name: str) -> None:
     found = doubles.DEGENERATE[name]()
-    text = result_json.to_json(result_json.record(found) | {"series": result_json.series(found)})
+    text = result_json.to_json(result_json.record(found, series=True))
     assert "NaN" not in text
     assert "Infinity" not in text
     assert_fits_schema(json.loads(text))

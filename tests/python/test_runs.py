@@ -15,7 +15,7 @@ import pytest
 
 import tactid
 from conftest import TactidCommand
-from expectations import LAYOUT, assert_fits_schema, values_of
+from expectations import LAYOUT, assert_fits_schema, half_widths_of, limits_of, values_of
 from recorded_arm import PAYLOAD, TIP, Arm, State, ur5e
 from recordings import clock, description, joint_states, wrenches, write_bag
 
@@ -59,8 +59,8 @@ def assert_is_a_combination(record: dict[str, Any]) -> None:
     validator = jsonschema.Draft202012Validator(tactid.combination_schema())
     problems = [f"{error.json_path}: {error.message}" for error in validator.iter_errors(record)]
     assert not problems, problems
-    for run in record["recordings"]:
-        assert_fits_schema(run["result"])
+    for run in record["runs"]:
+        assert_fits_schema(run)
 
 
 def test_a_gain_that_is_off_is_named_and_covered(command: TactidCommand, bags: Path) -> None:
@@ -77,11 +77,11 @@ def test_a_gain_that_is_off_is_named_and_covered(command: TactidCommand, bags: P
     assert finding["difference"] / finding["of_others"] == pytest.approx(0.1, abs=0.02)
     assert not record["agreement"]["agree"]
     truth = PAYLOAD.values
-    values, half_widths = (values_of(record[key]) for key in ("estimate", "half_width_95"))
+    values, half_widths = values_of(record["estimate"]["values"]), half_widths_of(record)
     assert np.all(np.abs(values - truth) < half_widths)
     # Of each alone, the intervals do not contain a mass that is 10 % off.
-    warm = record["recordings"][2]["result"]
-    assert warm["estimate"]["mass"] - warm["half_width_95"]["mass"] > 1.05 * truth[0]
+    warm = record["runs"][2]
+    assert limits_of(warm)[0][0] > 1.05 * truth[0]
     assert half_widths[0] == pytest.approx(4.303 * 0.1 * truth[0] / 3, rel=0.2)
     # A gain does not move the centre of mass.
     assert np.all(half_widths[1:4] < 0.01)
@@ -144,7 +144,7 @@ def test_the_files_have_each_recording_beside_the_whole(
         assert part in report
     record = json.loads((tmp_path / "all.json").read_text())
     assert_is_a_combination(record)
-    assert all("series" in run["result"] for run in record["recordings"])
+    assert all("history" in run for run in record["runs"])
 
 
 def test_the_table_has_a_column_for_each(whole: tactid.Combination) -> None:

@@ -110,12 +110,10 @@ def test_the_command_takes_offset_and_noise(command: TactidCommand, log: Path) -
     noise = ["--wrench-noise", "1,1,1,.1,.1,.1"]
     done = command("identify", log, "--wrench-offset", *noise, *noise, "--json")
     assert done.returncode == 0, done.stderr
-    reported = json.loads(done.stdout)["diagnostics"]["wrench_offset"]
+    reported = json.loads(done.stdout)["fit"]["wrench_offset"]
     assert reported["frame"] == "tool0"
-    offset = reported["components"]
-    assert next(iter(offset)) == "force x"
-    assert offset["moment z"]["unit"] == "N m"
-    assert abs(offset["force x"]["value"]) < 0.01
+    assert len(reported["std_devs"]) == 6
+    assert abs(reported["values"][0]) < 0.01
     assert "; wrench offset force x " in command("identify", log, "--wrench-offset").stderr
     assert_refused(
         command("identify", log, "--wrench-noise", "1,2,3"), "--wrench-noise", "6 numbers"

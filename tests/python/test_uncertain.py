@@ -23,7 +23,14 @@ def estimate(**changes: object) -> tactid.PayloadEstimate:
     intervals = VALUES[:, None] + np.outer(std_devs, [-1.96, 1.96])
     intervals[[4, 7, 9], 0] = 0.0
     intervals[[5, 6, 8]] = [-0.06, 0.06]
-    found = tactid.PayloadEstimate("tool0", VALUES, std_devs, STATES, True, intervals=intervals)
+    found = tactid.PayloadEstimate(
+        "tool0",
+        values=VALUES,
+        std_devs=std_devs,
+        observability=STATES,
+        is_physical=True,
+        intervals=intervals,
+    )
     return replace(found, **changes)
 
 
@@ -76,18 +83,16 @@ def test_json_has_the_states_and_the_limits() -> None:
     )
     record = json.loads(found.to_json())
     assert_fits_schema(record)
-    assert record["estimate"]["inertia"]["xx"] == 0.03
-    assert record["interval_95"]["low"]["inertia"]["xx"] == 0.0
-    assert record["interval_95"]["high"]["inertia"]["xx"] == pytest.approx(0.128)
-    assert record["half_width_95"]["inertia"]["xx"] == pytest.approx(0.098)
-    assert record["observability"]["mass"] == "identifiable"
-    assert record["observability"]["inertia"]["zz"] == "uncertain"
-    assert record["diagnostics"]["not_identifiable"] == found.estimate.uncertain
+    assert record["estimate"]["values"]["inertia"]["xx"] == 0.03
+    assert record["estimate"]["intervals"]["inertia"]["xx"] == [0.0, pytest.approx(0.128)]
+    assert record["estimate"]["observability"]["mass"] == "identifiable"
+    assert record["estimate"]["observability"]["inertia"]["zz"] == "uncertain"
+    assert record["not_identifiable"] == found.estimate.uncertain
     (said,) = [remark for remark in record["remarks"] if remark.startswith("Uncertain")]
     assert "Rotate the tool faster about its x, y and z axes" in said
     assert "go on for another" in said
     assert "(`bounding_box`)" in said
-    boxed = replace(found, bounding_box=np.array([[-0.1] * 3, [0.1] * 3]))
+    boxed = replace(found, bounding_box=tactid.BoundingBox([-0.1] * 3, [0.1] * 3))
     assert not any("bounding_box" in remark for remark in json.loads(boxed.to_json())["remarks"])
 
 

@@ -36,33 +36,29 @@ def result_record(values: list[float | None], start_ns: int) -> dict[str, Any]:
     history = [[None if v is None else v * (1 + 0.1 / t) for v in values] for t in time]
     history[0] = [None] * 10
     return {
-        "estimate": nested(values),
-        "half_width_95": nested([None if v is None else 0.01 for v in values]),
-        "frame": "tool0",
+        "estimate": {
+            "frame": "tool0",
+            "values": nested(values),
+            "intervals": nested([None if v is None else [v - 0.0104, v + 0.0104] for v in values]),
+        },
         "estimator": "least-squares",
-        "diagnostics": {},
         "remarks": ["A remark."],
-        "series": {
-            "start_ns": start_ns,
-            "fit": {
-                "time_s": list(time),
-                "held_out": [False] * len(time),
-                "channels": [
-                    {
-                        "name": name,
-                        "unit": "N" if name.startswith("force") else "N m",
-                        "measured": list(number + np.sin(time)),
-                        "predicted": list(number + np.cos(time)),
-                        "weight": [1.0] * len(time),
-                    }
-                    for number, name in enumerate(CHANNELS)
-                ],
-            },
-            "history": {
-                "time_s": list(time),
-                "values": history,
-                "half_width_95": [[None if v is None else 0.2 / t for v in values] for t in time],
-            },
+        "start_ns": start_ns,
+        "fit": {
+            "times_s": list(time),
+            "held_out": [False] * len(time),
+            "weights": [1.0] * len(time),
+            "channels": [
+                {"name": name, "unit": "N" if name.startswith("force") else "N m"}
+                for name in CHANNELS
+            ],
+            "measured": [[n + np.sin(t) for n in range(6)] for t in time],
+            "predicted": [[n + np.cos(t) for n in range(6)] for t in time],
+        },
+        "history": {
+            "times_s": list(time),
+            "values": history,
+            "std_devs": [[None if v is None else 0.2 / t / 1.96 for v in values] for t in time],
         },
     }
 
@@ -300,8 +296,9 @@ def test_a_flat_plate_has_some_thickness(tmp_path: Path) -> None:
 def test_a_result_without_series_shows_the_payload(tmp_path: Path, log: Path) -> None:
     """That is what ``tactid identify --json`` prints."""
     content = result_record(VALUES, 10**9)
-    for key in ("series", "half_width_95", "remarks"):
+    for key in ("fit", "history", "remarks"):
         del content[key]
+    del content["estimate"]["intervals"]
     (tmp_path / "result.json").write_text(json.dumps(content))
     record(log, tmp_path / "a.rrd", result=tmp_path / "result.json")
     entities = Recording(tmp_path / "a.rrd").entities
@@ -311,7 +308,7 @@ def test_a_result_without_series_shows_the_payload(tmp_path: Path, log: Path) ->
 
 def test_no_interval_is_shown_where_the_result_has_none(tmp_path: Path, log: Path) -> None:
     content = result_record(VALUES, 10**9)
-    del content["half_width_95"], content["series"]["history"]["half_width_95"]
+    del content["estimate"]["intervals"], content["history"]["std_devs"]
     (tmp_path / "result.json").write_text(json.dumps(content))
     record(log, tmp_path / "a.rrd", result=tmp_path / "result.json")
     found = Recording(tmp_path / "a.rrd")
@@ -485,15 +482,15 @@ def with_value(value: Any, *keys: Any) -> Callable[[dict[str, Any]], Any]:
         (lambda _: [1, 2], "[1, 2]"),
         (lambda _: {}, "'estimate' is missing"),
         (without("estimate"), "'estimate' is missing"),
-        (with_value({}, "estimate"), "none of mass, com and inertia"),
-        (with_value("heavy", "estimate", "mass"), '"heavy"'),
-        (with_value(True, "estimate", "com", "x"), "true"),
-        (with_value(7, "frame"), "'frame' is 7"),
-        (without("series", "start_ns"), "'start_ns' is missing"),
-        (with_value([1.0], "series", "history", "time_s"), "21 entries for 1 times"),
-        (with_value([1.0] * 9, "series", "history", "values", 3), "rows of 10"),
-        (without("series", "fit", "channels", 0, "unit"), "'unit' is missing"),
-        (with_value({}, "series", "fit", "channels", 0, "measured"), "'measured' is {}"),
+        (with_value({}, "estimate", "values"), "none of mass, com and inertia"),
+        (with_value("heavy", "estimate", "values", "mass"), '"heavy"'),
+        (with_value(True, "estimate", "values", "com", "x"), "true"),
+        (with_value(7, "estimate", "frame"), "'frame' is 7"),
+        (without("start_ns"), "'start_ns' is missing"),
+        (with_value([1.0], "history", "times_s"), "21 entries for 1 times"),
+        (with_value([1.0] * 9, "history", "values", 3), "rows of 10"),
+        (without("fit", "channels", 0, "unit"), "'unit' is missing"),
+        (with_value({}, "fit", "measured"), "'measured' is {}"),
     ],
 )
 def test_what_is_no_result_is_refused(

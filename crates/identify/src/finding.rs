@@ -1,6 +1,8 @@
 //! What an identification noticed about the data, for a program to match.
 
 use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::Serialize;
 use tactid_dynamics::ModelFinding;
 
 use crate::Method;
@@ -54,7 +56,7 @@ pub struct Disagreement {
 }
 
 /// Difference between one run and the others in one value.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ValueDifference {
     /// Index of the run. Of two runs, neither is the one that differs, and it is the second.
     pub run: usize,

@@ -86,6 +86,7 @@ mod paper;
 mod prior;
 mod result;
 mod sampling;
+pub mod serial;
 mod solve;
 
 pub use nalgebra;

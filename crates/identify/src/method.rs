@@ -1,4 +1,8 @@
+use std::borrow::Cow;
 use std::fmt;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Serialize, Serializer};
 
 /// The measurements that the payload is identified from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -51,5 +55,28 @@ impl Method {
 impl fmt::Display for Method {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(self.name())
+    }
+}
+
+impl Serialize for Method {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl JsonSchema for Method {
+    fn schema_name() -> Cow<'static, str> {
+        "Method".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let effort = false;
+        let all = [
+            Self::Tactile,
+            Self::Effort,
+            Self::JointSensing,
+            Self::Combined { effort },
+        ];
+        json_schema!({"type": "string", "enum": all})
     }
 }

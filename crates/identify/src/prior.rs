@@ -1,9 +1,11 @@
 //! Prior knowledge of the payload: its mass, and a box that contains it.
 
 use nalgebra::{SVector, Vector3, Vector4};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use tactid_dynamics::InertialParameters;
 
-use crate::IdentifyError;
+use crate::{IdentifyError, serial};
 
 /// Relative standard deviation of a mass that is given as exact: better than any scale, and far from the
 /// rounding of double precision.
@@ -17,7 +19,7 @@ const MASSES_KG: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
 const SAME_MASS: f64 = 1e-6;
 
 /// The payload's mass, known from a scale.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct KnownMass {
     /// Mass of the payload, kg.
     pub mass_kg: f64,
@@ -67,11 +69,15 @@ impl KnownMass {
 }
 
 /// A box along the axes of the tool frame that contains the whole payload.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BoundingBox {
     /// Corner with the smallest coordinates, m.
+    #[serde(with = "serial::vector")]
+    #[schemars(with = "[f64; 3]")]
     pub min: Vector3<f64>,
     /// Corner with the largest coordinates, m.
+    #[serde(with = "serial::vector")]
+    #[schemars(with = "[f64; 3]")]
     pub max: Vector3<f64>,
 }
 

@@ -3,9 +3,13 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use tactid_dynamics::{
     InertialParameters, MassProperties, Wrench, symmetric_entries, symmetric_matrix,
 };
+
+use crate::serial::{self, TenValues};
 
 /// Names of [`PayloadEstimate::values`], in order: mass, centre of mass, and inertia about it.
 pub const VALUE_NAMES: [&str; 10] = [
@@ -20,7 +24,8 @@ pub(crate) const KINDS: [Range<usize>; 3] = [0..1, 1..4, 4..10];
 const BOUNDARY: f64 = 0.01;
 
 /// Whether the motion excites a value, and whether the noise leaves enough of it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Observability {
     /// The motion excites the value, and 1.96 standard deviations are less than the largest value of its kind (mass, centre
     /// of mass, inertia).
@@ -33,37 +38,51 @@ pub enum Observability {
 }
 
 /// An identified payload with its uncertainty.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct PayloadEstimate {
     /// Name of the frame in which the payload is expressed: the end-effector frame.
     pub frame: Arc<str>,
     /// Mass, centre of mass in `frame`, and inertia about the centre of mass along the axes of `frame`.
+    #[serde(rename = "values", serialize_with = "serial::body")]
+    #[schemars(with = "TenValues<f64>")]
     pub body: MassProperties,
     /// Mass properties of the whole load as one body, in `frame`: gripper, payload and, where one is given, known tool;
     /// for the joint-sensing method only.
+    #[serde(serialize_with = "serial::optional_body")]
+    #[schemars(with = "Option<TenValues<f64>>", extend("x-class" = "MassProperties"))]
     pub composite: Option<MassProperties>,
     /// Whether the motion excites each of [`VALUE_NAMES`], and whether the noise leaves enough of it.
+    #[schemars(with = "TenValues<Observability>")]
     pub observability: [Observability; 10],
     /// Limits of the 95 % interval of each of [`VALUE_NAMES`], in its unit: 1.96 standard deviations to each side, but no
     /// further than a body can reach that fits into the bounding box, if one is given. A limit is infinite where nothing
     /// bounds the value. `None` for the paper's filter.
+    #[serde(serialize_with = "serial::limits_or_nan")]
+    #[schemars(with = "TenValues<[f64; 2]>", extend("default" = []))]
     pub intervals: Option<[[f64; 2]; 10]>,
     /// Standard deviation of each of [`VALUE_NAMES`], in its unit, infinite where the value is unobservable, or divided by
     /// a mass that is not known to a quarter; `None` for the paper's filter, which estimates none.
+    #[serde(serialize_with = "serial::or_nan")]
+    #[schemars(with = "TenValues<f64>")]
     pub std_devs: Option<[f64; 10]>,
     /// Whether a body with these parameters can exist, within 1 % of its largest principal moment.
     pub is_physical: bool,
     /// Number of averaging windows so far. Online least squares counts those before a payload change, too,
     /// which the estimate no longer uses.
+    #[schemars(extend("default" = 0))]
     pub windows: u64,
     /// Number of payload changes that online least squares has detected; zero for the other solvers.
+    #[schemars(extend("default" = 0))]
     pub payload_changes: u64,
     /// Time of the last payload change on the samples' clock, s, or minus infinity: the estimate uses
     /// the samples after it.
+    #[schemars(extend("default" = "-inf"))]
     pub since_s: f64,
     /// Number of samples that were rejected: not finite, or with derivatives that are not, or not later than the one before.
+    #[schemars(extend("default" = 0))]
     pub rejected: u64,
     /// Number of gaps that were too long to be bridged.
+    #[schemars(extend("default" = 0))]
     pub gaps: u64,
 }
 
@@ -125,16 +144,20 @@ impl PayloadEstimate {
 
 /// Constant offset of the wrenches: what the sensor measures when nothing acts on it. Subtracting it from every
 /// measured wrench tares the sensor. Cloning it allocates nothing.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct WrenchOffset {
     /// Name of the frame in which the offset is expressed, and about whose origin its moment is. It is the sensor's own
     /// frame where there is one sensor that does not move relative to the end-effector frame. Otherwise the offset is
     /// that of the sum of the wrenches, in the end-effector frame.
     pub frame: Arc<str>,
     /// Force in N and moment in N m, with the sign of the measured wrenches, which act on the payload.
+    #[serde(rename = "values", serialize_with = "serial::wrench")]
+    #[schemars(with = "[f64; 6]")]
     pub wrench: Wrench,
     /// Standard deviations of force, N, and moment, N m, infinite where the motion does not distinguish the offset from
     /// the payload; `None` online, where they are not estimated.
+    #[serde(serialize_with = "serial::or_nan")]
+    #[schemars(with = "[f64; 6]")]
     pub std_devs: Option<[f64; 6]>,
 }
 

@@ -379,5 +379,8 @@ fn offset_suspected(
 ) -> PyResult<FindingData> {
     let frame = &*offset.frame;
     let (values, std_devs) = (offset.values(), offset.std_devs);
-    Ok(("offset_suspected", fields!(py, frame, values, std_devs, load_force_rms_n)))
+    Ok((
+        "offset_suspected",
+        fields!(py, frame, values, std_devs, load_force_rms_n),
+    ))
 }

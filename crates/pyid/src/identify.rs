@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use tactid_dynamics::BaseKind;
 use tactid_recordings::{Arrays, HistoryPoint, Observer, RecordingError, Request, UnloadedArrays};
 
@@ -10,7 +11,7 @@ use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wre
 use crate::arrays::{Sampled, Series, common_length};
 use crate::dynamics::Manipulator;
 use crate::errors::{IntoPyErr, detached, option_error, urdf_is_at_fault, with_option};
-use crate::identification::IdentificationData;
+use crate::identification::identification;
 use crate::interruption::InterruptionCheck;
 use crate::joint_arrays::JointArrays;
 use crate::keywords;
@@ -27,12 +28,12 @@ pub(crate) fn identify_log(
     log: PathBuf,
     options: &Bound<'_, PyAny>,
     progress: Option<Py<PyAny>>,
-) -> PyResult<IdentificationData> {
+) -> PyResult<Py<PyDict>> {
     let request = options::log_request(options)?;
     let result = run(py, progress, |observer| {
         tactid_recordings::identify_log(&log, &request, observer)
     });
-    IdentificationData::new(py, urdf_errors(py, &request, result)?)
+    identification(py, &urdf_errors(py, &request, result)?)
 }
 
 /// Adds the option of the URDF to an error that is about the given one.
@@ -67,7 +68,7 @@ pub(crate) fn identify_arrays(
     twist: Argument<'_, '_>,
     acceleration: Argument<'_, '_>,
     sensors: Argument<'_, '_>,
-) -> PyResult<IdentificationData> {
+) -> PyResult<Py<PyDict>> {
     let request = options::request(options)?;
     let robot = robot.map(read_robot).transpose()?;
     let dof = dof_of(robot.as_ref(), &request)?;
@@ -111,7 +112,7 @@ pub(crate) fn identify_arrays(
         let result = tactid_recordings::identify_arrays(&arrays, &request, observer);
         keywords::name_arrays(result)
     })?;
-    IdentificationData::new(py, found)
+    identification(py, &found)
 }
 
 /// Returns the number of joints of the robot, which is given or read from the URDF; `None` where there is no robot.

@@ -30,6 +30,7 @@ mod online;
 mod options;
 mod poses;
 mod read;
+mod record;
 mod regressor;
 mod rows;
 mod samples;
@@ -59,7 +60,7 @@ mod _native {
     #[pymodule_export]
     use crate::excitation::{default_posture, design_excitation, write_trajectory};
     #[pymodule_export]
-    use crate::identification::Forecast;
+    use crate::identification::{record_schemas, remaining};
     #[pymodule_export]
     use crate::identify::{identify_arrays, identify_log, write_estimates};
     #[pymodule_export]

@@ -14,9 +14,9 @@ use crate::arrays::{Sampled, Series, common_length, output};
 use crate::errors::{ArgumentError, IntoPyErr, detached, option_error, with_option};
 use crate::finding_data::FindingData;
 use crate::findings::data_finding;
-use crate::identification::{EstimateData, SingularValuesData, WrenchOffsetData};
 use crate::options;
 use crate::poses::Poses;
+use crate::record::record;
 
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
@@ -92,9 +92,8 @@ impl OnlineSolver {
     }
 
     /// Returns the payload as known now.
-    fn estimate(&self, py: Python<'_>) -> PyResult<EstimateData> {
-        let estimate = detached(py, || lock(&self.solver).estimate())?;
-        EstimateData::new(py, &estimate)
+    fn estimate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        record(py, &detached(py, || lock(&self.solver).estimate())?)
     }
 }
 
@@ -126,10 +125,8 @@ impl Identifier {
     }
 
     /// Returns the offset of the wrenches; None where it is not an unknown.
-    fn wrench_offset(&self, py: Python<'_>) -> PyResult<Option<WrenchOffsetData>> {
-        let offset = detached(py, || lock(&self.0).wrench_offset())?;
-        let data = offset.map(|offset| WrenchOffsetData::new(py, &offset));
-        data.transpose()
+    fn wrench_offset<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        record(py, &detached(py, || lock(&self.0).wrench_offset())?)
     }
 
     /// Returns what the most recent windows show about the assumptions: the kind of each finding and its data.
@@ -180,9 +177,8 @@ impl PaperFilter {
     }
 
     /// Returns how strongly the motion excited mass and inertia.
-    fn singular_values(&self, py: Python<'_>) -> PyResult<SingularValuesData> {
-        let values = detached(py, || lock(&self.0).singular_values())?;
-        SingularValuesData::new(py, &values)
+    fn singular_values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        record(py, &detached(py, || lock(&self.0).singular_values())?)
     }
 }
 

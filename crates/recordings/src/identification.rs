@@ -1,12 +1,16 @@
 //! The result of an identification.
 
 use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
 use tactid_identify::calibration::{ArmChange, MotionShortage};
 use tactid_identify::{
     BatchIdentifier, BatchResult, BoundingBox, Delay, Finding as Data, FitReport, Forecast,
-    HistoryPoint, IdentifyError, KnownMass, LinearEstimate, Method, PayloadEstimate,
-    PrincipalMoments, SingularValues,
+    HistoryPoint, IdentifyError, KnownMass, LinearEstimate, Method, PaperSettings, PayloadEstimate,
+    PrincipalMoments, SingularValues, serial,
 };
+
+use tactid_identify::serial::TenValues;
 
 use crate::plan::Plan;
 use crate::run::{PaperRun, Run, Solver};
@@ -24,7 +28,7 @@ const NOISY_MISFIT: f64 = 9.0;
 const NOTABLE_CHANGE: f64 = 0.05;
 
 /// The payload that was identified from a recording, with how it was found.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Identification {
     /// Payload at the end of the recording, in the frame `estimate.frame`.
     pub estimate: PayloadEstimate,
@@ -32,27 +36,36 @@ pub struct Identification {
     pub principal_moments: Option<PrincipalMoments>,
     /// What the recording says about the linear parameters, which [`combine`](crate::combine) takes of each of several
     /// recordings; `None` for the paper's filter, and where the reading was interrupted before there was an estimate.
+    #[schemars(extend("kept" = "memory"))]
     pub linear: Option<LinearEstimate>,
     /// Estimate over time. The paper's filter has a point at least every 0.1 s of each presentation.
+    #[serde(serialize_with = "History::of")]
+    #[schemars(with = "History", extend("kept" = "file"))]
     pub history: Vec<HistoryPoint>,
     /// How well the payload explains the measurements; `None` for the paper's filter. Its offset, as that of a finding,
     /// has the sign in which the sensor reports wrenches, whichever body these act on.
     pub fit: Option<FitReport>,
     /// Strength with which the motion excited mass and inertia; for the paper's filter only.
     pub singular_values: Option<SingularValues>,
-    /// Forecast of the uncertainty for a motion that goes on, see [`Forecast::remaining_s`]; `None` for the paper's
-    /// filter.
+    /// Forecast of the uncertainty for a motion that goes on; `None` for the paper's filter.
+    #[schemars(extend("kept" = "memory"))]
     pub forecast: Option<Forecast>,
     /// Measurements that were used.
     pub method: Method,
     /// Estimator that was used.
+    #[serde(serialize_with = "name_of")]
+    #[schemars(with = "EstimatorName")]
     pub estimator: Estimator,
+    /// Settings of the paper's filter; `None` for least squares.
+    pub paper_settings: Option<PaperSettings>,
     /// Cutoff of the low-pass on both sides of the equations, Hz.
     pub cutoff_hz: f64,
     /// Longest time between two samples that was bridged, s.
     pub max_gap_s: f64,
     /// Gravitational acceleration that was assumed, in the inertial frame, m/s².
-    pub gravity: Vector3<f64>,
+    #[serde(with = "serial::vector")]
+    #[schemars(with = "[f64; 3]")]
+    pub gravity_m_s2: Vector3<f64>,
     /// Delay of the wrenches' stamps that was corrected, s; positive where they are later than the motion.
     pub delay_s: f64,
     /// Delay as it was estimated; `None` where the request gave it, or where it cannot be estimated.
@@ -72,8 +85,12 @@ pub struct Identification {
     /// Time from the first aligned sample to the last, s.
     pub duration_s: f64,
     /// Messages and samples that could not be used, counted by topic and kind.
+    #[serde(serialize_with = "added_later")]
+    #[schemars(with = "Vec<OpaqueFault>")]
     pub faults: Vec<DataFault>,
     /// What a reader of the result should know.
+    #[serde(serialize_with = "added_later")]
+    #[schemars(with = "Vec<OpaqueFinding>")]
     pub findings: Vec<Finding>,
     /// Whether the observer stopped the reading before the end.
     pub interrupted: bool,
@@ -81,16 +98,76 @@ pub struct Identification {
     pub damage: Vec<String>,
 }
 
+/// The estimate over time.
+#[derive(Serialize, JsonSchema)]
+struct History {
+    /// Index of the presentation of the recording to the paper's filter that each point belongs to, (H,); 0 for least squares.
+    epoch: Vec<u32>,
+    /// Times on the clock of the samples, s, (H,). They begin again with each epoch.
+    times_s: Vec<f64>,
+    /// The ten values at each point, in the order and the units of the estimate's, (H, 10); not averaged.
+    values: Vec<[f64; 10]>,
+    /// Standard deviations of the values, (H, 10): infinite where a value was not determined yet, and unknown for the paper's
+    /// filter.
+    std_devs: Vec<[f64; 10]>,
+}
+
+impl History {
+    /// Serialises the points of a history.
+    fn of<S: Serializer>(points: &[HistoryPoint], serializer: S) -> Result<S::Ok, S::Error> {
+        let std_devs = |point: &HistoryPoint| point.std_devs.unwrap_or([f64::NAN; 10]);
+        let history = Self {
+            epoch: points.iter().map(|point| point.epoch).collect(),
+            times_s: points.iter().map(|point| point.time_s).collect(),
+            values: points.iter().map(|point| point.values).collect(),
+            std_devs: points.iter().map(std_devs).collect(),
+        };
+        history.serialize(serializer)
+    }
+}
+
+/// A finding, in a schema.
+#[derive(JsonSchema)]
+#[schemars(rename = "Finding")]
+struct OpaqueFinding {}
+
+/// A fault, in a schema.
+#[derive(JsonSchema)]
+#[schemars(rename = "DataFault")]
+struct OpaqueFault {}
+
+/// Serialises nothing.
+fn added_later<T, S: Serializer>(_: &T, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(std::iter::empty::<()>())
+}
+
+/// Name of an estimator.
+#[derive(Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+enum EstimatorName {
+    LeastSquares,
+    Nlms,
+}
+
+fn name_of<S: Serializer>(estimator: &Estimator, serializer: S) -> Result<S::Ok, S::Error> {
+    let name = match estimator {
+        Estimator::LeastSquares => EstimatorName::LeastSquares,
+        Estimator::Paper(_) => EstimatorName::Nlms,
+    };
+    name.serialize(serializer)
+}
+
 /// What a calibration of the arm contributed to an identification.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct CalibratedFit {
     /// Names of the joints between base and tool.
     pub joints: Vec<String>,
-    /// Mean square of the whitened residual of each joint: about one where the effort is as noisy as in the calibration.
+    /// Mean square of the whitened residual of each joint, without a unit: about one where the effort is as noisy as in the calibration.
     /// Where it is larger, the noise of the joint is enlarged by so much.
     pub misfit: Vec<f64>,
     /// Fraction of the variance of each of the [ten values](crate::VALUE_NAMES) that is noise of this recording. The rest
     /// is what the calibration does not know of the arm, which no longer recording of the payload reduces.
+    #[schemars(with = "TenValues<f64>")]
     pub noise_fraction: [f64; 10],
     /// Whether an unloaded recording updated the calibration first.
     pub updated_by_unloaded: bool,
@@ -217,7 +294,10 @@ impl Solution {
 
     /// States the offset of the wrenches with the sign of wrenches that act on the sensor.
     fn negate_offsets(&mut self) {
-        let of_fit = self.fit.iter_mut().filter_map(|fit| fit.offset.as_mut());
+        let of_fit = self
+            .fit
+            .iter_mut()
+            .filter_map(|fit| fit.wrench_offset.as_mut());
         let of_findings = self
             .findings
             .iter_mut()
@@ -318,9 +398,13 @@ impl Identification {
             forecast: solution.forecast,
             method: plan.equations.method,
             estimator: plan.estimator,
+            paper_settings: match plan.estimator {
+                Estimator::LeastSquares => None,
+                Estimator::Paper(settings) => Some(settings),
+            },
             cutoff_hz: plan.equations.cutoff_hz,
             max_gap_s: plan.equations.max_gap_s,
-            gravity: solution.gravity,
+            gravity_m_s2: solution.gravity,
             delay_s: plan.delay_s,
             estimated_delay,
             subtracts_unloaded: plan.streams.unloaded,

@@ -32,7 +32,7 @@ fn a_urdf_is_the_robot_of_arrays() {
     recording.robot = None;
     let found = recording.identify(&request).unwrap();
     assert_eq!(found.estimate.body, expected.estimate.body);
-    assert_eq!(found.gravity, Vector3::zeros());
+    assert_eq!(found.gravity_m_s2, Vector3::zeros());
 }
 
 /// The motion of the base is an error for a robot whose base is fixed, whichever array has it.
@@ -172,7 +172,7 @@ fn an_unloaded_reference_is_subtracted() {
     let found = loaded.identify(&unloaded, &request).unwrap();
     let mass_kg = found.estimate.body.mass_kg;
     assert!((mass_kg - 100.0).abs() < 0.2, "{mass_kg}");
-    assert_eq!(found.gravity, DOWN);
+    assert_eq!(found.gravity_m_s2, DOWN);
     let gains = Request {
         effort_gain: Some(vec![0.5; 8]),
         ..request

@@ -24,7 +24,7 @@ fn arrays_are_identified() {
     assert!(errors.iter().all(|error| error.abs() < 1e-2), "{errors:?}");
     assert_eq!(&*result.estimate.frame, TOOL);
     assert_eq!(result.method, Method::Tactile);
-    assert_eq!(result.gravity, Vector3::zeros());
+    assert_eq!(result.gravity_m_s2, Vector3::zeros());
     assert!(
         (result.max_gap_s - 5e-3).abs() < 1e-9,
         "{}",
@@ -41,7 +41,7 @@ fn arrays_are_identified() {
 fn a_sensor_alone_is_on_the_ground() {
     let recording = carried();
     let result = recording.identify(&Request::default()).unwrap();
-    assert_eq!(result.gravity, Vector3::new(0.0, 0.0, -9.81));
+    assert_eq!(result.gravity_m_s2, Vector3::new(0.0, 0.0, -9.81));
     assert_eq!(&*result.estimate.frame, "sensor");
     let body = result.estimate.body;
     assert!((body.mass_kg - CARRIED_KG).abs() < 1e-4, "{}", body.mass_kg);
@@ -321,5 +321,5 @@ fn efforts_are_the_default_without_wrenches() {
     recording.sensors = None;
     let result = recording.identify(&quick()).unwrap();
     assert_eq!(result.method, Method::Effort);
-    assert_eq!(result.gravity, Vector3::new(0.0, 0.0, -9.81));
+    assert_eq!(result.gravity_m_s2, Vector3::new(0.0, 0.0, -9.81));
 }

@@ -1,10 +1,13 @@
 //! Forecast of the uncertainty for a motion that continues.
 
 use nalgebra::{SMatrix, SVector, SymmetricEigen};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::equations::Equation;
 use crate::fit::Fit;
 use crate::fit::normal_equations::NormalEquations;
+use crate::serial;
 use crate::solve::uncertainty::{HALF_WIDTH_95, largest_of_kind, value_jacobian};
 
 /// Beyond this many times the length of the recording the forecast is infinite: noise alone then excites the
@@ -16,11 +19,16 @@ const PRECISION: f64 = 1e-6;
 
 /// Forecast of the variances of the ten values for a motion that continues as in the second half of the
 /// recording.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Forecast {
     /// Growth of the information in ten independent directions, relative to the present information, 1/s.
+    #[serde(with = "serial::ten")]
+    #[schemars(with = "[f64; 10]")]
     growth: SVector<f64, 10>,
-    /// Fraction of each value's variance, a row, that is due to each direction, a column.
+    /// Fraction of each value's variance, a row, that is due to each direction, a column. It is serialised column by
+    /// column.
+    #[serde(with = "serial::square")]
+    #[schemars(with = "[[f64; 10]; 10]")]
     fractions: SMatrix<f64, 10, 10>,
     /// Fraction of each value's present variance that is noise, which more motion reduces.
     noise_fraction: [f64; 10],

@@ -1,11 +1,14 @@
 //! How well a fit explains what was measured.
 
 use nalgebra::SVector;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::equation_batch::EquationBatch;
 use crate::equations::{Channel, Channels, Equation, OffsetFrame, window};
 use crate::fit::{CONVERGED_ENOUGH, Fit, FitOptions, least_squares};
 use crate::result::WrenchOffset;
+use crate::serial::{Table, TenValues};
 
 /// Number of sections of a recording, of which some are held out for validation.
 const SECTIONS: usize = 25;
@@ -13,38 +16,45 @@ const SECTIONS: usize = 25;
 const HELD_OUT_EVERY: usize = 5;
 
 /// How well the payload explains what was measured.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct FitReport {
-    /// Names and units of the C channels.
+    /// Names and units of the C channels of the measured load.
     pub channels: Vec<Channel>,
-    /// Middle of each of W windows, on the clock of the samples, s.
+    /// Middle of each of W windows, on the clock of the samples, s, (W,).
+    #[schemars(extend("kept" = "file"))]
     pub times_s: Vec<f64>,
-    /// Measured load of each window, W x C, window by window, in the channels' units.
-    pub measured: Vec<f64>,
-    /// Load predicted from the motion and the identified parameters, W x C, window by window, in the
-    /// channels' units.
-    pub predicted: Vec<f64>,
-    /// Robust weight of each window: 1, or less for an outlier.
+    /// Measured load of each window after the low-pass, in the unit of each channel, (W, C).
+    #[schemars(extend("kept" = "file"))]
+    pub measured: Table,
+    /// Load predicted from the motion and the identified parameters, in the unit of each channel, (W, C).
+    #[schemars(extend("kept" = "file"))]
+    pub predicted: Table,
+    /// Robust weight of each window, without a unit, (W,): 1, or less for an outlier.
+    #[schemars(extend("kept" = "file"))]
     pub weights: Vec<f64>,
-    /// Whether each window was held out from the validation fit.
+    /// Whether each window was held out from the validation fit, (W,).
+    #[schemars(extend("kept" = "file"))]
     pub held_out: Vec<bool>,
-    /// Weighted rms of measured less predicted, for each channel, in its unit.
+    /// Weighted rms of measured less predicted, in the unit of each channel, (C,).
     pub residual_rms: Vec<f64>,
-    /// Weighted rms of measured less predicted on the held-out windows, for each channel, in its unit. A fit to
-    /// all other windows predicts them. NaN where these are too few.
+    /// Weighted rms of measured less predicted on the held-out windows, in the unit of each channel, (C,). A fit
+    /// to all other windows predicts them. Unknown where these are too few.
     pub held_out_rms: Vec<f64>,
     /// Fraction of the variance of each of the [ten values](crate::VALUE_NAMES) that is noise of the recording: 1 where
     /// the gains are exact. The rest is the uncertainty of the gains of the joint efforts
     /// ([`effort_gain_std_dev`](crate::EquationSettings::effort_gain_std_dev)), or of a calibration: no longer recording
     /// reduces it.
+    #[schemars(with = "TenValues<f64>")]
     pub noise_fraction: [f64; 10],
     /// Strength with which the motion excites ten directions of the scaled parameters, relative to the
-    /// strongest, descending.
-    pub strengths: Vec<f64>,
-    /// These directions, as unit vectors in the linear parameters divided by their scales.
-    pub directions: Vec<[f64; 10]>,
+    /// strongest, descending, without a unit, (10,).
+    pub excitation: Vec<f64>,
+    /// Directions of the parameters that `excitation` refers to, as rows, (10, 10): unit vectors in mass, first moments and
+    /// inertia about the frame's origin, each divided by its scale.
+    #[schemars(extend("kept" = "memory"))]
+    pub excitation_directions: Vec<[f64; 10]>,
     /// Offset of the wrenches, where it was among the unknowns. `predicted` contains it.
-    pub offset: Option<WrenchOffset>,
+    pub wrench_offset: Option<WrenchOffset>,
     /// Time between two windows, s.
     pub stride_s: f64,
     /// Cutoff of the filter, Hz: that of the settings, divided by the number of windows that were merged.
@@ -70,6 +80,10 @@ impl FitReport {
         let targets = equations.iter().flat_map(|equation| &equation.rows);
         let measured: Vec<f64> = targets.map(|row| row.target).collect();
         let predicted = predict(equations, fit);
+        let table = |values| Table {
+            columns: channels.count(),
+            values,
+        };
         let merged = f64::from(batch.merged().max(1));
         Self {
             times_s: equations.iter().map(|equation| equation.time_s).collect(),
@@ -77,8 +91,8 @@ impl FitReport {
             held_out_rms: validate(equations, fit, channels, &held_out, &measured),
             weights: fit.weights.clone(),
             noise_fraction: fit.noise_fraction(parameters),
-            strengths: fit.excitation.strengths.clone(),
-            directions: fit
+            excitation: fit.excitation.strengths.clone(),
+            excitation_directions: fit
                 .excitation
                 .directions
                 .iter()
@@ -86,10 +100,10 @@ impl FitReport {
                 .collect(),
             stride_s: window::stride_s(cutoff_hz) * merged,
             cutoff_hz: cutoff_hz / merged,
-            offset: fit.wrench_offset(frame),
+            wrench_offset: fit.wrench_offset(frame),
             channels: channels.channels.clone(),
-            measured,
-            predicted,
+            measured: table(measured),
+            predicted: table(predicted),
             held_out,
         }
     }

@@ -1,6 +1,8 @@
 //! A payload identified with a calibration.
 
 use nalgebra::{SMatrix, SVector};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::contradiction::Contradiction;
 use super::student::DEGREES_OF_FREEDOM;
@@ -41,13 +43,13 @@ pub struct CalibratedEstimate {
 }
 
 /// How friction or gains of the joints have changed since a calibration.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ArmChange {
-    /// Change of each joint, a fraction of what it was at the calibration; positive where it is larger now. That of friction is
+    /// Change of each joint without a unit: a fraction of what it was at the calibration; positive where it is larger now. That of friction is
     /// the change of the friction at the velocities of the loaded recordings, without that which depends on the load.
     pub by_joint: Vec<f64>,
     /// Logarithm of the probability of the change less that of no such change: the difference of their evidences, and for gains
-    /// the prior odds `e⁻²`.
+    /// the prior odds `e⁻²`; without a unit.
     pub log_evidence: f64,
 }
 

@@ -24,6 +24,7 @@ use crate::finding::{Finding, UnexplainedLoad};
 use crate::fit::GainErrors;
 use crate::prior::KnownMass;
 use crate::result::{self, PayloadEstimate, is_physical};
+use crate::serial::Table;
 use crate::solve::PrincipalMoments;
 use crate::solve::intervals::intervals;
 use crate::solve::subspace::{Matrix, Vector};
@@ -323,21 +324,25 @@ impl Solution<'_> {
             (squares.sum::<f64>() / count as f64).sqrt()
         };
         let excitation = &self.best.excitation;
+        let table = |values| Table {
+            columns: channels.len(),
+            values,
+        };
         FitReport {
             residual_rms: (0..channels.len()).map(rms).collect(),
             held_out_rms: vec![f64::NAN; channels.len()],
             noise_fraction,
             weights: vec![1.0; count],
             held_out: vec![false; count],
-            strengths: excitation.strengths.clone(),
-            directions: excitation.directions.iter().map(|v| (*v).into()).collect(),
-            offset: None,
+            excitation: excitation.strengths.clone(),
+            excitation_directions: excitation.directions.iter().map(|v| (*v).into()).collect(),
+            wrench_offset: None,
             stride_s: window::stride_s(arm.cutoff_hz),
             cutoff_hz: arm.cutoff_hz,
+            measured: table(measured),
+            predicted: table(predicted),
             channels,
             times_s,
-            measured,
-            predicted,
         }
     }
 
@@ -362,7 +367,7 @@ impl Solution<'_> {
         }
         let joints = self.best.misfit.iter().copied().enumerate();
         let unexplained = joints.map(|(joint, misfit)| {
-            let loads = fit.measured.iter().skip(joint).step_by(fit.channels.len());
+            let loads = fit.measured.rows().map(|row| row[joint]);
             let squares: f64 = loads.map(|x| x * x).sum();
             (joint, misfit, (squares / fit.times_s.len() as f64).sqrt())
         });

@@ -1,11 +1,15 @@
 //! Whether runs agree within their noise, and which of them differs.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use super::between::Variation;
 use super::linear::{PseudoInverse, pseudo_inverse};
 use super::scatter::Scatter;
 use super::term::{Pooled, Term};
 use crate::finding::{Disagreement, ValueDifference};
 use crate::result::VALUE_NAMES;
+use crate::serial::TenValues;
 use crate::solve::subspace::{Matrix, Vector};
 use crate::solve::uncertainty::{value_jacobian, values_of};
 
@@ -17,7 +21,7 @@ const RARE: f64 = 0.01;
 const RARE_VALUE: f64 = 0.001;
 
 /// Whether runs agree within the noise of each.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Agreement {
     /// Distance of the linear parameters of the runs from the combined ones: the weighted sum of its squares, in the unit in which it
     /// would be as large as its degrees of freedom on average if noise were the only difference between the runs.
@@ -32,6 +36,7 @@ pub struct Agreement {
     /// `degrees_of_freedom` and `noise_degrees_of_freedom`.
     pub p_value: f64,
     /// The same probability for each of [`VALUE_NAMES`]; 1 where fewer than two runs determine the value.
+    #[schemars(with = "TenValues<f64>")]
     pub value_p_values: [f64; 10],
     /// Whether the runs agree: the probability of all is at least 1 %, and that of each value at least 0.1 %.
     pub agree: bool,
@@ -43,7 +48,7 @@ pub struct Agreement {
 }
 
 /// Distance of one run from all others together.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct RunDistance {
     /// Squared distance of this run from the mean of the others, as [`Agreement::chi_square`].
     pub chi_square: f64,

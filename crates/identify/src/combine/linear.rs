@@ -1,10 +1,13 @@
 //! What a recording says about the ten linear parameters: a point, its information and its errors.
 
 use nalgebra::{Dyn, OMatrix, SMatrix, SVector, SymmetricEigen, U10};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::IdentifyError;
 use crate::equations::window::NOISE_CORRELATION;
 use crate::fit::{Fit, GainErrors};
+use crate::serial;
 use crate::solve::subspace::{Matrix, NullSpace, Vector};
 
 /// Ratio of an eigenvalue to the largest one, in parameters scaled to an information of one each, at and below which a
@@ -25,17 +28,23 @@ const LEAST_VARIANCE: f64 = 1e-13;
 /// parameters, or a recording that seems precise by chance counts too much. So the information is that of rows with noise of the
 /// size that the channels have on average, and the covariance, which decides how wide an interval is, is estimated from the scatter
 /// of the residuals in each direction. They differ by some ten percent in long recordings, and by a factor in short ones.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LinearEstimate {
     /// Parameters of the payload in the order of
     /// [`InertialParameters`](tactid_dynamics::InertialParameters): mass, kg; first moments, kg m; inertia about the
     /// frame's origin, kg m². They need not be physically consistent, and are arbitrary in unobservable directions.
+    #[serde(with = "serial::ten")]
+    #[schemars(with = "[f64; 10]")]
     pub parameters: SVector<f64, 10>,
     /// Information of the parameters, the weight of the recording among others: symmetric, positive semidefinite, zero in
     /// unobservable directions, in the inverse units of the parameters' products.
+    #[serde(with = "serial::square")]
+    #[schemars(with = "[[f64; 10]; 10]")]
     pub information: SMatrix<f64, 10, 10>,
     /// Covariance of the errors of the parameters that no other recording shares: symmetric, positive semidefinite. What it
     /// contains in unobservable directions does not count.
+    #[serde(with = "serial::square")]
+    #[schemars(with = "[[f64; 10]; 10]")]
     pub covariance: SMatrix<f64, 10, 10>,
     /// Errors that other recordings may share.
     pub shared: SharedErrors,
@@ -45,12 +54,15 @@ pub struct LinearEstimate {
 }
 
 /// How errors of unknowns that several recordings may share, such as the gain of a joint, change the parameters.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SharedErrors {
     /// Number of each independent unknown, which is the same in all recordings that share it. The numbers of one recording
     /// differ from each other.
     pub unknowns: Vec<u64>,
     /// Change of the ten parameters by an error of one standard deviation, a column for each of `unknowns`.
+    /// It is serialised column by column.
+    #[serde(with = "serial::columns")]
+    #[schemars(with = "Vec<[f64; 10]>")]
     pub changes: OMatrix<f64, U10, Dyn>,
 }
 

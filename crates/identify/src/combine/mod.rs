@@ -33,6 +33,8 @@ mod linear;
 mod scatter;
 mod term;
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use tactid_dynamics::InertialParameters;
 
 use self::agreement::Comparison;
@@ -50,6 +52,7 @@ use crate::finding::Finding;
 use crate::fit::GainErrors;
 use crate::prior::{BoundingBox, KnownMass};
 use crate::result::{self, PayloadEstimate, is_physical};
+use crate::serial::TenValues;
 use crate::solve::PrincipalMoments;
 use crate::solve::intervals::intervals;
 use crate::solve::subspace::{Matrix, Vector};
@@ -69,7 +72,7 @@ pub struct CombineSettings {
 }
 
 /// One payload from several recordings.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Combination {
     /// The payload. Each standard deviation is that of which 1.96 are half of the 95 % interval; it includes the variation
     /// between the runs. The numbers of windows, rejected samples and gaps are zero: they belong to the recordings.
@@ -81,8 +84,10 @@ pub struct Combination {
     /// Standard deviation of each of [`VALUE_NAMES`](crate::VALUE_NAMES) between the runs, beyond their noise, in its unit: zero where
     /// noise explains the differences. A value that fewer than two runs determine has the largest
     /// relative one of the others, if the runs disagree.
+    #[schemars(with = "TenValues<f64>")]
     pub between_runs: [f64; 10],
     /// A disagreement between the runs, and a body that is far from consistent.
+    #[serde(skip)]
     pub findings: Vec<Finding>,
 }
 

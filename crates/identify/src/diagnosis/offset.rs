@@ -55,7 +55,9 @@ pub(super) fn has_significant_component(offset: &WrenchOffset) -> bool {
 
 /// Returns the rms norm of the measured force without the offset of a fit, N, with the robust weights of the fit.
 pub(super) fn load_force_rms(equations: &[Equation], fit: &Fit) -> f64 {
-    let offset = fit.offsets.map_or([0.0; WRENCH], |found| found.values.into());
+    let offset = fit
+        .offsets
+        .map_or([0.0; WRENCH], |found| found.values.into());
     let (mut squares, mut weights) = (0.0, 0.0);
     for (equation, weight) in equations.iter().zip(&fit.weights) {
         for (row, offset) in equation.rows.iter().zip(offset).take(3) {

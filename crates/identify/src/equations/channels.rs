@@ -1,9 +1,11 @@
 //! The channels of an equation: what each row measures, and what is known of its noise.
 
 use nalgebra::DMatrix;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// What one row of an equation measures.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Channel {
     /// Name of the measured quantity, such as `force x` or `effort joint_2`.
     pub name: String,

@@ -8,6 +8,8 @@ mod sandwich;
 mod vector_unit;
 
 use nalgebra::{Dyn, OMatrix, RowSVector, SMatrix, SVector, U10};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use self::normal_equations::NormalEquations;
 
@@ -73,7 +75,7 @@ impl<'a> FitOptions<'a> {
 pub(crate) type GainErrors = OMatrix<f64, U10, Dyn>;
 
 /// A delay of the load relative to the motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Delay {
     /// Delay, s; positive where the load is stamped later than the motion.
     pub delay_s: f64,

@@ -3,6 +3,8 @@
 use std::sync::Arc;
 
 use nalgebra::SVector;
+use schemars::JsonSchema;
+use serde::Serialize;
 use tactid_dynamics::{Manipulator, MassProperties, symmetric_matrix};
 use tactid_nlms::{Estimator, Nlms, PAPER_ALPHA, PAPER_BETA};
 
@@ -16,11 +18,11 @@ use crate::result::{
 use crate::{Finding, IdentifyError, Method};
 
 /// Settings of the paper's filter.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct PaperSettings {
-    /// Step size α of (54), in (0, 2). Default: 1.8, as in the paper.
+    /// Step size α of (54), without a unit, in (0, 2). Default: 1.8, as in the paper.
     pub alpha: f64,
-    /// Regularisation β of (54), in (0, 1). Default: 0.9, as in the paper.
+    /// Regularisation β of (54), without a unit, in (0, 1). Default: 0.9, as in the paper.
     pub beta: f64,
     /// Time over which the estimate is averaged, up to the last sample, s; 0 for the latest value. A gradient
     /// filter never settles. Default: 10, as in the paper's Table 2.

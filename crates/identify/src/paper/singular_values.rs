@@ -1,6 +1,8 @@
 //! Strength with which the motion excites mass and inertia: the singular values of the paper's rows.
 
 use nalgebra::{Matrix4, Matrix6, SMatrix, SVector, SymmetricEigen, Vector3};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::rows::{inertia_rows, mass_rows};
 use crate::equations::Equation;
@@ -21,7 +23,7 @@ const ROUNDING: f64 = 1e-6;
 
 /// Singular values of the rows, divided by the root of the number of windows: the rms strength with which each
 /// direction of the parameters is excited, descending.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SingularValues {
     /// Singular values of `A_3`, (48), in m/s². Its force column is divided by the mass that the data imply, so
     /// that all four columns have this unit for a centre of mass 1 m away.

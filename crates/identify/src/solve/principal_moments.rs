@@ -1,17 +1,20 @@
 //! Principal moments of inertia and their uncertainty.
 
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen};
+use schemars::JsonSchema;
+use serde::Serialize;
 use tactid_dynamics::InertialParameters;
 
 use super::intervals::moment_intervals;
 use super::subspace::NullSpace;
 use super::uncertainty::{HALF_WIDTH_95, std_dev, value_jacobian};
+use crate::serial;
 
 /// The three principal moments of inertia about the centre of mass.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct PrincipalMoments {
     /// The moments, ascending, kg m².
-    pub moments: [f64; 3],
+    pub values: [f64; 3],
     /// Standard deviations of the moments, kg m², in the same order. All are infinite where the motion does not
     /// determine the whole inertia, because then not even the order of the moments is known. `None` for the
     /// paper's filter.
@@ -22,7 +25,14 @@ pub struct PrincipalMoments {
     /// norm), where `V` has all axes of the group. No moment of the group errs by more than the norm of that
     /// matrix (Weyl's inequality), so an interval of 1.96 standard deviations contains it with a probability of
     /// 95 % or more (Székely and Bakirov 2003, doi 10.1007/s00440-003-0262-6).
+    #[serde(serialize_with = "serial::or_nan")]
+    #[schemars(with = "[f64; 3]")]
     pub std_devs: Option<[f64; 3]>,
+    /// Lower and upper limit of the 95 % interval of each moment, kg m²: 1.96 standard deviations to each side, but not below
+    /// zero. `None` for the paper's filter.
+    #[serde(serialize_with = "serial::limits_or_nan")]
+    #[schemars(with = "[[f64; 2]; 3]")]
+    pub intervals: Option<[[f64; 2]; 3]>,
 }
 
 impl PrincipalMoments {
@@ -30,17 +40,10 @@ impl PrincipalMoments {
     #[must_use]
     pub fn of(body: &InertialParameters) -> Option<Self> {
         Some(Self {
-            moments: body.principal_moments()?.into(),
+            values: body.principal_moments()?.into(),
             std_devs: None,
+            intervals: None,
         })
-    }
-
-    /// Returns the limits of the 95 % interval of each moment, kg m²: 1.96 standard deviations to each side, but not below
-    /// zero. `None` for the paper's filter.
-    #[must_use]
-    pub fn intervals(&self) -> Option<[[f64; 2]; 3]> {
-        let std_devs = self.std_devs.as_ref()?;
-        Some(moment_intervals(&self.moments, std_devs))
     }
 
     /// Returns the moments of parameters with their covariance; `None` for a mass of zero.
@@ -50,7 +53,7 @@ impl PrincipalMoments {
         null_space: &NullSpace,
     ) -> Option<Self> {
         let body = InertialParameters::from_vector(*parameters);
-        let moments = body.principal_moments()?;
+        let values: [f64; 3] = body.principal_moments()?.into();
         let inertia = body.mass_properties()?.inertia;
         let eigen = SymmetricEigen::new(inertia);
         let mut order = [0, 1, 2];
@@ -69,9 +72,11 @@ impl PrincipalMoments {
             let gradient = weights.transpose() * about_com;
             std_dev(&gradient, covariance, null_space).powi(2)
         });
+        let std_devs = std_devs(&values, &variances);
         Some(Self {
-            moments: moments.into(),
-            std_devs: Some(std_devs(&moments.into(), &variances)),
+            values,
+            std_devs: Some(std_devs),
+            intervals: Some(moment_intervals(&values, &std_devs)),
         })
     }
 }
@@ -134,7 +139,7 @@ mod tests {
                     PrincipalMoments::with_std_devs(&estimate, &covariance, &without(&[])).unwrap();
                 for k in 0..3 {
                     let half_width = HALF_WIDTH_95 * found.std_devs.unwrap()[k];
-                    contained[k] += u32::from((found.moments[k] - moments[k]).abs() <= half_width);
+                    contained[k] += u32::from((found.values[k] - moments[k]).abs() <= half_width);
                 }
             }
         }
@@ -182,7 +187,7 @@ mod tests {
         let estimate = SVector::from([2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 2.5]);
         let covariance = SMatrix::identity() * 1e-6;
         let found = PrincipalMoments::with_std_devs(&estimate, &covariance, &null_space).unwrap();
-        assert_eq!(found.moments, [1.0, 2.0, 2.5]);
+        assert_eq!(found.values, [1.0, 2.0, 2.5]);
         assert_eq!(found.std_devs, Some([f64::INFINITY; 3]));
     }
 }

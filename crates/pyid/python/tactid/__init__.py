@@ -59,11 +59,9 @@ from tactid._native import (
     set_log_memory,
     wrench_regressor,
 )
-from tactid.calibrated_fit import CalibratedFit
 from tactid.calibrating import calibrate
 from tactid.calibration import Calibration
 from tactid.calibration_data import CalibrationRecording
-from tactid.combination import Agreement, RunDistance
 from tactid.combined import Combination, combine
 from tactid.comparison import Attempt, compare
 from tactid.designed_motion import CollisionFinding, DesignedMotion, LimitMargin
@@ -82,21 +80,30 @@ from tactid.errors import (
 from tactid.excitation import design_excitation
 from tactid.excitation_arguments import Grip
 from tactid.findings import DataFault, Finding
-from tactid.fit import Channel, Fit, WrenchOffset
-from tactid.identification import (
+from tactid.offline import identify
+from tactid.online import Identifier, PaperFilter
+from tactid.options import Options
+from tactid.payload import PayloadEstimate
+from tactid.records import (
+    Agreement,
+    ArmChange,
+    BoundingBox,
+    CalibratedFit,
+    Channel,
     Delay,
+    FitReport,
     Forecast,
     History,
     KnownMass,
     LinearEstimate,
     PaperSettings,
     PrincipalMoments,
+    RunDistance,
+    SharedErrors,
     SingularValues,
+    ValueDifference,
+    WrenchOffset,
 )
-from tactid.offline import identify
-from tactid.online import Identifier, PaperFilter
-from tactid.options import Options
-from tactid.payload import PayloadEstimate
 from tactid.result import Identification
 from tactid.run_report import ActiveContradiction, ActiveReport, RunReport
 from tactid.schemas import (
@@ -115,7 +122,9 @@ __all__ = [
     "ActiveReport",
     "Agreement",
     "ArgumentError",
+    "ArmChange",
     "Attempt",
+    "BoundingBox",
     "CalibratedFit",
     "Calibration",
     "CalibrationError",
@@ -131,7 +140,7 @@ __all__ = [
     "Experiment",
     "ExperimentError",
     "Finding",
-    "Fit",
+    "FitReport",
     "Forecast",
     "FrameMotion",
     "Grip",
@@ -159,10 +168,12 @@ __all__ = [
     "RunDistance",
     "RunReport",
     "Samples",
+    "SharedErrors",
     "SimulationError",
     "SingularValues",
     "TactidError",
     "Topic",
+    "ValueDifference",
     "WrenchOffset",
     "__version__",
     "calibrate",

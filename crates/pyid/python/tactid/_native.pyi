@@ -7,6 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import disjoint_base
 
 from tactid.findings import Finding
+from tactid.payload import PayloadEstimate
+from tactid.records import SingularValues, WrenchOffset
 
 _Array: TypeAlias = NDArray[np.float64]
 _Path: TypeAlias = str | PathLike[str]
@@ -14,7 +16,7 @@ _Source: TypeAlias = _Path | Mapping[str, ArrayLike]
 """A log, or the arrays of a recording by their names."""
 _Progress: TypeAlias = Callable[[float], object] | None
 _Data: TypeAlias = dict[str, Any]
-"""Plain values by the names of the fields of a dataclass in ``tactid.identification``."""
+"""Values by the names of the fields of a class in ``tactid.records``."""
 
 __all__ = [
     "PARAMETER_NAMES",
@@ -23,7 +25,6 @@ __all__ = [
     "ArmModel",
     "Estimator",
     "Experiment",
-    "Forecast",
     "FrameMotion",
     "Identifier",
     "Lms",
@@ -46,6 +47,8 @@ __all__ = [
     "info",
     "read",
     "read_motion",
+    "record_schemas",
+    "remaining",
     "set_log_memory",
     "simulate",
     "wrench_regressor",
@@ -208,7 +211,7 @@ class OnlineSolver:
         twist: ArrayLike | None = None,
         acceleration: ArrayLike | None = None,
     ) -> int: ...
-    def estimate(self) -> _Data: ...
+    def estimate(self) -> PayloadEstimate: ...
 
 @final
 class Identifier(OnlineSolver):
@@ -220,7 +223,7 @@ class Identifier(OnlineSolver):
         options: object,
     ) -> Identifier: ...
     def covariance(self) -> _Array | None: ...
-    def wrench_offset(self) -> _Data | None: ...
+    def wrench_offset(self) -> WrenchOffset | None: ...
     def findings(self) -> list[tuple[str, _Data]]: ...
 
 @final
@@ -232,11 +235,7 @@ class PaperFilter(OnlineSolver):
         options: object,
     ) -> PaperFilter: ...
     def rewind(self) -> None: ...
-    def singular_values(self) -> _Data: ...
-
-@final
-class Forecast:
-    def remaining(self, within: float) -> _Array: ...
+    def singular_values(self) -> SingularValues: ...
 
 @final
 class ArmModel:
@@ -279,7 +278,13 @@ def identify_log(log: _Path, options: object, progress: _Progress = None) -> _Da
 def identify_logs(
     logs: Sequence[_Path], options: object, progress: _Progress = None
 ) -> list[_Data]: ...
-def combine(frame: str, linear: Sequence[object], options: object) -> _Data: ...
+def combine(
+    frame: str, linear: Sequence[_Data], known_mass: _Data | None, bounding_box: _Data | None
+) -> _Data: ...
+def record_schemas() -> str: ...
+def remaining(
+    forecast: _Data, values: Sequence[float], std_devs: Sequence[float], within: float
+) -> list[float]: ...
 def identify_arrays(
     time: ArrayLike,
     options: object,

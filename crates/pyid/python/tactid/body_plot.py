@@ -13,8 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from tactid import bodies, drawing
 from tactid.drawing import STYLE
-from tactid.fit import Array
-from tactid.values import Values
+from tactid.values import Array, Values
 
 AXES = "xyz"
 COLORS = ("#c8502d", "#3c8d40", "#1f5fa8")

@@ -14,7 +14,7 @@ from tactid import _native
 from tactid.equality import ComparedByValue
 from tactid.field_docs import with_fields
 from tactid.findings import DataFault, Finding
-from tactid.fit import Array
+from tactid.values import Array
 
 Role = Literal["unloaded", "loaded", "hold_out"]
 """What a recording is to a calibration: without a payload, with a known one, or not used."""

@@ -14,8 +14,8 @@ from tactid import calibration_text, drawing, page
 from tactid.calibration_data import CalibrationData, CalibrationRecording
 from tactid.drawing import EARLIER, ESTIMATE, TRUE
 from tactid.files import write_atomically
-from tactid.fit import Array
 from tactid.naming import Style
+from tactid.values import Array
 
 MEASURED = "#8a94a0"
 STYLE = drawing.STYLE | {"axes.axisbelow": True, "axes.titlelocation": "left"}

@@ -1,80 +1,73 @@
 """Several recordings together as JSON: the layout of ``tactid identify --json`` for several logs.
 
-The file ``combination.schema.json`` in this package describes every key.
+``tactid.combination_schema()`` describes every key.
 """
 
 from pathlib import Path
 from typing import Any
 
-from tactid import findings_json, reported, result_json
+from tactid import findings_json, result_json
 from tactid.combination import CombinationData
 from tactid.combination_text import combined_remarks
 from tactid.files import write_atomically
 from tactid.naming import Style
 from tactid.outlook import WITHIN
-from tactid.values import all_finite, finite, nested
 
-SCHEMA = "tactid.combination/1"
+SCHEMA = "tactid.combination/2"
 """Name and version of the layout: a change that breaks a reader increments the version."""
+
+VIEWS: dict[str, dict[str, Any]] = {
+    "is_contradicted": result_json.VIEWS["is_contradicted"],
+    "remarks": result_json.VIEWS["remarks"],
+    "findings": {
+        "type": "array",
+        "description": "What was noticed about the recordings together, for a program to match.",
+        "items": {"$ref": "#/$defs/Finding"},
+    },
+    "names": {
+        "type": "array",
+        "description": "Name of each recording.",
+        "items": {"type": "string"},
+    },
+    "runs": {
+        "type": "array",
+        "description": "The result of each recording alone: a document of tactid.result_schema().",
+        "items": {"$ref": "#/$defs/result"},
+    },
+}
+"""What the document has besides the fields of the combination, as JSON schemas."""
 
 
 def write(
     result: CombinationData, path: Path, within: float = WITHIN, style: Style = "keyword"
 ) -> None:
     """Writes the combined result; each of its recordings has its time series."""
-    shown = record(result, within, style)
-    for entry, run in zip(shown["recordings"], result.runs, strict=True):
-        entry["result"] |= {"series": result_json.series(run)}
-    write_atomically(path, result_json.to_json(shown))
+    write_atomically(path, result_json.to_json(record(result, within, style, series=True)))
 
 
 def record(
-    result: CombinationData, within: float = WITHIN, style: Style = "keyword"
+    result: CombinationData,
+    within: float = WITHIN,
+    style: Style = "keyword",
+    *,
+    series: bool = False,
 ) -> dict[str, Any]:
-    """Returns the combined result as JSON has it, without time series.
+    """Returns the combined result as JSON has it.
 
     Args:
         result: The combination.
         within: Target for the remaining time of each recording.
         style: Who reads the sentences: it decides how they spell options.
+        series: Whether each recording has its time series, too.
     """
-    estimate, found = result.estimate, result.agreement
     return {
         "schema": SCHEMA,
-        "frame": estimate.frame,
-        "inertia_about": "centre of mass",
         "units": result_json.UNITS,
-        "estimate": nested(estimate.reported_values),
-        "half_width_95": nested(estimate.half_widths),
-        **result_json.intervals_and_observability(estimate),
-        "principal_moments": {
-            "values": reported.moments(result),
-            "half_width_95": reported.moment_half_widths(result),
-            "interval_95": result_json.limits(reported.moment_intervals(result)),
-        },
-        "is_contradicted": result.is_contradicted,
-        "agreement": {
-            "agree": found.agree,
-            "chi_square": found.chi_square,
-            "degrees_of_freedom": found.degrees_of_freedom,
-            "noise_degrees_of_freedom": finite(found.noise_degrees_of_freedom),
-            "p_value": found.p_value,
-            "value_p_values": nested(all_finite(found.value_p_values)),
-            "between_runs_std_dev": nested(all_finite(found.between_runs)),
-        },
+        **result_json.plain(result),
+        **result_json.of_payload(result),
         "findings": findings_json.findings(result.findings, style),
+        "is_contradicted": result.is_contradicted,
         "remarks": combined_remarks(result, style),
-        "recordings": [
-            {
-                "name": name,
-                "distance": {
-                    "chi_square": distance.chi_square,
-                    "degrees_of_freedom": distance.degrees_of_freedom,
-                    "p_value": distance.p_value,
-                    "others_agree": distance.others_agree,
-                },
-                "result": result_json.record(run, within, style),
-            }
-            for name, distance, run in zip(result.names, found.runs, result.runs, strict=True)
-        ],
+        "names": list(result.names),
+        "runs": [result_json.record(run, within, style, series=series) for run in result.runs],
     }

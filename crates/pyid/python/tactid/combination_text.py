@@ -44,7 +44,7 @@ def verdict(result: CombinationData) -> str | None:
         return "The recordings determine nothing in common, so that they cannot be compared."
     freedom, of_noise = found.degrees_of_freedom, found.noise_degrees_of_freedom
     distance = distance_of_runs(found.chi_square, freedom, of_noise, found.p_value)
-    varies = "" if not np.any(found.between_runs > 0) else VARIES
+    varies = "" if not np.any(result.between_runs > 0) else VARIES
     return f"The {len(result.runs)} recordings agree within their noise ({distance}).{varies}"
 
 

@@ -5,21 +5,19 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from tactid import _native, combination_json, combination_text, result_json
-from tactid.combination import Agreement, CombinationData, RunDistance
+from tactid.combination import CombinationData
 from tactid.errors import ArgumentError, IdentificationError
 from tactid.field_docs import with_fields
 from tactid.findings import Finding
 from tactid.formats import Formats
-from tactid.identification import IdentificationData, LinearEstimate, PrincipalMoments
+from tactid.identification import IdentificationData
 from tactid.naming import Style
-from tactid.options import Options
 from tactid.outlook import WITHIN
 from tactid.output_files import checked_output
 from tactid.payload import PayloadEstimate
-from tactid.values import finite
+from tactid.records import LinearEstimate
+from tactid.values import finite, listed_fields
 
 
 @with_fields
@@ -44,8 +42,8 @@ class Combination(Formats, CombinationData):
 
         >>> import json
         >>> record = json.loads(both.to_json())
-        >>> record["schema"], [run["name"] for run in record["recordings"]]
-        ('tactid.combination/1', ['one.mcap', 'two.mcap'])
+        >>> record["schema"], record["names"]
+        ('tactid.combination/2', ['one.mcap', 'two.mcap'])
 
         Args:
             within: Target of ``remaining_s`` of each recording.
@@ -133,20 +131,17 @@ def combine(results: Sequence[IdentificationData]) -> Combination:
     linear = [_linear(name, result) for name, result in zip(names, results, strict=True)]
     for name, result in zip(names, results, strict=True):
         _check_same(name, result, results[0])
-    frame = results[0].estimate.frame
+    first = results[0]
     data = _native.combine(
-        frame,
-        linear,
-        _known(results[0]),
+        first.estimate.frame,
+        [listed_fields(each) for each in linear],
+        None if first.known_mass is None else listed_fields(first.known_mass),
+        None if first.bounding_box is None else listed_fields(first.bounding_box),
     )
-    runs = [RunDistance(**distance) for distance in data["agreement"].pop("runs")]
+    findings = [_named(kind, found, names) for kind, found in data.pop("findings")]
+    estimate = _with_counts(data.pop("estimate"), results)
     return Combination(
-        estimate=_with_counts(PayloadEstimate(**data["estimate"]), results),
-        principal_moments=PrincipalMoments(**data["principal_moments"]),
-        agreement=Agreement(**data["agreement"], runs=runs),
-        runs=tuple(results),
-        names=names,
-        findings=[_named(kind, found, names) for kind, found in data["findings"]],
+        **data, estimate=estimate, findings=findings, runs=tuple(results), names=names
     )
 
 
@@ -197,24 +192,14 @@ def _linear(name: str, result: IdentificationData) -> LinearEstimate:
 
 
 def _check_same(name: str, result: IdentificationData, first: IdentificationData) -> None:
-    given, box = result.bounding_box, first.bounding_box
     same = {
         "frame": result.estimate.frame == first.estimate.frame,
         "known mass": result.known_mass == first.known_mass,
-        "bounding box": np.array_equal([] if given is None else given, [] if box is None else box),
+        "bounding box": result.bounding_box == first.bounding_box,
     }
     for what, is_same in same.items():
         if not is_same:
             raise ArgumentError(f"{name} has another {what} than the first recording")
-
-
-def _known(result: IdentificationData) -> Options:
-    """Returns the options that hold for all recordings: what is known of the payload."""
-    mass = result.known_mass
-    given: dict[str, Any] = {"bounding_box": result.bounding_box}
-    if mass is not None:
-        given |= {"known_mass": mass.value, "known_mass_std_dev": mass.std_dev}
-    return Options(**given)
 
 
 def _with_counts(

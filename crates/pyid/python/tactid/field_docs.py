@@ -9,6 +9,8 @@ import textwrap
 from itertools import pairwise
 from typing import TypeVar
 
+from tactid import records
+
 _Class = TypeVar("_Class", bound=type)
 
 
@@ -27,7 +29,11 @@ def with_fields(cls: _Class) -> _Class:
 
 
 def _below_fields(cls: type) -> dict[str, str]:
-    """Returns the string below each field of a class, by the name of the field, on one line."""
+    """Returns the documentation of the fields of a class by their names: the string below each."""
+    if cls.__module__ == records.__name__:
+        known = dataclasses.fields(cls) if dataclasses.is_dataclass(cls) else ()
+        texts = {each.name: each.metadata["schema"].get("description", "") for each in known}
+        return {name: " ".join(text.split()) for name, text in texts.items()}
     body = _classes(cls.__module__).get(cls.__name__, [])
     return {
         field.target.id: " ".join(text.value.value.split())

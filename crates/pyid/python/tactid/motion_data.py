@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from tactid.fit import Array
+from tactid.values import Array
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ import numpy as np
 
 from tactid import _native, motion_json
 from tactid.files import atomic_path, new_folder, write_atomically
-from tactid.fit import Array
 from tactid.motion_data import MotionData
+from tactid.values import Array
 
 UR_PERIOD_S = 0.002
 """Time between two calls of ``servoj`` on an e-Series robot, s: the manual's default."""

@@ -10,23 +10,11 @@ from numpy.typing import ArrayLike
 from tactid import _native
 from tactid._native import Manipulator
 from tactid.arrays import with_arrays
-from tactid.calibrated_fit import CalibratedFit
 from tactid.combined import Combination, combine
 from tactid.declaration import with_options
 from tactid.errors import ArgumentError
 from tactid.findings import DataFault, Finding
-from tactid.fit import Channel, Fit, WrenchOffset
-from tactid.identification import (
-    Delay,
-    History,
-    KnownMass,
-    LinearEstimate,
-    PaperSettings,
-    PrincipalMoments,
-    SingularValues,
-)
 from tactid.options import Options, collect
-from tactid.payload import PayloadEstimate
 from tactid.result import Identification
 
 FROM_ARRAYS = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceleration", "sensors")
@@ -201,33 +189,7 @@ def _inputs(source: str | os.PathLike[str], options: Options) -> dict[str, Path]
 
 
 def _identification(data: dict[str, Any]) -> Identification:
-    """Builds the result from what the native part hands over: one dictionary of plain values."""
-    parts = {
-        "estimate": PayloadEstimate,
-        "principal_moments": PrincipalMoments,
-        "history": History,
-        "linear": LinearEstimate,
-        "singular_values": SingularValues,
-        "paper_settings": PaperSettings,
-        "estimated_delay": Delay,
-        "known_mass": KnownMass,
-        "calibrated": CalibratedFit,
-    }
-    built = {name: _built(kind, data[name]) for name, kind in parts.items()}
+    """Builds the result from the fields that the native part hands over."""
     faults = [DataFault(**fault) for fault in data["faults"]]
     findings = [Finding(kind, found) for kind, found in data["findings"]]
-    return Identification(
-        **data | built | {"fit": _fit(data["fit"]), "faults": faults, "findings": findings}
-    )
-
-
-def _fit(data: dict[str, Any] | None) -> Fit | None:
-    if data is None:
-        return None
-    channels = [Channel(name, unit) for name, unit in data["channels"]]
-    offset = _built(WrenchOffset, data["wrench_offset"])
-    return Fit(**data | {"channels": channels, "wrench_offset": offset})
-
-
-def _built(kind: Callable[..., Any], data: dict[str, Any] | None) -> Any:
-    return None if data is None else kind(**data)
+    return Identification(**data | {"faults": faults, "findings": findings})

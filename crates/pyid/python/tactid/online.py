@@ -12,10 +12,10 @@ from tactid._native import Manipulator
 from tactid.arrays import with_arrays
 from tactid.declaration import documented
 from tactid.findings import Finding
-from tactid.fit import Array, WrenchOffset
-from tactid.identification import SingularValues
 from tactid.options import Options, collect
 from tactid.payload import PayloadEstimate
+from tactid.records import SingularValues, WrenchOffset
+from tactid.values import Array
 
 
 class _Online:
@@ -57,7 +57,7 @@ class _Online:
 
     def estimate(self) -> PayloadEstimate:
         """Returns the payload as known now."""
-        return PayloadEstimate(**self._native.estimate())
+        return self._native.estimate()
 
 
 @documented(Options, "online")
@@ -120,8 +120,7 @@ class Identifier(_Online):
         stands where the option ``wrench_offset`` does not make it an unknown. Standard
         deviations are not estimated online.
         """
-        offset = self._native.wrench_offset()
-        return None if offset is None else WrenchOffset(**offset)
+        return self._native.wrench_offset()
 
     def findings(self) -> list[Finding]:
         """Returns what the recent samples show about the assumptions of the identification.
@@ -184,4 +183,4 @@ class PaperFilter(_Online):
 
     def singular_values(self) -> SingularValues:
         """Returns how strongly the motion excited mass and inertia."""
-        return SingularValues(**self._native.singular_values())
+        return self._native.singular_values()

@@ -7,11 +7,10 @@ from numpy.typing import NDArray
 
 from tactid._native import VALUE_NAMES
 from tactid.findings import DOUBTS
-from tactid.fit import Array
 from tactid.identification import IdentificationData
 from tactid.naming import duration, listed
 from tactid.remarks import TOO_LONG, motion_advice
-from tactid.values import KIND_NAMES, KINDS, Z95
+from tactid.values import KIND_NAMES, KINDS, Z95, Array
 
 WITHIN = 0.01
 """Target for half of each 95 % interval, as a fraction of the largest value of its kind."""
@@ -42,7 +41,7 @@ def outlook(result: IdentificationData, within: float = WITHIN) -> str | None:
     if limited.any():
         listed_names = listed(np.array(VALUE_NAMES)[limited].tolist())
         return f"The uncertainty of the effort gains alone keeps {listed_names} from {target}."
-    hopeless = remaining > TOO_LONG * result.duration
+    hopeless = remaining > TOO_LONG * result.duration_s
     if hopeless.any():
         names = np.array(VALUE_NAMES)[hopeless].tolist()
         return " ".join([*_undetermined(remaining, hopeless, target), *motion_advice(names)])
@@ -57,7 +56,7 @@ def needs_another_motion(result: IdentificationData, within: float = WITHIN) -> 
         return False
     identifiable = np.array(result.estimate.identifiable)
     remaining = result.remaining(within)
-    hopeless = (remaining > TOO_LONG * result.duration) & ~_limited_by_gains(result, within)
+    hopeless = (remaining > TOO_LONG * result.duration_s) & ~_limited_by_gains(result, within)
     return not np.isnan(remaining).any() and bool((hopeless | ~identifiable).any())
 
 

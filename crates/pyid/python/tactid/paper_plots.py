@@ -54,7 +54,7 @@ class History:
     @classmethod
     def of(cls, result: IdentificationData, phases: Sequence[Phase]) -> "History":
         """Splits the history into its passes."""
-        epoch, time = result.history.epoch, result.history.time
+        epoch, time = np.array(result.history.epoch), result.history.times_s
         values = result.history.values
         passes = [Pass(time[epoch == e], values[epoch == e]) for e in np.unique(epoch)]
         return cls(passes, result.estimate.identifiable, phases)

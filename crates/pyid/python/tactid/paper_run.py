@@ -4,7 +4,7 @@ import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from tactid import paper_plots, paper_report, result_json, table
 from tactid._native import Experiment, LogInfo
@@ -123,7 +123,7 @@ class Outcome:
 
     def _column(self, result: Identification) -> table.Column:
         values = result.estimate.reported_values
-        title = TITLES[cast(Method, result.method), cast(Estimator, result.estimator)]
+        title = TITLES[result.method, result.estimator]
         return table.Column(title, values, self.truth.errors_percent(values))
 
     @property

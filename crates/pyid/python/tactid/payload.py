@@ -2,16 +2,11 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
-import numpy as np
-
-from tactid import controllers, forms, table
+from tactid import controllers, forms, records, table
 from tactid._native import VALUE_NAMES, MassProperties
 from tactid.bodies import why_impossible
-from tactid.equality import ComparedByValue
 from tactid.field_docs import with_fields
-from tactid.fit import Array
 from tactid.values import (
     NAMES,
     Interval,
@@ -24,8 +19,7 @@ from tactid.values import (
 
 
 @with_fields
-@dataclass(frozen=True, eq=False, repr=False)
-class PayloadEstimate(ComparedByValue):
+class PayloadEstimate(records.PayloadEstimate):
     """An identified payload, expressed in one frame.
 
     ``print`` shows it as a table; :meth:`to_urdf`, :meth:`to_mujoco` and :meth:`to_controller`
@@ -43,54 +37,9 @@ class PayloadEstimate(ComparedByValue):
     <tactid.PayloadEstimate: 1.5000 kg in tool0, 10 of 10 values identifiable>
     """
 
-    frame: str
-    """Name of the frame in which the payload is expressed: the end-effector frame."""
-    values: Array
-    """Mass, kg; centre of mass, m; inertia about it, kg m²; in the order of ``VALUE_NAMES``, (10,).
-
-    All are along the axes of the frame. The number of an unobservable value is meaningless.
-    """
-    std_devs: Array
-    """Standard deviation of each of the ten values, (10,).
-
-    It is infinite for an unobservable value and for one that is divided by a mass which is not
-    known to a quarter, and NaN for the paper's filter, which estimates none.
-    """
-    observability: Sequence[Observability]
-    """Whether the motion excites each of the ten values, and the noise leaves enough of it, (10,).
-
-    - ``"identifiable"``: 1.96 standard deviations are less than the largest value of its kind
-      (mass, centre of mass, inertia).
-    - ``"uncertain"``: the motion excites it, but 1.96 standard deviations are not less than that.
-    - ``"unobservable"``: the motion does not excite it, or only as noise does.
-    """
-    is_physical: bool
-    """Whether a body with these parameters can exist, within 1 % of its largest principal moment.
-
-    Plates and rods lie on the boundary of what can exist, and no estimate is exact.
-    """
-    composite: MassProperties | None = None
-    """Gripper and payload as one body, for the joint-sensing method; else None."""
-    windows: int = 0
-    """Number of averaging windows so far, also of those before a payload change online."""
-    payload_changes: int = 0
-    """Number of payload changes that online least squares detected."""
-    since: float = -math.inf
-    """Time of the last payload change on the samples' clock, s, or minus infinity."""
-    rejected: int = 0
-    """Number of rejected samples: not finite, or with derivatives that are not, or not later
-    than the one before."""
-    gaps: int = 0
-    """Number of gaps that were too long to be bridged."""
-    intervals: Array = field(default_factory=lambda: np.empty((0, 2)))
-    """Lower and upper limit of the 95 % interval of each of the ten values, (10, 2).
-
-    Each is 1.96 standard deviations to both sides, but no further than a body can reach that fits
-    into the bounding box, if one was given. A limit is infinite where nothing bounds the value. By
-    default they are 1.96 standard deviations to both sides.
-    """
-
     def __post_init__(self) -> None:
+        """Makes the intervals, where none are given, 1.96 standard deviations to both sides."""
+        super().__post_init__()
         if len(self.intervals) == 0:
             found = noise_intervals(self.values, self.std_devs)
             object.__setattr__(self, "intervals", found)

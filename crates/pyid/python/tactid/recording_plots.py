@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from tactid import drawing
 from tactid._native import PARAMETER_NAMES
 from tactid.drawing import EARLIER, ESTIMATE, TRUE, padded, remark
-from tactid.fit import Array, Fit
 from tactid.identification import IdentificationData
 from tactid.payload import PayloadEstimate
+from tactid.records import FitReport
 from tactid.reported import reported_history
-from tactid.values import NAMES, UNITS, Z95
+from tactid.values import NAMES, UNITS, Z95, Array
 
 STYLE = drawing.STYLE | {
     "agg.path.chunksize": 10_000,  # an hour of windows is one line
@@ -43,13 +43,13 @@ SEGMENT = 256
 def figures(result: IdentificationData) -> dict[str, bytes]:
     """Draws all figures that there are data for, as PNG by name."""
     drawers: dict[str, Callable[[], Figure]] = {}
-    if len(result.history.time):
+    if len(result.history.times_s):
         drawers["parameters"] = lambda: parameters(result)
     least_squares = result.fit
     if least_squares is not None:
         drawers |= {
             "fit": lambda: fit_panels(least_squares),
-            "residuals": lambda: residuals(least_squares, result.cutoff),
+            "residuals": lambda: residuals(least_squares, result.cutoff_hz),
             "excitation": lambda: excitation(least_squares, observed(result.estimate)),
         }
     with mpl.rc_context(STYLE), warnings.catch_warnings():
@@ -58,7 +58,7 @@ def figures(result: IdentificationData) -> dict[str, bytes]:
         return {name: drawing.png(draw()) for name, draw in drawers.items()}
 
 
-def fit_panels(fit: Fit) -> Figure:
+def fit_panels(fit: FitReport) -> Figure:
     """Draws measured and predicted load, a panel for each channel."""
     count = len(fit.channels)
     rows = -(-count // 2)
@@ -66,7 +66,7 @@ def fit_panels(fit: Fit) -> Figure:
     panels = figure.subplots(rows, 2, sharex=True, squeeze=False)
     # Down the columns: forces on the left, moments on the right.
     for channel, axes in enumerate(panels.T.flat):
-        axes.set_xlim(_span(fit.time))
+        axes.set_xlim(_span(fit.times_s))
         if channel >= count:
             _time_axis_above(axes)
             continue
@@ -75,9 +75,9 @@ def fit_panels(fit: Fit) -> Figure:
             (fit.measured, MEASURED, 2.2),
             (fit.predicted, ESTIMATE, 1.0),
         ):
-            _line(axes, fit.time, values[:, channel], color=color, linewidth=width)
-        outlier = outliers(fit)[:, channel]
-        _dots(axes, fit.time[outlier], fit.measured[outlier, channel])
+            _line(axes, fit.times_s, values[:, channel], color=color, linewidth=width)
+        outlier = outliers(fit)
+        _dots(axes, fit.times_s[outlier], fit.measured[outlier, channel])
         _name(axes, fit, channel)
         if axes in panels[-1]:
             axes.set_xlabel("time / s")
@@ -89,26 +89,26 @@ def fit_panels(fit: Fit) -> Figure:
     return figure
 
 
-def residuals(fit: Fit, cutoff: float) -> Figure:
+def residuals(fit: FitReport, cutoff: float) -> Figure:
     """Draws the residual of each channel, over time and over frequency."""
     count = len(fit.channels)
     figure = Figure(figsize=(9.0, 0.9 + 1.45 * count))
     panels = figure.subplots(count, 2, sharex="col", squeeze=False, width_ratios=(2, 1))
     error = fit.measured - fit.predicted
     for channel, (axes, spectral) in enumerate(panels):
-        outlier = outliers(fit)[:, channel]
+        outlier = outliers(fit)
         limit = _largest(error[~outlier, channel]) or _largest(error[:, channel])
         _shade_held_out(axes, fit)
-        _line(axes, fit.time, error[:, channel], color=ESTIMATE, linewidth=0.8)
+        _line(axes, fit.times_s, error[:, channel], color=ESTIMATE, linewidth=0.8)
         if limit > 0:
             axes.set_ylim(-1.15 * limit, 1.15 * limit)
             shown = error[outlier, channel].clip(-1.1 * limit, 1.1 * limit)
-            _dots(axes, fit.time[outlier], shown)
+            _dots(axes, fit.times_s[outlier], shown)
         _name(axes, fit, channel)
         regular = np.where(outlier, np.nan, error[:, channel])
         _spectra(spectral, fit, cutoff, (fit.measured[:, channel], regular))
         spectral.set_ylabel(f"{fit.channels[channel].unit} / √Hz")
-        axes.set_xlim(_span(fit.time))
+        axes.set_xlim(_span(fit.times_s))
     panels[-1, 0].set_xlabel("time / s")
     panels[-1, 1].set_xlabel("frequency / Hz")
     lines = [
@@ -133,7 +133,7 @@ def parameters(result: IdentificationData) -> Figure:
             _history(axes, result, index, values[:, index], Z95 * std_devs[:, index])
             axes.set_title(NAMES[index])
             axes.set_ylabel(UNITS[index])
-            axes.set_xlim(_span(result.history.time))
+            axes.set_xlim(_span(result.history.times_s))
     for axes in panels[-1]:
         axes.set_xlabel("time / s")
     handles = [
@@ -150,7 +150,7 @@ def observed(estimate: PayloadEstimate) -> list[bool]:
     return [each != "unobservable" for each in estimate.observability]
 
 
-def excitation(fit: Fit, observable: Sequence[bool]) -> Figure:
+def excitation(fit: FitReport, observable: Sequence[bool]) -> Figure:
     """Draws how strongly the motion excites each direction, and what the direction consists of."""
     relative, weak = relative_excitation(fit, observable)
     figure = Figure(figsize=(9.0, 3.9))
@@ -181,7 +181,9 @@ def excitation(fit: Fit, observable: Sequence[bool]) -> Figure:
     return figure
 
 
-def relative_excitation(fit: Fit, observable: Sequence[bool]) -> tuple[Array, NDArray[np.bool_]]:
+def relative_excitation(
+    fit: FitReport, observable: Sequence[bool]
+) -> tuple[Array, NDArray[np.bool_]]:
     """Returns the strength of each direction relative to the strongest, and which are too weak.
 
     A faint direction is too weak if it consists mostly of unobservable values.
@@ -209,14 +211,14 @@ def composition(direction: Array, most: int = 3) -> str:
     )
 
 
-def outliers(fit: Fit) -> NDArray[np.bool_]:
-    """Returns which measurements have less than half of the full weight, (W, C).
+def outliers(fit: FitReport) -> NDArray[np.bool_]:
+    """Returns which windows have less than half of the full weight, (W,).
 
     Held-out windows are not among them.
     """
     weight = np.nan_to_num(fit.weights, nan=1.0, posinf=1.0)
-    full = weight.max(axis=0, initial=0.0)
-    lowered: NDArray[np.bool_] = (weight < 0.5 * full) & ~fit.held_out[:, None]
+    full = weight.max(initial=0.0)
+    lowered: NDArray[np.bool_] = (weight < 0.5 * full) & ~fit.held_out
     return lowered
 
 
@@ -245,9 +247,9 @@ def spectrum(time: Array, values: Array) -> tuple[Array, Array]:
     return frequency, amplitude
 
 
-def _spectra(axes: Axes, fit: Fit, cutoff: float, signals: Sequence[Array]) -> None:
+def _spectra(axes: Axes, fit: FitReport, cutoff: float, signals: Sequence[Array]) -> None:
     for signal, color in zip(signals, (MEASURED, ESTIMATE), strict=True):
-        frequency, density = spectrum(fit.time, signal)
+        frequency, density = spectrum(fit.times_s, signal)
         shown = density > 0
         if shown.any():
             axes.loglog(frequency[shown], density[shown], color=color)
@@ -267,7 +269,7 @@ def _history(
         axes.set_yticks([])
         remark(axes, result.estimate.observability[index])
         return
-    time = result.history.time
+    time = result.history.times_s
     axes.fill_between(time, values - half, values + half, color=ESTIMATE, alpha=0.2, linewidth=0)
     _line(axes, time, values, color=ESTIMATE)
     axes.axhline(final, color=TRUE, linestyle="--", linewidth=1.0)
@@ -279,12 +281,12 @@ def _history(
     axes.ticklabel_format(axis="y", useOffset=False)
 
 
-def _name(axes: Axes, fit: Fit, channel: int) -> None:
+def _name(axes: Axes, fit: FitReport, channel: int) -> None:
     axes.set_title(fit.channels[channel].name.replace("$", r"\$"))  # no formula
     axes.set_ylabel(fit.channels[channel].unit)
 
 
-def _legend(figure: Figure, lines: Sequence[Line2D], fit: Fit) -> None:
+def _legend(figure: Figure, lines: Sequence[Line2D], fit: FitReport) -> None:
     handles: list[Line2D | Patch] = list(lines)
     if outliers(fit).any():
         handles.append(
@@ -299,13 +301,13 @@ def _dots(axes: Axes, time: Array, values: Array) -> None:
     axes.plot(time, values, ".", color=OUTLIER, markersize=5, zorder=3)
 
 
-def _shade_held_out(axes: Axes, fit: Fit) -> None:
+def _shade_held_out(axes: Axes, fit: FitReport) -> None:
     if not fit.held_out.any():
         return
-    half = _step(fit.time) / 2
+    half = _step(fit.times_s) / 2
     edges = np.flatnonzero(np.diff([False, *fit.held_out, False]))
     for start, end in edges.reshape(-1, 2):
-        first, last = fit.time[start], fit.time[end - 1]
+        first, last = fit.times_s[start], fit.times_s[end - 1]
         axes.axvspan(first - half, last + half, color=HELD_OUT, linewidth=0, zorder=0)
 
 

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from tactid import body_plot, page, recording_plots, reported
 from tactid.errors import IdentificationError
 from tactid.files import write_atomically
-from tactid.fit import Fit
 from tactid.identification import IdentificationData
 from tactid.naming import Style, option_name
 from tactid.outlook import WITHIN, outlook
 from tactid.payload import PayloadEstimate
+from tactid.records import FitReport
 from tactid.remarks import calibration, gravity, knowledge, remarks, wrench_offset
 from tactid.values import Z95, Interval, Values, digits_of
 
@@ -114,18 +114,18 @@ def with_interval(value: float, interval: Interval | None) -> tuple[str, str, st
     return shown[0], "–" if interval.is_cut(value) else shown[1], shown[2], shown[3]
 
 
-def explained(fit: Fit, windows: NDArray[np.bool_]) -> list[float | None]:
+def explained(fit: FitReport, windows: NDArray[np.bool_]) -> list[float | None]:
     """Returns the fraction of each channel's variance in these windows that is predicted."""
     measured, predicted = fit.measured[windows], fit.predicted[windows]
     weight = np.nan_to_num(fit.weights[windows], nan=0.0, posinf=0.0)
     # Held-out windows without any weight have the full one.
-    weight = np.where(weight.any(axis=0), weight, 1.0)
+    weight = weight if weight.any() else np.ones_like(weight)
+    total = weight.sum()
     fractions: list[float | None] = []
-    for values, fitted, weights in zip(measured.T, predicted.T, weight.T, strict=True):
-        total = weights.sum()
-        mean = weights @ values / total if total > 0 else 0.0
-        variance = weights @ (values - mean) ** 2
-        fraction = 1 - weights @ (values - fitted) ** 2 / variance if variance > 0 else math.nan
+    for values, fitted in zip(measured.T, predicted.T, strict=True):
+        mean = weight @ values / total if total > 0 else 0.0
+        variance = weight @ (values - mean) ** 2
+        fraction = 1 - weight @ (values - fitted) ** 2 / variance if variance > 0 else math.nan
         fractions.append(float(fraction) if math.isfinite(fraction) else None)
     return fractions
 
@@ -185,7 +185,7 @@ def _body(result: IdentificationData, values: Values, half_widths: Values) -> st
     )
 
 
-def _agreement(fit: Fit) -> str:
+def _agreement(fit: FitReport) -> str:
     held_out = fit.held_out
     seen, unseen = explained(fit, ~held_out), explained(fit, held_out)
     rows = []
@@ -234,19 +234,19 @@ def payload_forms(estimate: PayloadEstimate) -> str:
 
 
 def _facts(result: IdentificationData) -> dict[str, str]:
-    delay = _quantity(1e3 * result.delay, "ms")
+    delay = _quantity(1e3 * result.delay_s, "ms")
     if result.estimated_delay is not None:
-        delay += f" ± {1e3 * Z95 * result.estimated_delay.std_dev:.2g} ms"
+        delay += f" ± {1e3 * Z95 * result.estimated_delay.std_dev_s:.2g} ms"
     windows = f"{result.estimate.windows}"
     if result.fit is not None:
-        windows = f"{len(result.fit.time)}, one every {_quantity(result.fit.stride, 's')}"
+        windows = f"{len(result.fit.times_s)}, one every {_quantity(result.fit.stride_s, 's')}"
     return {
         "frame": result.estimate.frame,
         "method": METHODS.get(result.method, result.method),
         "estimator": result.estimator,
-        "duration": _quantity(result.duration, "s"),
+        "duration": _quantity(result.duration_s, "s"),
         "windows": windows,
-        "cutoff": _quantity(result.cutoff, "Hz"),
+        "cutoff": _quantity(result.cutoff_hz, "Hz"),
         "delay of the wrenches": delay,
         "wrench offset": wrench_offset(result) or "assumed to be zero",
         **_calibration(result),

@@ -139,7 +139,7 @@ def _longer(result: IdentificationData) -> list[str]:
     """Says how much longer this motion makes what is uncertain identifiable."""
     is_uncertain = np.array([each == "uncertain" for each in result.estimate.observability])
     longest = float(result.remaining(1.0)[is_uncertain].max())
-    if not longest <= TOO_LONG * result.duration:
+    if not longest <= TOO_LONG * result.duration_s:
         return []
     return [f"Or go on for another {duration(longest)} with this motion."]
 
@@ -208,7 +208,7 @@ def assumptions(result: IdentificationData) -> str:
     """Says what was assumed, and what was chosen from the data: a line for every result."""
     parts = [f"Frame {result.estimate.frame}", f"method {result.method}"]
     parts.append(f"gravity {gravity(result)}")
-    parts.append(f"cutoff {result.cutoff:.3g} Hz")
+    parts.append(f"cutoff {result.cutoff_hz:.3g} Hz")
     parts += [delay] if (delay := _delay(result)) else []
     parts += knowledge(result)
     parts += [f"wrench offset {offset}"] if (offset := wrench_offset(result)) else []
@@ -252,20 +252,24 @@ def _noise_shares(noise_fraction: NDArray[np.float64]) -> str:
 
 def gravity(result: IdentificationData) -> str:
     """Says which gravitational acceleration was assumed, in world axes."""
-    known = all(map(math.isfinite, result.gravity))
-    return " ".join(f"{entry:g}" for entry in result.gravity) + " m/s²" if known else "not known"
+    known = all(map(math.isfinite, result.gravity_m_s2))
+    return (
+        " ".join(f"{entry:g}" for entry in result.gravity_m_s2) + " m/s²" if known else "not known"
+    )
 
 
 def _delay(result: IdentificationData) -> str:
     """Says the delay of the wrenches and its origin; empty where none was estimated or given."""
     estimated = result.estimated_delay
     if estimated is None:
-        return f"delay of the wrenches {1e3 * result.delay:g} ms (given)" if result.delay else ""
-    half_width = 1e3 * Z95 * estimated.std_dev
+        return (
+            f"delay of the wrenches {1e3 * result.delay_s:g} ms (given)" if result.delay_s else ""
+        )
+    half_width = 1e3 * Z95 * estimated.std_dev_s
     digits = digits_of(half_width)
-    value = round(1e3 * estimated.value, digits) + 0.0
+    value = round(1e3 * estimated.delay_s, digits) + 0.0
     shown = f"{value:.{digits}f} ± {half_width:.{digits}f} ms"
-    if result.delay:
+    if result.delay_s:
         return f"delay of the wrenches {shown} (estimated and corrected)"
     return f"delay of the wrenches {shown} (estimated, too small to correct)"
 
@@ -275,10 +279,11 @@ def knowledge(result: IdentificationData) -> list[str]:
     parts = []
     mass = result.known_mass
     if mass is not None:
-        around = f" ± {Z95 * mass.std_dev:.2g}" if mass.std_dev else ""
-        parts.append(f"mass {mass.value:g}{around} kg (given)")
-    if result.bounding_box is not None:
-        low, high = (" ".join(f"{entry:g}" for entry in corner) for corner in result.bounding_box)
+        around = f" ± {Z95 * mass.std_dev_kg:.2g}" if mass.std_dev_kg else ""
+        parts.append(f"mass {mass.mass_kg:g}{around} kg (given)")
+    box = result.bounding_box
+    if box is not None:
+        low, high = (" ".join(f"{entry:g}" for entry in corner) for corner in (box.min, box.max))
         parts.append(f"within a box from {low} to {high} m (given)")
     return parts
 

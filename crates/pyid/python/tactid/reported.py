@@ -8,15 +8,16 @@ from typing import Protocol, get_args
 
 import numpy as np
 
-from tactid.fit import Array
-from tactid.identification import IdentificationData, PrincipalMoments
+from tactid.identification import IdentificationData
 from tactid.payload import PayloadEstimate
+from tactid.records import PrincipalMoments
 from tactid.table import Column
 from tactid.truth import Truth
 from tactid.values import (
     KINDS,
     PATHS,
     Z95,
+    Array,
     Interval,
     Observability,
     half_widths,
@@ -33,8 +34,8 @@ class Payload(Protocol):
         """The payload."""
 
     @property
-    def principal_moments(self) -> PrincipalMoments:
-        """Its principal moments of inertia."""
+    def principal_moments(self) -> PrincipalMoments | None:
+        """Its principal moments of inertia; None where its mass is zero."""
 
 
 def moments(result: Payload) -> list[float | None]:
@@ -44,14 +45,17 @@ def moments(result: Payload) -> list[float | None]:
     finite.
     """
     known = all(result.estimate.is_reported[KINDS[2]])
-    bounded = ~np.isinf(result.principal_moments.std_devs)
-    return where_reported(known & bounded, result.principal_moments.values)
+    found = result.principal_moments
+    if found is None:
+        return [None] * 3
+    return where_reported(known & ~np.isinf(found.std_devs), found.values)
 
 
 def moment_intervals(result: Payload) -> list[Interval | None]:
     """Returns the 95 % interval of each principal moment; None where it is unknown."""
     known = [value is not None for value in moments(result)]
-    return reported_intervals(known, result.principal_moments.intervals)
+    found = result.principal_moments
+    return [None] * 3 if found is None else reported_intervals(known, found.intervals)
 
 
 def moment_half_widths(result: Payload) -> list[float | None]:

@@ -38,8 +38,8 @@ class Identification(Formats, IdentificationData):
 
         >>> import json
         >>> record = json.loads(result.to_json())
-        >>> record["schema"], record["frame"], record["units"]["mass"]
-        ('tactid.result/1', 'tool0', 'kg')
+        >>> record["schema"], record["estimate"]["frame"], record["units"]["mass"]
+        ('tactid.result/2', 'tool0', 'kg')
 
         Args:
             within: Target of ``remaining_s``, as :meth:`remaining` takes it.
@@ -93,8 +93,13 @@ class Identification(Formats, IdentificationData):
             LogError: The file cannot be written.
         """
         history = self.history
-        last = history.epoch == (history.epoch[-1] if len(history.epoch) else 0)
-        times, values, std_devs = history.time[last], history.values[last], history.std_devs[last]
+        epoch = np.array(history.epoch)
+        last = epoch == (epoch[-1] if len(epoch) else 0)
+        times, values, std_devs = (
+            history.times_s[last],
+            history.values[last],
+            history.std_devs[last],
+        )
         # The final estimate takes the place of the last point.
         end = times[-1:] if len(times) else np.zeros(1)
         with atomic_path(checked_output(path, self.inputs)) as temporary:

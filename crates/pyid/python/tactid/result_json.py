@@ -1,10 +1,11 @@
 """A result as JSON: the layout of ``result.json`` and of ``tactid identify --json``.
 
-The file ``result.schema.json`` in this package describes every key.
+The keys are the fields of the result, and what a reader wants to know besides: :data:`VIEWS`.
+``tactid.result_schema()`` describes every key.
 """
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,16 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactid import findings_json, reported
+from tactid._native import MassProperties
 from tactid.files import write_atomically
-from tactid.fit import Fit
 from tactid.identification import IdentificationData
 from tactid.naming import Style
 from tactid.outlook import WITHIN
 from tactid.payload import PayloadEstimate
+from tactid.records import PrincipalMoments, Record, of_ten, schema_of
 from tactid.remarks import motion_advice, remarks
-from tactid.values import Z95, Interval, all_finite, finite, nested, values_of
+from tactid.reported import Payload
+from tactid.values import Array, Interval, finite, nested, values_of
 
-SCHEMA = "tactid.result/1"
+SCHEMA = "tactid.result/2"
 """Name and version of the layout: a change that breaks a reader increments the version."""
 
 UNITS = {"mass": "kg", "com": "m", "inertia": "kg m²", "principal_moments": "kg m²", "time": "s"}
@@ -29,6 +32,53 @@ UNITS = {"mass": "kg", "com": "m", "inertia": "kg m²", "principal_moments": "kg
 
 MOST_POINTS = 2000
 """Largest number of points of a time series in JSON."""
+
+_TEXTS = {"type": "array", "items": {"type": "string"}}
+
+VIEWS: dict[str, dict[str, Any]] = {
+    "is_contradicted": {
+        "type": "boolean",
+        "description": "Whether the data show the result to be wrong: no body can have the values,"
+        " or a finding says so. The command then ends with exit code 1.",
+    },
+    "not_identifiable": _TEXTS
+    | {"description": "Names of the values that are uncertain or unobservable: see observability."},
+    "motion_advice": _TEXTS
+    | {
+        "description": "Which motion would determine the values that are not identifiable, in"
+        " sentences."
+    },
+    "remaining_s": {
+        "description": "How much longer the motion must go on, s.",
+        "properties": {
+            "within": {
+                "type": "number",
+                "description": "Target for half of each 95 % interval, as a fraction of the largest"
+                " value of its kind, without a unit.",
+            },
+            "all": {
+                "type": "number",
+                "description": "Time until every value is known within the target, s; null where it"
+                " never is, or where it is not known.",
+            },
+            "each": {
+                "$ref": "#/$defs/TenValues_double",
+                "description": "Time until each value is known within the target, s.",
+            },
+        },
+    },
+    "remarks": _TEXTS
+    | {
+        "description": "What a reader must know to trust the result, in sentences; what shows it to"
+        " be wrong comes first."
+    },
+    "files": {
+        "type": "object",
+        "description": "Names of the files and folders that were read, by what they are.",
+        "additionalProperties": {"type": "string"},
+    },
+}
+"""What the document has besides the fields of the result, as JSON schemas."""
 
 
 def write(
@@ -39,8 +89,7 @@ def write(
     checks: Mapping[str, Any] | None = None,
 ) -> None:
     """Writes a result with its time series; ``checks`` are those of the run of a simulated log."""
-    shown = record(result, within, style, checks) | {"series": series(result)}
-    write_atomically(path, to_json(shown))
+    write_atomically(path, to_json(record(result, within, style, checks, series=True)))
 
 
 def to_json(record: dict[str, Any]) -> str:
@@ -53,191 +102,114 @@ def record(
     within: float = WITHIN,
     style: Style = "keyword",
     checks: Mapping[str, Any] | None = None,
+    *,
+    series: bool = False,
 ) -> dict[str, Any]:
-    """Returns the result as JSON has it, but for its time series.
+    """Returns the result as JSON has it.
 
     Args:
         result: The identification.
         within: Target for the remaining time, as :meth:`Identification.remaining` takes it.
         style: Who reads the sentences: it decides how they spell options.
         checks: Further diagnostics: those of the run of a simulated log.
+        series: Whether the document has the time series, too.
     """
     remaining = result.remaining(within)
+    unknown = result.estimate.not_identifiable
     return {
         "schema": SCHEMA,
-        "frame": result.estimate.frame,
-        "inertia_about": "centre of mass",
         "units": UNITS,
-        "estimate": nested(result.estimate.reported_values),
-        "half_width_95": nested(result.estimate.half_widths),
-        **intervals_and_observability(result.estimate),
-        "principal_moments": {
-            "values": reported.moments(result),
-            "half_width_95": reported.moment_half_widths(result),
-            "interval_95": limits(reported.moment_intervals(result)),
-        },
+        **plain(result, series=series),
+        **of_payload(result),
+        **({"history": history(result)} if series else {}),
+        "faults": findings_json.faults(result.faults),
+        "findings": findings_json.findings(result.findings, style),
+        "is_contradicted": result.is_contradicted,
+        "not_identifiable": unknown,
+        "motion_advice": motion_advice(unknown),
         "remaining_s": {
             "within": within,
             "all": finite(remaining.max()),
-            "each": nested([float(seconds) for seconds in remaining]),
+            "each": nested(remaining.tolist()),
         },
-        "method": result.method,
-        "estimator": result.estimator,
-        "is_contradicted": result.is_contradicted,
-        "diagnostics": diagnostics(result) | dict(checks or {}),
-        "findings": findings_json.findings(result.findings, style),
         "remarks": remarks(result, style),
+        "files": {
+            words.strip("`").removeprefix("the "): path.name
+            for words, path in result.inputs.items()
+        },
+        **({"simulation": dict(checks)} if checks else {}),
     }
 
 
-def intervals_and_observability(estimate: PayloadEstimate) -> dict[str, Any]:
-    """Returns the limits of the intervals, and whether the motion excites each value."""
-    each = limits(estimate.reported_intervals)
+def of_payload(result: Payload) -> dict[str, Any]:
+    """Returns the payload as JSON has it, with null for each value that is not reported."""
+    estimate: PayloadEstimate = result.estimate
+    moments: PrincipalMoments | None = result.principal_moments
     return {
-        "interval_95": {side: nested(ends) for side, ends in each.items()},
-        "observability": nested(estimate.observability),
-    }
-
-
-def limits(intervals: Iterable[Interval | None]) -> dict[str, list[float | None]]:
-    """Returns the lower and the upper limits of intervals; None where there is no interval."""
-    pairs = [(None, None) if interval is None else interval for interval in intervals]
-    return {"low": [low for low, _ in pairs], "high": [high for _, high in pairs]}
-
-
-def diagnostics(result: IdentificationData) -> dict[str, Any]:
-    """Returns the reasons to trust a result, or not to."""
-    estimate, estimated = result.estimate, result.estimated_delay
-    mass, box = result.known_mass, result.bounding_box
-    record = {
-        "method": result.method,
-        "gravity_m_s2": all_finite(result.gravity),
-        "cutoff_hz": finite(result.cutoff),
-        "max_gap_s": finite(result.max_gap),
-        "duration_s": finite(result.duration),
-        "windows": estimate.windows,
-        "rejected": estimate.rejected,
-        "gaps": estimate.gaps,
-        "not_identifiable": estimate.not_identifiable,
-        "is_physical": estimate.is_physical,
-        "interrupted": result.interrupted,
-        "damage": list(result.damage),
-        "clock": result.clock,
-        "delay_s": finite(result.delay),
-        "estimated_delay_s": None if estimated is None else finite(estimated.value),
-        "estimated_delay_std_dev_s": None if estimated is None else finite(estimated.std_dev),
-        "subtracts_unloaded": result.subtracts_unloaded,
-        "calibration": _calibration(result),
-        "known_mass_kg": None if mass is None else mass.value,
-        "known_mass_std_dev_kg": None if mass is None else mass.std_dev,
-        "bounding_box_m": None if box is None else box.tolist(),
-        "wrench_offset": _wrench_offset(result),
-        "faults": findings_json.faults(result.faults),
-        "motion_advice": motion_advice(estimate.not_identifiable),
-    }
-    if estimate.composite is not None:
-        record["composite"] = nested(values_of(estimate.composite))
-    if result.fit is not None:
-        record |= _of_the_fit(result.fit)
-    return record | _of_the_filter(result)
-
-
-def _calibration(result: IdentificationData) -> dict[str, Any] | None:
-    fit = result.calibrated
-    if fit is None:
-        return None
-    path = result.inputs.get("`calibration`")
-    misfits = zip(fit.joints, fit.misfit.tolist(), strict=True)
-    changes = {"friction_change": fit.friction_change, "gain_change": fit.gain_change}
-    return {
-        "file": None if path is None else path.name,
-        "noise_fraction": nested(fit.noise_fraction.tolist()),
-        "misfit": [{"joint": joint, "misfit": finite(misfit)} for joint, misfit in misfits],
-        "updated_by_unloaded": fit.updated_by_unloaded,
-        **{
-            key: None if change is None else dict(zip(fit.joints, change.tolist(), strict=True))
-            for key, change in changes.items()
+        "estimate": plain(estimate)
+        | {
+            "values": nested(estimate.reported_values),
+            "intervals": nested(_limits(estimate.reported_intervals)),
+        },
+        "principal_moments": None
+        if moments is None
+        else plain(moments)
+        | {
+            "values": reported.moments(result),
+            "intervals": _limits(reported.moment_intervals(result)),
         },
     }
 
 
-def _wrench_offset(result: IdentificationData) -> dict[str, Any] | None:
-    """Returns the offset of the wrenches and its frame; None where it is not an unknown."""
-    if result.fit is None or result.fit.wrench_offset is None:
-        return None
-    return {
-        "frame": result.fit.wrench_offset.frame,
-        "components": {
-            name: {"value": finite(value), "half_width_95": finite(half_width), "unit": unit}
-            for name, unit, value, half_width in reported.offsets(result)
-        },
-    }
+def _limits(intervals: list[Interval | None]) -> list[list[float | None]]:
+    """Returns the limits of intervals; None where there is no interval."""
+    return [[None, None] if each is None else list(each) for each in intervals]
 
 
-def _of_the_filter(result: IdentificationData) -> dict[str, Any]:
-    """Returns what only the paper's filter has: its settings, and its singular values."""
-    settings, excitation = result.paper_settings, result.singular_values
-    record: dict[str, Any] = {}
-    if settings is not None:
-        record |= {
-            "alpha": settings.alpha,
-            "beta": settings.beta,
-            "average_s": settings.average,
-            "epochs": settings.epochs,
-        }
-    if excitation is not None:
-        record["singular_values"] = {
-            "mass": all_finite(excitation.mass),
-            "inertia": all_finite(excitation.inertia),
-        }
-    return record
-
-
-def _of_the_fit(fit: Fit) -> dict[str, Any]:
-    held_out = int(np.count_nonzero(fit.held_out))
-    names = [channel.name for channel in fit.channels]
-    return {
-        "stride_s": finite(fit.stride),
-        "fit_windows": len(fit.time) - held_out,
-        "held_out_windows": held_out,
-        "residual_rms": dict(zip(names, all_finite(fit.residual_rms), strict=True)),
-        "held_out_rms": dict(zip(names, all_finite(fit.held_out_rms), strict=True)),
-        "excitation": all_finite(fit.excitation),
-        "noise_fraction": nested(fit.noise_fraction.tolist()),
-    }
-
-
-def series(result: IdentificationData) -> dict[str, Any]:
-    """Returns the time series that belong to :func:`record`: the fit and the history."""
-    points = thinned(len(result.history.time))
+def history(result: IdentificationData) -> dict[str, Any]:
+    """Returns the estimate over time, with null for what was not known yet."""
     values, std_devs = reported.reported_history(result)
-    return {
-        "start_ns": int(result.start_ns),
-        **({} if result.fit is None else {"fit": _fit_series(result.fit)}),
-        "history": {
-            "time_s": all_finite(result.history.time[points]),
-            "values": [all_finite(row) for row in values[points]],
-            "half_width_95": [all_finite(row) for row in Z95 * std_devs[points]],
-        },
+    shown = {"times_s": result.history.times_s, "values": values, "std_devs": std_devs}
+    return plain(result.history, series=True) | {
+        name: _numbers(array[thinned(len(array))]) for name, array in shown.items()
     }
 
 
-def _fit_series(fit: Fit) -> dict[str, Any]:
-    points = thinned(len(fit.time))
-    return {
-        "time_s": all_finite(fit.time[points]),
-        "held_out": [bool(entry) for entry in fit.held_out[points]],
-        "channels": [
-            {
-                "name": channel.name,
-                "unit": channel.unit,
-                "measured": all_finite(fit.measured[points, k]),
-                "predicted": all_finite(fit.predicted[points, k]),
-                "weight": all_finite(fit.weights[points, k]),
-            }
-            for k, channel in enumerate(fit.channels)
-        ],
-    }
+def plain(data: Record, *, series: bool = False) -> dict[str, Any]:
+    """Returns the fields of a record as JSON has them, without those kept in memory.
+
+    Args:
+        data: The record.
+        series: Whether to return time series, too: thinned.
+    """
+    shown = {}
+    for name, schema in schema_of(data)["properties"].items():
+        kept = schema.get("kept", "always")
+        if kept == "always" or (series and kept == "file"):
+            value = getattr(data, name)
+            if kept == "file" and isinstance(value, np.ndarray):
+                value = value[thinned(len(value))]
+            shown[name] = _plain(value, of_ten(schema) is not None, series)
+    return shown
+
+
+def _plain(value: Any, is_of_ten: bool = False, series: bool = False) -> Any:
+    if isinstance(value, Record):
+        return plain(value, series=series)
+    if isinstance(value, MassProperties):
+        value = values_of(value)
+    if isinstance(value, np.ndarray | list | tuple):
+        shown = _numbers(value) if isinstance(value, np.ndarray) else [*map(_plain, value)]
+        return nested(shown) if is_of_ten else shown
+    return finite(value) if isinstance(value, float) else value
+
+
+def _numbers(values: Array) -> list[Any]:
+    """Returns the entries of an array as lists, with None for what is not finite."""
+    if values.dtype != float or np.isfinite(values).all():
+        listed: list[Any] = values.tolist()
+        return listed
+    return [_numbers(row) if values.ndim > 1 else finite(row) for row in values]
 
 
 def thinned(count: int, most: int = MOST_POINTS) -> NDArray[np.intp]:

@@ -2,10 +2,13 @@
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import fields, is_dataclass
 from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
 
 Observability = Literal["identifiable", "uncertain", "unobservable"]
 """Whether the motion excites a value, and whether the noise leaves enough of it."""
@@ -57,7 +60,7 @@ CUT = 1e-6
 """Relative difference of the two sides of an interval from which on it is cut: above rounding."""
 
 
-def nested(values: Sequence[float | str | None]) -> dict[str, Any]:
+def nested(values: Sequence[Any]) -> dict[str, Any]:
     """Lays ten entries out as ``mass``, ``com`` and ``inertia``; None for what is not finite."""
     result: dict[str, Any] = {"com": {}, "inertia": {}}
     for path, value in zip(PATHS, values, strict=True):
@@ -135,6 +138,17 @@ def noise_intervals(
     """Returns limits 1.96 standard deviations to each side of each value, (N, 2)."""
     limits: NDArray[np.float64] = values[:, None] + np.outer(std_devs, [-Z95, Z95])
     return limits
+
+
+def listed_fields(data: object) -> dict[str, Any]:
+    """Returns the fields of a dataclass by their names, with lists in place of arrays."""
+
+    def listed(value: Any) -> Any:
+        if is_dataclass(value):
+            return listed_fields(value)
+        return value.tolist() if isinstance(value, np.ndarray) else value
+
+    return {each.name: listed(getattr(data, each.name)) for each in fields(data)}  # type: ignore[arg-type]
 
 
 def where_reported(known: Iterable[bool], values: Iterable[float]) -> list[float | None]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactid._native import MassProperties
 from tactid.errors import ArgumentError
-from tactid.values import PATHS
+from tactid.values import PATHS, Z95
 
 Array = NDArray[np.float64]
 
@@ -66,31 +66,35 @@ class Estimate:
 
     @classmethod
     def _of(cls, record: Any) -> "Estimate":
-        series = _get(record, "series", dict, {})
-        fit = _get(series, "fit", dict, {})
-        history = _get(series, "history", dict, {})
-        fit_time = _array(fit, "time_s", (-1,))
-        history_time = _array(history, "time_s", (-1,))
-        points = len(history_time)
-        values = _ten(_get(record, "estimate", dict), "estimate")
+        estimate = _get(record, "estimate", dict)
+        fit = _get(record, "fit", dict, {})
+        history = _get(record, "history", dict, {})
+        fit_time = _array(fit, "times_s", (-1,))
+        history_time = _array(history, "times_s", (-1,))
+        points, channels = len(history_time), _get(fit, "channels", list, [])
+        shape = (len(fit_time), len(channels))
+        measured, predicted = (_array(fit, name, shape) for name in ("measured", "predicted"))
+        values = _ten(_get(estimate, "values", dict), "values")
+        limits = _get(estimate, "intervals", dict, {})
+        low, high = (_ten(limits, "intervals", side) for side in (0, 1))
         return cls(
             values=values,
-            half_width=_ten(_get(record, "half_width_95", dict, {}), "half_width_95"),
-            frame=_get(record, "frame", str, ""),
+            half_width=np.maximum(values - low, high - values),
+            frame=_get(estimate, "frame", str, ""),
             remarks=[str(remark) for remark in _get(record, "remarks", list, [])],
-            start_ns=_get(series, "start_ns", int) if series else None,
+            start_ns=_get(record, "start_ns", int) if history else None,
             history_time=history_time,
             history=_array(history, "values", (points, 10)),
-            history_half_width=_array(history, "half_width_95", (points, 10)),
+            history_half_width=Z95 * _array(history, "std_devs", (points, 10)),
             fit_time=fit_time,
             channels=[
                 Channel(
                     name=_get(channel, "name", str),
                     unit=_get(channel, "unit", str),
-                    measured=_array(channel, "measured", (len(fit_time),)),
-                    predicted=_array(channel, "predicted", (len(fit_time),)),
+                    measured=measured[:, k],
+                    predicted=predicted[:, k],
                 )
-                for channel in _get(fit, "channels", list, [])
+                for k, channel in enumerate(channels)
             ],
         )
 
@@ -136,16 +140,18 @@ def _get(record: Any, key: str, kind: type, default: Any = None) -> Any:
     return value
 
 
-def _ten(record: dict[str, Any], name: str) -> Array:
-    """Ten values from their nested layout; NaN for null and for what is not there."""
+def _ten(record: dict[str, Any], name: str, side: int | None = None) -> Array:
+    """Ten values, or a side of ten pairs, from their nested layout; NaN for null and no entry."""
     values: list[Any] = []
     for path in PATHS:
         place: Any = record
         for key in path:
             place = place.get(key) if isinstance(place, dict) else None
+        if side is not None and isinstance(place, list):
+            place = place[side] if len(place) == 2 else None
         values.append(place)
-    if name == "estimate" and all(value is None for value in values):
-        raise _WrongError("'estimate' has none of mass, com and inertia")
+    if name == "values" and all(value is None for value in values):
+        raise _WrongError("'values' has none of mass, com and inertia")
     return _numbers(values, name)
 
 

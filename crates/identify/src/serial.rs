@@ -1,0 +1,204 @@
+//! Serialisation of matrices, bodies and tables of numbers, and their JSON schemas.
+
+use std::borrow::Cow;
+use std::marker::PhantomData;
+
+use nalgebra::{Dyn, OMatrix, SMatrix, SVector, U10, Vector3};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use tactid_dynamics::{MassProperties, Wrench};
+
+use crate::result::values_of_body;
+
+/// A vector as a sequence of its entries.
+pub mod vector {
+    use super::{Deserialize, Deserializer, Serialize, Serializer, Vector3};
+
+    /// Serialises a vector.
+    ///
+    /// # Errors
+    /// Returns the errors of the serializer.
+    pub fn serialize<S: Serializer>(of: &Vector3<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+        of.as_slice().serialize(serializer)
+    }
+
+    /// Deserialises a vector.
+    ///
+    /// # Errors
+    /// Returns the errors of the deserializer, and one if there are not three entries.
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vector3<f64>, D::Error> {
+        <[f64; 3]>::deserialize(from).map(Vector3::from)
+    }
+}
+
+/// Ten numbers as a sequence.
+pub(crate) mod ten {
+    use super::{Deserialize, Deserializer, SVector, Serialize, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(
+        of: &SVector<f64, 10>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        of.as_slice().serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+        from: D,
+    ) -> Result<SVector<f64, 10>, D::Error> {
+        <[f64; 10]>::deserialize(from).map(SVector::from)
+    }
+}
+
+/// A matrix of ten rows as the sequence of its columns.
+pub(crate) mod columns {
+    use super::{Deserialize, Deserializer, Dyn, OMatrix, Serialize, Serializer, U10};
+
+    pub(crate) fn serialize<S: Serializer>(
+        of: &OMatrix<f64, U10, Dyn>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        of.as_slice().as_chunks::<10>().0.serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+        from: D,
+    ) -> Result<OMatrix<f64, U10, Dyn>, D::Error> {
+        let columns = Vec::<[f64; 10]>::deserialize(from)?;
+        Ok(OMatrix::from_fn_generic(
+            U10,
+            Dyn(columns.len()),
+            |row, column| columns[column][row],
+        ))
+    }
+}
+
+/// A matrix of ten rows and columns as the sequence of its columns.
+pub(crate) mod square {
+    use super::{Deserialize, Deserializer, SMatrix, Serialize, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(
+        of: &SMatrix<f64, 10, 10>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        of.data.0.serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+        from: D,
+    ) -> Result<SMatrix<f64, 10, 10>, D::Error> {
+        <[[f64; 10]; 10]>::deserialize(from).map(SMatrix::from)
+    }
+}
+
+/// Serialises force, N, and moment, N m, as one sequence.
+pub(crate) fn wrench<S: Serializer>(wrench: &Wrench, serializer: S) -> Result<S::Ok, S::Error> {
+    let (f, n) = (&wrench.force, &wrench.moment);
+    [f.x, f.y, f.z, n.x, n.y, n.z].serialize(serializer)
+}
+
+/// Serialises the ten values of a body.
+pub(crate) fn body<S: Serializer>(body: &MassProperties, serializer: S) -> Result<S::Ok, S::Error> {
+    values_of_body(body).serialize(serializer)
+}
+
+/// Serialises a body that may be missing as a structure of its name around its ten values.
+pub(crate) fn optional_body<S: Serializer>(
+    body: &Option<MassProperties>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    #[serde(rename = "MassProperties")]
+    struct Values([f64; 10]);
+    let values = body.as_ref().map(|body| Values(values_of_body(body)));
+    values.serialize(serializer)
+}
+
+/// Serialises what an estimator may not know; as NaN where it does not.
+pub(crate) fn or_nan<const N: usize, S: Serializer>(
+    known: &Option<[f64; N]>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    known
+        .unwrap_or([f64::NAN; N])
+        .as_slice()
+        .serialize(serializer)
+}
+
+/// Serialises limits that an estimator may not know; as NaN where it does not.
+pub(crate) fn limits_or_nan<const N: usize, S: Serializer>(
+    known: &Option<[[f64; 2]; N]>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    let limits = known.unwrap_or([[f64::NAN; 2]; N]);
+    limits.as_slice().serialize(serializer)
+}
+
+/// Numbers in rows of equal length.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// Number of columns.
+    pub columns: usize,
+    /// The numbers, row by row.
+    pub values: Vec<f64>,
+}
+
+impl Table {
+    /// Returns the rows.
+    pub fn rows(&self) -> impl Iterator<Item = &[f64]> {
+        self.values.chunks_exact(self.columns.max(1))
+    }
+}
+
+impl Serialize for Table {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.rows())
+    }
+}
+
+impl JsonSchema for Table {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "Table".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        Vec::<Vec<f64>>::json_schema(generator)
+    }
+}
+
+/// Schema of something that a payload has for each of its [ten values](crate::VALUE_NAMES): by their names.
+pub struct TenValues<T>(PhantomData<T>);
+
+impl<T: JsonSchema> JsonSchema for TenValues<T> {
+    fn schema_name() -> Cow<'static, str> {
+        format!("TenValues_{}", T::schema_name()).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let one = generator.subschema_for::<T>();
+        json_schema!({
+            "type": "object",
+            "description": "What belongs to mass, kg, centre of mass, m, and inertia about it, kg m², along the axes of the frame.",
+            "properties": {
+                "mass": one,
+                "com": {
+                    "type": "object",
+                    "properties": {"x": one, "y": one, "z": one},
+                    "required": ["x", "y", "z"],
+                    "additionalProperties": false,
+                },
+                "inertia": {
+                    "type": "object",
+                    "properties": {"xx": one, "xy": one, "xz": one, "yy": one, "yz": one, "zz": one},
+                    "required": ["xx", "xy", "xz", "yy", "yz", "zz"],
+                    "additionalProperties": false,
+                },
+            },
+            "required": ["mass", "com", "inertia"],
+            "additionalProperties": false,
+        })
+    }
+}

@@ -1,0 +1,209 @@
+# Written by docs/tools/record_stub.py: do not edit.
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactid._native import MassProperties
+from tactid.equality import ComparedByValue
+from tactid.findings import DataFault, Finding
+from tactid.payload import PayloadEstimate as _PayloadEstimate
+
+CLASSES: dict[str, type[Record]]
+SCHEMAS: dict[str, dict[str, Any]]
+
+def schema_of(record: type[Record] | Record) -> dict[str, Any]: ...
+def without_null(schema: Mapping[str, Any]) -> Mapping[str, Any]: ...
+def is_nullable(schema: Mapping[str, Any]) -> bool: ...
+def of_ten(schema: Mapping[str, Any]) -> Mapping[str, Any] | None: ...
+def array_of(schema: Mapping[str, Any]) -> tuple[int, str]: ...
+def in_order(schema: Mapping[str, Any]) -> dict[str, dict[str, Any]]: ...
+
+class Record(ComparedByValue):
+    def __post_init__(self) -> None: ...
+
+Clock: TypeAlias = Literal["stamps", "log times", "given"]
+EstimatorName: TypeAlias = Literal["least-squares", "nlms"]
+Method: TypeAlias = Literal["tactile", "effort", "joint-sensing", "combined"]
+Observability: TypeAlias = Literal["identifiable", "uncertain", "unobservable"]
+
+@dataclass(frozen=True, eq=False)
+class Agreement(Record):
+    chi_square: float
+    degrees_of_freedom: float
+    noise_degrees_of_freedom: float
+    p_value: float
+    value_p_values: NDArray[np.float64]
+    agree: bool
+    runs: Sequence[RunDistance]
+    largest: ValueDifference | None = ...
+
+@dataclass(frozen=True, eq=False)
+class ArmChange(Record):
+    by_joint: NDArray[np.float64]
+    log_evidence: float
+
+@dataclass(frozen=True, eq=False)
+class BoundingBox(Record):
+    min: NDArray[np.float64]
+    max: NDArray[np.float64]
+
+@dataclass(frozen=True, eq=False)
+class CalibratedFit(Record):
+    joints: Sequence[str]
+    misfit: NDArray[np.float64]
+    noise_fraction: NDArray[np.float64]
+    updated_by_unloaded: bool
+    friction_change: ArmChange | None = ...
+    gain_change: ArmChange | None = ...
+
+@dataclass(frozen=True, eq=False)
+class Channel(Record):
+    name: str
+    unit: str
+
+@dataclass(frozen=True, eq=False)
+class Combination(Record):
+    estimate: _PayloadEstimate
+    agreement: Agreement
+    between_runs: NDArray[np.float64]
+    principal_moments: PrincipalMoments | None = ...
+
+@dataclass(frozen=True, eq=False)
+class Delay(Record):
+    delay_s: float
+    std_dev_s: float
+
+@dataclass(frozen=True, eq=False)
+class FitReport(Record):
+    channels: Sequence[Channel]
+    times_s: NDArray[np.float64]
+    measured: NDArray[np.float64]
+    predicted: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    held_out: NDArray[np.bool_]
+    residual_rms: NDArray[np.float64]
+    held_out_rms: NDArray[np.float64]
+    noise_fraction: NDArray[np.float64]
+    excitation: NDArray[np.float64]
+    excitation_directions: NDArray[np.float64]
+    stride_s: float
+    cutoff_hz: float
+    wrench_offset: WrenchOffset | None = ...
+
+@dataclass(frozen=True, eq=False)
+class Forecast(Record):
+    growth: NDArray[np.float64]
+    fractions: NDArray[np.float64]
+    noise_fraction: NDArray[np.float64]
+    length_s: float
+
+@dataclass(frozen=True, eq=False)
+class History(Record):
+    epoch: Sequence[int]
+    times_s: NDArray[np.float64]
+    values: NDArray[np.float64]
+    std_devs: NDArray[np.float64]
+
+@dataclass(frozen=True, eq=False)
+class Identification(Record):
+    estimate: _PayloadEstimate
+    history: History
+    method: Method
+    estimator: EstimatorName
+    cutoff_hz: float
+    max_gap_s: float
+    gravity_m_s2: NDArray[np.float64]
+    delay_s: float
+    subtracts_unloaded: bool
+    clock: Clock
+    start_ns: int
+    duration_s: float
+    faults: Sequence[DataFault]
+    findings: Sequence[Finding]
+    interrupted: bool
+    damage: Sequence[str]
+    principal_moments: PrincipalMoments | None = ...
+    linear: LinearEstimate | None = ...
+    fit: FitReport | None = ...
+    singular_values: SingularValues | None = ...
+    forecast: Forecast | None = ...
+    paper_settings: PaperSettings | None = ...
+    estimated_delay: Delay | None = ...
+    calibrated: CalibratedFit | None = ...
+    known_mass: KnownMass | None = ...
+    bounding_box: BoundingBox | None = ...
+
+@dataclass(frozen=True, eq=False)
+class KnownMass(Record):
+    mass_kg: float
+    std_dev_kg: float
+
+@dataclass(frozen=True, eq=False)
+class LinearEstimate(Record):
+    parameters: NDArray[np.float64]
+    information: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    shared: SharedErrors
+    degrees_of_freedom: float
+
+@dataclass(frozen=True, eq=False)
+class PaperSettings(Record):
+    alpha: float
+    beta: float
+    average_s: float
+    epochs: int
+
+@dataclass(frozen=True, eq=False)
+class PayloadEstimate(Record):
+    frame: str
+    values: NDArray[np.float64]
+    observability: Sequence[Observability]
+    std_devs: NDArray[np.float64]
+    is_physical: bool
+    composite: MassProperties | None = ...
+    intervals: NDArray[np.float64] = ...
+    windows: int = ...
+    payload_changes: int = ...
+    since_s: float = ...
+    rejected: int = ...
+    gaps: int = ...
+
+@dataclass(frozen=True, eq=False)
+class PrincipalMoments(Record):
+    values: NDArray[np.float64]
+    std_devs: NDArray[np.float64]
+    intervals: NDArray[np.float64]
+
+@dataclass(frozen=True, eq=False)
+class RunDistance(Record):
+    chi_square: float
+    degrees_of_freedom: float
+    p_value: float
+    others_agree: bool
+
+@dataclass(frozen=True, eq=False)
+class SharedErrors(Record):
+    unknowns: Sequence[int]
+    changes: NDArray[np.float64]
+
+@dataclass(frozen=True, eq=False)
+class SingularValues(Record):
+    mass: NDArray[np.float64]
+    inertia: NDArray[np.float64]
+
+@dataclass(frozen=True, eq=False)
+class ValueDifference(Record):
+    run: int
+    value: str
+    difference: float
+    others: float
+    std_dev: float
+
+@dataclass(frozen=True, eq=False)
+class WrenchOffset(Record):
+    frame: str
+    values: NDArray[np.float64]
+    std_devs: NDArray[np.float64]
