@@ -3,6 +3,7 @@
 use tactid_dynamics::{ModelError, StateError};
 use tactid_identify::IdentifyError;
 
+use crate::collisions::UntestedLinks;
 use crate::limits::Limit;
 
 /// Why a motion cannot be designed.
@@ -57,6 +58,12 @@ pub enum ExcitationError {
         /// Where: at the start, at the end, on the way there, or in every motion that was tried.
         at: &'static str,
     },
+    /// Collision shapes of links that the motion could bring into contact are left out.
+    #[error(
+        "{0}: give meshes as STL or OBJ that can be read, or accept motions that are not tested by \
+         `CollisionModel::accepting_untested`"
+    )]
+    Untested(UntestedLinks),
     /// The motion is shorter than what the filter needs.
     #[error(
         "a motion of {duration_s} s is too short: the averaging window is {window_s:.3} s long"

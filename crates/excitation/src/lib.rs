@@ -95,7 +95,9 @@ mod workspace_bounds;
 
 pub use active::{ActiveSettings, Planner, Prior, PriorBound, PriorContradiction, Step};
 pub use checks::LARGEST_SIZE_M;
-pub use collisions::{CollisionFinding, CollisionModel, MeshReader, NotTested};
+pub use collisions::{
+    CollisionFinding, CollisionModel, MeshReader, NotTested, UntestedLink, UntestedLinks,
+};
 pub use dense::{Excursion, margins};
 pub use design::{Design, design, design_observed};
 pub use error::ExcitationError;

@@ -1,5 +1,6 @@
 //! Design of motions. The package's `design_excitation` calls it.
 
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -36,6 +37,9 @@ const ROUNDING_OF_INERTIA: f64 = 1e-3;
 /// Topic of a designed motion.
 const TRAJECTORY_TOPIC: &str = "/joint_trajectory";
 
+/// Name of the metadata of a designed motion.
+const METADATA: &str = "tactid.motion";
+
 /// Time of the message of a designed motion, ns. ROS takes a stamp of zero for a missing one.
 const LOG_TIME_NS: u64 = 1_000_000_000;
 
@@ -53,7 +57,7 @@ pub(crate) struct Given {
     sensors: Vec<String>,
     sample_rate: f64,
     base_noise: Option<[f64; 6]>,
-    speed: f64,
+    limit_scale: f64,
     acceleration: f64,
     payloads: Vec<Py<MassProperties>>,
     duration: Option<f64>,
@@ -179,7 +183,7 @@ fn problem(
         ..defaults
     };
     let model = &robot.get().robot;
-    let limits = JointLimits::of_robot(model, given.acceleration, given.speed)
+    let limits = JointLimits::of_robot(model, given.acceleration, given.limit_scale)
         .map_err(IntoPyErr::into_py_err)?;
     let sensing = Sensing {
         sensors: given.sensors.clone(),
@@ -393,12 +397,13 @@ fn data(
 ///     joints: Names of the joints.
 ///     time: Times since the start of the motion, (N,), s.
 ///     q: Positions, (N, n); ``qd`` and ``qdd`` likewise.
+///     metadata: What the log says of the motion, by keys: an MCAP metadata record named ``tactid.motion``.
 ///
 /// Raises:
 ///     LogError: The file cannot be written.
 ///     ArgumentError: A shape does not fit.
 #[pyfunction]
-#[pyo3(signature = (path, *, joints, time, q, qd, qdd))]
+#[pyo3(signature = (path, *, joints, time, q, qd, qdd, metadata))]
 pub(crate) fn write_trajectory(
     py: Python<'_>,
     path: PathBuf,
@@ -407,6 +412,7 @@ pub(crate) fn write_trajectory(
     q: &Bound<'_, PyAny>,
     qd: &Bound<'_, PyAny>,
     qdd: &Bound<'_, PyAny>,
+    metadata: BTreeMap<String, String>,
 ) -> PyResult<()> {
     let time = Series::read(time, "time", &[])?;
     let q = Series::read(q, "q", &[joints.len()])?;
@@ -430,6 +436,7 @@ pub(crate) fn write_trajectory(
         let mut log = LogWriter::create(&path)?;
         let channel = log.channel::<JointTrajectory>(TRAJECTORY_TOPIC, Durability::Volatile)?;
         log.write(&channel, LOG_TIME_NS, &message)?;
+        log.metadata(METADATA, metadata)?;
         log.finish()?;
         Ok::<_, LogError>(())
     };

@@ -1,7 +1,7 @@
 //! From the errors of a design to Python's, which name the keywords of `tactid.design_excitation`.
 
 use pyo3::prelude::*;
-use tactid_excitation::{ExcitationError as Error, Limit};
+use tactid_excitation::{ExcitationError as Error, Limit, UntestedLinks};
 
 use crate::errors::{ArgumentError, ExcitationError, IntoPyErr, ModelError, option_error};
 
@@ -40,6 +40,7 @@ impl IntoPyErr for Error {
                 ),
                 "tip",
             ),
+            Self::Untested(links) => ExcitationError::new_err((untested(&links), "collisions")),
             Self::TooShort { .. } => with_remedy(&message, ("duration", "`duration` sets it")),
             Self::Impossible { limit, .. } => with_remedy(&message, remedy(&limit)),
             Self::OutOfReach {
@@ -51,6 +52,19 @@ impl IntoPyErr for Error {
     }
 }
 
+/// Says which links are not tested for collisions, and what to do.
+fn untested(links: &UntestedLinks) -> String {
+    let remedy = if links.0.is_empty() {
+        "give a URDF with collision shapes"
+    } else {
+        "put the meshes, as STL or OBJ files, where the URDF names them (for package://, ROS_PACKAGE_PATH may name the \
+         folder that contains the package)"
+    };
+    format!(
+        "{links}; {remedy}, or accept a motion that may run the robot through itself with `collisions=False`"
+    )
+}
+
 /// Adds the keyword that relaxes the limit or the duration which makes a motion impossible, and what it does.
 fn with_remedy(message: &str, (keyword, does): (&'static str, &'static str)) -> PyErr {
     ExcitationError::new_err((format!("{message}; {does}"), keyword))
@@ -60,7 +74,7 @@ fn with_remedy(message: &str, (keyword, does): (&'static str, &'static str)) -> 
 fn remedy(limit: &Limit) -> (&'static str, &'static str) {
     match limit {
         Limit::Position(_) => ("start", "the URDF sets it: begin elsewhere (`start`)"),
-        Limit::Velocity(_) => ("speed", "the URDF and `speed` set it"),
+        Limit::Velocity(_) => ("limit_scale", "the URDF and `limit_scale` set it"),
         Limit::Acceleration(_) => ("acceleration", "`acceleration` sets it"),
         Limit::Effort(_) => (
             "start",
@@ -104,7 +118,7 @@ fn value_error(field: &str, given: f64, expected: &str) -> PyErr {
         "base" if field.ends_with("position_m") => "base_position",
         "base" => "base_attitude",
         "limits" if field.contains("acceleration") => "acceleration",
-        "limits" if field.contains("velocity") => "speed",
+        "limits" if field.contains("velocity") => "limit_scale",
         _ => return ArgumentError::new_err(format!("{field} is {given}: expected {expected}")),
     };
     // The place within a keyword that takes several numbers, such as `[2] (joint_3)` or `.friction`.

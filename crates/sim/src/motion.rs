@@ -37,7 +37,7 @@ pub struct JointMotion {
 impl JointMotion {
     /// Reads a motion: a log with a message of the type `trajectory_msgs/msg/JointTrajectory`, a CSV file, or a folder with
     /// the log `trajectory.mcap`. A CSV file has the columns `time_s` (s, increasing), and `q_NAME` (rad or m) and `qd_NAME`
-    /// (rad/s or m/s) for each joint; others are ignored.
+    /// (rad/s or m/s) for each joint; others, and lines that begin with `#`, are ignored.
     ///
     /// # Errors
     /// Returns [`SimError::File`] or [`SimError::Log`] if the file cannot be read, and [`SimError::Motion`] with the line or the
@@ -86,12 +86,14 @@ impl JointMotion {
         };
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
+            .comment(Some(b'#'))
             .from_reader(text.as_bytes());
         let header = reader.headers().map_err(|error| fault(error.to_string()))?;
         let header: Vec<String> = header.iter().map(str::to_owned).collect();
         let (joints, columns) = columns(&header).map_err(fault)?;
-        // The header is the first line.
-        let mut motion = Self::new(file, joints, ("line", 2));
+        // The header is the first line below the comments at the head.
+        let comments = text.lines().take_while(|line| line.starts_with('#'));
+        let mut motion = Self::new(file, joints, ("line", 2 + comments.count()));
         for record in reader.records() {
             let record = record.map_err(|error| fault(error.to_string()))?;
             let number = |column: usize| {
@@ -322,6 +324,10 @@ mod tests {
                 "line 2: a number is not finite",
             ),
             ("time_s,q_a,qd_a\n0,0,0\n1,0\n", "line: 3"),
+            (
+                "# at 50 %\n# untested\ntime_s,q_a,qd_a\n0,0,0\n1,x,0\n",
+                "line 5: q_a is \"x\"",
+            ),
         ] {
             let message = read(text).unwrap_err().to_string();
             assert!(message.contains(expected), "{text}: {message}");

@@ -45,6 +45,8 @@ pub(super) struct Repair {
     pub(super) shapes: Vec<LeftOut>,
     /// Attribute that gives the rotation of the `<inertial>`, where it is unreadable.
     pub(super) rotation: Option<&'static str>,
+    /// Whether the link has a `<visual>`, which no model needs.
+    pub(super) has_visual: bool,
 }
 
 /// A collision shape that is left out.
@@ -211,6 +213,7 @@ impl Front<'_> {
             }
         }
         if element == "link" {
+            self.repair.has_visual = given.child("visual").is_some();
             given
                 .children("collision")
                 .for_each(|one| self.collision(one));

@@ -157,6 +157,15 @@ impl Urdf {
         shapes(self.link(link)?, &self.repairs, |_| true)
     }
 
+    /// Returns whether a link has a `<visual>` element; false for an unknown link.
+    #[must_use]
+    pub fn has_visual(&self, link: &str) -> bool {
+        self.repairs
+            .links
+            .get(link)
+            .is_some_and(|repair| repair.has_visual)
+    }
+
     /// Returns the boxes among the collision shapes of a link. Other shapes are skipped.
     ///
     /// # Errors

@@ -7,6 +7,8 @@ mod mesh_file;
 mod model;
 mod pairs;
 mod placed;
+mod untested;
 
 pub(crate) use distance::Distances;
 pub use model::{CollisionFinding, CollisionModel, MeshReader, NotTested};
+pub use untested::{UntestedLink, UntestedLinks};

@@ -10,6 +10,7 @@ use tactid_dynamics::{
 use super::convert::glam_pose;
 use super::mesh::ConvexHulls;
 use super::placed::Placed;
+use super::untested::UntestedLink;
 use crate::ExcitationError;
 use crate::checks::LARGEST_SIZE_M;
 
@@ -32,6 +33,10 @@ pub type MeshReader<'a> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'a;
 pub struct CollisionModel {
     /// Name of each link that has shapes, with its shapes.
     pub(crate) links: Vec<(String, Vec<Placed>)>,
+    /// Links of which a shape is not tested, each once.
+    pub(crate) untested: Vec<UntestedLink>,
+    /// Whether a motion may be designed although shapes are missing.
+    pub(crate) accepts_untested: bool,
     findings: Vec<CollisionFinding>,
 }
 
@@ -55,6 +60,11 @@ pub enum CollisionFinding {
         pairs: Vec<[String; 2]>,
         /// The reason.
         because: NotTested,
+    },
+    /// Links that have a visual shape and no collision shape, so that the URDF does not ask for a test of them.
+    LinksWithoutShapes {
+        /// Names of the links.
+        links: Vec<String>,
     },
     /// More shapes are left out than have a finding each.
     MoreShapesLeftOut {
@@ -108,6 +118,11 @@ impl fmt::Display for CollisionFinding {
                 formatter,
                 "the collision shape `{shape}` of link {link} is left out: {because}"
             ),
+            Self::LinksWithoutShapes { links } => write!(
+                formatter,
+                "not tested for collisions, because the URDF has no collision shape of them: {}",
+                links.join(", ")
+            ),
             Self::MoreShapesLeftOut { count } => {
                 write!(formatter, "{count} more collision shapes are left out")
             }
@@ -144,6 +159,9 @@ impl CollisionModel {
     /// Returns the collision shapes of a robot from its URDF. `read_mesh` reads the files of meshes, of which STL and OBJ are
     /// understood; other shapes that cannot be used are left out, see [`CollisionModel::findings`].
     ///
+    /// No motion is designed for a robot whose shapes are left out, because it could run through them:
+    /// [`CollisionModel::accepting_untested`] allows it.
+    ///
     /// # Errors
     /// Returns [`ExcitationError::Model`] for a pose or a size of a shape that is not finite numbers or not positive.
     pub fn of_urdf(
@@ -151,60 +169,32 @@ impl CollisionModel {
         robot: &Manipulator,
         read_mesh: &mut MeshReader<'_>,
     ) -> Result<Self, ExcitationError> {
-        let mut model = Self {
-            links: Vec::new(),
-            findings: Vec::new(),
+        let mut reading = Reading {
+            read_mesh,
+            hulls: ConvexHulls::default(),
+            tested: 0,
+            too_many: 0,
+            left_out: 0,
+            model: Self {
+                links: Vec::new(),
+                untested: Vec::new(),
+                accepts_untested: false,
+                findings: Vec::new(),
+            },
         };
-        let mut hulls = ConvexHulls::default();
-        let (mut tested, mut too_many, mut left_out) = (0, 0, 0);
+        let mut without = Vec::new();
         for link in robot.frame_names() {
             let shapes = match urdf.collision_shapes(link) {
                 // A frame that was added to the robot.
                 Err(ModelError::UnknownFrame { .. }) => continue,
                 shapes => shapes?,
             };
-            let mut placed = Vec::new();
-            for shape in &shapes {
-                if tested == MAX_SHAPES {
-                    too_many += 1;
-                    continue;
-                }
-                match shape_of(shape, read_mesh, &mut hulls) {
-                    Ok(shape) => {
-                        placed.push(shape);
-                        tested += 1;
-                    }
-                    Err((shape, because)) => {
-                        left_out += 1;
-                        if left_out <= MAX_LEFT_OUT {
-                            model.findings.push(CollisionFinding::ShapeLeftOut {
-                                link: link.to_owned(),
-                                shape: shortened(&shape, LONGEST_NAME),
-                                because,
-                            });
-                        }
-                    }
-                }
+            if shapes.is_empty() && urdf.has_visual(link) {
+                without.push(link.to_owned());
             }
-            if !placed.is_empty() {
-                model.links.push((link.to_owned(), placed));
-            }
+            reading.link(link, &shapes);
         }
-        if left_out > MAX_LEFT_OUT {
-            let count = left_out - MAX_LEFT_OUT;
-            model
-                .findings
-                .push(CollisionFinding::MoreShapesLeftOut { count });
-        }
-        if too_many > 0 {
-            model
-                .findings
-                .push(CollisionFinding::TooManyShapes { count: too_many });
-        }
-        if model.links.is_empty() {
-            model.findings.push(CollisionFinding::NoShapes);
-        }
-        Ok(model)
+        Ok(reading.finish(without))
     }
 
     /// Returns what is left out.
@@ -212,27 +202,131 @@ impl CollisionModel {
     pub fn findings(&self) -> &[CollisionFinding] {
         &self.findings
     }
+
+    /// Returns the links of which a shape is left out, each once with the first of these shapes.
+    #[must_use]
+    pub fn untested(&self) -> &[UntestedLink] {
+        &self.untested
+    }
+
+    /// Accepts motions that are not tested against the shapes that are left out.
+    #[must_use]
+    pub fn accepting_untested(mut self) -> Self {
+        self.accepts_untested = true;
+        self
+    }
 }
 
-/// Returns a shape, or its name and the reason why it is left out.
+/// The reading of the shapes of a robot, link by link.
+struct Reading<'a, 'b> {
+    read_mesh: &'a mut MeshReader<'b>,
+    hulls: ConvexHulls,
+    /// Number of shapes that are tested, that are too many, and that are left out for another reason.
+    tested: usize,
+    too_many: usize,
+    left_out: usize,
+    model: CollisionModel,
+}
+
+impl Reading<'_, '_> {
+    /// Adds the shapes of a link.
+    fn link(&mut self, link: &str, shapes: &[CollisionShape]) {
+        let mut placed = Vec::new();
+        for shape in shapes {
+            if self.tested == MAX_SHAPES {
+                self.too_many += 1;
+                self.leave_out(
+                    link,
+                    name_of(shape),
+                    format!("at most {MAX_SHAPES} are tested"),
+                );
+                continue;
+            }
+            match shape_of(shape, self.read_mesh, &mut self.hulls) {
+                Ok(shape) => {
+                    placed.push(shape);
+                    self.tested += 1;
+                }
+                Err(because) => {
+                    let shape = name_of(shape);
+                    self.left_out += 1;
+                    if self.left_out <= MAX_LEFT_OUT {
+                        self.model.findings.push(CollisionFinding::ShapeLeftOut {
+                            link: link.to_owned(),
+                            shape: shape.clone(),
+                            because: because.clone(),
+                        });
+                    }
+                    self.leave_out(link, shape, because);
+                }
+            }
+        }
+        if !placed.is_empty() {
+            self.model.links.push((link.to_owned(), placed));
+        }
+    }
+
+    /// Remembers a link of which a shape is not tested.
+    fn leave_out(&mut self, link: &str, shape: String, because: String) {
+        let untested = &mut self.model.untested;
+        if untested.last().is_none_or(|last| last.link != link) {
+            let link = link.to_owned();
+            untested.push(UntestedLink {
+                link,
+                shape,
+                because,
+            });
+        }
+    }
+
+    /// Returns the model with the findings about all links, of which `without` have a visual shape only.
+    fn finish(self, without: Vec<String>) -> CollisionModel {
+        let Self { mut model, .. } = self;
+        let findings = &mut model.findings;
+        if let Some(count) = self
+            .left_out
+            .checked_sub(MAX_LEFT_OUT)
+            .filter(|&count| count > 0)
+        {
+            findings.push(CollisionFinding::MoreShapesLeftOut { count });
+        }
+        if self.too_many > 0 {
+            let count = self.too_many;
+            findings.push(CollisionFinding::TooManyShapes { count });
+        }
+        if model.links.is_empty() {
+            findings.push(CollisionFinding::NoShapes);
+        } else if !without.is_empty() {
+            findings.push(CollisionFinding::LinksWithoutShapes { links: without });
+        }
+        model
+    }
+}
+
+/// Returns the name of a shape: the file of a mesh, or the element of the URDF.
+fn name_of(shape: &CollisionShape) -> String {
+    let name = match &shape.geometry {
+        Ok(Geometry::Box { .. }) => "box",
+        Ok(Geometry::Sphere { .. }) => "sphere",
+        Ok(Geometry::Cylinder { .. }) => "cylinder",
+        Ok(Geometry::Capsule { .. }) => "capsule",
+        Ok(Geometry::Mesh { filename, .. }) => filename,
+        Err(element) => element,
+    };
+    shortened(name, LONGEST_NAME)
+}
+
+/// Returns a shape, or the reason why it is left out.
 fn shape_of(
     shape: &CollisionShape,
     read_mesh: &mut MeshReader<'_>,
     hulls: &mut ConvexHulls,
-) -> Result<Placed, (String, String)> {
-    let name = || match &shape.geometry {
-        Ok(Geometry::Box { .. }) => "box".to_owned(),
-        Ok(Geometry::Sphere { .. }) => "sphere".to_owned(),
-        Ok(Geometry::Cylinder { .. }) => "cylinder".to_owned(),
-        Ok(Geometry::Capsule { .. }) => "capsule".to_owned(),
-        Ok(Geometry::Mesh { filename, .. }) => filename.clone(),
-        Err(element) => element.clone(),
-    };
-    let placed = placed_of(shape, read_mesh, hulls).map_err(|because| (name(), because))?;
+) -> Result<Placed, String> {
+    let placed = placed_of(shape, read_mesh, hulls)?;
     let bounds = placed.shape.compute_aabb(&placed.pose);
     let farthest_m = bounds.mins.abs().max(bounds.maxs.abs()).max_element();
     if farthest_m > LARGEST_SIZE_M {
-        return Err((name(), "it reaches beyond 1000 km".to_owned()));
+        return Err("it reaches beyond 1000 km".to_owned());
     }
     Ok(placed)
 }

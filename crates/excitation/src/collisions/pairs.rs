@@ -1,9 +1,12 @@
 //! Pairs of solids that are tested for collisions.
 
+use std::collections::HashMap;
+
 use tactid_dynamics::{FrameId, Manipulator};
 
 use super::model::{CollisionFinding, NotTested};
 use super::placed::{Placed, Solid};
+use super::untested::UntestedLinks;
 use crate::ExcitationError;
 use crate::problem::Problem;
 
@@ -41,6 +44,9 @@ enum Kind {
 /// Returns the solids of a problem, the pairs that are tested, and a finding for those that are adjacent.
 ///
 /// Pairs whose relative pose no joint of the motion changes are not tested, and no finding reports them.
+///
+/// # Errors
+/// Returns [`ExcitationError::Untested`] if shapes of links are missing that the motion could bring into contact.
 pub(super) fn pairs(problem: &Problem) -> Result<Tested, ExcitationError> {
     let robot = &problem.robot;
     let (solids, kinds): (Vec<Solid>, Vec<Kind>) = solids(problem)?.into_iter().unzip();
@@ -50,6 +56,9 @@ pub(super) fn pairs(problem: &Problem) -> Result<Tested, ExcitationError> {
         let moves_one = |&&joint: &&usize| robot.moves(joint, a) != robot.moves(joint, b);
         joints.iter().filter(moves_one).count()
     };
+    check_shapes(problem, &|a, b| {
+        between(&moving, a, b) > 0 && between(&all, a, b) > 1
+    })?;
     let (mut pairs, mut adjacent) = (Vec::new(), Vec::new());
     for second in 0..solids.len() {
         for first in 0..second {
@@ -88,6 +97,61 @@ pub(super) fn pairs(problem: &Problem) -> Result<Tested, ExcitationError> {
         pairs,
         findings,
     })
+}
+
+/// Checks that no shape is missing of a link that another link, the payload or a keep-out box can touch. `can_touch` tells
+/// whether the motion changes the relative pose of two links that are no neighbours.
+///
+/// A link of the base counts like any other, because the arm can hit it.
+fn check_shapes(
+    problem: &Problem,
+    can_touch: &dyn Fn(FrameId, FrameId) -> bool,
+) -> Result<(), ExcitationError> {
+    let Some(model) = problem
+        .collisions
+        .as_ref()
+        .filter(|model| !model.accepts_untested)
+    else {
+        return Ok(());
+    };
+    let robot = &problem.robot;
+    let (base, tool) = (robot.base_frame(), robot.frame(&problem.tool)?);
+    // Links that all joints move alike touch the same others, so that one of them stands for all.
+    let moved = |link: &String| -> Result<_, ExcitationError> {
+        let frame = robot.frame(link)?;
+        let by: Vec<bool> = (0..robot.dof())
+            .map(|joint| robot.moves(joint, frame))
+            .collect();
+        Ok((by, frame))
+    };
+    let with_shapes = model.links.iter().map(|(link, _)| link);
+    let links = with_shapes.chain(model.untested.iter().map(|each| &each.link));
+    let others: HashMap<_, FrameId> = links.map(moved).collect::<Result<_, _>>()?;
+    if others.is_empty() && can_touch(base, tool) {
+        return Err(ExcitationError::Untested(UntestedLinks(Vec::new())));
+    }
+    let boxes = [
+        problem.payload_box.as_ref().map(|_| tool),
+        (!problem.workspace.keep_out.is_empty()).then_some(base),
+    ];
+    let mut known: HashMap<Vec<bool>, bool> = HashMap::new();
+    let mut missing = Vec::new();
+    for each in &model.untested {
+        let (by, frame) = moved(&each.link)?;
+        let touches = || {
+            others
+                .values()
+                .chain(boxes.iter().flatten())
+                .any(|&other| can_touch(frame, other))
+        };
+        if *known.entry(by).or_insert_with(touches) {
+            missing.push(each.clone());
+        }
+    }
+    if missing.is_empty() {
+        return Ok(());
+    }
+    Err(ExcitationError::Untested(UntestedLinks(missing)))
 }
 
 /// Returns the solids of a problem: links, payload, tool, keep-out boxes.

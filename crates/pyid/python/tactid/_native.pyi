@@ -273,6 +273,7 @@ def write_trajectory(
     q: ArrayLike,
     qd: ArrayLike,
     qdd: ArrayLike,
+    metadata: Mapping[str, str],
 ) -> None: ...
 def identify_log(log: _Path, options: object, progress: _Progress = None) -> _Data: ...
 def identify_logs(

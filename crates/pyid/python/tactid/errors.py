@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from tactid.findings import DataFault
-from tactid.naming import Style, option_name
+from tactid.naming import Style, option_name, switched_off
 
 
 class TactidError(Exception):
@@ -33,6 +33,9 @@ class TactidError(Exception):
         if self.option is None:
             return self.message
         keyword, name = option_name(self.option, "keyword"), option_name(self.option, style)
+        off = f"`{self.option}=False`"
+        if off in self.message:
+            return self.message.replace(off, switched_off(self.option, style))
         if keyword in self.message:
             return self.message.replace(keyword, name)
         return f"{name}: {self.message}"

@@ -27,6 +27,7 @@ from tactid.excitation_arguments import (
     numbers_of,
     places,
     start_of,
+    surroundings,
 )
 from tactid.meshes import Meshes
 from tactid.options import Options, collect
@@ -38,9 +39,9 @@ confidence ellipsoid."""
 
 OWN = (
     "start", "sensors", "duration", "within", "longest", "payload", "payload_mass_max",
-    "payload_box", "sample_rate", "base_noise", "speed", "acceleration", "wrench_limit", "grip",
-    "base_attitude", "base_position", "collisions", "workspace", "keep_out", "least_distance",
-    "criterion", "seed", "rate", "options", "progress",
+    "payload_box", "sample_rate", "base_noise", "limit_scale", "acceleration", "wrench_limit",
+    "grip", "base_attitude", "base_position", "collisions", "workspace", "keep_out",
+    "least_distance", "criterion", "seed", "rate", "options", "progress",
 )  # fmt: skip
 """The keywords of :func:`design_excitation` that are no options of an identification."""
 
@@ -71,7 +72,7 @@ def design_excitation(
     payload_box: ArrayLike | None = None,
     sample_rate: float | None = None,
     base_noise: ArrayLike | None = None,
-    speed: float = 1.0,
+    limit_scale: float = 1.0,
     acceleration: float = 2.0,
     wrench_limit: ArrayLike | None = None,
     grip: Grip | None = None,
@@ -118,7 +119,7 @@ def design_excitation(
         sample_rate: Samples of the sensors per second, Hz. Default: ``rate``.
         base_noise: Standard deviations of the wrench that follows from the motion of a floating
             base, (6,), N and N m: for the methods joint-sensing and combined.
-        speed: Factor on the velocity limits of the URDF and on ``acceleration``, at most 1.
+        limit_scale: Factor on the velocity limits of the URDF and on ``acceleration``, at most 1.
         acceleration: Largest acceleration of a joint, rad/s² or m/s².
         wrench_limit: Largest magnitudes of the wrench on the payload in the tip's frame, (6,), N
             and N m.
@@ -126,8 +127,10 @@ def design_excitation(
         base_attitude: Largest angle by which a floating base may turn, rad.
         base_position: Largest distance by which the origin of a floating base may move, m.
         collisions: Whether the links of the robot must not touch one another, the payload's box or
-            a keep-out box. Links without collision shapes in the URDF, and meshes that are not STL
-            or OBJ or not found, are left out; the result lists them.
+            a keep-out box. It is an error if a link that could be hit has a collision shape that
+            cannot be tested, such as a mesh that is not found or is neither STL nor OBJ: False
+            accepts a motion that may run the robot through itself. Links to which the URDF gives no
+            collision shape are not tested; the result lists them.
         workspace: Least and largest corner of a box that the tip and the payload's box must stay
             in, in the frame of the base, (2, 3), m.
         keep_out: Boxes that must not be entered, by their names: least and largest corner, in the
@@ -147,14 +150,15 @@ def design_excitation(
             <options>
 
     Raises:
-        ExcitationError: There is no such motion; the message names the limit that binds.
+        ExcitationError: There is no such motion, and the message names the limit that binds; or
+            collision shapes are missing, and the message names the links.
         ModelError: The robot cannot be modelled, has no such link, or a joint has no velocity
             limit.
         ArgumentError: An argument is unknown, missing or out of range, or a shape is wrong.
     """
     collected = collect(options, keywords, "design", ("robot", *OWN))
     check_types(robot, payload, seed)
-    check_positive(rate=rate, speed=speed, acceleration=acceleration)
+    check_positive(rate=rate, limit_scale=limit_scale, acceleration=acceleration)
     collected, assumed = _with_noise(collected)
     tip = collected.tip or "tool0"
     given: dict[str, Any] = {
@@ -163,7 +167,7 @@ def design_excitation(
         "sensors": [sensors] if isinstance(sensors, str) else list(sensors or (tip,)),
         "sample_rate": rate if sample_rate is None else sample_rate,
         "base_noise": numbers_of("base_noise", base_noise, 6),
-        "speed": speed,
+        "limit_scale": limit_scale,
         "acceleration": acceleration,
         "payloads": _payloads(payload, payload_mass_max, payload_box),
         "within": fraction_of(WITHIN if within is None else within),
@@ -210,6 +214,8 @@ def _result(
         margins=margins,
         binding_constraints=tuple(margin.limit for margin in margins if margin.binds),
         collision_findings=None if findings is None else tuple(map(_finding, findings)),
+        payload_tested=given["places"]["payload_box"] is not None,
+        surroundings=surroundings(given["places"]),
         duration_s=found["duration"],
         seed=given["seed"],
         method=method or "tactile",

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from tactid import _native
 from tactid._native import Manipulator, MassProperties
 from tactid.errors import ArgumentError
+from tactid.motion_data import WORKSPACE
 
-MOST = {"rate": 1e5, "acceleration": 1e5, "speed": 1.0, "least_distance": 0.06}
+MOST = {"rate": 1e5, "acceleration": 1e5, "limit_scale": 1.0, "least_distance": 0.06}
 """Largest values of keywords: a larger rate, Hz, or acceleration is a mistake, a factor above 1
 exceeds the velocity limits of the URDF, and larger distances, m, are not computed."""
 
@@ -110,6 +111,12 @@ def places(
         ],
         "least_distance": least_distance,
     }
+
+
+def surroundings(places: Mapping[str, Any]) -> tuple[str, ...]:
+    """Returns the names of the boxes around the robot that :func:`places` returns."""
+    workspace = [] if places["workspace"] is None else [WORKSPACE]
+    return (*workspace, *(f"the keep-out box {name}" for name, _ in places["keep_out"]))
 
 
 LARGEST_COORDINATE = 1e6

@@ -7,13 +7,15 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from tactid import excite_options, motion_files, motion_text
+from tactid import excite_options, motion_files, motion_text, option_text
 from tactid._native import Manipulator
 from tactid.console import interruptible, notes, print_whole, progress, write_files
 from tactid.designed_motion import DesignedMotion
+from tactid.errors import ArgumentError
 from tactid.excitation import design_excitation
 from tactid.files import new_folder
 from tactid.identify_command import option_parameters, read_options
+from tactid.motion_speed import LEAST_SPEED, SPEED
 from tactid.options import option_names
 from tactid.output_files import check_outputs
 from tactid.terminal import printable
@@ -38,21 +40,40 @@ def excite(
             show_default=False,
         ),
     ] = None,
+    speed: Annotated[
+        str,
+        typer.Option(
+            help="Fraction of the designed speed at which the files run, in percent with its sign,"
+            " at most 100%. The intervals are predicted for 100%.",
+        ),
+    ] = f"{100 * SPEED:g}%",
     **arguments: Any,
 ) -> None:
     """Designs the motion from which a payload is identified quickly, within the robot's limits.
 
     The numbers of one option are separated by commas or by spaces: --from 0 -1.2 1.6 -0.4 1.5 0.
     """
-    names = [*motion_files.WRITERS, REPORT]
+    names = [*motion_files.NAMES, REPORT]
+    fraction = _speed(speed)
     with new_folder(out, "--out"):
         check_outputs({f"{name} in --out": out / name for name in names}, {"--urdf": urdf})
         motion = _design(urdf, base, arguments)
-        writers = motion_files.writers(motion, out) | {out / REPORT: partial(_write_report, motion)}
-        write_files(writers)
+        writers = motion_files.writers(motion, out, fraction)
+        write_files(writers | {out / REPORT: partial(_write_report, motion, fraction)})
     with interruptible(f"wrote {out}"):
-        _print(motion)
+        _print(motion, fraction)
         notes.print(f"Wrote {out}: {', '.join(names)}.")
+
+
+def _speed(text: str) -> float:
+    """Reads the speed of the files, before the design takes its time."""
+    speed = option_text.fraction("--speed", text)
+    if not LEAST_SPEED <= speed <= 1:
+        raise ArgumentError(
+            f"--speed is {text!r}: expected a percentage from {100 * LEAST_SPEED:g}% to 100%, the"
+            " designed speed, which is within the limits of the robot"
+        )
+    return speed
 
 
 def _design(
@@ -73,19 +94,19 @@ def _design(
         )
 
 
-def _print(motion: DesignedMotion) -> None:
+def _print(motion: DesignedMotion, speed: float) -> None:
     print(printable(motion_text.heading(motion)))
     print_whole(motion_text.rich_table(motion))
     print_whole(motion_text.limits_table(motion))
-    for line in motion_text.lines(motion, "command-line"):
+    for line in motion_text.lines(motion, "command-line", speed):
         notes.print(line, markup=False)
 
 
-def _write_report(motion: DesignedMotion, path: Path) -> None:
+def _write_report(motion: DesignedMotion, speed: float, path: Path) -> None:
     with notes.status("drawing"):
         from tactid import motion_report  # imports matplotlib, which takes a while to load
 
-        motion_report.write_report(motion, path, "command-line")
+        motion_report.write_report(motion, path, "command-line", speed)
 
 
 def _show_options() -> None:

@@ -101,7 +101,7 @@ _ARGUMENTS = (
         "rate",
         float,
         MOTION,
-        "Rows a second in the files. Default: 1000.",
+        "Samples of the motion a second. Default: 1000.",
     ),
     _Argument(
         "criterion",
@@ -133,7 +133,7 @@ _ARGUMENTS = (
         parse=option_text.box,
     ),
     _Argument(
-        "speed",
+        "limit_scale",
         float,
         LIMITS,
         "Factor on velocities and accelerations, at most 1, which is the velocity limit of the "
@@ -181,6 +181,7 @@ _ARGUMENTS = (
         bool,
         LIMITS,
         "Whether to keep the robot from touching itself, the payload's box and the keep-out boxes. "
+        "--no-collisions accepts a motion that may run the robot through itself. "
         "Default: --collisions.",
         flags=("--collisions/--no-collisions",),
     ),

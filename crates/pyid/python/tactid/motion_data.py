@@ -8,6 +8,9 @@ from typing import Any
 
 from tactid.values import Array
 
+WORKSPACE = "the workspace"
+"""Name of the box that the tip and the payload's box stay in."""
+
 
 @dataclass(frozen=True)
 class LimitMargin:
@@ -75,6 +78,11 @@ class MotionData:
     """The limits that bind: relaxing one allows smaller intervals."""
     collision_findings: tuple[CollisionFinding, ...] | None
     """What the test for collisions leaves out; None where the robot's were not tested."""
+    payload_tested: bool
+    """Whether the box of the payload was given, so that its collisions were tested."""
+    surroundings: tuple[str, ...]
+    """The boxes around the robot that were given, such as ``the workspace`` and ``the keep-out box
+    table``; empty where nothing around the robot was tested."""
     duration_s: float
     """Duration, s."""
     seed: int

@@ -1,14 +1,19 @@
 """The files of a designed motion: for tactid, spreadsheets and the controllers of robots."""
 
+import itertools
+import textwrap
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from tactid import _native, motion_json
+from tactid import _native, motion_json, motion_text
 from tactid.files import atomic_path, new_folder, write_atomically
 from tactid.motion_data import MotionData
+from tactid.motion_speed import at_speed, speed_of
+from tactid.terminal import printable
 from tactid.values import Array
 
 UR_PERIOD_S = 0.002
@@ -21,48 +26,93 @@ MOVEIT_PERIOD_S = 0.02
 """Time between two points for MoveIt, s: controllers interpolate by position, velocity and
 acceleration."""
 
-Writer = Callable[[MotionData, Path], None]
+HEAD_WIDTH = 96
+"""Largest number of characters of a line at the head of a file, where no name is longer."""
 
 
-def write(motion: MotionData, folder: Path) -> None:
+@dataclass(frozen=True)
+class _Executable:
+    """A motion at the speed of its files, and what each file says at its head."""
+
+    motion: MotionData
+    speed: float
+    head: list[str]
+
+    def comments(self) -> list[str]:
+        """Returns the head as lines of a comment, wrapped."""
+        wrapped = (
+            textwrap.wrap(line, HEAD_WIDTH, break_long_words=False, break_on_hyphens=False)
+            for line in self.head
+        )
+        return [f"# {line}" for line in itertools.chain.from_iterable(wrapped)]
+
+
+Writer = Callable[[_Executable, Path], None]
+
+
+def write(motion: MotionData, folder: Path, speed: float) -> None:
     """Writes all files of a motion into a folder, which is made where it does not exist."""
+    speed_of(speed)
     with new_folder(folder, "`folder`"):
-        for path, write_file in writers(motion, folder).items():
+        for path, write_file in writers(motion, folder, speed).items():
             write_file(path)
 
 
-def writers(motion: MotionData, folder: Path) -> dict[Path, Callable[[Path], None]]:
+def writers(motion: MotionData, folder: Path, speed: float) -> dict[Path, Callable[[Path], None]]:
     """Returns what writes each file of a motion, by its path."""
-    return {folder / name: partial(writer, motion) for name, writer in WRITERS.items()}
+    executable = _Executable(at_speed(motion, speed), speed, _head(motion, speed))
+    result = partial(_write_result, motion, speed)
+    return {
+        **{folder / name: partial(writer, executable) for name, writer in WRITERS.items()},
+        folder / RESULT: result,
+    }
 
 
-def _write_mcap(motion: MotionData, path: Path) -> None:
+def _head(motion: MotionData, speed: float) -> list[str]:
+    """Returns what the files say of a motion at their head, a line each."""
+    lines = [
+        f"Motion for the payload at {motion.tip}, written by tactid {_native.VERSION}.",
+        motion_text.speed_line(motion, speed),
+        *motion_text.collision_lines(motion),
+        f"Joints, in this order: {', '.join(motion.moving)}.",
+    ]
+    # A name of the URDF may contain a line end, and what follows it would be no comment.
+    return [" ".join(printable(line).split()) for line in lines]
+
+
+def _write_mcap(executable: _Executable, path: Path) -> None:
+    motion = executable.motion
     places = _moving(motion)
     states = {name: getattr(motion, name)[:, places] for name in ("q", "qd", "qdd")}
+    metadata = {"speed": f"{executable.speed:g}", "head": "\n".join(executable.head)}
     with atomic_path(path) as temporary:
-        _native.write_trajectory(temporary, joints=motion.moving, time=motion.time, **states)
+        _native.write_trajectory(
+            temporary, joints=motion.moving, time=motion.time, **states, metadata=metadata
+        )
 
 
-def _write_csv(motion: MotionData, path: Path) -> None:
+def _write_csv(executable: _Executable, path: Path) -> None:
+    motion = executable.motion
     names = [f"{kind}_{name}" for kind in ("q", "qd", "qdd") for name in motion.moving]
     places = _moving(motion)
     states = [values[:, places] for values in (motion.q, motion.qd, motion.qdd)]
     rows = np.column_stack([motion.time, *states])
-    lines = [",".join(["time_s", *names]), *(",".join(map(_exact, row)) for row in rows.tolist())]
+    lines = [*executable.comments(), ",".join(["time_s", *names])]
+    lines += [",".join(map(_exact, row)) for row in rows.tolist()]
     write_atomically(path, "\n".join(lines) + "\n")
 
 
-def _write_urscript(motion: MotionData, path: Path) -> None:
+def _write_urscript(executable: _Executable, path: Path) -> None:
     """Writes a URScript program.
 
     ``servoj`` is of the script manual of Universal Robots: universal-robots.com/manuals, "Module
     motion".
     """
-    first, *others = _at(motion, UR_PERIOD_S).tolist()
+    first, *others = _at(executable.motion, UR_PERIOD_S).tolist()
     calls = [f"  servoj({_list(q)}, 0, 0, {UR_PERIOD_S}, 0.1, 300)" for q in others]
     lines = [
-        "# Written by tactid: joint positions in rad, in the order of the URDF:",
-        f"# {', '.join(motion.moving)}",
+        *executable.comments(),
+        "# Positions in rad. The way to the start, by movej, is not tested for collisions.",
         "def tactid_motion():",
         f"  movej({_list(first)}, a=0.5, v=0.3)",
         "  sleep(1.0)",
@@ -73,19 +123,22 @@ def _write_urscript(motion: MotionData, path: Path) -> None:
     write_atomically(path, "\n".join(lines) + "\n")
 
 
-def _write_franka(motion: MotionData, path: Path) -> None:
+def _write_franka(executable: _Executable, path: Path) -> None:
     """Writes a row of joint positions for each period of libfranka's control loop.
 
     Its example ``generate_joint_position_motion.cpp`` returns such a row as
     ``franka::JointPositions`` from each call of its callback.
     """
-    rows = _at(motion, FRANKA_PERIOD_S).tolist()
-    write_atomically(path, "".join(",".join(map(_exact, row)) + "\n" for row in rows))
+    rows = _at(executable.motion, FRANKA_PERIOD_S).tolist()
+    lines = [*executable.comments(), *(",".join(map(_exact, row)) for row in rows)]
+    write_atomically(path, "\n".join(lines) + "\n")
 
 
-def _write_moveit(motion: MotionData, path: Path) -> None:
+def _write_moveit(executable: _Executable, path: Path) -> None:
     """Writes a ``moveit_msgs/msg/RobotTrajectory`` as YAML, as ``ros2 topic echo`` prints it."""
+    motion = executable.motion
     lines = [
+        *executable.comments(),
         "joint_trajectory:",
         "  header: {stamp: {sec: 0, nanosec: 0}, frame_id: ''}",
         f"  joint_names: [{', '.join(map(_quoted, motion.moving))}]",
@@ -108,8 +161,8 @@ def _write_moveit(motion: MotionData, path: Path) -> None:
     write_atomically(path, "\n".join(lines) + "\n")
 
 
-def _write_result(motion: MotionData, path: Path) -> None:
-    write_atomically(path, motion_json.to_json(motion))
+def _write_result(motion: MotionData, speed: float, path: Path) -> None:
+    write_atomically(path, motion_json.to_json(motion, speed))
 
 
 WRITERS: dict[str, Writer] = {
@@ -118,9 +171,14 @@ WRITERS: dict[str, Writer] = {
     "trajectory.script": _write_urscript,
     "franka.csv": _write_franka,
     "moveit.yaml": _write_moveit,
-    "result.json": _write_result,
 }
-"""What writes each file of a motion, by its name."""
+"""What writes each file that a robot can execute, by its name."""
+
+RESULT = "result.json"
+"""Name of the file with the result of the design."""
+
+NAMES = (*WRITERS, RESULT)
+"""Names of all files of a motion."""
 
 
 def _moving(motion: MotionData) -> list[int]:

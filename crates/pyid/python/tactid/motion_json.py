@@ -12,13 +12,13 @@ SCHEMA = "tactid.motion/1"
 """Name and version of the layout: a change that breaks a reader increments the version."""
 
 
-def to_json(motion: MotionData) -> str:
-    """Returns the result of a design as JSON."""
-    return to_text(record(motion))
+def to_json(motion: MotionData, speed: float | None = None) -> str:
+    """Returns the result of a design as JSON; ``speed`` is that of the files beside it."""
+    return to_text(record(motion, speed))
 
 
-def record(motion: MotionData) -> dict[str, Any]:
-    """Returns the result of a design as JSON has it."""
+def record(motion: MotionData, speed: float | None = None) -> dict[str, Any]:
+    """Returns the result of a design as JSON has it; ``speed`` is that of the files beside it."""
     return {
         "schema": SCHEMA,
         "units": {name: UNITS[name] for name in ("mass", "com", "inertia", "time")},
@@ -27,6 +27,7 @@ def record(motion: MotionData) -> dict[str, Any]:
         "joints": list(motion.joints),
         "moving_joints": list(motion.moving),
         "duration_s": motion.duration_s,
+        "files_speed": speed,
         "seed": motion.seed,
         "expected_payload": dict(motion.expected_payload),
         "predicted_std_dev": dict(motion.predicted_std_dev),
@@ -41,6 +42,8 @@ def record(motion: MotionData) -> dict[str, Any]:
         "collision_findings": None
         if motion.collision_findings is None
         else [asdict(each) for each in motion.collision_findings],
+        "payload_tested": motion.payload_tested,
+        "surroundings": list(motion.surroundings),
         "series": {
             "time": motion.history_time.tolist(),
             "std_dev": [all_finite(row) for row in motion.history_std_devs.tolist()],

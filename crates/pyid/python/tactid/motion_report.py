@@ -27,14 +27,17 @@ BASE_CAPTION = (
 )
 
 
-def write_report(motion: MotionData, path: Path, style: Style = "keyword") -> None:
-    """Writes the report of a designed motion."""
-    write_atomically(path, render(motion, style))
+def write_report(
+    motion: MotionData, path: Path, style: Style = "keyword", speed: float | None = None
+) -> None:
+    """Writes the report of a designed motion, whose files run at a fraction of its speed."""
+    write_atomically(path, render(motion, style, speed))
 
 
-def render(motion: MotionData, style: Style = "keyword") -> str:
+def render(motion: MotionData, style: Style = "keyword", speed: float | None = None) -> str:
     """Returns the report as HTML, figures included."""
-    items = "".join(f"<li>{html.escape(line)}</li>" for line in motion_text.lines(motion, style))
+    lines = motion_text.lines(motion, style, speed)
+    items = "".join(f"<li>{html.escape(line)}</li>" for line in lines)
     with mpl.rc_context(drawing.STYLE):
         figures = page.figure(drawing.png(_motion(motion)), MOTION_CAPTION)
         figures += page.figure(drawing.png(_intervals(motion)), INTERVALS_CAPTION)

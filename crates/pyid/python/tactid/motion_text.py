@@ -6,7 +6,7 @@ from rich import box
 from rich.table import Table
 
 from tactid import table
-from tactid.motion_data import CollisionFinding, LimitMargin, MotionData
+from tactid.motion_data import WORKSPACE, CollisionFinding, LimitMargin, MotionData
 from tactid.naming import Style, abridged, listed, option_name
 from tactid.values import NAMES, UNITS, Z95, digits_of, flat
 
@@ -77,8 +77,15 @@ def margin_cells(margin: LimitMargin) -> list[str]:
     return [limit, used, f"{margin.time:.2f} s", "binds" if margin.binds else ""]
 
 
-def lines(motion: MotionData, style: Style = "keyword") -> list[str]:
-    """Returns what a reader must know besides the table, a line each."""
+def lines(motion: MotionData, style: Style = "keyword", speed: float | None = None) -> list[str]:
+    """Returns what a reader must know besides the table, a line each.
+
+    Args:
+        motion: The motion.
+        style: Who reads the lines.
+        speed: Fraction of the designed speed at which the files of the motion run; None where no
+            files are described.
+    """
     ratios = flat(dict(motion.interval_ratio))
     largest = max(ratios)
     name = NAMES[ratios.index(largest)]
@@ -106,10 +113,12 @@ def lines(motion: MotionData, style: Style = "keyword") -> list[str]:
         said.append(
             f"The URDF has no effort limit for {abridged(free)}: their torques are not limited."
         )
-    if motion.collision_findings is None:
-        said.append("Collisions are not tested: look at the motion before the robot makes it.")
-    else:
-        said += [collision_line(finding) for finding in motion.collision_findings]
+    said += collision_lines(motion, style)
+    if speed is not None:
+        said.append(speed_line(motion, speed))
+        if speed < 1:
+            full = "--speed 100%" if style == "command-line" else "`speed=1`"
+            said[-1] += f" Look at a dry run, then write the files with {full} for these intervals."
     return said
 
 
@@ -131,6 +140,52 @@ def _rounded_up(seconds: float) -> str:
     """Returns a duration in two digits, rounded up."""
     unit = 10.0 ** (math.floor(math.log10(seconds)) - 1)
     return f"{math.ceil(seconds / unit) * unit:g}"
+
+
+def speed_line(motion: MotionData, speed: float) -> str:
+    """Says at which speed the files of a motion run, and what that does to its intervals."""
+    duration = f"{motion.duration_s / speed:.4g} s"
+    if speed == 1:
+        return f"The files run at 100 % of the designed speed, in {duration}."
+    return (
+        f"The files run at {100 * speed:g} % of the designed speed, in {duration}: velocities are"
+        f" {100 * speed:g} % and accelerations {100 * speed**2:.3g} % of those designed. A slower"
+        " motion determines the payload, above all its inertia, less precisely: the intervals are"
+        " predicted for 100 %."
+    )
+
+
+def collision_lines(motion: MotionData, style: Style | None = None) -> list[str]:
+    """Says what was tested for collisions and what was not, a line each.
+
+    Args:
+        motion: The motion.
+        style: Who reads the lines; None where they name no option, as in a file.
+    """
+    payload = ["the payload's box"] if motion.payload_tested else []
+    keep_out = [each for each in motion.surroundings if each != WORKSPACE]
+    said = []
+    if motion.collision_findings is None:
+        tested = [*(payload or ["the tip"]), *keep_out] if keep_out else []
+        said.append(
+            "The links of the robot are not tested for collisions: the motion may run the robot"
+            " through itself. Look at it before the robot makes it."
+        )
+    else:
+        tested = ["the links of the robot", *payload, *keep_out]
+    if tested:
+        said.append(f"Tested for collisions: {listed(tested)}.")
+    if WORKSPACE in motion.surroundings:
+        said.append(f"In the workspace stay {listed(['the tip', *payload])}, and no other links.")
+    if not keep_out:
+        boxes = "" if style is None else f": {option_name('keep_out', style)} gives its box"
+        said.append(
+            f"What stands around the robot, such as a floor or a table, is not tested{boxes}."
+        )
+    if motion.collision_findings is not None and not payload:
+        boxes = "" if style is None else f": {option_name('payload_box', style)} gives its box"
+        said.append(f"The payload is not tested for collisions{boxes}.")
+    return said + [collision_line(finding) for finding in motion.collision_findings or ()]
 
 
 def collision_line(finding: CollisionFinding) -> str:

@@ -13,6 +13,11 @@ def option_name(option: str, style: Style) -> str:
     return command_line_flag(option) if style == "command-line" else f"`{option}`"
 
 
+def switched_off(option: str, style: Style) -> str:
+    """Returns how the reader would switch an option off: ``--no-collisions``."""
+    return command_line_flag(f"no_{option}") if style == "command-line" else f"`{option}=False`"
+
+
 def command_line_flag(option: str) -> str:
     """Returns the command-line flag of a field of ``tactid.Options``: ``--max-gap``."""
     return f"--{option.replace('_', '-')}"

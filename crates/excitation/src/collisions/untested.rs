@@ -1,0 +1,64 @@
+//! Links whose collision shapes cannot be tested, although the URDF has some.
+
+use std::fmt;
+
+/// Most links that a message names.
+const MOST_NAMED: usize = 30;
+
+/// A link of which a collision shape cannot be tested.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UntestedLink {
+    /// Name of the link.
+    pub link: String,
+    /// The first of its shapes that cannot be tested: the file of a mesh, or the element of the URDF.
+    pub shape: String,
+    /// Why the shape cannot be tested.
+    pub because: String,
+}
+
+/// The links whose collisions cannot be tested; none where the URDF has no collision shape at all.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UntestedLinks(pub Vec<UntestedLink>);
+
+impl fmt::Display for UntestedLinks {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_empty() {
+            return formatter.write_str(
+                "collisions of the robot with itself cannot be tested: the URDF has no collision shapes",
+            );
+        }
+        let mut by_reason: Vec<(&str, Vec<&UntestedLink>)> = Vec::new();
+        for link in &self.0 {
+            match by_reason
+                .iter_mut()
+                .find(|(reason, _)| *reason == link.because)
+            {
+                Some((_, links)) => links.push(link),
+                None => by_reason.push((&link.because, vec![link])),
+            }
+        }
+        formatter.write_str("collisions of the robot with itself cannot be tested: ")?;
+        for (group, (because, links)) in by_reason.iter().enumerate() {
+            let names: Vec<&str> = links.iter().map(|link| link.link.as_str()).collect();
+            let separator = if group > 0 { "; " } else { "" };
+            let noun = if names.len() > 1 { "links" } else { "link" };
+            write!(
+                formatter,
+                "{separator}collision shapes of the {noun} {} are left out (`{}`: {because})",
+                listed(&names),
+                links[0].shape
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// Lists names as a sentence does, and counts those beyond [`MOST_NAMED`].
+fn listed(names: &[&str]) -> String {
+    let shown = &names[..names.len().min(MOST_NAMED)];
+    match (shown, names.len() - shown.len()) {
+        ([one], 0) => (*one).to_owned(),
+        ([first @ .., last], 0) => format!("{} and {last}", first.join(", ")),
+        (shown, more) => format!("{} and {more} more", shown.join(", ")),
+    }
+}

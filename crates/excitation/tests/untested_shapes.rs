@@ -1,0 +1,107 @@
+//! Robots whose collision shapes are missing: no motion is designed unless that is accepted.
+
+#![allow(clippy::unwrap_used)]
+
+#[allow(dead_code, reason = "not each test uses all of it")]
+mod common;
+
+use tactid_dynamics::{BaseKind, Urdf};
+use tactid_excitation::{CollisionFinding, CollisionModel, DesignSettings, Problem, design};
+
+use common::{on_ground, urdf};
+
+fn quick() -> DesignSettings {
+    DesignSettings {
+        starts: 1,
+        iterations: 5,
+        ..DesignSettings::default()
+    }
+}
+
+/// Returns the problem of the built-in arm, whose URDF is changed and whose meshes are not found.
+fn with_changed_shapes(change: impl Fn(&str) -> String) -> (Problem, CollisionModel) {
+    let urdf = Urdf::from_xml(&change(urdf().xml())).unwrap();
+    let mut problem = on_ground();
+    problem.robot = urdf.manipulator(BaseKind::Fixed).unwrap();
+    let missing = &mut |_: &str| Err("its file was not found".to_owned());
+    let model = CollisionModel::of_urdf(&urdf, &problem.robot, missing).unwrap();
+    (problem, model)
+}
+
+/// Adds a mesh to the shapes of a link.
+fn adding_mesh(xml: &str, link: &str, file: &str) -> String {
+    let start = format!("<link name=\"{link}\">");
+    assert!(xml.contains(&start), "{link}");
+    let mesh = format!("<collision><geometry><mesh filename='{file}'/></geometry></collision>");
+    xml.replace(&start, &format!("{start}{mesh}"))
+}
+
+/// A motion could run the robot through a shape that is left out, so none is designed unless that is accepted. The base counts,
+/// too: the arm can hit it.
+#[test]
+fn no_motion_is_designed_while_shapes_are_left_out() {
+    for link in ["forearm_link", "base_link"] {
+        let (mut problem, model) = with_changed_shapes(|xml| adding_mesh(xml, link, "a.dae"));
+        problem.collisions = Some(model.clone());
+        let message = design(&problem, &quick()).unwrap_err().to_string();
+        let expected = format!(
+            "collisions of the robot with itself cannot be tested: collision shapes of the link {link} are left out \
+             (`a.dae`: its file was not found): give meshes as STL or OBJ that can be read, or accept motions that are \
+             not tested by `CollisionModel::accepting_untested`"
+        );
+        assert_eq!(message, expected);
+        assert_eq!(model.untested()[0].link, link);
+        problem.collisions = Some(model.accepting_untested());
+        let design = design(&problem, &quick()).unwrap();
+        assert!(matches!(
+            &design.findings[0],
+            CollisionFinding::ShapeLeftOut { link: found, .. } if found == link
+        ));
+    }
+}
+
+/// The links of each reason are listed together, and a robot without any shape is as untested as one that lost all.
+#[test]
+fn the_links_that_lost_their_shapes_are_named() {
+    let (mut problem, model) = with_changed_shapes(|xml| {
+        let xml = adding_mesh(xml, "forearm_link", "a.stl");
+        adding_mesh(
+            &adding_mesh(&xml, "wrist_1_link", "b.stl"),
+            "wrist_2_link",
+            "c.stl",
+        )
+    });
+    problem.collisions = Some(model);
+    let message = design(&problem, &quick()).unwrap_err().to_string();
+    let expected = "collision shapes of the links forearm_link, wrist_1_link and wrist_2_link are left out (`a.stl`: its";
+    assert!(message.contains(expected), "{message}");
+    let (mut problem, model) = with_changed_shapes(|xml| {
+        xml.replace("<collision", "<visual")
+            .replace("</collision", "</visual")
+    });
+    problem.collisions = Some(model);
+    let message = design(&problem, &quick()).unwrap_err().to_string();
+    assert!(
+        message.contains("the URDF has no collision shapes"),
+        "{message}"
+    );
+}
+
+/// A link with a visual shape alone is no reason to refuse a motion, and is reported.
+#[test]
+fn links_that_have_no_collision_shape_are_reported() {
+    let (_, model) = with_changed_shapes(|xml| {
+        let visual = "<visual><geometry><sphere radius='1'/></geometry></visual></link>";
+        xml.replace(
+            "</robot>",
+            &format!(
+                "<link name='camera'>{visual}<joint name='camera_joint' \
+             type='fixed'><parent link='tool0'/><child link='camera'/></joint></robot>"
+            ),
+        )
+    });
+    let expected =
+        "not tested for collisions, because the URDF has no collision shape of them: camera";
+    let found: Vec<String> = model.findings().iter().map(ToString::to_string).collect();
+    assert_eq!(found, [expected]);
+}
