@@ -96,10 +96,17 @@ fn many_links() {
     };
     let few = Manipulator::from_urdf(&links(20_000), BaseKind::Fixed).unwrap_err();
     assert!(matches!(few, ModelError::Roots(roots) if roots.len() == 20_000));
-    let many = Manipulator::from_urdf(&links(300_001), BaseKind::Fixed).unwrap_err();
+    let many = Manipulator::from_urdf(&links(400_001), BaseKind::Fixed).unwrap_err();
     let message = many.to_string();
     assert!(
-        message.contains("line 300002") && message.contains("more than 300000"),
+        message.contains("line 400002") && message.contains("more than 400000"),
         "{message}"
+    );
+    let boxes = "<collision><geometry><box size='1 1 1'/></geometry></collision>".repeat(40_000);
+    let xml = format!("<robot name='r'><link name='a'>{boxes}</link></robot>");
+    let error = Manipulator::from_urdf(&xml, BaseKind::Fixed).unwrap_err();
+    assert!(
+        error.to_string().contains("this link has more than 100000"),
+        "{error}"
     );
 }

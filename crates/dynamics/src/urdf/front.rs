@@ -22,12 +22,15 @@ use crate::{ModelError, shortened};
 /// Largest number of characters of an attribute in an error.
 const LONGEST_TEXT: usize = 200;
 
-/// Length of the documents that urdf-rs reads, bytes. It needs a hundred times as much memory, so
-/// that a large robot is read in pieces.
+/// Length of the documents that urdf-rs reads, bytes. A large robot is read in pieces, because
+/// urdf-rs needs 1.5 kB of memory for each element of a document.
 const PIECE_BYTES: usize = 64 << 10;
 
-/// Largest number of elements that are kept. urdf-rs reads some 200 000 a second.
-const MAX_KEPT: usize = 300_000;
+/// Largest number of elements that are kept of all links and joints. urdf-rs reads 200 000 a second.
+const MAX_KEPT: usize = 400_000;
+
+/// Largest number of elements that are kept of one link, which is not read in pieces.
+const MAX_KEPT_OF_LINK: usize = 100_000;
 
 /// What the front has changed in links and joints, by name.
 #[derive(Clone, Debug, Default)]
@@ -108,15 +111,21 @@ pub(super) fn read(text: &str) -> Result<(Robot, Repairs), ModelError> {
     };
     let mut repairs = Repairs::default();
     for element in &root.children {
+        let before = front.kept;
         let (name, repair) = match element.name.as_str() {
             "link" => (front.link(element)?, &mut repairs.links),
             "joint" => (front.joint(element)?, &mut repairs.joints),
             _ => continue,
         };
         repair.insert(name.to_owned(), std::mem::take(&mut front.repair));
-        if front.kept > MAX_KEPT {
-            let message = format!("links and joints have more than {MAX_KEPT} elements");
-            return Err(syntax(text, element.span.start, &message));
+        for (kept, most, what) in [
+            (front.kept, MAX_KEPT, "the links and joints have"),
+            (front.kept - before, MAX_KEPT_OF_LINK, "this link has"),
+        ] {
+            if kept > most {
+                let message = format!("{what} more than {most} elements");
+                return Err(syntax(text, element.span.start, &message));
+            }
         }
         if front.piece.len() > PIECE_BYTES {
             front.read_piece()?;
@@ -225,6 +234,7 @@ impl Front<'_> {
     fn collision(&mut self, collision: &Element) {
         let (start, before) = (self.piece.len(), self.unreadable.len());
         let ignored = self.repair.ignored.len();
+        self.kept += 2; // `<collision>` and `<geometry>`
         let geometry = collision.child("geometry");
         let shapes = geometry.map_or(&[][..], |geometry| &geometry.children);
         let shape = shapes.iter().find(|shape| !is_foreign(&shape.name));
